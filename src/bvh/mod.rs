@@ -1,0 +1,242 @@
+//! The acceleration structure: early split clipping, Morton order, Karras' radix tree, and its traversal.
+//!
+//! [`Builder::build`] turns a frame's triangles into a [`Bvh`]; three queries trace it. The builders know only boxes,
+//! the traversal knows only triangles and their [`PrimitiveFlags`]; neither knows what a material is.
+//! Whatever the settings, a query gives the same answer to the last bit: what a hit is, is defined in
+//! [`crate::geometry`], and of hits with equal `t` the lowest primitive id wins.
+
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::geometry::{Facing, Ray, Triangle};
+
+/// What traversal must know of a triangle besides its corners.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct PrimitiveFlags(pub u8);
+
+impl PrimitiveFlags {
+    /// The back face is invisible to [`Bvh::closest_hit`]; the other queries see it.
+    pub const SINGLE_SIDED: Self = Self(1);
+    /// Whether a hit counts is asked of the query's filter.
+    pub const FILTERED: Self = Self(2);
+    /// The triangle is kept out of the structure (hidden, or of zero area); its id stays taken.
+    pub const HIDDEN: Self = Self(4);
+
+    /// Both sets of flags.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether all flags of `other` are set.
+    pub const fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+/// Where a ray meets the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Ray parameter.
+    pub t: f32,
+    /// Index of the triangle in the frame.
+    pub primitive: u32,
+    /// Barycentric weight of the second vertex.
+    pub u: f32,
+    /// Barycentric weight of the third vertex.
+    pub v: f32,
+    /// The side that was met.
+    pub facing: Facing,
+}
+
+impl Hit {
+    /// The place of this hit in the order that all hits along one ray have.
+    pub fn order(&self) -> HitOrder {
+        HitOrder {
+            t: self.t,
+            primitive: self.primitive,
+        }
+    }
+}
+
+/// The total order of hits along a ray: by `t`, then by primitive id.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct HitOrder {
+    /// Ray parameter.
+    pub t: f32,
+    /// Index of the triangle in the frame.
+    pub primitive: u32,
+}
+
+/// How the hierarchy is built. The answers of queries do not depend on it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuilderKind {
+    /// What is fastest for the frame; at present the same as `Lbvh`.
+    Auto,
+    /// Karras' radix tree over Morton codes.
+    Lbvh,
+    /// No hierarchy: every ray tests every triangle. The slow twin for tests.
+    BruteForce,
+}
+
+/// Early split clipping: which triangles are split before the hierarchy is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Split {
+    /// None.
+    Off,
+    /// Those whose box area exceeds a threshold chosen from the scene.
+    Auto,
+    /// Those whose box surface area exceeds this many square metres (SA_max of Ernst and Greiner 2007).
+    Area(f32),
+}
+
+/// Settings of [`Builder::build`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuildSettings {
+    /// Which hierarchy.
+    pub builder: BuilderKind,
+    /// Which triangles are split.
+    pub split: Split,
+    /// Most references a triangle on average that splitting may make.
+    pub reference_budget: f32,
+    /// Lanes that traversal uses.
+    pub simd: SimdLevel,
+}
+
+/// Instruction sets that traversal can use; each gives the same answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SimdLevel {
+    /// Plain Rust, on every machine.
+    Scalar,
+    /// x86-64 with AVX2: eight lanes.
+    Avx2,
+}
+
+/// What a query did, summed over rays by the caller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraversalCounters {
+    /// Rays traced.
+    pub rays: u64,
+    /// Wide nodes whose child boxes were tested.
+    pub nodes: u64,
+    /// Triangles tested.
+    pub triangles: u64,
+}
+
+/// What was built and how long each phase took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BuildStatistics {
+    /// Triangles that are not hidden.
+    pub triangles: usize,
+    /// Boxes over which the hierarchy was built; `references / triangles` is R of Ernst and Greiner.
+    pub references: usize,
+    /// The SA_max that was used, square metres; infinite when nothing is split.
+    pub sa_max: f32,
+    /// Whether the reference budget raised an explicit SA_max.
+    pub budget_reached: bool,
+    /// Levels of the binary tree; a single leaf has depth 0.
+    pub depth: u32,
+    /// Surface area heuristic cost of the binary tree with unit costs for nodes and triangles.
+    pub sah_cost: f32,
+    /// Bytes of the traversal structure.
+    pub bytes: usize,
+    /// Seconds of early split clipping (or plain boxes).
+    pub split_seconds: f64,
+    /// Seconds of Morton codes and sorting.
+    pub sort_seconds: f64,
+    /// Seconds of linking the radix tree.
+    pub link_seconds: f64,
+    /// Seconds of fitting boxes bottom-up.
+    pub fit_seconds: f64,
+    /// Seconds of collapsing to the wide tree.
+    pub widen_seconds: f64,
+}
+
+/// Builds hierarchies and keeps its scratch memory between frames.
+#[derive(Debug, Default)]
+pub struct Builder {}
+
+/// A hierarchy over one frame's triangles.
+#[derive(Debug)]
+pub struct Bvh {}
+
+impl SimdLevel {
+    /// The best level of the machine that runs.
+    pub fn best() -> Self {
+        Self::Scalar
+    }
+}
+
+impl Default for BuildSettings {
+    fn default() -> Self {
+        Self {
+            builder: BuilderKind::Auto,
+            split: Split::Auto,
+            reference_budget: 4.0,
+            simd: SimdLevel::best(),
+        }
+    }
+}
+
+impl Builder {
+    /// Builds the hierarchy of `triangles`, in parallel on the current rayon pool.
+    ///
+    /// `flags` has one entry a triangle. Memory of `recycled`, the last frame's hierarchy, is used again.
+    pub fn build(
+        &mut self,
+        triangles: &[Triangle],
+        flags: &[PrimitiveFlags],
+        settings: &BuildSettings,
+        cancel: &CancelFlag,
+        recycled: Option<Bvh>,
+    ) -> Result<Bvh, Cancelled> {
+        let _ = (triangles, flags, settings, recycled);
+        cancel.check()?;
+        Ok(Bvh {})
+    }
+}
+
+impl Bvh {
+    /// What was built.
+    pub fn statistics(&self) -> BuildStatistics {
+        BuildStatistics::default()
+    }
+
+    /// The first visible hit of `ray` after `after`: back faces of single-sided triangles do not count, and those of
+    /// filtered triangles only where `filter` says so.
+    pub fn closest_hit(
+        &self,
+        ray: &Ray,
+        after: Option<HitOrder>,
+        filter: impl Fn(&Hit) -> bool,
+        counters: &mut TraversalCounters,
+    ) -> Option<Hit> {
+        let _ = (ray, after, filter, counters);
+        None
+    }
+
+    /// The first hit of `ray` after `after` on either side of any triangle that `filter` lets count. Here `filter` is
+    /// asked about filtered triangles only, too.
+    pub fn closest_surface(
+        &self,
+        ray: &Ray,
+        after: Option<HitOrder>,
+        filter: impl Fn(&Hit) -> bool,
+        counters: &mut TraversalCounters,
+    ) -> Option<Hit> {
+        let _ = (ray, after, filter, counters);
+        None
+    }
+
+    /// Whether any triangle, from either side, meets `ray`; filtered ones only where `filter` says so.
+    ///
+    /// The order in which `filter` is asked is not defined.
+    pub fn occluded(
+        &self,
+        ray: &Ray,
+        filter: impl Fn(&Hit) -> bool,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let _ = (ray, filter, counters);
+        false
+    }
+}

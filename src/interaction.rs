@@ -1,0 +1,28 @@
+//! What a hit means for shading: point, normals, texture coordinates, and the material's values there.
+
+use glam::Vec3;
+
+/// A material's values at one point, textures applied.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialSample {
+    /// Linear base colour.
+    pub base_color: Vec3,
+    /// Coverage after the alpha mode: 1 for opaque materials and for what a mask keeps.
+    pub alpha: f32,
+    /// 0 dielectric to 1 metal.
+    pub metallic: f32,
+    /// 0 mirror to 1 dull; the GGX α is its square.
+    pub roughness: f32,
+    /// Share of the environment's light that reaches the point, from the occlusion map.
+    pub occlusion: f32,
+    /// Emitted radiance.
+    pub emission: Vec3,
+    /// Emits its base colour and receives no light.
+    pub unlit: bool,
+    /// Index of refraction; 0 means a Fresnel factor of one everywhere.
+    pub ior: f32,
+    /// Share of the light that is not reflected which passes through.
+    pub transmission: f32,
+    /// A wall without inside: light passes straight through.
+    pub thin: bool,
+}

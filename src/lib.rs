@@ -1,0 +1,46 @@
+//! Rayframe renders animated glTF scenes to OpenEXR image sequences with a Whitted-style recursive ray tracer.
+//!
+//! Data flows one way: [`gltf`] imports a file into a time-free [`scene::Scene`]; [`frame::Frame`] poses it at
+//! a time; [`bvh::Builder`] turns the frame's triangles into a [`bvh::Bvh`]; [`render`] runs an [`integrator`]
+//! over tiles into a [`film::Film`]; [`output`] decides what the frame's file contains and [`image_file`] writes it.
+//! [`sequence`] is the only room that knows there is more than one frame.
+//!
+//! The modules stand in dependency order: each uses only those above it.
+
+pub mod error;
+
+pub mod cancel;
+
+pub mod geometry;
+
+pub mod bvh;
+
+pub mod color;
+
+pub mod image_file;
+
+pub mod scene;
+
+pub mod gltf;
+
+pub mod frame;
+
+pub mod interaction;
+
+pub mod bsdf;
+
+pub mod integrator;
+
+pub mod film;
+
+pub mod render;
+
+pub mod output;
+
+pub mod sequence;
+
+pub mod regression;
+
+pub mod progress;
+
+pub mod cli;

@@ -1,0 +1,3 @@
+//! The `rayframe` program.
+
+fn main() {}

@@ -1,0 +1,21 @@
+//! Light that comes from all around.
+
+use glam::Vec3;
+
+/// What surrounds the scene.
+#[derive(Clone, Debug, Default)]
+pub enum Environment {
+    /// Nothing.
+    #[default]
+    None,
+    /// The same radiance from everywhere.
+    Constant(Vec3),
+    /// A soft gradient with one key light, for scenes without any light.
+    Studio,
+    /// An equirectangular picture.
+    Map(EnvironmentMap),
+}
+
+/// An equirectangular picture of the surroundings.
+#[derive(Clone, Debug)]
+pub struct EnvironmentMap {}

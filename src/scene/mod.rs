@@ -1,0 +1,127 @@
+//! The time-free scene: what a file holds once it is understood, checked and with all defaults applied.
+//!
+//! A [`Scene`] is a value of plain data. Every index in it is in range, every number finite, every node has at most
+//! one parent and parents come before children in [`Scene::node_order`]; importers guarantee it, later rooms rely on it.
+//! Nothing here knows about glTF or about time.
+
+mod animation;
+mod camera;
+mod environment;
+mod light;
+mod material;
+mod mesh;
+mod node;
+mod selection;
+mod texture;
+
+use std::path::PathBuf;
+
+use crate::error::Warning;
+
+pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
+pub use camera::{Camera, Projection};
+pub use environment::{Environment, EnvironmentMap};
+pub use light::{Light, LightKind};
+pub use material::{
+    AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvTransform, Volume,
+};
+pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
+pub use node::{LocalTransform, Node, Skin};
+pub use selection::{CameraChoice, CameraRequest, Choice, ClipChoice, Selection, SelectionRequest};
+pub use texture::{Filter, Image, Sampler, Texels, Texture, WrapMode};
+
+macro_rules! typed_index {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// The index as a subscript.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+typed_index!(
+    /// Subscript of [`Scene::nodes`].
+    NodeIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::meshes`].
+    MeshIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::skins`].
+    SkinIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::materials`].
+    MaterialIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::textures`].
+    TextureIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::images`].
+    ImageIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::lights`].
+    LightIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::cameras`].
+    CameraIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::animations`].
+    AnimationIndex
+);
+
+/// One of the scenes (sets of root nodes) that a file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneRoots {
+    /// Name, when the file gives one.
+    pub name: Option<String>,
+    /// Nodes without a parent that are drawn.
+    pub roots: Vec<NodeIndex>,
+}
+
+/// Everything a file holds.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The file that was imported, for messages.
+    pub path: PathBuf,
+    /// SHA-256 over the scene file and every file it names, in a fixed order.
+    pub content_hash: [u8; 32],
+    /// All nodes, in the file's order.
+    pub nodes: Vec<Node>,
+    /// All node indices, every parent before its children.
+    pub node_order: Vec<NodeIndex>,
+    /// The sets of roots to choose from; at least one.
+    pub scenes: Vec<SceneRoots>,
+    /// The set of roots that is shown unless another is asked for.
+    pub default_scene: usize,
+    /// Geometry.
+    pub meshes: Vec<Mesh>,
+    /// Skins.
+    pub skins: Vec<Skin>,
+    /// Materials; the default material of primitives without one is the last.
+    pub materials: Vec<Material>,
+    /// Textures: an image and how it is sampled.
+    pub textures: Vec<Texture>,
+    /// Decoded images.
+    pub images: Vec<Image>,
+    /// Punctual lights, placed by nodes.
+    pub lights: Vec<Light>,
+    /// Cameras, placed by nodes.
+    pub cameras: Vec<Camera>,
+    /// Animation clips.
+    pub animations: Vec<Animation>,
+    /// What the file asks for and is not honoured.
+    pub warnings: Vec<Warning>,
+}

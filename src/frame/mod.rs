@@ -1,70 +1,290 @@
 //! The scene at one time: world-space triangles with their attributes, materials, lights and the camera.
+//!
+//! [`Frame::at`] is a pure function of (scene, selection, time); [`Frame::pose`] is the same into memory that is kept
+//! between frames. Animation comes first, then node matrices, then for every drawn primitive morph, skin and the world.
+//! Primitive ids are subscripts of [`Frame::triangles`]; they are given once over all drawn nodes and are the same at
+//! every time. Acceleration structures are not built here.
 
-use glam::{Mat4, Vec3};
+mod animation;
+mod auto_camera;
+mod deform;
+mod placed;
+mod transform;
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+use rayon::prelude::*;
 
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Triangle;
-use crate::scene::{Light, Material, Projection, Scene, Selection};
+use crate::scene::{
+    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin,
+};
 
-/// Everything that is drawn at one time; a pure function of (scene, selection, time).
+use animation::NodePose;
+use deform::{MorphedAttributes, Placement};
+
+pub use auto_camera::auto_camera;
+pub use deform::PosedVertex;
+pub use placed::{PosedCamera, PosedLight};
+
+/// Triangles handed to one task.
+const TRIANGLES_A_TASK: usize = 4096;
+
+/// Everything that is drawn at one time.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// World-space triangles; the subscript is the primitive id, the same in every frame.
+    /// Seconds since the start of the animation.
+    pub time_seconds: f64,
+    /// World-space triangles, re-wound where a mirroring transform turned them; the subscript is the primitive id.
     pub triangles: Vec<Triangle>,
     /// One a triangle.
     pub flags: Vec<PrimitiveFlags>,
-    /// Materials at this time, by [`crate::scene::MaterialIndex`].
+    /// The shape that each triangle belongs to, as a subscript of `shapes`.
+    pub shape_of_triangle: Vec<u32>,
+    /// One mesh primitive under one node each, in primitive id order.
+    pub shapes: Vec<Shape>,
+    /// World-space vertices of all shapes.
+    pub vertices: Vec<PosedVertex>,
+    /// Materials at this time, by [`MaterialIndex`].
     pub materials: Vec<Material>,
     /// Lights at this time.
     pub lights: Vec<PosedLight>,
     /// The camera at this time.
     pub camera: PosedCamera,
+    scratch: Scratch,
 }
 
-/// A light in world space.
+/// One mesh primitive under one node.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PosedLight {
-    /// Metres.
-    pub position: Vec3,
-    /// Unit vector in which the light shines.
-    pub direction: Vec3,
-    /// Its colour, intensity and shape.
-    pub light: Light,
+pub struct Shape {
+    /// Where it is drawn.
+    pub node: NodeIndex,
+    /// Which mesh.
+    pub mesh: MeshIndex,
+    /// Subscript of the mesh's primitives.
+    pub primitive: usize,
+    /// What it looks like.
+    pub material: MaterialIndex,
+    /// Primitive id of its first triangle.
+    pub first_triangle: u32,
+    /// Subscript in [`Frame::vertices`] of its first vertex.
+    pub first_vertex: usize,
+    /// Whether the second and third corner of each triangle changed places.
+    pub mirrored: bool,
+    morphed: MorphedAttributes,
 }
 
-/// A camera in world space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PosedCamera {
-    /// Rotation and translation; columns are right, up, backward, position.
-    pub world_from_camera: Mat4,
-    /// Its projection.
-    pub projection: Projection,
+/// Memory that is only used while posing.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    pose: NodePose,
+    world: Vec<Mat4>,
+    joint_matrices: Vec<Mat4>,
 }
 
-impl Default for PosedCamera {
-    fn default() -> Self {
-        Self {
-            world_from_camera: Mat4::IDENTITY,
-            projection: Projection::Perspective {
-                fov_y_radians: std::f32::consts::FRAC_PI_4,
-                aspect_ratio: None,
-                z_near: 0.0,
-                z_far: None,
-            },
+impl Shape {
+    /// The mesh primitive in its own space.
+    pub fn primitive<'s>(&self, scene: &'s Scene) -> &'s Primitive {
+        &scene.meshes[self.mesh.index()].primitives[self.primitive]
+    }
+
+    /// Texture coordinates of set `set` at three vertices; zero where the primitive has no such set.
+    pub fn uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> [Vec2; 3] {
+        let sets = self.morphed.uvs.as_ref().unwrap_or(&self.primitive(scene).uvs);
+        match sets.get(set) {
+            Some(uvs) => corners.map(|corner| uvs[corner as usize]),
+            None => [Vec2::ZERO; 3],
         }
+    }
+
+    /// Linear vertex colours at three vertices; `None` where the primitive has none.
+    pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
+        let colors = self
+            .morphed
+            .colors
+            .as_ref()
+            .or(self.primitive(scene).colors.as_ref())?;
+        Some(corners.map(|corner| colors[corner as usize]))
     }
 }
 
 impl Frame {
-    /// Poses `scene` at `time_seconds`, reusing the memory of `self`.
-    pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
-        let _ = (scene, selection, time_seconds);
-    }
-
     /// The scene at `time_seconds` as a new value.
     pub fn at(scene: &Scene, selection: &Selection, time_seconds: f64) -> Self {
         let mut frame = Self::default();
         frame.pose(scene, selection, time_seconds);
         frame
     }
+
+    /// Poses `scene` at `time_seconds`, using the memory of `self` again.
+    ///
+    /// A [`crate::scene::CameraChoice::Auto`] is framed anew for a square picture each time; resolve it once with
+    /// [`auto_camera`] when there are several frames.
+    pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        self.pose_surfaces(scene, selection, time_seconds);
+        self.camera = placed::camera(scene, selection, &self.scratch.world);
+    }
+
+    /// Everything but the camera.
+    fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        self.time_seconds = time_seconds;
+        let Scratch { pose, world, .. } = &mut self.scratch;
+        pose.play(scene, selection, time_seconds);
+        transform::world_matrices(scene, &pose.local, world);
+        self.materials.clone_from(&scene.materials);
+        let drawn = transform::drawn_nodes(scene, selection);
+        self.lights.clear();
+        self.lights
+            .extend(drawn.iter().filter_map(|&node| placed::light(scene, node, world)));
+        self.list_shapes(scene, &drawn);
+        self.pose_shapes(scene);
+    }
+
+    /// Gives every drawn primitive its place among triangles and vertices.
+    fn list_shapes(&mut self, scene: &Scene, drawn: &[NodeIndex]) {
+        self.shapes.clear();
+        let (mut triangles, mut vertices) = (0_usize, 0_usize);
+        for &node in drawn {
+            let Some(mesh) = scene.nodes[node.index()].mesh else {
+                continue;
+            };
+            for (index, primitive) in scene.meshes[mesh.index()].primitives.iter().enumerate() {
+                self.shapes.push(Shape {
+                    node,
+                    mesh,
+                    primitive: index,
+                    material: primitive.material,
+                    first_triangle: triangles as u32,
+                    first_vertex: vertices,
+                    mirrored: false,
+                    morphed: MorphedAttributes::default(),
+                });
+                triangles += primitive.triangles.len();
+                vertices += primitive.positions.len();
+            }
+        }
+        let corner = Triangle {
+            vertices: [Vec3::ZERO; 3],
+        };
+        self.triangles.resize(triangles, corner);
+        self.flags.resize(triangles, PrimitiveFlags::default());
+        self.shape_of_triangle.resize(triangles, 0);
+        self.vertices.resize(vertices, PosedVertex::default());
+    }
+
+    fn pose_shapes(&mut self, scene: &Scene) {
+        let Scratch {
+            pose,
+            world,
+            joint_matrices,
+        } = &mut self.scratch;
+        for (index, shape) in self.shapes.iter_mut().enumerate() {
+            let primitive = shape.primitive(scene);
+            let node = &scene.nodes[shape.node.index()];
+            let world_from_node = &world[shape.node.index()];
+
+            // Weights: animated over the node's over the mesh's.
+            let weights = pose.weights[shape.node.index()]
+                .as_ref()
+                .or(node.weights.as_ref())
+                .unwrap_or(&scene.meshes[shape.mesh.index()].weights);
+            shape.morphed = deform::morph_attributes(primitive, weights);
+
+            // Vertices
+            let placement = match (node.skin, &primitive.influences) {
+                (Some(skin), Some(_)) => {
+                    fill_joint_matrices(&scene.skins[skin.index()], world, joint_matrices);
+                    Placement::Skinned {
+                        joint_matrices,
+                        world_from_node,
+                    }
+                }
+                _ => Placement::Rigid(world_from_node),
+            };
+            shape.mirrored = deform::mirrors(placement);
+            let vertices = &mut self.vertices[shape.first_vertex..][..primitive.positions.len()];
+            deform::pose_vertices(primitive, weights, placement, vertices);
+
+            // Triangles
+            let material = &self.materials[shape.material.index()];
+            let range =
+                shape.first_triangle as usize..shape.first_triangle as usize + primitive.triangles.len();
+            self.shape_of_triangle[range.clone()].fill(index as u32);
+            gather_triangles(
+                primitive,
+                vertices,
+                shape.mirrored,
+                flags_of(material),
+                (&mut self.triangles[range.clone()], &mut self.flags[range]),
+            );
+        }
+    }
+
+    /// The shape that triangle `primitive` belongs to.
+    pub fn shape(&self, primitive: u32) -> &Shape {
+        &self.shapes[self.shape_of_triangle[primitive as usize] as usize]
+    }
 }
+
+/// Joint matrix = world from joint · inverse bind matrix.
+fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat4>) {
+    let pairs = skin.joints.iter().zip(&skin.inverse_bind_matrices);
+    joint_matrices.clear();
+    joint_matrices.extend(pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind));
+}
+
+/// Corners in world space; mirrored shapes swap the last two so that counter-clockwise stays the front.
+fn gather_triangles(
+    primitive: &Primitive,
+    vertices: &[PosedVertex],
+    mirrored: bool,
+    flags: PrimitiveFlags,
+    (triangles, triangle_flags): (&mut [Triangle], &mut [PrimitiveFlags]),
+) {
+    let outputs = triangles
+        .par_iter_mut()
+        .zip(triangle_flags)
+        .zip(&primitive.triangles);
+    outputs
+        .with_min_len(TRIANGLES_A_TASK)
+        .for_each(|((triangle, triangle_flags), corners)| {
+            let [a, b, c] = corners.map(|corner| vertices[corner as usize].position);
+            triangle.vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+            // Corners that overflowed the number range cannot be hit and must not spoil boxes.
+            let finite = triangle.vertices.iter().all(|vertex| vertex.is_finite());
+            *triangle_flags = if finite {
+                flags
+            } else {
+                flags.with(PrimitiveFlags::HIDDEN)
+            };
+        });
+}
+
+/// What traversal must know of a material: volumes and double-sided surfaces show their back, and whatever lets light
+/// through is asked about.
+fn flags_of(material: &Material) -> PrimitiveFlags {
+    let mut flags = PrimitiveFlags::default();
+    if !material.double_sided && !is_volume(material) {
+        flags = flags.with(PrimitiveFlags::SINGLE_SIDED);
+    }
+    if material.alpha_mode != AlphaMode::Opaque || transmits(material) {
+        flags = flags.with(PrimitiveFlags::FILTERED);
+    }
+    flags
+}
+
+/// Whether light can pass through the material.
+pub fn transmits(material: &Material) -> bool {
+    material
+        .transmission
+        .is_some_and(|transmission| transmission.factor > 0.0)
+        && !material.unlit
+}
+
+/// Whether the material bounds a closed volume that light enters and leaves.
+pub fn is_volume(material: &Material) -> bool {
+    material.volume.is_some() && transmits(material)
+}
+
+#[cfg(test)]
+mod tests;

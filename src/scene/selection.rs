@@ -1,6 +1,8 @@
 //! Which of a file's scenes, clips and cameras are shown.
 
-use super::{AnimationIndex, NodeIndex};
+use glam::Mat4;
+
+use super::{AnimationIndex, NodeIndex, Projection};
 
 /// One of several things in a file, as a user names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,16 +46,23 @@ pub enum CameraRequest {
 }
 
 /// Which camera looks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CameraChoice {
     /// One that frames the whole scene over the selected clips.
     Auto,
     /// The camera of this node.
     Node(NodeIndex),
+    /// One that stands still, such as an automatic one that was resolved.
+    Fixed {
+        /// Rotation and translation; columns are right, up, backward, position.
+        world_from_camera: Mat4,
+        /// Its projection.
+        projection: Projection,
+    },
 }
 
 /// What is shown, resolved against one scene.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Roots that are drawn.
     pub roots: Vec<NodeIndex>,

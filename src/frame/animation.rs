@@ -1,0 +1,246 @@
+//! Keyframes evaluated at a time: steps, straight lines, arcs and Hermite splines (glTF 2.0, appendix C).
+
+use glam::{Quat, Vec3};
+
+use crate::scene::{AnimationTarget, Interpolation, Keyframes, LocalTransform, Scene, Selection};
+
+/// Local transforms and morph weights of every node at one time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct NodePose {
+    /// One a node.
+    pub(super) local: Vec<LocalTransform>,
+    /// Weights that an animation sets; `None` leaves the node's or mesh's own.
+    pub(super) weights: Vec<Option<Vec<f32>>>,
+}
+
+impl NodePose {
+    /// Sets every node to its rest pose, then plays the selected clips.
+    pub(super) fn play(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        self.local.clear();
+        self.local.extend(scene.nodes.iter().map(|node| node.local));
+        self.weights.clear();
+        self.weights.resize(scene.nodes.len(), None);
+        for &clip in &selection.clips {
+            for channel in &scene.animations[clip.index()].channels {
+                self.apply(channel.target, &channel.keyframes, time_seconds);
+            }
+        }
+    }
+
+    fn apply(&mut self, target: AnimationTarget, keyframes: &Keyframes, time_seconds: f64) {
+        match target {
+            AnimationTarget::Translation(node) => {
+                if let LocalTransform::Trs { translation, .. } = &mut self.local[node.index()] {
+                    *translation = vec3_at(keyframes, time_seconds);
+                }
+            }
+            AnimationTarget::Rotation(node) => {
+                if let LocalTransform::Trs { rotation, .. } = &mut self.local[node.index()] {
+                    *rotation = rotation_at(keyframes, time_seconds);
+                }
+            }
+            AnimationTarget::Scale(node) => {
+                if let LocalTransform::Trs { scale, .. } = &mut self.local[node.index()] {
+                    *scale = vec3_at(keyframes, time_seconds);
+                }
+            }
+            AnimationTarget::Weights(node) => {
+                let weights = (0..keyframes.width).map(|i| component_at(keyframes, time_seconds, i));
+                self.weights[node.index()] = Some(weights.collect());
+            }
+        }
+    }
+}
+
+/// Where a time falls among keys: the key before it, the seconds to the next one, and the share of them that has passed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct KeySpan {
+    key: usize,
+    seconds: f32,
+    share: f32,
+}
+
+/// Times before the first key and after the last clamp to those keys.
+fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
+    let after = times_seconds.partition_point(|&key_time| f64::from(key_time) <= time_seconds);
+    if after == 0 {
+        return KeySpan {
+            key: 0,
+            seconds: 0.0,
+            share: 0.0,
+        };
+    }
+    let key = after - 1;
+    if after == times_seconds.len() {
+        return KeySpan {
+            key,
+            seconds: 0.0,
+            share: 0.0,
+        };
+    }
+    let seconds = f64::from(times_seconds[after]) - f64::from(times_seconds[key]);
+    let share = (time_seconds - f64::from(times_seconds[key])) / seconds;
+    KeySpan {
+        key,
+        seconds: seconds as f32,
+        share: share as f32,
+    }
+}
+
+/// One component of a value that is interpolated component by component.
+fn component_at(keyframes: &Keyframes, time_seconds: f64, component: usize) -> f32 {
+    let span = span_at(&keyframes.times_seconds, time_seconds);
+    let width = keyframes.width;
+    match keyframes.interpolation {
+        Interpolation::Step => keyframes.values[span.key * width + component],
+        Interpolation::Linear => {
+            let a = keyframes.values[span.key * width + component];
+            if span.share == 0.0 {
+                return a;
+            }
+            let b = keyframes.values[(span.key + 1) * width + component];
+            a + (b - a) * span.share
+        }
+        Interpolation::CubicSpline => {
+            // Each key stores in-tangent, value, out-tangent.
+            let stored = |key: usize, part: usize| keyframes.values[(key * 3 + part) * width + component];
+            let v0 = stored(span.key, 1);
+            if span.share == 0.0 {
+                return v0;
+            }
+            let v1 = stored(span.key + 1, 1);
+            let out0 = stored(span.key, 2) * span.seconds;
+            let in1 = stored(span.key + 1, 0) * span.seconds;
+            hermite(span.share, [v0, out0, v1, in1])
+        }
+    }
+}
+
+/// Cubic Hermite spline from `v0` with slope `m0` at s = 0 to `v1` with slope `m1` at s = 1.
+fn hermite(s: f32, [v0, m0, v1, m1]: [f32; 4]) -> f32 {
+    let s2 = s * s;
+    let s3 = s2 * s;
+    (2.0 * s3 - 3.0 * s2 + 1.0) * v0 + (s3 - 2.0 * s2 + s) * m0 + (3.0 * s2 - 2.0 * s3) * v1 + (s3 - s2) * m1
+}
+
+fn vec3_at(keyframes: &Keyframes, time_seconds: f64) -> Vec3 {
+    Vec3::from_array([0, 1, 2].map(|i| component_at(keyframes, time_seconds, i)))
+}
+
+/// Straight lines become arcs on the shorter way; splines are normalised and never flipped.
+fn rotation_at(keyframes: &Keyframes, time_seconds: f64) -> Quat {
+    let span = span_at(&keyframes.times_seconds, time_seconds);
+    if keyframes.interpolation == Interpolation::Linear && span.share > 0.0 {
+        let key = |k: usize| Quat::from_slice(&keyframes.values[k * 4..k * 4 + 4]);
+        return slerp(
+            normalized(key(span.key)),
+            normalized(key(span.key + 1)),
+            span.share,
+        );
+    }
+    normalized(Quat::from_array(
+        [0, 1, 2, 3].map(|i| component_at(keyframes, time_seconds, i)),
+    ))
+}
+
+fn normalized(q: Quat) -> Quat {
+    let length = q.length();
+    if length > 0.0 {
+        q * (1.0 / length)
+    } else {
+        Quat::IDENTITY
+    }
+}
+
+/// Spherical interpolation of unit quaternions along the shorter arc.
+fn slerp(q0: Quat, q1: Quat, share: f32) -> Quat {
+    /// Above this cosine the sine that divides loses its digits, and the chord is as good as the arc.
+    const NEARLY_PARALLEL: f32 = 0.9999;
+    let dot = q0.dot(q1);
+    let cosine = dot.abs();
+    let q1 = if dot < 0.0 { -q1 } else { q1 };
+    if cosine > NEARLY_PARALLEL {
+        return normalized(q0 * (1.0 - share) + q1 * share);
+    }
+    let angle = libm::acosf(cosine);
+    let w0 = libm::sinf(angle * (1.0 - share));
+    let w1 = libm::sinf(angle * share);
+    normalized(q0 * w0 + q1 * w1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keyframes(width: usize, values: Vec<f32>, interpolation: Interpolation) -> Keyframes {
+        Keyframes {
+            times_seconds: vec![1.0, 3.0],
+            values,
+            width,
+            interpolation,
+        }
+    }
+
+    #[test]
+    fn times_outside_the_keys_clamp() {
+        let linear = keyframes(1, vec![2.0, 6.0], Interpolation::Linear);
+        assert_eq!(component_at(&linear, 0.0, 0), 2.0);
+        assert_eq!(component_at(&linear, 9.0, 0), 6.0);
+        assert_eq!(component_at(&linear, 1.5, 0), 3.0);
+    }
+
+    #[test]
+    fn a_step_holds_until_the_next_key() {
+        let step = keyframes(1, vec![2.0, 6.0], Interpolation::Step);
+        assert_eq!(component_at(&step, 2.999, 0), 2.0);
+        assert_eq!(component_at(&step, 3.0, 0), 6.0);
+    }
+
+    #[test]
+    fn the_cubic_spline_scales_its_tangents_by_the_key_distance() {
+        // v0 = 0 with out-tangent 1/s, v1 = 0 with in-tangent 0, two seconds apart. At s = 1/2:
+        // (s³ − 2s² + s) · td · out0 = (1/8 − 1/2 + 1/2) · 2 · 1 = 1/4.
+        let cubic = keyframes(1, vec![0.0, 0.0, 1.0, 0.0, 0.0, 0.0], Interpolation::CubicSpline);
+        assert_eq!(component_at(&cubic, 2.0, 0), 0.25);
+        // The in-tangent of the second key: (s³ − s²) · td · in1 = −1/8 · 2 · 4 = −1.
+        let cubic = keyframes(1, vec![0.0, 0.0, 0.0, 4.0, 0.0, 0.0], Interpolation::CubicSpline);
+        assert_eq!(component_at(&cubic, 2.0, 0), -1.0);
+        // Equal values and no slopes stay: 2s³ − 3s² + 1 + 3s² − 2s³ = 1.
+        let cubic = keyframes(1, vec![0.0, 5.0, 0.0, 0.0, 5.0, 0.0], Interpolation::CubicSpline);
+        assert_eq!(component_at(&cubic, 1.7, 0), 5.0);
+    }
+
+    #[test]
+    fn linear_rotations_take_the_shorter_arc() {
+        // From no turn to −(90° about Y) stored with the opposite sign: half way is 45°, not 45° + 180°.
+        let half = std::f32::consts::FRAC_PI_4;
+        let q1 = [0.0, -libm::sinf(half), 0.0, -libm::cosf(half)];
+        let values = [[0.0, 0.0, 0.0, 1.0], q1].concat();
+        let rotation = rotation_at(&keyframes(4, values, Interpolation::Linear), 2.0);
+        let expected = Quat::from_xyzw(0.0, libm::sinf(half / 2.0), 0.0, libm::cosf(half / 2.0));
+        assert!(
+            rotation.dot(expected).abs() > 1.0 - 1e-6,
+            "{rotation} is not {expected}"
+        );
+    }
+
+    #[test]
+    fn cubic_rotations_are_normalised_and_not_flipped() {
+        // Values q and −q with no slopes meet at 0 half way along the straight line; a quarter of the way
+        // 2s³ − 3s² + 1 = 27/32, so the sum is (27/32 − 5/32) q, which normalises to q.
+        let q = [0.0, 0.6, 0.0, 0.8];
+        let zero = [0.0; 4];
+        let values = [zero, q, zero, zero, q.map(|c| -c), zero].concat();
+        let rotation = rotation_at(&keyframes(4, values, Interpolation::CubicSpline), 1.5);
+        assert!(rotation.abs_diff_eq(Quat::from_array(q), 1e-6), "{rotation}");
+    }
+
+    #[test]
+    fn slerp_moves_at_constant_speed() {
+        let q0 = Quat::IDENTITY;
+        let q1 = Quat::from_xyzw(0.0, 0.0, 1.0, 0.0); // 180° about Z
+        let third = slerp(q0, q1, 1.0 / 3.0); // 60°: half angle 30°
+        assert!((third.w - libm::cosf(std::f32::consts::FRAC_PI_6)).abs() < 1e-6);
+        assert!((third.z - 0.5).abs() < 1e-6);
+    }
+}

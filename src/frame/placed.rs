@@ -1,0 +1,115 @@
+//! Lights and cameras in world space.
+
+use glam::{Mat4, Vec3, Vec4};
+
+use super::auto_camera;
+use super::transform::unit_or_zero;
+use crate::scene::{CameraChoice, Light, NodeIndex, Projection, Scene, Selection};
+
+/// A light in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PosedLight {
+    /// Metres.
+    pub position: Vec3,
+    /// Unit vector in which the light shines.
+    pub direction: Vec3,
+    /// Its colour, intensity and shape.
+    pub light: Light,
+}
+
+/// A camera in world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PosedCamera {
+    /// Rotation and translation; columns are right, up, backward, position.
+    pub world_from_camera: Mat4,
+    /// Its projection.
+    pub projection: Projection,
+}
+
+impl Default for PosedCamera {
+    fn default() -> Self {
+        let fov_y_radians = std::f32::consts::FRAC_PI_4;
+        Self {
+            world_from_camera: Mat4::IDENTITY,
+            projection: Projection::Perspective {
+                fov_y_radians,
+                aspect_ratio: None,
+                z_near: 0.0,
+                z_far: None,
+            },
+        }
+    }
+}
+
+/// The light of `node`, if it has one.
+pub(super) fn light(scene: &Scene, node: NodeIndex, world: &[Mat4]) -> Option<PosedLight> {
+    let light = scene.lights[scene.nodes[node.index()].light?.index()].clone();
+    let matrix = &world[node.index()];
+    let direction = unit_or_zero(-matrix.z_axis.truncate());
+    let direction = if direction == Vec3::ZERO {
+        Vec3::NEG_Z
+    } else {
+        direction
+    };
+    Some(PosedLight {
+        position: matrix.w_axis.truncate(),
+        direction,
+        light,
+    })
+}
+
+/// The selected camera.
+pub(super) fn camera(scene: &Scene, selection: &Selection, world: &[Mat4]) -> PosedCamera {
+    match selection.camera {
+        CameraChoice::Auto => auto_camera(scene, selection, 1.0),
+        CameraChoice::Fixed {
+            world_from_camera,
+            projection,
+        } => PosedCamera {
+            world_from_camera,
+            projection,
+        },
+        CameraChoice::Node(node) => match scene.nodes[node.index()].camera {
+            Some(camera) => PosedCamera {
+                world_from_camera: without_scale(&world[node.index()]),
+                projection: scene.cameras[camera.index()].projection,
+            },
+            None => auto_camera(scene, selection, 1.0),
+        },
+    }
+}
+
+/// The nearest rotation and translation: scale never changes what a camera sees.
+fn without_scale(matrix: &Mat4) -> Mat4 {
+    let backward = unit_or_zero(matrix.z_axis.truncate());
+    let backward = if backward == Vec3::ZERO { Vec3::Z } else { backward };
+    let up = matrix.y_axis.truncate();
+    let right = unit_or_zero(up.cross(backward));
+    let right = if right == Vec3::ZERO {
+        backward.any_orthonormal_vector()
+    } else {
+        right
+    };
+    let up = backward.cross(right);
+    let position = matrix.w_axis.truncate();
+    Mat4::from_cols(
+        right.extend(0.0),
+        up.extend(0.0),
+        backward.extend(0.0),
+        Vec4::from((position, 1.0)),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cameras_scale_is_ignored_even_when_negative() {
+        let rotation = glam::Quat::from_xyzw(0.0, 0.6, 0.0, 0.8);
+        let position = Vec3::new(1.0, 2.0, 3.0);
+        let expected = Mat4::from_rotation_translation(rotation, position);
+        let scaled = Mat4::from_scale_rotation_translation(Vec3::new(-2.0, 3.0, 0.5), rotation, position);
+        assert!(without_scale(&scaled).abs_diff_eq(expected, 1e-6));
+    }
+}

@@ -1,0 +1,125 @@
+//! A frame as a whole: ids, winding, flags.
+
+use glam::{Quat, Vec3};
+
+use super::*;
+use crate::scene::{CameraChoice, LocalTransform, Mesh, Node, Transmission, Volume};
+
+fn triangle_primitive() -> Primitive {
+    Primitive {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        normals: None,
+        tangents: None,
+        uvs: Vec::new(),
+        colors: None,
+        influences: None,
+        triangles: vec![[0, 1, 2]],
+        material: MaterialIndex(0),
+        targets: Vec::new(),
+    }
+}
+
+/// One triangle under one node for each scale.
+fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
+    let local = |scale| LocalTransform::Trs {
+        translation: Vec3::ZERO,
+        rotation: Quat::IDENTITY,
+        scale,
+    };
+    let nodes = scales.iter().map(|&scale| Node {
+        local: local(scale),
+        mesh: Some(MeshIndex(0)),
+        ..Default::default()
+    });
+    let order: Vec<_> = (0..scales.len() as u32).map(NodeIndex).collect();
+    let scene = Scene {
+        nodes: nodes.collect(),
+        node_order: order.clone(),
+        meshes: vec![Mesh {
+            primitives: vec![triangle_primitive()],
+            ..Default::default()
+        }],
+        materials: vec![Material::default()],
+        ..Default::default()
+    };
+    let camera = CameraChoice::Auto;
+    (
+        scene,
+        Selection {
+            roots: order,
+            clips: Vec::new(),
+            camera,
+        },
+    )
+}
+
+#[test]
+fn a_mirrored_triangle_keeps_its_front() {
+    let (scene, selection) =
+        scene_with_scales(&[Vec3::ONE, Vec3::new(1.0, 1.0, -1.0), Vec3::new(-1.0, 1.0, 1.0)]);
+    let frame = Frame::at(&scene, &selection, 0.0);
+    assert_eq!(frame.triangles[0].scaled_normal(), Vec3::Z);
+    // The object-space normal +Z goes to −Z under a mirrored z; under a mirrored x it stays.
+    assert_eq!(frame.triangles[1].scaled_normal(), Vec3::NEG_Z);
+    assert_eq!(frame.triangles[2].scaled_normal(), Vec3::Z);
+}
+
+#[test]
+fn triangles_that_overflow_keep_their_id_and_are_hidden() {
+    let (scene, selection) = scene_with_scales(&[Vec3::splat(1e30), Vec3::splat(f32::MAX), Vec3::ONE]);
+    let mut scene = scene;
+    scene.meshes[0].primitives[0].positions[1] = Vec3::splat(2.0);
+    let frame = Frame::at(&scene, &selection, 0.0);
+    let hidden: Vec<_> = frame
+        .flags
+        .iter()
+        .map(|flags| flags.has(PrimitiveFlags::HIDDEN))
+        .collect();
+    assert_eq!(hidden, [false, true, false]);
+    assert_eq!(frame.shape_of_triangle, [0, 1, 2]);
+}
+
+#[test]
+fn posing_again_gives_what_a_new_frame_gives() {
+    let (scene, selection) = scene_with_scales(&[Vec3::ONE, Vec3::splat(2.0)]);
+    let (other, other_selection) = scene_with_scales(&[Vec3::splat(3.0); 5]);
+    let mut frame = Frame::at(&other, &other_selection, 0.0);
+    frame.pose(&scene, &selection, 0.0);
+    let fresh = Frame::at(&scene, &selection, 0.0);
+    assert_eq!(frame.triangles, fresh.triangles);
+    assert_eq!(frame.vertices, fresh.vertices);
+    assert_eq!(frame.shapes, fresh.shapes);
+    assert_eq!(frame.camera, fresh.camera);
+}
+
+#[test]
+fn flags_follow_the_material() {
+    let transmission = Some(Transmission {
+        factor: 1.0,
+        texture: None,
+    });
+    let volume = Some(Volume {
+        attenuation_distance: f32::INFINITY,
+        attenuation_color: Vec3::ONE,
+    });
+    let solid = Material::default();
+    assert_eq!(flags_of(&solid), PrimitiveFlags::SINGLE_SIDED);
+    let glass = Material {
+        transmission,
+        volume,
+        ..Material::default()
+    };
+    assert_eq!(flags_of(&glass), PrimitiveFlags::FILTERED);
+    // A volume needs transmission to be seen.
+    let inert = Material {
+        volume,
+        ..Material::default()
+    };
+    assert_eq!(flags_of(&inert), PrimitiveFlags::SINGLE_SIDED);
+    let card = Material {
+        alpha_mode: AlphaMode::Blend,
+        double_sided: true,
+        ..Material::default()
+    };
+    assert_eq!(flags_of(&card), PrimitiveFlags::FILTERED);
+}

@@ -1,0 +1,111 @@
+//! World matrices of nodes, and what they do to normals.
+
+use glam::{Mat3, Mat4, Vec3};
+
+use crate::scene::{LocalTransform, NodeIndex, Scene, Selection};
+
+/// Multiplies local transforms down the hierarchy, parents first.
+pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mut Vec<Mat4>) {
+    world.clear();
+    world.resize(scene.nodes.len(), Mat4::IDENTITY);
+    for &node in &scene.node_order {
+        let own = match local[node.index()] {
+            LocalTransform::Trs {
+                translation,
+                rotation,
+                scale,
+            } => Mat4::from_scale_rotation_translation(scale, rotation, translation),
+            LocalTransform::Matrix(matrix) => matrix,
+        };
+        world[node.index()] = match scene.nodes[node.index()].parent {
+            Some(parent) => world[parent.index()] * own,
+            None => own,
+        };
+    }
+}
+
+/// All nodes under the selected roots, depth first in the file's order.
+pub(super) fn drawn_nodes(scene: &Scene, selection: &Selection) -> Vec<NodeIndex> {
+    let mut drawn = Vec::new();
+    let mut pending: Vec<NodeIndex> = selection.roots.iter().rev().copied().collect();
+    while let Some(node) = pending.pop() {
+        drawn.push(node);
+        pending.extend(scene.nodes[node.index()].children.iter().rev());
+    }
+    drawn
+}
+
+/// What a linear map does to surfaces: points by the map, normals by its inverse transpose.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceMap {
+    linear: Mat3,
+    cofactors: Mat3,
+    /// −1 where the map mirrors, else 1.
+    pub(super) handedness: f32,
+}
+
+impl SurfaceMap {
+    pub(super) fn new(linear: Mat3) -> Self {
+        // The cofactor matrix is det · inverse transpose, and exists for singular maps too.
+        let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
+        let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+        let determinant = x.dot(cofactors.x_axis);
+        Self {
+            linear,
+            cofactors,
+            handedness: if determinant < 0.0 { -1.0 } else { 1.0 },
+        }
+    }
+
+    /// A unit normal, or zero where the map flattens the surface.
+    pub(super) fn normal(&self, normal: Vec3) -> Vec3 {
+        unit_or_zero(self.cofactors * normal * self.handedness)
+    }
+
+    /// A unit tangent, or zero.
+    pub(super) fn tangent(&self, tangent: Vec3) -> Vec3 {
+        unit_or_zero(self.linear * tangent)
+    }
+}
+
+/// `v` at unit length; zero where it has none that can be told.
+pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
+    // Scaling by the largest component first keeps the square from overflowing or vanishing.
+    let largest = v.abs().max_element();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return Vec3::ZERO;
+    }
+    let scaled = v * (1.0 / largest);
+    if scaled.is_finite() {
+        return scaled / libm::sqrtf(scaled.dot(scaled));
+    }
+    // The reciprocal of a subnormal overflows; divide instead.
+    let scaled = v / largest;
+    scaled / libm::sqrtf(scaled.dot(scaled))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normals_stay_perpendicular_under_uneven_and_negative_scale() {
+        let map = SurfaceMap::new(Mat3::from_diagonal(Vec3::new(-2.0, 1.0, 1.0)));
+        // The plane through (1, 0, 0) and (0, 1, 0) along z has normal (1, 1, 0); scaled by (−2, 1, 1) it runs
+        // through (−2, 0, 0) and (0, 1, 0), whose outward normal is (−1, 2, 0).
+        let normal = map.normal(Vec3::new(1.0, 1.0, 0.0));
+        assert!(
+            normal.abs_diff_eq(Vec3::new(-1.0, 2.0, 0.0).normalize(), 1e-6),
+            "{normal}"
+        );
+        assert_eq!(map.handedness, -1.0);
+    }
+
+    #[test]
+    fn flattened_and_tiny_maps_give_no_nan() {
+        assert_eq!(SurfaceMap::new(Mat3::ZERO).normal(Vec3::Y), Vec3::ZERO);
+        let tiny = SurfaceMap::new(Mat3::from_diagonal(Vec3::splat(1e-18)));
+        assert!(tiny.normal(Vec3::Y).abs_diff_eq(Vec3::Y, 1e-6));
+        assert!(unit_or_zero(Vec3::new(1e-42, 0.0, 0.0)).abs_diff_eq(Vec3::X, 1e-6));
+    }
+}

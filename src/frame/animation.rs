@@ -64,27 +64,15 @@ struct KeySpan {
 fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
     let after = times_seconds.partition_point(|&key_time| f64::from(key_time) <= time_seconds);
     if after == 0 {
-        return KeySpan {
-            key: 0,
-            seconds: 0.0,
-            share: 0.0,
-        };
+        return KeySpan { key: 0, seconds: 0.0, share: 0.0 };
     }
     let key = after - 1;
     if after == times_seconds.len() {
-        return KeySpan {
-            key,
-            seconds: 0.0,
-            share: 0.0,
-        };
+        return KeySpan { key, seconds: 0.0, share: 0.0 };
     }
     let seconds = f64::from(times_seconds[after]) - f64::from(times_seconds[key]);
     let share = (time_seconds - f64::from(times_seconds[key])) / seconds;
-    KeySpan {
-        key,
-        seconds: seconds as f32,
-        share: share as f32,
-    }
+    KeySpan { key, seconds: seconds as f32, share: share as f32 }
 }
 
 /// One component of a value that is interpolated component by component.
@@ -132,24 +120,14 @@ fn rotation_at(keyframes: &Keyframes, time_seconds: f64) -> Quat {
     let span = span_at(&keyframes.times_seconds, time_seconds);
     if keyframes.interpolation == Interpolation::Linear && span.share > 0.0 {
         let key = |k: usize| Quat::from_slice(&keyframes.values[k * 4..k * 4 + 4]);
-        return slerp(
-            normalized(key(span.key)),
-            normalized(key(span.key + 1)),
-            span.share,
-        );
+        return slerp(normalized(key(span.key)), normalized(key(span.key + 1)), span.share);
     }
-    normalized(Quat::from_array(
-        [0, 1, 2, 3].map(|i| component_at(keyframes, time_seconds, i)),
-    ))
+    normalized(Quat::from_array([0, 1, 2, 3].map(|i| component_at(keyframes, time_seconds, i))))
 }
 
 fn normalized(q: Quat) -> Quat {
     let length = q.length();
-    if length > 0.0 {
-        q * (1.0 / length)
-    } else {
-        Quat::IDENTITY
-    }
+    if length > 0.0 { q * (1.0 / length) } else { Quat::IDENTITY }
 }
 
 /// Spherical interpolation of unit quaternions along the shorter arc.
@@ -173,12 +151,7 @@ mod tests {
     use super::*;
 
     fn keyframes(width: usize, values: Vec<f32>, interpolation: Interpolation) -> Keyframes {
-        Keyframes {
-            times_seconds: vec![1.0, 3.0],
-            values,
-            width,
-            interpolation,
-        }
+        Keyframes { times_seconds: vec![1.0, 3.0], values, width, interpolation }
     }
 
     #[test]
@@ -218,10 +191,7 @@ mod tests {
         let values = [[0.0, 0.0, 0.0, 1.0], q1].concat();
         let rotation = rotation_at(&keyframes(4, values, Interpolation::Linear), 2.0);
         let expected = Quat::from_xyzw(0.0, libm::sinf(half / 2.0), 0.0, libm::cosf(half / 2.0));
-        assert!(
-            rotation.dot(expected).abs() > 1.0 - 1e-6,
-            "{rotation} is not {expected}"
-        );
+        assert!(rotation.dot(expected).abs() > 1.0 - 1e-6, "{rotation} is not {expected}");
     }
 
     #[test]

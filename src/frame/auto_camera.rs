@@ -20,11 +20,8 @@ pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> P
     let mut frame = Frame::default();
     for time in sample_times(scene, selection) {
         frame.pose_surfaces(scene, selection, time);
-        let shown = frame
-            .triangles
-            .iter()
-            .zip(&frame.flags)
-            .filter(|(_, flags)| !flags.has(PrimitiveFlags::HIDDEN));
+        let shown =
+            frame.triangles.iter().zip(&frame.flags).filter(|(_, flags)| !flags.has(PrimitiveFlags::HIDDEN));
         bounds = shown.fold(bounds, |bounds, (triangle, _)| bounds.union(triangle.bounds()));
     }
     frame_bounds(bounds, aspect_ratio)
@@ -32,15 +29,10 @@ pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> P
 
 /// One time where nothing moves, else [`TIMES`] of them.
 fn sample_times(scene: &Scene, selection: &Selection) -> Vec<f64> {
-    let durations = selection
-        .clips
-        .iter()
-        .map(|&clip| scene.animations[clip.index()].duration_seconds());
+    let durations = selection.clips.iter().map(|&clip| scene.animations[clip.index()].duration_seconds());
     let duration = f64::from(durations.fold(0.0, |a, b| if b > a { b } else { a }));
     if duration > 0.0 {
-        (0..TIMES)
-            .map(|i| duration * i as f64 / (TIMES - 1) as f64)
-            .collect()
+        (0..TIMES).map(|i| duration * i as f64 / (TIMES - 1) as f64).collect()
     } else {
         vec![0.0]
     }
@@ -48,14 +40,7 @@ fn sample_times(scene: &Scene, selection: &Selection) -> Vec<f64> {
 
 fn frame_bounds(bounds: Aabb, aspect_ratio: f32) -> PosedCamera {
     let fov_y_radians = std::f32::consts::FRAC_PI_4;
-    let bounds = if bounds.is_empty() {
-        Aabb {
-            min: -Vec3::ONE,
-            max: Vec3::ONE,
-        }
-    } else {
-        bounds
-    };
+    let bounds = if bounds.is_empty() { Aabb { min: -Vec3::ONE, max: Vec3::ONE } } else { bounds };
     let center = bounds.center();
     let half = bounds.extent() * 0.5;
     let tan_y = libm::tanf(fov_y_radians * 0.5) * (1.0 - MARGIN);
@@ -66,16 +51,8 @@ fn frame_bounds(bounds: Aabb, aspect_ratio: f32) -> PosedCamera {
     let largest = larger(larger(half.x, half.y), half.z);
     let distance = if fit > 0.0 { fit } else { larger(largest, 1.0) };
     let position = Vec3::new(center.x, center.y, bounds.max.z + distance);
-    let projection = Projection::Perspective {
-        fov_y_radians,
-        aspect_ratio: None,
-        z_near: 0.0,
-        z_far: None,
-    };
-    PosedCamera {
-        world_from_camera: Mat4::from_translation(position),
-        projection,
-    }
+    let projection = Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.0, z_far: None };
+    PosedCamera { world_from_camera: Mat4::from_translation(position), projection }
 }
 
 fn larger(a: f32, b: f32) -> f32 {
@@ -88,20 +65,12 @@ mod tests {
 
     #[test]
     fn the_front_of_the_bounds_fills_the_picture_but_for_the_margin() {
-        let camera = frame_bounds(
-            Aabb {
-                min: Vec3::new(-2.0, -1.0, -5.0),
-                max: Vec3::new(2.0, 1.0, 5.0),
-            },
-            1.0,
-        );
+        let camera =
+            frame_bounds(Aabb { min: Vec3::new(-2.0, -1.0, -5.0), max: Vec3::new(2.0, 1.0, 5.0) }, 1.0);
         // Square picture, half width 2: distance · tan 22.5° · 0.95 = 2.
         let distance = 2.0 / (libm::tanf(std::f32::consts::FRAC_PI_8) * 0.95);
         let position = camera.world_from_camera.w_axis.truncate();
-        assert!(
-            position.abs_diff_eq(Vec3::new(0.0, 0.0, 5.0 + distance), 1e-4),
-            "{position}"
-        );
+        assert!(position.abs_diff_eq(Vec3::new(0.0, 0.0, 5.0 + distance), 1e-4), "{position}");
     }
 
     #[test]

@@ -46,27 +46,17 @@ pub(super) fn pose_vertices(
         Placement::Rigid(matrix) => Some((matrix, SurfaceMap::new(Mat3::from_mat4(*matrix)))),
         Placement::Skinned { .. } => None,
     };
-    vertices
-        .par_iter_mut()
-        .enumerate()
-        .with_min_len(VERTICES_A_TASK)
-        .for_each(|(index, vertex)| {
-            let local = morphed(primitive, &active, index);
-            *vertex = match (&rigid, placement) {
-                (Some((matrix, map)), _) => placed(&local, matrix, map),
-                (
-                    None,
-                    Placement::Skinned {
-                        joint_matrices,
-                        world_from_node,
-                    },
-                ) => {
-                    let matrix = skin_matrix(primitive, index, joint_matrices).unwrap_or(*world_from_node);
-                    placed(&local, &matrix, &SurfaceMap::new(Mat3::from_mat4(matrix)))
-                }
-                (None, Placement::Rigid(_)) => local,
-            };
-        });
+    vertices.par_iter_mut().enumerate().with_min_len(VERTICES_A_TASK).for_each(|(index, vertex)| {
+        let local = morphed(primitive, &active, index);
+        *vertex = match (&rigid, placement) {
+            (Some((matrix, map)), _) => placed(&local, matrix, map),
+            (None, Placement::Skinned { joint_matrices, world_from_node }) => {
+                let matrix = skin_matrix(primitive, index, joint_matrices).unwrap_or(*world_from_node);
+                placed(&local, &matrix, &SurfaceMap::new(Mat3::from_mat4(matrix)))
+            }
+            (None, Placement::Rigid(_)) => local,
+        };
+    });
 }
 
 /// Targets whose weight is not zero.
@@ -77,14 +67,8 @@ fn active_targets<'a>(primitive: &'a Primitive, weights: &[f32]) -> Vec<(&'a Mor
 
 fn morphed(primitive: &Primitive, active: &[(&MorphTarget, f32)], index: usize) -> PosedVertex {
     let mut position = primitive.positions[index];
-    let mut normal = primitive
-        .normals
-        .as_ref()
-        .map_or(Vec3::ZERO, |normals| normals[index]);
-    let mut tangent = primitive
-        .tangents
-        .as_ref()
-        .map_or(Vec4::ZERO, |tangents| tangents[index]);
+    let mut normal = primitive.normals.as_ref().map_or(Vec3::ZERO, |normals| normals[index]);
+    let mut tangent = primitive.tangents.as_ref().map_or(Vec4::ZERO, |tangents| tangents[index]);
     for &(target, weight) in active {
         if let Some(deltas) = &target.positions {
             position += deltas[index] * weight;
@@ -96,11 +80,7 @@ fn morphed(primitive: &Primitive, active: &[(&MorphTarget, f32)], index: usize) 
             tangent += (deltas[index] * weight).extend(0.0);
         }
     }
-    PosedVertex {
-        position,
-        normal,
-        tangent,
-    }
+    PosedVertex { position, normal, tangent }
 }
 
 fn placed(local: &PosedVertex, matrix: &Mat4, map: &SurfaceMap) -> PosedVertex {
@@ -116,9 +96,7 @@ fn placed(local: &PosedVertex, matrix: &Mat4, map: &SurfaceMap) -> PosedVertex {
 fn skin_matrix(primitive: &Primitive, index: usize, joint_matrices: &[Mat4]) -> Option<Mat4> {
     let influences = primitive.influences.as_ref()?;
     let range = index * influences.per_vertex..(index + 1) * influences.per_vertex;
-    let pairs = influences.joints[range.clone()]
-        .iter()
-        .zip(&influences.weights[range]);
+    let pairs = influences.joints[range.clone()].iter().zip(&influences.weights[range]);
     let mut held = false;
     let mut sum = Mat4::ZERO;
     for (&joint, &weight) in pairs.filter(|&(_, &weight)| weight != 0.0) {
@@ -130,11 +108,11 @@ fn skin_matrix(primitive: &Primitive, index: usize, joint_matrices: &[Mat4]) -> 
 
 /// Texture coordinates and colours that morph targets change; the primitive's own are used where `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MorphedAttributes {
+pub(super) struct MorphedAttributes {
     /// All sets, with the changed ones changed.
-    pub uvs: Option<Vec<Vec<Vec2>>>,
+    pub(super) uvs: Option<Vec<Vec<Vec2>>>,
     /// Clamped to 0..1.
-    pub colors: Option<Vec<Vec4>>,
+    pub(super) colors: Option<Vec<Vec4>>,
 }
 
 /// Adds texture coordinate and colour differences; costs nothing where no active target has any.
@@ -145,18 +123,12 @@ pub(super) fn morph_attributes(primitive: &Primitive, weights: &[f32]) -> Morphe
         for (set, deltas) in &target.uvs {
             let uvs = morphed.uvs.get_or_insert_with(|| primitive.uvs.clone());
             if let Some(values) = uvs.get_mut(*set) {
-                values
-                    .iter_mut()
-                    .zip(deltas)
-                    .for_each(|(value, &delta)| *value += delta * weight);
+                values.iter_mut().zip(deltas).for_each(|(value, &delta)| *value += delta * weight);
             }
         }
         if let (Some(deltas), Some(base)) = (&target.colors, &primitive.colors) {
             let colors = morphed.colors.get_or_insert_with(|| base.clone());
-            colors
-                .iter_mut()
-                .zip(deltas)
-                .for_each(|(value, &delta)| *value += delta * weight);
+            colors.iter_mut().zip(deltas).for_each(|(value, &delta)| *value += delta * weight);
         }
     }
     for color in morphed.colors.iter_mut().flatten() {
@@ -205,34 +177,21 @@ mod tests {
     fn a_two_bone_strip_bends_by_the_weighted_sum_of_its_joints() {
         // Joint 0 stays, joint 1 moves up by 2. A vertex held 1/4 : 3/4 rises by 3/4 · 2 = 1.5.
         let mut strip = one_vertex(Vec3::new(1.0, 0.0, 0.0));
-        strip.influences = Some(SkinInfluences {
-            per_vertex: 2,
-            joints: vec![0, 1],
-            weights: vec![0.25, 0.75],
-        });
+        strip.influences =
+            Some(SkinInfluences { per_vertex: 2, joints: vec![0, 1], weights: vec![0.25, 0.75] });
         let joints = [Mat4::IDENTITY, Mat4::from_translation(Vec3::new(0.0, 2.0, 0.0))];
         // The node's own matrix must have no say.
         let node = Mat4::from_translation(Vec3::new(100.0, 0.0, 0.0));
-        let placement = Placement::Skinned {
-            joint_matrices: &joints,
-            world_from_node: &node,
-        };
+        let placement = Placement::Skinned { joint_matrices: &joints, world_from_node: &node };
         assert_eq!(posed(&strip, &[], placement).position, Vec3::new(1.0, 1.5, 0.0));
     }
 
     #[test]
     fn a_vertex_that_no_joint_holds_follows_its_node() {
         let mut strip = one_vertex(Vec3::ZERO);
-        strip.influences = Some(SkinInfluences {
-            per_vertex: 1,
-            joints: vec![0],
-            weights: vec![0.0],
-        });
+        strip.influences = Some(SkinInfluences { per_vertex: 1, joints: vec![0], weights: vec![0.0] });
         let node = Mat4::from_translation(Vec3::X);
-        let placement = Placement::Skinned {
-            joint_matrices: &[Mat4::IDENTITY],
-            world_from_node: &node,
-        };
+        let placement = Placement::Skinned { joint_matrices: &[Mat4::IDENTITY], world_from_node: &node };
         assert_eq!(posed(&strip, &[], placement).position, Vec3::X);
     }
 
@@ -240,20 +199,11 @@ mod tests {
     fn morphing_comes_before_skinning() {
         // Morph adds 0.5 · (2, 0, 0) = (1, 0, 0); the joint then turns X into Y (90° about Z).
         let mut strip = one_vertex(Vec3::ZERO);
-        strip.targets = vec![MorphTarget {
-            positions: Some(vec![Vec3::new(2.0, 0.0, 0.0)]),
-            ..Default::default()
-        }];
-        strip.influences = Some(SkinInfluences {
-            per_vertex: 1,
-            joints: vec![0],
-            weights: vec![1.0],
-        });
+        strip.targets =
+            vec![MorphTarget { positions: Some(vec![Vec3::new(2.0, 0.0, 0.0)]), ..Default::default() }];
+        strip.influences = Some(SkinInfluences { per_vertex: 1, joints: vec![0], weights: vec![1.0] });
         let turn = Mat4::from_cols(Vec4::Y, -Vec4::X, Vec4::Z, Vec4::W);
-        let placement = Placement::Skinned {
-            joint_matrices: &[turn],
-            world_from_node: &Mat4::IDENTITY,
-        };
+        let placement = Placement::Skinned { joint_matrices: &[turn], world_from_node: &Mat4::IDENTITY };
         let vertex = posed(&strip, &[0.5], placement);
         assert_eq!(vertex.position, Vec3::new(0.0, 1.0, 0.0));
         assert!(vertex.normal.abs_diff_eq(Vec3::NEG_X, 1e-6), "{}", vertex.normal);
@@ -262,10 +212,7 @@ mod tests {
     #[test]
     fn morph_weights_add_up_and_may_leave_the_unit_interval() {
         let mut primitive = one_vertex(Vec3::ZERO);
-        let target = |delta| MorphTarget {
-            positions: Some(vec![delta]),
-            ..Default::default()
-        };
+        let target = |delta| MorphTarget { positions: Some(vec![delta]), ..Default::default() };
         primitive.targets = vec![target(Vec3::X), target(Vec3::Y), MorphTarget::default()];
         let vertex = posed(&primitive, &[1.5, -1.0, 7.0], Placement::Rigid(&Mat4::IDENTITY));
         assert_eq!(vertex.position, Vec3::new(1.5, -1.0, 0.0));
@@ -287,10 +234,7 @@ mod tests {
     fn morphed_colours_are_clamped() {
         let mut primitive = one_vertex(Vec3::ZERO);
         primitive.colors = Some(vec![Vec4::splat(0.75)]);
-        primitive.targets = vec![MorphTarget {
-            colors: Some(vec![Vec4::ONE]),
-            ..Default::default()
-        }];
+        primitive.targets = vec![MorphTarget { colors: Some(vec![Vec4::ONE]), ..Default::default() }];
         assert_eq!(morph_attributes(&primitive, &[0.5]).colors, Some(vec![Vec4::ONE]));
         assert_eq!(morph_attributes(&primitive, &[0.0]), MorphedAttributes::default());
     }

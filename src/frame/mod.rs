@@ -99,11 +99,7 @@ impl Shape {
 
     /// Linear vertex colours at three vertices; `None` where the primitive has none.
     pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
-        let colors = self
-            .morphed
-            .colors
-            .as_ref()
-            .or(self.primitive(scene).colors.as_ref())?;
+        let colors = self.morphed.colors.as_ref().or(self.primitive(scene).colors.as_ref())?;
         Some(corners.map(|corner| colors[corner as usize]))
     }
 }
@@ -134,8 +130,7 @@ impl Frame {
         self.materials.clone_from(&scene.materials);
         let drawn = transform::drawn_nodes(scene, selection);
         self.lights.clear();
-        self.lights
-            .extend(drawn.iter().filter_map(|&node| placed::light(scene, node, world)));
+        self.lights.extend(drawn.iter().filter_map(|&node| placed::light(scene, node, world)));
         self.list_shapes(scene, &drawn);
         self.pose_shapes(scene);
     }
@@ -163,9 +158,7 @@ impl Frame {
                 vertices += primitive.positions.len();
             }
         }
-        let corner = Triangle {
-            vertices: [Vec3::ZERO; 3],
-        };
+        let corner = Triangle { vertices: [Vec3::ZERO; 3] };
         self.triangles.resize(triangles, corner);
         self.flags.resize(triangles, PrimitiveFlags::default());
         self.shape_of_triangle.resize(triangles, 0);
@@ -173,11 +166,7 @@ impl Frame {
     }
 
     fn pose_shapes(&mut self, scene: &Scene) {
-        let Scratch {
-            pose,
-            world,
-            joint_matrices,
-        } = &mut self.scratch;
+        let Scratch { pose, world, joint_matrices } = &mut self.scratch;
         for (index, shape) in self.shapes.iter_mut().enumerate() {
             let primitive = shape.primitive(scene);
             let node = &scene.nodes[shape.node.index()];
@@ -194,10 +183,7 @@ impl Frame {
             let placement = match (node.skin, &primitive.influences) {
                 (Some(skin), Some(_)) => {
                     fill_joint_matrices(&scene.skins[skin.index()], world, joint_matrices);
-                    Placement::Skinned {
-                        joint_matrices,
-                        world_from_node,
-                    }
+                    Placement::Skinned { joint_matrices, world_from_node }
                 }
                 _ => Placement::Rigid(world_from_node),
             };
@@ -241,23 +227,14 @@ fn gather_triangles(
     flags: PrimitiveFlags,
     (triangles, triangle_flags): (&mut [Triangle], &mut [PrimitiveFlags]),
 ) {
-    let outputs = triangles
-        .par_iter_mut()
-        .zip(triangle_flags)
-        .zip(&primitive.triangles);
-    outputs
-        .with_min_len(TRIANGLES_A_TASK)
-        .for_each(|((triangle, triangle_flags), corners)| {
-            let [a, b, c] = corners.map(|corner| vertices[corner as usize].position);
-            triangle.vertices = if mirrored { [a, c, b] } else { [a, b, c] };
-            // Corners that overflowed the number range cannot be hit and must not spoil boxes.
-            let finite = triangle.vertices.iter().all(|vertex| vertex.is_finite());
-            *triangle_flags = if finite {
-                flags
-            } else {
-                flags.with(PrimitiveFlags::HIDDEN)
-            };
-        });
+    let outputs = triangles.par_iter_mut().zip(triangle_flags).zip(&primitive.triangles);
+    outputs.with_min_len(TRIANGLES_A_TASK).for_each(|((triangle, triangle_flags), corners)| {
+        let [a, b, c] = corners.map(|corner| vertices[corner as usize].position);
+        triangle.vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+        // Corners that overflowed the number range cannot be hit and must not spoil boxes.
+        let finite = triangle.vertices.iter().all(|vertex| vertex.is_finite());
+        *triangle_flags = if finite { flags } else { flags.with(PrimitiveFlags::HIDDEN) };
+    });
 }
 
 /// What traversal must know of a material: volumes and double-sided surfaces show their back, and whatever lets light
@@ -275,10 +252,7 @@ fn flags_of(material: &Material) -> PrimitiveFlags {
 
 /// Whether light can pass through the material.
 pub fn transmits(material: &Material) -> bool {
-    material
-        .transmission
-        .is_some_and(|transmission| transmission.factor > 0.0)
-        && !material.unlit
+    material.transmission.is_some_and(|transmission| transmission.factor > 0.0) && !material.unlit
 }
 
 /// Whether the material bounds a closed volume that light enters and leaves.

@@ -46,29 +46,17 @@ pub(super) fn light(scene: &Scene, node: NodeIndex, world: &[Mat4]) -> Option<Po
     let light = scene.lights[scene.nodes[node.index()].light?.index()].clone();
     let matrix = &world[node.index()];
     let direction = unit_or_zero(-matrix.z_axis.truncate());
-    let direction = if direction == Vec3::ZERO {
-        Vec3::NEG_Z
-    } else {
-        direction
-    };
-    Some(PosedLight {
-        position: matrix.w_axis.truncate(),
-        direction,
-        light,
-    })
+    let direction = if direction == Vec3::ZERO { Vec3::NEG_Z } else { direction };
+    Some(PosedLight { position: matrix.w_axis.truncate(), direction, light })
 }
 
 /// The selected camera.
 pub(super) fn camera(scene: &Scene, selection: &Selection, world: &[Mat4]) -> PosedCamera {
     match selection.camera {
         CameraChoice::Auto => auto_camera(scene, selection, 1.0),
-        CameraChoice::Fixed {
-            world_from_camera,
-            projection,
-        } => PosedCamera {
-            world_from_camera,
-            projection,
-        },
+        CameraChoice::Fixed { world_from_camera, projection } => {
+            PosedCamera { world_from_camera, projection }
+        }
         CameraChoice::Node(node) => match scene.nodes[node.index()].camera {
             Some(camera) => PosedCamera {
                 world_from_camera: without_scale(&world[node.index()]),
@@ -85,19 +73,10 @@ fn without_scale(matrix: &Mat4) -> Mat4 {
     let backward = if backward == Vec3::ZERO { Vec3::Z } else { backward };
     let up = matrix.y_axis.truncate();
     let right = unit_or_zero(up.cross(backward));
-    let right = if right == Vec3::ZERO {
-        backward.any_orthonormal_vector()
-    } else {
-        right
-    };
+    let right = if right == Vec3::ZERO { backward.any_orthonormal_vector() } else { right };
     let up = backward.cross(right);
     let position = matrix.w_axis.truncate();
-    Mat4::from_cols(
-        right.extend(0.0),
-        up.extend(0.0),
-        backward.extend(0.0),
-        Vec4::from((position, 1.0)),
-    )
+    Mat4::from_cols(right.extend(0.0), up.extend(0.0), backward.extend(0.0), Vec4::from((position, 1.0)))
 }
 
 #[cfg(test)]

@@ -21,11 +21,7 @@ fn triangle_primitive() -> Primitive {
 
 /// One triangle under one node for each scale.
 fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
-    let local = |scale| LocalTransform::Trs {
-        translation: Vec3::ZERO,
-        rotation: Quat::IDENTITY,
-        scale,
-    };
+    let local = |scale| LocalTransform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale };
     let nodes = scales.iter().map(|&scale| Node {
         local: local(scale),
         mesh: Some(MeshIndex(0)),
@@ -35,22 +31,12 @@ fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
     let scene = Scene {
         nodes: nodes.collect(),
         node_order: order.clone(),
-        meshes: vec![Mesh {
-            primitives: vec![triangle_primitive()],
-            ..Default::default()
-        }],
+        meshes: vec![Mesh { primitives: vec![triangle_primitive()], ..Default::default() }],
         materials: vec![Material::default()],
         ..Default::default()
     };
     let camera = CameraChoice::Auto;
-    (
-        scene,
-        Selection {
-            roots: order,
-            clips: Vec::new(),
-            camera,
-        },
-    )
+    (scene, Selection { roots: order, clips: Vec::new(), camera })
 }
 
 #[test]
@@ -70,11 +56,7 @@ fn triangles_that_overflow_keep_their_id_and_are_hidden() {
     let mut scene = scene;
     scene.meshes[0].primitives[0].positions[1] = Vec3::splat(2.0);
     let frame = Frame::at(&scene, &selection, 0.0);
-    let hidden: Vec<_> = frame
-        .flags
-        .iter()
-        .map(|flags| flags.has(PrimitiveFlags::HIDDEN))
-        .collect();
+    let hidden: Vec<_> = frame.flags.iter().map(|flags| flags.has(PrimitiveFlags::HIDDEN)).collect();
     assert_eq!(hidden, [false, true, false]);
     assert_eq!(frame.shape_of_triangle, [0, 1, 2]);
 }
@@ -94,32 +76,15 @@ fn posing_again_gives_what_a_new_frame_gives() {
 
 #[test]
 fn flags_follow_the_material() {
-    let transmission = Some(Transmission {
-        factor: 1.0,
-        texture: None,
-    });
-    let volume = Some(Volume {
-        attenuation_distance: f32::INFINITY,
-        attenuation_color: Vec3::ONE,
-    });
+    let transmission = Some(Transmission { factor: 1.0, texture: None });
+    let volume = Some(Volume { attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE });
     let solid = Material::default();
     assert_eq!(flags_of(&solid), PrimitiveFlags::SINGLE_SIDED);
-    let glass = Material {
-        transmission,
-        volume,
-        ..Material::default()
-    };
+    let glass = Material { transmission, volume, ..Material::default() };
     assert_eq!(flags_of(&glass), PrimitiveFlags::FILTERED);
     // A volume needs transmission to be seen.
-    let inert = Material {
-        volume,
-        ..Material::default()
-    };
+    let inert = Material { volume, ..Material::default() };
     assert_eq!(flags_of(&inert), PrimitiveFlags::SINGLE_SIDED);
-    let card = Material {
-        alpha_mode: AlphaMode::Blend,
-        double_sided: true,
-        ..Material::default()
-    };
+    let card = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..Material::default() };
     assert_eq!(flags_of(&card), PrimitiveFlags::FILTERED);
 }

@@ -10,11 +10,9 @@ pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mu
     world.resize(scene.nodes.len(), Mat4::IDENTITY);
     for &node in &scene.node_order {
         let own = match local[node.index()] {
-            LocalTransform::Trs {
-                translation,
-                rotation,
-                scale,
-            } => Mat4::from_scale_rotation_translation(scale, rotation, translation),
+            LocalTransform::Trs { translation, rotation, scale } => {
+                Mat4::from_scale_rotation_translation(scale, rotation, translation)
+            }
             LocalTransform::Matrix(matrix) => matrix,
         };
         world[node.index()] = match scene.nodes[node.index()].parent {
@@ -50,11 +48,7 @@ impl SurfaceMap {
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
         let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let determinant = x.dot(cofactors.x_axis);
-        Self {
-            linear,
-            cofactors,
-            handedness: if determinant < 0.0 { -1.0 } else { 1.0 },
-        }
+        Self { linear, cofactors, handedness: if determinant < 0.0 { -1.0 } else { 1.0 } }
     }
 
     /// A unit normal, or zero where the map flattens the surface.
@@ -94,10 +88,7 @@ mod tests {
         // The plane through (1, 0, 0) and (0, 1, 0) along z has normal (1, 1, 0); scaled by (−2, 1, 1) it runs
         // through (−2, 0, 0) and (0, 1, 0), whose outward normal is (−1, 2, 0).
         let normal = map.normal(Vec3::new(1.0, 1.0, 0.0));
-        assert!(
-            normal.abs_diff_eq(Vec3::new(-1.0, 2.0, 0.0).normalize(), 1e-6),
-            "{normal}"
-        );
+        assert!(normal.abs_diff_eq(Vec3::new(-1.0, 2.0, 0.0).normalize(), 1e-6), "{normal}");
         assert_eq!(map.handedness, -1.0);
     }
 

@@ -1,6 +1,29 @@
 //! What a hit means for shading: point, normals, texture coordinates, and the material's values there.
+//!
+//! [`SurfacePoint::new`] turns a hit of a frame into geometry on the viewer's side of the surface; [`material_at`] and
+//! [`alpha_at`] look the material up. Nothing here knows about lights or about what is done with the values.
+
+mod material;
+mod normal;
+mod surface;
+mod texture_lookup;
 
 use glam::Vec3;
+
+use crate::frame::Frame;
+use crate::scene::Scene;
+
+pub use material::{alpha_at, material_at};
+pub use surface::SurfacePoint;
+
+/// A frame with the scene that it poses: what texture lookups need besides the frame.
+#[derive(Clone, Copy, Debug)]
+pub struct PosedScene<'a> {
+    /// Images, texture coordinates and vertex colours.
+    pub scene: &'a Scene,
+    /// The scene at one time.
+    pub frame: &'a Frame,
+}
 
 /// A material's values at one point, textures applied.
 #[derive(Clone, Copy, Debug, PartialEq)]

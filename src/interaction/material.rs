@@ -1,0 +1,95 @@
+//! Material values at a point: factors times textures times vertex colours (glTF 2.0, section 3.9).
+
+use glam::{Vec3, Vec4};
+
+use super::surface::corner_indices;
+use super::texture_lookup::{self, Encoding};
+use super::{MaterialSample, PosedScene, SurfacePoint};
+use crate::bvh::Hit;
+use crate::frame::{Shape, is_volume, transmits};
+use crate::scene::{AlphaMode, Material, TextureRef};
+
+/// All values of the material at `point`.
+pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
+    let material = &posed.frame.materials[point.shape.material.index()];
+    let lookup = |reference: &Option<TextureRef>, encoding| match reference {
+        Some(reference) => {
+            let (uv, footprint) = point.uv(posed, reference);
+            texture_lookup::sample(posed.scene, reference, uv, footprint, encoding)
+        }
+        None => Vec4::ONE,
+    };
+    let base = material.base_color
+        * lookup(&material.base_color_texture, Encoding::Srgb)
+        * vertex_color(posed, point.shape, point.corners, point.weights);
+    let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
+    let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
+        let value = lookup(&Some(occlusion.texture), Encoding::Linear).x;
+        1.0 + occlusion.strength * (value - 1.0)
+    });
+    let transmission = match &material.transmission {
+        Some(transmission) => transmission.factor * lookup(&transmission.texture, Encoding::Linear).x,
+        None => 0.0,
+    };
+    MaterialSample {
+        base_color: base.truncate(),
+        alpha: coverage(material, alpha_at_corners(posed, point.shape, point.corners, point.weights)),
+        metallic: material.metallic * metallic_roughness.z,
+        roughness: material.roughness * metallic_roughness.y,
+        occlusion,
+        emission: if material.unlit {
+            Vec3::ZERO
+        } else {
+            material.emissive * lookup(&material.emissive_texture, Encoding::Srgb).truncate()
+        },
+        unlit: material.unlit,
+        ior: material.ior,
+        transmission: if transmits(material) { transmission } else { 0.0 },
+        thin: !is_volume(material),
+    }
+}
+
+/// Coverage of a hit after the alpha mode, always looked up in the full image so that shadows and pictures agree.
+pub fn alpha_at(posed: PosedScene<'_>, hit: &Hit) -> f32 {
+    let shape = posed.frame.shape(hit.primitive);
+    let material = &posed.frame.materials[shape.material.index()];
+    if material.alpha_mode == AlphaMode::Opaque {
+        return 1.0;
+    }
+    let corners = corner_indices(posed, shape, hit.primitive);
+    coverage(material, alpha_at_corners(posed, shape, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
+}
+
+fn coverage(material: &Material, alpha: f32) -> f32 {
+    match material.alpha_mode {
+        AlphaMode::Opaque => 1.0,
+        AlphaMode::Mask { cutoff } => {
+            if alpha >= cutoff {
+                1.0
+            } else {
+                0.0
+            }
+        }
+        AlphaMode::Blend => alpha.clamp(0.0, 1.0),
+    }
+}
+
+fn alpha_at_corners(posed: PosedScene<'_>, shape: &Shape, corners: [u32; 3], weights: [f32; 3]) -> f32 {
+    let material = &posed.frame.materials[shape.material.index()];
+    let texture = match &material.base_color_texture {
+        Some(reference) => {
+            let [a, b, c] = shape.uvs(posed.scene, reference.uv_set as usize, corners);
+            let uv = a * weights[0] + b * weights[1] + c * weights[2];
+            texture_lookup::sample(posed.scene, reference, uv, 0.0, Encoding::Linear).w
+        }
+        None => 1.0,
+    };
+    material.base_color.w * texture * vertex_color(posed, shape, corners, weights).w
+}
+
+fn vertex_color(posed: PosedScene<'_>, shape: &Shape, corners: [u32; 3], weights: [f32; 3]) -> Vec4 {
+    match shape.colors(posed.scene, corners) {
+        Some([a, b, c]) => a * weights[0] + b * weights[1] + c * weights[2],
+        None => Vec4::ONE,
+    }
+}

@@ -1,0 +1,158 @@
+//! Normals at a hit: interpolated, normal-mapped, and bent where they would look away from the viewer.
+
+use glam::{Vec2, Vec3};
+
+use super::texture_lookup::{self, Encoding};
+use super::{PosedScene, SurfacePoint};
+use crate::frame::PosedVertex;
+use crate::geometry::Triangle;
+use crate::scene::NormalTexture;
+
+/// Halvings of the interval that bending searches; the angle is then exact to about 2⁻²⁰.
+const BEND_STEPS: usize = 20;
+
+/// `v` at unit length, or +Y where it has none.
+pub(super) fn unit(v: Vec3) -> Vec3 {
+    unit_or(v, Vec3::Y)
+}
+
+fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
+    let largest = v.abs().max_element();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return fallback;
+    }
+    let scaled = v / largest;
+    scaled / libm::sqrtf(scaled.dot(scaled))
+}
+
+/// Unit normal of the front face and twice the area; in f64, so that slivers and huge triangles keep a normal.
+pub(super) fn of_triangle(triangle: &Triangle) -> (Vec3, f32) {
+    let [a, b, c] = triangle.vertices.map(Vec3::as_dvec3);
+    let normal = (b - a).cross(c - a);
+    let length = libm::sqrt(normal.dot(normal));
+    if length > 0.0 { ((normal / length).as_vec3(), length as f32) } else { (Vec3::Y, 0.0) }
+}
+
+/// The front's shading normal: interpolated where vertices have normals, with the normal map applied.
+pub(super) fn shading_normal(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    front_normal: Vec3,
+    vertices: &[PosedVertex; 3],
+) -> Vec3 {
+    let smooth = vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO);
+    let sum = |of: fn(&PosedVertex) -> Vec3| {
+        of(&vertices[0]) * point.weights[0]
+            + of(&vertices[1]) * point.weights[1]
+            + of(&vertices[2]) * point.weights[2]
+    };
+    let mut normal = if smooth { unit_or(sum(|vertex| vertex.normal), front_normal) } else { front_normal };
+    // Normals that were authored inside out say which way the surface curves, not which way it faces.
+    if normal.dot(front_normal) < 0.0 {
+        normal = -normal;
+    }
+    match &posed.frame.materials[point.shape.material.index()].normal_texture {
+        Some(map) => mapped(
+            posed,
+            point,
+            map,
+            normal,
+            (sum(|vertex| vertex.tangent.truncate()), vertices[0].tangent.w),
+        ),
+        None => normal,
+    }
+}
+
+/// N' = T·x + B·y + N·z with B = (N × T)·w (glTF 2.0, section 3.9.3).
+fn mapped(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    map: &NormalTexture,
+    normal: Vec3,
+    (tangent, handedness): (Vec3, f32),
+) -> Vec3 {
+    let (uv, footprint) = point.uv(posed, &map.texture);
+    let texel = texture_lookup::sample(posed.scene, &map.texture, uv, footprint, Encoding::Linear);
+    let (tangent, handedness) =
+        if tangent == Vec3::ZERO { tangent_from_uvs(posed, point, map) } else { (tangent, handedness) };
+    // The interpolated frame is made orthogonal again; without any tangent the map cannot say anything.
+    let tangent = unit_or(tangent - normal * normal.dot(tangent), Vec3::ZERO);
+    if tangent == Vec3::ZERO {
+        return normal;
+    }
+    let bitangent = normal.cross(tangent) * handedness;
+    let local = Vec2::new(2.0 * texel.x - 1.0, 2.0 * texel.y - 1.0) * map.scale;
+    let perturbed = tangent * local.x + bitangent * local.y + normal * (2.0 * texel.z - 1.0);
+    unit_or(perturbed, normal)
+}
+
+/// The direction in which u grows on this triangle, for primitives whose tangents are missing.
+fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, map: &NormalTexture) -> (Vec3, f32) {
+    let [ta, tb, tc] = point.shape.uvs(posed.scene, map.texture.uv_set as usize, point.corners);
+    let [a, b, c] = posed.frame.triangles[point.primitive as usize].vertices;
+    let (uv1, uv2) = (tb - ta, tc - ta);
+    let determinant = uv1.perp_dot(uv2);
+    if determinant == 0.0 {
+        return (Vec3::ZERO, 1.0);
+    }
+    let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
+    (((b - a) * uv2.y - (c - a) * uv1.y) * sign, sign)
+}
+
+/// The shading normal turned towards the geometric one just as far as needed for the viewer to be above it and for the
+/// mirror ray to leave the surface.
+pub(super) fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
+    let cos_o = wo.dot(geometric);
+    // At grazing views even the geometric mirror ray hardly leaves the surface.
+    let least = if cos_o * 0.9 < 0.01 { cos_o * 0.9 } else { 0.01 };
+    let good = |normal: Vec3| {
+        let cos = wo.dot(normal);
+        cos > 0.0 && (normal * (2.0 * cos) - wo).dot(geometric) >= least
+    };
+    if good(shading) {
+        return shading;
+    }
+    let (mut bad_share, mut good_share) = (0.0, 1.0);
+    for _ in 0..BEND_STEPS {
+        let share = (bad_share + good_share) * 0.5;
+        let normal = unit_or(shading * (1.0 - share) + geometric * share, geometric);
+        if good(normal) {
+            good_share = share;
+        } else {
+            bad_share = share;
+        }
+    }
+    unit_or(shading * (1.0 - good_share) + geometric * good_share, geometric)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_normal_that_works_is_left_alone() {
+        let shading = Vec3::new(0.1, 0.0, 1.0).normalize();
+        assert_eq!(bent_into_view(Vec3::Z, shading, Vec3::new(0.3, 0.0, 1.0).normalize()), shading);
+    }
+
+    #[test]
+    fn a_normal_that_looks_away_is_bent_into_view() {
+        for (shading, wo) in [
+            (Vec3::new(-1.0, 0.0, 0.1), Vec3::new(1.0, 0.0, 0.3)),
+            (Vec3::new(-0.5, 0.0, 0.5), Vec3::new(0.3, 0.0, 0.2)),
+            (Vec3::new(0.9, 0.1, 0.2), Vec3::new(1.0, 0.0, 1e-3)),
+        ] {
+            let (shading, wo) = (shading.normalize(), wo.normalize());
+            let bent = bent_into_view(Vec3::Z, shading, wo);
+            let mirrored = bent * (2.0 * wo.dot(bent)) - wo;
+            assert!(wo.dot(bent) > 0.0 && mirrored.z >= 0.0, "{bent}");
+            assert!(bent.dot(shading) > Vec3::Z.dot(shading), "bent no further than needed: {bent}");
+        }
+    }
+
+    #[test]
+    fn slivers_keep_their_normal() {
+        let sliver = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-30, 0.0)] };
+        assert_eq!(of_triangle(&sliver).0, Vec3::Z);
+    }
+}

@@ -47,4 +47,48 @@ impl Film {
         let count = window.width() as usize * window.height() as usize;
         Self { resolution, window, pixels: vec![[0.0; 4]; count] }
     }
+
+    /// Writes the pixels of a tile, which lies inside the window.
+    pub fn place(&mut self, tile: PixelWindow, pixels: &[[f32; 4]]) {
+        let stride = self.window.width() as usize;
+        let rows = pixels.chunks_exact(tile.width() as usize);
+        for (y, row) in (tile.y0..tile.y1).zip(rows) {
+            let start = (y - self.window.y0) as usize * stride + (tile.x0 - self.window.x0) as usize;
+            self.pixels[start..start + row.len()].copy_from_slice(row);
+        }
+    }
+
+    /// Sets pixels that are infinite or not a number to transparent black and counts them.
+    pub fn blacken_non_finite(&mut self) -> u64 {
+        let mut count = 0;
+        for pixel in &mut self.pixels {
+            if !pixel.iter().all(|channel| channel.is_finite()) {
+                *pixel = [0.0; 4];
+                count += 1;
+            }
+        }
+        count
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_land_where_they_belong() {
+        let window = PixelWindow { x0: 2, y0: 1, x1: 5, y1: 3 };
+        let mut film = Film::new((8, 8), window);
+        film.place(PixelWindow { x0: 4, y0: 1, x1: 5, y1: 3 }, &[[1.0; 4], [2.0; 4]]);
+        let reds: Vec<f32> = film.pixels.iter().map(|pixel| pixel[0]).collect();
+        assert_eq!(reds, [0.0, 0.0, 1.0, 0.0, 0.0, 2.0]);
+    }
+
+    #[test]
+    fn non_finite_pixels_become_black_and_are_counted() {
+        let mut film = Film::new((3, 1), PixelWindow::full(3, 1));
+        film.pixels = vec![[f32::NAN, 1.0, 1.0, 1.0], [1.0; 4], [1.0, f32::INFINITY, 1.0, 1.0]];
+        assert_eq!(film.blacken_non_finite(), 2);
+        assert_eq!(film.pixels, [[0.0; 4], [1.0; 4], [0.0; 4]]);
+    }
 }

@@ -59,6 +59,11 @@ impl Bsdf {
         Vec3::ZERO
     }
 
+    /// stub
+    pub fn refract(&self, wo: Vec3) -> Option<Vec3> {
+        Some(-wo)
+    }
+
     /// Share of uniform light that passes through, base colour included.
     pub fn transmission_albedo(&self, cos_o: f32) -> Vec3 {
         let _ = cos_o;

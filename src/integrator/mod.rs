@@ -1,1 +1,110 @@
 //! From samples of a tile to radiance.
+//!
+//! An integrator is handed the camera rays of a batch of samples and returns each sample's radiance and coverage, a pure
+//! function of (frame, settings, pixel, sample) that does not depend on how samples are batched. [`whitted`] is the one
+//! there is. It knows nothing of pixels, films or files.
+
+mod camera;
+mod lights;
+mod media;
+mod path_ray;
+mod shadow;
+pub mod whitted;
+
+use crate::bvh::Bvh;
+use crate::frame::PosedLight;
+use crate::interaction::PosedScene;
+use crate::scene::Environment;
+
+pub use camera::CameraRays;
+pub use media::{MediaStack, Medium, VolumeId};
+pub use path_ray::{Footprint, PathClass, PathRay};
+
+/// How volumes and thin glass darken what is behind them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GlassShadows {
+    /// Light passes straight through, coloured by the glass.
+    #[default]
+    Straight,
+    /// Glass casts full shadows.
+    Opaque,
+}
+
+/// What decides the radiance of a ray besides the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    /// Deepest reflection or refraction; 0 shows only what the camera sees.
+    pub max_depth: u32,
+    /// Shadows under glass.
+    pub glass_shadows: GlassShadows,
+    /// Whether camera rays that leave the scene see the environment; else they are transparent.
+    pub show_background: bool,
+}
+
+/// Everything that light interacts with in one frame.
+#[derive(Clone, Debug)]
+pub struct World<'a> {
+    /// Surfaces and materials.
+    pub posed: PosedScene<'a>,
+    /// The hierarchy over the frame's triangles.
+    pub bvh: &'a Bvh,
+    /// What surrounds the scene.
+    pub environment: &'a Environment,
+    /// The frame's lights, scaled, and the environment's key light.
+    pub lights: Vec<PosedLight>,
+    /// The volumes that the camera is in, outermost first.
+    pub camera_media: MediaStack,
+    /// Settings.
+    pub settings: IntegratorSettings,
+}
+
+impl<'a> World<'a> {
+    /// Gathers lights and finds the volumes that the camera is in. `light_scale` multiplies the frame's own lights.
+    pub fn new(
+        posed: PosedScene<'a>,
+        bvh: &'a Bvh,
+        environment: &'a Environment,
+        light_scale: f32,
+        settings: IntegratorSettings,
+    ) -> Self {
+        let camera_position = posed.frame.camera.world_from_camera.w_axis.truncate();
+        let camera_media = MediaStack::around(posed, bvh, camera_position);
+        let lights = lights::gather(posed.frame, environment, light_scale);
+        Self { posed, bvh, environment, lights, camera_media, settings }
+    }
+}
+
+/// What an integrator did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct IntegratorStatistics {
+    /// Rays from the camera.
+    pub camera_rays: u64,
+    /// Mirror rays.
+    pub reflection_rays: u64,
+    /// Rays through glass.
+    pub refraction_rays: u64,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// Wide nodes visited by all rays.
+    pub nodes: u64,
+    /// Triangles tested by all rays.
+    pub triangles: u64,
+    /// Sample weight that the depth limit and the cut-off dropped, in units of whole samples.
+    pub dropped_weight: f64,
+    /// Rays whose chain of see-through surfaces reached its limit.
+    pub pass_through_limit_reached: u64,
+}
+
+impl IntegratorStatistics {
+    /// Adds another batch; call in a fixed order, since one of the sums is in floating point.
+    pub fn add(&mut self, other: &Self) {
+        self.camera_rays += other.camera_rays;
+        self.reflection_rays += other.reflection_rays;
+        self.refraction_rays += other.refraction_rays;
+        self.shadow_rays += other.shadow_rays;
+        self.nodes += other.nodes;
+        self.triangles += other.triangles;
+        self.dropped_weight += other.dropped_weight;
+        self.pass_through_limit_reached += other.pass_through_limit_reached;
+    }
+}

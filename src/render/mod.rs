@@ -1,20 +1,28 @@
 //! One frame: tiles in parallel through the integrator into a film.
+//!
+//! A pixel is the mean of its samples, summed in sample order by one thread; tiles share nothing. So the picture does not
+//! depend on threads, tile order or the window that is rendered. Files and sequences are not known here.
+
+mod sampling;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use glam::Vec2;
+use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{Film, PixelWindow};
 use crate::frame::Frame;
+use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World, whitted};
+use crate::interaction::PosedScene;
 use crate::scene::{Environment, Scene};
 
-/// How volumes and thin glass darken what is behind them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum GlassShadows {
-    /// Light passes straight through, coloured by the glass.
-    #[default]
-    Straight,
-    /// Glass casts full shadows.
-    Opaque,
-}
+pub use crate::integrator::GlassShadows;
+
+/// Pixels along the side of a tile.
+const TILE_SIZE: u32 = 16;
 
 /// What decides the picture besides the frame itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,41 +46,12 @@ pub struct RenderSettings {
 /// What rendering one frame did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderStatistics {
-    /// Rays from the camera.
-    pub camera_rays: u64,
-    /// Mirror rays.
-    pub reflection_rays: u64,
-    /// Rays through glass.
-    pub refraction_rays: u64,
-    /// Shadow rays.
-    pub shadow_rays: u64,
-    /// Wide nodes visited by all rays.
-    pub nodes: u64,
-    /// Triangles tested by all rays.
-    pub triangles: u64,
-    /// Sample weight that the depth limit and the cut-off dropped, in units of whole samples.
-    pub dropped_weight: f64,
-    /// Samples whose chain of see-through surfaces reached the limit.
-    pub pass_through_limit_reached: u64,
+    /// Rays, nodes, triangles and dropped weight.
+    pub integrator: IntegratorStatistics,
     /// Pixels that came out infinite or not a number, and were set to black.
     pub non_finite_pixels: u64,
     /// Seconds of tracing and shading.
     pub trace_seconds: f64,
-}
-
-/// Renders one frame, in parallel on the current rayon pool.
-///
-/// `on_progress` is called from worker threads with the share of the picture that is finished, 0 to 1.
-pub fn render_frame(
-    input: &RenderInput<'_>,
-    settings: &RenderSettings,
-    cancel: &CancelFlag,
-    on_progress: &(dyn Fn(f32) + Sync),
-) -> Result<(Film, RenderStatistics), Cancelled> {
-    let _ = input;
-    cancel.check()?;
-    on_progress(1.0);
-    Ok((Film::new(settings.resolution, settings.window), RenderStatistics::default()))
 }
 
 /// What is rendered.
@@ -86,4 +65,113 @@ pub struct RenderInput<'a> {
     pub bvh: &'a Bvh,
     /// What surrounds it.
     pub environment: &'a Environment,
+}
+
+/// Renders one frame, in parallel on the current rayon pool.
+///
+/// `on_progress` is called from worker threads with the share of the picture that is finished, 0 to 1.
+pub fn render_frame(
+    input: &RenderInput<'_>,
+    settings: &RenderSettings,
+    cancel: &CancelFlag,
+    on_progress: &(dyn Fn(f32) + Sync),
+) -> Result<(Film, RenderStatistics), Cancelled> {
+    let start = Instant::now();
+    let posed = PosedScene { scene: input.scene, frame: input.frame };
+    let integrator_settings = IntegratorSettings {
+        max_depth: settings.max_depth,
+        glass_shadows: settings.glass_shadows,
+        show_background: settings.show_background,
+    };
+    let world = World::new(posed, input.bvh, input.environment, settings.light_scale, integrator_settings);
+    let camera = CameraRays::new(&input.frame.camera, settings.resolution, input.frame.time_seconds as f32);
+    let offsets = sampling::pixel_offsets(settings.samples);
+
+    // Tiles, each by one task
+    let tiles = tiles(settings.window);
+    let finished = AtomicUsize::new(0);
+    let rendered: Vec<(Vec<[f32; 4]>, IntegratorStatistics)> = tiles
+        .par_iter()
+        .map(|tile| {
+            cancel.check()?;
+            let result = render_tile(&world, &camera, &offsets, *tile);
+            let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
+            on_progress(done as f32 / tiles.len() as f32);
+            Ok(result)
+        })
+        .collect::<Result<_, Cancelled>>()?;
+
+    // The film, in tile order
+    let mut film = Film::new(settings.resolution, settings.window);
+    let mut statistics = RenderStatistics::default();
+    for (tile, (pixels, tile_statistics)) in tiles.iter().zip(&rendered) {
+        film.place(*tile, pixels);
+        statistics.integrator.add(tile_statistics);
+    }
+    statistics.non_finite_pixels = film.blacken_non_finite();
+    statistics.trace_seconds = start.elapsed().as_secs_f64();
+    Ok((film, statistics))
+}
+
+/// Cuts a window along a grid that is fixed in the whole picture, row by row.
+fn tiles(window: PixelWindow) -> Vec<PixelWindow> {
+    let starts = |low: u32, high: u32| (low / TILE_SIZE * TILE_SIZE..high).step_by(TILE_SIZE as usize);
+    let rows = starts(window.y0, window.y1);
+    rows.flat_map(|y| starts(window.x0, window.x1).map(move |x| (x, y)))
+        .map(|(x, y)| PixelWindow {
+            x0: x.max(window.x0),
+            y0: y.max(window.y0),
+            x1: (x.saturating_add(TILE_SIZE)).min(window.x1),
+            y1: (y.saturating_add(TILE_SIZE)).min(window.y1),
+        })
+        .collect()
+}
+
+fn render_tile(
+    world: &World<'_>,
+    camera: &CameraRays,
+    offsets: &[Vec2],
+    tile: PixelWindow,
+) -> (Vec<[f32; 4]>, IntegratorStatistics) {
+    let pixels =
+        (tile.y0..tile.y1).flat_map(|y| (tile.x0..tile.x1).map(move |x| Vec2::new(x as f32, y as f32)));
+    let positions = pixels.flat_map(|corner| offsets.iter().map(move |&offset| corner + offset));
+    let rays: Vec<_> = positions
+        .enumerate()
+        .map(|(i, position)| camera.ray(position, &world.camera_media, i as u32))
+        .collect();
+    let samples = rays.len();
+    let (values, statistics) = whitted::trace(world, rays, samples);
+    let scale = 1.0 / offsets.len() as f32;
+    let pixels = values.chunks_exact(offsets.len()).map(|samples| {
+        let sum = samples.iter().fold([0.0; 4], |[r, g, b, a], sample| {
+            let [sr, sg, sb] = sample.radiance.to_array();
+            [r + sr, g + sg, b + sb, a + sample.coverage]
+        });
+        sum.map(|channel| channel * scale)
+    });
+    (pixels.collect(), statistics)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_cover_every_pixel_of_the_window_once() {
+        for window in [
+            PixelWindow::full(33, 17),
+            PixelWindow { x0: 5, y0: 16, x1: 40, y1: 31 },
+            PixelWindow { x0: 15, y0: 15, x1: 16, y1: 16 },
+        ] {
+            let mut count = 0;
+            for tile in tiles(window) {
+                assert!(tile.x0 < tile.x1 && tile.x1 <= window.x1 && tile.x0 >= window.x0);
+                assert!(tile.y0 < tile.y1 && tile.y1 <= window.y1 && tile.y0 >= window.y0);
+                assert_eq!(tile.x0 / TILE_SIZE, (tile.x1 - 1) / TILE_SIZE);
+                count += tile.width() * tile.height();
+            }
+            assert_eq!(count, window.width() * window.height());
+        }
+    }
 }

@@ -19,3 +19,22 @@ pub enum Environment {
 /// An equirectangular picture of the surroundings.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {}
+
+impl Environment {
+    /// stub
+    pub fn radiance(&self, _: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
+    /// stub
+    pub fn irradiance(&self, _: Vec3) -> Vec3 {
+        Vec3::ZERO
+    }
+    /// stub
+    pub fn prefiltered(&self, _: Vec3, _: f32) -> Vec3 {
+        Vec3::ZERO
+    }
+    /// stub
+    pub fn key_light(&self) -> Option<(Vec3, Vec3)> {
+        None
+    }
+}

@@ -1,0 +1,197 @@
+//! Closed volumes that a ray is in: a stack that entering pushes and leaving restores.
+
+use glam::Vec3;
+
+use crate::bvh::{Bvh, Hit, TraversalCounters};
+use crate::frame::{Shape, is_volume};
+use crate::geometry::{Facing, Ray};
+use crate::interaction::PosedScene;
+use crate::scene::{MaterialIndex, NodeIndex};
+
+/// Which closed surface a volume belongs to: the primitives of one node that share a material.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct VolumeId {
+    /// The node that draws the surface.
+    pub node: NodeIndex,
+    /// Its material.
+    pub material: MaterialIndex,
+}
+
+/// The inside of a closed surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// Which surface.
+    pub volume: VolumeId,
+    /// Index of refraction.
+    pub ior: f32,
+    /// Absorption a metre.
+    pub extinction: Vec3,
+}
+
+impl Medium {
+    /// The inside of `shape`, if its material bounds a volume.
+    pub fn inside(posed: PosedScene<'_>, shape: &Shape) -> Option<Self> {
+        let material = &posed.frame.materials[shape.material.index()];
+        let volume = material.volume.filter(|_| is_volume(material))?;
+        let extinction = volume.attenuation_color.map(|color| extinction(color, volume.attenuation_distance));
+        Some(Self {
+            volume: VolumeId { node: shape.node, material: shape.material },
+            ior: material.ior,
+            extinction,
+        })
+    }
+
+    /// Beer–Lambert: what is left of light after `distance` metres, which may be infinite.
+    pub fn transmittance(&self, distance: f32) -> Vec3 {
+        self.extinction
+            .map(|extinction| if extinction > 0.0 { libm::expf(-extinction * distance) } else { 1.0 })
+    }
+}
+
+/// σ with e^(−σ d) = c; black stops light within any distance that floats can tell from zero.
+fn extinction(color: f32, distance: f32) -> f32 {
+    const BLACK: f32 = 1e30;
+    if color <= 0.0 && distance.is_finite() {
+        return BLACK;
+    }
+    let extinction = -libm::logf(color) / distance;
+    if extinction > 0.0 { if extinction < BLACK { extinction } else { BLACK } } else { 0.0 }
+}
+
+/// The volumes that a point is in; the last entered one fills the space.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MediaStack(Vec<Medium>);
+
+impl MediaStack {
+    /// The medium that fills the space; `None` is empty space.
+    pub fn current(&self) -> Option<&Medium> {
+        self.0.last()
+    }
+
+    /// Index of refraction of the space.
+    pub fn ior(&self) -> f32 {
+        self.current().map_or(1.0, |medium| medium.ior)
+    }
+
+    /// Beer–Lambert over `distance` metres of the space.
+    pub fn transmittance(&self, distance: f32) -> Vec3 {
+        self.current().map_or(Vec3::ONE, |medium| medium.transmittance(distance))
+    }
+
+    /// Whether the stack holds this volume.
+    pub fn holds(&self, volume: VolumeId) -> bool {
+        self.0.iter().any(|medium| medium.volume == volume)
+    }
+
+    /// Passes through the surface of `medium`: a front face enters, a back face leaves.
+    pub fn cross(&mut self, medium: Medium, facing: Facing) {
+        match facing {
+            Facing::Front => self.0.push(medium),
+            Facing::Back => {
+                if let Some(last) = self.0.iter().rposition(|held| held.volume == medium.volume) {
+                    self.0.remove(last);
+                }
+            }
+        }
+    }
+
+    /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
+    /// first was entered last.
+    pub fn around(posed: PosedScene<'_>, bvh: &Bvh, position: Vec3) -> Self {
+        /// A slanted direction, so that axis-aligned edges and vertices are not met.
+        const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
+        if !posed.frame.materials.iter().any(is_volume) {
+            return Self::default();
+        }
+        let ray = Ray::new(position, DIRECTION);
+        let mut crossings: Vec<Crossing> = Vec::new();
+        let mut after = None;
+        while let Some(hit) = next_surface(bvh, &ray, after) {
+            after = Some(hit.order());
+            if let Some(medium) = Medium::inside(posed, posed.frame.shape(hit.primitive)) {
+                count_crossing(&mut crossings, medium, &hit);
+            }
+        }
+        crossings.retain(|crossing| crossing.leaves > crossing.enters);
+        crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
+        Self(crossings.into_iter().map(|crossing| crossing.medium).collect())
+    }
+}
+
+fn next_surface(bvh: &Bvh, ray: &Ray, after: Option<crate::bvh::HitOrder>) -> Option<Hit> {
+    bvh.closest_surface(ray, after, |_| true, &mut TraversalCounters::default())
+}
+
+/// How often a ray passes the surface of one volume.
+struct Crossing {
+    medium: Medium,
+    enters: u32,
+    leaves: u32,
+    last_left: f32,
+}
+
+fn count_crossing(crossings: &mut Vec<Crossing>, medium: Medium, hit: &Hit) {
+    let known = crossings.iter().position(|crossing| crossing.medium.volume == medium.volume);
+    let index = known.unwrap_or_else(|| {
+        crossings.push(Crossing { medium, enters: 0, leaves: 0, last_left: 0.0 });
+        crossings.len() - 1
+    });
+    match hit.facing {
+        Facing::Front => crossings[index].enters += 1,
+        Facing::Back => {
+            crossings[index].leaves += 1;
+            crossings[index].last_left = hit.t;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn medium(material: u32, ior: f32) -> Medium {
+        let volume = VolumeId { node: NodeIndex(0), material: MaterialIndex(material) };
+        Medium { volume, ior, extinction: Vec3::ZERO }
+    }
+
+    #[test]
+    fn leaving_restores_the_volume_below() {
+        let (glass, water) = (medium(0, 1.5), medium(1, 1.33));
+        let mut stack = MediaStack::default();
+        stack.cross(glass, Facing::Front);
+        stack.cross(water, Facing::Front);
+        assert_eq!(stack.ior(), 1.33);
+        // Leaving the outer one first leaves the inner one in place.
+        let mut overlapping = stack.clone();
+        overlapping.cross(glass, Facing::Back);
+        assert_eq!(overlapping.ior(), 1.33);
+        stack.cross(water, Facing::Back);
+        assert_eq!(stack.ior(), 1.5);
+        stack.cross(glass, Facing::Back);
+        assert_eq!(stack, MediaStack::default());
+    }
+
+    #[test]
+    fn the_attenuation_colour_is_reached_at_the_attenuation_distance() {
+        let sigma = extinction(0.25, 2.0);
+        let at =
+            |distance| Medium { extinction: Vec3::splat(sigma), ..medium(0, 1.5) }.transmittance(distance).x;
+        assert!((at(2.0) - 0.25).abs() < 1e-6);
+        assert!((at(1.0) - 0.5).abs() < 1e-6);
+        assert_eq!(at(f32::INFINITY), 0.0);
+    }
+
+    #[test]
+    fn black_white_and_infinitely_clear_volumes_give_no_nan() {
+        let through = |color, distance, length| {
+            Medium { extinction: Vec3::splat(extinction(color, distance)), ..medium(0, 1.5) }
+                .transmittance(length)
+                .x
+        };
+        assert_eq!(through(0.0, 1.0, 0.0), 1.0);
+        assert_eq!(through(0.0, 1.0, 1e-3), 0.0);
+        assert_eq!(through(1.0, 1.0, f32::INFINITY), 1.0);
+        assert_eq!(through(0.5, f32::INFINITY, f32::INFINITY), 1.0);
+        assert_eq!(through(0.0, f32::INFINITY, 5.0), 1.0);
+    }
+}

@@ -1,0 +1,103 @@
+//! What is left of light on its way to a surface.
+
+use std::cell::Cell;
+
+use glam::Vec3;
+
+use super::{GlassShadows, MediaStack, Medium, World};
+use crate::bsdf::Bsdf;
+use crate::bvh::{Hit, TraversalCounters};
+use crate::frame::transmits;
+use crate::geometry::{Facing, Ray};
+use crate::interaction::{SurfacePoint, alpha_at, material_at};
+
+/// See-through surfaces that one shadow ray may pass.
+pub(super) const PASS_THROUGH_LIMIT: u32 = 256;
+
+/// How a surface stands in the way of light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Blocking {
+    Solid,
+    SeeThrough,
+    Absent,
+}
+
+/// The share of light along `ray` that arrives; zero as soon as one solid surface is in between. The flag is set where
+/// more see-through surfaces were met than are followed; the rest is then taken as dark.
+pub(super) fn transmittance(world: &World<'_>, ray: &Ray, counters: &mut TraversalCounters) -> (Vec3, bool) {
+    let see_through = Cell::new(false);
+    let solid = |hit: &Hit| match blocking(world, hit) {
+        Blocking::Solid => true,
+        Blocking::SeeThrough => {
+            see_through.set(true);
+            false
+        }
+        Blocking::Absent => false,
+    };
+    if world.bvh.occluded(ray, solid, counters) {
+        return (Vec3::ZERO, false);
+    }
+    if see_through.get() { through_surfaces(world, ray, counters) } else { (Vec3::ONE, false) }
+}
+
+fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
+    let alpha = alpha_at(world.posed, hit);
+    if alpha <= 0.0 {
+        return Blocking::Absent;
+    }
+    let shape = world.posed.frame.shape(hit.primitive);
+    let glass = transmits(&world.posed.frame.materials[shape.material.index()]);
+    let clear_glass = glass && world.settings.glass_shadows == GlassShadows::Straight;
+    if alpha < 1.0 || clear_glass { Blocking::SeeThrough } else { Blocking::Solid }
+}
+
+/// Multiplies what each see-through surface and the volumes between them leave, in order along the ray.
+fn through_surfaces(world: &World<'_>, ray: &Ray, counters: &mut TraversalCounters) -> (Vec3, bool) {
+    let length = libm::sqrtf(ray.direction.dot(ray.direction));
+    let mut left = Vec3::ONE;
+    let mut media = MediaStack::default();
+    let mut reached_t = ray.t_min;
+    let mut after = None;
+    for _ in 0..PASS_THROUGH_LIMIT {
+        let there = |hit: &Hit| blocking(world, hit) != Blocking::Absent;
+        let Some(hit) = world.bvh.closest_surface(ray, after, there, counters) else {
+            return (left * media.transmittance((ray.t_max - reached_t) * length), false);
+        };
+        after = Some(hit.order());
+        left *= media.transmittance((hit.t - reached_t) * length) * through_surface(world, ray, &hit);
+        if let Some(medium) = clear_medium(world, &hit) {
+            // Light that began inside a volume shows it only by leaving.
+            if hit.facing == Facing::Back && !media.holds(medium.volume) && ray.t_max.is_finite() {
+                left *= medium.transmittance((hit.t - ray.t_min) * length);
+            }
+            media.cross(medium, hit.facing);
+        }
+        reached_t = hit.t;
+        if left == Vec3::ZERO {
+            return (left, false);
+        }
+    }
+    (Vec3::ZERO, true)
+}
+
+fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
+    let straight = world.settings.glass_shadows == GlassShadows::Straight;
+    let shape = world.posed.frame.shape(hit.primitive);
+    straight.then(|| Medium::inside(world.posed, shape)).flatten()
+}
+
+/// (1 − α) + α · transmission · (1 − F) · base colour. The way is not bent, so the Fresnel factor is always the one of
+/// entering: the same path backwards, and never total reflection.
+fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
+    let alpha = alpha_at(world.posed, hit);
+    let point = SurfacePoint::new(world.posed, ray, hit, 0.0);
+    let material = material_at(world.posed, &point);
+    let straight = world.settings.glass_shadows == GlassShadows::Straight;
+    let glass = if straight && material.transmission > 0.0 {
+        let bsdf = Bsdf::new(&material, 1.0, material.ior);
+        bsdf.transmission_albedo(point.wo.dot(point.shading_normal))
+    } else {
+        Vec3::ZERO
+    };
+    Vec3::splat(1.0 - alpha) + glass * alpha
+}

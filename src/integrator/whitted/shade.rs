@@ -1,0 +1,207 @@
+//! What one surface sends back along a ray: its own light, lights, the environment, and the rays it sends on.
+
+use glam::{Mat3, Vec3};
+
+use super::{LEAST_WEIGHT, ShadowTask, Tracer};
+use crate::bsdf::Bsdf;
+use crate::bvh::{Hit, TraversalCounters};
+use crate::geometry::{Facing, Ray};
+use crate::integrator::{Footprint, MediaStack, Medium, PathClass, PathRay, lights};
+use crate::interaction::{MaterialSample, PosedScene, SurfacePoint, material_at};
+
+/// Below this roughness a lobe is followed by rays only.
+const SHARP_ROUGHNESS: f32 = 0.1;
+/// Above this roughness a lobe only looks the environment up.
+const DULL_ROUGHNESS: f32 = 0.4;
+
+/// A surface with its lobes, seen by one ray.
+struct Shading<'p, 'a> {
+    ray: &'p PathRay,
+    point: &'p SurfacePoint<'a>,
+    material: MaterialSample,
+    bsdf: Bsdf,
+    /// Columns are tangent, bitangent and normal.
+    world_from_local: Mat3,
+    wo: Vec3,
+    /// What radiance that leaves towards the eye counts for.
+    weight: Vec3,
+    /// Volumes on the other side.
+    media_behind: MediaStack,
+    /// Share of each lobe that rays follow; the environment lookup has the rest.
+    sharpness: f32,
+}
+
+impl Tracer<'_, '_> {
+    pub(super) fn shade(&mut self, ray: &PathRay, hit: &Hit, share: f32) {
+        let posed = self.world.posed;
+        let point = SurfacePoint::new(posed, &ray.ray, hit, ray.footprint.width_at(hit.t));
+        let material = material_at(posed, &point);
+        let weight = ray.weight * ray.media.transmittance(hit.t) * share;
+        if material.unlit {
+            self.add(ray, weight * material.base_color);
+            return;
+        }
+        self.add(ray, weight * material.emission);
+
+        let media_behind = self.media_behind(ray, &point, hit);
+        let bsdf = Bsdf::new(&material, ior_before(ray, posed, &point), ior_behind(&material, &media_behind));
+        let world_from_local = local_frame(point.shading_normal);
+        let wo = world_from_local.transpose() * point.wo;
+        let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
+        let shading = Shading {
+            ray,
+            point: &point,
+            material,
+            bsdf,
+            world_from_local,
+            wo,
+            weight,
+            media_behind,
+            sharpness,
+        };
+        self.light(&shading);
+        self.environment(&shading);
+        self.mirror(&shading);
+        self.refract(&shading);
+    }
+
+    fn add(&mut self, ray: &PathRay, radiance: Vec3) {
+        self.values[ray.sample as usize].radiance += radiance;
+    }
+
+    /// Punctual lights, each behind a shadow ray.
+    fn light(&mut self, shading: &Shading<'_, '_>) {
+        for light in &self.world.lights {
+            let Some(incidence) = lights::incidence(light, shading.point.position) else { continue };
+            let wi = shading.world_from_local.transpose() * incidence.wi;
+            let scattered = shading.bsdf.evaluate(shading.wo, wi) * wi.z.abs();
+            let contribution = shading.weight * scattered * incidence.irradiance;
+            if contribution.max_element() > 0.0 {
+                let end = if wi.z > 0.0 {
+                    shading.point.shadow_end_outside()
+                } else {
+                    shading.point.origin_inside()
+                };
+                let ray = lights::shadow_ray(light, end);
+                self.shadows.push(ShadowTask { sample: shading.ray.sample, ray, contribution });
+            }
+        }
+    }
+
+    /// Diffuse light from all around, and what rough lobes see of it; unoccluded but for the occlusion map.
+    fn environment(&mut self, shading: &Shading<'_, '_>) {
+        let environment = self.world.environment;
+        let Shading { point, material, bsdf, wo, .. } = shading;
+        let irradiance = environment.irradiance(point.shading_normal);
+        let mut radiance = bsdf.diffuse_albedo(wo.z) * irradiance * std::f32::consts::FRAC_1_PI;
+        let dull = 1.0 - shading.sharpness;
+        if dull > 0.0 {
+            let mirrored = mirror_direction(point);
+            radiance +=
+                bsdf.specular_albedo(wo.z) * environment.prefiltered(mirrored, material.roughness) * dull;
+            let through = bsdf.transmission_albedo(wo.z);
+            if let Some(direction) = bsdf.refract(*wo).filter(|_| through != Vec3::ZERO) {
+                let direction = shading.world_from_local * direction;
+                radiance += through * environment.prefiltered(direction, material.roughness) * dull;
+            }
+        }
+        self.add(shading.ray, shading.weight * radiance * material.occlusion);
+    }
+
+    fn mirror(&mut self, shading: &Shading<'_, '_>) {
+        let weight = shading.weight * shading.bsdf.specular_albedo(shading.wo.z) * shading.sharpness;
+        let ray = Ray::new(shading.point.origin_outside(), mirror_direction(shading.point));
+        self.send(shading, ray, weight, PathClass::Reflection);
+    }
+
+    fn refract(&mut self, shading: &Shading<'_, '_>) {
+        let weight = shading.weight * shading.bsdf.transmission_albedo(shading.wo.z) * shading.sharpness;
+        if weight == Vec3::ZERO {
+            return;
+        }
+        let Some(direction) = shading.bsdf.refract(shading.wo) else { return };
+        // Thin walls and equal media leave the direction exactly as it was.
+        let unbent = direction == -shading.wo;
+        let direction =
+            if unbent { -shading.point.wo } else { (shading.world_from_local * direction).normalize() };
+        let ray = Ray::new(shading.point.origin_inside(), direction);
+        self.send(shading, ray, weight, PathClass::Refraction);
+    }
+
+    /// Makes a child ray, unless it would be too deep or too faint.
+    fn send(&mut self, shading: &Shading<'_, '_>, ray: Ray, weight: Vec3, class: PathClass) {
+        let largest = weight.max_element();
+        if largest == 0.0 {
+            return;
+        }
+        let parent = shading.ray;
+        if parent.depth >= self.world.settings.max_depth || largest < LEAST_WEIGHT {
+            self.statistics.dropped_weight += f64::from(largest);
+            return;
+        }
+        let travelled = (shading.point.position - parent.ray.origin).length();
+        let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
+        let media = match class {
+            PathClass::Refraction => shading.media_behind.clone(),
+            PathClass::Camera | PathClass::Reflection => parent.media.clone(),
+        };
+        let depth = parent.depth + 1;
+        self.children.push(PathRay { ray, footprint, media, weight, class, depth, ..*parent });
+    }
+
+    /// The volumes behind the surface. A refracted ray starts beyond every face that coincides with this one, so all of
+    /// their volumes are crossed here.
+    fn media_behind(&mut self, ray: &PathRay, point: &SurfacePoint<'_>, hit: &Hit) -> MediaStack {
+        let posed = self.world.posed;
+        let mut media = ray.media.clone();
+        let Some(medium) = Medium::inside(posed, point.shape) else { return media };
+        media.cross(medium, hit.facing);
+        let cos = ray.ray.direction.dot(point.geometric_normal).abs();
+        let skipped = point.offset_distance / if cos > 0.01 { cos } else { 0.01 };
+        let probe = Ray { t_max: hit.t + skipped, ..ray.ray };
+        let mut after = hit.order();
+        let mut counters = TraversalCounters::default();
+        while let Some(coincident) =
+            self.world.bvh.closest_surface(&probe, Some(after), |_| true, &mut counters)
+        {
+            after = coincident.order();
+            if let Some(medium) = Medium::inside(posed, posed.frame.shape(coincident.primitive)) {
+                media.cross(medium, coincident.facing);
+            }
+        }
+        self.counters.nodes += counters.nodes;
+        self.counters.triangles += counters.triangles;
+        media
+    }
+}
+
+/// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not
+/// closed and the ray never entered.
+fn ior_before(ray: &PathRay, posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> f32 {
+    match Medium::inside(posed, point.shape) {
+        Some(medium) if point.facing == Facing::Back && !ray.media.holds(medium.volume) => medium.ior,
+        _ => ray.media.ior(),
+    }
+}
+
+/// Index of refraction behind the surface: what fills the space there, or for walls and solids the material's own.
+fn ior_behind(material: &MaterialSample, media_behind: &MediaStack) -> f32 {
+    if material.thin { material.ior } else { media_behind.ior() }
+}
+
+/// The mirror ray, geometrically above the surface thanks to the bent shading normal.
+fn mirror_direction(point: &SurfacePoint<'_>) -> Vec3 {
+    let normal = point.shading_normal;
+    (normal * (2.0 * point.wo.dot(normal)) - point.wo).normalize()
+}
+
+/// An orthonormal frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+fn local_frame(normal: Vec3) -> Mat3 {
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    Mat3::from_cols(tangent, bitangent, normal)
+}
+
+fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let s = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    s * s * (3.0 - 2.0 * s)
+}

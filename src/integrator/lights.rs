@@ -119,7 +119,7 @@ mod tests {
         let (inner, outer) = (0.3_f32, 0.8_f32);
         assert_eq!(cone_falloff(libm::cosf(0.2), inner, outer), 1.0);
         assert_eq!(cone_falloff(libm::cosf(0.9), inner, outer), 0.0);
-        let middle = (libm::cosf(inner) + libm::cosf(outer)) / 2.0;
+        let middle = f32::midpoint(libm::cosf(inner), libm::cosf(outer));
         assert!((cone_falloff(middle, inner, outer) - 0.25).abs() < 1e-5);
         // Equal angles make a hard edge, never a division by zero.
         assert_eq!(cone_falloff(0.99, 0.5, 0.5), 1.0);

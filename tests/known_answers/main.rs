@@ -1,0 +1,9 @@
+//! Renders whose answer is known: every expected number is derived beside it.
+//!
+//! Pictures are one pixel of one sample, so that the camera's axis is the only camera ray.
+
+mod glass;
+mod light;
+mod reflection;
+mod stage;
+mod surface;

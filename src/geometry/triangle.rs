@@ -1,6 +1,6 @@
 //! Triangles: what a hit is, and where a clipped triangle reaches.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::watertight::ShearedRay;
 use super::{Aabb, Ray};
@@ -58,7 +58,7 @@ impl Triangle {
 
     /// Whether no ray can hit it: its area is zero (repeated or collinear corners) or a coordinate is not finite.
     pub fn is_degenerate(&self) -> bool {
-        let [a, b, c] = self.vertices.map(|vertex| vertex.as_dvec3());
+        let [a, b, c] = self.vertices.map(as_f64);
         let (ab, ac) = (b - a, c - a);
         // Rounded products of exactly collinear edges are equal, so that their difference is exactly zero.
         let normal = [
@@ -75,6 +75,10 @@ impl Triangle {
         let [a, b, c] = self.vertices.map(Vec3::abs);
         a.max(b).max(c).max_element()
     }
+}
+
+fn as_f64(point: Vec3) -> DVec3 {
+    point.as_dvec3()
 }
 
 #[cfg(test)]

@@ -164,8 +164,6 @@ fn threshold_for(input: Input, measures: &Measures, aim: u64) -> Result<f64, Can
         return Ok(f64::INFINITY);
     }
     let histogram = histogram(input, measures.largest_area, aim)?;
-    let threshold = |aim: u64| sa_max_of(&histogram, measures, aim);
-
     // The bound's own threshold keeps within the aim; then correct by how much of it was used.
     let wanted = (aim - n) as f64;
     let mut bound = wanted;

@@ -5,8 +5,28 @@
 //! Whatever the settings, a query gives the same answer to the last bit: what a hit is, is defined in
 //! [`crate::geometry`], and of hits with equal `t` the lowest primitive id wins.
 
-use crate::cancel::{CancelFlag, Cancelled};
-use crate::geometry::{Facing, Ray, Triangle};
+mod brute_force;
+mod builder;
+mod fit;
+mod lanes;
+mod lbvh;
+mod morton;
+mod query;
+mod radix_sort;
+mod split_clip;
+mod split_threshold;
+mod traverse;
+mod validate;
+mod wide;
+
+use crate::geometry::{Facing, Ray};
+
+pub use builder::Builder;
+
+use brute_force::TriangleList;
+use query::{Any, Nearest, Visitor};
+use traverse::Walk;
+use wide::WideTree;
 
 /// What traversal must know of a triangle besides its corners.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -148,19 +168,18 @@ pub struct BuildStatistics {
     pub widen_seconds: f64,
 }
 
-/// Builds hierarchies and keeps its scratch memory between frames.
-#[derive(Debug, Default)]
-pub struct Builder {}
-
 /// A hierarchy over one frame's triangles.
 #[derive(Debug)]
-pub struct Bvh {}
+pub struct Bvh {
+    structure: Structure,
+    simd: SimdLevel,
+    statistics: BuildStatistics,
+}
 
-impl SimdLevel {
-    /// The best level of the machine that runs.
-    pub fn best() -> Self {
-        Self::Scalar
-    }
+#[derive(Debug)]
+enum Structure {
+    Wide(WideTree),
+    BruteForce(TriangleList),
 }
 
 impl Default for BuildSettings {
@@ -174,28 +193,10 @@ impl Default for BuildSettings {
     }
 }
 
-impl Builder {
-    /// Builds the hierarchy of `triangles`, in parallel on the current rayon pool.
-    ///
-    /// `flags` has one entry a triangle. Memory of `recycled`, the last frame's hierarchy, is used again.
-    pub fn build(
-        &mut self,
-        triangles: &[Triangle],
-        flags: &[PrimitiveFlags],
-        settings: &BuildSettings,
-        cancel: &CancelFlag,
-        recycled: Option<Bvh>,
-    ) -> Result<Bvh, Cancelled> {
-        let _ = (triangles, flags, settings, recycled);
-        cancel.check()?;
-        Ok(Bvh {})
-    }
-}
-
 impl Bvh {
     /// What was built.
     pub fn statistics(&self) -> BuildStatistics {
-        BuildStatistics::default()
+        self.statistics
     }
 
     /// The first visible hit of `ray` after `after`: back faces of single-sided triangles do not count, and those of
@@ -207,8 +208,9 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        let _ = (ray, after, filter, counters);
-        None
+        let mut nearest = Nearest::<_, true>::new(ray, after, filter);
+        self.walk(ray, &mut nearest, counters);
+        nearest.best
     }
 
     /// The first hit of `ray` after `after` on either side of any triangle that `filter` lets count. Here `filter` is
@@ -220,8 +222,9 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        let _ = (ray, after, filter, counters);
-        None
+        let mut nearest = Nearest::<_, false>::new(ray, after, filter);
+        self.walk(ray, &mut nearest, counters);
+        nearest.best
     }
 
     /// Whether any triangle, from either side, meets `ray`; filtered ones only where `filter` says so.
@@ -233,7 +236,17 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> bool {
-        let _ = (ray, filter, counters);
-        false
+        let mut any = Any::new(ray, filter);
+        self.walk(ray, &mut any, counters);
+        any.found
+    }
+
+    #[inline]
+    fn walk(&self, ray: &Ray, visitor: &mut impl Visitor, counters: &mut TraversalCounters) {
+        counters.rays += 1;
+        match &self.structure {
+            Structure::Wide(tree) => lanes::dispatch(self.simd, Walk { tree, ray, visitor }, counters),
+            Structure::BruteForce(list) => list.walk(ray, visitor, counters),
+        }
     }
 }

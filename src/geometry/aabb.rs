@@ -62,6 +62,24 @@ impl Aabb {
         e.x * e.y + e.y * e.z + e.z * e.x
     }
 
+    /// The surface area, computed so that it cannot overflow; zero for an empty box.
+    pub fn area(&self) -> f64 {
+        if self.is_empty() {
+            return 0.0;
+        }
+        let e = self.max.as_dvec3() - self.min.as_dvec3();
+        2.0 * (e.x * e.y + e.y * e.z + e.z * e.x)
+    }
+
+    /// The box with every face moved outward by `distance`.
+    #[must_use]
+    pub fn grown(self, distance: f32) -> Self {
+        Self {
+            min: self.min - distance,
+            max: self.max + distance,
+        }
+    }
+
     /// Whether `other` lies wholly inside (touching counts).
     pub fn contains(&self, other: &Self) -> bool {
         self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()

@@ -4,9 +4,12 @@
 //! multiply-add, no approximate reciprocal), so that every caller on every machine gets the same bits.
 
 mod aabb;
+mod clip;
 mod ray;
 mod triangle;
+mod watertight;
 
 pub use aabb::Aabb;
 pub use ray::Ray;
 pub use triangle::{Facing, Triangle, TriangleHit};
+pub use watertight::{BOX_PADDING, ShearedRay, dominant_axes};

@@ -11,7 +11,7 @@ pub struct Ray {
     pub origin: Vec3,
     /// World-space direction; finite and not zero.
     pub direction: Vec3,
-    /// Hits at or before this parameter do not count.
+    /// Hits at or before this parameter do not count, nor do those behind the origin.
     pub t_min: f32,
     /// Hits at or beyond this parameter do not count; may be infinite.
     pub t_max: f32,

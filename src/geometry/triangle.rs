@@ -1,7 +1,8 @@
 //! Triangles: what a hit is, and where a clipped triangle reaches.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
+use super::watertight::ShearedRay;
 use super::{Aabb, Ray};
 
 /// A triangle in world space; the front face is the one whose vertices run counter-clockwise.
@@ -46,9 +47,81 @@ impl Triangle {
         (b - a).cross(c - a)
     }
 
-    /// The hit of `ray`, whichever side it meets; `t` lies inside the ray's open interval.
+    /// The hit of `ray`, whichever side it meets; `t` is positive and lies inside the ray's open interval. Degenerate
+    /// triangles are never hit.
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
-        let _ = ray;
-        None
+        if self.is_degenerate() {
+            return None;
+        }
+        ShearedRay::new(ray).meet(&self.vertices)
+    }
+
+    /// Whether no ray can hit it: its area is zero (repeated or collinear corners) or a coordinate is not finite.
+    pub fn is_degenerate(&self) -> bool {
+        let [a, b, c] = self.vertices.map(as_f64);
+        let (ab, ac) = (b - a, c - a);
+        // Rounded products of exactly collinear edges are equal, so that their difference is exactly zero.
+        let normal = [
+            ab.y * ac.z - ab.z * ac.y,
+            ab.z * ac.x - ab.x * ac.z,
+            ab.x * ac.y - ab.y * ac.x,
+        ];
+        !normal.iter().any(|component| *component != 0.0)
+            || !normal.iter().all(|component| component.is_finite())
+    }
+
+    /// The largest absolute coordinate of any corner, metres.
+    pub fn magnitude(&self) -> f32 {
+        let [a, b, c] = self.vertices.map(Vec3::abs);
+        a.max(b).max(c).max_element()
+    }
+}
+
+fn as_f64(point: Vec3) -> DVec3 {
+    point.as_dvec3()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn degenerate_means_no_area_or_not_finite() {
+        let corner = Vec3::new(0.1, 0.2, 0.3);
+        let proper = [corner, corner + Vec3::X * 1.0e-6, corner + Vec3::Y * 1.0e-6];
+        assert!(!Triangle { vertices: proper }.is_degenerate());
+        for scale in [1.0, 1.0e30, 1.0e-30] {
+            let vertices = [Vec3::ONE, Vec3::splat(2.0), Vec3::splat(5.0)].map(|p| p * scale);
+            assert!(
+                !Triangle {
+                    vertices: [Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale]
+                }
+                .is_degenerate()
+            );
+            assert!(
+                Triangle {
+                    vertices: [vertices[0], vertices[0], vertices[1]]
+                }
+                .is_degenerate()
+            );
+        }
+        assert!(
+            Triangle {
+                vertices: [Vec3::ONE, Vec3::splat(2.0), Vec3::splat(5.0)]
+            }
+            .is_degenerate()
+        );
+        assert!(
+            Triangle {
+                vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.0, f32::NAN, 0.0)]
+            }
+            .is_degenerate()
+        );
+        assert!(
+            Triangle {
+                vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.0, f32::INFINITY, 0.0)]
+            }
+            .is_degenerate()
+        );
     }
 }

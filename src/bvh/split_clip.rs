@@ -1,0 +1,244 @@
+//! Early split clipping: boxes of triangles, several for those whose box is large.
+//!
+//! Source: Ernst and Greiner, "Early Split Clipping for Bounding Volume Hierarchies", RT 2007, Algorithm 4: while the
+//! surface area of a box exceeds SA_max, it is cut in the middle of its longest axis and the triangle's part in each
+//! half gets its own box. Departures: the recursion is an explicit stack; each half's box is found by clipping the
+//! original triangle, so that errors do not add up; a box is not cut where the plane is not strictly inside it.
+//!
+//! Every reference's box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit
+//! asks ([`crate::geometry::ShearedRay`]). Which SA_max is used is decided in [`super::split_threshold`].
+
+use rayon::prelude::*;
+
+use super::PrimitiveFlags;
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::geometry::{Aabb, BOX_PADDING, Triangle};
+
+/// Triangles a task works on.
+pub(super) const CHUNK: usize = 1 << 11;
+
+/// A box that a triangle, or a part of one, lies in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reference {
+    /// The box.
+    pub(super) bounds: Aabb,
+    /// Index of the triangle.
+    pub(super) primitive: u32,
+}
+
+/// The triangles to build over.
+#[derive(Clone, Copy)]
+pub(super) struct Input<'a> {
+    /// All triangles of the frame.
+    pub(super) triangles: &'a [Triangle],
+    /// Their flags.
+    pub(super) flags: &'a [PrimitiveFlags],
+    /// Polled.
+    pub(super) cancel: &'a CancelFlag,
+}
+
+/// Memory kept between builds.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    chunks: Vec<Vec<Reference>>,
+}
+
+impl<'a> Input<'a> {
+    /// The visible triangles of a chunk, with their indices.
+    pub(super) fn chunk(&self, chunk: usize) -> impl Iterator<Item = (u32, &'a Triangle)> + use<'a> {
+        let first = chunk * CHUNK;
+        let last = self.triangles.len().min(first + CHUNK);
+        let triangles = self.triangles[first..last].iter();
+        triangles
+            .zip(&self.flags[first..last])
+            .enumerate()
+            .filter(|(_, (triangle, flags))| is_traced(triangle, **flags))
+            .map(move |(i, (triangle, _))| ((first + i) as u32, triangle))
+    }
+
+    /// How many chunks there are.
+    pub(super) fn chunks(&self) -> usize {
+        self.triangles.len().div_ceil(CHUNK)
+    }
+}
+
+/// Whether a triangle takes part: it is not hidden and a ray can hit it.
+pub(super) fn is_traced(triangle: &Triangle, flags: PrimitiveFlags) -> bool {
+    !flags.has(PrimitiveFlags::HIDDEN) && !triangle.is_degenerate()
+}
+
+/// Fills `references` with the boxes of all visible triangles, in the triangles' order whatever the number of threads.
+pub(super) fn gather(
+    input: Input,
+    sa_max: f64,
+    scratch: &mut Scratch,
+    references: &mut Vec<Reference>,
+) -> Result<(), Cancelled> {
+    let chunks = input.chunks();
+    if scratch.chunks.len() < chunks {
+        scratch.chunks.resize_with(chunks, Vec::new);
+    }
+    let parts = &mut scratch.chunks[..chunks];
+    parts.par_iter_mut().enumerate().try_for_each(|(chunk, part)| {
+        input.cancel.check()?;
+        part.clear();
+        for (primitive, triangle) in input.chunk(chunk) {
+            let padding = triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE;
+            split(triangle, sa_max, |bounds| {
+                part.push(Reference {
+                    bounds: bounds.grown(padding),
+                    primitive,
+                });
+                true
+            });
+        }
+        Ok(())
+    })?;
+
+    // Concatenate.
+    references.clear();
+    references.reserve(parts.iter().map(Vec::len).sum());
+    for part in parts {
+        references.extend_from_slice(part);
+    }
+    input.cancel.check()
+}
+
+/// Algorithm 4: gives the box of every part to `emit`, until it returns false.
+pub(super) fn split(triangle: &Triangle, sa_max: f64, mut emit: impl FnMut(&Aabb) -> bool) {
+    let whole = triangle.bounds();
+    let is_large = |bounds: &Aabb| bounds.area() > sa_max;
+    if !is_large(&whole) {
+        emit(&whole);
+        return;
+    }
+    let mut todo = vec![whole];
+    while let Some(bounds) = todo.pop() {
+        match halves(&bounds).filter(|_| is_large(&bounds)) {
+            Some([low, high]) => {
+                todo.extend(triangle.clipped_bounds(&high));
+                todo.extend(triangle.clipped_bounds(&low));
+            }
+            None => {
+                if !emit(&bounds) {
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Both halves of a box, cut in the middle of its longest axis, unless the middle is not strictly inside.
+fn halves(bounds: &Aabb) -> Option<[Aabb; 2]> {
+    let axis = (bounds.max * 0.5 - bounds.min * 0.5).max_position();
+    let plane = bounds.center()[axis];
+    if !(bounds.min[axis] < plane && plane < bounds.max[axis]) {
+        return None;
+    }
+    let (mut low, mut high) = (*bounds, *bounds);
+    low.max[axis] = plane;
+    high.min[axis] = plane;
+    Some([low, high])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// The slow twin: the recursion of the paper.
+    fn recursive(triangle: &Triangle, bounds: Aabb, sa_max: f64, out: &mut Vec<Aabb>) {
+        let Some(parts) = halves(&bounds).filter(|_| bounds.area() > sa_max) else {
+            out.push(bounds);
+            return;
+        };
+        for half in parts {
+            if let Some(part) = triangle.clipped_bounds(&half) {
+                recursive(triangle, part, sa_max, out);
+            }
+        }
+    }
+
+    fn diagonal() -> Triangle {
+        Triangle {
+            vertices: [Vec3::ZERO, Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, 0.9, 1.0)],
+        }
+    }
+
+    #[test]
+    fn equals_the_recursion_and_obeys_the_threshold() {
+        let triangle = diagonal();
+        let sa_max = 0.01;
+        let mut boxes = Vec::new();
+        split(&triangle, sa_max, |bounds| {
+            boxes.push(*bounds);
+            true
+        });
+        let mut expected = Vec::new();
+        recursive(&triangle, triangle.bounds(), sa_max, &mut expected);
+        assert_eq!(boxes, expected);
+        assert!(boxes.len() > 20);
+        assert!(boxes.iter().all(|bounds| bounds.area() <= sa_max));
+        let all = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(*bounds));
+        assert_eq!(all, triangle.bounds());
+    }
+
+    #[test]
+    fn a_box_of_adjacent_numbers_is_not_cut() {
+        let a = Vec3::ONE;
+        let b = Vec3::splat(1.0_f32.next_up());
+        assert!(halves(&Aabb { min: a, max: b }).is_none());
+        assert!(halves(&Aabb { min: a, max: a }).is_none());
+        // Even without a threshold splitting ends.
+        let triangle = Triangle {
+            vertices: [a, Vec3::new(b.x, a.y, a.z), Vec3::new(a.x, b.y, a.z)],
+        };
+        let mut count = 0;
+        split(&triangle, 0.0, |_| {
+            count += 1;
+            true
+        });
+        assert_eq!(count, 1);
+    }
+
+    #[test]
+    fn parts_come_in_the_triangles_order_for_any_number_of_threads() {
+        let triangles: Vec<Triangle> = (0..10_000)
+            .map(|i| Triangle {
+                vertices: diagonal()
+                    .vertices
+                    .map(|p| p * (1.0 + (i % 7) as f32) + Vec3::X * i as f32),
+            })
+            .collect();
+        let flags: Vec<PrimitiveFlags> = (0..triangles.len())
+            .map(|i| {
+                if i % 3 == 0 {
+                    PrimitiveFlags::HIDDEN
+                } else {
+                    PrimitiveFlags::default()
+                }
+            })
+            .collect();
+        let cancel = CancelFlag::new();
+        let input = Input {
+            triangles: &triangles,
+            flags: &flags,
+            cancel: &cancel,
+        };
+        let mut results = Vec::new();
+        for threads in [1, 2, 3, 8] {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let mut references = Vec::new();
+            pool.install(|| gather(input, 30.0, &mut Scratch::default(), &mut references))
+                .unwrap();
+            results.push(references);
+        }
+        assert!(results.iter().all(|references| *references == results[0]));
+        assert!(results[0].is_sorted_by_key(|reference| reference.primitive));
+        assert!(results[0].iter().all(|reference| reference.primitive % 3 != 0));
+        assert!(results[0].len() > 10_000);
+    }
+}

@@ -1,0 +1,336 @@
+//! Which SA_max early split clipping uses.
+//!
+//! Splitting pays where boxes overlap massively, and does harm elsewhere. `E`, the sum of the triangles' box areas over the
+//! area of the scene's box, is the number of boxes that a line through the scene meets on average. [`Split::Auto`]
+//! splits nothing while `E ≤ 16`, and otherwise aims at `R = min(budget, 1 + ((E − 16) / 118)^0.57)` references a
+//! triangle. [`Split::Area`] is used as it is unless it makes more references than the budget; then the budget is the aim.
+//!
+//! An aim becomes an SA_max through an upper bound of the number of references: a box that is halved k times without
+//! clipping contains each box that k steps of Algorithm 4 make from it, so a triangle makes at most 2ᵏ references for the
+//! smallest k whose halved box does not exceed SA_max. A histogram of these areas gives the bound for all SA_max at
+//! once. Diagonal triangles fill less than the bound, so corrections by the counted number follow. All counts are
+//! integers and all sums have a fixed order: the outcome does not depend on the number of threads.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use super::split_clip::{Input, split};
+use super::{BuildSettings, Split};
+use crate::cancel::Cancelled;
+use crate::geometry::Aabb;
+
+/// The number of boxes met by a line below which `Split::Auto` does nothing.
+const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
+/// Halvings that the histogram follows; 2⁴⁰ references are beyond any budget.
+const MOST_HALVINGS: u32 = 40;
+/// How often the references are counted to come near the aim.
+const COUNTS: u32 = 3;
+/// The bound is not corrected by more than this factor at once.
+const LARGEST_CORRECTION: f64 = 16.0;
+/// Bins an octave of area, as a power of two.
+const BINS_AN_OCTAVE_LOG2: u32 = 3;
+/// Bins, 64 octaves below the largest area.
+const BINS: usize = 64 << BINS_AN_OCTAVE_LOG2;
+
+/// The SA_max to use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Threshold {
+    /// Square metres; infinite for no splits.
+    pub(super) sa_max: f64,
+    /// Whether an explicit SA_max was raised to keep within the budget.
+    pub(super) budget_reached: bool,
+    /// Visible triangles.
+    pub(super) triangles: usize,
+}
+
+/// Sums over the visible triangles.
+#[derive(Clone, Copy)]
+struct Measures {
+    triangles: u64,
+    bounds: Aabb,
+    area_sum: f64,
+    largest_area: f64,
+}
+
+/// Chooses the SA_max for `settings`.
+pub(super) fn choose(input: Input, settings: &BuildSettings) -> Result<Threshold, Cancelled> {
+    let measures = measure(input)?;
+    let n = measures.triangles;
+    let budget = if settings.reference_budget >= 1.0 {
+        f64::from(settings.reference_budget)
+    } else {
+        1.0
+    };
+    let limit = (n as f64 * budget) as u64;
+    let unchanged = |sa_max| Threshold {
+        sa_max,
+        budget_reached: false,
+        triangles: n as usize,
+    };
+    match settings.split {
+        Split::Off => Ok(unchanged(f64::INFINITY)),
+        Split::Auto => {
+            let overlap = measures.area_sum / measures.bounds.area();
+            if overlap.is_finite() && overlap > OVERLAP_WORTH_SPLITTING {
+                let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / 118.0, 0.57);
+                let aim = (n as f64 * ratio.min(budget)) as u64;
+                Ok(unchanged(threshold_for(input, &measures, aim)?))
+            } else {
+                Ok(unchanged(f64::INFINITY))
+            }
+        }
+        Split::Area(area) => {
+            let area = if area.is_nan() {
+                f64::INFINITY
+            } else {
+                f64::from(area)
+            };
+            if count_up_to(input, area, limit)?.is_some() {
+                return Ok(unchanged(area));
+            }
+            Ok(Threshold {
+                sa_max: threshold_for(input, &measures, limit)?.max(area),
+                budget_reached: true,
+                triangles: n as usize,
+            })
+        }
+    }
+}
+
+fn measure(input: Input) -> Result<Measures, Cancelled> {
+    let none = Measures {
+        triangles: 0,
+        bounds: Aabb::EMPTY,
+        area_sum: 0.0,
+        largest_area: 0.0,
+    };
+    let chunks: Vec<Measures> = (0..input.chunks())
+        .into_par_iter()
+        .map(|chunk| {
+            input.cancel.check()?;
+            Ok(input.chunk(chunk).fold(none, |sum, (_, triangle)| {
+                let bounds = triangle.bounds();
+                let area = bounds.area();
+                Measures {
+                    triangles: sum.triangles + 1,
+                    bounds: sum.bounds.union(bounds),
+                    area_sum: sum.area_sum + area,
+                    largest_area: sum.largest_area.max(area),
+                }
+            }))
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(chunks.iter().fold(none, |sum, chunk| Measures {
+        triangles: sum.triangles + chunk.triangles,
+        bounds: sum.bounds.union(chunk.bounds),
+        area_sum: sum.area_sum + chunk.area_sum,
+        largest_area: sum.largest_area.max(chunk.largest_area),
+    }))
+}
+
+/// How many references `sa_max` makes, or `None` if more than `limit`.
+fn count_up_to(input: Input, sa_max: f64, limit: u64) -> Result<Option<u64>, Cancelled> {
+    const POLL_EVERY: u64 = 256;
+    let total = AtomicU64::new(0);
+    let give_up = || total.load(Ordering::Relaxed) > limit || input.cancel.is_raised();
+    (0..input.chunks()).into_par_iter().for_each(|chunk| {
+        for (_, triangle) in input.chunk(chunk) {
+            let mut pending = 0;
+            split(triangle, sa_max, |_| {
+                pending += 1;
+                if pending == POLL_EVERY {
+                    total.fetch_add(pending, Ordering::Relaxed);
+                    pending = 0;
+                    return !give_up();
+                }
+                true
+            });
+            total.fetch_add(pending, Ordering::Relaxed);
+            if give_up() {
+                return;
+            }
+        }
+    });
+    input.cancel.check()?;
+    let total = total.into_inner();
+    Ok((total <= limit).then_some(total))
+}
+
+/// An SA_max that makes nearly, and not more than, `aim` references.
+fn threshold_for(input: Input, measures: &Measures, aim: u64) -> Result<f64, Cancelled> {
+    let n = measures.triangles;
+    if aim <= n || measures.largest_area <= 0.0 {
+        return Ok(f64::INFINITY);
+    }
+    let histogram = histogram(input, measures.largest_area, aim)?;
+    // The bound's own threshold keeps within the aim; then correct by how much of it was used.
+    let wanted = (aim - n) as f64;
+    let mut bound = wanted;
+    let mut best = f64::INFINITY;
+    for _ in 0..COUNTS {
+        let sa_max = sa_max_of(&histogram, measures, n + bound as u64);
+        let Some(counted) = count_up_to(input, sa_max, aim)? else {
+            break;
+        };
+        best = sa_max;
+        bound *= (wanted / counted.saturating_sub(n).max(1) as f64).min(LARGEST_CORRECTION);
+    }
+    Ok(best)
+}
+
+/// For each bin of area, how many references the bound gains when SA_max falls below the bin.
+fn histogram(input: Input, largest_area: f64, aim: u64) -> Result<Vec<u64>, Cancelled> {
+    let top = largest_area.to_bits();
+    (0..input.chunks())
+        .into_par_iter()
+        .try_fold(
+            || vec![0_u64; BINS],
+            |mut bins, chunk| {
+                input.cancel.check()?;
+                for (_, triangle) in input.chunk(chunk) {
+                    let bounds = triangle.bounds();
+                    let mut extent = (bounds.max.as_dvec3() - bounds.min.as_dvec3()).to_array();
+                    for halvings in 0..MOST_HALVINGS {
+                        let [x, y, z] = extent;
+                        let area = 2.0 * (x * y + y * z + z * x);
+                        // Halving k + 1 turns 2^k references into twice as many.
+                        let gain = 1_u64 << halvings;
+                        if area <= 0.0 || gain > aim {
+                            break;
+                        }
+                        bins[bin_of(area, top)] += gain;
+                        let longest = (0..3).fold(0, |a, b| if extent[b] > extent[a] { b } else { a });
+                        extent[longest] *= 0.5;
+                    }
+                }
+                Ok(bins)
+            },
+        )
+        .try_reduce(
+            || vec![0; BINS],
+            |mut a, b| {
+                a.iter_mut().zip(&b).for_each(|(a, b)| *a += b);
+                Ok(a)
+            },
+        )
+}
+
+/// The bin of an area: eighths of octaves, by bits, below the largest.
+fn bin_of(area: f64, top: u64) -> usize {
+    let below = top.saturating_sub(area.to_bits()) >> (52 - BINS_AN_OCTAVE_LOG2);
+    (below as usize).min(BINS - 1)
+}
+
+/// The smallest upper edge of a bin at which the bound is not above `aim`.
+fn sa_max_of(histogram: &[u64], measures: &Measures, aim: u64) -> f64 {
+    let mut total = measures.triangles;
+    let mut bin = 0;
+    // The last bin has no lower edge.
+    while bin + 1 < BINS && total + histogram[bin] <= aim {
+        total += histogram[bin];
+        bin += 1;
+    }
+    let top = measures.largest_area.to_bits();
+    f64::from_bits(top.saturating_sub((bin as u64) << (52 - BINS_AN_OCTAVE_LOG2)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{PrimitiveFlags, SimdLevel};
+    use crate::cancel::CancelFlag;
+    use crate::geometry::Triangle;
+    use glam::Vec3;
+
+    /// Long thin diagonal triangles through a unit cube: they overlap massively.
+    fn bars(n: usize) -> Vec<Triangle> {
+        let mut state = 3_u32;
+        let mut random = || {
+            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        (0..n)
+            .map(|_| {
+                let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
+                Triangle {
+                    vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)],
+                }
+            })
+            .collect()
+    }
+
+    fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Threshold, u64) {
+        let flags = vec![PrimitiveFlags::default(); triangles.len()];
+        let cancel = CancelFlag::new();
+        let input = Input {
+            triangles,
+            flags: &flags,
+            cancel: &cancel,
+        };
+        let settings = BuildSettings {
+            split,
+            reference_budget: budget,
+            simd: SimdLevel::Scalar,
+            ..BuildSettings::default()
+        };
+        let threshold = choose(input, &settings).unwrap();
+        let count = count_up_to(input, threshold.sa_max, u64::MAX).unwrap().unwrap();
+        (threshold, count)
+    }
+
+    #[test]
+    fn scattered_triangles_are_not_split() {
+        // 1000 small triangles in a large box: E is far below 16.
+        let triangles: Vec<Triangle> = (0..1000)
+            .map(|i| {
+                let p = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
+                Triangle {
+                    vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1],
+                }
+            })
+            .collect();
+        assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);
+    }
+
+    #[test]
+    fn auto_comes_near_its_aim() {
+        let triangles = bars(2000);
+        let (threshold, count) = chosen(&triangles, Split::Auto, 4.0);
+        assert!(!threshold.budget_reached);
+        // The mean extents of such boxes are a third of the cube's, so E is about 2000 / 9 and the aim about 2.4.
+        let ratio = count as f64 / 2000.0;
+        assert!((2.0..=2.5).contains(&ratio), "{ratio}");
+        // A smaller budget is kept.
+        let ratio = chosen(&triangles, Split::Auto, 1.5).1 as f64 / 2000.0;
+        assert!((1.2..=1.5).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn a_tiny_area_keeps_to_the_budget() {
+        let triangles = bars(2000);
+        for area in [1.0e-9, 1.0e-30, 0.0] {
+            let (threshold, count) = chosen(&triangles, Split::Area(area), 3.0);
+            assert!(threshold.budget_reached);
+            assert!((4000..=6000).contains(&count), "{count}");
+        }
+        let one = &triangles[..1];
+        assert!(chosen(one, Split::Area(1.0e-30), 4.0).1 <= 4);
+        assert_eq!(chosen(one, Split::Area(1.0e-30), f32::NAN).1, 1);
+    }
+
+    #[test]
+    fn an_area_within_the_budget_is_used_as_it_is() {
+        let (threshold, count) = chosen(&bars(500), Split::Area(1.0), 4.0);
+        assert_eq!((threshold.sa_max, threshold.budget_reached), (1.0, false));
+        assert!(count > 500);
+        assert_eq!(chosen(&bars(500), Split::Area(f32::NAN), 4.0).1, 500);
+    }
+
+    #[test]
+    fn no_triangles_need_no_threshold() {
+        for split in [Split::Off, Split::Auto, Split::Area(0.0)] {
+            assert_eq!(chosen(&[], split, 4.0).1, 0);
+        }
+    }
+}

@@ -1,0 +1,290 @@
+//! What a hit is: the one place that decides whether, and how far away, a ray meets a triangle.
+//!
+//! Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The vertices are moved to
+//! the ray's origin and sheared so that the ray runs along an axis; three 2D edge functions then tell inside from outside.
+//!
+//! Departures: everything is computed in `f64` from the `f32` inputs; zeros count as inside, so that no second test is
+//! needed; a hit whose place is not known well enough is none (see below).
+//!
+//! # Watertight
+//!
+//! A vertex is sheared by the same operations whichever triangle it belongs to, so neighbours see the same 2D
+//! points. An edge function is the rounded difference of two rounded products. Rounding is monotone, so its sign is
+//! the exact one or it is zero, and the neighbour computes its exact negation. As zeros are inside, every point that
+//! exact arithmetic would put into one of two neighbours is in at least one of them.
+//!
+//! # Any hierarchy finds the same hits
+//!
+//! Let `X = |origin|∞ + |vertices|∞`. The weights `w = (U, V, W) / (U + V + W)` have one sign, so `P = Σ wᵢ·vertexᵢ`
+//! is a point of the triangle whatever the rounding errors. The ray passes `P`'s plane of equal z at a distance of at most
+//! `|Σ δUᵢ·xᵢ| / |det|` plus the errors of the shear, where `δUᵢ` are the rounding errors of the edge functions: with
+//! `S` the sum of the absolute values of their six products and `M` the largest sheared coordinate that is at most
+//! `2⁻⁵²·S·M / |det| + 2⁻⁵⁰·X`. For ordinary triangles it is negligible; for slivers that are seen edge-on `det` is
+//! itself rounding noise, and `P` may lie far from the ray. A hit is therefore rejected unless `S·M ≤ 2²⁹·X·|det|`:
+//! what is accepted has its `P` within `2⁻²²·X·0.6` of `origin + t·direction` in each coordinate, `t` before it is
+//! rounded to `f32`. `P` lies in every box that holds its part of the triangle, and boxes are grown by
+//! [`BOX_PADDING`] times the triangle's largest coordinate and [`BOX_PADDING`] times the largest of the origin,
+//! `2⁻²¹·X` together. So the slab test finds the ray inside all of these boxes at `t`, up to the relative error of its own
+//! arithmetic and of `t`'s last rounding, which it allows for. No box that holds the hit is missed, or entered
+//! after it, however the triangles are split and the boxes are nested.
+
+use glam::Vec3;
+
+use super::{Facing, Ray, TriangleHit};
+
+/// How far boxes must be grown for hits to be found, in units of the largest coordinate.
+pub const BOX_PADDING: f32 = 1.0 / (1 << 21) as f32;
+
+/// `S·M / (X·|det|)` above which the place of a hit is not known well enough.
+const LARGEST_AMPLIFICATION: f64 = (1 << 29) as f64;
+
+/// What the triangle test needs of a ray, computed once.
+#[derive(Clone, Copy, Debug)]
+pub struct ShearedRay {
+    origin: [f64; 3],
+    origin_magnitude: f64,
+    axes: [usize; 3],
+    shear: [f64; 2],
+    direction_z: f64,
+    t_min: f32,
+    t_max: f32,
+}
+
+/// The axis order in which the ray's direction has its largest component last and the winding of triangles is kept.
+pub fn dominant_axes(direction: Vec3) -> [usize; 3] {
+    let [x, y, z] = direction.abs().to_array();
+    let kz = if x > y {
+        if x > z { 0 } else { 2 }
+    } else if y > z {
+        1
+    } else {
+        2
+    };
+    let [kx, ky] = [(kz + 1) % 3, (kz + 2) % 3];
+    if direction[kz] < 0.0 {
+        [ky, kx, kz]
+    } else {
+        [kx, ky, kz]
+    }
+}
+
+impl ShearedRay {
+    /// Prepares `ray`.
+    pub fn new(ray: &Ray) -> Self {
+        let axes = dominant_axes(ray.direction);
+        let origin = ray.origin.to_array().map(f64::from);
+        let direction_z = f64::from(ray.direction[axes[2]]);
+        Self {
+            origin,
+            origin_magnitude: f64::from(ray.origin.abs().max_element()),
+            axes,
+            shear: [
+                f64::from(ray.direction[axes[0]]) / direction_z,
+                f64::from(ray.direction[axes[1]]) / direction_z,
+            ],
+            direction_z,
+            t_min: ray.t_min,
+            t_max: ray.t_max,
+        }
+    }
+
+    /// The hit with the triangle of these corners, which must not be degenerate.
+    #[inline]
+    pub fn meet(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
+        let [a, b, c] = [
+            self.sheared(corners[0]),
+            self.sheared(corners[1]),
+            self.sheared(corners[2]),
+        ];
+
+        // Edge functions; mixed signs are outside.
+        let products = [
+            c[0] * b[1],
+            c[1] * b[0],
+            a[0] * c[1],
+            a[1] * c[0],
+            b[0] * a[1],
+            b[1] * a[0],
+        ];
+        let u = products[0] - products[1];
+        let v = products[2] - products[3];
+        let w = products[4] - products[5];
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+
+        // Edge-on, or too close to it to know where.
+        let det = u + v + w;
+        let sum = products.iter().fold(0.0, |sum, product| sum + product.abs());
+        let reach = [a[0], a[1], b[0], b[1], c[0], c[1]]
+            .iter()
+            .fold(0.0_f64, |reach, x| reach.max(x.abs()));
+        let scale = self.origin_magnitude + magnitude(corners);
+        let well_known = sum * reach <= LARGEST_AMPLIFICATION * scale * det.abs();
+        if det == 0.0 || !well_known {
+            return None;
+        }
+
+        // Distance, rounded once; denormal ones count as zero.
+        let t = ((u * a[2] + v * b[2] + w * c[2]) / (det * self.direction_z)) as f32;
+        if !(t > self.t_min && t < self.t_max && t >= f32::MIN_POSITIVE) {
+            return None;
+        }
+        Some(TriangleHit {
+            t,
+            u: (v / det) as f32,
+            v: (w / det) as f32,
+            facing: if det > 0.0 { Facing::Front } else { Facing::Back },
+        })
+    }
+
+    /// The point relative to the origin, sheared so that the ray runs along z.
+    #[inline]
+    fn sheared(&self, point: Vec3) -> [f64; 3] {
+        let [kx, ky, kz] = self.axes;
+        let x = f64::from(point[kx]) - self.origin[kx];
+        let y = f64::from(point[ky]) - self.origin[ky];
+        let z = f64::from(point[kz]) - self.origin[kz];
+        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+    }
+}
+
+/// The largest absolute coordinate.
+#[inline]
+fn magnitude(corners: &[Vec3; 3]) -> f64 {
+    let largest = corners[0].abs().max(corners[1].abs()).max(corners[2].abs());
+    f64::from(largest.max_element())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Triangle;
+
+    #[test]
+    fn winding_is_kept_for_every_dominant_axis() {
+        for axis in 0..3 {
+            for sign in [1.0_f32, -1.0] {
+                // Counter-clockwise seen from where the ray starts: the normal points against the direction.
+                let mut direction = Vec3::splat(0.125);
+                direction[axis] = sign;
+                let normal = -Vec3::AXES[axis] * sign;
+                let e1 = Vec3::AXES[(axis + 1) % 3];
+                let e2 = normal.cross(e1);
+                let front = Triangle {
+                    vertices: [-e1 - e2, e1 - e2, e2],
+                };
+                assert!(front.scaled_normal().dot(direction) < 0.0);
+                let ray = Ray::new(-direction * 3.0, direction);
+                let hit = front.intersect(&ray).unwrap();
+                assert_eq!((hit.facing, hit.t), (Facing::Front, 3.0));
+                let [a, b, c] = front.vertices;
+                let back = Triangle { vertices: [a, c, b] };
+                assert_eq!(back.intersect(&ray).unwrap().facing, Facing::Back);
+            }
+        }
+    }
+
+    #[test]
+    fn barycentrics_weigh_the_second_and_third_corner() {
+        let triangle = Triangle {
+            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
+        };
+        let hit = triangle
+            .intersect(&Ray::new(Vec3::new(0.25, 0.5, 2.0), Vec3::NEG_Z))
+            .unwrap();
+        assert_eq!((hit.t, hit.u, hit.v), (2.0, 0.25, 0.5));
+        assert_eq!(hit.facing, Facing::Front);
+    }
+
+    #[test]
+    fn the_interval_is_open() {
+        let triangle = Triangle {
+            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
+        };
+        let mut ray = Ray::new(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z);
+        ray.t_max = 2.0;
+        assert!(triangle.intersect(&ray).is_none());
+        ray.t_max = 2.0_f32.next_up();
+        assert!(triangle.intersect(&ray).is_some());
+        ray.t_min = 2.0;
+        assert!(triangle.intersect(&ray).is_none());
+        // Behind the origin.
+        assert!(
+            triangle
+                .intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::Z))
+                .is_none()
+        );
+    }
+
+    #[test]
+    fn edge_on_and_degenerate_triangles_are_never_hit() {
+        let flat = Triangle {
+            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
+        };
+        assert!(
+            flat.intersect(&Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X))
+                .is_none()
+        );
+        // Collinear and repeated corners, aimed at from many directions.
+        let line = Triangle {
+            vertices: [Vec3::ONE, Vec3::splat(3.0), Vec3::splat(2.0)],
+        };
+        let point = Triangle {
+            vertices: [Vec3::ONE, Vec3::ONE, Vec3::splat(2.0)],
+        };
+        for i in 0..1000 {
+            let origin = Vec3::new(
+                (i % 10) as f32 - 5.1,
+                (i / 10 % 10) as f32 + 0.3,
+                (i / 100) as f32 * 7.7,
+            );
+            let ray = Ray::new(origin, Vec3::splat(2.0) - origin);
+            assert!(line.intersect(&ray).is_none());
+            assert!(point.intersect(&ray).is_none());
+        }
+    }
+
+    #[test]
+    fn a_hit_is_a_point_of_the_triangle_near_the_ray() {
+        // Slivers of growing aspect, seen from random sides: the accepted hits obey the bound the boxes rely on.
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let mut hits = 0;
+        for i in 0..200_000 {
+            let along = Vec3::new(random(), random(), random());
+            let across = Vec3::new(random(), random(), random()) * libm::powf(10.0, -((i % 9) as f32));
+            let a = Vec3::new(random(), random(), random());
+            let triangle = Triangle {
+                vertices: [a, a + along, a + along * 0.5 + across],
+            };
+            let origin = Vec3::new(random(), random(), random()) * 2.0;
+            let ray = Ray::new(origin, a + along * 0.4 + across * 0.3 - origin);
+            let Some(hit) = triangle.intersect(&ray) else {
+                continue;
+            };
+            hits += 1;
+            let weights = [
+                1.0 - f64::from(hit.u) - f64::from(hit.v),
+                hit.u.into(),
+                hit.v.into(),
+            ];
+            let scale = f64::from(origin.abs().max_element()) + magnitude(&triangle.vertices);
+            for axis in 0..3 {
+                let on_triangle: f64 = (0..3)
+                    .map(|k| weights[k] * f64::from(triangle.vertices[k][axis]))
+                    .sum();
+                let on_ray = f64::from(origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
+                // 2^-22 for the bound, and the rounding of t, u and v to f32.
+                assert!(
+                    (on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale,
+                    "{triangle:?} {ray:?}"
+                );
+            }
+        }
+        assert!(hits > 50_000, "{hits}");
+    }
+}

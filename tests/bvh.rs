@@ -1,0 +1,476 @@
+//! The hierarchy against brute force: whatever the settings, every query gives the same bits.
+
+use glam::Vec3;
+use rayframe::bvh::{
+    BuildSettings, Builder, BuilderKind, Bvh, Hit, HitOrder, PrimitiveFlags, SimdLevel, Split,
+    TraversalCounters,
+};
+use rayframe::cancel::CancelFlag;
+use rayframe::geometry::{Aabb, Ray, Triangle};
+
+/// A small permuted congruential generator.
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u32 {
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        ((self.0 >> 22 ^ self.0) >> (22 + (self.0 >> 61))) as u32
+    }
+
+    /// In [-1, 1).
+    fn signed(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn point(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        self.bits() as usize % n
+    }
+}
+
+fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Triangle {
+    Triangle { vertices: [a, b, c] }
+}
+
+fn soup(n: usize, size: f32, random: &mut Random) -> Vec<Triangle> {
+    (0..n)
+        .map(|_| {
+            let a = random.point();
+            triangle(a, a + random.point() * size, a + random.point() * size)
+        })
+        .collect()
+}
+
+/// Aspect 10³ to 10⁵, in all directions.
+fn slivers(n: usize, random: &mut Random) -> Vec<Triangle> {
+    (0..n)
+        .map(|i| {
+            let (a, b) = (random.point(), random.point());
+            let width = [1.0e-3, 1.0e-4, 1.0e-5][i % 3];
+            triangle(a, b, (a + b) * 0.5 + random.point() * width)
+        })
+        .collect()
+}
+
+/// Sheets one above the other, many at exactly the same place.
+fn stacked(n: usize) -> Vec<Triangle> {
+    (0..n)
+        .map(|i| {
+            let z = (i % 7) as f32 * 0.125;
+            let x = if i % 2 == 0 { 1.0 } else { -1.0 };
+            triangle(
+                Vec3::new(-x, -1.0, z),
+                Vec3::new(x, -1.0, z),
+                Vec3::new(0.0, 1.0, z),
+            )
+        })
+        .collect()
+}
+
+/// A chain of triangles whose distances and sizes grow by a factor.
+fn chain(n: usize) -> Vec<Triangle> {
+    (0..n)
+        .map(|i| {
+            let scale = libm::powf(1.02, i as f32) * 1.0e-3;
+            let a = Vec3::new(scale, scale * 0.5, scale * 0.25);
+            triangle(a, a + Vec3::X * scale * 0.1, a + Vec3::Y * scale * 0.1)
+        })
+        .collect()
+}
+
+fn scaled(triangles: &[Triangle], scale: f32) -> Vec<Triangle> {
+    triangles
+        .iter()
+        .map(|t| Triangle {
+            vertices: t.vertices.map(|p| p * scale),
+        })
+        .collect()
+}
+
+fn moved(triangles: &[Triangle], by: Vec3) -> Vec<Triangle> {
+    triangles
+        .iter()
+        .map(|t| Triangle {
+            vertices: t.vertices.map(|p| p + by),
+        })
+        .collect()
+}
+
+fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
+    let mut random = Random(1);
+    let flat = soup(300, 0.5, &mut random)
+        .into_iter()
+        .map(|t| Triangle {
+            vertices: t.vertices.map(|p| Vec3::new(p.x, 0.25, p.z)),
+        })
+        .collect();
+    let collinear = (0..50)
+        .map(|i| {
+            let p = Vec3::splat(i as f32 * 0.01);
+            triangle(p, p * 2.0, p * 3.0)
+        })
+        .collect();
+    let mut with_degenerate = soup(100, 0.5, &mut random);
+    for i in (0..100).step_by(3) {
+        with_degenerate[i].vertices[2] = with_degenerate[i].vertices[i % 2];
+    }
+    with_degenerate[5].vertices[1].y = f32::NAN;
+    with_degenerate[7].vertices[0].x = f32::INFINITY;
+    let one = soup(1, 1.0, &mut random);
+    vec![
+        ("none", Vec::new()),
+        ("two", soup(2, 1.0, &mut random)),
+        ("identical", vec![one[0]; 500]),
+        ("one", one),
+        ("small triangles", soup(3000, 0.05, &mut random)),
+        ("large triangles", soup(400, 2.0, &mut random)),
+        ("flat", flat),
+        ("collinear", collinear),
+        ("degenerate among others", with_degenerate),
+        ("huge", scaled(&soup(300, 0.5, &mut random), 1.0e30)),
+        ("tiny", scaled(&soup(300, 0.5, &mut random), 1.0e-30)),
+        (
+            "far away",
+            moved(&soup(300, 0.5, &mut random), Vec3::new(1.0e4, -2.0e4, 0.5)),
+        ),
+        ("slivers", slivers(600, &mut random)),
+        (
+            "slivers far away",
+            moved(&slivers(300, &mut random), Vec3::splat(700.0)),
+        ),
+        ("stacked", stacked(200)),
+        ("chain", chain(400)),
+    ]
+}
+
+/// Rays from everywhere, many aimed at corners, edges and faces, some along axes, some grazing.
+fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
+    let finite = triangles
+        .iter()
+        .filter(|t| t.vertices.iter().all(|p| p.is_finite()));
+    let bounds = finite.clone().fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
+    let finite: Vec<&Triangle> = finite.collect();
+    let (center, reach) = if bounds.is_empty() {
+        (Vec3::ZERO, 1.0)
+    } else {
+        (bounds.center(), bounds.extent().max_element())
+    };
+    (0..n)
+        .map(|i| {
+            let mut origin = center + random.point() * reach * [0.5, 1.0, 20.0][i % 3];
+            let mut direction = random.point();
+            if let (false, kind) = (finite.is_empty(), i % 8) {
+                let [a, b, c] = finite[random.below(finite.len())].vertices;
+                let target = match kind {
+                    0 => a,
+                    1 => a * 0.5 + b * 0.5,
+                    2..=4 => a * 0.5 + b * 0.25 + c * 0.25,
+                    // Nearly in the triangle's plane.
+                    5 => {
+                        origin = a + (a - b) * 0.7 + (b - a).cross(c - a) / reach * 1.0e-3;
+                        b * 0.5 + c * 0.5
+                    }
+                    6 => {
+                        let axis = random.below(3);
+                        let mut along = a * 0.25 + b * 0.25 + c * 0.5;
+                        along[axis] += reach * random.signed();
+                        origin = along;
+                        along[axis] += if i % 16 < 8 { reach } else { -reach };
+                        along
+                    }
+                    _ => origin + direction * reach,
+                };
+                direction = (target - origin) / [1.0, reach][i % 2];
+            }
+            let mut ray = Ray::new(origin, direction);
+            if i % 5 == 0 {
+                (ray.t_min, ray.t_max) = (0.25, 0.75);
+            }
+            ray
+        })
+        .filter(|ray| ray.direction != Vec3::ZERO && ray.direction.is_finite())
+        .collect()
+}
+
+fn flags(n: usize) -> Vec<PrimitiveFlags> {
+    (0..n)
+        .map(|i| match i % 6 {
+            0 => PrimitiveFlags::SINGLE_SIDED,
+            1 => PrimitiveFlags::FILTERED,
+            2 => PrimitiveFlags::FILTERED.with(PrimitiveFlags::SINGLE_SIDED),
+            3 if i % 12 == 3 => PrimitiveFlags::HIDDEN,
+            _ => PrimitiveFlags::default(),
+        })
+        .collect()
+}
+
+fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSettings) -> Bvh {
+    Builder::default()
+        .build(triangles, flags, settings, &CancelFlag::new(), None)
+        .unwrap()
+}
+
+fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSettings {
+    BuildSettings {
+        builder,
+        split,
+        simd,
+        reference_budget: 4.0,
+    }
+}
+
+/// A filter as alpha masks are: by where on the triangle the hit is.
+fn opaque_part(hit: &Hit) -> bool {
+    (hit.u * 8.0) as u32 % 2 == 0
+}
+
+/// All answers of one ray, as bits.
+fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
+    let counters = &mut TraversalCounters::default();
+    let mut all = Vec::new();
+    let mut after: Option<HitOrder> = None;
+    while let Some(hit) = bvh.closest_surface(ray, after, opaque_part, counters) {
+        assert!(
+            after.is_none_or(|after| after < hit.order()),
+            "hits come in order"
+        );
+        after = Some(hit.order());
+        all.push(hit);
+        if all.len() == 40 {
+            break;
+        }
+    }
+    let closest = bvh.closest_hit(ray, None, opaque_part, counters);
+    (
+        closest,
+        all.first().copied(),
+        bvh.occluded(ray, opaque_part, counters),
+        all,
+    )
+}
+
+#[test]
+fn equals_brute_force_whatever_the_settings() {
+    let mut random = Random(2);
+    for (name, triangles) in inputs() {
+        let flags = flags(triangles.len());
+        let slow = build(
+            &triangles,
+            &flags,
+            &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar),
+        );
+        let rays = rays(&triangles, 400, &mut random);
+        let expected: Vec<_> = rays.iter().map(|ray| answers(&slow, ray)).collect();
+        let hits = expected.iter().filter(|answer| answer.1.is_some()).count();
+        if !["none", "collinear"].contains(&name) {
+            assert!(hits * 20 > rays.len(), "{name}: only {hits} rays hit");
+        }
+        for split in [Split::Off, Split::Auto, Split::Area(1.0e-3), Split::Area(1.0e-30)] {
+            for simd in [SimdLevel::Scalar, SimdLevel::Avx2] {
+                let fast = build(&triangles, &flags, &settings(BuilderKind::Lbvh, split, simd));
+                fast.validate(&triangles, &flags).unwrap();
+                for (ray, expected) in rays.iter().zip(&expected) {
+                    assert_eq!(
+                        &answers(&fast, ray),
+                        expected,
+                        "{name} {split:?} {simd:?} {ray:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn all_hits_are_listed_once_and_in_order() {
+    // 200 sheets of which every ray through the middle meets each: 7 distances, about 29 sheets at each.
+    let triangles = stacked(200);
+    let flags = vec![PrimitiveFlags::default(); 200];
+    let bvh = build(
+        &triangles,
+        &flags,
+        &settings(BuilderKind::Lbvh, Split::Area(0.05), SimdLevel::best()),
+    );
+    assert!(bvh.statistics().references > 400);
+    let ray = Ray::new(Vec3::new(0.01, -0.1, -1.0), Vec3::Z);
+    let mut listed = Vec::new();
+    let mut after = None;
+    while let Some(hit) = bvh.closest_hit(&ray, after, |_| true, &mut TraversalCounters::default()) {
+        after = Some(hit.order());
+        listed.push((hit.t, hit.primitive));
+    }
+    let mut expected: Vec<(f32, u32)> = (0..200).map(|i| (1.0 + (i % 7) as f32 * 0.125, i)).collect();
+    expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(listed, expected);
+}
+
+#[test]
+fn single_sided_back_faces_are_seen_by_two_queries_only() {
+    let triangles = [triangle(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    let bvh = build(
+        &triangles,
+        &[PrimitiveFlags::SINGLE_SIDED],
+        &BuildSettings::default(),
+    );
+    let counters = &mut TraversalCounters::default();
+    let from = |z: f32| Ray::new(Vec3::new(0.25, 0.25, z), Vec3::Z * -z);
+    assert!(bvh.closest_hit(&from(1.0), None, |_| false, counters).is_some());
+    assert!(bvh.closest_hit(&from(-1.0), None, |_| false, counters).is_none());
+    assert!(
+        bvh.closest_surface(&from(-1.0), None, |_| false, counters)
+            .is_some()
+    );
+    assert!(bvh.occluded(&from(-1.0), |_| false, counters));
+    assert_eq!(counters.rays, 4);
+}
+
+/// A sphere of 2 · `rings`² triangles whose vertices are shared exactly.
+fn sphere(rings: usize) -> Vec<Triangle> {
+    let vertex = |i: usize, j: usize| {
+        let theta = std::f32::consts::PI * i as f32 / rings as f32;
+        let phi = 2.0 * std::f32::consts::PI * (j % rings) as f32 / rings as f32;
+        if i == 0 || i == rings {
+            return Vec3::Y * if i == 0 { 1.0 } else { -1.0 };
+        }
+        let (s, c) = (libm::sinf(theta), libm::cosf(theta));
+        Vec3::new(s * libm::cosf(phi), c, s * libm::sinf(phi))
+    };
+    let mut triangles = Vec::new();
+    for i in 0..rings {
+        for j in 0..rings {
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| vertex(i, j));
+            triangles.push(triangle(a, b, c));
+            triangles.push(triangle(a, c, d));
+        }
+    }
+    triangles
+}
+
+#[test]
+fn no_ray_escapes_from_a_sphere() {
+    let mut random = Random(3);
+    for (scale, offset) in [
+        (1.0, Vec3::ZERO),
+        (1.0e6, Vec3::ZERO),
+        (1.0e-3, Vec3::new(10.0, -3.0, 1.0)),
+    ] {
+        let triangles = moved(&scaled(&sphere(60), scale), offset);
+        let flags = vec![PrimitiveFlags::default(); triangles.len()];
+        for split in [Split::Off, Split::Area(0.01 * scale * scale)] {
+            let bvh = build(
+                &triangles,
+                &flags,
+                &settings(BuilderKind::Auto, split, SimdLevel::best()),
+            );
+            let counters = &mut TraversalCounters::default();
+            for i in 0..170_000 {
+                let origin = offset + random.point() * scale * 0.5;
+                let [a, b, c] = triangles[random.below(triangles.len())].vertices;
+                let direction = match i % 4 {
+                    0 => a - origin,
+                    1 => a * 0.5 + b * 0.5 - origin,
+                    2 => c * 0.25 + b * 0.75 - origin,
+                    _ => random.point(),
+                };
+                let ray = Ray::new(origin, direction);
+                assert!(bvh.occluded(&ray, |_| true, counters), "{ray:?}");
+                assert!(
+                    bvh.closest_hit(&ray, None, |_| true, counters).is_some(),
+                    "{ray:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn threads_do_not_change_the_tree() {
+    let triangles = soup(20_000, 0.3, &mut Random(4));
+    let flags = flags(triangles.len());
+    let rays = rays(&triangles, 200, &mut Random(5));
+    for split in [Split::Off, Split::Auto, Split::Area(0.05)] {
+        let settings = settings(BuilderKind::Lbvh, split, SimdLevel::best());
+        let results = [1, 2, 3, 8].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            let bvh = pool.install(|| build(&triangles, &flags, &settings));
+            let s = bvh.statistics();
+            // The counters are equal only if the trees are.
+            let mut counters = TraversalCounters::default();
+            for ray in &rays {
+                bvh.closest_hit(ray, None, |_| true, &mut counters);
+            }
+            (
+                s.references,
+                s.sa_max.to_bits(),
+                s.depth,
+                s.sah_cost.to_bits(),
+                s.bytes,
+                counters,
+            )
+        });
+        assert!(
+            results.iter().all(|result| *result == results[0]),
+            "{split:?} {results:?}"
+        );
+    }
+}
+
+#[test]
+fn many_identical_triangles_build_a_shallow_tree() {
+    let triangles = vec![triangle(Vec3::ZERO, Vec3::X, Vec3::Y); 100_000];
+    let flags = vec![PrimitiveFlags::default(); triangles.len()];
+    let off = settings(BuilderKind::Lbvh, Split::Off, SimdLevel::best());
+    let bvh = build(&triangles, &flags, &off);
+    bvh.validate(&triangles, &flags).unwrap();
+    // Equal codes are split by the bits of their places: ceil(log2(100 000)) levels.
+    assert_eq!(bvh.statistics().depth, 17);
+    let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
+    let hit = bvh
+        .closest_hit(&ray, None, |_| true, &mut TraversalCounters::default())
+        .unwrap();
+    assert_eq!((hit.primitive, hit.t), (0, 1.0));
+}
+
+#[test]
+fn a_builder_and_a_hierarchy_can_be_used_again() {
+    let mut builder = Builder::default();
+    let mut last = None;
+    for n in [1000, 10, 0, 3000, 1] {
+        let triangles = soup(n, 0.1, &mut Random(n as u64));
+        let flags = vec![PrimitiveFlags::default(); n];
+        let bvh = builder
+            .build(
+                &triangles,
+                &flags,
+                &BuildSettings::default(),
+                &CancelFlag::new(),
+                last,
+            )
+            .unwrap();
+        bvh.validate(&triangles, &flags).unwrap();
+        assert_eq!(bvh.statistics().triangles, n);
+        last = Some(bvh);
+    }
+}
+
+#[test]
+fn a_raised_flag_stops_the_build() {
+    let cancel = CancelFlag::new();
+    cancel.raise();
+    let triangles = soup(10, 0.1, &mut Random(1));
+    let flags = [PrimitiveFlags::default(); 10];
+    assert!(
+        Builder::default()
+            .build(&triangles, &flags, &BuildSettings::default(), &cancel, None)
+            .is_err()
+    );
+}

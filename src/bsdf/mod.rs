@@ -1,15 +1,39 @@
 //! The glTF material model as lobes: how much light is scattered from one direction into another.
 //!
+//! Source: Khronos, "glTF 2.0 Specification", appendix B, with `KHR_materials_ior` and `KHR_materials_transmission`.
+//! material = mix(dielectric, metal, metallic); dielectric = mix(mix(diffuse, transmission), specular, F(o·h)). Departures:
+//! dielectrics follow the exact Fresnel curve, and albedos let through what the specular lobe as a whole leaves,
+//! 1 − E(θ_o), so that no surface returns more than it receives.
+//!
 //! Directions are unit vectors in the local shading frame, +Z along the shading normal on the side of `wo`; both
-//! point away from the surface.
+//! point away from the surface. What a ray does behind the surface (absorption, which medium it is in) is not known here.
 
-use glam::{Vec2, Vec3};
+mod albedo;
+mod fresnel;
+mod ggx;
+mod sampling;
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
 
 use crate::interaction::MaterialSample;
+use fresnel::Dielectric;
+
+/// Sharper lobes than this GGX α cannot be told from mirrors and would not fit floats.
+const SHARPEST_ALPHA: f32 = 0.002;
 
 /// The lobes of one material at one point, seen from one side.
 #[derive(Clone, Copy, Debug)]
-pub struct Bsdf {}
+pub struct Bsdf {
+    base_color: Vec3,
+    metallic: f32,
+    transmission: f32,
+    roughness: f32,
+    alpha: f32,
+    thin: bool,
+    dielectric: Dielectric,
+}
 
 /// A direction drawn by [`Bsdf::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,49 +48,124 @@ pub struct BsdfSample {
 
 impl Bsdf {
     /// The lobes of `material`; `ior_outside` is the index of refraction on the side of `wo`, `ior_inside` on the other.
+    /// An index of 0, in the material or either side, makes the Fresnel factor one everywhere.
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
-        let _ = (material, ior_outside, ior_inside);
-        Self {}
+        let ior_inside = if material.ior == 0.0 { 0.0 } else { ior_inside };
+        let roughness = material.roughness.clamp(0.0, 1.0);
+        let alpha = roughness * roughness;
+        Self {
+            base_color: material.base_color,
+            metallic: material.metallic.clamp(0.0, 1.0),
+            transmission: material.transmission.clamp(0.0, 1.0),
+            roughness,
+            alpha: if alpha > SHARPEST_ALPHA {
+                alpha
+            } else {
+                SHARPEST_ALPHA
+            },
+            thin: material.thin,
+            dielectric: Dielectric::between(ior_outside, ior_inside),
+        }
     }
 
     /// f(wo, wi): scattered radiance by irradiance, without the cosine.
+    ///
+    /// On the side of `wo`: diffuse and specular reflection. On the other side: for thin walls the GGX lobe around the straight
+    /// continuation; for the surface of a volume zero, because light reaches through it by refracted rays, and lamps by
+    /// the straight shadow rays of the integrator, never by this lobe.
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        let _ = (wo, wi);
-        Vec3::ZERO
-    }
-
-    /// Draws `wi` with a density close to `f · |cos θ_i|`. `u_lobe` and `u` are uniform in the unit interval and square.
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let _ = (wo, u_lobe, u);
-        None
-    }
-
-    /// The density with which [`Bsdf::sample`] draws `wi`.
-    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        let _ = (wo, wi);
-        0.0
+        if !(wo.z > 0.0) || wi.z == 0.0 {
+            return Vec3::ZERO;
+        }
+        let through = wi.z < 0.0;
+        if through && !self.transmits_rough() {
+            return Vec3::ZERO;
+        }
+        // A thin wall scatters through as it would reflect the direction on this side.
+        let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
+        let half = (wo + mirrored).normalize_or(Vec3::Z);
+        let facet_cosine = wo.dot(half);
+        let dielectric = self.dielectric.reflectance(facet_cosine);
+        let lobe = ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, mirrored.z, self.alpha);
+        let entering = self.base_color * ((1.0 - self.metallic) * (1.0 - dielectric));
+        if through {
+            return entering * (self.transmission * lobe);
+        }
+        let metal = fresnel::schlick(facet_cosine, self.base_color);
+        let reflected = Vec3::splat(dielectric * (1.0 - self.metallic)) + metal * self.metallic;
+        reflected * lobe + entering * ((1.0 - self.transmission) * FRAC_1_PI)
     }
 
     /// E(θ_o): share of uniform light that the specular lobe reflects; its Fresnel factor where the surface is smooth.
     pub fn specular_albedo(&self, cos_o: f32) -> Vec3 {
-        let _ = cos_o;
-        Vec3::ZERO
+        let mut sum = Vec3::ZERO;
+        if self.metallic < 1.0 {
+            sum += Vec3::splat(self.dielectric_albedo(cos_o) * (1.0 - self.metallic));
+        }
+        if self.metallic > 0.0 {
+            let (total, grazing) = albedo::schlick_terms(cos_o, self.roughness);
+            let metal = self.base_color * total + (Vec3::ONE - self.base_color) * grazing;
+            sum += metal * self.metallic;
+        }
+        sum
     }
 
-    /// Share of uniform light that the diffuse lobe reflects.
+    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. Times
+    /// irradiance over π it is the radiance sent out.
     pub fn diffuse_albedo(&self, cos_o: f32) -> Vec3 {
-        let _ = cos_o;
-        Vec3::ZERO
+        let share = (1.0 - self.metallic) * (1.0 - self.transmission);
+        self.albedo_below(cos_o, share)
     }
 
-    /// stub
-    pub fn refract(&self, wo: Vec3) -> Option<Vec3> {
-        Some(-wo)
-    }
-
-    /// Share of uniform light that passes through, base colour included.
+    /// Share of uniform light that passes through, base colour included: `transmission · (1 − F) · base colour` where the
+    /// surface is smooth. Zero where [`Bsdf::refract`] finds no way.
     pub fn transmission_albedo(&self, cos_o: f32) -> Vec3 {
-        let _ = cos_o;
-        Vec3::ZERO
+        if !self.thin && self.refracted_cosine(cos_o).is_none() {
+            return Vec3::ZERO;
+        }
+        self.albedo_below(cos_o, (1.0 - self.metallic) * self.transmission)
+    }
+
+    /// Where light seen along `wo` comes from on the other side, by Snell's law; straight on for thin walls. `None` at
+    /// total internal reflection.
+    pub fn refract(&self, wo: Vec3) -> Option<Vec3> {
+        if self.thin {
+            return Some(-wo);
+        }
+        let cosine = self.refracted_cosine(wo.z)?;
+        let bend = 1.0 / self.dielectric.relative_ior;
+        Some(Vec3::new(-wo.x * bend, -wo.y * bend, -cosine).normalize())
+    }
+
+    /// 0 mirror to 1 dull.
+    pub fn roughness(&self) -> f32 {
+        self.roughness
+    }
+
+    /// The cosine beyond the surface, or `None` at total internal reflection.
+    fn refracted_cosine(&self, cosine: f32) -> Option<f32> {
+        let sine_squared = 1.0 - cosine * cosine;
+        let n_squared = self.dielectric.relative_ior * self.dielectric.relative_ior;
+        let cosine_squared = 1.0 - sine_squared / n_squared;
+        (cosine_squared > 0.0).then(|| cosine_squared.sqrt())
+    }
+
+    fn dielectric_albedo(&self, cos_o: f32) -> f32 {
+        albedo::dielectric(cos_o, self.roughness, &self.dielectric)
+    }
+
+    fn albedo_below(&self, cos_o: f32, share: f32) -> Vec3 {
+        if share == 0.0 {
+            return Vec3::ZERO;
+        }
+        self.base_color * (share * (1.0 - self.dielectric_albedo(cos_o)))
+    }
+
+    /// Whether light is scattered through by a lobe, rather than by a refracted ray.
+    fn transmits_rough(&self) -> bool {
+        self.thin && self.transmission > 0.0 && self.metallic < 1.0
     }
 }
+
+#[cfg(test)]
+mod tests;

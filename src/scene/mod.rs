@@ -20,7 +20,7 @@ use crate::error::Warning;
 
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
-pub use environment::{Environment, EnvironmentMap};
+pub use environment::{Environment, EnvironmentMap, KeyLight};
 pub use light::{Light, LightKind};
 pub use material::{
     AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvTransform, Volume,

@@ -1,0 +1,157 @@
+//! How much a smooth boundary reflects, by angle.
+//!
+//! Sources: Fresnel's equations for unpolarised light (Born and Wolf, "Principles of Optics", 7th edition, section 1.5);
+//! Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994, equation 24.
+//!
+//! Departure from glTF 2.0, appendix B: dielectrics follow the exact curve, stretched so that it runs from the material's F0
+//! to its F90; metals keep Schlick's curve.
+
+use glam::Vec3;
+
+/// The reflectance curve of one dielectric boundary, seen from one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Dielectric {
+    /// Index of refraction beyond the boundary over the one before it; always positive.
+    pub(super) relative_ior: f32,
+    /// Reflectance along the normal.
+    pub(super) f0: f32,
+    /// Reflectance at grazing angles.
+    pub(super) f90: f32,
+}
+
+impl Dielectric {
+    /// The boundary between two media. An index of 0, which glTF uses for "reflects everything", makes F one everywhere.
+    pub(super) fn between(ior_outside: f32, ior_inside: f32) -> Self {
+        if ior_outside > 0.0 && ior_inside > 0.0 {
+            let relative_ior = ior_inside / ior_outside;
+            Self {
+                relative_ior,
+                f0: reflectance_along_normal(relative_ior),
+                f90: 1.0,
+            }
+        } else {
+            Self {
+                relative_ior: 1.0,
+                f0: 1.0,
+                f90: 1.0,
+            }
+        }
+    }
+
+    /// F at an angle to the normal, or to the half vector of a rough lobe.
+    pub(super) fn reflectance(&self, cosine: f32) -> f32 {
+        let (offset, scale) = self.stretch();
+        offset + scale * exact(cosine, self.relative_ior)
+    }
+
+    /// Offset and scale that take the exact curve of this relative index to the one from F0 to F90.
+    pub(super) fn stretch(&self) -> (f32, f32) {
+        let exact_f0 = reflectance_along_normal(self.relative_ior);
+        if exact_f0 >= 1.0 {
+            return (self.f0, 0.0);
+        }
+        let scale = (self.f90 - self.f0) / (1.0 - exact_f0);
+        (self.f0 - scale * exact_f0, scale)
+    }
+}
+
+/// ((n − 1) / (n + 1))².
+fn reflectance_along_normal(relative_ior: f32) -> f32 {
+    let root = (relative_ior - 1.0) / (relative_ior + 1.0);
+    root * root
+}
+
+/// Fresnel's reflectance of unpolarised light; 1 beyond the critical angle. `cosine` is on the near side.
+pub(super) fn exact(cosine: f32, relative_ior: f32) -> f32 {
+    if relative_ior == 1.0 {
+        return 0.0;
+    }
+    let cosine = cosine.clamp(0.0, 1.0);
+    let g_squared = relative_ior * relative_ior - 1.0 + cosine * cosine;
+    if g_squared <= 0.0 {
+        return 1.0;
+    }
+    // n cos θ_t
+    let g = g_squared.sqrt();
+    let across = (cosine - g) / (cosine + g);
+    let n_squared = relative_ior * relative_ior;
+    let along = (n_squared * cosine - g) / (n_squared * cosine + g);
+    0.5 * (across * across + along * along)
+}
+
+/// F0 + (1 − F0)(1 − cos θ)⁵ for each channel.
+pub(super) fn schlick(cosine: f32, f0: Vec3) -> Vec3 {
+    f0 + (Vec3::ONE - f0) * schlick_weight(cosine)
+}
+
+/// (1 − cos θ)⁵.
+pub(super) fn schlick_weight(cosine: f32) -> f32 {
+    let rest = 1.0 - cosine.clamp(0.0, 1.0);
+    let square = rest * rest;
+    square * square * rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_angles_of_glass() {
+        let glass = Dielectric::between(1.0, 1.5);
+        // ((1.5 − 1) / (1.5 + 1))² = 0.04, the same from both sides.
+        assert!((glass.reflectance(1.0) - 0.04).abs() < 1e-6);
+        assert!((Dielectric::between(1.5, 1.0).reflectance(1.0) - 0.04).abs() < 1e-6);
+        assert!((glass.reflectance(0.0) - 1.0).abs() < 1e-6);
+        // Brewster: tan θ = 1.5, cos θ = 1/√3.25. There the part along the plane of incidence vanishes and the other is
+        // ((1 − n²) / (1 + n²))² = (1.25 / 3.25)² = 0.14793; half of it is unpolarised.
+        let brewster = 1.0 / 3.25_f32.sqrt();
+        assert!((glass.reflectance(brewster) - 0.073_964_5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn total_internal_reflection_begins_at_the_critical_angle() {
+        let inside = Dielectric::between(1.5, 1.0);
+        // sin θ_c = 1 / 1.5, cos θ_c = √(1 − 4/9) = 0.745356.
+        let critical = (1.0_f32 - 4.0 / 9.0).sqrt();
+        assert_eq!(inside.reflectance(critical - 1e-4), 1.0);
+        assert_eq!(inside.reflectance(0.0), 1.0);
+        let just_before = inside.reflectance(critical + 1e-4);
+        assert!(just_before < 0.95 && just_before > 0.8, "{just_before}");
+    }
+
+    #[test]
+    fn both_sides_agree_along_one_refracted_path() {
+        // Stokes: the reflectance is the same for the ray and the refracted ray turned back.
+        for step in 1..=50 {
+            let cosine = step as f32 / 50.0;
+            let sine_beyond = (1.0 - cosine * cosine).sqrt() / 1.33;
+            let cosine_beyond = (1.0 - sine_beyond * sine_beyond).sqrt();
+            let difference = exact(cosine, 1.33) - exact(cosine_beyond, 1.0 / 1.33);
+            assert!(difference.abs() < 1e-4, "{cosine}: {difference}");
+        }
+    }
+
+    #[test]
+    fn special_indices() {
+        for cosine in [0.0, 0.3, 1.0] {
+            // The same medium on both sides is no boundary.
+            assert_eq!(Dielectric::between(1.33, 1.33).reflectance(cosine), 0.0);
+            // glTF: ior 0 reflects everything.
+            assert_eq!(Dielectric::between(1.0, 0.0).reflectance(cosine), 1.0);
+        }
+    }
+
+    #[test]
+    fn the_curve_runs_from_f0_to_f90() {
+        let curve = Dielectric {
+            relative_ior: 1.5,
+            f0: 0.02,
+            f90: 0.5,
+        };
+        assert!((curve.reflectance(1.0) - 0.02).abs() < 1e-6);
+        assert!((curve.reflectance(0.0) - 0.5).abs() < 1e-6);
+        // Schlick at 60°: (1 − 0.5)⁵ = 1/32.
+        let metal = schlick(0.5, Vec3::new(0.0, 0.5, 1.0));
+        assert!((metal - Vec3::new(0.031_25, 0.515_625, 1.0)).abs().max_element() < 1e-6);
+    }
+}

@@ -1,0 +1,271 @@
+//! The material model as a whole: energy, reciprocity, and that drawing, density and value belong together.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::*;
+
+fn material(metallic: f32, roughness: f32, transmission: f32, thin: bool) -> MaterialSample {
+    MaterialSample {
+        base_color: Vec3::ONE,
+        alpha: 1.0,
+        metallic,
+        roughness,
+        occlusion: 1.0,
+        emission: Vec3::ZERO,
+        unlit: false,
+        ior: 1.5,
+        transmission,
+        thin,
+    }
+}
+
+fn direction(cosine: f32, azimuth: f32) -> Vec3 {
+    let (sine, turn) = ((1.0 - cosine * cosine).sqrt(), libm::sincosf(azimuth));
+    Vec3::new(sine * turn.1, sine * turn.0, cosine)
+}
+
+/// All kinds of surfaces: plastic, metal, between, thin glass, solid glass; smooth and rough.
+fn materials() -> Vec<MaterialSample> {
+    let mut all = Vec::new();
+    for roughness in [0.3, 0.6, 1.0] {
+        all.push(material(0.0, roughness, 0.0, true));
+        all.push(material(1.0, roughness, 0.0, true));
+        all.push(material(0.4, roughness, 0.5, true));
+        all.push(material(0.0, roughness, 1.0, true));
+        all.push(material(0.0, roughness, 1.0, false));
+    }
+    for sample in &mut all {
+        sample.base_color = Vec3::new(0.9, 0.5, 0.1);
+    }
+    all
+}
+
+/// ∫ g(wi) dω over the whole sphere by a fine grid.
+fn integrate(g: impl Fn(Vec3) -> Vec3) -> Vec3 {
+    let (rings, turns) = (400, 400);
+    let mut sum = glam::DVec3::ZERO;
+    for ring in 0..rings {
+        let cosine = (ring as f32 + 0.5) / rings as f32 * 2.0 - 1.0;
+        for turn in 0..turns {
+            let azimuth = (turn as f32 + 0.5) / turns as f32 * 2.0 * PI;
+            sum += g(direction(cosine, azimuth)).as_dvec3();
+        }
+    }
+    (sum * 4.0 * std::f64::consts::PI / f64::from(rings * turns)).as_vec3()
+}
+
+#[test]
+fn a_white_surface_returns_at_most_what_it_receives() {
+    for (transmission, thin) in [(0.0, true), (0.5, true), (1.0, true), (0.7, false)] {
+        for roughness in [0.0, 0.1, 0.4, 1.0] {
+            for step in 0..=20 {
+                let cosine = step as f32 / 20.0;
+                let bsdf = Bsdf::new(&material(0.0, roughness, transmission, thin), 1.0, 1.5);
+                let sum = bsdf.specular_albedo(cosine)
+                    + bsdf.diffuse_albedo(cosine)
+                    + bsdf.transmission_albedo(cosine);
+                assert!(
+                    (sum - Vec3::ONE).abs().max_element() < 1e-5,
+                    "{roughness} {cosine}: {sum}"
+                );
+                // A perfect white metal: all of it where smooth, less where rough (single scattering), never more.
+                let metal = Bsdf::new(&material(1.0, roughness, transmission, thin), 1.0, 1.5);
+                let reflected = metal.specular_albedo(cosine).x;
+                assert!(reflected < 1.00001 && (roughness > 0.0 || reflected > 0.99999));
+                assert_eq!(
+                    metal.diffuse_albedo(cosine) + metal.transmission_albedo(cosine),
+                    Vec3::ZERO
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn specular_albedo_is_the_integral_of_the_lobe() {
+    for sample in materials() {
+        // Black below leaves only the specular part of dielectrics.
+        let mut sample = sample;
+        sample.base_color *= sample.metallic;
+        if sample.metallic < 1.0 {
+            sample.metallic = 0.0;
+            sample.base_color = Vec3::ZERO;
+        }
+        let bsdf = Bsdf::new(&sample, 1.0, 1.5);
+        for cosine in [0.2, 0.6, 1.0] {
+            let wo = direction(cosine, 0.3);
+            let expected = integrate(|wi| bsdf.evaluate(wo, wi) * wi.z.abs());
+            let found = bsdf.specular_albedo(cosine);
+            assert!(
+                (found - expected).abs().max_element() < 4e-3,
+                "{cosine}: {found} for {expected}"
+            );
+        }
+    }
+}
+
+#[test]
+fn thin_transmission_is_the_integral_of_its_lobe() {
+    // Head on, F varies little over the lobe, so the lobe passes about (1 − 0.04) of what it would with F = 1.
+    let bsdf = Bsdf::new(&material(0.0, 0.4, 1.0, true), 1.0, 1.5);
+    let below = |wi: Vec3| {
+        if wi.z < 0.0 {
+            bsdf.evaluate(Vec3::Z, wi) * -wi.z
+        } else {
+            Vec3::ZERO
+        }
+    };
+    let passed = integrate(below).x;
+    assert!(
+        passed < bsdf.transmission_albedo(1.0).x + 1e-3 && passed > 0.93,
+        "{passed}"
+    );
+    assert!((bsdf.transmission_albedo(1.0).x - 0.96).abs() < 0.01);
+}
+
+#[test]
+fn diffuse_head_on_is_lambert_under_fresnel() {
+    // wo = wi = n: (1 − 0.04) base / π, plus the specular peak F D V = 0.04 · 1/π · 1/4 at α = 1.
+    let bsdf = Bsdf::new(&material(0.0, 1.0, 0.0, true), 1.0, 1.5);
+    let expected = 0.96 / PI + 0.04 / PI / 4.0;
+    assert!((bsdf.evaluate(Vec3::Z, Vec3::Z).x - expected).abs() < 1e-6);
+}
+
+#[test]
+fn reflection_is_reciprocal() {
+    for sample in materials() {
+        let bsdf = Bsdf::new(&sample, 1.0, 1.5);
+        for (a, b) in [
+            (direction(0.9, 0.1), direction(0.2, 2.0)),
+            (direction(0.5, 1.0), direction(0.7, 4.0)),
+        ] {
+            let difference = bsdf.evaluate(a, b) - bsdf.evaluate(b, a);
+            assert!(difference.abs().max_element() <= 1e-6 * bsdf.evaluate(a, b).max_element().max(1.0));
+        }
+    }
+}
+
+#[test]
+fn densities_integrate_to_one_less_what_dives_below() {
+    for sample in materials() {
+        let bsdf = Bsdf::new(&sample, 1.0, 1.5);
+        let wo = direction(0.7, 0.0);
+        let total = integrate(|wi| Vec3::splat(bsdf.pdf(wo, wi))).x;
+        // The share of draws below the surface makes up for the rest.
+        let count = 64;
+        let mut kept = 0;
+        let mut weights = Vec3::ZERO;
+        for lobe in 0..count {
+            for i in 0..count {
+                for j in 0..count {
+                    let u = Vec2::new(i as f32 + 0.5, j as f32 + 0.5) / count as f32;
+                    if let Some(drawn) = bsdf.sample(wo, (lobe as f32 + 0.5) / count as f32, u) {
+                        assert!((drawn.pdf - bsdf.pdf(wo, drawn.wi)).abs() <= 1e-4 * drawn.pdf);
+                        let weight = bsdf.evaluate(wo, drawn.wi) * drawn.wi.z.abs() / drawn.pdf;
+                        assert!((drawn.weight - weight).abs().max_element() < 1e-4);
+                        kept += 1;
+                        weights += drawn.weight;
+                    }
+                }
+            }
+        }
+        let draws = (count * count * count) as f32;
+        assert!(
+            total < 1.001 && (total - kept as f32 / draws).abs() < 5e-3,
+            "{total} {}",
+            kept as f32 / draws
+        );
+        // The mean weight is the integral of f cos.
+        let expected = integrate(|wi| bsdf.evaluate(wo, wi) * wi.z.abs());
+        assert!(
+            (weights / draws - expected).abs().max_element() < 0.01,
+            "{} {expected}",
+            weights / draws
+        );
+    }
+}
+
+#[test]
+fn light_bends_by_snell() {
+    let bsdf = Bsdf::new(&material(0.0, 0.0, 1.0, false), 1.0, 1.5);
+    // sin 30° / 1.5 = 1/3.
+    let wt = bsdf.refract(Vec3::new(0.5, 0.0, 0.75_f32.sqrt())).unwrap();
+    assert!((wt - Vec3::new(-1.0 / 3.0, 0.0, -(8.0_f32 / 9.0).sqrt())).length() < 1e-6);
+    assert_eq!(bsdf.refract(Vec3::Z), Some(Vec3::NEG_Z));
+    // From inside, beyond the critical angle (sin θ = 2/3).
+    let leaving = Bsdf::new(&material(0.0, 0.0, 1.0, false), 1.5, 1.0);
+    let steep = Vec3::new(0.7, 0.0, 0.51_f32.sqrt());
+    assert_eq!(leaving.refract(steep), None);
+    assert_eq!(leaving.transmission_albedo(steep.z), Vec3::ZERO);
+    assert!((leaving.specular_albedo(steep.z).x - 1.0).abs() < 1e-6);
+    assert!(leaving.refract(Vec3::new(0.6, 0.0, 0.8)).is_some());
+    // A thin wall does not bend.
+    let wall = Bsdf::new(&material(0.0, 0.0, 1.0, true), 1.0, 1.5);
+    assert_eq!(wall.refract(steep), Some(-steep));
+}
+
+#[test]
+fn the_other_side_is_lit_through_thin_walls_only() {
+    let (wo, straight_on) = (direction(0.6, 0.0), -direction(0.6, 0.0));
+    let thin = Bsdf::new(&material(0.0, 0.5, 1.0, true), 1.0, 1.5);
+    let solid = Bsdf::new(&material(0.0, 0.5, 1.0, false), 1.0, 1.5);
+    let metal = Bsdf::new(&material(1.0, 0.5, 1.0, true), 1.0, 1.5);
+    assert!(thin.evaluate(wo, straight_on).x > 1.0);
+    assert_eq!(solid.evaluate(wo, straight_on), Vec3::ZERO);
+    assert_eq!(metal.evaluate(wo, straight_on), Vec3::ZERO);
+    assert_eq!(metal.pdf(wo, straight_on), 0.0);
+}
+
+#[test]
+fn an_index_of_zero_reflects_everything() {
+    let mut sample = material(0.0, 0.0, 0.5, true);
+    sample.ior = 0.0;
+    let bsdf = Bsdf::new(&sample, 1.0, 1.0);
+    for cosine in [0.0, 0.4, 1.0] {
+        assert_eq!(bsdf.specular_albedo(cosine), Vec3::ONE);
+        assert_eq!(
+            bsdf.diffuse_albedo(cosine) + bsdf.transmission_albedo(cosine),
+            Vec3::ZERO
+        );
+    }
+}
+
+#[test]
+fn extreme_directions_and_materials_stay_finite() {
+    for roughness in [0.0, 0.02, 1.0] {
+        for thin in [false, true] {
+            let bsdf = Bsdf::new(&material(0.3, roughness, 0.5, thin), 1.0, 1.5);
+            for wo in [
+                Vec3::Z,
+                Vec3::X,
+                Vec3::NEG_Z,
+                direction(1e-6, 0.0),
+                direction(1e-30, 1.0),
+            ] {
+                for wi in [
+                    Vec3::Z,
+                    Vec3::X,
+                    Vec3::NEG_X,
+                    Vec3::NEG_Z,
+                    -wo,
+                    direction(1e-6, PI),
+                ] {
+                    assert!(bsdf.evaluate(wo, wi).is_finite(), "{roughness} {wo} {wi}");
+                    assert!(bsdf.pdf(wo, wi).is_finite(), "{roughness} {wo} {wi}");
+                }
+                for u in [Vec2::ZERO, Vec2::ONE, Vec2::splat(0.5)] {
+                    for u_lobe in [0.0, 0.5, 1.0] {
+                        if let Some(drawn) = bsdf.sample(wo, u_lobe, u) {
+                            assert!(
+                                drawn.weight.is_finite() && drawn.weight.max_element() < 100.0,
+                                "{drawn:?}"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

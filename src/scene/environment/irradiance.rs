@@ -1,0 +1,165 @@
+//! Cosine-weighted light from an equirectangular picture, for every normal.
+//!
+//! The picture is integrated directly rather than through spherical harmonics, which ring around a sun. On an equirectangular grid
+//! the kernel depends only on the two rows and the difference of the columns, so it is made once a pair of rows.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::picture::Picture;
+
+/// Columns of the result; it has half as many rows. A cosine lobe is wide, so this is plenty.
+const WIDTH: usize = 64;
+const HEIGHT: usize = WIDTH / 2;
+
+/// E(n) = ∫ L(ω) max(n·ω, 0) dω for normals on a 64x32 grid. The width of `source` must be a multiple of 64.
+///
+/// The sum of the kernel is scaled to π for each normal, so that uniform light is exact.
+pub(super) fn irradiance_picture(source: &Picture) -> Picture {
+    let rows: Vec<Vec<[f32; 3]>> = (0..HEIGHT)
+        .into_par_iter()
+        .map(|row| irradiance_row(source, (row as f64 + 0.5) / HEIGHT as f64 * PI))
+        .collect();
+    Picture {
+        width: WIDTH,
+        height: HEIGHT,
+        pixels: rows.concat(),
+    }
+}
+
+fn irradiance_row(source: &Picture, normal_polar: f64) -> Vec<[f32; 3]> {
+    let mut sums = vec![[0.0_f64; 3]; WIDTH];
+    let mut kernel_sum = 0.0;
+    for (row, pixels) in source.pixels.chunks_exact(source.width).enumerate() {
+        let kernel = row_kernel(source, row, normal_polar);
+        let row_sum: f64 = kernel.iter().map(|&weight| f64::from(weight)).sum();
+        if row_sum == 0.0 {
+            continue;
+        }
+        kernel_sum += row_sum;
+        add_row(&mut sums, pixels, &kernel);
+    }
+    sums.iter()
+        .map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32))
+        .collect()
+}
+
+/// Weights of a source row's texels; the first is the texel whose left edge is at or before the normal's azimuth.
+fn row_kernel(source: &Picture, row: usize, normal_polar: f64) -> Vec<f32> {
+    let height = source.height as f64;
+    let band = libm::cos(row as f64 / height * PI) - libm::cos((row as f64 + 1.0) / height * PI);
+    let polar = (row as f64 + 0.5) / height * PI;
+    let along = libm::cos(polar) * libm::cos(normal_polar);
+    let across = libm::sin(polar) * libm::sin(normal_polar);
+    let offset = first_texel_offset(source.width);
+    (0..source.width)
+        .map(|step| {
+            let azimuth = (step as f64 + offset) / source.width as f64 * 2.0 * PI;
+            let cosine = along + across * libm::cos(azimuth);
+            if cosine > 0.0 { (cosine * band) as f32 } else { 0.0 }
+        })
+        .collect()
+}
+
+/// From the centre of a result column to the centre of the source texel that holds it, in source texels.
+fn first_texel_offset(source_width: usize) -> f64 {
+    let centre = source_width as f64 / WIDTH as f64 * 0.5;
+    centre.floor() + 0.5 - centre
+}
+
+fn add_row(sums: &mut [[f64; 3]], pixels: &[[f32; 3]], kernel: &[f32]) {
+    let stride = pixels.len() / WIDTH;
+    for (column, sum) in sums.iter_mut().enumerate() {
+        let start = column * stride + stride / 2;
+        let (tail, head) = (&pixels[start..], &pixels[..start]);
+        let mut row_sum = [0.0_f32; 3];
+        for (pixel, weight) in tail.iter().chain(head).zip(kernel) {
+            row_sum[0] += pixel[0] * weight;
+            row_sum[1] += pixel[1] * weight;
+            row_sum[2] += pixel[2] * weight;
+        }
+        for (total, channel) in sum.iter_mut().zip(row_sum) {
+            *total += f64::from(channel);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::super::picture::{direction_from_uv, uv_from_direction};
+    use super::*;
+
+    fn picture_of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Picture {
+        let mut picture = Picture {
+            width,
+            height: width / 2,
+            pixels: Vec::new(),
+        };
+        for row in 0..width / 2 {
+            for column in 0..width {
+                let direction = direction_from_uv(picture.texel_uv(column, row));
+                picture.pixels.push(radiance(direction).to_array());
+            }
+        }
+        picture
+    }
+
+    #[test]
+    fn uniform_light_gives_pi() {
+        for width in [64, 128, 256] {
+            let result = irradiance_picture(&picture_of(width, |_| Vec3::new(1.0, 2.0, 0.0)));
+            for pixel in &result.pixels {
+                assert!((pixel[0] - std::f32::consts::PI).abs() < 1e-4);
+                assert!((pixel[1] - 2.0 * std::f32::consts::PI).abs() < 2e-4);
+                assert_eq!(pixel[2], 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn low_harmonics_have_their_known_factors() {
+        // A cosine lobe scales linear functions by 2π/3 and x² − 1/3 by π/4 (Ramamoorthi and Hanrahan 2001, equation 8).
+        let result = irradiance_picture(&picture_of(256, |d| {
+            Vec3::new(1.0 + 0.5 * d.x, 1.0 - 0.8 * d.z, 1.0 + d.y * d.y - 1.0 / 3.0)
+        }));
+        for index in 0..200 {
+            let uv = glam::Vec2::new((index as f32 * 0.618_034).fract(), (index as f32 + 0.5) / 200.0);
+            let n = direction_from_uv(uv);
+            let pi = std::f32::consts::PI;
+            let expected = Vec3::new(
+                pi + 0.5 * n.x * 2.0 * pi / 3.0,
+                pi - 0.8 * n.z * 2.0 * pi / 3.0,
+                pi + (n.y * n.y - 1.0 / 3.0) * pi / 4.0,
+            );
+            let found = result.bilinear(uv_from_direction(n));
+            assert!(
+                (found - expected).abs().max_element() < 0.01,
+                "{n}: {found} for {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_small_sun_gives_its_cosine() {
+        // A texel of radiance L and solid angle Ω far away gives L Ω cos θ, and nothing below the horizon.
+        let mut picture = picture_of(256, |_| Vec3::ZERO);
+        let (column, row) = (77, 40);
+        let sun = direction_from_uv(picture.texel_uv(column, row));
+        picture.pixels[row * 256 + column] = [1e4; 3];
+        let edge = |row: usize| libm::cos(row as f64 / 128.0 * PI) as f32;
+        let band = edge(row) - edge(row + 1);
+        let power = 1e4 * band * 2.0 * std::f32::consts::PI / 256.0;
+        let result = irradiance_picture(&picture);
+        for row in 0..HEIGHT {
+            for column in 0..WIDTH {
+                let n = direction_from_uv(result.texel_uv(column, row));
+                let expected = power * if n.dot(sun) > 0.0 { n.dot(sun) } else { 0.0 };
+                let found = result.pixels[row * WIDTH + column][1];
+                assert!((found - expected).abs() < 1e-3 * power, "{found} for {expected}");
+            }
+        }
+    }
+}

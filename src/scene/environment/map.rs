@@ -1,0 +1,313 @@
+//! An equirectangular picture as surroundings: checked, and prepared for diffuse and rough lookups.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::irradiance::irradiance_picture;
+use super::picture::{Picture, uv_from_direction};
+use super::prefilter::{Pyramid, STEPS, prefiltered_pictures};
+use crate::error::{Error, Result};
+
+/// Most pixels of an environment picture: 16384x8192.
+const MAX_PIXELS: u64 = 1 << 27;
+
+/// Highest radiance of a channel, far above any light and far below what sums could not hold.
+const MAX_RADIANCE: f32 = 1e30;
+
+/// An equirectangular picture of the surroundings.
+///
+/// The top row is +Y. With rotation 0 the centre is −Z, where a glTF camera looks, and +X lies to the right of it. Copies share
+/// their pixels.
+#[derive(Clone, Debug)]
+pub struct EnvironmentMap {
+    tables: Arc<Tables>,
+    cos_rotation: f32,
+    sin_rotation: f32,
+}
+
+#[derive(Debug)]
+struct Tables {
+    picture: Picture,
+    irradiance: Picture,
+    /// Under lobes of roughness 1/8, 2/8, … 1.
+    prefiltered: Vec<Picture>,
+    negative_pixels: usize,
+    is_lit: bool,
+}
+
+impl EnvironmentMap {
+    /// Checks a picture and prepares its lookups, on the current rayon pool; the result does not depend on the pool's size.
+    ///
+    /// `pixels` are linear Rec.709 radiance, row-major from the top. `rotation_degrees` turns the surroundings about +Y,
+    /// counter-clockwise seen from above. `path` is for messages.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for an empty picture, a wrong number of pixels, or a value that is not finite or absurdly large;
+    /// [`Error::Refused`] for more than 2^27 pixels; [`Error::Usage`] for a rotation that is not finite. Negative values become 0;
+    /// see [`EnvironmentMap::negative_pixels`].
+    pub fn new(
+        path: &Path,
+        width: u32,
+        height: u32,
+        mut pixels: Vec<[f32; 3]>,
+        rotation_degrees: f32,
+    ) -> Result<Self> {
+        check_size(path, (width, height), pixels.len())?;
+        if !rotation_degrees.is_finite() {
+            return Err(Error::usage(format!(
+                "the rotation of environment {} must be a finite number of degrees",
+                path.display()
+            )));
+        }
+        let negative_pixels = check_values(path, width, &mut pixels)?;
+        let picture = Picture {
+            width: width as usize,
+            height: height as usize,
+            pixels,
+        };
+        let pyramid = Pyramid::new(&picture);
+        let tables = Tables {
+            irradiance: irradiance_picture(pyramid.at_most(256)),
+            prefiltered: prefiltered_pictures(&pyramid),
+            negative_pixels,
+            is_lit: picture.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
+            picture,
+        };
+        // Whole turns are taken off in degrees, where that is exact.
+        let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
+        Ok(Self {
+            tables: Arc::new(tables),
+            cos_rotation,
+            sin_rotation,
+        })
+    }
+
+    /// How many pixels had a negative channel, which was set to 0.
+    pub fn negative_pixels(&self) -> usize {
+        self.tables.negative_pixels
+    }
+
+    /// Columns and rows of the picture.
+    pub fn size(&self) -> (u32, u32) {
+        (
+            self.tables.picture.width as u32,
+            self.tables.picture.height as u32,
+        )
+    }
+
+    pub(super) fn is_lit(&self) -> bool {
+        self.tables.is_lit
+    }
+
+    pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
+        let uv = uv_from_direction(self.picture_from_world(direction));
+        self.tables.picture.bilinear(uv)
+    }
+
+    pub(super) fn irradiance(&self, normal: Vec3) -> Vec3 {
+        let uv = uv_from_direction(self.picture_from_world(normal));
+        self.tables.irradiance.bilinear(uv)
+    }
+
+    pub(super) fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
+        let uv = uv_from_direction(self.picture_from_world(direction));
+        let place = roughness.clamp(0.0, 1.0) * STEPS as f32;
+        let below = (place as usize).min(STEPS - 1);
+        let share = place - below as f32;
+        let sharper = match below {
+            0 => &self.tables.picture,
+            _ => &self.tables.prefiltered[below - 1],
+        };
+        let rougher = &self.tables.prefiltered[below];
+        sharper.bilinear(uv) * (1.0 - share) + rougher.bilinear(uv) * share
+    }
+
+    /// Turns a world direction back by the rotation about +Y.
+    fn picture_from_world(&self, direction: Vec3) -> Vec3 {
+        let Vec3 { x, y, z } = direction;
+        Vec3::new(
+            self.cos_rotation * x - self.sin_rotation * z,
+            y,
+            self.sin_rotation * x + self.cos_rotation * z,
+        )
+    }
+}
+
+fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result<()> {
+    let expected = u64::from(width) * u64::from(height);
+    if expected == 0 {
+        return Err(Error::invalid(path, "", "the environment picture is empty"));
+    }
+    if expected > MAX_PIXELS {
+        return Err(Error::refused(
+            path,
+            "",
+            format!(
+                "the environment picture has {width}x{height} pixels, more than the limit of {MAX_PIXELS}; make it smaller"
+            ),
+        ));
+    }
+    if pixels as u64 != expected {
+        return Err(Error::invalid(
+            path,
+            "",
+            format!("the environment picture should have {width}x{height} pixels but has {pixels}"),
+        ));
+    }
+    Ok(())
+}
+
+fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<usize> {
+    let mut negative_pixels = 0;
+    for (index, pixel) in pixels.iter_mut().enumerate() {
+        if pixel
+            .iter()
+            .any(|value| !value.is_finite() || *value > MAX_RADIANCE)
+        {
+            let (column, row) = (index % width as usize, index / width as usize);
+            return Err(Error::invalid(
+                path,
+                "",
+                format!(
+                    "pixel ({column}, {row}) of the environment picture is {pixel:?}; values must be finite and at most \
+                     {MAX_RADIANCE:e}, so clean the picture first"
+                ),
+            ));
+        }
+        negative_pixels += usize::from(pixel.iter().any(|value| *value < 0.0));
+        // Also turns −0 into 0.
+        *pixel = pixel.map(|value| if value > 0.0 { value } else { 0.0 });
+    }
+    Ok(negative_pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn map(width: u32, height: u32, pixels: Vec<[f32; 3]>, rotation: f32) -> Result<EnvironmentMap> {
+        EnvironmentMap::new(Path::new("sky.hdr"), width, height, pixels, rotation)
+    }
+
+    /// Red in the middle half (around −Z), green elsewhere.
+    fn two_halves(rotation: f32) -> EnvironmentMap {
+        let pixels = (0..32 * 64)
+            .map(|index| {
+                if (16..48).contains(&(index % 64)) {
+                    [1.0, 0.0, 0.0]
+                } else {
+                    [0.0, 1.0, 0.0]
+                }
+            })
+            .collect();
+        map(64, 32, pixels, rotation).unwrap()
+    }
+
+    #[test]
+    fn rotation_is_counter_clockwise_from_above() {
+        let straight = two_halves(0.0);
+        assert_eq!(straight.radiance(Vec3::NEG_Z), Vec3::X);
+        assert_eq!(straight.radiance(Vec3::Z), Vec3::Y);
+        // From above, a quarter turn takes −Z (up on the page) to −X (left).
+        let turned = two_halves(450.0);
+        assert_eq!(turned.radiance(Vec3::NEG_X), Vec3::X);
+        assert_eq!(turned.radiance(Vec3::X), Vec3::Y);
+        assert!((turned.irradiance(Vec3::NEG_X) - straight.irradiance(Vec3::NEG_Z)).length() < 1e-5);
+        let rough = two_halves(-90.0).prefiltered(Vec3::X, 0.5);
+        assert!(rough.x > 0.85 && rough.x + rough.y < 1.0001, "{rough}");
+    }
+
+    #[test]
+    fn half_a_world_of_light_gives_half() {
+        // The horizontal normal towards a lit half-space sees π, away from it 0, up sees half.
+        let map = two_halves(0.0);
+        let pi = std::f32::consts::PI;
+        assert!((map.irradiance(Vec3::NEG_Z).x - pi).abs() < 0.02);
+        assert!(map.irradiance(Vec3::Z).x < 0.02);
+        assert!((map.irradiance(Vec3::Y).x - pi / 2.0).abs() < 0.08);
+    }
+
+    #[test]
+    fn roughness_moves_smoothly_from_the_picture_to_the_mean() {
+        let map = two_halves(0.0);
+        let direction = Vec3::new(0.97, 0.1, -0.2).normalize();
+        assert_eq!(map.prefiltered(direction, 0.0), map.radiance(direction));
+        let mut last = map.prefiltered(direction, 0.0);
+        for step in 1..=1000 {
+            let next = map.prefiltered(direction, step as f32 / 1000.0);
+            assert!((next - last).abs().max_element() < 0.01);
+            last = next;
+        }
+    }
+
+    #[test]
+    fn tiny_and_odd_pictures_work() {
+        for (width, height) in [(1, 1), (3, 7), (65, 33)] {
+            let pixels = vec![[0.25, 0.5, 1.0]; (width * height) as usize];
+            let map = map(width, height, pixels, 12.0).unwrap();
+            for direction in [Vec3::X, Vec3::Y, Vec3::NEG_Y, Vec3::new(0.6, 0.0, 0.8)] {
+                let mean = Vec3::new(0.25, 0.5, 1.0);
+                assert!((map.radiance(direction) - mean).abs().max_element() < 1e-5);
+                assert!((map.prefiltered(direction, 0.3) - mean).abs().max_element() < 1e-5);
+                assert!(
+                    (map.irradiance(direction) / std::f32::consts::PI - mean)
+                        .abs()
+                        .max_element()
+                        < 1e-4
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn bad_pictures_are_refused_and_negative_light_is_counted() {
+        assert!(matches!(map(0, 4, vec![], 0.0), Err(Error::Invalid { .. })));
+        assert!(matches!(
+            map(2, 2, vec![[0.0; 3]; 3], 0.0),
+            Err(Error::Invalid { .. })
+        ));
+        assert!(matches!(
+            map(1 << 20, 1 << 20, vec![], 0.0),
+            Err(Error::Refused { .. })
+        ));
+        assert!(matches!(
+            map(1, 1, vec![[1.0; 3]], f32::NAN),
+            Err(Error::Usage { .. })
+        ));
+        for bad in [f32::NAN, f32::INFINITY, 1e35] {
+            let message = map(2, 1, vec![[0.0; 3], [0.0, bad, 0.0]], 0.0)
+                .unwrap_err()
+                .to_string();
+            assert!(
+                message.contains("(1, 0)") && message.contains("sky.hdr"),
+                "{message}"
+            );
+        }
+        let dark = map(2, 1, vec![[-1.0, 0.0, 0.0], [0.0; 3]], 0.0).unwrap();
+        assert_eq!((dark.negative_pixels(), dark.is_lit()), (1, false));
+        assert_eq!(dark.radiance(Vec3::X), Vec3::ZERO);
+        let blinding = map(2, 1, vec![[1e30; 3]; 2], 0.0).unwrap();
+        assert!(blinding.irradiance(Vec3::Y).is_finite() && blinding.prefiltered(Vec3::Y, 1.0).is_finite());
+    }
+
+    #[test]
+    fn lookups_do_not_depend_on_threads() {
+        let pixels: Vec<[f32; 3]> = (0..64 * 32)
+            .map(|index| [((index * 7919) % 101) as f32, 1.0, 0.5])
+            .collect();
+        let build = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| map(64, 32, pixels.clone(), 30.0)).unwrap()
+        };
+        let (one, three) = (build(1), build(3));
+        assert_eq!(one.tables.irradiance.pixels, three.tables.irradiance.pixels);
+        for (a, b) in one.tables.prefiltered.iter().zip(&three.tables.prefiltered) {
+            assert_eq!(a.pixels, b.pixels);
+        }
+    }
+}

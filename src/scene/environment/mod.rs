@@ -1,0 +1,124 @@
+//! Light that comes from all around, and how surfaces look it up: by a ray, by a normal, by a rough lobe.
+//!
+//! Directions are unit vectors in world space, pointing away from the surface. Reading picture files is not done here; see
+//! [`EnvironmentMap::new`].
+
+mod irradiance;
+mod map;
+mod picture;
+mod prefilter;
+mod studio;
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+pub use map::EnvironmentMap;
+
+/// What surrounds the scene.
+#[derive(Clone, Debug, Default)]
+pub enum Environment {
+    /// Nothing.
+    #[default]
+    None,
+    /// The same radiance from everywhere.
+    Constant(Vec3),
+    /// A soft gradient with one key light, for scenes without any light.
+    Studio,
+    /// An equirectangular picture.
+    Map(EnvironmentMap),
+}
+
+/// A directional light that belongs to an environment and casts shadows; lookups of the environment do not contain it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyLight {
+    /// Unit vector towards the light.
+    pub direction_to_light: Vec3,
+    /// What falls on a surface that faces the light.
+    pub irradiance: Vec3,
+}
+
+impl Environment {
+    /// Radiance that a ray leaving the scene along `direction` sees.
+    pub fn radiance(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::None => Vec3::ZERO,
+            Self::Constant(radiance) => *radiance,
+            Self::Studio => studio::radiance(direction),
+            Self::Map(map) => map.radiance(direction),
+        }
+    }
+
+    /// E(n) = ∫ L cos θ dω over the half-space of `normal`; a diffuse surface of albedo a sends out E a / π.
+    pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+        match self {
+            Self::None => Vec3::ZERO,
+            Self::Constant(radiance) => *radiance * PI,
+            Self::Studio => studio::irradiance(normal),
+            Self::Map(map) => map.irradiance(normal),
+        }
+    }
+
+    /// Mean radiance under the GGX lobe of `roughness` (α is its square) around the mirror direction, for a view along the
+    /// normal (Karis 2013); multiply by the lobe's directional albedo. Roughness 0 is [`Environment::radiance`].
+    pub fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
+        match self {
+            Self::None => Vec3::ZERO,
+            Self::Constant(radiance) => *radiance,
+            Self::Studio => studio::prefiltered(direction, roughness),
+            Self::Map(map) => map.prefiltered(direction, roughness),
+        }
+    }
+
+    /// The directional light that goes with it, only for the studio.
+    pub fn key_light(&self) -> Option<KeyLight> {
+        match self {
+            Self::Studio => Some(studio::key_light()),
+            Self::None | Self::Constant(_) | Self::Map(_) => None,
+        }
+    }
+
+    /// Whether any light comes from it.
+    pub fn is_lit(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Constant(radiance) => *radiance != Vec3::ZERO,
+            Self::Studio => true,
+            Self::Map(map) => map.is_lit(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constant_light_is_exact() {
+        let environment = Environment::Constant(Vec3::new(1.0, 2.0, 3.0));
+        let direction = Vec3::new(0.6, -0.8, 0.0);
+        assert_eq!(environment.radiance(direction), Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(environment.prefiltered(direction, 0.7), Vec3::new(1.0, 2.0, 3.0));
+        assert_eq!(
+            environment.irradiance(direction),
+            Vec3::new(PI, 2.0 * PI, 3.0 * PI)
+        );
+        assert!(environment.is_lit() && environment.key_light().is_none());
+    }
+
+    #[test]
+    fn nothing_is_dark() {
+        let environment = Environment::default();
+        assert_eq!(environment.radiance(Vec3::Y), Vec3::ZERO);
+        assert_eq!(environment.irradiance(Vec3::Y), Vec3::ZERO);
+        assert_eq!(environment.prefiltered(Vec3::Y, 0.5), Vec3::ZERO);
+        assert!(!environment.is_lit() && !Environment::Constant(Vec3::ZERO).is_lit());
+    }
+
+    #[test]
+    fn only_the_studio_brings_a_key_light() {
+        let key = Environment::Studio.key_light().unwrap();
+        assert!((key.direction_to_light.length() - 1.0).abs() < 1e-6);
+        assert!(key.direction_to_light.y > 0.5 && key.irradiance.min_element() > 0.0);
+    }
+}

@@ -1,0 +1,239 @@
+//! Means of an equirectangular picture under GGX lobes of growing roughness.
+//!
+//! Source: Karis, "Real Shading in Unreal Engine 4" (SIGGRAPH 2013 course), section "Pre-Filtered Environment Map": the
+//! view is taken to be along the normal, and each sample counts with its cosine. Samples read a smaller copy of the picture when
+//! they stand for more solid angle (Křivánek and Colbert, "Real-time Shading with Filtered Importance Sampling", 2008, section 4),
+//! which removes noise. The sample points are a fixed Hammersley set, the same for every texel.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::picture::{Picture, direction_from_uv, uv_from_direction};
+
+/// Steps of roughness from 0 (the picture itself, not kept here) to 1.
+pub(super) const STEPS: usize = 8;
+
+/// The picture on grids of 2:1 and powers of two, each half as wide as the one before.
+pub(super) struct Pyramid {
+    levels: Vec<Picture>,
+}
+
+impl Pyramid {
+    /// Starts at 1024 columns, or at the power of two below the picture's width when that is less, but not under 64.
+    pub(super) fn new(picture: &Picture) -> Self {
+        let mut width = (picture.width / 2 + 1).next_power_of_two().clamp(64, 1024);
+        let mut levels = vec![picture.resampled(width, width / 2)];
+        while width > 16 {
+            width /= 2;
+            let next = levels[levels.len() - 1].resampled(width, width / 2);
+            levels.push(next);
+        }
+        Self { levels }
+    }
+
+    /// The largest level that is at most `width` wide.
+    pub(super) fn at_most(&self, width: usize) -> &Picture {
+        let last = &self.levels[self.levels.len() - 1];
+        self.levels
+            .iter()
+            .find(|level| level.width <= width)
+            .unwrap_or(last)
+    }
+
+    /// Between two levels; 0 is the finest, whole numbers are the levels.
+    fn trilinear(&self, uv: Vec2, level: f32) -> Vec3 {
+        let finer = level as usize;
+        let share = level - finer as f32;
+        let sharp = self.levels[finer].bilinear(uv);
+        match self.levels.get(finer + 1) {
+            Some(coarser) if share > 0.0 => sharp * (1.0 - share) + coarser.bilinear(uv) * share,
+            _ => sharp,
+        }
+    }
+
+    /// The level whose texels at the equator cover `solid_angle`.
+    fn level_of(&self, solid_angle: f32) -> f32 {
+        let finest = &self.levels[0];
+        let texel = 2.0 * PI * PI / (finest.width * finest.height) as f32;
+        let level = 0.5 * libm::log2f(solid_angle / texel);
+        level.clamp(0.0, (self.levels.len() - 1) as f32)
+    }
+}
+
+/// One direction of a lobe around +Z, with its share of the mean and the pyramid level that stands for its surroundings.
+struct LobeSample {
+    direction: Vec3,
+    weight: f32,
+    level: f32,
+}
+
+/// The picture under lobes of roughness 1/8, 2/8, … 1.
+pub(super) fn prefiltered_pictures(pyramid: &Pyramid) -> Vec<Picture> {
+    (1..=STEPS)
+        .map(|step| {
+            // Narrow lobes need more texels and fewer samples for the same quality.
+            let (width, samples) = match step {
+                1 => (256, 64),
+                2 => (128, 256),
+                _ => (64, 512),
+            };
+            let roughness = step as f32 / STEPS as f32;
+            lobe_picture(
+                pyramid,
+                width,
+                &lobe_samples(pyramid, roughness * roughness, samples),
+            )
+        })
+        .collect()
+}
+
+fn lobe_samples(pyramid: &Pyramid, alpha: f32, count: u32) -> Vec<LobeSample> {
+    let mut samples = Vec::new();
+    for index in 0..count {
+        // Half vectors with density D cos θ_h: tan² θ_h = α² ξ / (1 − ξ) (Walter et al. 2007, equation 35).
+        let share = (index as f32 + 0.5) / count as f32;
+        let tan_squared = alpha * alpha * share / (1.0 - share);
+        let cos_half = 1.0 / (1.0 + tan_squared).sqrt();
+        let sin_half = cos_half * tan_squared.sqrt();
+        // Mirrored at the half vector, the view along +Z becomes this.
+        let cosine = 2.0 * cos_half * cos_half - 1.0;
+        if cosine <= 0.0 {
+            continue;
+        }
+        let (sin_azimuth, cos_azimuth) = libm::sincosf(2.0 * PI * radical_inverse(index));
+        let sine = 2.0 * cos_half * sin_half;
+        let slope = alpha * alpha * cos_half * cos_half + sin_half * sin_half;
+        let density = alpha * alpha / (4.0 * PI * slope * slope);
+        samples.push(LobeSample {
+            direction: Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine),
+            weight: cosine,
+            // Twice the width of the sample's own share overlaps the neighbours smoothly.
+            level: pyramid.level_of(4.0 / (count as f32 * density)),
+        });
+    }
+    let total: f32 = samples.iter().map(|sample| sample.weight).sum();
+    for sample in &mut samples {
+        sample.weight /= total;
+    }
+    samples
+}
+
+/// Van der Corput's sequence in base 2.
+fn radical_inverse(index: u32) -> f32 {
+    (index.reverse_bits() >> 8) as f32 / (1_u32 << 24) as f32
+}
+
+fn lobe_picture(pyramid: &Pyramid, width: usize, samples: &[LobeSample]) -> Picture {
+    let mut picture = Picture {
+        width,
+        height: width / 2,
+        pixels: Vec::new(),
+    };
+    picture.pixels = (0..width * width / 2)
+        .into_par_iter()
+        .map(|index| {
+            let direction = direction_from_uv(picture.texel_uv(index % width, index / width));
+            lobe_mean(pyramid, direction, samples).to_array()
+        })
+        .collect();
+    picture
+}
+
+fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample]) -> Vec3 {
+    // Texel centres are never at the poles; a frame that follows the grid leaves no seam elsewhere.
+    let east = Vec3::new(-direction.z, 0.0, direction.x).normalize();
+    let north = east.cross(direction);
+    let mut sum = Vec3::ZERO;
+    for sample in samples {
+        let towards = east * sample.direction.x + north * sample.direction.y + direction * sample.direction.z;
+        sum += pyramid.trilinear(uv_from_direction(towards), sample.level) * sample.weight;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture_of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Picture {
+        let mut picture = Picture {
+            width,
+            height: width / 2,
+            pixels: Vec::new(),
+        };
+        for row in 0..width / 2 {
+            for column in 0..width {
+                let direction = direction_from_uv(picture.texel_uv(column, row));
+                picture.pixels.push(radiance(direction).to_array());
+            }
+        }
+        picture
+    }
+
+    /// The slow twin: every texel of the picture, weighted by D(h) cos θ_l and its solid angle. With the view along the normal
+    /// the density of mirrored directions is D / 4, and cos² θ_h = (1 + cos θ_l) / 2.
+    fn mean_by_quadrature(picture: &Picture, direction: Vec3, alpha: f32) -> Vec3 {
+        let (mut sum, mut total) = (glam::DVec3::ZERO, 0.0_f64);
+        for row in 0..picture.height {
+            let polar = |index: usize| index as f64 / picture.height as f64 * std::f64::consts::PI;
+            let band = libm::cos(polar(row)) - libm::cos(polar(row + 1));
+            for column in 0..picture.width {
+                let towards = direction_from_uv(picture.texel_uv(column, row)).as_dvec3();
+                let cosine = towards.dot(direction.as_dvec3());
+                if cosine <= 0.0 {
+                    continue;
+                }
+                let cos_half_squared = f64::midpoint(1.0, cosine);
+                let a2 = f64::from(alpha * alpha);
+                let slope = cos_half_squared * (a2 - 1.0) + 1.0;
+                let weight = a2 / (slope * slope) * cosine * band;
+                sum +=
+                    glam::Vec3::from_array(picture.pixels[row * picture.width + column]).as_dvec3() * weight;
+                total += weight;
+            }
+        }
+        (sum / total).as_vec3()
+    }
+
+    #[test]
+    fn uniform_light_stays_itself() {
+        let pyramid = Pyramid::new(&picture_of(64, |_| Vec3::new(1.0, 0.5, 0.0)));
+        for picture in prefiltered_pictures(&pyramid) {
+            for pixel in &picture.pixels {
+                assert!(
+                    (Vec3::from_array(*pixel) - Vec3::new(1.0, 0.5, 0.0))
+                        .abs()
+                        .max_element()
+                        < 1e-5
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn lobes_agree_with_quadrature() {
+        let sun = Vec3::new(0.4, 0.7, -0.6).normalize();
+        let source = picture_of(256, |d| {
+            let glow = libm::expf(60.0 * (d.dot(sun) - 1.0)) * 20.0;
+            Vec3::new(glow + 0.2, if d.y > 0.0 { 1.0 } else { 0.1 }, 1.0 + d.x)
+        });
+        let pyramid = Pyramid::new(&source);
+        for (index, picture) in prefiltered_pictures(&pyramid).iter().enumerate() {
+            let roughness = (index + 1) as f32 / STEPS as f32;
+            for texel in 0..40 {
+                let (column, row) = (texel * 13 % picture.width, (texel * 29 + 3) % picture.height);
+                let direction = direction_from_uv(picture.texel_uv(column, row));
+                let expected = mean_by_quadrature(&source, direction, roughness * roughness);
+                let found = Vec3::from_array(picture.pixels[row * picture.width + column]);
+                // Peaks: glow 20, horizon step 1, slope 1. The filter's own width shows most beside the step.
+                let error = (found - expected).abs() / Vec3::new(20.0, 1.0, 1.0);
+                assert!(
+                    error.max_element() < 0.03,
+                    "{roughness} {direction}: {found} for {expected}"
+                );
+            }
+        }
+    }
+}

@@ -122,6 +122,10 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Animation clips.
     pub animations: Vec<Animation>,
+    /// Format extensions that the file says it uses.
+    pub extensions_used: Vec<String>,
+    /// Format extensions without which the file says it cannot be understood.
+    pub extensions_required: Vec<String>,
     /// What the file asks for and is not honoured.
     pub warnings: Vec<Warning>,
 }

@@ -1,0 +1,364 @@
+//! The checked reader of accessors: every combination of component type, shape, stride, normalization, sparse
+//! replacement and missing buffer view (zeros). Lengths are compared before anything is allocated.
+//!
+//! Source: glTF 2.0 specification, section 3.6 (binary data storage).
+
+use gltf::json::Accessor;
+use gltf::json::accessor::ComponentType;
+use gltf::json::validation::Checked;
+
+use super::component::{self, ElementLayout};
+use super::context::Context;
+use super::document::Document;
+use super::formats::{Format, format_name};
+use crate::error::Result;
+
+/// Smallest and largest distance between elements that a buffer view may ask for, bytes.
+const STRIDE_BYTES: std::ops::RangeInclusive<usize> = 4..=252;
+
+/// The document with the content of its buffers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Data<'a> {
+    pub(super) document: &'a Document,
+    /// One a buffer.
+    pub(super) buffers: &'a [Option<Vec<u8>>],
+}
+
+/// Elements at a fixed distance inside a buffer.
+#[derive(Clone, Copy, Debug)]
+struct Span<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+}
+
+impl<'a> Span<'a> {
+    /// The bytes from element `i` on.
+    fn element(&self, i: usize) -> &'a [u8] {
+        i.checked_mul(self.stride)
+            .and_then(|start| self.bytes.get(start..))
+            .unwrap_or_default()
+    }
+}
+
+/// A run of elements as an accessor declares it.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    view: usize,
+    offset: u64,
+    count: u64,
+    /// Whether the view's stride applies.
+    strided: bool,
+}
+
+/// Checks every buffer, buffer view and accessor against what the file declares, used or not.
+pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
+    let root = &document.root;
+    for (i, buffer) in root.buffers.iter().enumerate() {
+        if buffer.byte_length.0 == 0 {
+            return Err(context.invalid(format!("/buffers/{i}/byteLength"), "must be at least 1"));
+        }
+    }
+    for (i, view) in root.buffer_views.iter().enumerate() {
+        let pointer = format!("/bufferViews/{i}");
+        let buffer = context.subscript(
+            view.buffer.value(),
+            root.buffers.len(),
+            &format!("{pointer}/buffer"),
+            "buffer",
+        )?;
+        let available = root.buffers.get(buffer).map_or(0, |buffer| buffer.byte_length.0);
+        let end = view
+            .byte_offset
+            .map_or(0, |offset| offset.0)
+            .checked_add(view.byte_length.0);
+        if view.byte_length.0 == 0 || end.is_none_or(|end| end > available) {
+            let message = format!("does not fit into its buffer of {available} bytes");
+            return Err(context.invalid(pointer, message));
+        }
+        if let Some(stride) = view
+            .byte_stride
+            .filter(|stride| !STRIDE_BYTES.contains(&stride.0))
+        {
+            let message = format!("is {}, but must lie between 4 and 252", stride.0);
+            return Err(context.invalid(format!("{pointer}/byteStride"), message));
+        }
+    }
+    for (i, accessor) in root.accessors.iter().enumerate() {
+        check_accessor(context, document, accessor, &format!("/accessors/{i}"))?;
+    }
+    Ok(())
+}
+
+fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, pointer: &str) -> Result<()> {
+    let format = Format::of(accessor).ok_or_else(|| {
+        let message = "has an unknown componentType or type";
+        context.invalid(pointer, message)
+    })?;
+    if accessor.count.0 == 0 {
+        return Err(context.invalid(format!("{pointer}/count"), "must be at least 1"));
+    }
+    if format.normalized && matches!(format.component, ComponentType::F32 | ComponentType::U32) {
+        let message = "floats and 32-bit integers cannot be normalized";
+        return Err(context.invalid(format!("{pointer}/normalized"), message));
+    }
+    let layout = ElementLayout::new(format.shape, format.component);
+    if let Some(run) = base_run(accessor) {
+        check_run(context, document, &run, &layout, pointer)?;
+    }
+    let Some(sparse) = &accessor.sparse else {
+        return Ok(());
+    };
+    let pointer = format!("{pointer}/sparse");
+    if sparse.count.0 == 0 || sparse.count.0 > accessor.count.0 {
+        let message = format!("must lie between 1 and {}", accessor.count.0);
+        return Err(context.invalid(format!("{pointer}/count"), message));
+    }
+    let (indices, index_type) = sparse_index_run(context, accessor, &pointer)?;
+    let index_layout = ElementLayout::new(gltf::json::accessor::Type::Scalar, index_type);
+    check_run(
+        context,
+        document,
+        &indices,
+        &index_layout,
+        &format!("{pointer}/indices"),
+    )?;
+    let Some(values) = sparse_value_run(accessor) else {
+        return Ok(());
+    };
+    check_run(context, document, &values, &layout, &format!("{pointer}/values")).map(|_| ())
+}
+
+fn base_run(accessor: &Accessor) -> Option<Run> {
+    Some(Run {
+        view: accessor.buffer_view?.value(),
+        offset: accessor.byte_offset.map_or(0, |offset| offset.0),
+        count: accessor.count.0,
+        strided: true,
+    })
+}
+
+fn sparse_index_run(context: &Context, accessor: &Accessor, pointer: &str) -> Result<(Run, ComponentType)> {
+    let wrong = || {
+        let message = "must be 5121, 5123 or 5125";
+        context.invalid(format!("{pointer}/indices/componentType"), message)
+    };
+    let sparse = accessor.sparse.as_ref().ok_or_else(wrong)?;
+    let Checked::Valid(component) = sparse.indices.component_type else {
+        return Err(wrong());
+    };
+    let run = Run {
+        view: sparse.indices.buffer_view.value(),
+        offset: sparse.indices.byte_offset.0,
+        count: sparse.count.0,
+        strided: false,
+    };
+    Ok((run, component.0))
+}
+
+fn sparse_value_run(accessor: &Accessor) -> Option<Run> {
+    let sparse = accessor.sparse.as_ref()?;
+    Some(Run {
+        view: sparse.values.buffer_view.value(),
+        offset: sparse.values.byte_offset.0,
+        count: sparse.count.0,
+        strided: false,
+    })
+}
+
+/// Checks that a run lies inside its view and returns the distance of its elements.
+fn check_run(
+    context: &Context,
+    document: &Document,
+    run: &Run,
+    layout: &ElementLayout,
+    pointer: &str,
+) -> Result<usize> {
+    let views = &document.root.buffer_views;
+    let index = context.subscript(
+        run.view,
+        views.len(),
+        &format!("{pointer}/bufferView"),
+        "buffer view",
+    )?;
+    let view = views.get(index);
+    let view_bytes = view.map_or(0, |view| view.byte_length.0);
+    let stride = view
+        .and_then(|view| view.byte_stride)
+        .filter(|_| run.strided)
+        .map_or(layout.packed_bytes, |stride| stride.0);
+    if stride < layout.occupied_bytes {
+        let message = format!(
+            "has elements of {} bytes, but the buffer view's byteStride is {stride}",
+            layout.occupied_bytes
+        );
+        return Err(context.invalid(pointer, message));
+    }
+    let end = run
+        .count
+        .checked_sub(1)
+        .and_then(|steps| steps.checked_mul(stride as u64))
+        .and_then(|bytes| bytes.checked_add(layout.occupied_bytes as u64))
+        .and_then(|bytes| bytes.checked_add(run.offset));
+    if end.is_none_or(|end| end > view_bytes) {
+        let message = format!(
+            "reaches past the end of buffer view {index}: {} elements from byte {} do not fit into {view_bytes} bytes",
+            run.count, run.offset
+        );
+        return Err(context.invalid(pointer, message));
+    }
+    Ok(stride)
+}
+
+impl<'a> Data<'a> {
+    /// The accessor `index`, which `pointer` asks for.
+    pub(super) fn accessor(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a Accessor> {
+        let accessors = &self.document.root.accessors;
+        context.subscript(index, accessors.len(), pointer, "accessor")?;
+        accessors
+            .get(index)
+            .ok_or_else(|| context.invalid(pointer, "there is no such accessor"))
+    }
+
+    /// The bytes of the buffer view `index`, which `pointer` asks for.
+    pub(super) fn view_bytes(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a [u8]> {
+        let views = &self.document.root.buffer_views;
+        context.subscript(index, views.len(), pointer, "buffer view")?;
+        let view = views.get(index);
+        let buffer_index = view.map_or(0, |view| view.buffer.value());
+        let Some(Some(buffer)) = self.buffers.get(buffer_index) else {
+            let message = format!(
+                "needs buffer {buffer_index}, which has no data; it may be stored by an extension that is not supported"
+            );
+            return Err(context.invalid(pointer, message));
+        };
+        view.and_then(|view| {
+            let start = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0)).ok()?;
+            let length = usize::try_from(view.byte_length.0).ok()?;
+            buffer.get(start..start.checked_add(length)?)
+        })
+        .ok_or_else(|| context.invalid(pointer, "its buffer view reaches past the end of the buffer"))
+    }
+
+    fn span(&self, context: &Context, run: &Run, layout: &ElementLayout, pointer: &str) -> Result<Span<'a>> {
+        let stride = check_run(context, self.document, run, layout, pointer)?;
+        let bytes = self.view_bytes(context, run.view, pointer)?;
+        let start = usize::try_from(run.offset).unwrap_or(usize::MAX);
+        Ok(Span {
+            bytes: bytes.get(start..).unwrap_or_default(),
+            stride,
+        })
+    }
+
+    /// All elements of accessor `index` as floats; all are finite.
+    pub(super) fn floats<const N: usize>(
+        &self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+    ) -> Result<Vec<[f32; N]>> {
+        let format = self.format(context, index, pointer)?;
+        let decode = |bytes: &[u8]| component::float(bytes, format.component, format.normalized);
+        let elements: Vec<[f32; N]> = self.elements(context, index, pointer, decode)?;
+        let broken = elements
+            .iter()
+            .position(|element| element.iter().any(|value| !value.is_finite()));
+        match broken {
+            None => Ok(elements),
+            Some(i) => Err(context.invalid(
+                format!("/accessors/{index}"),
+                format!("element {i} is infinite or not a number; export the file anew"),
+            )),
+        }
+    }
+
+    /// All elements of accessor `index` as unsigned integers.
+    pub(super) fn integers<const N: usize>(
+        &self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+    ) -> Result<Vec<[u32; N]>> {
+        let format = self.format(context, index, pointer)?;
+        let decode = |bytes: &[u8]| component::unsigned(bytes, format.component);
+        self.elements(context, index, pointer, decode)
+    }
+
+    fn format(&self, context: &Context, index: usize, pointer: &str) -> Result<Format> {
+        Format::of(self.accessor(context, index, pointer)?).ok_or_else(|| {
+            context.invalid(
+                format!("/accessors/{index}"),
+                "has an unknown componentType or type",
+            )
+        })
+    }
+
+    fn elements<T: Copy + Default, const N: usize>(
+        &self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+        decode: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<[T; N]>> {
+        let accessor = self.accessor(context, index, pointer)?;
+        let format = self.format(context, index, pointer)?;
+        let pointer = format!("/accessors/{index}");
+        let layout = ElementLayout::new(format.shape, format.component);
+        if layout.offsets.len() != N {
+            let message = format!("is {}, which does not fit its use", format_name(&format));
+            return Err(context.invalid(pointer, message));
+        }
+        let read = |bytes: &[u8]| -> [T; N] {
+            let mut element = [T::default(); N];
+            for (value, &offset) in element.iter_mut().zip(&layout.offsets) {
+                *value = decode(bytes.get(offset..).unwrap_or_default());
+            }
+            element
+        };
+
+        // Read the base: from the buffer, or zeros.
+        let span = match base_run(accessor) {
+            Some(run) => Some(self.span(context, &run, &layout, &pointer)?),
+            None => None,
+        };
+        let mut elements: Vec<[T; N]> = context.allocate(accessor.count.0, &pointer)?;
+        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
+        match span {
+            Some(span) => elements.extend((0..count).map(|i| read(span.element(i)))),
+            None => elements.resize(count, [T::default(); N]),
+        }
+
+        // Replace the sparse ones.
+        if let Some(values) = sparse_value_run(accessor) {
+            let values = self.span(context, &values, &layout, &format!("{pointer}/sparse/values"))?;
+            let targets = self.sparse_targets(context, accessor, &pointer)?;
+            for (i, target) in targets.into_iter().enumerate() {
+                if let Some(element) = elements.get_mut(target) {
+                    *element = read(values.element(i));
+                }
+            }
+        }
+        Ok(elements)
+    }
+
+    /// The elements that sparse values replace, strictly increasing and in range.
+    fn sparse_targets(&self, context: &Context, accessor: &Accessor, pointer: &str) -> Result<Vec<usize>> {
+        let pointer = format!("{pointer}/sparse");
+        let (run, component) = sparse_index_run(context, accessor, &pointer)?;
+        let layout = ElementLayout::new(gltf::json::accessor::Type::Scalar, component);
+        let pointer = format!("{pointer}/indices");
+        let span = self.span(context, &run, &layout, &pointer)?;
+        let count = usize::try_from(run.count).unwrap_or(usize::MAX);
+        let targets: Vec<usize> = (0..count)
+            .map(|i| component::unsigned(span.element(i), component) as usize)
+            .collect();
+        if !targets.is_sorted_by(|a, b| a < b) {
+            return Err(context.invalid(pointer, "are not strictly increasing"));
+        }
+        match targets.last() {
+            Some(&last) if last as u64 >= accessor.count.0 => {
+                Err(context.invalid(pointer, format!("replace element {last} of {}", accessor.count.0)))
+            }
+            _ => Ok(targets),
+        }
+    }
+}

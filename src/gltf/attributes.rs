@@ -1,0 +1,183 @@
+//! The named attributes of a primitive: which there are, that they agree in length, and reading them.
+
+use super::accessor::Data;
+use super::context::Context;
+use super::extensions::QUANTIZATION;
+use super::formats::{self, Allowed};
+use super::raw::Raw;
+use crate::error::Result;
+
+/// An accessor as a use of it names it.
+#[derive(Clone, Debug)]
+pub(super) struct Reference {
+    /// Attribute name.
+    pub(super) name: String,
+    /// Accessor index.
+    pub(super) accessor: usize,
+    /// JSON pointer of the use.
+    pub(super) pointer: String,
+}
+
+/// The attributes of a primitive, or of one of its morph targets.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Attributes {
+    references: Vec<Reference>,
+}
+
+/// Attribute names with a set number, and how many sets are used.
+const NUMBERED: [(&str, usize); 4] = [
+    ("TEXCOORD_", usize::MAX),
+    ("JOINTS_", usize::MAX),
+    ("WEIGHTS_", usize::MAX),
+    ("COLOR_", 1),
+];
+
+impl Attributes {
+    /// Reads an object of attribute names and accessor indices.
+    pub(super) fn new(context: &Context, data: &Data, raw: &Raw) -> Result<Self> {
+        let mut references = Vec::new();
+        for (name, accessor, pointer) in raw.indices(context)? {
+            data.accessor(context, accessor, &pointer)?;
+            references.push(Reference {
+                name: name.to_owned(),
+                accessor,
+                pointer,
+            });
+        }
+        Ok(Self { references })
+    }
+
+    /// The attribute `name`.
+    pub(super) fn find(&self, name: &str) -> Option<&Reference> {
+        self.references.iter().find(|reference| reference.name == name)
+    }
+
+    /// The attributes `prefix0`, `prefix1`, … in order; a gap is an error.
+    pub(super) fn sets(&self, context: &Context, prefix: &str) -> Result<Vec<Reference>> {
+        let numbered = self
+            .references
+            .iter()
+            .filter(|reference| set_number(&reference.name, prefix).is_some())
+            .count();
+        let sets: Vec<Reference> = (0..numbered)
+            .map_while(|set| self.find(&format!("{prefix}{set}")).cloned())
+            .collect();
+        let stray = self
+            .references
+            .iter()
+            .find(|reference| set_number(&reference.name, prefix).is_some_and(|set| set >= sets.len()));
+        match stray {
+            None => Ok(sets),
+            Some(reference) => Err(context.invalid(
+                &reference.pointer,
+                format!(
+                    "{prefix}{} is missing; sets are numbered from 0 without gaps",
+                    sets.len()
+                ),
+            )),
+        }
+    }
+
+    /// The names of the attributes that are `prefix` and a number.
+    pub(super) fn numbered(&self, prefix: &str) -> Vec<String> {
+        let names = self.references.iter().map(|reference| &reference.name);
+        names
+            .filter(|name| set_number(name, prefix).is_some())
+            .cloned()
+            .collect()
+    }
+
+    /// Errors unless every attribute has `count` elements.
+    pub(super) fn check_counts(&self, context: &Context, data: &Data, count: u64) -> Result<()> {
+        for reference in &self.references {
+            let actual = data
+                .accessor(context, reference.accessor, &reference.pointer)?
+                .count
+                .0;
+            if actual != count {
+                let message = format!("has {actual} elements, but POSITION has {count}");
+                return Err(context.invalid(&reference.pointer, message));
+            }
+        }
+        Ok(())
+    }
+
+    /// Warns about attributes that are not used; those that begin with `_` belong to applications.
+    pub(super) fn warn_unused(&self, context: &mut Context) {
+        for Reference { name, pointer, .. } in &self.references {
+            let plain = matches!(name.as_str(), "POSITION" | "NORMAL" | "TANGENT");
+            let numbered = NUMBERED
+                .iter()
+                .any(|(prefix, used)| set_number(name, prefix).is_some_and(|set| set < *used));
+            if !(plain || numbered || name.starts_with('_')) {
+                context.warn(
+                    pointer,
+                    format!("the attribute {name} is not supported; it is ignored"),
+                );
+            }
+        }
+    }
+}
+
+/// The number behind `prefix` in `name`.
+fn set_number(name: &str, prefix: &str) -> Option<usize> {
+    let digits = name.strip_prefix(prefix)?;
+    let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+    digits.parse().ok().filter(|_| plain)
+}
+
+impl Data<'_> {
+    /// All elements of the accessor that `reference` names, checked against `allowed`, as floats.
+    pub(super) fn floats_as<const N: usize>(
+        &self,
+        context: &mut Context,
+        reference: &Reference,
+        allowed: &Allowed,
+    ) -> Result<Vec<[f32; N]>> {
+        self.check_format(context, reference, allowed)?;
+        self.floats(context, reference.accessor, &reference.pointer)
+    }
+
+    /// The same as unsigned integers.
+    pub(super) fn integers_as<const N: usize>(
+        &self,
+        context: &mut Context,
+        reference: &Reference,
+        allowed: &Allowed,
+    ) -> Result<Vec<[u32; N]>> {
+        self.check_format(context, reference, allowed)?;
+        self.integers(context, reference.accessor, &reference.pointer)
+    }
+
+    /// The same for colours, where a missing alpha becomes `alpha`.
+    pub(super) fn colors_as(
+        &self,
+        context: &mut Context,
+        reference: &Reference,
+        allowed: &Allowed,
+        alpha: f32,
+    ) -> Result<Vec<[f32; 4]>> {
+        let accessor = self.accessor(context, reference.accessor, &reference.pointer)?;
+        let has_alpha = formats::Format::of(accessor)
+            .is_some_and(|format| format.shape == gltf::json::accessor::Type::Vec4);
+        if has_alpha {
+            return self.floats_as(context, reference, allowed);
+        }
+        let opaque: Vec<[f32; 3]> = self.floats_as(context, reference, allowed)?;
+        let mut colors = context.allocate(opaque.len() as u64, &reference.pointer)?;
+        colors.extend(opaque.into_iter().map(|[r, g, b]| [r, g, b, alpha]));
+        Ok(colors)
+    }
+
+    fn check_format(&self, context: &Context, reference: &Reference, allowed: &Allowed) -> Result<()> {
+        let accessor = self.accessor(context, reference.accessor, &reference.pointer)?;
+        let quantization = self
+            .document
+            .root
+            .extensions_used
+            .iter()
+            .chain(&self.document.root.extensions_required)
+            .any(|name| name == QUANTIZATION);
+        formats::check(context, accessor, allowed, quantization, &reference.pointer)
+    }
+}

@@ -1,0 +1,192 @@
+//! The scene file itself: reading it safely and splitting a GLB container into JSON and binary chunks.
+
+use std::fs::File;
+use std::io::Read;
+use std::ops::Range;
+use std::path::Path;
+
+use super::context::{Context, readable_bytes};
+use crate::error::{Error, Result};
+
+const GLB_MAGIC: &[u8; 4] = b"glTF";
+const GLB_HEADER_BYTES: usize = 12;
+const CHUNK_HEADER_BYTES: usize = 8;
+const CHUNK_JSON: u32 = u32::from_le_bytes(*b"JSON");
+const CHUNK_BIN: u32 = u32::from_le_bytes(*b"BIN\0");
+const BYTE_ORDER_MARK: &[u8] = &[0xef, 0xbb, 0xbf];
+
+/// No scene file is larger; lengths inside a GLB are 32-bit.
+const MAX_FILE_BYTES: u64 = u32::MAX as u64;
+
+/// A scene file in memory, and where its parts lie.
+#[derive(Debug)]
+pub(super) struct SceneFile {
+    /// The whole file.
+    pub(super) bytes: Vec<u8>,
+    json: Range<usize>,
+    bin: Option<Range<usize>>,
+}
+
+impl SceneFile {
+    /// The JSON text.
+    pub(super) fn json(&self) -> &[u8] {
+        self.bytes.get(self.json.clone()).unwrap_or_default()
+    }
+
+    /// The binary chunk of a GLB.
+    pub(super) fn bin(&self) -> Option<&[u8]> {
+        self.bytes.get(self.bin.clone()?)
+    }
+}
+
+/// Reads and splits the scene file of this import.
+pub(super) fn read(context: &mut Context) -> Result<SceneFile> {
+    let bytes = read_regular(context, context.path, "", MAX_FILE_BYTES)?;
+    split(context, bytes)
+}
+
+/// Reads a regular file of at most `limit_bytes`. Anything else, such as a pipe or a device, is an error before it
+/// is opened, since opening could block.
+pub(super) fn read_regular(
+    context: &mut Context,
+    path: &Path,
+    pointer: &str,
+    limit_bytes: u64,
+) -> Result<Vec<u8>> {
+    let missing = |source| Error::Missing {
+        path: path.to_owned(),
+        pointer: pointer.to_owned(),
+        source,
+    };
+    let not_regular = || Error::invalid(path, pointer, "is not a regular file; name a file");
+    if !std::fs::metadata(path).map_err(missing)?.is_file() {
+        return Err(not_regular());
+    }
+    let file = File::open(path).map_err(missing)?;
+    let metadata = file.metadata().map_err(missing)?;
+    if !metadata.is_file() {
+        return Err(not_regular());
+    }
+    if metadata.len() > limit_bytes {
+        return Err(Error::refused(
+            path,
+            pointer,
+            format!(
+                "has {}, more than the {} that can be read",
+                readable_bytes(metadata.len()),
+                readable_bytes(limit_bytes)
+            ),
+        ));
+    }
+    let mut bytes = context.allocate(metadata.len(), pointer)?;
+    file.take(metadata.len())
+        .read_to_end(&mut bytes)
+        .map_err(missing)?;
+    Ok(bytes)
+}
+
+/// Finds the JSON and the binary chunk of a scene file.
+pub(super) fn split(context: &Context, bytes: Vec<u8>) -> Result<SceneFile> {
+    if bytes.starts_with(GLB_MAGIC) {
+        return split_glb(context, bytes);
+    }
+    let start = if bytes.starts_with(BYTE_ORDER_MARK) {
+        BYTE_ORDER_MARK.len()
+    } else {
+        0
+    };
+    Ok(SceneFile {
+        json: start..bytes.len(),
+        bin: None,
+        bytes,
+    })
+}
+
+fn split_glb(context: &Context, bytes: Vec<u8>) -> Result<SceneFile> {
+    check_glb_header(context, &bytes)?;
+    let mut json = None;
+    let mut bin = None;
+    let mut position = GLB_HEADER_BYTES;
+    while position < bytes.len() {
+        let (kind, content) = chunk_at(context, &bytes, position)?;
+        position = content.end;
+        let slot = match kind {
+            CHUNK_JSON => &mut json,
+            CHUNK_BIN => &mut bin,
+            _ if json.is_some() => continue,
+            _ => return Err(context.invalid("", "the first chunk of the GLB is not JSON")),
+        };
+        if slot.replace(content).is_some() {
+            return Err(context.invalid("", "the GLB has two chunks of the same kind"));
+        }
+    }
+    let Some(json) = json else {
+        return Err(context.invalid("", "the GLB has no JSON chunk"));
+    };
+    if bin.as_ref().is_some_and(|bin| bin.start < json.start) {
+        return Err(context.invalid("", "the first chunk of the GLB is not JSON"));
+    }
+    let json = json_text(&bytes, json);
+    Ok(SceneFile { bytes, json, bin })
+}
+
+/// The chunk's text without a byte order mark and without the zeros that some exporters pad with.
+fn json_text(bytes: &[u8], chunk: Range<usize>) -> Range<usize> {
+    let Range { mut start, mut end } = chunk;
+    if bytes
+        .get(start..end)
+        .is_some_and(|text| text.starts_with(BYTE_ORDER_MARK))
+    {
+        start = start.saturating_add(BYTE_ORDER_MARK.len());
+    }
+    while end > start && bytes.get(end.saturating_sub(1)) == Some(&0) {
+        end = end.saturating_sub(1);
+    }
+    start..end
+}
+
+fn check_glb_header(context: &Context, bytes: &[u8]) -> Result<()> {
+    let (Some(version), Some(length)) = (u32_at(bytes, 4), u32_at(bytes, 8)) else {
+        return Err(context.invalid("", "the GLB ends inside its header; the file is truncated"));
+    };
+    if version != 2 {
+        return Err(context.unsupported(
+            "",
+            format!("is a GLB of version {version}; only version 2 can be read, export it anew"),
+        ));
+    }
+    if length as usize != bytes.len() {
+        return Err(context.invalid(
+            "",
+            format!(
+                "the GLB header promises {length} bytes, the file has {}; it is truncated or damaged",
+                bytes.len()
+            ),
+        ));
+    }
+    Ok(())
+}
+
+fn chunk_at(context: &Context, bytes: &[u8], position: usize) -> Result<(u32, Range<usize>)> {
+    let truncated = || {
+        context.invalid(
+            "",
+            format!(
+                "the GLB chunk at byte {position} reaches past the end; the file is truncated or damaged"
+            ),
+        )
+    };
+    let length = u32_at(bytes, position).ok_or_else(truncated)? as usize;
+    let kind = u32_at(bytes, position.saturating_add(4)).ok_or_else(truncated)?;
+    let start = position.saturating_add(CHUNK_HEADER_BYTES);
+    let end = start.saturating_add(length);
+    if end > bytes.len() {
+        return Err(truncated());
+    }
+    Ok((kind, start..end))
+}
+
+fn u32_at(bytes: &[u8], position: usize) -> Option<u32> {
+    let field = bytes.get(position..position.checked_add(4)?)?;
+    Some(u32::from_le_bytes(field.try_into().ok()?))
+}

@@ -1,0 +1,122 @@
+//! What every step of an import shares: the file's name for errors, the warnings so far, and the memory budget.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::error::{Error, Result, Warning};
+
+/// State of one import.
+#[derive(Debug)]
+pub(super) struct Context<'a> {
+    /// The scene file.
+    pub(super) path: &'a Path,
+    limit_bytes: u64,
+    used_bytes: u64,
+    warnings: Vec<Warning>,
+    warned: BTreeSet<String>,
+}
+
+impl<'a> Context<'a> {
+    pub(super) fn new(path: &'a Path, limit_bytes: u64) -> Self {
+        Self {
+            path,
+            limit_bytes,
+            used_bytes: 0,
+            warnings: Vec::new(),
+            warned: BTreeSet::new(),
+        }
+    }
+
+    /// A wrong value at `pointer`.
+    pub(super) fn invalid(&self, pointer: impl Into<String>, message: impl Into<String>) -> Error {
+        Error::invalid(self.path, pointer, message)
+    }
+
+    /// A feature that is not supported, asked for at `pointer`.
+    pub(super) fn unsupported(&self, pointer: impl Into<String>, message: impl Into<String>) -> Error {
+        Error::unsupported(self.path, pointer, message)
+    }
+
+    /// A limit or a safety rule that `pointer` breaks.
+    pub(super) fn refused(&self, pointer: impl Into<String>, message: impl Into<String>) -> Error {
+        Error::refused(self.path, pointer, message)
+    }
+
+    /// Notes something that is not honoured; the same message is noted once, at its first place.
+    pub(super) fn warn(&mut self, pointer: impl Into<String>, message: impl Into<String>) {
+        let message = message.into();
+        if self.warned.insert(message.clone()) {
+            self.warnings.push(Warning {
+                pointer: pointer.into(),
+                message,
+            });
+        }
+    }
+
+    /// Claims memory for what `pointer` asks for, before it is allocated.
+    pub(super) fn charge(&mut self, bytes: u64, pointer: &str) -> Result<()> {
+        let total = self.used_bytes.saturating_add(bytes);
+        if total > self.limit_bytes {
+            return Err(self.too_large(total, pointer));
+        }
+        self.used_bytes = total;
+        Ok(())
+    }
+
+    /// An empty list with room for `count` values, claimed from the budget; refused rather than aborted when the
+    /// system has no such memory.
+    pub(super) fn allocate<T>(&mut self, count: u64, pointer: &str) -> Result<Vec<T>> {
+        let bytes = count.saturating_mul(size_of::<T>() as u64);
+        self.charge(bytes, pointer)?;
+        let mut list = Vec::new();
+        let reserved = usize::try_from(count)
+            .ok()
+            .and_then(|count| list.try_reserve_exact(count).ok());
+        match reserved {
+            Some(()) => Ok(list),
+            None => Err(self.too_large(bytes, pointer)),
+        }
+    }
+
+    /// Bytes that may still be claimed.
+    pub(super) fn remaining_bytes(&self) -> u64 {
+        self.limit_bytes.saturating_sub(self.used_bytes)
+    }
+
+    /// The refusal of something that needs `total_bytes` in all.
+    pub(super) fn too_large(&self, total_bytes: u64, pointer: &str) -> Error {
+        self.refused(
+            pointer,
+            format!(
+                "needs about {}, more than the limit of {}; raise it with --max-memory",
+                readable_bytes(total_bytes),
+                readable_bytes(self.limit_bytes)
+            ),
+        )
+    }
+
+    /// `index` as a subscript of a list of `length`.
+    pub(super) fn subscript(&self, index: usize, length: usize, pointer: &str, what: &str) -> Result<usize> {
+        if index < length {
+            return Ok(index);
+        }
+        Err(self.invalid(
+            pointer,
+            format!("there is no {what} {index}, the file has {length}"),
+        ))
+    }
+
+    pub(super) fn into_warnings(self) -> Vec<Warning> {
+        self.warnings
+    }
+}
+
+/// `bytes` with a decimal unit, for messages.
+pub(super) fn readable_bytes(bytes: u64) -> String {
+    const UNITS: [(&str, f64); 4] = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
+    let value = bytes as f64;
+    UNITS.iter().find(|(_, size)| value >= *size).map_or_else(
+        || format!("{bytes} bytes"),
+        |(unit, size)| format!("{:.1} {unit}", value / size),
+    )
+}

@@ -1,0 +1,174 @@
+//! The JSON document: parsed with bounded nesting, repaired where exporters deviate without ambiguity, then typed.
+
+use gltf::json::{Asset, Root};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Number, Value};
+
+use super::context::Context;
+use super::raw::Raw;
+use crate::error::Result;
+
+/// Stands for the node of an animation channel that has none.
+pub(super) const NO_NODE: usize = u32::MAX as usize;
+
+/// A parsed document, typed and raw.
+#[derive(Debug)]
+pub(super) struct Document {
+    /// The core objects.
+    pub(super) root: Root,
+    /// The repaired JSON, for extensions and what the types do not hold.
+    pub(super) value: Value,
+}
+
+impl Document {
+    /// Parses JSON text.
+    pub(super) fn parse(context: &Context, json: &[u8]) -> Result<Self> {
+        let text = std::str::from_utf8(json)
+            .map_err(|error| context.invalid("", format!("is neither a GLB nor UTF-8 text: {error}")))?;
+        // serde_json bounds the nesting depth, so that walking the value cannot exhaust the stack.
+        let mut value: Value = serde_json::from_str(text)
+            .map_err(|error| context.invalid("", format!("is not valid JSON: {error}")))?;
+        if !value.is_object() {
+            return Err(context.invalid("", "is not a glTF file: the JSON is not an object"));
+        }
+        normalize_numbers(&mut value);
+        repair_scenes(&mut value);
+        repair_channels(context, &mut value)?;
+        let root = typed_root(context, &value)?;
+        check_version(context, &root.asset)?;
+        Ok(Self { root, value })
+    }
+
+    /// The raw object behind element `index` of the top-level array `array`.
+    pub(super) fn element(&self, array: &str, index: usize) -> Option<Raw<'_>> {
+        Raw::at(&self.value, format!("/{array}/{index}"))
+    }
+}
+
+/// Turns whole numbers written as `3.0` or `3e0` into integers and drops `extras`, which belong to applications.
+fn normalize_numbers(value: &mut Value) {
+    /// Largest magnitude below which every whole number is exact.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    match value {
+        Value::Number(number) => {
+            if let Some(float) = number.as_f64().filter(|_| number.is_f64()) {
+                let whole = float.fract() == 0.0 && float.abs() < EXACT;
+                if whole && !(float == 0.0 && float.is_sign_negative()) {
+                    *number = Number::from(float as i64);
+                }
+            }
+        }
+        Value::Array(elements) => elements.iter_mut().for_each(normalize_numbers),
+        Value::Object(members) => {
+            members.remove("extras");
+            members.values_mut().for_each(normalize_numbers);
+        }
+        Value::Null | Value::Bool(_) | Value::String(_) => {}
+    }
+}
+
+/// A scene may have no nodes; the types insist on the list.
+fn repair_scenes(value: &mut Value) {
+    for scene in objects(value.get_mut("scenes")) {
+        scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+    }
+}
+
+/// An animation channel may have no node; the types insist on one.
+fn repair_channels(context: &Context, value: &mut Value) -> Result<()> {
+    for (i, animation) in objects(value.get_mut("animations")).enumerate() {
+        for (j, channel) in objects(animation.get_mut("channels")).enumerate() {
+            let Some(Value::Object(target)) = channel.get_mut("target") else {
+                continue;
+            };
+            if target.get("node").and_then(Value::as_u64) == Some(NO_NODE as u64) {
+                let pointer = format!("/animations/{i}/channels/{j}/target/node");
+                return Err(context.invalid(pointer, "there is no such node"));
+            }
+            target.entry("node").or_insert_with(|| Value::from(NO_NODE));
+        }
+    }
+    Ok(())
+}
+
+fn objects(array: Option<&mut Value>) -> impl Iterator<Item = &mut Map<String, Value>> {
+    array
+        .and_then(Value::as_array_mut)
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_object_mut)
+}
+
+/// Types every element by itself, so that an error names the element.
+fn typed_root(context: &Context, value: &Value) -> Result<Root> {
+    let asset = value
+        .get("asset")
+        .ok_or_else(|| context.invalid("/asset", "is missing; this is not a glTF 2.0 file"))?;
+    Ok(Root {
+        asset: typed(context, asset, "/asset")?,
+        scene: match value.get("scene") {
+            Some(scene) => Some(typed(context, scene, "/scene")?),
+            None => None,
+        },
+        accessors: elements(context, value, "accessors")?,
+        animations: elements(context, value, "animations")?,
+        buffers: elements(context, value, "buffers")?,
+        buffer_views: elements(context, value, "bufferViews")?,
+        cameras: elements(context, value, "cameras")?,
+        extensions_used: elements(context, value, "extensionsUsed")?,
+        extensions_required: elements(context, value, "extensionsRequired")?,
+        images: elements(context, value, "images")?,
+        materials: elements(context, value, "materials")?,
+        meshes: elements(context, value, "meshes")?,
+        nodes: elements(context, value, "nodes")?,
+        samplers: elements(context, value, "samplers")?,
+        scenes: elements(context, value, "scenes")?,
+        skins: elements(context, value, "skins")?,
+        textures: elements(context, value, "textures")?,
+        ..Root::default()
+    })
+}
+
+fn elements<T: DeserializeOwned>(context: &Context, value: &Value, key: &str) -> Result<Vec<T>> {
+    match value.get(key) {
+        None => Ok(Vec::new()),
+        Some(Value::Array(array)) => array
+            .iter()
+            .enumerate()
+            .map(|(i, element)| typed(context, element, &format!("/{key}/{i}")))
+            .collect(),
+        Some(_) => Err(context.invalid(format!("/{key}"), "must be an array")),
+    }
+}
+
+fn typed<T: DeserializeOwned>(context: &Context, value: &Value, pointer: &str) -> Result<T> {
+    T::deserialize(value).map_err(|error| context.invalid(pointer, error.to_string()))
+}
+
+fn check_version(context: &Context, asset: &Asset) -> Result<()> {
+    let version = |text: &str| -> Option<(u32, u32)> {
+        let (major, minor) = text.split_once('.')?;
+        Some((major.parse().ok()?, minor.parse().ok()?))
+    };
+    let (major, _) = version(&asset.version).ok_or_else(|| {
+        context.invalid(
+            "/asset/version",
+            format!("\"{}\" is not a version", asset.version),
+        )
+    })?;
+    if major != 2 {
+        let message = format!("glTF {} cannot be read, only 2.0; export it anew", asset.version);
+        return Err(context.unsupported("/asset/version", message));
+    }
+    let Some(minimum) = &asset.min_version else {
+        return Ok(());
+    };
+    match version(minimum) {
+        Some(minimum) if minimum <= (2, 0) => Ok(()),
+        Some(_) => Err(context.unsupported(
+            "/asset/minVersion",
+            format!("the file needs glTF {minimum}; only 2.0 can be read"),
+        )),
+        None => Err(context.invalid("/asset/minVersion", format!("\"{minimum}\" is not a version"))),
+    }
+}

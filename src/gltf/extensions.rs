@@ -1,0 +1,165 @@
+//! Which extensions are honoured, and what is said about the others.
+
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+
+use super::context::Context;
+use super::document::Document;
+use super::raw::escape;
+use crate::error::Result;
+
+pub(super) const LIGHTS: &str = "KHR_lights_punctual";
+pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
+pub(super) const IOR: &str = "KHR_materials_ior";
+pub(super) const TRANSMISSION: &str = "KHR_materials_transmission";
+pub(super) const UNLIT: &str = "KHR_materials_unlit";
+pub(super) const VOLUME: &str = "KHR_materials_volume";
+pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
+pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+
+const HONOURED: [&str; 8] = [
+    LIGHTS,
+    EMISSIVE_STRENGTH,
+    IOR,
+    TRANSMISSION,
+    UNLIT,
+    VOLUME,
+    QUANTIZATION,
+    TEXTURE_TRANSFORM,
+];
+
+/// Extensions that replace data; without them only a fallback, where the file has one, can be read.
+const REPLACES_DATA: [&str; 8] = [
+    "EXT_meshopt_compression",
+    "EXT_texture_avif",
+    "EXT_texture_webp",
+    "KHR_draco_mesh_compression",
+    "KHR_meshopt_compression",
+    "KHR_texture_basisu",
+    "MSFT_texture_dds",
+    "EXT_mesh_gpu_instancing",
+];
+
+/// What becomes of a file that uses an extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Support {
+    /// The picture shows it.
+    Honoured,
+    /// Not supported: the picture is made without it, with one warning, where the file allows that.
+    Warned,
+    /// Not supported, and the file cannot be read where it requires the extension.
+    Refused,
+}
+
+/// What becomes of a file that uses the extension `name`, `required` or not.
+pub fn extension_support(name: &str, required: bool) -> Support {
+    match (HONOURED.contains(&name), required) {
+        (true, _) => Support::Honoured,
+        (false, false) => Support::Warned,
+        (false, true) => Support::Refused,
+    }
+}
+
+/// Refuses required extensions that are not honoured, and warns once about each optional one.
+pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
+    let required = &document.root.extensions_required;
+    let refused: Vec<&str> = required
+        .iter()
+        .map(String::as_str)
+        .filter(|name| extension_support(name, true) == Support::Refused)
+        .collect();
+    if !refused.is_empty() {
+        let message = format!(
+            "the file requires {}, which {} not supported; export it without",
+            refused.join(", "),
+            if refused.len() == 1 { "is" } else { "are" }
+        );
+        return Err(context.unsupported("/extensionsRequired", message));
+    }
+
+    // Find the first place of each extension: in use, else where it is declared.
+    let mut first_use = BTreeMap::new();
+    collect(context, &document.value, "", &mut first_use)?;
+    for (i, name) in document.root.extensions_used.iter().enumerate() {
+        let declared = format!("/extensionsUsed/{i}");
+        first_use.entry(name.clone()).or_insert(declared);
+    }
+    for (name, pointer) in first_use {
+        if extension_support(&name, false) != Support::Honoured {
+            let consequence = if REPLACES_DATA.contains(&name.as_str()) {
+                "what it replaces is shown instead"
+            } else {
+                "it is ignored"
+            };
+            context.warn(
+                pointer,
+                format!("the extension {name} is not supported; {consequence}"),
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Walks all `extensions` objects; recursion is bounded by the JSON parser's depth limit.
+fn collect(
+    context: &mut Context,
+    value: &Value,
+    pointer: &str,
+    first_use: &mut BTreeMap<String, String>,
+) -> Result<()> {
+    match value {
+        Value::Array(elements) => {
+            for (i, element) in elements.iter().enumerate() {
+                if element.is_array() || element.is_object() {
+                    collect(context, element, &format!("{pointer}/{i}"), first_use)?;
+                }
+            }
+        }
+        Value::Object(members) => {
+            for (key, member) in members {
+                if !(member.is_array() || member.is_object()) {
+                    if key == "extensions" {
+                        return Err(context.invalid(format!("{pointer}/extensions"), "must be an object"));
+                    }
+                    continue;
+                }
+                let inner = format!("{pointer}/{}", escape(key));
+                if key == "extensions" {
+                    note_uses(context, member, pointer, first_use);
+                }
+                collect(context, member, &inner, first_use)?;
+            }
+        }
+        Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => {}
+    }
+    Ok(())
+}
+
+fn note_uses(context: &mut Context, value: &Value, owner: &str, first_use: &mut BTreeMap<String, String>) {
+    for (name, content) in value.as_object().into_iter().flatten() {
+        let pointer = format!("{owner}/extensions/{}", escape(name));
+        if HONOURED.contains(&name.as_str()) && !belongs(name, owner) {
+            context.warn(
+                &pointer,
+                format!("{name} has no meaning at this place; it is ignored here"),
+            );
+        }
+        if !(content.is_object() || HONOURED.contains(&name.as_str())) {
+            context.warn(&pointer, format!("{name} is not an object as extensions must be"));
+        }
+        first_use.entry(name.clone()).or_insert(pointer);
+    }
+}
+
+/// Whether the honoured extension `name` means something on the object at `owner`.
+fn belongs(name: &str, owner: &str) -> bool {
+    let depth = owner.matches('/').count();
+    let in_array = |array: &str| owner.split('/').nth(1) == Some(array);
+    match name {
+        LIGHTS => depth == 0 || (depth == 2 && in_array("nodes")),
+        EMISSIVE_STRENGTH | IOR | TRANSMISSION | UNLIT | VOLUME => depth == 2 && in_array("materials"),
+        TEXTURE_TRANSFORM => depth > 2 && in_array("materials") && owner.ends_with("Texture"),
+        _ => true,
+    }
+}

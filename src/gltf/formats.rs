@@ -1,0 +1,165 @@
+//! Which accessor formats each use allows.
+//!
+//! Source: glTF 2.0 specification, sections 3.7.2.1 (attributes), 3.7.2.2 (morph targets), 3.7.3.1 (skins) and 3.11
+//! (animations); `KHR_mesh_quantization`, "Extending mesh attributes" and "Extending morph target attributes".
+
+use gltf::json::Accessor;
+use gltf::json::accessor::{ComponentType, Type};
+use gltf::json::validation::Checked;
+
+use ComponentType::{F32, I8, I16, U8, U16, U32};
+
+use super::context::Context;
+use super::extensions::QUANTIZATION;
+use crate::error::Result;
+
+/// Shape and encoding of an accessor's elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Format {
+    pub(super) shape: Type,
+    pub(super) component: ComponentType,
+    pub(super) normalized: bool,
+}
+
+impl Format {
+    /// The format of `accessor`, if both its type and component type are known.
+    pub(super) fn of(accessor: &Accessor) -> Option<Self> {
+        match (&accessor.type_, &accessor.component_type) {
+            (Checked::Valid(shape), Checked::Valid(component)) => Some(Self {
+                shape: *shape,
+                component: component.0,
+                normalized: accessor.normalized,
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// A component type, and whether it is normalized.
+type Encoding = (ComponentType, bool);
+
+/// What a use of an accessor allows.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Allowed {
+    /// What the accessor is used for, for messages.
+    pub(super) what: &'static str,
+    shapes: &'static [Type],
+    core: &'static [Encoding],
+    /// Allowed besides with `KHR_mesh_quantization`.
+    quantized: &'static [Encoding],
+}
+
+const FLOAT: &[Encoding] = &[(F32, false)];
+const FLOAT_OR_UNSIGNED: &[Encoding] = &[(F32, false), (U8, true), (U16, true)];
+const FLOAT_OR_NORMALIZED: &[Encoding] = &[(F32, false), (U8, true), (U16, true), (I8, true), (I16, true)];
+const SIGNED_NORMALIZED: &[Encoding] = &[(I8, true), (I16, true)];
+const SIGNED: &[Encoding] = &[(I8, true), (I16, true), (I8, false), (I16, false)];
+const ALL_SMALL: &[Encoding] = &[
+    (I8, true),
+    (I16, true),
+    (I8, false),
+    (I16, false),
+    (U8, true),
+    (U16, true),
+    (U8, false),
+    (U16, false),
+];
+
+const fn allowed(
+    what: &'static str,
+    shapes: &'static [Type],
+    core: &'static [Encoding],
+    quantized: &'static [Encoding],
+) -> Allowed {
+    Allowed {
+        what,
+        shapes,
+        core,
+        quantized,
+    }
+}
+
+pub(super) const POSITION: Allowed = allowed("POSITION", &[Type::Vec3], FLOAT, ALL_SMALL);
+pub(super) const NORMAL: Allowed = allowed("NORMAL", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
+pub(super) const TANGENT: Allowed = allowed("TANGENT", &[Type::Vec4], FLOAT, SIGNED_NORMALIZED);
+pub(super) const TEXCOORD: Allowed = allowed("TEXCOORD", &[Type::Vec2], FLOAT_OR_UNSIGNED, ALL_SMALL);
+pub(super) const COLOR: Allowed = allowed("COLOR", &[Type::Vec3, Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
+pub(super) const JOINTS: Allowed = allowed("JOINTS", &[Type::Vec4], &[(U8, false), (U16, false)], &[]);
+pub(super) const WEIGHTS: Allowed = allowed("WEIGHTS", &[Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
+pub(super) const INDICES: Allowed = allowed(
+    "indices",
+    &[Type::Scalar],
+    &[(U8, false), (U16, false), (U32, false)],
+    &[],
+);
+pub(super) const MORPH_POSITION: Allowed = allowed("a POSITION target", &[Type::Vec3], FLOAT, SIGNED);
+pub(super) const MORPH_NORMAL: Allowed = allowed("a NORMAL target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
+pub(super) const MORPH_TANGENT: Allowed =
+    allowed("a TANGENT target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
+pub(super) const MORPH_TEXCOORD: Allowed =
+    allowed("a TEXCOORD target", &[Type::Vec2], FLOAT_OR_NORMALIZED, SIGNED);
+pub(super) const MORPH_COLOR: Allowed = allowed(
+    "a COLOR target",
+    &[Type::Vec3, Type::Vec4],
+    FLOAT_OR_NORMALIZED,
+    &[],
+);
+pub(super) const BIND_MATRICES: Allowed = allowed("inverseBindMatrices", &[Type::Mat4], FLOAT, &[]);
+pub(super) const TIMES: Allowed = allowed("keyframe times", &[Type::Scalar], FLOAT, &[]);
+pub(super) const VECTOR_KEYS: Allowed = allowed("translation or scale keys", &[Type::Vec3], FLOAT, &[]);
+pub(super) const ROTATION_KEYS: Allowed = allowed("rotation keys", &[Type::Vec4], FLOAT_OR_NORMALIZED, &[]);
+pub(super) const WEIGHT_KEYS: Allowed = allowed("weight keys", &[Type::Scalar], FLOAT_OR_NORMALIZED, &[]);
+
+/// Errors unless `accessor`, named by `pointer`, may be used as `allowed` says.
+pub(super) fn check(
+    context: &Context,
+    accessor: &Accessor,
+    allowed: &Allowed,
+    quantization_declared: bool,
+    pointer: &str,
+) -> Result<()> {
+    let Some(format) = Format::of(accessor) else {
+        return Err(context.invalid(pointer, "its accessor has an unknown componentType or type"));
+    };
+    let encoding = (format.component, format.normalized);
+    let shape_fits = allowed.shapes.contains(&format.shape);
+    if shape_fits && allowed.core.contains(&encoding) {
+        return Ok(());
+    }
+    let quantized = shape_fits && allowed.quantized.contains(&encoding);
+    if quantized && quantization_declared {
+        return Ok(());
+    }
+    let hint = if quantized {
+        format!(" unless the file declares {QUANTIZATION}")
+    } else {
+        String::new()
+    };
+    Err(context.invalid(
+        pointer,
+        format!("{} cannot be {}{hint}", allowed.what, format_name(&format)),
+    ))
+}
+
+/// The format in words.
+pub(super) fn format_name(format: &Format) -> String {
+    let shape = match format.shape {
+        Type::Scalar => "SCALAR",
+        Type::Vec2 => "VEC2",
+        Type::Vec3 => "VEC3",
+        Type::Vec4 => "VEC4",
+        Type::Mat2 => "MAT2",
+        Type::Mat3 => "MAT3",
+        Type::Mat4 => "MAT4",
+    };
+    let component = match format.component {
+        I8 => "signed bytes",
+        U8 => "unsigned bytes",
+        I16 => "signed 16-bit integers",
+        U16 => "unsigned 16-bit integers",
+        U32 => "unsigned 32-bit integers",
+        F32 => "floats",
+    };
+    let normalized = if format.normalized { "normalized " } else { "" };
+    format!("{shape} of {normalized}{component}")
+}

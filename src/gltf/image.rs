@@ -1,0 +1,105 @@
+//! Images that textures use, decoded in parallel.
+
+use std::borrow::Cow;
+
+use rayon::prelude::*;
+
+use super::accessor::Data;
+use super::context::Context;
+use super::image_decode::{self, Header, Kind};
+use super::resources::Resources;
+use super::texture::TextureTable;
+use crate::error::Result;
+use crate::scene::Image;
+
+/// An image file in memory, its size known and paid for.
+struct Encoded<'a> {
+    name: Option<String>,
+    pointer: String,
+    bytes: Cow<'a, [u8]>,
+    header: Header,
+}
+
+/// Fetches and decodes the images of `textures`, in their order.
+pub(super) fn import(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+    textures: &TextureTable,
+) -> Result<Vec<Image>> {
+    let mut encoded = Vec::new();
+    for &index in &textures.images {
+        encoded.push(fetch(context, data, resources, index)?);
+    }
+    let context = &*context;
+    let path = context.path;
+    let decoded: Vec<_> = encoded
+        .into_par_iter()
+        .map(|image| {
+            let texels = image_decode::decode(&image.bytes).map_err(|why| {
+                let message = format!("the image{} {why}", in_quotes(image.name.as_deref()));
+                crate::error::Error::invalid(path, image.pointer, message)
+            })?;
+            Ok(Image {
+                name: image.name,
+                width: image.header.width,
+                height: image.header.height,
+                texels,
+            })
+        })
+        .collect();
+    // The first error in the file's order, whichever thread met one first.
+    decoded.into_iter().collect()
+}
+
+fn fetch<'a>(
+    context: &mut Context,
+    data: &Data<'a>,
+    resources: &mut Resources,
+    index: usize,
+) -> Result<Encoded<'a>> {
+    let pointer = format!("/images/{index}");
+    let Some(image) = data.document.root.images.get(index) else {
+        return Err(context.invalid(pointer, "there is no such image"));
+    };
+    let bytes = match (&image.uri, image.buffer_view) {
+        (Some(uri), None) => Cow::Owned(resources.fetch(context, uri, &format!("{pointer}/uri"))?),
+        (None, Some(view)) => {
+            let pointer = format!("{pointer}/bufferView");
+            Cow::Borrowed(data.view_bytes(context, view.value(), &pointer)?)
+        }
+        (None, None) => return Err(context.invalid(pointer, "has neither a uri nor a bufferView")),
+        (Some(_), Some(_)) => return Err(context.invalid(pointer, "has both a uri and a bufferView")),
+    };
+    let file_name = image.uri.as_ref().filter(|uri| !uri.starts_with("data:"));
+    let name = image.name.clone().or_else(|| file_name.cloned());
+    let quoted = in_quotes(name.as_deref());
+    match image_decode::kind(&bytes) {
+        Kind::Png | Kind::Jpeg => {}
+        Kind::Other(kind) => {
+            let message =
+                format!("the image{quoted} is {kind}, which is not supported; convert it to PNG or JPEG");
+            return Err(context.unsupported(pointer, message));
+        }
+        Kind::Unknown => {
+            let message = format!("the image{quoted} is neither PNG nor JPEG");
+            return Err(context.invalid(pointer, message));
+        }
+    }
+    let header = image_decode::header(&bytes)
+        .map_err(|why| context.invalid(&pointer, format!("the image{quoted} {why}")))?;
+    if let Some(why) = image_decode::unjustified(&header, bytes.len()) {
+        return Err(context.refused(pointer, format!("the image{quoted} {why}")));
+    }
+    context.charge(header.decoded_bytes, &pointer)?;
+    Ok(Encoded {
+        name,
+        pointer,
+        bytes,
+        header,
+    })
+}
+
+fn in_quotes(name: Option<&str>) -> String {
+    name.map_or_else(String::new, |name| format!(" \"{}\"", name.escape_debug()))
+}

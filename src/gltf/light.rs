@@ -1,0 +1,93 @@
+//! Punctual lights.
+//!
+//! Source: the text of `KHR_lights_punctual`.
+
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+
+use glam::Vec3;
+
+use super::context::Context;
+use super::document::Document;
+use super::extensions::LIGHTS;
+use super::raw::{NOT_NEGATIVE, Raw, UNIT};
+use crate::error::Result;
+use crate::scene::{Light, LightIndex, LightKind};
+
+/// Imports all lights.
+pub(super) fn import(context: &Context, document: &Document) -> Result<Vec<Light>> {
+    let Some(extension) = Raw::at(&document.value, format!("/extensions/{LIGHTS}")) else {
+        return Ok(Vec::new());
+    };
+    extension.expect_object(context)?;
+    let Some(lights) = extension.field("lights") else {
+        return Err(context.invalid(format!("{}/lights", extension.pointer), "is missing"));
+    };
+    let lights = lights.elements(context)?;
+    lights.iter().map(|light| import_light(context, light)).collect()
+}
+
+fn import_light(context: &Context, raw: &Raw) -> Result<Light> {
+    raw.expect_object(context)?;
+    let kind = match raw.string(context, "type")? {
+        Some("directional") => LightKind::Directional,
+        Some("point") => LightKind::Point,
+        Some("spot") => spot(context, raw)?,
+        _ => {
+            let pointer = format!("{}/type", raw.pointer);
+            return Err(context.invalid(pointer, "must be directional, point or spot"));
+        }
+    };
+    Ok(Light {
+        name: raw.string(context, "name")?.map(str::to_owned),
+        color: Vec3::from_array(raw.numbers(context, "color", [1.0; 3], UNIT)?),
+        intensity: raw.number(context, "intensity", 1.0, NOT_NEGATIVE)?,
+        range: range(context, raw, kind)?,
+        kind,
+    })
+}
+
+/// Directional lights have none, whatever the file says.
+fn range(context: &Context, raw: &Raw, kind: LightKind) -> Result<Option<f32>> {
+    if raw.field("range").is_none() || kind == LightKind::Directional {
+        return Ok(None);
+    }
+    let range = raw.number(context, "range", 0.0, NOT_NEGATIVE)?;
+    if range == 0.0 {
+        let pointer = format!("{}/range", raw.pointer);
+        return Err(context.invalid(pointer, "must be greater than 0"));
+    }
+    Ok(Some(range))
+}
+
+fn spot(context: &Context, raw: &Raw) -> Result<LightKind> {
+    let Some(cone) = raw.field("spot") else {
+        return Err(context.invalid(format!("{}/spot", raw.pointer), "is missing"));
+    };
+    cone.expect_object(context)?;
+    let inner_cone_radians = cone.number(context, "innerConeAngle", 0.0, 0.0..=FRAC_PI_2)?;
+    let outer_cone_radians = cone.number(context, "outerConeAngle", FRAC_PI_4, 0.0..=FRAC_PI_2)?;
+    if inner_cone_radians >= outer_cone_radians {
+        let message = format!(
+            "the inner cone, {inner_cone_radians}, must be narrower than the outer, {outer_cone_radians}"
+        );
+        return Err(context.invalid(cone.pointer, message));
+    }
+    Ok(LightKind::Spot {
+        inner_cone_radians,
+        outer_cone_radians,
+    })
+}
+
+/// The light that the node `raw` places, among `light_count`.
+pub(super) fn of_node(context: &Context, raw: &Raw, light_count: usize) -> Result<Option<LightIndex>> {
+    let Some(extension) = raw.extension(LIGHTS) else {
+        return Ok(None);
+    };
+    extension.expect_object(context)?;
+    let pointer = format!("{}/light", extension.pointer);
+    let Some(index) = extension.index(context, "light")? else {
+        return Err(context.invalid(pointer, "is missing"));
+    };
+    let index = context.subscript(index, light_count, &pointer, "light")?;
+    Ok(Some(LightIndex(u32::try_from(index).unwrap_or(u32::MAX))))
+}

@@ -1,0 +1,365 @@
+//! Nodes and scenes: a forest, checked without recursion.
+//!
+//! Source: glTF 2.0 specification, sections 3.5 (scenes and nodes) and 3.7.3.2 (joint hierarchy).
+
+use std::collections::BTreeSet;
+
+use glam::{Mat4, Quat, Vec3};
+use gltf::json;
+
+use super::context::Context;
+use super::document::Document;
+use super::raw::{ANY, check_range};
+use super::skin::is_affine;
+use super::{light, mesh};
+use crate::error::Result;
+use crate::scene::{
+    CameraIndex, LocalTransform, Mesh, MeshIndex, Node, NodeIndex, SceneRoots, Skin, SkinIndex,
+};
+
+/// Bytes that a triangle takes once posed, with its share of vertices and of the hierarchy over it; an estimate that
+/// refuses scenes whose instances cannot fit.
+const POSED_TRIANGLE_BYTES: u64 = 160;
+
+/// The nodes and how they hang together.
+#[derive(Debug)]
+pub(super) struct Hierarchy {
+    pub(super) nodes: Vec<Node>,
+    pub(super) node_order: Vec<NodeIndex>,
+    pub(super) scenes: Vec<SceneRoots>,
+    pub(super) default_scene: usize,
+}
+
+/// Imports all nodes and scenes.
+pub(super) fn import(
+    context: &mut Context,
+    document: &Document,
+    meshes: &[Mesh],
+    skins: &[Skin],
+    light_count: usize,
+) -> Result<Hierarchy> {
+    let highest_joints: Vec<Option<u32>> = meshes.iter().map(highest_joint).collect();
+    let mut nodes = Vec::new();
+    for (i, json) in document.root.nodes.iter().enumerate() {
+        let mut node = import_node(context, document, i, json)?;
+        if let Some(raw) = document.element("nodes", i) {
+            node.light = light::of_node(context, &raw, light_count)?;
+        }
+        check_mesh(context, &mut node, json, meshes, &format!("/nodes/{i}"))?;
+        let highest = node
+            .mesh
+            .and_then(|mesh| *highest_joints.get(mesh.index()).unwrap_or(&None));
+        check_skin(context, &node, meshes, skins, highest, &format!("/nodes/{i}"))?;
+        nodes.push(node);
+    }
+    link(context, &mut nodes)?;
+    let node_order = order(context, &nodes)?;
+    let (scenes, default_scene) = import_scenes(context, document, &nodes)?;
+    check_size(context, &nodes, &node_order, &scenes, meshes)?;
+    Ok(Hierarchy {
+        nodes,
+        node_order,
+        scenes,
+        default_scene,
+    })
+}
+
+fn import_node(context: &mut Context, document: &Document, index: usize, json: &json::Node) -> Result<Node> {
+    let root = &document.root;
+    let pointer = format!("/nodes/{index}");
+    let subscript = |index: Option<usize>, length: usize, key: &str, what: &str| -> Result<Option<u32>> {
+        let Some(index) = index else { return Ok(None) };
+        let index = context.subscript(index, length, &format!("{pointer}/{key}"), what)?;
+        Ok(u32::try_from(index).ok())
+    };
+    let mesh = subscript(json.mesh.map(|i| i.value()), root.meshes.len(), "mesh", "mesh")?;
+    let skin = subscript(json.skin.map(|i| i.value()), root.skins.len(), "skin", "skin")?;
+    let camera = subscript(
+        json.camera.map(|i| i.value()),
+        root.cameras.len(),
+        "camera",
+        "camera",
+    )?;
+    let mut children = Vec::new();
+    for child in json.children.iter().flatten() {
+        let child = subscript(Some(child.value()), root.nodes.len(), "children", "node")?;
+        children.extend(child.map(NodeIndex));
+    }
+    Ok(Node {
+        name: json.name.clone(),
+        parent: None,
+        children,
+        local: local_transform(context, json, &pointer)?,
+        mesh: mesh.map(MeshIndex),
+        skin: skin.map(SkinIndex),
+        weights: json.weights.clone(),
+        camera: camera.map(CameraIndex),
+        light: None,
+    })
+}
+
+fn local_transform(context: &mut Context, json: &json::Node, pointer: &str) -> Result<LocalTransform> {
+    if let Some(matrix) = &json.matrix {
+        if json.translation.is_some() || json.rotation.is_some() || json.scale.is_some() {
+            let message = "has both a matrix and translation, rotation or scale; only one form is allowed";
+            return Err(context.invalid(pointer, message));
+        }
+        let pointer = format!("{pointer}/matrix");
+        check_all(context, matrix, &pointer)?;
+        let matrix = Mat4::from_cols_array(matrix);
+        if !is_affine(&matrix) {
+            return Err(context.invalid(pointer, "is not affine: its last row must be 0, 0, 0, 1"));
+        }
+        return Ok(LocalTransform::Matrix(matrix));
+    }
+    let translation = json.translation.unwrap_or([0.0; 3]);
+    check_all(context, &translation, &format!("{pointer}/translation"))?;
+    let scale = json.scale.unwrap_or([1.0; 3]);
+    check_all(context, &scale, &format!("{pointer}/scale"))?;
+    let rotation = match &json.rotation {
+        Some(rotation) => unit_rotation(context, rotation.0, &format!("{pointer}/rotation"))?,
+        None => Quat::IDENTITY,
+    };
+    Ok(LocalTransform::Trs {
+        translation: Vec3::from_array(translation),
+        rotation,
+        scale: Vec3::from_array(scale),
+    })
+}
+
+fn check_all(context: &Context, values: &[f32], pointer: &str) -> Result<()> {
+    values
+        .iter()
+        .try_for_each(|&value| check_range(context, value, &ANY, pointer).map(|_| ()))
+}
+
+fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Result<Quat> {
+    const TOLERANCE: f32 = 1e-2;
+    check_all(context, &rotation, pointer)?;
+    let quaternion = Quat::from_array(rotation);
+    let length = quaternion.length();
+    if !(length > 1e-12 && length.is_finite()) {
+        let message = "is a quaternion of length zero, which turns nowhere";
+        return Err(context.invalid(pointer, message));
+    }
+    if (length - 1.0).abs() > TOLERANCE {
+        context.warn(
+            pointer,
+            "some rotations are not unit quaternions; they are normalized",
+        );
+    }
+    Ok(quaternion.normalize())
+}
+
+/// Checks the morph weights, which need a mesh with targets.
+fn check_mesh(
+    context: &Context,
+    node: &mut Node,
+    json: &json::Node,
+    meshes: &[Mesh],
+    pointer: &str,
+) -> Result<()> {
+    let Some(weights) = &json.weights else {
+        return Ok(());
+    };
+    let Some(mesh) = node.mesh.and_then(|mesh| meshes.get(mesh.index())) else {
+        let message = "morph weights need a mesh on the same node";
+        return Err(context.invalid(format!("{pointer}/weights"), message));
+    };
+    let weights = mesh::check_weights(context, weights, mesh.weights.len(), &mesh.primitives, pointer)?;
+    node.weights = Some(weights);
+    Ok(())
+}
+
+fn check_skin(
+    context: &mut Context,
+    node: &Node,
+    meshes: &[Mesh],
+    skins: &[Skin],
+    highest_joint: Option<u32>,
+    pointer: &str,
+) -> Result<()> {
+    let mesh = node.mesh.and_then(|mesh| meshes.get(mesh.index()));
+    let Some(skin) = node.skin.and_then(|skin| skins.get(skin.index())) else {
+        if mesh.is_some() && highest_joint.is_some() {
+            context.warn(
+                format!("{pointer}/mesh"),
+                "some meshes have joints but their nodes have no skin; they are not deformed",
+            );
+        }
+        return Ok(());
+    };
+    let pointer = format!("{pointer}/skin");
+    let Some(mesh) = mesh else {
+        context.warn(pointer, "a skin on a node without mesh has no effect");
+        return Ok(());
+    };
+    if mesh
+        .primitives
+        .iter()
+        .any(|primitive| primitive.influences.is_none())
+    {
+        let message = "the mesh of this node has primitives without JOINTS_0 and WEIGHTS_0";
+        return Err(context.invalid(pointer, message));
+    }
+    match highest_joint {
+        Some(highest) if highest as usize >= skin.joints.len() => Err(context.invalid(
+            pointer,
+            format!(
+                "the mesh uses joint {highest}, but the skin has only {} joints",
+                skin.joints.len()
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The highest joint that a vertex of the mesh names; `None` if none has joints.
+fn highest_joint(mesh: &Mesh) -> Option<u32> {
+    let influences = mesh.primitives.iter().filter_map(|p| p.influences.as_ref());
+    influences
+        .map(|influences| influences.joints.iter().copied().max().unwrap_or(0))
+        .max()
+}
+
+/// Fills in parents; a second one is an error.
+fn link(context: &Context, nodes: &mut [Node]) -> Result<()> {
+    let mut parents: Vec<Option<NodeIndex>> = vec![None; nodes.len()];
+    for (i, node) in (0_u32..).zip(nodes.iter()) {
+        for child in &node.children {
+            let Some(slot) = parents.get_mut(child.index()) else {
+                continue;
+            };
+            if let Some(NodeIndex(first)) = slot.replace(NodeIndex(i)) {
+                let message = format!(
+                    "node {} is already a child of node {first}; a node has one parent at most",
+                    child.0
+                );
+                return Err(context.invalid(format!("/nodes/{i}/children"), message));
+            }
+        }
+    }
+    for (node, parent) in nodes.iter_mut().zip(parents) {
+        node.parent = parent;
+    }
+    Ok(())
+}
+
+/// All nodes, parents first. With at most one parent each, the nodes that no root reaches are those on and below
+/// cycles.
+fn order(context: &Context, nodes: &[Node]) -> Result<Vec<NodeIndex>> {
+    let mut order: Vec<NodeIndex> = (0_u32..)
+        .zip(nodes)
+        .filter(|(_, node)| node.parent.is_none())
+        .map(|(i, _)| NodeIndex(i))
+        .collect();
+    let mut visited = 0;
+    while let Some(&next) = order.get(visited) {
+        visited = visited.saturating_add(1);
+        let children = nodes.get(next.index()).map(|node| &node.children);
+        order.extend(children.into_iter().flatten());
+    }
+    if order.len() == nodes.len() {
+        return Ok(order);
+    }
+    let reached: BTreeSet<NodeIndex> = order.into_iter().collect();
+    let stray = (0_u32..)
+        .take(nodes.len())
+        .find(|&i| !reached.contains(&NodeIndex(i)));
+    Err(context.invalid(
+        format!("/nodes/{}", stray.unwrap_or_default()),
+        "is its own ancestor; nodes must form trees",
+    ))
+}
+
+fn import_scenes(context: &Context, document: &Document, nodes: &[Node]) -> Result<(Vec<SceneRoots>, usize)> {
+    let json = &document.root.scenes;
+    let mut scenes = Vec::new();
+    for (i, scene) in json.iter().enumerate() {
+        let mut roots = Vec::new();
+        let mut seen = BTreeSet::new();
+        for (j, root) in scene.nodes.iter().enumerate() {
+            let pointer = format!("/scenes/{i}/nodes/{j}");
+            let index = context.subscript(root.value(), nodes.len(), &pointer, "node")?;
+            if nodes.get(index).is_some_and(|node| node.parent.is_some()) {
+                let message = format!("node {index} has a parent, so it cannot be a root");
+                return Err(context.invalid(pointer, message));
+            }
+            if !seen.insert(index) {
+                return Err(context.invalid(pointer, format!("names node {index} a second time")));
+            }
+            roots.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
+        }
+        scenes.push(SceneRoots {
+            name: scene.name.clone(),
+            roots,
+        });
+    }
+    let default_scene = match document.root.scene {
+        Some(scene) => context.subscript(scene.value(), json.len(), "/scene", "scene")?,
+        None => 0,
+    };
+    if scenes.is_empty() {
+        // A library of nodes: show all of them.
+        let parentless = (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none());
+        scenes.push(SceneRoots {
+            name: None,
+            roots: parentless.map(|(i, _)| NodeIndex(i)).collect(),
+        });
+    }
+    Ok((scenes, default_scene))
+}
+
+/// Refuses scenes whose instances make more triangles than ids or memory can hold.
+fn check_size(
+    context: &mut Context,
+    nodes: &[Node],
+    node_order: &[NodeIndex],
+    scenes: &[SceneRoots],
+    meshes: &[Mesh],
+) -> Result<()> {
+    let triangles_of = |mesh: &Mesh| -> u64 {
+        let counts = mesh
+            .primitives
+            .iter()
+            .map(|primitive| primitive.triangles.len() as u64);
+        counts.fold(0, u64::saturating_add)
+    };
+    let per_mesh: Vec<u64> = meshes.iter().map(triangles_of).collect();
+    // Sum over subtrees, children before their parents.
+    let mut below: Vec<u64> = nodes
+        .iter()
+        .map(|node| {
+            node.mesh
+                .and_then(|mesh| per_mesh.get(mesh.index()))
+                .copied()
+                .unwrap_or(0)
+        })
+        .collect();
+    for node in node_order.iter().rev() {
+        let own = below.get(node.index()).copied().unwrap_or(0);
+        let parent = nodes.get(node.index()).and_then(|node| node.parent);
+        if let Some(sum) = parent.and_then(|parent| below.get_mut(parent.index())) {
+            *sum = sum.saturating_add(own);
+        }
+    }
+    let in_scene = |scene: &SceneRoots| -> u64 {
+        let counts = scene
+            .roots
+            .iter()
+            .map(|root| below.get(root.index()).copied().unwrap_or(0));
+        counts.fold(0, u64::saturating_add)
+    };
+    let (largest, triangles) = scenes
+        .iter()
+        .map(in_scene)
+        .enumerate()
+        .max_by_key(|&(_, count)| count)
+        .unwrap_or_default();
+    let pointer = format!("/scenes/{largest}");
+    if triangles > u64::from(u32::MAX) {
+        let message = format!("has {triangles} triangles, more than 32-bit ids can number; split the scene");
+        return Err(context.refused(pointer, message));
+    }
+    context.charge(triangles.saturating_mul(POSED_TRIANGLE_BYTES), &pointer)
+}

@@ -1,0 +1,104 @@
+//! Normals and tangents made unit length, with substitutes where a file stores zeros.
+
+use glam::{Vec3, Vec4};
+
+use super::context::Context;
+
+/// Makes `normals` unit length. A vertex whose stored normal has no direction gets that of the triangles around it.
+pub(super) fn normalize(
+    context: &mut Context,
+    normals: &mut [Vec3],
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+    pointer: &str,
+) {
+    let mut missing = false;
+    for normal in normals.iter_mut() {
+        *normal = unit(*normal).unwrap_or(Vec3::ZERO);
+        missing |= *normal == Vec3::ZERO;
+    }
+    if !missing {
+        return;
+    }
+    context.warn(
+        pointer,
+        "some normals have no length; those of the surrounding triangles are used",
+    );
+    let mut around = vec![Vec3::ZERO; normals.len()];
+    for triangle in triangles {
+        let normal = face_normal(positions, triangle);
+        for &vertex in triangle {
+            if let Some(sum) = around.get_mut(vertex as usize) {
+                *sum += normal;
+            }
+        }
+    }
+    for (normal, sum) in normals.iter_mut().zip(around) {
+        if *normal == Vec3::ZERO {
+            *normal = unit(sum).unwrap_or(Vec3::Z);
+        }
+    }
+}
+
+/// Makes tangents unit length and their signs ±1. One without direction becomes any perpendicular of its normal.
+pub(super) fn normalize_tangents(tangents: &mut [Vec4], normals: &[Vec3]) {
+    for (tangent, normal) in tangents.iter_mut().zip(normals) {
+        let sign = if tangent.w < 0.0 { -1.0 } else { 1.0 };
+        let direction = unit(tangent.truncate()).unwrap_or_else(|| normal.any_orthonormal_vector());
+        *tangent = direction.extend(sign);
+    }
+}
+
+/// Unit normal of a triangle; zero where it has no area.
+pub(super) fn face_normal(positions: &[Vec3], triangle: &[u32; 3]) -> Vec3 {
+    let corner = |i: u32| positions.get(i as usize).copied().unwrap_or(Vec3::ZERO);
+    let [a, b, c] = triangle.map(corner);
+    // Scale the edges first, so that products of very large or small ones stay finite and non-zero.
+    let (ab, ac) = (unit(b - a), unit(c - a));
+    match (ab, ac) {
+        (Some(ab), Some(ac)) => unit(ab.cross(ac)).unwrap_or(Vec3::ZERO),
+        _ => Vec3::ZERO,
+    }
+}
+
+/// `vector` with length one; none if it has no direction. Exact for any finite length.
+fn unit(vector: Vec3) -> Option<Vec3> {
+    let largest = vector.abs().max_element();
+    if largest == 0.0 || !largest.is_finite() {
+        return None;
+    }
+    // Dividing by a subnormal could overflow; multiplying first keeps the quotient finite.
+    let scaled = if largest < 1e-30 {
+        vector * 1e30 / (largest * 1e30)
+    } else {
+        vector / largest
+    };
+    Some(scaled / scaled.length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_from_subnormal_to_huge_are_normalized() {
+        for length in [1e-45_f32, 1e-38, 1e-20, 1.0, 1e20, 3e38] {
+            assert_eq!(unit(Vec3::new(0.0, -length, 0.0)), Some(Vec3::NEG_Y));
+        }
+        let long = unit(Vec3::splat(3e38)).unwrap();
+        assert!((long.length() - 1.0).abs() < 1e-6);
+        assert_eq!(unit(Vec3::ZERO), None);
+    }
+
+    #[test]
+    fn zero_normals_come_from_triangles() {
+        let path = std::path::Path::new("test.gltf");
+        let mut context = Context::new(path, 1 << 20);
+        let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(9.0)];
+        let mut normals = [Vec3::ZERO, Vec3::X * 2.0, Vec3::ZERO, Vec3::ZERO];
+        normalize(&mut context, &mut normals, &positions, &[[0, 1, 2]], "/x");
+        // The triangle lies in the xy plane; the last vertex is in no triangle.
+        assert_eq!(normals, [Vec3::Z, Vec3::X, Vec3::Z, Vec3::Z]);
+        assert_eq!(context.into_warnings().len(), 1);
+    }
+}

@@ -1,0 +1,172 @@
+//! Typed access to JSON values that the `gltf` crate does not model, with the pointer kept for messages.
+
+use serde_json::Value;
+
+use super::context::Context;
+use crate::error::Result;
+
+/// A JSON value and where it stands in the file.
+#[derive(Clone, Debug)]
+pub(super) struct Raw<'a> {
+    /// The value.
+    pub(super) value: &'a Value,
+    /// Its JSON pointer.
+    pub(super) pointer: String,
+}
+
+impl<'a> Raw<'a> {
+    /// The value at `pointer` of the document, if there is one.
+    pub(super) fn at(document: &'a Value, pointer: impl Into<String>) -> Option<Self> {
+        let pointer = pointer.into();
+        Some(Self {
+            value: document.pointer(&pointer)?,
+            pointer,
+        })
+    }
+
+    /// The member `key` of an object.
+    pub(super) fn field(&self, key: &str) -> Option<Self> {
+        Some(Self {
+            value: self.value.get(key)?,
+            pointer: format!("{}/{}", self.pointer, escape(key)),
+        })
+    }
+
+    /// The value of the extension `name` of this object.
+    pub(super) fn extension(&self, name: &str) -> Option<Self> {
+        self.field("extensions")?.field(name)
+    }
+
+    /// Errors unless the value is an object.
+    pub(super) fn expect_object(&self, context: &Context) -> Result<()> {
+        if self.value.is_object() {
+            return Ok(());
+        }
+        Err(context.invalid(&self.pointer, "must be an object"))
+    }
+
+    /// The elements of an array.
+    pub(super) fn elements(&self, context: &Context) -> Result<Vec<Self>> {
+        let Some(array) = self.value.as_array() else {
+            return Err(context.invalid(&self.pointer, "must be an array"));
+        };
+        Ok(array
+            .iter()
+            .enumerate()
+            .map(|(i, value)| Self {
+                value,
+                pointer: format!("{}/{i}", self.pointer),
+            })
+            .collect())
+    }
+
+    /// The members of an object whose values are indices, by name.
+    pub(super) fn indices(&self, context: &Context) -> Result<Vec<(&'a str, usize, String)>> {
+        self.expect_object(context)?;
+        let members = self.value.as_object().into_iter().flatten();
+        members
+            .map(|(key, _)| {
+                let index = self.index(context, key)?.unwrap_or_default();
+                Ok((key.as_str(), index, format!("{}/{}", self.pointer, escape(key))))
+            })
+            .collect()
+    }
+
+    /// A string member.
+    pub(super) fn string(&self, context: &Context, key: &str) -> Result<Option<&'a str>> {
+        let Some(field) = self.field(key) else {
+            return Ok(None);
+        };
+        match field.value.as_str() {
+            Some(text) => Ok(Some(text)),
+            None => Err(context.invalid(field.pointer, "must be a string")),
+        }
+    }
+
+    /// A member that is a non-negative integer.
+    pub(super) fn index(&self, context: &Context, key: &str) -> Result<Option<usize>> {
+        let Some(field) = self.field(key) else {
+            return Ok(None);
+        };
+        match field.value.as_u64().and_then(|value| usize::try_from(value).ok()) {
+            Some(index) => Ok(Some(index)),
+            None => Err(context.invalid(field.pointer, "must be a non-negative integer")),
+        }
+    }
+
+    /// A finite number member that lies in `range`.
+    pub(super) fn number(
+        &self,
+        context: &Context,
+        key: &str,
+        default: f32,
+        range: std::ops::RangeInclusive<f32>,
+    ) -> Result<f32> {
+        let Some(field) = self.field(key) else {
+            return Ok(default);
+        };
+        let Some(value) = field.value.as_f64() else {
+            return Err(context.invalid(field.pointer, "must be a number"));
+        };
+        check_range(context, value as f32, &range, &field.pointer)
+    }
+
+    /// An array member of `N` finite numbers that lie in `range`.
+    pub(super) fn numbers<const N: usize>(
+        &self,
+        context: &Context,
+        key: &str,
+        default: [f32; N],
+        range: std::ops::RangeInclusive<f32>,
+    ) -> Result<[f32; N]> {
+        let Some(field) = self.field(key) else {
+            return Ok(default);
+        };
+        let wrong = || context.invalid(&field.pointer, format!("must be an array of {N} numbers"));
+        let array = field.value.as_array().filter(|array| array.len() == N);
+        let mut values = default;
+        for (value, element) in values.iter_mut().zip(array.ok_or_else(wrong)?) {
+            let number = element.as_f64().ok_or_else(wrong)? as f32;
+            *value = check_range(context, number, &range, &field.pointer)?;
+        }
+        Ok(values)
+    }
+}
+
+/// `value` if it is finite and in `range`; a rounding error beyond an end is set to the end.
+pub(super) fn check_range(
+    context: &Context,
+    value: f32,
+    range: &std::ops::RangeInclusive<f32>,
+    pointer: &str,
+) -> Result<f32> {
+    const TOLERANCE: f32 = 1e-4;
+    let (low, high) = (*range.start(), *range.end());
+    if value.is_finite() && range.contains(&value) {
+        return Ok(value);
+    }
+    if value < low && value >= low - TOLERANCE {
+        return Ok(low);
+    }
+    if value > high && value <= high + TOLERANCE {
+        return Ok(high);
+    }
+    let message = match (low == f32::MIN, high == f32::MAX) {
+        (true, _) => format!("is {value}, but must be a finite number"),
+        (false, true) => format!("is {value}, but must be a finite number of at least {low}"),
+        (false, false) => format!("is {value}, but must lie between {low} and {high}"),
+    };
+    Err(context.invalid(pointer, message))
+}
+
+/// The range of all finite numbers.
+pub(super) const ANY: std::ops::RangeInclusive<f32> = f32::MIN..=f32::MAX;
+/// Zero and up.
+pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
+/// Zero to one.
+pub(super) const UNIT: std::ops::RangeInclusive<f32> = 0.0..=1.0;
+
+/// `key` as a JSON pointer token (RFC 6901, section 3).
+pub(super) fn escape(key: &str) -> String {
+    key.replace('~', "~0").replace('/', "~1")
+}

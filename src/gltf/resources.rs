@@ -1,0 +1,131 @@
+//! What a scene file names: buffers and image files, read once, inside the scene's folder, and hashed.
+
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::container::read_regular;
+use super::context::{Context, readable_bytes};
+use super::document::Document;
+use super::uri::{self, Uri, UriError};
+use crate::error::{Error, Result};
+
+/// Fetches resources and hashes everything that was read, in the order it was asked for.
+pub(super) struct Resources {
+    folder: PathBuf,
+    hash: Sha256,
+}
+
+impl Resources {
+    /// Starts with the scene file itself.
+    pub(super) fn new(context: &Context, scene_bytes: &[u8]) -> Self {
+        let parent = context.path.parent().unwrap_or(Path::new(""));
+        let folder = if parent.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            parent
+        };
+        let mut resources = Self {
+            folder: folder.to_owned(),
+            hash: Sha256::new(),
+        };
+        resources.add_to_hash(scene_bytes);
+        resources
+    }
+
+    /// SHA-256 over the scene file and all files read since, each preceded by its length.
+    pub(super) fn finish_hash(self) -> [u8; 32] {
+        self.hash.finalize().into()
+    }
+
+    fn add_to_hash(&mut self, bytes: &[u8]) {
+        self.hash.update((bytes.len() as u64).to_le_bytes());
+        self.hash.update(bytes);
+    }
+
+    /// The content of every buffer; `None` for one without data, which is wrong only where it is used.
+    pub(super) fn load_buffers(
+        &mut self,
+        context: &mut Context,
+        document: &Document,
+        bin: Option<&[u8]>,
+    ) -> Result<Vec<Option<Vec<u8>>>> {
+        let mut buffers = Vec::new();
+        for (i, buffer) in document.root.buffers.iter().enumerate() {
+            let pointer = format!("/buffers/{i}");
+            let content = match (&buffer.uri, bin) {
+                (Some(uri), _) => Some(self.fetch(context, uri, &format!("{pointer}/uri"))?),
+                (None, Some(bin)) if i == 0 => {
+                    context.charge(bin.len() as u64, &pointer)?;
+                    Some(bin.to_vec())
+                }
+                (None, _) => None,
+            };
+            if let Some(content) = &content {
+                let promised = buffer.byte_length.0;
+                if promised > content.len() as u64 {
+                    let message = format!(
+                        "is {promised} bytes long, but its data has only {}; a part is missing",
+                        content.len()
+                    );
+                    return Err(context.invalid(format!("{pointer}/byteLength"), message));
+                }
+            }
+            buffers.push(content);
+        }
+        Ok(buffers)
+    }
+
+    /// The bytes that `uri` stands for.
+    pub(super) fn fetch(&mut self, context: &mut Context, uri: &str, pointer: &str) -> Result<Vec<u8>> {
+        match uri::parse(uri) {
+            Ok(Uri::Data(bytes)) => {
+                context.charge(bytes.len() as u64, pointer)?;
+                Ok(bytes)
+            }
+            Ok(Uri::Relative(path)) => {
+                let bytes = self.read_inside(context, &path, pointer)?;
+                self.add_to_hash(&bytes);
+                Ok(bytes)
+            }
+            Err(UriError::Invalid(message)) => Err(context.invalid(pointer, message)),
+            Err(UriError::Refused(message)) => Err(context.refused(pointer, message)),
+        }
+    }
+
+    /// Reads `relative`, which may be a link as long as it stays inside the folder.
+    fn read_inside(&self, context: &mut Context, relative: &Path, pointer: &str) -> Result<Vec<u8>> {
+        let path = self.folder.join(relative);
+        let missing = |source| Error::Missing {
+            path: path.clone(),
+            pointer: format!("{}#{pointer}", context.path.display()),
+            source,
+        };
+        let folder = self.folder.canonicalize().map_err(missing)?;
+        let real = path.canonicalize().map_err(missing)?;
+        if !real.starts_with(&folder) {
+            let message = format!(
+                "\"{}\" leads outside the scene's folder; copy the file into it",
+                relative.display()
+            );
+            return Err(context.refused(pointer, message));
+        }
+        let limit_bytes = context.remaining_bytes();
+        read_regular(context, &path, pointer, limit_bytes).map_err(|error| match error {
+            Error::Missing { path, source, .. } => Error::Missing {
+                path,
+                pointer: format!("{}#{pointer}", context.path.display()),
+                source,
+            },
+            Error::Refused { .. } => context.refused(
+                pointer,
+                format!(
+                    "\"{}\" is too large, {} of memory are left; raise --max-memory",
+                    relative.display(),
+                    readable_bytes(limit_bytes)
+                ),
+            ),
+            other => other,
+        })
+    }
+}

@@ -1,0 +1,203 @@
+//! Tangents for normal-mapped primitives that come without.
+//!
+//! Source: Morten S. Mikkelsen, *Simulation of Wrinkled Surfaces Revisited* (2008), through the crate
+//! `bevy_mikktspace`. Its arc cosine is replaced by `libm`'s, so that every machine gets the same tangents.
+
+use std::collections::BTreeMap;
+
+use bevy_mikktspace::{Geometry, Ops, TangentSpace, generate_tangents};
+use glam::{Vec2, Vec3, Vec4};
+
+use super::context::Context;
+use super::normals::{face_normal, normalize_tangents};
+use crate::error::Result;
+use crate::scene::{Primitive, SkinInfluences};
+
+struct PortableOps;
+
+impl Ops for PortableOps {
+    fn sqrt(x: f32) -> f32 {
+        x.sqrt()
+    }
+
+    fn acos(x: f32) -> f32 {
+        libm::acos(f64::from(x)) as f32
+    }
+}
+
+struct Corners<'a> {
+    primitive: &'a Primitive,
+    uvs: &'a [Vec2],
+    tangents: Vec<[Vec4; 3]>,
+}
+
+impl Corners<'_> {
+    fn vertex(&self, face: usize, corner: usize) -> usize {
+        let triangle = self.primitive.triangles.get(face);
+        triangle
+            .and_then(|triangle| triangle.get(corner))
+            .map_or(0, |&vertex| vertex as usize)
+    }
+}
+
+impl Geometry<PortableOps> for Corners<'_> {
+    fn num_faces(&self) -> usize {
+        self.primitive.triangles.len()
+    }
+
+    fn num_vertices_of_face(&self, _face: usize) -> usize {
+        3
+    }
+
+    fn position(&self, face: usize, corner: usize) -> [f32; 3] {
+        let position = self.primitive.positions.get(self.vertex(face, corner));
+        position.copied().unwrap_or_default().to_array()
+    }
+
+    fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
+        let smooth = self.primitive.normals.as_ref();
+        let normal = match (smooth, self.primitive.triangles.get(face)) {
+            (Some(normals), _) => normals.get(self.vertex(face, corner)).copied(),
+            (None, Some(triangle)) => Some(face_normal(&self.primitive.positions, triangle)),
+            (None, None) => None,
+        };
+        normal.unwrap_or(Vec3::Z).to_array()
+    }
+
+    fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
+        let uv = self
+            .uvs
+            .get(self.vertex(face, corner))
+            .copied()
+            .unwrap_or_default();
+        // glTF's v grows downwards, the algorithm's upwards.
+        [uv.x, -uv.y]
+    }
+
+    fn set_tangent(&mut self, space: Option<TangentSpace>, face: usize, corner: usize) {
+        let tangent = space.map_or(Vec4::ZERO, |space| Vec4::from_array(space.tangent_encoded()));
+        if let Some(slot) = self.tangents.get_mut(face).and_then(|face| face.get_mut(corner)) {
+            *slot = tangent;
+        }
+    }
+}
+
+/// Gives `primitive` MikkTSpace tangents from its coordinate set `uv_set`; vertices are split where the tangents of
+/// their triangles differ. Without normals the tangents belong to the flat triangles.
+pub(super) fn generate(
+    context: &mut Context,
+    primitive: &mut Primitive,
+    uv_set: usize,
+    pointer: &str,
+) -> Result<()> {
+    let Some(uvs) = primitive.uvs.get(uv_set) else {
+        return Ok(());
+    };
+    let corner_count = (primitive.triangles.len() as u64).saturating_mul(3);
+    let corner_bytes = (vertex_bytes(primitive) as u64).saturating_add(size_of::<Vec4>() as u64);
+    context.charge(corner_count.saturating_mul(corner_bytes), pointer)?;
+    let mut corners = Corners {
+        primitive,
+        uvs,
+        tangents: vec![[Vec4::ZERO; 3]; primitive.triangles.len()],
+    };
+    generate_tangents(&mut corners)
+        .map_err(|error| context.invalid(pointer, format!("no tangents could be made: {error}")))?;
+    let corner_tangents = corners.tangents;
+    split_vertices(primitive, &corner_tangents);
+    Ok(())
+}
+
+/// Splits every vertex into one for each different tangent, in the order of the triangles.
+fn split_vertices(primitive: &mut Primitive, corner_tangents: &[[Vec4; 3]]) {
+    let mut split: BTreeMap<(u32, [u32; 4]), u32> = BTreeMap::new();
+    let mut sources: Vec<u32> = Vec::new();
+    let mut tangents: Vec<Vec4> = Vec::new();
+    let mut normals: Vec<Vec3> = Vec::new();
+    for (triangle, corner_tangents) in primitive.triangles.iter_mut().zip(corner_tangents) {
+        let flat = face_normal(&primitive.positions, triangle);
+        for (corner, tangent) in triangle.iter_mut().zip(corner_tangents) {
+            let vertex = *corner;
+            let key = (vertex, tangent.to_array().map(f32::to_bits));
+            *corner = *split.entry(key).or_insert_with(|| {
+                let smooth = primitive.normals.as_ref();
+                normals.push(
+                    smooth
+                        .and_then(|normals| normals.get(vertex as usize).copied())
+                        .unwrap_or(flat),
+                );
+                tangents.push(*tangent);
+                sources.push(vertex);
+                u32::try_from(sources.len().saturating_sub(1)).unwrap_or(u32::MAX)
+            });
+        }
+    }
+    normalize_tangents(&mut tangents, &normals);
+    gather_vertices(primitive, &sources);
+    primitive.tangents = Some(tangents);
+}
+
+/// Replaces the vertices of `primitive` by `sources`, subscripts of the old ones. Triangles are left alone.
+pub(super) fn gather_vertices(primitive: &mut Primitive, sources: &[u32]) {
+    gather(&mut primitive.positions, sources);
+    primitive
+        .normals
+        .iter_mut()
+        .for_each(|list| gather(list, sources));
+    primitive
+        .tangents
+        .iter_mut()
+        .for_each(|list| gather(list, sources));
+    primitive.colors.iter_mut().for_each(|list| gather(list, sources));
+    primitive.uvs.iter_mut().for_each(|list| gather(list, sources));
+    if let Some(SkinInfluences {
+        per_vertex,
+        joints,
+        weights,
+    }) = &mut primitive.influences
+    {
+        gather_groups(joints, *per_vertex, sources);
+        gather_groups(weights, *per_vertex, sources);
+    }
+    for target in &mut primitive.targets {
+        target.positions.iter_mut().for_each(|list| gather(list, sources));
+        target.normals.iter_mut().for_each(|list| gather(list, sources));
+        target.tangents.iter_mut().for_each(|list| gather(list, sources));
+        target.colors.iter_mut().for_each(|list| gather(list, sources));
+        target.uvs.iter_mut().for_each(|(_, list)| gather(list, sources));
+    }
+}
+
+fn gather<T: Copy>(list: &mut Vec<T>, sources: &[u32]) {
+    gather_groups(list, 1, sources);
+}
+
+fn gather_groups<T: Copy>(list: &mut Vec<T>, size: usize, sources: &[u32]) {
+    let group = |&source: &u32| {
+        let start = (source as usize).saturating_mul(size);
+        list.get(start..start.saturating_add(size)).unwrap_or_default()
+    };
+    *list = sources.iter().flat_map(group).copied().collect();
+}
+
+/// Bytes that one vertex of `primitive` takes.
+fn vertex_bytes(primitive: &Primitive) -> usize {
+    let influences = primitive.influences.as_ref().map_or(0, |i| i.per_vertex);
+    let morphs = primitive.targets.iter().map(|target| {
+        let vectors = [&target.positions, &target.normals, &target.tangents];
+        let vector_bytes = vectors
+            .iter()
+            .filter(|list| list.is_some())
+            .count()
+            .saturating_mul(12);
+        let color_bytes = if target.colors.is_some() { 16 } else { 0 };
+        vector_bytes
+            .saturating_add(color_bytes)
+            .saturating_add(target.uvs.len().saturating_mul(8))
+    });
+    morphs
+        .sum::<usize>()
+        .saturating_add(size_of::<[Vec4; 4]>())
+        .saturating_add(primitive.uvs.len().saturating_mul(size_of::<Vec2>()))
+        .saturating_add(influences.saturating_mul(8))
+}

@@ -1,0 +1,183 @@
+//! Textures, samplers, and references to them from materials.
+//!
+//! Source: glTF 2.0 specification, sections 3.8 (texture data) and 5.29 (texture info); `KHR_texture_transform`.
+
+use std::collections::BTreeMap;
+
+use glam::Vec2;
+use gltf::json;
+use gltf::json::texture::{MagFilter, MinFilter, WrappingMode};
+use gltf::json::validation::Checked;
+
+use super::context::Context;
+use super::document::Document;
+use super::extensions::TEXTURE_TRANSFORM;
+use super::raw::{ANY, Raw};
+use crate::error::Result;
+use crate::scene::{Filter, ImageIndex, Sampler, Texture, TextureIndex, TextureRef, UvTransform, WrapMode};
+
+/// More coordinate sets than any file has; a limit, because missing ones are filled in.
+const MAX_UV_SETS: usize = 64;
+
+/// Extensions that give a texture another source, in files that have no plain one.
+const SOURCES: [&str; 4] = [
+    "EXT_texture_avif",
+    "EXT_texture_webp",
+    "KHR_texture_basisu",
+    "MSFT_texture_dds",
+];
+
+/// The textures that materials use, and the images behind them, each once in the order of first use.
+#[derive(Debug)]
+pub(super) struct TextureTable<'a> {
+    document: &'a Document,
+    /// The textures so far.
+    pub(super) textures: Vec<Texture>,
+    /// Their images, as indices of the file.
+    pub(super) images: Vec<usize>,
+    texture_of: BTreeMap<usize, TextureIndex>,
+    image_of: BTreeMap<usize, ImageIndex>,
+}
+
+impl<'a> TextureTable<'a> {
+    pub(super) fn new(document: &'a Document) -> Self {
+        Self {
+            document,
+            textures: Vec::new(),
+            images: Vec::new(),
+            texture_of: BTreeMap::new(),
+            image_of: BTreeMap::new(),
+        }
+    }
+
+    /// The reference in the texture info that is the member `key` of `owner`.
+    pub(super) fn reference(
+        &mut self,
+        context: &Context,
+        owner: &Raw,
+        key: &str,
+    ) -> Result<Option<TextureRef>> {
+        let Some(info) = owner.field(key) else {
+            return Ok(None);
+        };
+        info.expect_object(context)?;
+        let pointer = format!("{}/index", info.pointer);
+        let Some(index) = info.index(context, "index")? else {
+            return Err(context.invalid(pointer, "is missing"));
+        };
+        let mut uv_set = info.index(context, "texCoord")?.unwrap_or(0);
+        let mut transform = UvTransform::default();
+        if let Some(extension) = info.extension(TEXTURE_TRANSFORM) {
+            extension.expect_object(context)?;
+            uv_set = extension.index(context, "texCoord")?.unwrap_or(uv_set);
+            transform = UvTransform {
+                offset: Vec2::from_array(extension.numbers(context, "offset", [0.0; 2], ANY)?),
+                rotation_radians: extension.number(context, "rotation", 0.0, ANY)?,
+                scale: Vec2::from_array(extension.numbers(context, "scale", [1.0; 2], ANY)?),
+            };
+        }
+        if uv_set >= MAX_UV_SETS {
+            let message = format!("uses TEXCOORD_{uv_set}; no more than {MAX_UV_SETS} sets are supported");
+            return Err(context.refused(info.pointer, message));
+        }
+        Ok(Some(TextureRef {
+            texture: self.texture(context, index, &pointer)?,
+            uv_set: u32::try_from(uv_set).unwrap_or_default(),
+            transform,
+        }))
+    }
+
+    fn texture(&mut self, context: &Context, index: usize, pointer: &str) -> Result<TextureIndex> {
+        let textures = &self.document.root.textures;
+        context.subscript(index, textures.len(), pointer, "texture")?;
+        if let Some(&known) = self.texture_of.get(&index) {
+            return Ok(known);
+        }
+        let Some(texture) = textures.get(index) else {
+            return Err(context.invalid(pointer, "there is no such texture"));
+        };
+        let image = self.image(context, texture, index)?;
+        let sampler = sampler(context, self.document, texture, index)?;
+        let slot = TextureIndex(u32::try_from(self.textures.len()).unwrap_or(u32::MAX));
+        self.textures.push(Texture {
+            name: texture.name.clone(),
+            image,
+            sampler,
+        });
+        self.texture_of.insert(index, slot);
+        Ok(slot)
+    }
+
+    fn image(&mut self, context: &Context, texture: &json::Texture, index: usize) -> Result<ImageIndex> {
+        let pointer = format!("/textures/{index}");
+        let Some(raw) = self.document.element("textures", index) else {
+            return Err(context.invalid(pointer, "there is no such texture"));
+        };
+        if raw.field("source").is_none() {
+            let source = SOURCES.iter().find(|name| raw.extension(name).is_some());
+            return Err(match source {
+                Some(name) => context.unsupported(
+                    format!("{pointer}/extensions/{name}"),
+                    format!("{name} is not supported and the texture has no PNG or JPEG source; export it with one"),
+                ),
+                None => context.invalid(pointer, "has no source image"),
+            });
+        }
+        let source = context.subscript(
+            texture.source.value(),
+            self.document.root.images.len(),
+            &format!("{pointer}/source"),
+            "image",
+        )?;
+        let images = &mut self.images;
+        Ok(*self.image_of.entry(source).or_insert_with(|| {
+            images.push(source);
+            ImageIndex(u32::try_from(images.len().saturating_sub(1)).unwrap_or(u32::MAX))
+        }))
+    }
+}
+
+fn sampler(context: &Context, document: &Document, texture: &json::Texture, index: usize) -> Result<Sampler> {
+    let default = json::texture::Sampler::default();
+    let (sampler, pointer) = match texture.sampler {
+        None => (&default, String::new()),
+        Some(sampler) => {
+            let samplers = &document.root.samplers;
+            let pointer = format!("/textures/{index}/sampler");
+            let i = context.subscript(sampler.value(), samplers.len(), &pointer, "sampler")?;
+            (samplers.get(i).unwrap_or(&default), format!("/samplers/{i}"))
+        }
+    };
+    let wrap = |mode: &Checked<WrappingMode>, key: &str| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Ok(WrapMode::ClampToEdge),
+        Checked::Valid(WrappingMode::MirroredRepeat) => Ok(WrapMode::MirroredRepeat),
+        Checked::Valid(WrappingMode::Repeat) => Ok(WrapMode::Repeat),
+        Checked::Invalid => Err(context.invalid(format!("{pointer}/{key}"), "must be 10497, 33071 or 33648")),
+    };
+    let magnify = match &sampler.mag_filter {
+        None | Some(Checked::Valid(MagFilter::Linear)) => Filter::Linear,
+        Some(Checked::Valid(MagFilter::Nearest)) => Filter::Nearest,
+        Some(Checked::Invalid) => {
+            return Err(context.invalid(format!("{pointer}/magFilter"), "must be 9728 or 9729"));
+        }
+    };
+    let (minify, mipmap) = match &sampler.min_filter {
+        None | Some(Checked::Valid(MinFilter::LinearMipmapLinear)) => (Filter::Linear, Some(Filter::Linear)),
+        Some(Checked::Valid(MinFilter::Nearest)) => (Filter::Nearest, None),
+        Some(Checked::Valid(MinFilter::Linear)) => (Filter::Linear, None),
+        Some(Checked::Valid(MinFilter::NearestMipmapNearest)) => (Filter::Nearest, Some(Filter::Nearest)),
+        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => (Filter::Linear, Some(Filter::Nearest)),
+        Some(Checked::Valid(MinFilter::NearestMipmapLinear)) => (Filter::Nearest, Some(Filter::Linear)),
+        Some(Checked::Invalid) => {
+            let message = "must be 9728, 9729 or one of 9984 to 9987";
+            return Err(context.invalid(format!("{pointer}/minFilter"), message));
+        }
+    };
+    Ok(Sampler {
+        wrap_u: wrap(&sampler.wrap_s, "wrapS")?,
+        wrap_v: wrap(&sampler.wrap_t, "wrapT")?,
+        magnify,
+        minify,
+        mipmap,
+    })
+}

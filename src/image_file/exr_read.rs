@@ -10,21 +10,16 @@ use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
+use super::StoredFrame;
 use super::exr_attributes::RENDER_HASH;
 
 /// A decoded OpenEXR picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExrImage {
-    /// Columns and rows of the display window.
-    pub picture_size: (u32, u32),
-    /// Corner of the data window, relative to the display window's.
-    pub origin: (i64, i64),
-    /// Columns and rows of the data window.
+    /// Columns and rows.
     pub size: (u32, u32),
     /// Row-major R, G, B, A of the data window, top row first; 1 where the file has no alpha.
     pub pixels: Vec<[f32; 4]>,
-    /// What the frame was made from, when the file says so.
-    pub render_hash: Option<String>,
 }
 
 /// Decodes the first flat layer with R, G and B, or with Y, and any numeric type.
@@ -43,40 +38,41 @@ pub fn decode_exr(bytes: &[u8], max_memory_bytes: u64) -> Result<ExrImage, Strin
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
     let layer = &image.layer_data;
-    let display = image.attributes.display_window;
-    let position = layer.attributes.layer_position;
     Ok(ExrImage {
+        size: (layer.size.0 as u32, layer.size.1 as u32),
+        pixels: rgba(layer)?,
+    })
+}
+
+/// What the EXR file at `path` says about itself, provided that it is whole: its header, its table of offsets and all its
+/// chunks are there. Pixels are not decoded.
+///
+/// # Errors
+/// One line that says what is missing or wrong.
+pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let reader = exr::block::read(BufReader::new(file), true).map_err(|error| error.to_string())?;
+    let header = reader.headers().first().ok_or("the file holds no picture")?;
+    let stored = stored_frame(header);
+    for chunk in reader.all_chunks(true).map_err(|error| error.to_string())? {
+        chunk.map_err(|error| error.to_string())?;
+    }
+    Ok(stored)
+}
+
+fn stored_frame(header: &Header) -> StoredFrame {
+    let display = header.shared_attributes.display_window;
+    let position = header.own_attributes.layer_position;
+    let hash = header.own_attributes.other.get(&Text::from(RENDER_HASH));
+    StoredFrame {
+        render_hash: hash.and_then(text),
         picture_size: (display.size.0 as u32, display.size.1 as u32),
         origin: (
             i64::from(position.0) - i64::from(display.position.0),
             i64::from(position.1) - i64::from(display.position.1),
         ),
-        size: (layer.size.0 as u32, layer.size.1 as u32),
-        pixels: rgba(layer)?,
-        render_hash: layer
-            .attributes
-            .other
-            .get(&Text::from(RENDER_HASH))
-            .and_then(text),
-    })
-}
-
-/// What the frame at `path` was made from, provided that the file is whole: its header, its table of offsets and all its
-/// chunks are there. Pixels are not decoded.
-///
-/// # Errors
-/// One line that says what is missing or wrong.
-pub fn exr_render_hash(path: &Path) -> Result<Option<String>, String> {
-    let file = File::open(path).map_err(|error| error.to_string())?;
-    let reader = exr::block::read(BufReader::new(file), true).map_err(|error| error.to_string())?;
-    let hash = reader.headers().first().and_then(|header| {
-        let value = header.own_attributes.other.get(&Text::from(RENDER_HASH));
-        value.and_then(text)
-    });
-    for chunk in reader.all_chunks(true).map_err(|error| error.to_string())? {
-        chunk.map_err(|error| error.to_string())?;
+        size: (header.layer_size.0 as u32, header.layer_size.1 as u32),
     }
-    Ok(hash)
 }
 
 /// Looks at the header alone, so that a lying size costs nothing.

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use super::StoredFrame;
+
 /// Keyword of the text chunk.
 const KEYWORD: &[u8] = b"renderHash\0";
 const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
@@ -20,32 +22,44 @@ pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
     png.splice(end_chunk..end_chunk, chunk);
 }
 
-/// What the PNG picture at `path` was made from, provided that the file is whole.
+/// What the PNG file at `path` says about itself, provided that it is whole and undamaged.
 ///
 /// # Errors
 /// One line that says what is missing or wrong.
-pub fn png_render_hash(path: &Path) -> Result<Option<String>, String> {
+pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     let mut rest = bytes.strip_prefix(SIGNATURE).ok_or("not a PNG file")?;
-    let mut hash = None;
+    let mut stored = StoredFrame {
+        render_hash: None,
+        picture_size: (0, 0),
+        origin: (0, 0),
+        size: (0, 0),
+    };
     loop {
         let (typed, after) = next_chunk(rest).ok_or("the file is cut short or damaged")?;
-        if let Some(value) = typed
+        if typed.starts_with(b"IHDR") && typed.len() >= 12 {
+            stored.size = (be_u32(&typed[4..8]), be_u32(&typed[8..12]));
+            stored.picture_size = stored.size;
+        } else if let Some(value) = typed
             .strip_prefix(b"tEXt")
             .and_then(|data| data.strip_prefix(KEYWORD))
         {
-            hash = String::from_utf8(value.to_vec()).ok();
-        }
-        if typed == b"IEND" {
-            return Ok(hash);
+            stored.render_hash = String::from_utf8(value.to_vec()).ok();
+        } else if typed == b"IEND" {
+            return Ok(stored);
         }
         rest = after;
     }
 }
 
+/// The number in four bytes; 0 for any other length.
+fn be_u32(bytes: &[u8]) -> u32 {
+    bytes.try_into().map_or(0, u32::from_be_bytes)
+}
+
 /// Type and data of the first chunk, if its check sum is right, and what follows it.
 fn next_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let length = u32::from_be_bytes(bytes.get(..4)?.try_into().ok()?) as usize;
+    let length = be_u32(bytes.get(..4)?) as usize;
     let typed = bytes.get(4..length.checked_add(8)?)?;
     let sum = bytes.get(length + 8..length + CHUNK_OVERHEAD)?;
     (crc32(typed).to_be_bytes() == *sum).then(|| (typed, &bytes[length + CHUNK_OVERHEAD..]))
@@ -84,10 +98,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         std::fs::write(&path, &png).unwrap();
-        assert_eq!(png_render_hash(&path).unwrap().as_deref(), Some("00ff"));
+        let stored = inspect_png(&path).unwrap();
+        assert_eq!(stored.render_hash.as_deref(), Some("00ff"));
+        assert_eq!(stored.size, (2, 1));
         for length in [0, 8, 20, png.len() - 1] {
             std::fs::write(&path, &png[..length]).unwrap();
-            assert!(png_render_hash(&path).is_err());
+            assert!(inspect_png(&path).is_err());
         }
         // The standard reader of this crate still takes the file.
         let image = image::load_from_memory(&png).unwrap().to_rgba8();

@@ -1,1 +1,4 @@
 //! sequence.
+pub mod frames;
+pub mod pattern;
+pub mod rate;

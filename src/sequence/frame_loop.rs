@@ -7,17 +7,16 @@ use std::time::Instant;
 
 use sha2::{Digest as _, Sha256};
 
-use crate::bvh::{BuildStatistics, Builder, Bvh};
+use crate::bvh::BuildStatistics;
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
 use crate::film::Film;
-use crate::frame::Frame;
-use crate::geometry::Triangle;
 use crate::image_file::{decode_exr, write_atomically};
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file, preview_file};
 use crate::render::{RenderInput, RenderStatistics, render_frame};
 
 use super::exposure::exposure_ev;
+use super::posed_frames::PosedFrames;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
 use super::{
@@ -83,15 +82,6 @@ struct FrameLoop<'a> {
     look: Option<PreviewLook>,
     posed: PosedFrames,
     warned: Vec<Warning>,
-}
-
-/// The frame at hand, the one before, and the hierarchy over the one before.
-#[derive(Default)]
-struct PosedFrames {
-    current: Frame,
-    previous: Frame,
-    builder: Builder,
-    bvh: Option<Bvh>,
 }
 
 impl<'a> FrameLoop<'a> {
@@ -270,50 +260,6 @@ impl<'a> FrameLoop<'a> {
         let (size, pixels) = read_frame(&planned.path, self.job.max_memory_bytes)?;
         write_atomically(preview_path, &preview_file(size, &pixels, look)?)
     }
-}
-
-impl PosedFrames {
-    /// Poses the scene and makes `bvh` fit it; tells whether the last hierarchy still did.
-    fn advance(
-        &mut self,
-        job: &SequenceJob,
-        time_seconds: f64,
-        cancel: &CancelFlag,
-        seconds: &mut Phases,
-    ) -> Result<bool> {
-        let posing = Instant::now();
-        std::mem::swap(&mut self.current, &mut self.previous);
-        self.current.pose(&job.scene, &job.selection, time_seconds);
-        seconds.pose = posing.elapsed().as_secs_f64();
-
-        if self.bvh.is_some() && has_same_triangles(&self.current, &self.previous) {
-            return Ok(true);
-        }
-        let recycled = self.bvh.take();
-        let Frame { triangles, flags, .. } = &self.current;
-        let bvh = self
-            .builder
-            .build(triangles, flags, &job.build, cancel, recycled)?;
-        let phases = bvh.statistics();
-        seconds.split = phases.split_seconds;
-        seconds.sort = phases.sort_seconds;
-        seconds.link = phases.link_seconds;
-        seconds.fit = phases.fit_seconds;
-        seconds.widen = phases.widen_seconds;
-        self.bvh = Some(bvh);
-        Ok(false)
-    }
-}
-
-/// Whether both frames have the same triangles to the last bit.
-fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
-    let bits = |triangle: &Triangle| triangle.vertices.map(|v| v.to_array().map(f32::to_bits));
-    a.flags == b.flags
-        && a.triangles.len() == b.triangles.len()
-        && a.triangles
-            .iter()
-            .zip(&b.triangles)
-            .all(|(a, b)| bits(a) == bits(b))
 }
 
 type SizedPixels = ((u32, u32), Vec<[f32; 4]>);

@@ -12,6 +12,7 @@ mod job;
 mod memory;
 mod pattern;
 mod plan;
+mod posed_frames;
 mod rate;
 mod render_hash;
 mod statistics;

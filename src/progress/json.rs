@@ -13,8 +13,6 @@ use serde_json::{Value, json};
 
 use crate::sequence::{PlannedFrame, SequenceEvent, Summary};
 
-use super::print_warning;
-
 const SCHEMA: u32 = 1;
 /// Shortest time between two lines about the same frame.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -31,9 +29,6 @@ impl JsonLines {
             && !self.is_time_for_progress()
         {
             return;
-        }
-        if let SequenceEvent::Warned(warning) = event {
-            print_warning(&warning.to_string());
         }
         let mut stdout = std::io::stdout().lock();
         let _ = writeln!(stdout, "{}", json_line(event)).and_then(|()| stdout.flush());

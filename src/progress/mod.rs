@@ -17,7 +17,7 @@ use bars::Bars;
 use json::JsonLines;
 use plain::PlainLines;
 
-pub use print::{print_error, print_note, print_output, print_warning};
+pub use print::{one_line, print_error, print_note, print_output, print_warning};
 
 /// How progress is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,13 +42,16 @@ pub struct Verbosity {
     pub is_quiet: bool,
     /// Also the phases of each frame, and frames that are kept.
     pub is_verbose: bool,
-    /// Tell about each failed frame at once, because the run goes on after it.
+    /// Name each failed frame at once, because the run goes on after it.
     pub names_failures: bool,
 }
 
 /// Tells the events of one run.
 #[derive(Debug)]
-pub struct Reporter(Form);
+pub struct Reporter {
+    form: Form,
+    verbosity: Verbosity,
+}
 
 #[derive(Debug)]
 enum Form {
@@ -62,7 +65,7 @@ impl Reporter {
     /// A reporter for one run.
     pub fn new(style: ProgressStyle, verbosity: Verbosity) -> Self {
         let has_terminal = std::io::stderr().is_terminal();
-        Self(match style {
+        let form = match style {
             ProgressStyle::Json => Form::Json(JsonLines::default()),
             ProgressStyle::None => Form::Silent,
             _ if verbosity.is_quiet => Form::Silent,
@@ -71,20 +74,31 @@ impl Reporter {
             ProgressStyle::Auto | ProgressStyle::Bar | ProgressStyle::Plain => {
                 Form::Plain(PlainLines::new(verbosity))
             }
-        })
+        };
+        Self { form, verbosity }
     }
 
     /// Tells one event; may be called from any thread.
     pub fn tell(&self, event: SequenceEvent<'_>) {
-        match &self.0 {
+        match &self.form {
             Form::Bars(bars) => bars.tell(event),
             Form::Plain(lines) => lines.tell(event),
-            Form::Json(lines) => lines.tell(event),
-            Form::Silent => {
-                if let SequenceEvent::Warned(warning) = event {
-                    print_warning(&warning.to_string());
-                }
+            Form::Json(lines) => {
+                self.tell_problems(event);
+                lines.tell(event);
             }
+            Form::Silent => self.tell_problems(event),
+        }
+    }
+
+    /// What people should hear even without progress.
+    fn tell_problems(&self, event: SequenceEvent<'_>) {
+        match event {
+            SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
+            SequenceEvent::FrameFailed(frame, error) if self.verbosity.names_failures => {
+                print_error(&format!("frame {}: {error}", frame.frame));
+            }
+            _ => {}
         }
     }
 }

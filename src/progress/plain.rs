@@ -110,18 +110,19 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
 /// The last line of a run.
 pub(super) fn summary_text(summary: &Summary, total: usize) -> String {
     let written = summary.written.len();
-    let mut text = format!(
-        "{written} of {total} frames written in {}",
-        duration_text(summary.seconds)
-    );
-    if !summary.kept.is_empty() {
-        text += &format!(", {} kept", summary.kept.len());
-    }
-    if !summary.failed.is_empty() {
-        text += &format!(", {} failed", summary.failed.len());
-    }
-    if summary.is_interrupted {
-        text += "; stopped before the end, the same command goes on from here";
-    }
-    text
+    let counted = |count: usize, what: &str| match count {
+        0 => String::new(),
+        _ => format!(", {count} {what}"),
+    };
+    let stopped = if summary.is_interrupted {
+        "; stopped before the end, the same command with --resume goes on from here"
+    } else {
+        ""
+    };
+    format!(
+        "{written} of {total} frames written in {}{}{}{stopped}",
+        duration_text(summary.seconds),
+        counted(summary.kept.len(), "kept"),
+        counted(summary.failed.len(), "failed"),
+    )
 }

@@ -28,7 +28,7 @@ fn to_stderr(line: &str) {
 }
 
 /// The message with control characters made visible: names in files must not move the cursor or fake a second line.
-pub(super) fn one_line(message: &str) -> String {
+pub fn one_line(message: &str) -> String {
     message
         .chars()
         .map(|c| {

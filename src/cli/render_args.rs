@@ -155,7 +155,7 @@ pub(super) struct RenderArgs {
     #[arg(long = "scene", value_name = "NAME|#I", help_heading = "Scene")]
     pub(super) scene_choice: Option<String>,
     /// Multiplies all lights of the file
-    #[arg(long, value_name = "X", default_value = "1", value_parser = options::factor, help_heading = "Scene")]
+    #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
     pub(super) light_scale: f32,
     /// Light from all around: an equirectangular .hdr or .exr turned by @degrees, a colour R,G,B, studio or none
     /// [default: studio if the scene has no light, else none]
@@ -178,7 +178,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Work")]
     pub(super) bvh: BvhArg,
     /// Splits triangles whose boxes exceed an area in square metres; never changes the picture
-    #[arg(long, value_name = "auto|off|AREA", default_value = "auto", value_parser = options::split, help_heading = "Work")]
+    #[arg(long, value_name = "auto|off|AREA", default_value = "auto", allow_negative_numbers = true, value_parser = options::split, help_heading = "Work")]
     pub(super) split: Split,
     /// Instructions to use; never changes the picture
     #[arg(long, value_name = "LEVEL", default_value = "best", help_heading = "Work")]

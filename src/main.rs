@@ -1,3 +1,16 @@
 //! The `rayframe` program.
 
-fn main() {}
+use std::process::ExitCode;
+
+use rayframe::cli::{Ending, run};
+
+fn main() -> ExitCode {
+    match run(std::env::args_os()) {
+        Ending::Code(code) => ExitCode::from(code),
+        Ending::Signal(signal) => {
+            // Does not return where the signal's default is to end the program.
+            let _ = signal_hook::low_level::emulate_default_handler(signal);
+            ExitCode::from(75)
+        }
+    }
+}

@@ -1,1 +1,45 @@
-//! image_file.
+//! Reading and writing images, and files that are either whole or not there.
+//!
+//! The only room that names the `image` and `exr` crates. It knows pixels and attributes, not what they mean.
+
+mod atomic;
+mod environment_read;
+mod exr_attributes;
+mod exr_read;
+mod exr_write;
+mod png_text;
+mod png_write;
+
+pub use atomic::{probe_folder, remove_stale_temporaries, write_atomically};
+pub use environment_read::{EnvironmentPixels, read_environment};
+pub use exr_attributes::FrameAttributes;
+pub use exr_read::{ExrImage, decode_exr, inspect_exr};
+pub use exr_write::{encode_exr, half_from_f32};
+pub use png_text::inspect_png;
+pub use png_write::encode_png;
+
+/// A rectangle of linear pixels with premultiplied alpha, somewhere in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct RgbaPixels<'a> {
+    /// Columns and rows of the whole picture (the EXR display window).
+    pub picture_size: (u32, u32),
+    /// Column and row of the first pixel held.
+    pub origin: (u32, u32),
+    /// Columns and rows held (the EXR data window).
+    pub size: (u32, u32),
+    /// Row-major R, G, B, A, top row first; `size.0 · size.1` of them.
+    pub pixels: &'a [[f32; 4]],
+}
+
+/// What a whole file on disk says about itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredFrame {
+    /// What it was made from; `None` when it does not say.
+    pub render_hash: Option<String>,
+    /// Columns and rows of the whole picture.
+    pub picture_size: (u32, u32),
+    /// Column and row of the first pixel held.
+    pub origin: (i64, i64),
+    /// Columns and rows held.
+    pub size: (u32, u32),
+}

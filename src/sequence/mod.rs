@@ -1,1 +1,30 @@
-//! sequence.
+//! Many frames: which ones, under which names, in which order, and what happens when one fails.
+//!
+//! A [`SequenceJob`] says what is meant. [`Plan::new`] finds everything that can go wrong without rendering, [`run`]
+//! renders. The terminal is unknown here: progress leaves as [`SequenceEvent`]s.
+
+mod event;
+mod existing;
+mod exposure;
+mod frame_loop;
+mod frames;
+mod job;
+mod memory;
+mod pattern;
+mod plan;
+mod posed_frames;
+mod rate;
+mod render_hash;
+mod statistics;
+
+pub use event::SequenceEvent;
+pub use existing::ExistingFiles;
+pub use frame_loop::run;
+pub use frames::FrameSpec;
+pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
+pub use memory::estimated_bytes;
+pub use pattern::{OutputFormat, OutputPattern};
+pub use plan::{Plan, PlannedFrame};
+pub use rate::FrameRate;
+pub use render_hash::render_hash;
+pub use statistics::{FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};

@@ -1,0 +1,46 @@
+//! `rayframe info`: what is in a file, what will be rendered, and what is not supported.
+
+mod report;
+mod text;
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::error::Result;
+use crate::gltf::{self, ImportOptions};
+use crate::progress::print_output;
+use crate::scene::{Selection, SelectionRequest};
+
+use super::memory_limit::default_max_memory_bytes;
+use super::options;
+
+/// Options of `rayframe info`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct InfoArgs {
+    /// The scene: .glb or .gltf
+    scene: PathBuf,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Most memory to use, such as 8G [default: 80 % of what there is]
+    #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
+    max_memory: Option<u64>,
+}
+
+/// Prints what is in the file.
+pub(super) fn run(args: &InfoArgs) -> Result<()> {
+    let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
+    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
+    let report = report::Report::new(&scene, &selection, &warnings);
+    if args.json {
+        let json = serde_json::to_string_pretty(&report).map_err(|error| crate::error::Error::Internal {
+            message: error.to_string(),
+        })?;
+        print_output(&json);
+    } else {
+        print_output(&text::text(&report));
+    }
+    Ok(())
+}

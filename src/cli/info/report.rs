@@ -1,0 +1,268 @@
+//! What is in a file, as plain data.
+
+use serde::Serialize;
+
+use crate::error::Warning;
+use crate::scene::{
+    AlphaMode, Filter, Image, LightKind, Material, Projection, Scene, Selection, Texels, Texture, WrapMode,
+};
+use crate::sequence::{FrameRate, duration_seconds, triangle_count};
+
+use super::super::understood::camera_text;
+
+/// What is in a file. Lists are in the file's order, so that `#2` on the command line is the third.
+#[derive(Debug, Serialize)]
+pub(super) struct Report {
+    pub(super) schema: u32,
+    pub(super) file: String,
+    pub(super) scenes: Vec<SceneReport>,
+    pub(super) nodes: usize,
+    pub(super) meshes: Vec<MeshReport>,
+    pub(super) materials: Vec<MaterialReport>,
+    pub(super) textures: Vec<TextureReport>,
+    pub(super) clips: Vec<ClipReport>,
+    pub(super) cameras: Vec<CameraReport>,
+    pub(super) lights: Vec<LightReport>,
+    pub(super) skins: usize,
+    pub(super) rendered: RenderedReport,
+    pub(super) not_supported: Vec<WarningReport>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct SceneReport {
+    pub(super) name: Option<String>,
+    pub(super) is_default: bool,
+    pub(super) triangles: u64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct MeshReport {
+    pub(super) name: Option<String>,
+    pub(super) primitives: usize,
+    pub(super) vertices: usize,
+    pub(super) triangles: usize,
+    pub(super) morph_targets: usize,
+    pub(super) is_skinned: bool,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct MaterialReport {
+    pub(super) name: Option<String>,
+    pub(super) features: Vec<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct TextureReport {
+    pub(super) name: Option<String>,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) bits: u32,
+    pub(super) sampling: String,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct ClipReport {
+    pub(super) name: Option<String>,
+    pub(super) seconds: f32,
+    pub(super) channels: usize,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct CameraReport {
+    pub(super) name: Option<String>,
+    pub(super) kind: &'static str,
+    pub(super) is_placed: bool,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct LightReport {
+    pub(super) name: Option<String>,
+    pub(super) kind: &'static str,
+    pub(super) is_placed: bool,
+}
+
+/// What `rayframe render` does without options.
+#[derive(Debug, Serialize)]
+pub(super) struct RenderedReport {
+    pub(super) clips: Vec<usize>,
+    pub(super) seconds: f32,
+    pub(super) last_frame_at_24_fps: i64,
+    pub(super) camera: String,
+    pub(super) triangles: u64,
+}
+
+#[derive(Debug, Serialize)]
+pub(super) struct WarningReport {
+    pub(super) pointer: String,
+    pub(super) message: String,
+}
+
+impl Report {
+    pub(super) fn new(scene: &Scene, selection: &Selection, warnings: &[Warning]) -> Self {
+        let seconds = duration_seconds(scene, selection);
+        Self {
+            schema: 1,
+            file: scene.path.display().to_string(),
+            scenes: scenes(scene),
+            nodes: scene.nodes.len(),
+            meshes: scene.meshes.iter().map(mesh).collect(),
+            materials: scene.materials.iter().map(material).collect(),
+            textures: scene.textures.iter().map(|item| texture(scene, item)).collect(),
+            clips: clips(scene),
+            cameras: cameras(scene),
+            lights: lights(scene),
+            skins: scene.skins.len(),
+            rendered: RenderedReport {
+                clips: selection.clips.iter().map(|clip| clip.index()).collect(),
+                seconds,
+                last_frame_at_24_fps: FrameRate::FILM.last_frame(seconds),
+                camera: camera_text(scene, selection),
+                triangles: triangle_count(scene, &selection.roots),
+            },
+            not_supported: not_supported(scene.warnings.iter().chain(warnings)),
+        }
+    }
+}
+
+fn scenes(scene: &Scene) -> Vec<SceneReport> {
+    let report = |(index, roots): (usize, &crate::scene::SceneRoots)| SceneReport {
+        name: roots.name.clone(),
+        is_default: index == scene.default_scene,
+        triangles: triangle_count(scene, &roots.roots),
+    };
+    scene.scenes.iter().enumerate().map(report).collect()
+}
+
+fn mesh(mesh: &crate::scene::Mesh) -> MeshReport {
+    let primitives = &mesh.primitives;
+    MeshReport {
+        name: mesh.name.clone(),
+        primitives: primitives.len(),
+        vertices: primitives.iter().map(|part| part.positions.len()).sum(),
+        triangles: primitives.iter().map(|part| part.triangles.len()).sum(),
+        morph_targets: primitives
+            .iter()
+            .map(|part| part.targets.len())
+            .max()
+            .unwrap_or(0),
+        is_skinned: primitives.iter().any(|part| part.influences.is_some()),
+    }
+}
+
+fn material(material: &Material) -> MaterialReport {
+    let textured = [
+        material.base_color_texture.is_some(),
+        material.metallic_roughness_texture.is_some(),
+        material.normal_texture.is_some(),
+        material.occlusion_texture.is_some(),
+        material.emissive_texture.is_some(),
+    ];
+    let features = [
+        (textured.contains(&true), "textured"),
+        (material.emissive != glam::Vec3::ZERO, "emissive"),
+        (
+            matches!(material.alpha_mode, AlphaMode::Mask { .. }),
+            "alpha mask",
+        ),
+        (material.alpha_mode == AlphaMode::Blend, "alpha blend"),
+        (material.double_sided, "double-sided"),
+        (material.unlit, "unlit"),
+        (material.transmission.is_some(), "transmission"),
+        (material.volume.is_some(), "volume"),
+    ];
+    MaterialReport {
+        name: material.name.clone(),
+        features: features
+            .iter()
+            .filter(|(is, _)| *is)
+            .map(|&(_, name)| name)
+            .collect(),
+    }
+}
+
+fn texture(scene: &Scene, texture: &Texture) -> TextureReport {
+    let image = scene.images.get(texture.image.index());
+    let name = texture
+        .name
+        .clone()
+        .or_else(|| image.and_then(|image| image.name.clone()));
+    TextureReport {
+        name,
+        width: image.map_or(0, |image| image.width),
+        height: image.map_or(0, |image| image.height),
+        bits: image.map_or(0, bits),
+        sampling: format!(
+            "{} {}, {}",
+            wrap(texture.sampler.wrap_u),
+            wrap(texture.sampler.wrap_v),
+            match texture.sampler.magnify {
+                Filter::Nearest => "nearest",
+                Filter::Linear => "linear",
+            }
+        ),
+    }
+}
+
+fn bits(image: &Image) -> u32 {
+    match image.texels {
+        Texels::Rgba8(_) => 8,
+        Texels::Rgba16(_) => 16,
+    }
+}
+
+fn wrap(mode: WrapMode) -> &'static str {
+    match mode {
+        WrapMode::Repeat => "repeat",
+        WrapMode::MirroredRepeat => "mirror",
+        WrapMode::ClampToEdge => "clamp",
+    }
+}
+
+fn clips(scene: &Scene) -> Vec<ClipReport> {
+    let report = |clip: &crate::scene::Animation| ClipReport {
+        name: clip.name.clone(),
+        seconds: clip.duration_seconds(),
+        channels: clip.channels.len(),
+    };
+    scene.animations.iter().map(report).collect()
+}
+
+fn cameras(scene: &Scene) -> Vec<CameraReport> {
+    let report = |(index, camera): (usize, &crate::scene::Camera)| CameraReport {
+        name: camera.name.clone(),
+        kind: match camera.projection {
+            Projection::Perspective { .. } => "perspective",
+            Projection::Orthographic { .. } => "orthographic",
+        },
+        is_placed: scene
+            .nodes
+            .iter()
+            .any(|node| node.camera.is_some_and(|camera| camera.index() == index)),
+    };
+    scene.cameras.iter().enumerate().map(report).collect()
+}
+
+fn lights(scene: &Scene) -> Vec<LightReport> {
+    let report = |(index, light): (usize, &crate::scene::Light)| LightReport {
+        name: light.name.clone(),
+        kind: match light.kind {
+            LightKind::Directional => "directional",
+            LightKind::Point => "point",
+            LightKind::Spot { .. } => "spot",
+        },
+        is_placed: scene
+            .nodes
+            .iter()
+            .any(|node| node.light.is_some_and(|light| light.index() == index)),
+    };
+    scene.lights.iter().enumerate().map(report).collect()
+}
+
+fn not_supported<'a>(warnings: impl Iterator<Item = &'a Warning>) -> Vec<WarningReport> {
+    let unique: std::collections::BTreeSet<_> = warnings.collect();
+    let report = |warning: &Warning| WarningReport {
+        pointer: warning.pointer.clone(),
+        message: warning.message.clone(),
+    };
+    unique.into_iter().map(report).collect()
+}

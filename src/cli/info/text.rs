@@ -1,0 +1,142 @@
+//! The report for people.
+
+use super::super::understood::{grouped, quoted};
+use super::report::Report;
+
+/// Sections with one line an item; empty sections are left out.
+pub(super) fn text(report: &Report) -> String {
+    let mut lines = vec![report.file.clone()];
+    let sections = [
+        ("scenes", scenes(report)),
+        (
+            "nodes",
+            vec![format!("{} nodes, {} skins", report.nodes, report.skins)],
+        ),
+        ("meshes", meshes(report)),
+        ("materials", materials(report)),
+        ("textures", textures(report)),
+        ("clips", clips(report)),
+        ("cameras", cameras(report)),
+        ("lights", lights(report)),
+        ("will be rendered", vec![rendered(report)]),
+        ("not supported", not_supported(report)),
+    ];
+    for (title, items) in sections {
+        if !items.is_empty() {
+            lines.push(format!("{title}:"));
+            lines.extend(
+                items
+                    .iter()
+                    .map(|item| format!("  {}", crate::progress::one_line(item))),
+            );
+        }
+    }
+    lines.join("\n")
+}
+
+/// `#2 "name" facts` for every item.
+fn numbered<T>(items: &[T], line: impl Fn(&T) -> (Option<&str>, String)) -> Vec<String> {
+    let numbered = |(index, item): (usize, &T)| match line(item) {
+        (None, facts) => format!("#{index} {facts}"),
+        (name, facts) => format!("#{index} {} {facts}", quoted(name, index)),
+    };
+    items.iter().enumerate().map(numbered).collect()
+}
+
+fn scenes(report: &Report) -> Vec<String> {
+    numbered(&report.scenes, |scene| {
+        let default = if scene.is_default { ", the default" } else { "" };
+        (
+            scene.name.as_deref(),
+            format!("{} triangles{default}", grouped(scene.triangles)),
+        )
+    })
+}
+
+fn meshes(report: &Report) -> Vec<String> {
+    numbered(&report.meshes, |mesh| {
+        let morph = match mesh.morph_targets {
+            0 => String::new(),
+            count => format!(", {count} morph targets"),
+        };
+        let skin = if mesh.is_skinned { ", skinned" } else { "" };
+        let facts = format!(
+            "{} triangles, {} vertices in {} parts{morph}{skin}",
+            grouped(mesh.triangles as u64),
+            grouped(mesh.vertices as u64),
+            mesh.primitives,
+        );
+        (mesh.name.as_deref(), facts)
+    })
+}
+
+fn materials(report: &Report) -> Vec<String> {
+    numbered(&report.materials, |material| {
+        (material.name.as_deref(), material.features.join(", "))
+    })
+}
+
+fn textures(report: &Report) -> Vec<String> {
+    numbered(&report.textures, |texture| {
+        let facts = format!(
+            "{}x{}, {} bits, {}",
+            texture.width, texture.height, texture.bits, texture.sampling
+        );
+        (texture.name.as_deref(), facts)
+    })
+}
+
+fn clips(report: &Report) -> Vec<String> {
+    numbered(&report.clips, |clip| {
+        (
+            clip.name.as_deref(),
+            format!("{} s, {} channels", clip.seconds, clip.channels),
+        )
+    })
+}
+
+fn cameras(report: &Report) -> Vec<String> {
+    numbered(&report.cameras, |camera| {
+        (camera.name.as_deref(), placed(camera.kind, camera.is_placed))
+    })
+}
+
+fn lights(report: &Report) -> Vec<String> {
+    numbered(&report.lights, |light| {
+        (light.name.as_deref(), placed(light.kind, light.is_placed))
+    })
+}
+
+fn placed(kind: &str, is_placed: bool) -> String {
+    if is_placed {
+        kind.to_owned()
+    } else {
+        format!("{kind}, not placed by any node")
+    }
+}
+
+fn rendered(report: &Report) -> String {
+    let rendered = &report.rendered;
+    let frames = match rendered.last_frame_at_24_fps {
+        0 => "frame 0".to_owned(),
+        last => format!("frames 0-{last} at 24 fps"),
+    };
+    let clips: Vec<_> = rendered.clips.iter().map(|clip| format!("#{clip}")).collect();
+    let clips = match clips.len() {
+        0 => "no clip".to_owned(),
+        _ => format!("clips {}", clips.join(" ")),
+    };
+    format!(
+        "{clips}, {frames}, {}, {} triangles",
+        rendered.camera,
+        grouped(rendered.triangles)
+    )
+}
+
+fn not_supported(report: &Report) -> Vec<String> {
+    let line = |warning: &super::report::WarningReport| match warning.pointer.as_str() {
+        "" => warning.message.clone(),
+        pointer => format!("{pointer}: {}", warning.message),
+    };
+    report.not_supported.iter().map(line).collect()
+}

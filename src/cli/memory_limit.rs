@@ -1,0 +1,99 @@
+//! How much memory may be used when the user does not say: four fifths of what the machine or the control group gives.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Used where the system tells nothing, bytes.
+const FALLBACK: u64 = 4 << 30;
+
+/// Four fifths of the least of all limits.
+pub(super) fn default_max_memory_bytes() -> u64 {
+    let limits = [
+        physical_bytes(&read("/proc/meminfo")),
+        control_group_bytes(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup")),
+    ];
+    limits.into_iter().flatten().min().unwrap_or(FALLBACK) / 5 * 4
+}
+
+fn read(path: &str) -> String {
+    fs::read_to_string(path).unwrap_or_default()
+}
+
+/// `MemTotal` of `/proc/meminfo`.
+fn physical_bytes(meminfo: &str) -> Option<u64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
+}
+
+/// The least limit of this process's control group and those around it, version 2 (`memory.max`) or 1.
+fn control_group_bytes(memberships: &str, mount: &Path) -> Option<u64> {
+    let mut least = None;
+    for line in memberships.lines() {
+        // hierarchy : controllers : path
+        let mut fields = line.splitn(3, ':').skip(1);
+        let (Some(controllers), Some(group)) = (fields.next(), fields.next()) else {
+            continue;
+        };
+        let (root, file) = if controllers.is_empty() {
+            (mount.to_owned(), "memory.max")
+        } else if controllers.split(',').any(|controller| controller == "memory") {
+            (mount.join("memory"), "memory.limit_in_bytes")
+        } else {
+            continue;
+        };
+        // In a container the path is often the host's; the mount itself then is the group.
+        let mut folder: PathBuf = root.join(group.trim_start_matches('/'));
+        while folder.starts_with(&root) {
+            let limit = fs::read_to_string(folder.join(file)).ok();
+            let limit = limit.and_then(|text| text.trim().parse::<u64>().ok());
+            least = [least, limit].into_iter().flatten().min();
+            if !folder.pop() {
+                break;
+            }
+        }
+    }
+    least
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_least_limit_around_the_group_counts() {
+        let mount = tempfile::tempdir().unwrap();
+        let inner = mount.path().join("farm/job");
+        fs::create_dir_all(&inner).unwrap();
+        fs::write(inner.join("memory.max"), "max\n").unwrap();
+        fs::write(mount.path().join("farm/memory.max"), "1000000\n").unwrap();
+        assert_eq!(
+            control_group_bytes("0::/farm/job\n", mount.path()),
+            Some(1_000_000)
+        );
+        assert_eq!(control_group_bytes("0::/\n", mount.path()), None);
+        assert_eq!(control_group_bytes("", mount.path()), None);
+    }
+
+    #[test]
+    fn version_1_groups_are_found_under_their_controller() {
+        let mount = tempfile::tempdir().unwrap();
+        fs::create_dir_all(mount.path().join("memory/job")).unwrap();
+        fs::write(
+            mount.path().join("memory/job/memory.limit_in_bytes"),
+            "31457280\n",
+        )
+        .unwrap();
+        let memberships = "5:cpu,cpuacct:/x\n4:memory:/job\n";
+        assert_eq!(control_group_bytes(memberships, mount.path()), Some(31_457_280));
+    }
+
+    #[test]
+    fn the_machine_tells_its_memory() {
+        assert_eq!(
+            physical_bytes("MemTotal:       24000000 kB\nMemFree: 1 kB"),
+            Some(24_576_000_000)
+        );
+        assert_eq!(physical_bytes(""), None);
+    }
+}

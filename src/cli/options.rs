@@ -1,0 +1,244 @@
+//! Values of single options: text to numbers and choices. Each error is one line that says what to type.
+
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+
+use crate::bvh::Split;
+use crate::film::PixelWindow;
+use crate::scene::{CameraRequest, Choice, ClipChoice};
+
+/// Where the light from all around comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum EnvironmentSource {
+    /// Nowhere.
+    None,
+    /// The built-in gradient and key light.
+    Studio,
+    /// The same radiance from everywhere.
+    Constant([f32; 3]),
+    /// A picture, turned by degrees.
+    File(PathBuf, f32),
+}
+
+/// `1280x720`.
+pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
+    let sides = text
+        .split_once(['x', 'X'])
+        .and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
+    match sides {
+        Some((0, _) | (_, 0)) => Err("a picture needs at least one pixel each way".to_owned()),
+        Some(sides) => Ok(sides),
+        None => Err("write width and height in pixels, such as 1280x720".to_owned()),
+    }
+}
+
+/// `50%` or `0.5`, as a factor.
+pub(super) fn scale(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(number) => (number, 0.01),
+        None => (text, 1.0),
+    };
+    match number.parse::<f64>() {
+        Ok(value) if value > 0.0 && value * unit <= 100.0 => Ok(value * unit),
+        Ok(_) => Err("a scale lies above 0% and at most at 10000%".to_owned()),
+        Err(_) => Err("write a percentage such as 50%".to_owned()),
+    }
+}
+
+/// `X0,Y0,X1,Y1`.
+pub(super) fn crop(text: &str) -> Result<PixelWindow, String> {
+    let corners: Vec<u32> = text
+        .split(',')
+        .map_while(|part| part.trim().parse().ok())
+        .collect();
+    match (corners.as_slice(), text.split(',').count()) {
+        (&[x0, y0, x1, y1], 4) if x0 < x1 && y0 < y1 => Ok(PixelWindow { x0, y0, x1, y1 }),
+        (&[_, _, _, _], 4) => Err("the crop is empty; X1 and Y1 lie beyond X0 and Y0".to_owned()),
+        _ => Err("write X0,Y0,X1,Y1 in pixels from the top left".to_owned()),
+    }
+}
+
+/// `4G`, `512MiB`, `2.5GB`, in bytes. Letters alone and with B are decimal, with iB binary.
+pub(super) fn memory_size(text: &str) -> Result<u64, String> {
+    let number_length = text
+        .find(|c: char| !c.is_ascii_digit() && c != '.')
+        .unwrap_or(text.len());
+    let (number, unit) = text.split_at(number_length);
+    let unit: f64 = match unit.trim().to_ascii_lowercase().as_str() {
+        "" | "b" => 1.0,
+        "k" | "kb" => 1e3,
+        "m" | "mb" => 1e6,
+        "g" | "gb" => 1e9,
+        "t" | "tb" => 1e12,
+        "kib" => 1024.0,
+        "mib" => 1024.0 * 1024.0,
+        "gib" => 1024.0 * 1024.0 * 1024.0,
+        "tib" => 1024.0 * 1024.0 * 1024.0 * 1024.0,
+        _ => return Err("write a size such as 4G, 512M or 8GiB".to_owned()),
+    };
+    match number.parse::<f64>() {
+        Ok(value) if value * unit >= 1.0 && value * unit < 1e18 => Ok((value * unit) as u64),
+        _ => Err("write a size such as 4G, 512M or 8GiB".to_owned()),
+    }
+}
+
+/// `auto`, `off` or an area in square metres.
+pub(super) fn split(text: &str) -> Result<Split, String> {
+    match text {
+        "auto" => Ok(Split::Auto),
+        "off" => Ok(Split::Off),
+        _ => match text.parse::<f32>() {
+            Ok(area) if area > 0.0 && area.is_finite() => Ok(Split::Area(area)),
+            _ => Err("write auto, off, or an area in square metres above 0".to_owned()),
+        },
+    }
+}
+
+/// A finite number.
+pub(super) fn finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("write a number".to_owned()),
+    }
+}
+
+/// A finite number that is not negative.
+pub(super) fn factor(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(value) if value >= 0.0 => Ok(value),
+        _ => Err("write a number that is not negative".to_owned()),
+    }
+}
+
+/// `auto`, or stops; `None` is automatic.
+pub(super) fn exposure(text: &str) -> Result<Option<f32>, String> {
+    match text {
+        "auto" => Ok(None),
+        _ => match finite(text) {
+            Ok(ev) if ev.abs() <= 64.0 => Ok(Some(ev)),
+            _ => Err("write auto, or stops from -64 to 64".to_owned()),
+        },
+    }
+}
+
+/// `#2` is the third, anything else a name.
+pub(super) fn choice(text: &str) -> Choice {
+    match text.strip_prefix('#').and_then(|digits| digits.parse().ok()) {
+        Some(index) => Choice::Index(index),
+        None => Choice::Name(text.to_owned()),
+    }
+}
+
+/// `auto`, `#2` or a name.
+pub(super) fn camera(text: &str) -> CameraRequest {
+    match text {
+        "auto" => CameraRequest::Auto,
+        _ => CameraRequest::Placed(choice(text)),
+    }
+}
+
+/// `all`, `none`, `#2` or a name.
+pub(super) fn clips(text: &str) -> ClipChoice {
+    match text {
+        "all" => ClipChoice::All,
+        "none" => ClipChoice::None,
+        _ => ClipChoice::One(choice(text)),
+    }
+}
+
+/// `none`, `studio`, `R,G,B`, or a file with `@degrees` behind it or not.
+pub(super) fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
+    match text.to_str() {
+        Some("none") => return Ok(EnvironmentSource::None),
+        Some("studio") => return Ok(EnvironmentSource::Studio),
+        Some(text) if is_number_list(text) => return constant(text).map(EnvironmentSource::Constant),
+        _ => {}
+    }
+    let turned = text.to_str().and_then(|text| {
+        let (file, degrees) = text.rsplit_once('@')?;
+        Some((OsString::from(file), finite(degrees).ok()?))
+    });
+    let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
+    if file.is_empty() {
+        return Err("write a .hdr or .exr file, R,G,B, studio or none".to_owned());
+    }
+    Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
+}
+
+fn is_number_list(text: &str) -> bool {
+    text.contains(',') && text.split(',').all(|part| part.trim().parse::<f32>().is_ok())
+}
+
+fn constant(text: &str) -> Result<[f32; 3], String> {
+    let values: Vec<f32> = text
+        .split(',')
+        .map_while(|part| factor(part.trim()).ok())
+        .collect();
+    match (values.as_slice(), text.split(',').count()) {
+        (&[r, g, b], 3) => Ok([r, g, b]),
+        _ => Err("a constant environment is three numbers R,G,B that are not negative".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_have_pixels() {
+        assert_eq!(resolution("1280x720"), Ok((1280, 720)));
+        for text in ["0x1", "1x0", "1280", "x", "-1x1", "1.5x2", "99999999999x1"] {
+            assert!(resolution(text).is_err(), "{text}");
+        }
+        assert_eq!(scale("50%"), Ok(0.5));
+        assert_eq!(scale("0.25"), Ok(0.25));
+        assert!(
+            scale("0%").is_err() && scale("NaN").is_err() && scale("-1").is_err() && scale("1e9%").is_err()
+        );
+        assert!(crop("1,2,3,4").is_ok());
+        for text in ["1,2,1,4", "1,2,3", "1,2,3,4,5", "a,2,3,4", "-1,0,1,1"] {
+            assert!(crop(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn sizes_have_units() {
+        assert_eq!(memory_size("4G"), Ok(4_000_000_000));
+        assert_eq!(memory_size("1KiB"), Ok(1024));
+        assert_eq!(memory_size("2.5MB"), Ok(2_500_000));
+        assert!(memory_size("G").is_err() && memory_size("4X").is_err() && memory_size("0").is_err());
+    }
+
+    #[test]
+    fn names_and_numbers_are_told_apart() {
+        assert_eq!(choice("#2"), Choice::Index(2));
+        assert_eq!(choice("#x"), Choice::Name("#x".to_owned()));
+        assert_eq!(camera("auto"), CameraRequest::Auto);
+        assert_eq!(clips("Walk"), ClipChoice::One(Choice::Name("Walk".to_owned())));
+    }
+
+    #[test]
+    fn environments_are_files_colours_or_words() {
+        let parse = |text: &str| environment(OsStr::new(text));
+        assert_eq!(parse("none"), Ok(EnvironmentSource::None));
+        assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
+        assert_eq!(
+            parse("a.hdr@90"),
+            Ok(EnvironmentSource::File("a.hdr".into(), 90.0))
+        );
+        assert_eq!(
+            parse("a@b.hdr"),
+            Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0))
+        );
+        assert_eq!(
+            parse("a,b.hdr"),
+            Ok(EnvironmentSource::File("a,b.hdr".into(), 0.0))
+        );
+        assert!(
+            parse("1,2").is_err()
+                && parse("1,2,-3").is_err()
+                && parse("").is_err()
+                && parse("1,2,inf").is_err()
+        );
+    }
+}

@@ -1,0 +1,136 @@
+//! `rayframe render`.
+
+use std::path::Path;
+
+use rayon::ThreadPoolBuilder;
+use serde_json::json;
+
+use crate::cancel::CancelFlag;
+use crate::error::{Error, Result};
+use crate::image_file::{probe_folder, write_atomically};
+use crate::output::SOFTWARE;
+use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output};
+use crate::sequence::{self, Plan, SequenceJob, Summary};
+
+use super::render_args::RenderArgs;
+use super::render_job::{RenderJob, render_job};
+use super::understood::understood;
+use super::{Ending, ending, settle_warnings, signals};
+
+/// Renders what `args` ask for.
+pub(super) fn run(args: &RenderArgs) -> Ending {
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(args.threads.map_or(0, usize::from))
+        .build();
+    match pool {
+        Ok(pool) => pool
+            .install(|| render(args))
+            .unwrap_or_else(|error| ending(Err(error))),
+        Err(error) => ending(Err(Error::Internal {
+            message: format!("the threads cannot be started: {error}"),
+        })),
+    }
+}
+
+fn render(args: &RenderArgs) -> Result<Ending> {
+    // Find everything that can go wrong before the first frame.
+    let RenderJob {
+        sequence: job,
+        warnings,
+        environment,
+    } = render_job(args)?;
+    settle_warnings(&job.scene.path, &warnings, job.strict)?;
+    let plan = Plan::new(&job)?;
+    if !args.quiet {
+        print_note(&understood(&job, &environment));
+    }
+    if args.dry_run {
+        print_plan(&plan);
+        return Ok(Ending::Code(0));
+    }
+    plan.prepare()?;
+    if let Some(stats) = &args.stats {
+        probe_folder(stats)?;
+    }
+
+    // Render.
+    let cancel = CancelFlag::new();
+    let caught = signals::watch(&cancel).map_err(|error| Error::Internal {
+        message: format!("signals cannot be watched: {error}"),
+    })?;
+    let verbosity = Verbosity {
+        is_quiet: args.quiet,
+        is_verbose: args.verbose,
+        names_failures: job.keep_going,
+    };
+    let reporter = Reporter::new(args.progress.into(), verbosity);
+    let summary = sequence::run(&job, &plan, &cancel, &|event| reporter.tell(event));
+
+    // Say how it went.
+    if let Some(stats) = &args.stats {
+        write_statistics(stats, &job, &summary)?;
+    }
+    match caught.number() {
+        Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
+        _ => Ok(finish(summary, job.keep_going)),
+    }
+}
+
+/// The exit code; with `--keep-going` every failure has been named already.
+fn finish(summary: Summary, keep_going: bool) -> Ending {
+    match summary.outcome() {
+        Ok(()) => Ending::Code(0),
+        Err(error) => {
+            if !keep_going {
+                print_error(&error.to_string());
+            }
+            Ending::Code(error.exit_code())
+        }
+    }
+}
+
+fn print_plan(plan: &Plan) {
+    let lines: Vec<_> = plan
+        .frames
+        .iter()
+        .map(|frame| {
+            format!(
+                "frame {} at {:.4} s {} {}",
+                frame.frame,
+                frame.time_seconds,
+                if frame.is_done { "keep" } else { "render" },
+                frame.path.display(),
+            )
+        })
+        .collect();
+    print_output(&lines.join("\n"));
+}
+
+fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result<()> {
+    let failed: Vec<_> = summary
+        .failed
+        .iter()
+        .map(|failed| {
+            json!({
+                "frame": failed.frame,
+                "code": failed.error.exit_code(),
+                "message": failed.error.to_string(),
+            })
+        })
+        .collect();
+    let (width, height) = job.render.resolution;
+    let statistics = json!({
+        "schema": 1,
+        "software": SOFTWARE,
+        "scene": job.scene.path.to_string_lossy(),
+        "resolution": [width, height],
+        "samples": job.render.samples,
+        "threads": rayon::current_num_threads(),
+        "seconds": summary.seconds,
+        "interrupted": summary.is_interrupted,
+        "frames": summary.written,
+        "kept": summary.kept,
+        "failed": failed,
+    });
+    write_atomically(path, format!("{statistics:#}\n").as_bytes())
+}

@@ -1,0 +1,284 @@
+//! What was typed after `rayframe render`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::bvh::Split;
+use crate::film::PixelWindow;
+use crate::progress::ProgressStyle;
+
+use super::options;
+
+/// Options of `rayframe render`, unchecked against each other and the scene.
+#[derive(Clone, Debug, Args)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is one flag of the command line"
+)]
+pub(super) struct RenderArgs {
+    /// The scene: .glb or .gltf
+    pub(super) scene: PathBuf,
+
+    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format [default: <scene>.####.exr]
+    #[arg(
+        short,
+        long,
+        visible_alias = "outfile",
+        value_name = "PATTERN",
+        help_heading = "Output"
+    )]
+    pub(super) output: Option<OsString>,
+    /// Tone-mapped previews beside the EXR files
+    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
+    pub(super) preview: Option<PreviewFormat>,
+    /// Keep whole frames of the same scene, settings and version; render all others
+    #[arg(long, conflicts_with = "overwrite", help_heading = "Output")]
+    pub(super) resume: bool,
+    /// Render every frame, whatever is there
+    #[arg(long, help_heading = "Output")]
+    pub(super) overwrite: bool,
+    /// Per-frame statistics as JSON
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) stats: Option<PathBuf>,
+
+    /// Frames: 7, 1-10, 1..10, 1-10x2, 1,5,8-12, -3--2 or all [default: all]
+    #[arg(
+        short,
+        long,
+        value_name = "SPEC",
+        allow_hyphen_values = true,
+        help_heading = "Frames"
+    )]
+    pub(super) frames: Option<String>,
+    /// All frames of the animation
+    #[arg(short = 'a', long, conflicts_with = "frames", help_heading = "Frames")]
+    pub(super) all: bool,
+    /// First frame [default: 0]
+    #[arg(
+        short,
+        long,
+        value_name = "FRAME",
+        allow_negative_numbers = true,
+        conflicts_with = "frames",
+        help_heading = "Frames"
+    )]
+    pub(super) start: Option<i32>,
+    /// Last frame [default: the animation's]
+    #[arg(
+        short,
+        long,
+        value_name = "FRAME",
+        allow_negative_numbers = true,
+        conflicts_with = "frames",
+        help_heading = "Frames"
+    )]
+    pub(super) end: Option<i32>,
+    /// Every so many frames
+    #[arg(short = 'j', long, value_name = "FRAMES", conflicts_with = "frames", value_parser = clap::value_parser!(i32).range(1..), help_heading = "Frames")]
+    pub(super) step: Option<i32>,
+    /// Frames a second; fractions such as 24000/1001 are exact
+    #[arg(long, value_name = "RATE", default_value = "24", help_heading = "Frames")]
+    pub(super) fps: String,
+    /// Go on with the other frames when one fails
+    #[arg(long, help_heading = "Frames")]
+    pub(super) keep_going: bool,
+
+    /// Width and height in pixels [default: 1280x720]
+    #[arg(short, long, value_name = "WxH", value_parser = options::resolution, conflicts_with_all = ["width", "height"], help_heading = "Picture")]
+    pub(super) resolution: Option<(u32, u32)>,
+    /// Width in pixels; the height follows from the camera unless given
+    #[arg(short = 'W', long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Picture")]
+    pub(super) width: Option<u32>,
+    /// Height in pixels; the width follows from the camera unless given
+    #[arg(short = 'H', long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Picture")]
+    pub(super) height: Option<u32>,
+    /// Scales the resolution
+    #[arg(long, value_name = "PERCENT", value_parser = options::scale, help_heading = "Picture")]
+    pub(super) scale: Option<f64>,
+    /// Renders these pixels only, from (X0, Y0) up to but not including (X1, Y1), origin top left
+    #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = options::crop, help_heading = "Picture")]
+    pub(super) crop: Option<PixelWindow>,
+    /// Samples a pixel
+    #[arg(long, visible_aliases = ["aa", "spp"], value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536), help_heading = "Picture")]
+    pub(super) samples: u32,
+    /// Deepest reflection or refraction
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1024), help_heading = "Picture")]
+    pub(super) depth: u32,
+    /// How light is followed
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "whitted",
+        help_heading = "Picture"
+    )]
+    pub(super) integrator: Integrator,
+    /// Shadows under glass
+    #[arg(
+        long,
+        value_name = "KIND",
+        default_value = "straight",
+        help_heading = "Picture"
+    )]
+    pub(super) glass_shadows: GlassShadowsArg,
+    /// Brightness of previews and PNG files in stops, or auto: one value for the whole animation
+    #[arg(
+        long,
+        value_name = "EV",
+        default_value = "auto",
+        allow_negative_numbers = true,
+        help_heading = "Picture"
+    )]
+    pub(super) exposure: String,
+    /// Tone curve of previews and PNG files
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "standard",
+        help_heading = "Picture"
+    )]
+    pub(super) tone: ToneArg,
+
+    /// Camera: a name, #0 for the first, or auto to frame the whole scene [default: the first, else auto]
+    #[arg(short, long, value_name = "NAME|#I|auto", help_heading = "Scene")]
+    pub(super) camera: Option<String>,
+    /// Clip: a name, #0 for the first, all or none
+    #[arg(
+        long,
+        value_name = "NAME|#I|all|none",
+        default_value = "all",
+        help_heading = "Scene"
+    )]
+    pub(super) animation: String,
+    /// Scene of the file: a name or #0 for the first [default: the file's]
+    #[arg(long = "scene", value_name = "NAME|#I", help_heading = "Scene")]
+    pub(super) scene_choice: Option<String>,
+    /// Multiplies all lights of the file
+    #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
+    pub(super) light_scale: f32,
+    /// Light from all around: an equirectangular .hdr or .exr turned by @degrees, a colour R,G,B, studio or none
+    /// [default: studio if the scene has no light, else none]
+    #[arg(long, value_name = "FILE[@DEG]|R,G,B|studio|none", help_heading = "Scene")]
+    pub(super) env: Option<OsString>,
+    /// What the camera sees behind the scene; none is transparent
+    #[arg(long, value_name = "KIND", default_value = "env", help_heading = "Scene")]
+    pub(super) background: Background,
+    /// Warnings about what is not supported become errors
+    #[arg(long, help_heading = "Scene")]
+    pub(super) strict: bool,
+
+    /// Threads [default: all cores]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Work")]
+    pub(super) threads: Option<u16>,
+    /// Most memory to use, such as 8G [default: 80 % of what there is]
+    #[arg(long, value_name = "SIZE", value_parser = options::memory_size, help_heading = "Work")]
+    pub(super) max_memory: Option<u64>,
+    /// How the hierarchy is built; never changes the picture
+    #[arg(long, value_name = "KIND", default_value = "auto", help_heading = "Work")]
+    pub(super) bvh: BvhArg,
+    /// Splits triangles whose boxes exceed an area in square metres; never changes the picture
+    #[arg(long, value_name = "auto|off|AREA", default_value = "auto", allow_negative_numbers = true, value_parser = options::split, help_heading = "Work")]
+    pub(super) split: Split,
+    /// Instructions to use; never changes the picture
+    #[arg(long, value_name = "LEVEL", default_value = "best", help_heading = "Work")]
+    pub(super) simd: SimdArg,
+    /// Print what would be done, frame by frame, and stop
+    #[arg(short = 'n', long, help_heading = "Work")]
+    pub(super) dry_run: bool,
+    /// How progress is told
+    #[arg(long, value_name = "STYLE", default_value = "auto", help_heading = "Work")]
+    pub(super) progress: ProgressArg,
+    /// Print warnings and errors only
+    #[arg(short, long, conflicts_with = "verbose", help_heading = "Work")]
+    pub(super) quiet: bool,
+    /// Print the phases of each frame
+    #[arg(short, long, help_heading = "Work")]
+    pub(super) verbose: bool,
+}
+
+macro_rules! choices {
+    ($($(#[$doc:meta])* $name:ident { $($(#[$of_variant:meta])* $variant:ident),+ $(,)? })+) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+        pub(super) enum $name {
+            $($(#[$of_variant])* $variant,)+
+        }
+    )+};
+}
+
+choices! {
+    /// Formats of previews.
+    PreviewFormat {
+        /// sRGB with alpha, eight bits
+        Png,
+    }
+    /// Integrators.
+    Integrator {
+        /// Whitted's tree of reflections, refractions and shadows
+        Whitted,
+    }
+    /// Shadows under glass.
+    GlassShadowsArg {
+        /// Light passes straight through, coloured by the glass
+        Straight,
+        /// Glass casts full shadows
+        Opaque,
+    }
+    /// Tone curves.
+    ToneArg {
+        /// The standard curve
+        Standard,
+    }
+    /// What is behind the scene.
+    Background {
+        /// The environment
+        Env,
+        /// Nothing: alpha is coverage
+        None,
+    }
+    /// Builders.
+    BvhArg {
+        /// What is fastest
+        Auto,
+        /// Karras' radix tree
+        Lbvh,
+        /// None: every ray tests every triangle
+        #[value(hide = true)]
+        Brute,
+    }
+    /// Instruction sets.
+    SimdArg {
+        /// The best of this machine
+        Best,
+        /// None
+        Scalar,
+        /// Eight lanes
+        Avx2,
+    }
+    /// Styles of progress.
+    ProgressArg {
+        /// Bars on a terminal, one line a frame when piped
+        Auto,
+        /// Bars
+        Bar,
+        /// One line a frame
+        Plain,
+        /// JSON lines on the standard output
+        Json,
+        /// Nothing
+        None,
+    }
+}
+
+impl From<ProgressArg> for ProgressStyle {
+    fn from(arg: ProgressArg) -> Self {
+        match arg {
+            ProgressArg::Auto => Self::Auto,
+            ProgressArg::Bar => Self::Bar,
+            ProgressArg::Plain => Self::Plain,
+            ProgressArg::Json => Self::Json,
+            ProgressArg::None => Self::None,
+        }
+    }
+}

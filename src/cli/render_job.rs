@@ -1,0 +1,250 @@
+//! From the options that were typed to the job that is meant. After this nothing parses text.
+
+use std::ffi::OsStr;
+
+use crate::bvh::{BuildSettings, BuilderKind, SimdLevel};
+use crate::color::ToneCurve;
+use crate::error::{Error, Result, Warning};
+use crate::film::PixelWindow;
+use crate::gltf::{self, ImportOptions};
+use crate::render::{GlassShadows, RenderSettings};
+use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest};
+use crate::sequence::{
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, duration_seconds,
+};
+
+use super::environment::{self, LoadedEnvironment};
+use super::memory_limit::default_max_memory_bytes;
+use super::options::{self, EnvironmentSource};
+use super::render_args::{Background, BvhArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
+
+/// A picture's size unless another is asked for, pixels.
+const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
+
+/// A job, and what is to be said about it.
+#[derive(Debug)]
+pub(super) struct RenderJob {
+    /// What to do.
+    pub(super) sequence: SequenceJob,
+    /// What is not honoured.
+    pub(super) warnings: Vec<Warning>,
+    /// The environment in words; empty when there is none.
+    pub(super) environment: String,
+}
+
+/// What can be understood without the scene.
+struct Wishes {
+    frames: FrameSpec,
+    rate: FrameRate,
+    output: Option<OutputPattern>,
+    environment: Option<EnvironmentSource>,
+    exposure: Exposure,
+    simd: SimdLevel,
+    max_memory_bytes: u64,
+}
+
+/// Understands the options, loads the scene and the environment, and puts the job together.
+///
+/// # Errors
+/// [`Error::Usage`] for options that make no sense, found before anything is loaded where that is possible; and all that
+/// loading can meet.
+pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
+    let wishes = understand(args)?;
+    let max_memory_bytes = wishes.max_memory_bytes;
+    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let (selection, selection_warnings) = Selection::resolve(&selection_request(args), &scene)?;
+    let LoadedEnvironment {
+        environment,
+        key: environment_key,
+        description,
+        warnings: environment_warnings,
+    } = environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
+    let warnings = [scene.warnings.clone(), selection_warnings, environment_warnings].concat();
+
+    let duration = duration_seconds(&scene, &selection);
+    let frames = wishes
+        .frames
+        .resolve(wishes.rate.last_frame(duration))
+        .map_err(Error::usage)?;
+    let numbered = frames.len() > 1 || duration > 0.0;
+    let stem = args.scene.file_stem().unwrap_or(OsStr::new("frame"));
+    let output = wishes
+        .output
+        .unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
+
+    let sequence = SequenceJob {
+        render: render_settings(args, &scene, &selection)?,
+        build: build_settings(args, wishes.simd),
+        scene,
+        selection,
+        environment,
+        environment_key,
+        frames,
+        rate: wishes.rate,
+        output,
+        preview: args.preview.is_some(),
+        exposure: wishes.exposure,
+        tone: match args.tone {
+            ToneArg::Standard => ToneCurve::Standard,
+        },
+        existing: existing_files(args),
+        keep_going: args.keep_going,
+        strict: args.strict,
+        max_memory_bytes,
+    };
+    Ok(RenderJob {
+        sequence,
+        warnings,
+        environment: description,
+    })
+}
+
+fn understand(args: &RenderArgs) -> Result<Wishes> {
+    let usage = |option: &'static str| move |why: String| Error::usage(format!("{option}: {why}"));
+    let output = args.output.as_deref().map(OutputPattern::parse).transpose();
+    let exposure = options::exposure(&args.exposure).map_err(usage("--exposure"))?;
+    Ok(Wishes {
+        frames: frame_spec(args).map_err(usage("--frames"))?,
+        rate: FrameRate::parse(&args.fps).map_err(usage("--fps"))?,
+        output: output.map_err(usage("--output"))?,
+        environment: args
+            .env
+            .as_deref()
+            .map(options::environment)
+            .transpose()
+            .map_err(usage("--env"))?,
+        exposure: exposure.map_or(Exposure::Auto, Exposure::Ev),
+        simd: simd_level(args.simd)?,
+        max_memory_bytes: args.max_memory.unwrap_or_else(default_max_memory_bytes),
+    })
+}
+
+fn frame_spec(args: &RenderArgs) -> std::result::Result<FrameSpec, String> {
+    if let Some(text) = &args.frames {
+        return FrameSpec::parse(text);
+    }
+    // Blender's -a goes with -s and -e, so it asks for nothing that is not the default.
+    if (args.start, args.end, args.step) == (None, None, None) {
+        return Ok(FrameSpec::All);
+    }
+    Ok(FrameSpec::Range {
+        start: args.start.map(i64::from),
+        end: args.end.map(i64::from),
+        step: args.step.map_or(1, i64::from),
+    })
+}
+
+fn simd_level(arg: SimdArg) -> Result<SimdLevel> {
+    let best = SimdLevel::best();
+    let level = match arg {
+        SimdArg::Best => best,
+        SimdArg::Scalar => SimdLevel::Scalar,
+        SimdArg::Avx2 => SimdLevel::Avx2,
+    };
+    if level > best {
+        return Err(Error::usage(
+            "--simd: this machine lacks these instructions; leave the option out",
+        ));
+    }
+    Ok(level)
+}
+
+fn selection_request(args: &RenderArgs) -> SelectionRequest {
+    SelectionRequest {
+        scene: args.scene_choice.as_deref().map(options::choice),
+        clips: options::clips(&args.animation),
+        camera: args.camera.as_deref().map(options::camera),
+    }
+}
+
+fn existing_files(args: &RenderArgs) -> ExistingFiles {
+    match (args.resume, args.overwrite) {
+        (_, true) => ExistingFiles::Overwrite,
+        (true, false) => ExistingFiles::Resume,
+        (false, false) => ExistingFiles::Protect,
+    }
+}
+
+fn build_settings(args: &RenderArgs, simd: SimdLevel) -> BuildSettings {
+    BuildSettings {
+        builder: match args.bvh {
+            BvhArg::Auto => BuilderKind::Auto,
+            BvhArg::Lbvh => BuilderKind::Lbvh,
+            BvhArg::Brute => BuilderKind::BruteForce,
+        },
+        split: args.split,
+        simd,
+        ..BuildSettings::default()
+    }
+}
+
+fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<RenderSettings> {
+    let resolution = picture_size(args, camera_aspect(scene, selection))?;
+    let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
+    if window.x1 > resolution.0 || window.y1 > resolution.1 {
+        return Err(Error::usage(format!(
+            "--crop: reaches beyond the picture of {}x{} pixels",
+            resolution.0, resolution.1
+        )));
+    }
+    match args.integrator {
+        Integrator::Whitted => {}
+    }
+    Ok(RenderSettings {
+        resolution,
+        window,
+        samples: args.samples,
+        max_depth: args.depth,
+        glass_shadows: match args.glass_shadows {
+            GlassShadowsArg::Straight => GlassShadows::Straight,
+            GlassShadowsArg::Opaque => GlassShadows::Opaque,
+        },
+        light_scale: args.light_scale,
+        show_background: args.background == Background::Env,
+    })
+}
+
+/// Columns and rows after `--scale`. One side alone takes the other from the camera.
+fn picture_size(args: &RenderArgs, camera_aspect: f64) -> Result<(u32, u32)> {
+    let default = (f64::from(DEFAULT_RESOLUTION.0), f64::from(DEFAULT_RESOLUTION.1));
+    let sides = |(width, height)| (f64::from(width), f64::from(height));
+    let (width, height) = match (args.width.map(f64::from), args.height.map(f64::from)) {
+        (Some(width), Some(height)) => (width, height),
+        (Some(width), None) => (width, width / camera_aspect),
+        (None, Some(height)) => (height * camera_aspect, height),
+        (None, None) => args.resolution.map_or(default, sides),
+    };
+    let scale = args.scale.unwrap_or(1.0);
+    let side = |pixels: f64| {
+        let pixels = (pixels * scale).round().max(1.0);
+        // OpenEXR stores corners as signed 32-bit numbers.
+        if pixels > f64::from(i32::MAX) {
+            return Err(Error::usage(
+                "--resolution: a side has more than 2147483647 pixels",
+            ));
+        }
+        Ok(pixels as u32)
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+/// Width over height that the camera's author had in mind.
+fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
+    let default = f64::from(DEFAULT_RESOLUTION.0) / f64::from(DEFAULT_RESOLUTION.1);
+    let CameraChoice::Node(node) = selection.camera else {
+        return default;
+    };
+    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
+    let aspect = match camera.and_then(|camera| scene.cameras.get(camera.index())) {
+        Some(camera) => match camera.projection {
+            Projection::Perspective { aspect_ratio, .. } => aspect_ratio.map_or(default, f64::from),
+            Projection::Orthographic { x_mag, y_mag, .. } => f64::from(x_mag) / f64::from(y_mag),
+        },
+        None => default,
+    };
+    if aspect.is_finite() && aspect > 0.0 {
+        aspect
+    } else {
+        default
+    }
+}

@@ -1,0 +1,41 @@
+//! SIGINT and SIGTERM ask the work to stop; a second one ends the program at once. SIGXFSZ becomes a write error.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use crate::cancel::CancelFlag;
+
+/// The signal that was caught, if any.
+#[derive(Clone, Debug, Default)]
+pub(super) struct CaughtSignal(Arc<AtomicUsize>);
+
+impl CaughtSignal {
+    /// The number of the signal.
+    pub(super) fn number(&self) -> Option<i32> {
+        match self.0.load(Ordering::Relaxed) {
+            0 => None,
+            number => i32::try_from(number).ok(),
+        }
+    }
+}
+
+/// Makes signals raise `cancel` from now on.
+///
+/// # Errors
+/// What the system said.
+pub(super) fn watch(cancel: &CancelFlag) -> std::io::Result<CaughtSignal> {
+    let caught = CaughtSignal::default();
+    for signal in [SIGINT, SIGTERM] {
+        // Handlers run in this order: once the flag is up, the first of them ends the program.
+        flag::register_conditional_default(signal, cancel.as_atomic())?;
+        flag::register_usize(signal, Arc::clone(&caught.0), signal as usize)?;
+        flag::register(signal, cancel.as_atomic())?;
+    }
+    // A handler that does nothing makes writing past the size limit fail with EFBIG instead of ending the program.
+    #[cfg(unix)]
+    flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false)))?;
+    Ok(caught)
+}

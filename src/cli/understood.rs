@@ -1,0 +1,135 @@
+//! The first line of a run: what was understood.
+
+use crate::scene::{CameraChoice, CameraIndex, Scene, Selection};
+use crate::sequence::{SequenceJob, duration_seconds, triangle_count};
+
+/// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
+pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
+    let (width, height) = job.render.resolution;
+    let window = job.render.window;
+    let crop = if (window.width(), window.height()) == (width, height) {
+        String::new()
+    } else {
+        format!(
+            " (pixels {},{} to {},{})",
+            window.x0, window.y0, window.x1, window.y1
+        )
+    };
+    let environment = if environment.is_empty() {
+        String::new()
+    } else {
+        format!(", {environment}")
+    };
+    format!(
+        "{}: {} → {} at {} fps, {}, {width}x{height}{crop}, {} triangles{environment}",
+        file_name(&job.scene),
+        clips_text(&job.scene, &job.selection),
+        frames_text(&job.frames),
+        job.rate,
+        camera_text(&job.scene, &job.selection),
+        grouped(triangle_count(&job.scene, &job.selection.roots)),
+    )
+}
+
+fn file_name(scene: &Scene) -> String {
+    let name = scene.path.file_name().unwrap_or(scene.path.as_os_str());
+    name.display().to_string()
+}
+
+/// `clip "orbit" 2.5 s`, `3 clips 2.5 s` or `still`.
+fn clips_text(scene: &Scene, selection: &Selection) -> String {
+    let seconds = duration_seconds(scene, selection);
+    match selection.clips.as_slice() {
+        [] => "still".to_owned(),
+        [clip] => {
+            let name = scene
+                .animations
+                .get(clip.index())
+                .and_then(|clip| clip.name.as_deref());
+            format!("clip {} {seconds} s", quoted(name, clip.index()))
+        }
+        clips => format!("{} clips {seconds} s", clips.len()),
+    }
+}
+
+pub(super) fn camera_text(scene: &Scene, selection: &Selection) -> String {
+    let CameraChoice::Node(node) = selection.camera else {
+        return "camera auto".to_owned();
+    };
+    let node = scene.nodes.get(node.index());
+    let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);
+    let camera_name = scene.cameras.get(index).and_then(|camera| camera.name.as_deref());
+    let name = camera_name.or_else(|| node.and_then(|node| node.name.as_deref()));
+    format!("camera {}", quoted(name, index))
+}
+
+/// The name in quotes, or `#2` where there is none; both can be typed.
+pub(super) fn quoted(name: Option<&str>, index: usize) -> String {
+    name.map_or_else(|| format!("#{index}"), |name| format!("\"{name}\""))
+}
+
+/// `frame 7`, `frames 0-60`, `frames 1-9x2` or `frames 1,5,8-12`, in the form that `-f` takes.
+pub(super) fn frames_text(frames: &[i64]) -> String {
+    if let [frame] = frames {
+        return format!("frame {frame}");
+    }
+    let mut parts = Vec::new();
+    let mut rest = frames;
+    while let [first, tail @ ..] = rest {
+        let step = tail.first().map_or(0, |second| second - first);
+        let run = if step > 0 {
+            1 + tail
+                .iter()
+                .zip(1..)
+                .take_while(|&(&f, i)| f == first + step * i)
+                .count()
+        } else {
+            1
+        };
+        // Two frames with a gap between them read better as two numbers.
+        let run = if run == 2 && step > 1 { 1 } else { run };
+        parts.push(match (run, step) {
+            (1, _) => first.to_string(),
+            (_, 1) => format!("{first}-{}", rest[run - 1]),
+            _ => format!("{first}-{}x{step}", rest[run - 1]),
+        });
+        rest = &rest[run..];
+    }
+    format!("frames {}", parts.join(","))
+}
+
+/// Digits in groups of three.
+pub(super) fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::FrameSpec;
+
+    #[test]
+    fn frames_are_shown_as_they_are_typed() {
+        assert_eq!(frames_text(&[7]), "frame 7");
+        for text in ["0-60", "1-9x2", "1,5,8-12", "3-1", "-3--1", "1,9", "9,8,1-3"] {
+            if let Ok(FrameSpec::Listed(frames)) = FrameSpec::parse(text) {
+                assert_eq!(frames_text(&frames), format!("frames {text}"));
+            }
+        }
+    }
+
+    #[test]
+    fn long_numbers_are_grouped() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(7936), "7 936");
+        assert_eq!(grouped(1_234_567), "1 234 567");
+    }
+}

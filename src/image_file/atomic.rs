@@ -1,0 +1,288 @@
+//! Files that appear under their final name whole or not at all.
+//!
+//! The bytes go to a temporary file in the same folder, are synced, and then renamed over the final name, and the folder
+//! is synced. A temporary is named `.NAME.<process>.<random>.tmp`; one whose process is gone is removed by the next run
+//! that writes the same name. `<process>` holds the process id and a mark of the machine's boot and process namespace,
+//! so that another machine or container on the same file system never takes a live temporary for a dead one.
+
+use std::ffi::{OsStr, OsString};
+use std::fs::{self, File, Permissions};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use sha2::{Digest as _, Sha256};
+use tempfile::NamedTempFile;
+
+use crate::error::{Error, Result};
+
+/// Longest file name that common file systems take, bytes.
+const NAME_MAX: usize = 255;
+/// What a temporary's name adds to the final one: two dots, the process (8 + 1 + 10), a dot, the random part, `.tmp`.
+const TEMPORARY_AFFIXES: usize = 2 + 19 + 1 + RANDOM_CHARACTERS + 4;
+const RANDOM_CHARACTERS: usize = 6;
+/// Age beyond which a temporary of an unknown machine is taken for dead.
+const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 3600);
+
+/// Writes `bytes` so that `path` holds either what it held before or all of them, even after a crash.
+///
+/// # Errors
+/// [`Error::CannotCreate`] when the temporary cannot be made, [`Error::WriteFailed`] when it cannot be written or renamed;
+/// then the temporary is removed and `path` is unchanged.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut temporary = create_temporary(path)?;
+    let failed = |source: io::Error| Error::WriteFailed {
+        path: path.to_owned(),
+        source,
+    };
+    temporary.write_all(bytes).map_err(failed)?;
+    temporary.as_file().sync_all().map_err(failed)?;
+    temporary.persist(path).map_err(|error| failed(error.error))?;
+    sync_folder(folder_of(path)).map_err(failed)
+}
+
+/// Creates the folder of `path` where it is missing and makes sure that a file can be created in it.
+///
+/// # Errors
+/// [`Error::CannotCreate`] with the reason; also when `path` itself is there and is not a regular file.
+pub fn probe_folder(path: &Path) -> Result<()> {
+    let folder = folder_of(path);
+    fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
+        path: folder.to_owned(),
+        message: format!("the output folder cannot be created: {error}"),
+    })?;
+    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
+        return Err(Error::CannotCreate {
+            path: path.to_owned(),
+            message: "there is something of this name that is not a file; choose another name with -o"
+                .to_owned(),
+        });
+    }
+    create_temporary(path).map(drop)
+}
+
+/// Removes what runs that are gone left of half-written `paths`. Only a courtesy: failures are ignored.
+pub fn remove_stale_temporaries(paths: &[PathBuf]) {
+    let mut by_folder = std::collections::BTreeMap::<&Path, Vec<OsString>>::new();
+    for path in paths {
+        let prefixes = by_folder.entry(folder_of(path)).or_default();
+        prefixes.push(temporary_prefix(path));
+    }
+    for (folder, mut prefixes) in by_folder {
+        prefixes.sort();
+        let Ok(entries) = fs::read_dir(folder) else {
+            continue;
+        };
+        for entry in entries.flatten() {
+            if is_stale(&entry, &prefixes) {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+fn create_temporary(path: &Path) -> Result<NamedTempFile> {
+    let mut prefix = temporary_prefix(path);
+    prefix.push(process_mark());
+    prefix.push(".");
+    let mut builder = tempfile::Builder::new();
+    builder
+        .prefix(&prefix)
+        .rand_bytes(RANDOM_CHARACTERS)
+        .suffix(".tmp");
+    // The system takes the umask off, as it does for every other file; without this only the owner could read it.
+    #[cfg(unix)]
+    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(
+        0o666,
+    ));
+    builder
+        .tempfile_in(folder_of(path))
+        .map_err(|error| Error::CannotCreate {
+            path: path.to_owned(),
+            message: format!("the file cannot be created: {}", without_path(&error)),
+        })
+}
+
+/// `.NAME.`, or a hash in place of a name that would make the temporary's too long.
+fn temporary_prefix(path: &Path) -> OsString {
+    let name = path.file_name().unwrap_or_default();
+    let mut prefix = OsString::from(".");
+    if name.len() + TEMPORARY_AFFIXES > NAME_MAX {
+        prefix.push(short_hash(name.as_encoded_bytes()));
+    } else {
+        prefix.push(name);
+    }
+    prefix.push(".");
+    prefix
+}
+
+/// `<machine>-<process id>`.
+fn process_mark() -> String {
+    format!("{}-{}", machine_mark(), std::process::id())
+}
+
+/// Eight hexadecimal digits that differ between machines, boots and process namespaces.
+fn machine_mark() -> String {
+    let boot = fs::read("/proc/sys/kernel/random/boot_id").unwrap_or_default();
+    let namespace = fs::read_link("/proc/self/ns/pid").unwrap_or_default();
+    let mut seed = boot;
+    seed.extend_from_slice(namespace.as_os_str().as_encoded_bytes());
+    short_hash(&seed)
+}
+
+fn short_hash(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    format!(
+        "{:02x}{:02x}{:02x}{:02x}",
+        digest[0], digest[1], digest[2], digest[3]
+    )
+}
+
+fn is_stale(entry: &fs::DirEntry, prefixes: &[OsString]) -> bool {
+    let name = entry.file_name();
+    let Some(mark) = mark_in(&name, prefixes) else {
+        return false;
+    };
+    if let Some((machine, process)) = mark.split_once('-')
+        && machine == machine_mark()
+        && process.bytes().all(|byte| byte.is_ascii_digit())
+        && Path::new("/proc/self").exists()
+    {
+        return !Path::new("/proc").join(process).exists();
+    }
+    let age = entry
+        .metadata()
+        .and_then(|metadata| metadata.modified())
+        .ok()
+        .and_then(|modified| modified.elapsed().ok());
+    age.is_some_and(|age| age > ABANDONED_AFTER)
+}
+
+/// The process mark of a temporary of one of `prefixes` (sorted).
+fn mark_in(name: &OsStr, prefixes: &[OsString]) -> Option<String> {
+    let bytes = name.as_encoded_bytes().strip_suffix(b".tmp")?;
+    let random_dot = bytes.len().checked_sub(RANDOM_CHARACTERS + 1)?;
+    let rest = bytes[..random_dot].to_vec();
+    let mark_dot = rest.iter().rposition(|&byte| byte == b'.')?;
+    let prefix = &rest[..=mark_dot];
+    prefixes
+        .binary_search_by(|candidate| candidate.as_encoded_bytes().cmp(prefix))
+        .ok()?;
+    String::from_utf8(rest[mark_dot + 1..].to_vec()).ok()
+}
+
+/// The folder that holds `path`; `.` for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Makes the renaming itself durable; file systems that cannot sync a folder are left alone.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if !cfg!(unix) {
+        return Ok(());
+    }
+    match File::open(folder).and_then(|folder| folder.sync_all()) {
+        Err(error)
+            if matches!(
+                error.kind(),
+                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
+            ) =>
+        {
+            Ok(())
+        }
+        // A folder that may be written but not read cannot be opened for syncing.
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => Ok(()),
+        outcome => outcome,
+    }
+}
+
+/// The system's words without the name of the temporary, which means nothing to the user.
+fn without_path(error: &io::Error) -> String {
+    error
+        .get_ref()
+        .and_then(|inner| inner.source())
+        .map_or_else(|| error.to_string(), ToString::to_string)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<OsString> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn replaces_the_whole_file_and_leaves_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        write_atomically(&path, b"a long first version").unwrap();
+        write_atomically(&path, b"second").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"second");
+        assert_eq!(names(folder.path()), ["a.exr"]);
+    }
+
+    #[test]
+    fn longest_names_fit() {
+        // 255 bytes is NAME_MAX of ext4, xfs, tmpfs and NFS.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("n".repeat(255));
+        write_atomically(&path, b"x").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"x");
+    }
+
+    #[test]
+    fn a_missing_folder_is_made_and_a_folder_in_the_way_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("x/y/a.exr");
+        probe_folder(&path).unwrap();
+        assert_eq!(names(path.parent().unwrap()), [] as [&str; 0]);
+        fs::create_dir(&path).unwrap();
+        assert_eq!(probe_folder(&path).unwrap_err().exit_code(), 73);
+        let below_a_file = folder.path().join("file");
+        fs::write(&below_a_file, "").unwrap();
+        assert_eq!(
+            probe_folder(&below_a_file.join("a.exr")).unwrap_err().exit_code(),
+            73
+        );
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn only_temporaries_of_dead_processes_and_the_same_name_are_removed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        // Process ids stay below 2²², so no process has this one.
+        let dead = format!(".a.exr.{}-4194999.abcdef.tmp", machine_mark());
+        let alive = format!(".a.exr.{}.abcdef.tmp", process_mark());
+        let elsewhere = ".a.exr.00000000-4194999.abcdef.tmp".to_owned();
+        let other = format!(".b.exr.{}-4194999.abcdef.tmp", machine_mark());
+        for name in [&dead, &alive, &elsewhere, &other] {
+            fs::write(folder.path().join(name), "").unwrap();
+        }
+        remove_stale_temporaries(&[path]);
+        let mut expected = vec![OsString::from(alive), elsewhere.into(), other.into()];
+        expected.sort();
+        assert_eq!(names(folder.path()), expected);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn others_may_read_what_the_umask_lets_them() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = tempfile::tempdir().unwrap();
+        let (atomic, plain) = (folder.path().join("a"), folder.path().join("b"));
+        write_atomically(&atomic, b"").unwrap();
+        fs::write(&plain, b"").unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o777;
+        assert_eq!(mode(&atomic), mode(&plain));
+    }
+}

@@ -1,0 +1,149 @@
+//! Equirectangular surroundings from Radiance `.hdr` and OpenEXR files.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::codecs::hdr::HdrDecoder;
+use image::{DynamicImage, ImageDecoder as _};
+
+use super::decode_exr;
+use crate::error::{Error, Result, Warning};
+
+/// A linear picture of the surroundings as stored, nothing projected yet.
+#[derive(Clone, Debug)]
+pub struct EnvironmentPixels {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row-major R, G, B, top row first; finite and not negative.
+    pub pixels: Vec<[f32; 3]>,
+    /// What was changed to make it so.
+    pub warnings: Vec<Warning>,
+}
+
+/// Decodes the content `bytes` of the file `path`; what it is is told by its first bytes, not by its name.
+///
+/// # Errors
+/// [`Error::Invalid`] when it is neither, or damaged; [`Error::Refused`] when it would take more memory than allowed.
+pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
+    let mut environment = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+        from_exr(path, bytes, max_memory_bytes)?
+    } else if bytes.starts_with(b"#?") {
+        from_hdr(path, bytes, max_memory_bytes)?
+    } else {
+        return Err(Error::invalid(
+            path,
+            "",
+            "is neither a Radiance .hdr nor an OpenEXR file; --env takes these two",
+        ));
+    };
+    make_physical(&mut environment);
+    Ok(environment)
+}
+
+fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
+    let image = decode_exr(bytes, max_memory_bytes).map_err(|message| {
+        if message.contains("--max-memory") {
+            Error::refused(path, "", message)
+        } else {
+            Error::invalid(path, "", message)
+        }
+    })?;
+    Ok(EnvironmentPixels {
+        width: image.size.0,
+        height: image.size.1,
+        pixels: image.pixels.into_iter().map(|[r, g, b, _]| [r, g, b]).collect(),
+        warnings: Vec::new(),
+    })
+}
+
+fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
+    let damaged =
+        |error: image::ImageError| Error::invalid(path, "", format!("not a readable .hdr file: {error}"));
+    let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let (width, height) = decoder.dimensions();
+    let needed = u64::from(width) * u64::from(height) * 28;
+    if needed > max_memory_bytes {
+        let message = format!(
+            "{width}x{height} pixels need {} MB, more than --max-memory allows",
+            needed / 1_000_000
+        );
+        return Err(Error::refused(path, "", message));
+    }
+    let image = DynamicImage::from_decoder(decoder)
+        .map_err(damaged)?
+        .into_rgb32f();
+    let (pixels, _) = image.as_raw().as_chunks::<3>();
+    Ok(EnvironmentPixels {
+        width,
+        height,
+        pixels: pixels.to_vec(),
+        warnings: Vec::new(),
+    })
+}
+
+/// Radiance is finite and not negative: a sun that overflowed becomes the largest half, anything else wrong black.
+fn make_physical(environment: &mut EnvironmentPixels) {
+    let mut changed = 0_usize;
+    for value in environment.pixels.as_flattened_mut() {
+        if !(0.0..=f32::MAX).contains(value) {
+            *value = if *value == f32::INFINITY { 65504.0 } else { 0.0 };
+            changed += 1;
+        }
+    }
+    if changed > 0 {
+        environment.warnings.push(Warning {
+            pointer: String::new(),
+            message: format!(
+                "{changed} values of the environment are infinite, negative or not a number: infinite ones count as 65504, \
+                 the others as 0"
+            ),
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A 2x1 picture in the flat form of the Radiance format: (128, 64, 0, e) is (0.5, 0.25, 0) · 2^(e − 128).
+    const TINY_HDR: &[u8] =
+        b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x40\x00\x80\x80\x40\x00\x81";
+
+    #[test]
+    fn radiance_pixels_have_known_values() {
+        let environment = read_environment(Path::new("a.hdr"), TINY_HDR, 1 << 20).unwrap();
+        assert_eq!((environment.width, environment.height), (2, 1));
+        assert_eq!(environment.pixels, [[0.5, 0.25, 0.0], [1.0, 0.5, 0.0]]);
+    }
+
+    #[test]
+    fn neither_format_and_too_much_memory_are_told_apart() {
+        let path = Path::new("a");
+        assert_eq!(
+            read_environment(path, b"hello", 1 << 20).unwrap_err().exit_code(),
+            65
+        );
+        assert_eq!(
+            read_environment(path, &TINY_HDR[..50], 1 << 20)
+                .unwrap_err()
+                .exit_code(),
+            65
+        );
+        assert_eq!(read_environment(path, TINY_HDR, 8).unwrap_err().exit_code(), 77);
+    }
+
+    #[test]
+    fn values_that_no_light_has_are_named() {
+        let mut environment = EnvironmentPixels {
+            width: 1,
+            height: 1,
+            pixels: vec![[f32::INFINITY, f32::NAN, -1.0]],
+            warnings: Vec::new(),
+        };
+        make_physical(&mut environment);
+        assert_eq!(environment.pixels, [[65504.0, 0.0, 0.0]]);
+        assert!(environment.warnings[0].message.starts_with("3 values"));
+    }
+}

@@ -1,0 +1,144 @@
+//! The attributes of a frame's EXR file.
+
+use glam::{Mat4, Vec4};
+
+use crate::frame::PosedCamera;
+use crate::image_file::FrameAttributes;
+use crate::scene::Projection;
+
+/// Program and version as files name them.
+pub const SOFTWARE: &str = concat!("rayframe ", env!("CARGO_PKG_VERSION"));
+
+/// Where the near plane of the matrix lies when a camera has none, metres; it only scales the unused depth.
+const NEAR_WITHOUT_A_PLANE: f32 = 0.01;
+
+/// The attributes of one frame. `resolution` is that of the whole picture.
+pub fn frame_attributes(
+    frame: i64,
+    time_seconds: f64,
+    frames_per_second: (i32, u32),
+    render_hash: &str,
+    (camera, resolution): (&PosedCamera, (u32, u32)),
+) -> FrameAttributes {
+    let camera_from_world = camera.world_from_camera.inverse();
+    let ndc_from_world = ndc_from_camera(&camera.projection, resolution) * camera_from_world;
+    FrameAttributes {
+        software: SOFTWARE.to_owned(),
+        render_hash: render_hash.to_owned(),
+        frame: frame as i32,
+        time_seconds,
+        frames_per_second,
+        world_to_camera: camera_from_world.to_cols_array(),
+        world_to_ndc: ndc_from_world.to_cols_array(),
+    }
+}
+
+/// From camera space to the picture: after division x runs 0 to 1 from left to right, y 0 to 1 from top to bottom, and
+/// depth 0 at the near plane to 1 at the far plane.
+pub fn ndc_from_camera(projection: &Projection, resolution: (u32, u32)) -> Mat4 {
+    let aspect = resolution.0 as f32 / resolution.1 as f32;
+    let clip_from_camera = match *projection {
+        Projection::Perspective {
+            fov_y_radians,
+            z_near,
+            z_far,
+            ..
+        } => {
+            let near = if z_near > 0.0 {
+                z_near
+            } else {
+                NEAR_WITHOUT_A_PLANE
+            };
+            let focal_y = 1.0 / libm::tanf(fov_y_radians * 0.5);
+            // Depth (a·z + b) / −z is 0 at −near and 1 at −far.
+            let (a, b) = match z_far {
+                Some(far) if far > near => (-far / (far - near), -far * near / (far - near)),
+                _ => (-1.0, -near),
+            };
+            Mat4::from_cols(
+                Vec4::new(focal_y / aspect, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, focal_y, 0.0, 0.0),
+                Vec4::new(0.0, 0.0, a, -1.0),
+                Vec4::new(0.0, 0.0, b, 0.0),
+            )
+        }
+        Projection::Orthographic {
+            y_mag, z_near, z_far, ..
+        } => {
+            let depth = if z_far > z_near { z_far - z_near } else { 1.0 };
+            Mat4::from_cols(
+                Vec4::new(1.0 / (y_mag * aspect), 0.0, 0.0, 0.0),
+                Vec4::new(0.0, 1.0 / y_mag, 0.0, 0.0),
+                Vec4::new(0.0, 0.0, -1.0 / depth, 0.0),
+                Vec4::new(0.0, 0.0, -z_near / depth, 1.0),
+            )
+        }
+    };
+    let ndc_from_clip = Mat4::from_cols(
+        Vec4::new(0.5, 0.0, 0.0, 0.0),
+        Vec4::new(0.0, -0.5, 0.0, 0.0),
+        Vec4::new(0.0, 0.0, 1.0, 0.0),
+        Vec4::new(0.5, 0.5, 0.0, 1.0),
+    );
+    ndc_from_clip * clip_from_camera
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn assert_near(actual: Vec3, expected: Vec3) {
+        assert!((actual - expected).length() < 1e-5, "{actual} is not {expected}");
+    }
+
+    #[test]
+    fn a_quarter_turn_wide_pinhole_has_corners_at_45_degrees() {
+        let projection = Projection::Perspective {
+            fov_y_radians: std::f32::consts::FRAC_PI_2,
+            aspect_ratio: None,
+            z_near: 1.0,
+            z_far: Some(3.0),
+        };
+        let ndc = ndc_from_camera(&projection, (200, 100));
+        // At distance d the picture is 2·d high and, twice as wide as high, 4·d wide.
+        assert_near(
+            ndc.project_point3(Vec3::new(-2.0, 1.0, -1.0)),
+            Vec3::new(0.0, 0.0, 0.0),
+        );
+        assert_near(
+            ndc.project_point3(Vec3::new(6.0, -3.0, -3.0)),
+            Vec3::new(1.0, 1.0, 1.0),
+        );
+        assert_near(
+            ndc.project_point3(Vec3::new(0.0, 0.0, -2.0)),
+            Vec3::new(0.5, 0.5, 0.75),
+        );
+    }
+
+    #[test]
+    fn parallel_rays_keep_sizes() {
+        let projection = Projection::Orthographic {
+            x_mag: 2.0,
+            y_mag: 2.0,
+            z_near: 1.0,
+            z_far: 5.0,
+        };
+        let ndc = ndc_from_camera(&projection, (64, 64));
+        assert_near(ndc.project_point3(Vec3::new(-2.0, 2.0, -1.0)), Vec3::ZERO);
+        assert_near(ndc.project_point3(Vec3::new(2.0, -2.0, -5.0)), Vec3::ONE);
+    }
+
+    #[test]
+    fn matrices_are_stored_for_row_vectors() {
+        // A camera at (1, 2, 3) without rotation: the world origin is at (−1, −2, −3) for it. OpenEXR keeps the
+        // translation in the last row, elements 12 to 14.
+        let camera = PosedCamera {
+            world_from_camera: Mat4::from_translation(Vec3::new(1.0, 2.0, 3.0)),
+            ..PosedCamera::default()
+        };
+        let attributes = frame_attributes(5, 0.5, (24, 1), "ab", (&camera, (16, 9)));
+        assert_eq!(attributes.world_to_camera[12..], [-1.0, -2.0, -3.0, 1.0]);
+        assert_eq!((attributes.frame, attributes.time_seconds), (5, 0.5));
+    }
+}

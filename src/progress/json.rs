@@ -1,0 +1,150 @@
+//! One JSON object a line on the standard output, for farms and scripts.
+//!
+//! Every object has `schema` (raised when a field changes its meaning) and `event`. Paths that are not Unicode are also
+//! given percent-encoded, without loss, as `path_percent`.
+
+use std::io::Write as _;
+use std::path::Path;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use percent_encoding::{NON_ALPHANUMERIC, percent_encode};
+use serde_json::{Value, json};
+
+use crate::sequence::{PlannedFrame, SequenceEvent, Summary};
+
+const SCHEMA: u32 = 1;
+/// Shortest time between two lines about the same frame.
+const INTERVAL: Duration = Duration::from_millis(500);
+
+/// JSON lines on the standard output.
+#[derive(Debug, Default)]
+pub(super) struct JsonLines {
+    last_progress: Mutex<Option<Instant>>,
+}
+
+impl JsonLines {
+    pub(super) fn tell(&self, event: SequenceEvent<'_>) {
+        if let SequenceEvent::FrameProgress(_) = event
+            && !self.is_time_for_progress()
+        {
+            return;
+        }
+        let mut stdout = std::io::stdout().lock();
+        let _ = writeln!(stdout, "{}", json_line(event)).and_then(|()| stdout.flush());
+    }
+
+    fn is_time_for_progress(&self) -> bool {
+        // A worker that would have to wait has nothing new to tell.
+        let Ok(mut last) = self.last_progress.try_lock() else {
+            return false;
+        };
+        let is_time = last.is_none_or(|last| last.elapsed() >= INTERVAL);
+        if is_time {
+            *last = Some(Instant::now());
+        }
+        is_time
+    }
+}
+
+fn json_line(event: SequenceEvent<'_>) -> Value {
+    let (name, mut line) = match event {
+        SequenceEvent::Started { to_render, kept } => {
+            ("start", json!({"to_render": to_render, "kept": kept}))
+        }
+        SequenceEvent::ExposureFound(ev) => ("exposure", json!({"ev": ev})),
+        SequenceEvent::FrameKept(frame) => ("frame_skipped", frame_json(frame)),
+        SequenceEvent::FrameStarted(frame) => ("frame_start", frame_json(frame)),
+        SequenceEvent::FrameProgress(share) => ("progress", json!({"share": share})),
+        SequenceEvent::FrameWritten(report) => {
+            let mut line = serde_json::to_value(report).unwrap_or_default();
+            add_percent_path(&mut line, &report.path);
+            ("frame_done", line)
+        }
+        SequenceEvent::FrameFailed(frame, error) => {
+            let mut line = frame_json(frame);
+            line["code"] = json!(error.exit_code());
+            line["message"] = json!(error.to_string());
+            ("frame_failed", line)
+        }
+        SequenceEvent::Warned(warning) => (
+            "warning",
+            json!({"pointer": warning.pointer, "message": warning.message}),
+        ),
+        SequenceEvent::Finished(summary) => ("summary", summary_json(summary)),
+    };
+    line["schema"] = json!(SCHEMA);
+    line["event"] = json!(name);
+    line
+}
+
+fn frame_json(frame: &PlannedFrame) -> Value {
+    let mut line = json!({
+        "frame": frame.frame,
+        "time_seconds": frame.time_seconds,
+        "path": frame.path.to_string_lossy(),
+    });
+    add_percent_path(&mut line, &frame.path);
+    line
+}
+
+fn add_percent_path(line: &mut Value, path: &Path) {
+    if path.to_str().is_none() {
+        let bytes = path.as_os_str().as_encoded_bytes();
+        line["path_percent"] = json!(percent_encode(bytes, NON_ALPHANUMERIC).to_string());
+    }
+}
+
+fn summary_json(summary: &Summary) -> Value {
+    let failed: Vec<_> = summary
+        .failed
+        .iter()
+        .map(|failed| json!({"frame": failed.frame, "code": failed.error.exit_code()}))
+        .collect();
+    json!({
+        "written": summary.written.iter().map(|report| report.frame).collect::<Vec<_>>(),
+        "kept": summary.kept,
+        "failed": failed,
+        "interrupted": summary.is_interrupted,
+        "seconds": summary.seconds,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    #[test]
+    fn every_line_names_schema_and_event() {
+        let line = json_line(SequenceEvent::Started {
+            to_render: 3,
+            kept: 1,
+        });
+        assert_eq!(
+            line.to_string(),
+            r#"{"event":"start","kept":1,"schema":1,"to_render":3}"#
+        );
+        let line = json_line(SequenceEvent::Finished(&Summary::default()));
+        assert_eq!(line["event"], "summary");
+        assert_eq!(line["interrupted"], false);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_that_are_not_unicode_are_given_without_loss() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let frame = PlannedFrame {
+            frame: 1,
+            time_seconds: 0.0,
+            path: PathBuf::from(std::ffi::OsStr::from_bytes(b"a\xff")),
+            preview_path: None,
+            render_hash: String::new(),
+            is_done: false,
+        };
+        assert_eq!(
+            json_line(SequenceEvent::FrameStarted(&frame))["path_percent"],
+            "a%FF"
+        );
+    }
+}

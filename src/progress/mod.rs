@@ -1,0 +1,104 @@
+//! Telling the user what happens: bars on a terminal, plain lines in a pipe, JSON lines for programs.
+//!
+//! The only room that names `indicatif`, and with `main` the only one that prints. People are told on the standard error
+//! stream, programs on the standard output. A stream that is closed is no reason to stop: the files are the product.
+
+mod bars;
+mod eta;
+mod json;
+mod plain;
+mod print;
+
+use std::io::IsTerminal as _;
+
+use crate::sequence::SequenceEvent;
+
+use bars::Bars;
+use json::JsonLines;
+use plain::PlainLines;
+
+pub use print::{one_line, print_error, print_note, print_output, print_warning};
+
+/// How progress is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProgressStyle {
+    /// Bars on a terminal, plain lines elsewhere.
+    #[default]
+    Auto,
+    /// Bars.
+    Bar,
+    /// One line a frame.
+    Plain,
+    /// One JSON object a line, on the standard output.
+    Json,
+    /// Not at all.
+    None,
+}
+
+/// How much is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Verbosity {
+    /// Only warnings and errors.
+    pub is_quiet: bool,
+    /// Also the phases of each frame, and frames that are kept.
+    pub is_verbose: bool,
+    /// Name each failed frame at once, because the run goes on after it.
+    pub names_failures: bool,
+}
+
+/// Tells the events of one run.
+#[derive(Debug)]
+pub struct Reporter {
+    form: Form,
+    verbosity: Verbosity,
+}
+
+#[derive(Debug)]
+enum Form {
+    Bars(Bars),
+    Plain(PlainLines),
+    Json(JsonLines),
+    Silent,
+}
+
+impl Reporter {
+    /// A reporter for one run.
+    pub fn new(style: ProgressStyle, verbosity: Verbosity) -> Self {
+        let has_terminal = std::io::stderr().is_terminal();
+        let form = match style {
+            ProgressStyle::Json => Form::Json(JsonLines::default()),
+            ProgressStyle::None => Form::Silent,
+            _ if verbosity.is_quiet => Form::Silent,
+            // Bars hide themselves where there is no terminal; lines do not.
+            ProgressStyle::Auto | ProgressStyle::Bar if has_terminal => Form::Bars(Bars::new(verbosity)),
+            ProgressStyle::Auto | ProgressStyle::Bar | ProgressStyle::Plain => {
+                Form::Plain(PlainLines::new(verbosity))
+            }
+        };
+        Self { form, verbosity }
+    }
+
+    /// Tells one event; may be called from any thread.
+    pub fn tell(&self, event: SequenceEvent<'_>) {
+        match &self.form {
+            Form::Bars(bars) => bars.tell(event),
+            Form::Plain(lines) => lines.tell(event),
+            Form::Json(lines) => {
+                self.tell_problems(event);
+                lines.tell(event);
+            }
+            Form::Silent => self.tell_problems(event),
+        }
+    }
+
+    /// What people should hear even without progress.
+    fn tell_problems(&self, event: SequenceEvent<'_>) {
+        match event {
+            SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
+            SequenceEvent::FrameFailed(frame, error) if self.verbosity.names_failures => {
+                print_error(&format!("frame {}: {error}", frame.frame));
+            }
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! Single lines to the two standard streams. Failing to print is not an error.
+
+use std::io::Write as _;
+
+/// `rayframe: error: …` on the standard error stream.
+pub fn print_error(message: &str) {
+    to_stderr(&format!("rayframe: error: {}", one_line(message)));
+}
+
+/// `rayframe: warning: …` on the standard error stream.
+pub fn print_warning(message: &str) {
+    to_stderr(&format!("rayframe: warning: {}", one_line(message)));
+}
+
+/// A line for people on the standard error stream.
+pub fn print_note(message: &str) {
+    to_stderr(&one_line(message));
+}
+
+/// Text that was asked for, on the standard output; it may have several lines.
+pub fn print_output(text: &str) {
+    let mut stdout = std::io::stdout().lock();
+    let _ = writeln!(stdout, "{}", text.trim_end_matches('\n')).and_then(|()| stdout.flush());
+}
+
+fn to_stderr(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
+
+/// The message with control characters made visible: names in files must not move the cursor or fake a second line.
+pub fn one_line(message: &str) -> String {
+    message
+        .chars()
+        .map(|c| {
+            if c.is_control() {
+                c.escape_default().to_string()
+            } else {
+                c.to_string()
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_from_files_cannot_fake_lines() {
+        assert_eq!(one_line("a\nb\u{1b}[2J → c"), "a\\nb\\u{1b}[2J → c");
+    }
+}

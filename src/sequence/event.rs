@@ -1,0 +1,33 @@
+//! What a run tells while it works.
+
+use crate::error::{Error, Warning};
+
+use super::{FrameReport, PlannedFrame, Summary};
+
+/// One thing that happened. Events come from one thread at a time, except [`SequenceEvent::FrameProgress`].
+#[derive(Clone, Copy, Debug)]
+pub enum SequenceEvent<'a> {
+    /// Work begins.
+    Started {
+        /// Frames that will be rendered.
+        to_render: usize,
+        /// Frames that are there already.
+        kept: usize,
+    },
+    /// The exposure of all tone-mapped files, stops.
+    ExposureFound(f32),
+    /// A frame that was there already stays.
+    FrameKept(&'a PlannedFrame),
+    /// A frame begins.
+    FrameStarted(&'a PlannedFrame),
+    /// A share of the frame's picture is finished, 0 to 1. Comes from worker threads.
+    FrameProgress(f32),
+    /// A frame is on disk.
+    FrameWritten(&'a FrameReport),
+    /// A frame could not be made.
+    FrameFailed(&'a PlannedFrame, &'a Error),
+    /// Something about the picture is not as asked for.
+    Warned(&'a Warning),
+    /// Nothing more will happen.
+    Finished(&'a Summary),
+}

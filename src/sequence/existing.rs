@@ -1,0 +1,73 @@
+//! Files that are there before a run: kept, replaced, or in the way.
+
+use std::path::Path;
+
+use crate::image_file::{StoredFrame, inspect_exr, inspect_png};
+
+use super::{OutputFormat, SequenceJob};
+
+/// What becomes of files that are there already.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExistingFiles {
+    /// Whole frames made from the same things are kept; any other file is an error.
+    #[default]
+    Protect,
+    /// Whole frames made from the same things are kept, others are replaced.
+    Resume,
+    /// All are replaced.
+    Overwrite,
+}
+
+/// What is to be done about one frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Decision {
+    /// Render it.
+    Render,
+    /// The file is as it should be.
+    Keep,
+    /// A file that may not be replaced has the name; why it is not the frame.
+    InTheWay(String),
+}
+
+/// Decides about the file `path` that should hold a frame with `render_hash`.
+pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decision {
+    if job.existing == ExistingFiles::Overwrite || !path.is_file() {
+        return Decision::Render;
+    }
+    let inspected = match job.output.format() {
+        OutputFormat::Exr => inspect_exr(path),
+        OutputFormat::Png => inspect_png(path),
+    };
+    let why = match inspected {
+        Ok(stored) => match difference(job, &stored, render_hash) {
+            None => return Decision::Keep,
+            Some(why) => why.to_owned(),
+        },
+        Err(why) => format!("not a whole frame ({why})"),
+    };
+    match job.existing {
+        ExistingFiles::Protect => Decision::InTheWay(why),
+        ExistingFiles::Resume | ExistingFiles::Overwrite => Decision::Render,
+    }
+}
+
+/// Why a whole file is not the frame that is asked for.
+fn difference(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Option<&'static str> {
+    let window = job.render.window;
+    let same_window = match job.output.format() {
+        OutputFormat::Exr => {
+            stored.picture_size == job.render.resolution
+                && stored.origin == (i64::from(window.x0), i64::from(window.y0))
+                && stored.size == (window.width(), window.height())
+        }
+        OutputFormat::Png => stored.size == (window.width(), window.height()),
+    };
+    match &stored.render_hash {
+        None => Some("made by another program"),
+        Some(hash) if hash != render_hash => {
+            Some("made from another scene, other settings or by another version")
+        }
+        Some(_) if !same_window => Some("another crop of the picture"),
+        Some(_) => None,
+    }
+}

@@ -1,0 +1,53 @@
+//! What rendering will need, estimated before anything is allocated.
+
+use crate::bvh::Split;
+use crate::error::{Error, Result};
+
+use super::SequenceJob;
+use super::job::triangle_count;
+
+/// A pixel: film (16 bytes), halves before and after compression (8 each), a preview (4).
+const BYTES_A_PIXEL: u128 = 36;
+/// A posed triangle in this frame and in the last one: corners, flags and attributes.
+const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100;
+/// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
+const BYTES_A_REFERENCE: u128 = 120;
+
+/// Bytes that the frames of `job` need beyond the scene itself, on the high side.
+pub fn estimated_bytes(job: &SequenceJob) -> u128 {
+    let window = &job.render.window;
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
+    let references_a_triangle = match job.build.split {
+        Split::Off => 1.0,
+        Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
+    };
+    let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
+    pixels * BYTES_A_PIXEL + triangles * BYTES_A_TRIANGLE + references * BYTES_A_REFERENCE
+}
+
+/// Refuses a job that needs more memory than it may have, or more triangles than ids.
+pub(super) fn check(job: &SequenceJob) -> Result<()> {
+    let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
+    let triangles = triangle_count(&job.scene, &job.selection.roots);
+    if triangles > u64::from(u32::MAX) {
+        return refuse(format!(
+            "{triangles} triangles are more than the 4294967295 that a scene can have"
+        ));
+    }
+    let needed = estimated_bytes(job);
+    if needed > u128::from(job.max_memory_bytes) {
+        let (width, height) = job.render.resolution;
+        return refuse(format!(
+            "{width}x{height} pixels and {triangles} triangles need about {}, but only {} may be used; ask for a smaller \
+             picture or --split off, or raise --max-memory",
+            gigabytes(needed),
+            gigabytes(u128::from(job.max_memory_bytes))
+        ));
+    }
+    Ok(())
+}
+
+fn gigabytes(bytes: u128) -> String {
+    format!("{:.1} GB", bytes as f64 / 1e9)
+}

@@ -1,0 +1,217 @@
+//! Names of output files: a path with a place for the frame number.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+/// What the extension of an output asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputFormat {
+    /// Scene-linear OpenEXR.
+    Exr,
+    /// Tone-mapped sRGB PNG.
+    Png,
+}
+
+/// A path with any number of places for the frame number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OutputPattern {
+    parts: Vec<Part>,
+    format: OutputFormat,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Part {
+    Literal(OsString),
+    /// The frame number, padded with zeros to this many characters, a minus sign included (as `printf` does).
+    Frame {
+        width: usize,
+    },
+}
+
+impl OutputPattern {
+    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `%%` is a percent sign.
+    ///
+    /// # Errors
+    /// One line: an unknown extension, a folder, or a place for the frame that is not understood.
+    pub fn parse(text: &OsStr) -> Result<Self, String> {
+        let bytes = text.as_encoded_bytes();
+        let mut parts = Vec::new();
+        let mut literal = Vec::new();
+        let mut at = 0;
+        while at < bytes.len() {
+            if let Some((width, length)) = frame_place(&bytes[at..])? {
+                parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
+                parts.push(Part::Frame { width });
+                at += length;
+            } else {
+                literal.push(bytes[at]);
+                at += if bytes[at..].starts_with(b"%%") { 2 } else { 1 };
+            }
+        }
+        parts.push(Part::Literal(os_string(literal)?));
+        let format = format_of(Path::new(text))?;
+        Ok(Self { parts, format })
+    }
+
+    /// `<stem>.####.exr`, or `<stem>.exr` for a single picture; the stem is taken as it is.
+    pub fn default_for(stem: &OsStr, numbered: bool) -> Self {
+        let mut parts = vec![Part::Literal(stem.to_owned())];
+        if numbered {
+            parts.push(Part::Literal(".".into()));
+            parts.push(Part::Frame { width: 4 });
+        }
+        parts.push(Part::Literal(".exr".into()));
+        Self {
+            parts,
+            format: OutputFormat::Exr,
+        }
+    }
+
+    /// What the extension asks for.
+    pub fn format(&self) -> OutputFormat {
+        self.format
+    }
+
+    /// Whether frames get different names.
+    pub fn is_numbered(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, Part::Frame { .. }))
+    }
+
+    /// The file of `frame`.
+    pub fn path(&self, frame: i64) -> PathBuf {
+        let mut path = OsString::new();
+        for part in &self.parts {
+            match part {
+                Part::Literal(text) => path.push(text),
+                Part::Frame { width } => path.push(format!("{frame:0width$}")),
+            }
+        }
+        PathBuf::from(path)
+    }
+}
+
+/// Width and length of the place for the frame number that `bytes` begins with.
+fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
+    match bytes {
+        [b'#', ..] => {
+            let width = bytes.iter().take_while(|&&byte| byte == b'#').count();
+            Ok(Some((width, width)))
+        }
+        [b'%', b'%', ..] => Ok(None),
+        [b'%', rest @ ..] => closed_place(rest, b'd')
+            .map(|(width, length)| Some((width, length + 1)))
+            .ok_or_else(|| "a % in an output name must be %04d, %d, or %% for a percent sign".to_owned()),
+        _ => match bytes.strip_prefix(b"{frame") {
+            None => Ok(None),
+            Some(rest) => {
+                let colon = usize::from(rest.starts_with(b":"));
+                closed_place(&rest[colon..], b'}')
+                    .map(|(width, length)| Some((width, length + colon + b"{frame".len())))
+                    .ok_or_else(|| "a {frame in an output name must be {frame:04} or {frame}".to_owned())
+            }
+        },
+    }
+}
+
+/// Width and length of `04d` or `d`, with the last character as given. Only zero padding makes names that sort.
+fn closed_place(bytes: &[u8], end: u8) -> Option<(usize, usize)> {
+    let digits = bytes.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let is_closed = bytes.get(digits) == Some(&end);
+    let is_padded = digits == 0 || (digits <= 3 && bytes[0] == b'0');
+    let text = std::str::from_utf8(&bytes[..digits]).ok()?;
+    let width = if digits == 0 { 1 } else { text.parse().ok()? };
+    (is_closed && is_padded).then_some((width, digits + 1))
+}
+
+fn format_of(path: &Path) -> Result<OutputFormat, String> {
+    let shown = path.display();
+    if path.as_os_str().as_encoded_bytes().ends_with(b"/") || path.file_name().is_none() {
+        return Err(format!(
+            "\"{shown}\" names a folder; add a file name such as shot.####.exr"
+        ));
+    }
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    match extension.to_str() {
+        Some("exr") => Ok(OutputFormat::Exr),
+        Some("png") => Ok(OutputFormat::Png),
+        _ => Err(format!(
+            "\"{shown}\" has no extension that is known; end it with .exr or .png"
+        )),
+    }
+}
+
+#[cfg(unix)]
+#[expect(clippy::unnecessary_wraps, reason = "the other platforms' twin can fail")]
+fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
+    Ok(std::os::unix::ffi::OsStringExt::from_vec(bytes))
+}
+
+#[cfg(not(unix))]
+fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
+    String::from_utf8(bytes)
+        .map(OsString::from)
+        .map_err(|_| "the output name is not valid Unicode".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(pattern: &str, frame: i64) -> String {
+        let pattern = OutputPattern::parse(OsStr::new(pattern)).unwrap();
+        pattern.path(frame).into_os_string().into_string().unwrap()
+    }
+
+    #[test]
+    fn every_place_for_the_frame_is_filled() {
+        assert_eq!(path("out/a.####.exr", 7), "out/a.0007.exr");
+        assert_eq!(path("a_%04d.exr", 12), "a_0012.exr");
+        assert_eq!(path("a_%d.EXR", 12), "a_12.EXR");
+        assert_eq!(path("{frame:05}/a.{frame}.png", 3), "00003/a.3.png");
+        assert_eq!(path("a.####.exr", -3), "a.-003.exr");
+        assert_eq!(path("a.##.exr", 12345), "a.12345.exr");
+        assert_eq!(path("50%%/{x}.exr", 1), "50%/{x}.exr");
+    }
+
+    #[test]
+    fn names_without_a_place_are_told_apart() {
+        let parse = |text: &str| OutputPattern::parse(OsStr::new(text)).unwrap();
+        assert!(!parse("a.exr").is_numbered());
+        assert!(parse("#.exr").is_numbered());
+        assert_eq!(parse("a.png").format(), OutputFormat::Png);
+    }
+
+    #[test]
+    fn unknown_extensions_folders_and_broken_places_are_errors() {
+        for text in [
+            "",
+            "a",
+            "a.jpg",
+            "out/",
+            "a.%s.exr",
+            "a.%4d.exr",
+            "a.{frame:4}.exr",
+            "a.{frame.exr",
+            "a.%",
+            "..",
+            "%0999999d.exr",
+        ] {
+            assert!(OutputPattern::parse(OsStr::new(text)).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_default_name_takes_the_stem_literally() {
+        let name = |numbered| OutputPattern::default_for(OsStr::new("50%#1"), numbered).path(2);
+        assert_eq!(name(true), Path::new("50%#1.0002.exr"));
+        assert_eq!(name(false), Path::new("50%#1.exr"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_need_not_be_unicode() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let pattern = OutputPattern::parse(OsStr::from_bytes(b"\xff.####.exr")).unwrap();
+        assert_eq!(pattern.path(1).as_os_str().as_bytes(), b"\xff.0001.exr");
+    }
+}

@@ -1,0 +1,136 @@
+//! Everything that can be known, and go wrong, before the first frame.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::image_file::{probe_folder, remove_stale_temporaries};
+
+use super::existing::{Decision, decide};
+use super::{OutputFormat, SequenceJob, memory, render_hash};
+
+/// One frame and its files.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlannedFrame {
+    /// Frame number.
+    pub frame: i64,
+    /// What it shows, seconds.
+    pub time_seconds: f64,
+    /// The file.
+    pub path: PathBuf,
+    /// The tone-mapped PNG beside it.
+    pub preview_path: Option<PathBuf>,
+    /// What it is made from.
+    pub render_hash: String,
+    /// Whether the file is there already and whole.
+    pub is_done: bool,
+}
+
+/// All frames in the order of rendering.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The frames.
+    pub frames: Vec<PlannedFrame>,
+}
+
+impl Plan {
+    /// Checks names, memory and existing files; creates nothing.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when frames would share a name, [`Error::Refused`] when memory does not suffice, and
+    /// [`Error::CannotCreate`] when a file made from something else has a frame's name.
+    pub fn new(job: &SequenceJob) -> Result<Self> {
+        memory::check(job)?;
+        check_names(job)?;
+        let planned: Vec<_> = job
+            .frames
+            .par_iter()
+            .map(|&frame| plan_frame(job, frame))
+            .collect();
+        refuse_what_is_in_the_way(&planned)?;
+        let frames = planned.into_iter().map(|(frame, _)| frame).collect();
+        Ok(Self { frames })
+    }
+
+    /// Creates the folders, makes sure that files can be written there, and removes what dead runs left half written.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] with the folder and the reason.
+    pub fn prepare(&self) -> Result<()> {
+        let mut folders = BTreeSet::new();
+        let mut paths = Vec::new();
+        for frame in &self.frames {
+            paths.push(frame.path.clone());
+            paths.extend(frame.preview_path.clone());
+        }
+        for path in &paths {
+            // One file a folder tells about the folder; each name must still be free of folders and devices.
+            if folders.insert(path.parent().map(Path::to_owned)) || path.exists() {
+                probe_folder(path)?;
+            }
+        }
+        remove_stale_temporaries(&paths);
+        Ok(())
+    }
+
+    /// Frames that are still to be rendered.
+    pub fn remaining(&self) -> usize {
+        self.frames.iter().filter(|frame| !frame.is_done).count()
+    }
+}
+
+fn check_names(job: &SequenceJob) -> Result<()> {
+    if job.frames.len() > 1 && !job.output.is_numbered() {
+        let path = job.output.path(0);
+        return Err(Error::usage(format!(
+            "{} frames would all be written to \"{}\"; put #### where the frame number belongs, such as {}",
+            job.frames.len(),
+            path.display(),
+            path.with_extension(format!("####.{}", path.extension().unwrap_or_default().display()))
+                .display(),
+        )));
+    }
+    if job.preview && job.output.format() == OutputFormat::Png {
+        return Err(Error::usage(
+            "--preview png lies beside EXR files, but -o asks for PNG files already; leave --preview out",
+        ));
+    }
+    Ok(())
+}
+
+fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Decision) {
+    let path = job.output.path(frame);
+    let render_hash = render_hash(job, frame);
+    let decision = decide(job, &path, &render_hash);
+    let planned = PlannedFrame {
+        frame,
+        time_seconds: job.rate.time_seconds(frame),
+        preview_path: job.preview.then(|| path.with_extension("png")),
+        path,
+        render_hash,
+        is_done: decision == Decision::Keep,
+    };
+    (planned, decision)
+}
+
+fn refuse_what_is_in_the_way(planned: &[(PlannedFrame, Decision)]) -> Result<()> {
+    let mut in_the_way = planned.iter().filter_map(|(frame, decision)| match decision {
+        Decision::InTheWay(why) => Some((&frame.path, why)),
+        Decision::Render | Decision::Keep => None,
+    });
+    let Some((path, why)) = in_the_way.next() else {
+        return Ok(());
+    };
+    let others = match in_the_way.count() {
+        0 => String::new(),
+        count => format!(" (and {count} more)"),
+    };
+    Err(Error::CannotCreate {
+        path: path.clone(),
+        message: format!(
+            "the file is there{others} and is {why}; --resume replaces only such frames, --overwrite replaces all"
+        ),
+    })
+}

@@ -1,0 +1,76 @@
+//! What a frame was made from, in one number: equal exactly when the picture is meant to be the same.
+//!
+//! Covers the version, the content of the scene and of the environment, what is shown of it, every setting that reaches
+//! a pixel, and the time. Not covered: threads, lanes, builder, splits, crop, other frames, names and progress, none of
+//! which change a pixel. A tone-mapped file also depends on its look and, having no data window, on the crop.
+
+use serde_json::json;
+use sha2::{Digest as _, Sha256};
+
+use crate::output::SOFTWARE;
+use crate::render::GlassShadows;
+use crate::scene::CameraChoice;
+
+use super::{Exposure, OutputFormat, SequenceJob};
+
+/// The hash of `frame`, 64 hexadecimal digits.
+pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
+    let settings = &job.render;
+    let camera = match job.selection.camera {
+        CameraChoice::Auto => "auto".to_owned(),
+        CameraChoice::Node(node) => format!("node {}", node.0),
+    };
+    let glass_shadows = match settings.glass_shadows {
+        GlassShadows::Straight => "straight",
+        GlassShadows::Opaque => "opaque",
+    };
+    let indices = |list: Vec<u32>| json!(list);
+    // Keys are sorted when printed and floats are given by their bits: one value has one text.
+    let content = json!({
+        "software": SOFTWARE,
+        "scene": hex(&job.scene.content_hash),
+        "roots": indices(job.selection.roots.iter().map(|root| root.0).collect()),
+        "clips": indices(job.selection.clips.iter().map(|clip| clip.0).collect()),
+        "camera": camera,
+        "environment": job.environment_key,
+        "integrator": "whitted",
+        "resolution": [settings.resolution.0, settings.resolution.1],
+        "samples": settings.samples,
+        "max_depth": settings.max_depth,
+        "glass_shadows": glass_shadows,
+        "light_scale": settings.light_scale.to_bits(),
+        "show_background": settings.show_background,
+        "fps": job.rate.to_string(),
+        "frame": frame,
+        "file": file_key(job),
+    });
+    hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+fn file_key(job: &SequenceJob) -> serde_json::Value {
+    match job.output.format() {
+        OutputFormat::Exr => json!("exr rgba half"),
+        OutputFormat::Png => {
+            let window = job.render.window;
+            let exposure = match job.exposure {
+                Exposure::Auto => json!("auto"),
+                Exposure::Ev(ev) => json!(ev.to_bits()),
+            };
+            json!({
+                "png": format!("{:?}", job.tone),
+                "exposure": exposure,
+                "crop": [window.x0, window.y0, window.x1, window.y1],
+            })
+        }
+    }
+}
+
+/// Lower-case hexadecimal digits.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    const DIGITS: &[u8; 16] = b"0123456789abcdef";
+    bytes
+        .iter()
+        .flat_map(|byte| [byte >> 4, byte & 15])
+        .map(|digit| DIGITS[digit as usize] as char)
+        .collect()
+}

@@ -1,0 +1,228 @@
+//! What each frame cost, in a form that can be stored.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use crate::bvh::BuildStatistics;
+use crate::cancel::Cancelled;
+use crate::error::{Error, Result};
+use crate::render::RenderStatistics;
+
+/// Seconds of each phase of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "each field is the phase of its name")]
+pub struct Phases {
+    pub pose: f64,
+    pub split: f64,
+    pub sort: f64,
+    pub link: f64,
+    pub fit: f64,
+    pub widen: f64,
+    pub trace: f64,
+    pub write: f64,
+    pub total: f64,
+}
+
+/// The hierarchy of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TreeReport {
+    /// Triangles that are not hidden.
+    pub triangles: usize,
+    /// Boxes after early split clipping.
+    pub references: usize,
+    /// Area beyond which boxes were split, square metres; none when nothing was split.
+    pub sa_max: Option<f32>,
+    /// Levels of the binary tree.
+    pub depth: u32,
+    /// Surface area heuristic cost of the binary tree.
+    pub sah_cost: f32,
+    /// Bytes of the traversal structure.
+    pub bytes: usize,
+    /// Whether the last frame's hierarchy still fitted.
+    pub is_reused: bool,
+}
+
+/// The rays of a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[expect(missing_docs, reason = "the first four count rays of the kind of their name")]
+pub struct RayReport {
+    pub camera: u64,
+    pub reflection: u64,
+    pub refraction: u64,
+    pub shadow: u64,
+    /// Rays of all kinds a second of tracing and shading.
+    pub per_second: f64,
+    /// Wide nodes visited a ray.
+    pub nodes_per_ray: f64,
+    /// Triangles tested a ray.
+    pub triangles_per_ray: f64,
+    /// Sample weight lost to the depth limit and the cut-off, in whole samples.
+    pub dropped_weight: f64,
+    /// Samples that met too many see-through surfaces.
+    pub pass_through_limit_reached: u64,
+    /// Pixels that were not finite and became black.
+    pub non_finite_pixels: u64,
+}
+
+/// A frame that was written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FrameReport {
+    /// Frame number.
+    pub frame: i64,
+    /// What it shows, seconds.
+    pub time_seconds: f64,
+    /// The file.
+    #[serde(serialize_with = "lossy_path")]
+    pub path: PathBuf,
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// Bytes of the file.
+    pub bytes: usize,
+    /// Seconds of each phase.
+    pub seconds: Phases,
+    /// The hierarchy.
+    pub tree: TreeReport,
+    /// The rays.
+    pub rays: RayReport,
+    /// Most memory that the process ever used, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// A frame that could not be made.
+#[derive(Debug)]
+pub struct FailedFrame {
+    /// Frame number.
+    pub frame: i64,
+    /// Why.
+    pub error: Error,
+}
+
+/// A whole run.
+#[derive(Debug, Default)]
+pub struct Summary {
+    /// Frames written, in order.
+    pub written: Vec<FrameReport>,
+    /// Frames that were there already.
+    pub kept: Vec<i64>,
+    /// Frames that could not be made.
+    pub failed: Vec<FailedFrame>,
+    /// Whether the run was stopped.
+    pub is_interrupted: bool,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+impl Summary {
+    /// Nothing, when all that was asked for is there; else the interruption, or the worst failure.
+    ///
+    /// # Errors
+    /// As said; of several failures the one whose exit code is the most permanent.
+    pub fn outcome(self) -> Result<()> {
+        if self.is_interrupted {
+            return Err(Error::Interrupted(Cancelled));
+        }
+        let worst = self
+            .failed
+            .into_iter()
+            .max_by_key(|failed| permanence(&failed.error));
+        worst.map_or(Ok(()), |failed| Err(failed.error))
+    }
+}
+
+/// How little another try would help: a bug most, a full disk less.
+fn permanence(error: &Error) -> u8 {
+    match error.exit_code() {
+        70 => 4,
+        65 | 66 => 3,
+        77 => 2,
+        _ => 1,
+    }
+}
+
+impl TreeReport {
+    pub(super) fn new(statistics: &BuildStatistics, is_reused: bool) -> Self {
+        Self {
+            triangles: statistics.triangles,
+            references: statistics.references,
+            sa_max: statistics.sa_max.is_finite().then_some(statistics.sa_max),
+            depth: statistics.depth,
+            sah_cost: statistics.sah_cost,
+            bytes: statistics.bytes,
+            is_reused,
+        }
+    }
+}
+
+impl RayReport {
+    pub(super) fn new(statistics: &RenderStatistics) -> Self {
+        let rays = statistics.camera_rays
+            + statistics.reflection_rays
+            + statistics.refraction_rays
+            + statistics.shadow_rays;
+        let per_ray = |count: u64| {
+            if rays == 0 {
+                0.0
+            } else {
+                count as f64 / rays as f64
+            }
+        };
+        let seconds = statistics.trace_seconds;
+        Self {
+            camera: statistics.camera_rays,
+            reflection: statistics.reflection_rays,
+            refraction: statistics.refraction_rays,
+            shadow: statistics.shadow_rays,
+            per_second: if seconds > 0.0 { rays as f64 / seconds } else { 0.0 },
+            nodes_per_ray: per_ray(statistics.nodes),
+            triangles_per_ray: per_ray(statistics.triangles),
+            dropped_weight: statistics.dropped_weight,
+            pass_through_limit_reached: statistics.pass_through_limit_reached,
+            non_finite_pixels: statistics.non_finite_pixels,
+        }
+    }
+}
+
+/// Most memory that this process ever used (`VmHWM` of Linux).
+pub(super) fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
+}
+
+#[expect(clippy::ptr_arg, reason = "serde passes the field's own type")]
+fn lossy_path<S: serde::Serializer>(path: &PathBuf, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn failed(frame: i64, error: Error) -> FailedFrame {
+        FailedFrame { frame, error }
+    }
+
+    #[test]
+    fn the_worst_frame_decides() {
+        let full_disk = || Error::WriteFailed {
+            path: "a".into(),
+            source: std::io::ErrorKind::StorageFull.into(),
+        };
+        let bug = Error::Internal {
+            message: "x".to_owned(),
+        };
+        let summary = Summary {
+            failed: vec![failed(1, full_disk()), failed(2, bug), failed(3, full_disk())],
+            ..Summary::default()
+        };
+        assert_eq!(summary.outcome().unwrap_err().exit_code(), 70);
+        assert!(Summary::default().outcome().is_ok());
+        let stopped = Summary {
+            is_interrupted: true,
+            ..Summary::default()
+        };
+        assert_eq!(stopped.outcome().unwrap_err().exit_code(), 75);
+    }
+}

@@ -1,0 +1,127 @@
+//! The program from outside: exit codes and messages that need no scene.
+
+use std::process::{Command, Output, Stdio};
+
+fn rayframe(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .args(arguments)
+        .output()
+        .unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// One line of error, naming `word`, and this exit code.
+fn assert_fails(arguments: &[&str], code: i32, word: &str) {
+    let output = rayframe(arguments);
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
+    assert!(message.contains(word), "{arguments:?}: {message}");
+    assert!(output.stdout.is_empty());
+}
+
+#[test]
+fn help_and_version_go_to_the_standard_output() {
+    for arguments in [
+        &["--help"][..],
+        &["render", "--help"],
+        &["info", "-h"],
+        &["--version"],
+    ] {
+        let output = rayframe(arguments);
+        assert_eq!(output.status.code(), Some(0));
+        assert!(!output.stdout.is_empty() && output.stderr.is_empty());
+    }
+}
+
+#[test]
+fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
+    assert_fails(&[], 2, "Usage");
+    assert_fails(&["render"], 2, "SCENE");
+    for (options, word) in [
+        (&["-f", "10-1"][..], "backwards"),
+        (&["-f", "1-3", "-s", "1"], "--start"),
+        (&["-a", "-f", "1"], "--frames"),
+        (&["-j", "0"], "--step"),
+        (&["--fps", "0"], "--fps"),
+        (&["-o", "a.jpg"], ".exr"),
+        (&["-o", "out/"], "folder"),
+        (&["-r", "0x10"], "pixel"),
+        (&["-r", "8x8", "-W", "8"], "--width"),
+        (&["-W", "0"], "--width"),
+        (&["--scale", "0%"], "scale"),
+        (&["--crop", "5,5,5,9"], "crop"),
+        (&["--samples", "0"], "--samples"),
+        (&["--exposure", "bright"], "stops"),
+        (&["--env", "1,2"], "R,G,B"),
+        (&["--split", "0"], "area"),
+        (&["--max-memory", "much"], "8GiB"),
+        (&["--light-scale", "-1"], "light-scale"),
+        (&["--resume", "--overwrite"], "--overwrite"),
+        (&["-q", "-v"], "--verbose"),
+        (&["--integrator", "path"], "whitted"),
+        (&["-t", "0"], "--threads"),
+        (&["--layers", "depth"], "--layers"),
+    ] {
+        let arguments = [&["render", "no-such-file.glb"], options].concat();
+        assert_fails(&arguments, 2, word);
+    }
+}
+
+#[test]
+fn a_missing_scene_has_its_own_exit_code() {
+    assert_fails(&["render", "no-such-file.glb"], 66, "no-such-file.glb");
+    assert_fails(&["info", "no-such-file.glb"], 66, "no-such-file.glb");
+    let output = rayframe(&["render", "no-such-file.glb"]);
+    assert_eq!(stderr(&output).lines().count(), 1);
+    assert!(stderr(&output).starts_with("rayframe: error: "));
+}
+
+#[test]
+fn negative_frames_and_blenders_order_are_understood() {
+    // All of these get as far as the missing file.
+    for options in [
+        &["-f", "-3--2"][..],
+        &["-s", "-5", "-e", "10", "-a"],
+        &["-f", "1..10x2", "--spp", "1", "--outfile", "a.%04d.exr"],
+        &["--exposure", "-1.5", "--fps", "24000/1001", "--scale", "50%"],
+    ] {
+        let arguments = [&["render", "no-such-file.glb"], options].concat();
+        assert_fails(&arguments, 66, "no-such-file.glb");
+    }
+}
+
+#[test]
+fn names_cannot_fake_lines() {
+    let output = rayframe(&["render", "a\nrayframe: error: b.glb"]);
+    assert_eq!(stderr(&output).lines().count(), 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn arguments_need_not_be_unicode() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .arg("render")
+        .arg(std::ffi::OsStr::from_bytes(b"\xff.glb"))
+        .args(["-o", "a.exr"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(66));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_closed_standard_output_is_no_panic() {
+    // Every write to /dev/full fails, as to a pipe that nobody reads any more.
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let status = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .arg("--help")
+        .stdout(Stdio::from(full))
+        .stderr(Stdio::null())
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(0));
+}

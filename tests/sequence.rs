@@ -1,0 +1,303 @@
+//! Sequences through the library: which files appear, which are kept, and what stops a run.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use glam::Vec3;
+use rayframe::bvh::{BuildSettings, BuilderKind, Split};
+use rayframe::cancel::CancelFlag;
+use rayframe::color::ToneCurve;
+use rayframe::film::PixelWindow;
+use rayframe::render::{GlassShadows, RenderSettings};
+use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
+use rayframe::sequence::{
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Summary,
+    render_hash, run,
+};
+
+/// An empty scene in even light, written to `folder/name`.
+fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
+    SequenceJob {
+        scene: Scene {
+            path: PathBuf::from("empty.gltf"),
+            ..Scene::default()
+        },
+        selection: Selection {
+            roots: Vec::new(),
+            clips: Vec::new(),
+            camera: CameraChoice::Auto,
+        },
+        environment: Environment::Constant(Vec3::splat(0.5)),
+        environment_key: "constant 0.5".to_owned(),
+        frames: frames.to_vec(),
+        rate: FrameRate::FILM,
+        render: RenderSettings {
+            resolution: (40, 30),
+            window: PixelWindow::full(40, 30),
+            samples: 1,
+            max_depth: 1,
+            glass_shadows: GlassShadows::Straight,
+            light_scale: 1.0,
+            show_background: true,
+        },
+        build: BuildSettings::default(),
+        output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
+        preview: false,
+        exposure: Exposure::Auto,
+        tone: ToneCurve::Standard,
+        existing: ExistingFiles::Protect,
+        keep_going: false,
+        strict: false,
+        max_memory_bytes: 1 << 30,
+    }
+}
+
+fn render(job: &SequenceJob) -> Result<Summary, rayframe::error::Error> {
+    let plan = Plan::new(job)?;
+    plan.prepare()?;
+    Ok(run(job, &plan, &CancelFlag::new(), &|_| ()))
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<_> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_frame_gets_its_file_and_nothing_else_is_left() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "new/{frame}/a.####.exr", &[-1, 0, 2]);
+    job.preview = true;
+    let summary = render(&job).unwrap();
+    assert_eq!(
+        summary
+            .written
+            .iter()
+            .map(|report| report.frame)
+            .collect::<Vec<_>>(),
+        [-1, 0, 2]
+    );
+    assert_eq!(names(&folder.path().join("new/2")), ["a.0002.exr", "a.0002.png"]);
+    assert_eq!(names(&folder.path().join("new/-1")), ["a.-001.exr", "a.-001.png"]);
+    assert!(summary.outcome().is_ok());
+}
+
+#[test]
+fn bytes_depend_on_neither_threads_nor_the_order_of_frames() {
+    let folder = tempfile::tempdir().unwrap();
+    let bytes = |name: &str, frames: &[i64], threads: usize| {
+        let job = job(folder.path(), name, frames);
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| render(&job)).unwrap();
+        std::fs::read(job.output.path(2)).unwrap()
+    };
+    let alone = bytes("a.####.exr", &[2], 1);
+    assert!(bytes("b.####.exr", &[1, 2], 2) == alone);
+    assert!(bytes("c.####.exr", &[3, 2, 1], 8) == alone);
+}
+
+#[test]
+fn whole_frames_of_the_same_things_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.####.exr", &[1, 2, 3]);
+    render(&job).unwrap();
+    let first = std::fs::read(job.output.path(1)).unwrap();
+
+    // One frame is lost and one cut short; the third is whole.
+    std::fs::remove_file(job.output.path(1)).unwrap();
+    std::fs::write(job.output.path(2), &first[..first.len() / 2]).unwrap();
+    let error = Plan::new(&job).unwrap_err();
+    assert_eq!(error.exit_code(), 73);
+    let message = error.to_string();
+    assert!(
+        message.contains("--resume") && message.contains("--overwrite") && message.contains("a.0002.exr"),
+        "{message}"
+    );
+
+    job.existing = ExistingFiles::Resume;
+    let summary = render(&job).unwrap();
+    assert_eq!(summary.kept, [3]);
+    assert!(std::fs::read(job.output.path(1)).unwrap() == first);
+
+    // Now all are whole: nothing is left to do, unless all are to be made anew.
+    job.existing = ExistingFiles::Protect;
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 0);
+    job.existing = ExistingFiles::Overwrite;
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 3);
+}
+
+#[test]
+fn frames_of_other_settings_or_another_crop_are_not_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.####.exr", &[1]);
+    render(&job).unwrap();
+    job.render.window = PixelWindow {
+        x0: 1,
+        y0: 2,
+        x1: 10,
+        y1: 9,
+    };
+    assert_eq!(Plan::new(&job).unwrap_err().exit_code(), 73);
+    job.existing = ExistingFiles::Resume;
+    assert_eq!(render(&job).unwrap().written.len(), 1);
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 0);
+    job.render.samples = 2;
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 1);
+}
+
+#[test]
+fn previews_of_kept_frames_are_the_same_as_those_made_while_rendering() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.exr", &[0]);
+    job.preview = true;
+    render(&job).unwrap();
+    let preview = folder.path().join("a.png");
+    let made_while_rendering = std::fs::read(&preview).unwrap();
+    std::fs::remove_file(&preview).unwrap();
+    let summary = render(&job).unwrap();
+    assert_eq!((summary.written.len(), summary.kept.as_slice()), (0, &[0][..]));
+    assert!(std::fs::read(&preview).unwrap() == made_while_rendering);
+}
+
+#[test]
+fn png_output_resumes_too_and_knows_its_look() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.##.png", &[0, 1]);
+    render(&job).unwrap();
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 0);
+    job.exposure = Exposure::Ev(1.0);
+    job.existing = ExistingFiles::Resume;
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 2);
+    job.preview = true;
+    assert_eq!(Plan::new(&job).unwrap_err().exit_code(), 2);
+}
+
+#[test]
+fn what_can_fail_fails_before_the_first_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(
+        Plan::new(&job(folder.path(), "a.exr", &[1, 2]))
+            .unwrap_err()
+            .exit_code(),
+        2
+    );
+    let mut too_large = job(folder.path(), "a.exr", &[1]);
+    too_large.render.resolution = (65536, 65536);
+    too_large.render.window = PixelWindow::full(65536, 65536);
+    assert_eq!(Plan::new(&too_large).unwrap_err().exit_code(), 77);
+    std::fs::write(folder.path().join("file"), "").unwrap();
+    assert_eq!(
+        render(&job(folder.path(), "file/a.exr", &[1]))
+            .unwrap_err()
+            .exit_code(),
+        73
+    );
+    assert_eq!(names(folder.path()), ["file"]);
+}
+
+#[test]
+fn a_failed_frame_stops_the_run_unless_told_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.##.exr", &[1, 2, 3]);
+    let run_with_an_obstacle = |job: &SequenceJob| {
+        let plan = Plan::new(job).unwrap();
+        // A folder that takes frame 2's name while the run is under way makes its renaming fail.
+        std::fs::create_dir_all(job.output.path(2).join("x")).unwrap();
+        run(job, &plan, &CancelFlag::new(), &|_| ())
+    };
+    let summary = run_with_an_obstacle(&job);
+    assert_eq!((summary.written.len(), summary.failed.len()), (1, 1));
+    std::fs::remove_dir_all(job.output.path(2)).unwrap();
+    job.keep_going = true;
+    let summary = run_with_an_obstacle(&job);
+    assert_eq!(
+        (summary.written.len(), summary.kept.len(), summary.failed.len()),
+        (1, 1, 1)
+    );
+    assert_eq!(names(folder.path()), ["a.01.exr", "a.02.exr", "a.03.exr"]);
+    assert_eq!(summary.outcome().unwrap_err().exit_code(), 74);
+}
+
+#[test]
+fn a_raised_flag_keeps_what_is_finished() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(folder.path(), "a.##.exr", &[1, 2, 3]);
+    let plan = Plan::new(&job).unwrap();
+    let cancel = CancelFlag::new();
+    let summary = run(&job, &plan, &cancel, &|event| {
+        if let SequenceEvent::FrameWritten(_) = event {
+            cancel.raise();
+        }
+    });
+    assert!(summary.is_interrupted);
+    assert_eq!(names(folder.path()), ["a.01.exr"]);
+    assert_eq!(summary.outcome().unwrap_err().exit_code(), 75);
+}
+
+#[test]
+fn a_panic_fails_its_frame_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.##.exr", &[1, 2, 3]);
+    job.keep_going = true;
+    let plan = Plan::new(&job).unwrap();
+    let messages = Mutex::new(Vec::new());
+    let summary = run(&job, &plan, &CancelFlag::new(), &|event| match event {
+        SequenceEvent::FrameStarted(frame) if frame.frame == 2 => panic!("a bug in frame two"),
+        SequenceEvent::FrameFailed(_, error) => messages.lock().unwrap().push(error.to_string()),
+        _ => {}
+    });
+    assert_eq!(names(folder.path()), ["a.01.exr", "a.03.exr"]);
+    assert!(messages.lock().unwrap()[0].contains("a bug in frame two"));
+    assert_eq!(summary.outcome().unwrap_err().exit_code(), 70);
+}
+
+#[test]
+fn the_hash_changes_with_the_picture_and_with_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let base = || job(folder.path(), "a.####.exr", &[1]);
+    let expected = render_hash(&base(), 1);
+    let with = |change: &dyn Fn(&mut SequenceJob)| {
+        let mut job = base();
+        change(&mut job);
+        render_hash(&job, 1)
+    };
+    let same: [&dyn Fn(&mut SequenceJob); 6] = [
+        &|job| job.build.builder = BuilderKind::BruteForce,
+        &|job| job.build.split = Split::Off,
+        &|job| job.frames = vec![1, 2, 3],
+        &|job| job.render.window.x1 = 7,
+        &|job| job.output = OutputPattern::parse("b.exr".as_ref()).unwrap(),
+        &|job| job.exposure = Exposure::Ev(3.0),
+    ];
+    for change in same {
+        assert_eq!(with(change), expected);
+    }
+    let other: [&dyn Fn(&mut SequenceJob); 11] = [
+        &|job| job.scene.content_hash[31] = 1,
+        &|job| job.selection.roots.push(rayframe::scene::NodeIndex(0)),
+        &|job| job.selection.camera = CameraChoice::Node(rayframe::scene::NodeIndex(0)),
+        &|job| job.environment_key.push('x'),
+        &|job| job.render.resolution.0 += 1,
+        &|job| job.render.samples += 1,
+        &|job| job.render.max_depth += 1,
+        &|job| job.render.glass_shadows = GlassShadows::Opaque,
+        &|job| job.render.light_scale = 2.0,
+        &|job| job.render.show_background = false,
+        &|job| job.rate = FrameRate::parse("25").unwrap(),
+    ];
+    let mut seen = std::collections::BTreeSet::from([expected.clone(), render_hash(&base(), 2)]);
+    for change in other {
+        assert!(
+            seen.insert(with(change)),
+            "two jobs with different pictures have one hash"
+        );
+    }
+    assert_eq!(seen.len(), 13);
+}

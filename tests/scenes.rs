@@ -28,14 +28,21 @@ fn changed_missing_and_unknown_files_are_told() {
     assert_eq!(lines.len(), 3, "{lines:?}");
     assert!(lines[0].starts_with("a.gltf: is not"), "{lines:?}");
     assert!(lines[1].starts_with("b.gltf: "), "{lines:?}");
-    assert!(lines[2].contains("c.gltf: make_scenes does not write"), "{lines:?}");
+    assert!(
+        lines[2].contains("c.gltf: make_scenes does not write"),
+        "{lines:?}"
+    );
 }
 
 #[test]
 fn scenes_are_small() {
     // One-thing scenes stay readable in a review; the demo has dense spheres.
     for (path, text) in make_scenes::all_scenes().unwrap() {
-        let limit = if path.starts_with("demo") { 1_500_000 } else { 60_000 };
+        let limit = if path.starts_with("demo") {
+            1_500_000
+        } else {
+            60_000
+        };
         assert!(text.len() < limit, "{}: {} bytes", path.display(), text.len());
     }
 }

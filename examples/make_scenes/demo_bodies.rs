@@ -56,8 +56,9 @@ pub(crate) fn tentacle_mesh(gltf: &mut Gltf, material: usize) -> usize {
     shape.indices = grid_indices(sides, rows, false);
     let shape = shape.without_collapsed();
     let mut attributes = shape.attributes(gltf);
-    attributes.set("JOINTS_0", gltf.bytes4(&joints, false));
-    attributes.set("WEIGHTS_0", gltf.bytes4(&weights, true));
+    let (joints, weights) = gltf.influences(&joints, &weights);
+    attributes.set("JOINTS_0", joints);
+    attributes.set("WEIGHTS_0", weights);
     let indices = gltf.indices(&shape.indices);
     shapes::mesh(gltf, attributes, indices, material)
 }

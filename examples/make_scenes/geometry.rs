@@ -402,7 +402,7 @@ fn interleaved(gltf: &mut Gltf, shape: &Shape) -> Json {
 fn instancing() -> Built {
     let mut gltf = Gltf::new(
         "Nine rings from one mesh by nine nodes, three by three, each column scaled differently and each row turned \
-         differently; the middle one is placed by a matrix that shears.",
+         differently; the middle one is sheared by its parent's scale.",
     );
     lit_stage(&mut gltf, Vec3::new(0.0, 0.0, 6.0), Vec3::ZERO, 30.0);
     let material = paint(&mut gltf);
@@ -410,20 +410,23 @@ fn instancing() -> Built {
     for index in 0..9 {
         let (column, row) = ((index % 3) as f32 - 1.0, (index / 3) as f32 - 1.0);
         let turn = Quat::from_rotation_x(PI / 2.0 + row * 0.8);
-        let node = Node::mesh(ring);
-        let node = if index == 4 {
-            let mut shear = glam::Mat4::from_quat(turn);
-            shear.y_axis += shear.x_axis * 0.5;
-            Node {
-                matrix: Some(shear),
-                ..node
-            }
-        } else {
-            let wide = 1.0 + 0.4 * column;
-            node.at(column * 1.4, -row * 1.0, 0.0)
-                .turned(turn)
-                .scaled(wide, 1.0, 1.0)
-        };
+        if index == 4 {
+            // Scaled along an axis that the ring does not lie in: a shear, as only parents can make it.
+            let leaning = turn * Quat::from_rotation_y(0.7);
+            let child = Node {
+                matrix: Some(glam::Mat4::from_quat(leaning)),
+                ..Node::mesh(ring)
+            };
+            let child = gltf.node(child);
+            let parent = Node::group(&[child]).turned(Quat::from_rotation_z(0.6));
+            gltf.node(parent.scaled(1.5, 0.7, 1.0));
+            continue;
+        }
+        let wide = 1.0 + 0.4 * column;
+        let node = Node::mesh(ring)
+            .at(column * 1.4, -row, 0.0)
+            .turned(turn)
+            .scaled(wide, 1.0, 1.0);
         gltf.node(node);
     }
     Ok(gltf)

@@ -33,7 +33,7 @@ fn glass_sphere() -> Built {
     chequered_floor(&mut gltf, [16, 12], 0.5);
     two_colour_wall(&mut gltf, -3.0);
     let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
-    let ball = uv_sphere(0.8, 48, 24).plain().add_to(&mut gltf, glass);
+    let ball = uv_sphere(0.8, 40, 20).plain().add_to(&mut gltf, glass);
     gltf.node(Node::mesh(ball).at(0.0, 0.82, 0.0));
     Ok(gltf)
 }

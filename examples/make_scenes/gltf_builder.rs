@@ -238,6 +238,19 @@ impl Gltf {
         self.accessor(&accessor)
     }
 
+    /// The joints of every vertex and, as fractions of 255, their weights; joints without weight are written as 0.
+    pub(crate) fn influences(&mut self, joints: &[[u8; 4]], weights: &[[u8; 4]]) -> (usize, usize) {
+        let mut joints = joints.to_vec();
+        for (joints, weights) in joints.iter_mut().zip(weights) {
+            for (joint, weight) in joints.iter_mut().zip(weights) {
+                if *weight == 0 {
+                    *joint = 0;
+                }
+            }
+        }
+        (self.bytes4(&joints, false), self.bytes4(weights, true))
+    }
+
     /// Vertex numbers, as 16 bits where they fit.
     pub(crate) fn indices(&mut self, values: &[u32]) -> usize {
         let wide = values.iter().any(|&index| index >= 0xffff);

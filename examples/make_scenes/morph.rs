@@ -203,8 +203,9 @@ fn morph_then_skin() -> Built {
             }
         })
         .collect();
-    attributes.set("JOINTS_0", gltf.bytes4(&vec![[0, 1, 0, 0]; weights.len()], false));
-    attributes.set("WEIGHTS_0", gltf.bytes4(&weights, true));
+    let (joints, weights) = gltf.influences(&vec![[0, 1, 0, 0]; weights.len()], &weights);
+    attributes.set("JOINTS_0", joints);
+    attributes.set("WEIGHTS_0", weights);
     let indices = gltf.indices(&shape.indices);
     let bulge: Vec<Vec3> = shape
         .positions

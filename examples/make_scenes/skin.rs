@@ -41,8 +41,9 @@ fn blended_strip(gltf: &mut Gltf, material: usize) -> usize {
             [255 - upper, upper, 0, 0]
         })
         .collect();
-    attributes.set("JOINTS_0", gltf.bytes4(&vec![[0, 1, 0, 0]; weights.len()], false));
-    attributes.set("WEIGHTS_0", gltf.bytes4(&weights, true));
+    let (joints, weights) = gltf.influences(&vec![[0, 1, 0, 0]; weights.len()], &weights);
+    attributes.set("JOINTS_0", joints);
+    attributes.set("WEIGHTS_0", weights);
     let indices = gltf.indices(&shape.indices);
     shapes::mesh(gltf, attributes, indices, material)
 }
@@ -158,9 +159,11 @@ fn many_influences() -> Built {
     let material = paint(&mut gltf);
     for (x, spread) in [(-0.9, true), (0.9, false)] {
         let shape = strip(0.4, 2.0, 5).plain();
+        let side = |joint: usize| if joint.is_multiple_of(2) { -0.2 } else { 0.2 };
         let joints: Vec<usize> = (0..6)
-            .map(|joint| gltf.node(Node::default().at(x + if joint % 2 == 0 { -0.2 } else { 0.2 }, 0.0, 0.0)))
+            .map(|joint| gltf.node(Node::default().at(side(joint), 0.0, 0.0)))
             .collect();
+        gltf.node(Node::group(&joints).named("joints").at(x, 0.0, 0.0));
         let mesh = influenced(&mut gltf, &shape, material, spread);
         let skin = gltf.skin(&joints, &[Mat4::IDENTITY; 6]);
         gltf.node(Node {

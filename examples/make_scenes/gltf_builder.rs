@@ -1,0 +1,519 @@
+//! A small typed writer of text glTF 2.0: one buffer, embedded as base64, and PNG images in it.
+//!
+//! It writes what scenes of this folder need and checks nothing; the importer and the Khronos validator do that.
+
+use std::error::Error;
+
+use base64::Engine as _;
+use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+
+use super::json::{Json, list, object};
+
+/// What building a scene gives.
+pub(crate) type Built<T = Gltf> = Result<T, Box<dyn Error>>;
+
+/// Component types of accessors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Component {
+    I8 = 5120,
+    U8 = 5121,
+    I16 = 5122,
+    U16 = 5123,
+    U32 = 5125,
+    F32 = 5126,
+}
+
+/// What a buffer view is bound as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Use {
+    Vertices,
+    Indices,
+    Other,
+}
+
+/// An accessor as it is about to be written; a `data` of `None` means zeros without a buffer view.
+#[derive(Clone, Debug)]
+pub(crate) struct Accessor {
+    pub(crate) component: Component,
+    pub(crate) normalized: bool,
+    pub(crate) kind: &'static str,
+    pub(crate) count: usize,
+    pub(crate) data: Option<Vec<u8>>,
+    pub(crate) byte_stride: Option<usize>,
+    pub(crate) used_as: Use,
+    pub(crate) bounds: Option<(Vec<f32>, Vec<f32>)>,
+    /// Elements that replace those of `data`: indices in rising order, then their bytes.
+    pub(crate) sparse: Option<(Vec<u16>, Vec<u8>)>,
+}
+
+impl Accessor {
+    /// `count` elements of `kind`, tightly packed in `data`.
+    pub(crate) fn new(component: Component, kind: &'static str, count: usize, data: Vec<u8>) -> Self {
+        Self {
+            component,
+            normalized: false,
+            kind,
+            count,
+            data: Some(data),
+            byte_stride: None,
+            used_as: Use::Vertices,
+            bounds: None,
+            sparse: None,
+        }
+    }
+}
+
+/// A file in the making. Each `add` gives the index of what was added.
+#[derive(Clone, Debug)]
+pub(crate) struct Gltf {
+    shows: &'static str,
+    frames: Vec<usize>,
+    bytes: Vec<u8>,
+    sections: Vec<(&'static str, Vec<Json>)>,
+    extensions: Vec<(&'static str, bool)>,
+    lights: Vec<Json>,
+    child_nodes: Vec<usize>,
+    default_scene: usize,
+}
+
+impl Gltf {
+    /// An empty file; `shows` says what a right picture of it shows.
+    pub(crate) fn new(shows: &'static str) -> Self {
+        Self {
+            shows,
+            frames: Vec::new(),
+            bytes: Vec::new(),
+            sections: Vec::new(),
+            extensions: Vec::new(),
+            lights: Vec::new(),
+            child_nodes: Vec::new(),
+            default_scene: 0,
+        }
+    }
+
+    /// Frames, at 24 a second, that have a reference picture; a still scene has one without a number.
+    pub(crate) fn reference_frames(&mut self, frames: &[usize]) {
+        self.frames = frames.to_vec();
+    }
+
+    /// Appends to a top-level array.
+    pub(crate) fn add(&mut self, section: &'static str, value: Json) -> usize {
+        if let Some((_, values)) = self.sections.iter_mut().find(|(name, _)| *name == section) {
+            values.push(value);
+            return values.len() - 1;
+        }
+        self.sections.push((section, vec![value]));
+        0
+    }
+
+    /// Names an extension as used by the file.
+    pub(crate) fn uses_extension(&mut self, name: &'static str) {
+        if !self.extensions.iter().any(|(known, _)| *known == name) {
+            self.extensions.push((name, false));
+        }
+    }
+
+    /// Names an extension as one the file cannot be read without.
+    pub(crate) fn requires_extension(&mut self, name: &'static str) {
+        self.extensions.retain(|(known, _)| *known != name);
+        self.extensions.push((name, true));
+    }
+
+    /// Adds a node, and what it places if that is a light.
+    pub(crate) fn node(&mut self, node: Node) -> usize {
+        self.child_nodes.extend(&node.children);
+        if node.light.is_some() {
+            self.uses_extension("KHR_lights_punctual");
+        }
+        self.add("nodes", node.into_json())
+    }
+
+    /// Adds a light; nodes place it.
+    pub(crate) fn light(&mut self, light: Json) -> usize {
+        self.lights.push(light);
+        self.lights.len() - 1
+    }
+
+    /// Adds a set of root nodes; without any, all nodes that are no children make one.
+    pub(crate) fn scene(&mut self, name: &str, roots: &[usize]) -> usize {
+        self.add(
+            "scenes",
+            object([("name", name.into()), ("nodes", list(roots.iter().copied()))]),
+        )
+    }
+
+    /// Chooses the scene that is shown by default.
+    pub(crate) fn show_scene(&mut self, index: usize) {
+        self.default_scene = index;
+    }
+
+    /// Appends `data` at the next multiple of four bytes.
+    pub(crate) fn buffer_view(&mut self, data: &[u8], used_as: Use, byte_stride: Option<usize>) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let mut view = object([
+            ("buffer", 0.into()),
+            ("byteOffset", self.bytes.len().into()),
+            ("byteLength", data.len().into()),
+        ]);
+        if let Some(stride) = byte_stride {
+            view.set("byteStride", stride);
+        }
+        match used_as {
+            Use::Vertices => view.set("target", 34962),
+            Use::Indices => view.set("target", 34963),
+            Use::Other => {}
+        }
+        self.bytes.extend_from_slice(data);
+        self.add("bufferViews", view)
+    }
+
+    /// Adds an accessor and its bytes.
+    pub(crate) fn accessor(&mut self, accessor: &Accessor) -> usize {
+        let mut json = object([]);
+        if let Some(data) = &accessor.data {
+            json.set(
+                "bufferView",
+                self.buffer_view(data, accessor.used_as, accessor.byte_stride),
+            );
+        }
+        json.set("componentType", accessor.component as usize);
+        if accessor.normalized {
+            json.set("normalized", true);
+        }
+        json.set("count", accessor.count);
+        json.set("type", accessor.kind);
+        if let Some((min, max)) = &accessor.bounds {
+            json.set("min", list(min.iter().copied()));
+            json.set("max", list(max.iter().copied()));
+        }
+        if let Some((indices, values)) = &accessor.sparse {
+            let index_bytes: Vec<u8> = indices.iter().flat_map(|index| index.to_le_bytes()).collect();
+            let index_view = self.buffer_view(&index_bytes, Use::Other, None);
+            let value_view = self.buffer_view(values, Use::Other, None);
+            json.set(
+                "sparse",
+                object([
+                    ("count", indices.len().into()),
+                    (
+                        "indices",
+                        object([
+                            ("bufferView", index_view.into()),
+                            ("componentType", (Component::U16 as usize).into()),
+                        ]),
+                    ),
+                    ("values", object([("bufferView", value_view.into())])),
+                ]),
+            );
+        }
+        self.add("accessors", json)
+    }
+
+    /// Vertex positions, or morph differences of them, with their bounds.
+    pub(crate) fn positions(&mut self, values: &[Vec3]) -> usize {
+        self.accessor(&position_accessor(values))
+    }
+
+    /// Three floats a vertex.
+    pub(crate) fn vec3s(&mut self, values: &[Vec3]) -> usize {
+        let data = float_bytes(values.iter().flat_map(|value| value.to_array()));
+        self.accessor(&Accessor::new(Component::F32, "VEC3", values.len(), data))
+    }
+
+    /// Two floats a vertex.
+    pub(crate) fn vec2s(&mut self, values: &[Vec2]) -> usize {
+        let data = float_bytes(values.iter().flat_map(|value| value.to_array()));
+        self.accessor(&Accessor::new(Component::F32, "VEC2", values.len(), data))
+    }
+
+    /// Four floats a vertex.
+    pub(crate) fn vec4s(&mut self, values: &[Vec4]) -> usize {
+        let data = float_bytes(values.iter().flat_map(|value| value.to_array()));
+        self.accessor(&Accessor::new(Component::F32, "VEC4", values.len(), data))
+    }
+
+    /// Four bytes a vertex, as joint numbers or, normalised, as fractions of 255.
+    pub(crate) fn bytes4(&mut self, values: &[[u8; 4]], normalized: bool) -> usize {
+        let mut accessor = Accessor::new(Component::U8, "VEC4", values.len(), values.concat());
+        accessor.normalized = normalized;
+        self.accessor(&accessor)
+    }
+
+    /// The joints of every vertex and, as fractions of 255, their weights; joints without weight are written as 0.
+    pub(crate) fn influences(&mut self, joints: &[[u8; 4]], weights: &[[u8; 4]]) -> (usize, usize) {
+        let mut joints = joints.to_vec();
+        for (joints, weights) in joints.iter_mut().zip(weights) {
+            for (joint, weight) in joints.iter_mut().zip(weights) {
+                if *weight == 0 {
+                    *joint = 0;
+                }
+            }
+        }
+        (self.bytes4(&joints, false), self.bytes4(weights, true))
+    }
+
+    /// Vertex numbers, as 16 bits where they fit.
+    pub(crate) fn indices(&mut self, values: &[u32]) -> usize {
+        let wide = values.iter().any(|&index| index >= 0xffff);
+        let (component, data): (_, Vec<u8>) = if wide {
+            (
+                Component::U32,
+                values.iter().flat_map(|value| value.to_le_bytes()).collect(),
+            )
+        } else {
+            (
+                Component::U16,
+                values
+                    .iter()
+                    .flat_map(|&value| (value as u16).to_le_bytes())
+                    .collect(),
+            )
+        };
+        let mut accessor = Accessor::new(component, "SCALAR", values.len(), data);
+        accessor.used_as = Use::Indices;
+        self.accessor(&accessor)
+    }
+
+    /// Floats of an animation sampler or of matrices; `kind` has `width` of them.
+    pub(crate) fn track(&mut self, kind: &'static str, width: usize, values: &[f32]) -> usize {
+        let mut accessor = Accessor::new(
+            Component::F32,
+            kind,
+            values.len() / width,
+            float_bytes(values.iter().copied()),
+        );
+        accessor.used_as = Use::Other;
+        if kind == "SCALAR" {
+            accessor.bounds = Some(bounds_of(values, 1));
+        }
+        self.accessor(&accessor)
+    }
+
+    /// Adds a skin over `joints`, whose bind pose is `inverse_bind`.
+    pub(crate) fn skin(&mut self, joints: &[usize], inverse_bind: &[Mat4]) -> usize {
+        let values: Vec<f32> = inverse_bind.iter().flat_map(Mat4::to_cols_array).collect();
+        let matrices = self.track("MAT4", 16, &values);
+        self.add(
+            "skins",
+            object([
+                ("inverseBindMatrices", matrices.into()),
+                ("joints", list(joints.iter().copied())),
+            ]),
+        )
+    }
+
+    /// The text of the file.
+    pub(crate) fn to_file_text(&self) -> String {
+        let mut root = object([
+            (
+                "asset",
+                object([
+                    ("version", "2.0".into()),
+                    ("generator", "rayframe make_scenes".into()),
+                ]),
+            ),
+            ("extras", self.extras()),
+        ]);
+        let used = self.extensions.iter().map(|(name, _)| *name);
+        let required = self
+            .extensions
+            .iter()
+            .filter(|(_, required)| *required)
+            .map(|(name, _)| *name);
+        set_unless_empty(&mut root, "extensionsUsed", list(used));
+        set_unless_empty(&mut root, "extensionsRequired", list(required));
+        if !self.lights.is_empty() {
+            let lights = object([("lights", self.lights.clone().into())]);
+            root.set("extensions", object([("KHR_lights_punctual", lights)]));
+        }
+        root.set("scene", self.default_scene);
+        const ORDER: [&str; 13] = [
+            "scenes",
+            "nodes",
+            "cameras",
+            "meshes",
+            "materials",
+            "textures",
+            "samplers",
+            "images",
+            "skins",
+            "animations",
+            "accessors",
+            "bufferViews",
+            "buffers",
+        ];
+        for name in ORDER {
+            set_unless_empty(&mut root, name, self.section(name).into());
+        }
+        root.to_file_text()
+    }
+
+    fn extras(&self) -> Json {
+        let mut extras = object([("shows", self.shows.into())]);
+        if !self.frames.is_empty() {
+            extras.set(
+                "rayframe",
+                object([("frames", list(self.frames.iter().copied()))]),
+            );
+        }
+        extras
+    }
+
+    fn section(&self, name: &str) -> Vec<Json> {
+        let written = self.sections.iter().find(|(known, _)| *known == name);
+        match (name, written) {
+            (_, Some((_, values))) => values.clone(),
+            ("scenes", None) => {
+                let node_count = self.section("nodes").len();
+                let roots = (0..node_count).filter(|node| !self.child_nodes.contains(node));
+                vec![object([("nodes", list(roots))])]
+            }
+            ("buffers", None) if !self.bytes.is_empty() => {
+                let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
+                let uri = format!("data:application/octet-stream;base64,{text}");
+                vec![object([
+                    ("byteLength", self.bytes.len().into()),
+                    ("uri", uri.into()),
+                ])]
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// A node; all that is not set is left out of the file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Node {
+    pub(crate) name: Option<&'static str>,
+    pub(crate) matrix: Option<Mat4>,
+    pub(crate) translation: Option<Vec3>,
+    pub(crate) rotation: Option<Quat>,
+    pub(crate) scale: Option<Vec3>,
+    pub(crate) mesh: Option<usize>,
+    pub(crate) skin: Option<usize>,
+    pub(crate) camera: Option<usize>,
+    pub(crate) light: Option<usize>,
+    pub(crate) weights: Vec<f32>,
+    pub(crate) children: Vec<usize>,
+}
+
+impl Node {
+    /// A node that places a mesh.
+    pub(crate) fn mesh(mesh: usize) -> Self {
+        Self {
+            mesh: Some(mesh),
+            ..Self::default()
+        }
+    }
+
+    /// A node with children.
+    pub(crate) fn group(children: &[usize]) -> Self {
+        Self {
+            children: children.to_vec(),
+            ..Self::default()
+        }
+    }
+
+    /// The same node with a name.
+    pub(crate) fn named(self, name: &'static str) -> Self {
+        Self {
+            name: Some(name),
+            ..self
+        }
+    }
+
+    /// The same node moved to `x`, `y`, `z`.
+    pub(crate) fn at(self, x: f32, y: f32, z: f32) -> Self {
+        Self {
+            translation: Some(Vec3::new(x, y, z)),
+            ..self
+        }
+    }
+
+    /// The same node turned.
+    pub(crate) fn turned(self, rotation: Quat) -> Self {
+        Self {
+            rotation: Some(rotation),
+            ..self
+        }
+    }
+
+    /// The same node scaled along its axes.
+    pub(crate) fn scaled(self, x: f32, y: f32, z: f32) -> Self {
+        Self {
+            scale: Some(Vec3::new(x, y, z)),
+            ..self
+        }
+    }
+
+    fn into_json(self) -> Json {
+        let mut json = object([]);
+        let mut set = |key: &str, value: Option<Json>| {
+            if let Some(value) = value {
+                json.set(key, value);
+            }
+        };
+        set("name", self.name.map(Json::from));
+        set("matrix", self.matrix.map(Json::from));
+        set("translation", self.translation.map(Json::from));
+        set("rotation", self.rotation.map(Json::from));
+        set("scale", self.scale.map(Json::from));
+        set("mesh", self.mesh.map(Json::from));
+        set("skin", self.skin.map(Json::from));
+        set("camera", self.camera.map(Json::from));
+        set(
+            "weights",
+            Some(list(self.weights.clone())).filter(|weights| !weights.is_empty()),
+        );
+        set(
+            "children",
+            Some(list(self.children.clone())).filter(|children| !children.is_empty()),
+        );
+        let placed = self.light.map(|light| object([("light", light.into())]));
+        set(
+            "extensions",
+            placed.map(|light| object([("KHR_lights_punctual", light)])),
+        );
+        json
+    }
+}
+
+/// An accessor of positions with its bounds.
+pub(crate) fn position_accessor(values: &[Vec3]) -> Accessor {
+    let floats: Vec<f32> = values.iter().flat_map(|value| value.to_array()).collect();
+    let mut accessor = Accessor::new(
+        Component::F32,
+        "VEC3",
+        values.len(),
+        float_bytes(floats.iter().copied()),
+    );
+    accessor.bounds = Some(bounds_of(&floats, 3));
+    accessor
+}
+
+/// The little-endian bytes of `values`.
+pub(crate) fn float_bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+    values.into_iter().flat_map(f32::to_le_bytes).collect()
+}
+
+/// The least and greatest of each of `width` interleaved components.
+pub(crate) fn bounds_of(values: &[f32], width: usize) -> (Vec<f32>, Vec<f32>) {
+    let mut least = vec![f32::INFINITY; width];
+    let mut greatest = vec![f32::NEG_INFINITY; width];
+    for element in values.chunks_exact(width) {
+        for (component, &value) in element.iter().enumerate() {
+            if value < least[component] {
+                least[component] = value;
+            }
+            if value > greatest[component] {
+                greatest[component] = value;
+            }
+        }
+    }
+    (least, greatest)
+}
+
+fn set_unless_empty(root: &mut Json, key: &str, value: Json) {
+    if !value.is_empty() {
+        root.set(key, value);
+    }
+}

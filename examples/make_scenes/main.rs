@@ -1,0 +1,134 @@
+//! Writes the text glTF scenes of `scenes/`, each of which shows one thing, or checks that they are what this program
+//! writes.
+//!
+//! `cargo run --release --example make_scenes` writes them; with `-- --check` it only compares. Running it again gives
+//! the same bytes on every machine: all arithmetic is IEEE or `libm`.
+
+mod animation;
+mod bvh;
+mod camera;
+mod demo;
+mod demo_bodies;
+mod geometry;
+mod glass;
+mod gltf_builder;
+mod json;
+mod light;
+mod material;
+mod materials;
+mod morph;
+mod pictures;
+mod scene;
+mod shapes;
+mod skin;
+mod stage;
+mod texture;
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use gltf_builder::Built;
+
+/// A scene: its path below `scenes/` without the extension, and what builds it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    path: &'static str,
+    build: fn() -> Built,
+}
+
+pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
+    Entry { path, build }
+}
+
+/// All scenes: path below `scenes/` and the text of the file.
+pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> {
+    let areas: [&[Entry]; 12] = [
+        &light::SCENES,
+        &material::SCENES,
+        &glass::SCENES,
+        &texture::SCENES,
+        &animation::SCENES,
+        &skin::SCENES,
+        &morph::SCENES,
+        &geometry::SCENES,
+        &camera::SCENES,
+        &bvh::SCENES,
+        &scene::SCENES,
+        &demo::SCENES,
+    ];
+    let mut files = BTreeMap::new();
+    for entry in areas.concat() {
+        let gltf = (entry.build)().map_err(|error| format!("{}: {error}", entry.path))?;
+        files.insert(PathBuf::from(format!("{}.gltf", entry.path)), gltf.to_file_text());
+    }
+    Ok(files)
+}
+
+/// How the files below `folder` differ from `scenes`: one line for each that is missing, different or not known.
+pub(crate) fn differences(
+    folder: &Path,
+    scenes: &BTreeMap<PathBuf, String>,
+) -> Result<Vec<String>, Box<dyn Error>> {
+    let mut lines = Vec::new();
+    for (path, text) in scenes {
+        match std::fs::read(folder.join(path)) {
+            Ok(bytes) if bytes == text.as_bytes() => {}
+            Ok(_) => lines.push(format!("{}: is not what make_scenes writes", path.display())),
+            Err(error) => lines.push(format!("{}: {error}", path.display())),
+        }
+    }
+    for path in files_below(folder)? {
+        let known = path
+            .strip_prefix(folder)
+            .is_ok_and(|path| scenes.contains_key(path));
+        if !known {
+            lines.push(format!(
+                "{}: make_scenes does not write this file",
+                path.display()
+            ));
+        }
+    }
+    Ok(lines)
+}
+
+fn files_below(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            files.extend(files_below(&path)?);
+        } else {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+#[cfg_attr(
+    test,
+    expect(dead_code, reason = "tests include this file for the scenes alone")
+)]
+#[expect(clippy::print_stdout, reason = "a program that says what it wrote")]
+fn main() -> Result<(), Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let scenes = all_scenes()?;
+    if std::env::args().skip(1).any(|argument| argument == "--check") {
+        let lines = differences(&folder, &scenes)?;
+        return if lines.is_empty() {
+            Ok(())
+        } else {
+            Err(lines.join("\n").into())
+        };
+    }
+    for (path, text) in &scenes {
+        let path = folder.join(path);
+        if let Some(parent) = path.parent() {
+            std::fs::create_dir_all(parent)?;
+        }
+        std::fs::write(&path, text)?;
+        println!("{} {} bytes", path.display(), text.len());
+    }
+    Ok(())
+}

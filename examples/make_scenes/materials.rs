@@ -1,0 +1,244 @@
+//! Materials and texture references as glTF writes them.
+
+use super::gltf_builder::Gltf;
+use super::json::{Json, list, object};
+
+/// How alpha is used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Alpha {
+    Opaque,
+    Mask(f32),
+    Blend,
+}
+
+/// A texture as a material refers to it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TextureUse {
+    pub(crate) texture: usize,
+    pub(crate) uv_set: usize,
+    pub(crate) transform: Option<TextureTransform>,
+    /// `scale` of a normal texture, `strength` of an occlusion texture.
+    pub(crate) amount: Option<f32>,
+}
+
+/// `KHR_texture_transform`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TextureTransform {
+    pub(crate) offset: [f32; 2],
+    pub(crate) rotation_radians: f32,
+    pub(crate) scale: [f32; 2],
+}
+
+/// The inside of a closed surface: `KHR_materials_volume`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Volume {
+    pub(crate) thickness: f32,
+    /// Metres after which white light has become `color`; `None` absorbs nothing.
+    pub(crate) attenuation: Option<(f32, [f32; 3])>,
+}
+
+/// A material; what is at its default is left out of the file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Material {
+    pub(crate) name: &'static str,
+    pub(crate) base_color: [f32; 4],
+    pub(crate) base_color_texture: Option<TextureUse>,
+    pub(crate) metallic: f32,
+    pub(crate) roughness: f32,
+    pub(crate) metallic_roughness_texture: Option<TextureUse>,
+    pub(crate) normal_texture: Option<TextureUse>,
+    pub(crate) occlusion_texture: Option<TextureUse>,
+    pub(crate) emissive: [f32; 3],
+    pub(crate) emissive_texture: Option<TextureUse>,
+    pub(crate) emissive_strength: Option<f32>,
+    pub(crate) alpha: Alpha,
+    pub(crate) double_sided: bool,
+    pub(crate) unlit: bool,
+    pub(crate) ior: Option<f32>,
+    pub(crate) transmission: Option<f32>,
+    pub(crate) volume: Option<Volume>,
+}
+
+impl TextureUse {
+    /// `texture` by the first set of coordinates.
+    pub(crate) fn of(texture: usize) -> Self {
+        Self {
+            texture,
+            uv_set: 0,
+            transform: None,
+            amount: None,
+        }
+    }
+}
+
+impl Material {
+    /// A dull dielectric.
+    pub(crate) fn matte(name: &'static str, color: [f32; 3]) -> Self {
+        Self {
+            name,
+            base_color: [color[0], color[1], color[2], 1.0],
+            base_color_texture: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            metallic_roughness_texture: None,
+            normal_texture: None,
+            occlusion_texture: None,
+            emissive: [0.0; 3],
+            emissive_texture: None,
+            emissive_strength: None,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+            unlit: false,
+            ior: None,
+            transmission: None,
+            volume: None,
+        }
+    }
+
+    /// A metal.
+    pub(crate) fn metal(name: &'static str, color: [f32; 3], roughness: f32) -> Self {
+        Self {
+            metallic: 1.0,
+            roughness,
+            ..Self::matte(name, color)
+        }
+    }
+
+    /// Smooth solid glass of the given index of refraction.
+    pub(crate) fn glass(name: &'static str, ior: f32) -> Self {
+        Self {
+            roughness: 0.0,
+            ior: Some(ior),
+            transmission: Some(1.0),
+            volume: Some(Volume {
+                thickness: 1.0,
+                attenuation: None,
+            }),
+            ..Self::matte(name, [1.0; 3])
+        }
+    }
+
+    /// A surface that shows its colour whatever the light.
+    pub(crate) fn unlit(name: &'static str, color: [f32; 3]) -> Self {
+        Self {
+            unlit: true,
+            ..Self::matte(name, color)
+        }
+    }
+
+    /// The same with both sides visible.
+    pub(crate) fn two_sided(self) -> Self {
+        Self {
+            double_sided: true,
+            ..self
+        }
+    }
+
+    /// Adds the material and names the extensions it uses.
+    pub(crate) fn add_to(&self, gltf: &mut Gltf) -> usize {
+        let mut json = object([
+            ("name", self.name.into()),
+            ("pbrMetallicRoughness", self.metallic_roughness_json(gltf)),
+        ]);
+        let textures = [
+            ("normalTexture", self.normal_texture, "scale"),
+            ("occlusionTexture", self.occlusion_texture, "strength"),
+            ("emissiveTexture", self.emissive_texture, ""),
+        ];
+        for (key, texture, amount_key) in textures {
+            if let Some(texture) = texture {
+                json.set(key, texture_json(gltf, texture, amount_key));
+            }
+        }
+        if self.emissive != [0.0; 3] {
+            json.set("emissiveFactor", list(self.emissive));
+        }
+        match self.alpha {
+            Alpha::Opaque => {}
+            Alpha::Mask(cutoff) => {
+                json.set("alphaMode", "MASK");
+                json.set("alphaCutoff", cutoff);
+            }
+            Alpha::Blend => json.set("alphaMode", "BLEND"),
+        }
+        if self.double_sided {
+            json.set("doubleSided", true);
+        }
+        let extensions = self.extensions_json(gltf);
+        if !extensions.is_empty() {
+            json.set("extensions", extensions);
+        }
+        gltf.add("materials", json)
+    }
+
+    fn metallic_roughness_json(&self, gltf: &mut Gltf) -> Json {
+        let mut json = object([]);
+        if self.base_color != [1.0; 4] {
+            json.set("baseColorFactor", list(self.base_color));
+        }
+        if let Some(texture) = self.base_color_texture {
+            json.set("baseColorTexture", texture_json(gltf, texture, ""));
+        }
+        json.set("metallicFactor", self.metallic);
+        json.set("roughnessFactor", self.roughness);
+        if let Some(texture) = self.metallic_roughness_texture {
+            json.set("metallicRoughnessTexture", texture_json(gltf, texture, ""));
+        }
+        json
+    }
+
+    fn extensions_json(&self, gltf: &mut Gltf) -> Json {
+        let mut extensions = object([]);
+        let mut set = |name: &'static str, value: Json| {
+            gltf.uses_extension(name);
+            extensions.set(name, value);
+        };
+        if self.unlit {
+            set("KHR_materials_unlit", object([]));
+        }
+        if let Some(strength) = self.emissive_strength {
+            set(
+                "KHR_materials_emissive_strength",
+                object([("emissiveStrength", strength.into())]),
+            );
+        }
+        if let Some(ior) = self.ior {
+            set("KHR_materials_ior", object([("ior", ior.into())]));
+        }
+        if let Some(factor) = self.transmission {
+            set(
+                "KHR_materials_transmission",
+                object([("transmissionFactor", factor.into())]),
+            );
+        }
+        if let Some(volume) = self.volume {
+            let mut json = object([("thicknessFactor", volume.thickness.into())]);
+            if let Some((distance, color)) = volume.attenuation {
+                json.set("attenuationDistance", distance);
+                json.set("attenuationColor", list(color));
+            }
+            set("KHR_materials_volume", json);
+        }
+        extensions
+    }
+}
+
+fn texture_json(gltf: &mut Gltf, texture: TextureUse, amount_key: &str) -> Json {
+    let mut json = object([("index", texture.texture.into())]);
+    if texture.uv_set != 0 {
+        json.set("texCoord", texture.uv_set);
+    }
+    if let Some(amount) = texture.amount {
+        json.set(amount_key, amount);
+    }
+    if let Some(transform) = texture.transform {
+        gltf.uses_extension("KHR_texture_transform");
+        let value = object([
+            ("offset", list(transform.offset)),
+            ("rotation", transform.rotation_radians.into()),
+            ("scale", list(transform.scale)),
+        ]);
+        json.set("extensions", object([("KHR_texture_transform", value)]));
+    }
+    json
+}

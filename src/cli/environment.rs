@@ -64,8 +64,7 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
     let digest = Sha256::digest(&bytes);
     let digest: Vec<String> = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     let pixels = read_environment(path, &bytes, max_memory_bytes)?;
-    let map = EnvironmentMap::new(pixels.width, pixels.height, pixels.pixels, degrees)
-        .map_err(|message| Error::invalid(path, "", message))?;
+    let map = EnvironmentMap::new(path, pixels.width, pixels.height, pixels.pixels, degrees)?;
     Ok(LoadedEnvironment {
         environment: Environment::Map(map),
         key: format!("map {} turned {:08x}", digest.concat(), degrees.to_bits()),

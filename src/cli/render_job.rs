@@ -4,6 +4,7 @@ use std::ffi::OsStr;
 
 use crate::bvh::{BuildSettings, BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
+use crate::frame;
 use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::gltf::{self, ImportOptions};
@@ -72,8 +73,11 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         .output
         .unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
+    let render = render_settings(args, &scene, &selection)?;
+    let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
+    let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
     let sequence = SequenceJob {
-        render: render_settings(args, &scene, &selection)?,
+        render,
         build: build_settings(args, wishes.simd),
         scene,
         selection,

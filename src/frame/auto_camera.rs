@@ -5,7 +5,7 @@ use glam::{Mat4, Vec3};
 use super::{Frame, PosedCamera};
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Aabb;
-use crate::scene::{Projection, Scene, Selection};
+use crate::scene::{CameraChoice, Projection, Scene, Selection};
 
 /// Times at which the bounds are taken, evenly over the selected clips, ends included.
 const TIMES: usize = 65;
@@ -25,6 +25,15 @@ pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> P
         bounds = shown.fold(bounds, |bounds, (triangle, _)| bounds.union(triangle.bounds()));
     }
     frame_bounds(bounds, aspect_ratio)
+}
+
+/// The selection with automatic framing settled for pictures of `aspect_ratio`; other cameras stay as they are.
+pub fn resolve_auto_camera(scene: &Scene, selection: Selection, aspect_ratio: f32) -> Selection {
+    if selection.camera != CameraChoice::Auto {
+        return selection;
+    }
+    let PosedCamera { world_from_camera, projection } = auto_camera(scene, &selection, aspect_ratio);
+    Selection { camera: CameraChoice::Fixed { world_from_camera, projection }, ..selection }
 }
 
 /// One time where nothing moves, else [`TIMES`] of them.

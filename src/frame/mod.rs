@@ -23,7 +23,7 @@ use crate::scene::{
 use animation::NodePose;
 use deform::{MorphedAttributes, Placement};
 
-pub use auto_camera::auto_camera;
+pub use auto_camera::{auto_camera, resolve_auto_camera};
 pub use deform::PosedVertex;
 pub use placed::{PosedCamera, PosedLight};
 
@@ -114,8 +114,8 @@ impl Frame {
 
     /// Poses `scene` at `time_seconds`, using the memory of `self` again.
     ///
-    /// A [`crate::scene::CameraChoice::Auto`] is framed anew for a square picture each time; resolve it once with
-    /// [`auto_camera`] when there are several frames.
+    /// A [`crate::scene::CameraChoice::Auto`] is framed anew for a square picture each time; settle it once with
+    /// [`resolve_auto_camera`] when there are several frames.
     pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.pose_surfaces(scene, selection, time_seconds);
         self.camera = placed::camera(scene, selection, &self.scratch.world);

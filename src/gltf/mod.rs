@@ -1,28 +1,138 @@
-//! glTF import.
+//! Import of glTF 2.0 files (`.gltf`, `.glb`) into a [`Scene`].
+//!
+//! Source: *glTF 2.0 Specification* (Khronos Group, 2021) and the texts of the extensions that
+//! [`extension_support`] calls honoured. The `gltf` crate lends the types of the JSON objects; reading files,
+//! repairing documents, decoding accessors and every check are done here, because the files come from anywhere: a
+//! broken or hostile one ends in one error that names the place, never in a panic, a hang or memory that its size
+//! does not justify.
+//!
+//! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
+//! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers, and
+//! `mesh`, `material`, `image`, `node`, `skin`, `camera`, `light` and `animation` build the scene.
+//!
+//! It does not pose, triangulate by time, or decode sRGB; points and lines are not drawn.
 
+#![deny(clippy::arithmetic_side_effects)]
+
+mod accessor;
+mod animation;
+mod attributes;
+mod camera;
+mod component;
+mod container;
+mod context;
+mod document;
+mod extensions;
+mod formats;
+mod image;
+mod image_decode;
+mod influences;
+mod light;
+mod material;
+mod mesh;
+mod morph;
+mod node;
+mod normals;
+mod raw;
+mod resources;
+mod skin;
+mod tangents;
+#[cfg(test)]
+mod tests;
+mod texture;
+mod topology;
+mod uri;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-/// Limits of [`import`].
+pub use extensions::{Support, extension_support};
+
+use accessor::Data;
+use context::Context;
+use document::Document;
+
+/// What an import may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImportOptions {
-    /// Most memory that the imported scene may take, bytes.
+    /// Bytes that the imported scene may take, posed triangles included; what would need more is refused before it
+    /// is allocated.
     pub max_memory_bytes: u64,
 }
 
-/// Reads a glTF file.
+impl Default for ImportOptions {
+    /// Four gibibytes.
+    fn default() -> Self {
+        Self {
+            max_memory_bytes: 4 << 30,
+        }
+    }
+}
+
+/// Reads the glTF file at `path` and everything it names.
+///
+/// # Errors
+///
+/// [`Error::Missing`] when the file or one it names cannot be read, [`Error::Unsupported`] when it requires an
+/// extension that is not honoured, [`Error::Refused`] when it needs more memory than allowed or names a file outside its
+/// folder, and [`Error::Invalid`] for anything else that is wrong with it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
-    let _ = options;
-    std::fs::metadata(path).map_err(|source| Error::Missing {
-        path: path.to_owned(),
-        pointer: String::new(),
-        source,
-    })?;
+    // Crates that decode images and tangents could still panic; that must not end the program.
+    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, options))).unwrap_or_else(|_| {
+        Err(Error::invalid(
+            path,
+            "",
+            "could not be understood; please report this file",
+        ))
+    })
+}
+
+fn import_unguarded(path: &Path, options: &ImportOptions) -> Result<Scene> {
+    let mut context = Context::new(path, options.max_memory_bytes);
+
+    // Read the file, its JSON and its buffers.
+    let file = container::read(&mut context)?;
+    let mut resources = resources::Resources::new(&context, &file.bytes);
+    let document = Document::parse(&context, file.json())?;
+    extensions::check(&mut context, &document)?;
+    accessor::check_all(&context, &document)?;
+    let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
+    let data = Data {
+        document: &document,
+        buffers: &buffers,
+    };
+
+    // Build what stands alone, then what refers to it.
+    let mut textures = texture::TextureTable::new(&document);
+    let materials = material::import(&mut context, &document, &mut textures)?;
+    let images = image::import(&mut context, &data, &mut resources, &textures)?;
+    let meshes = mesh::import(&mut context, &data, &materials)?;
+    let lights = light::import(&context, &document)?;
+    let cameras = camera::import(&mut context, &document)?;
+    let skins = skin::import(&mut context, &data)?;
+    let hierarchy = node::import(&mut context, &document, &meshes, &skins, lights.len())?;
+    let animations = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
+
     Ok(Scene {
         path: path.to_owned(),
-        scenes: vec![crate::scene::SceneRoots::default()],
-        ..Scene::default()
+        content_hash: resources.finish_hash(),
+        nodes: hierarchy.nodes,
+        node_order: hierarchy.node_order,
+        scenes: hierarchy.scenes,
+        default_scene: hierarchy.default_scene,
+        meshes,
+        skins,
+        materials,
+        textures: textures.textures,
+        images,
+        lights,
+        cameras,
+        animations,
+        extensions_used: document.root.extensions_used.clone(),
+        extensions_required: document.root.extensions_required.clone(),
+        warnings: context.into_warnings(),
     })
 }

@@ -22,12 +22,12 @@ pub(super) fn gather(frame: &Frame, environment: &Environment, light_scale: f32)
         posed.light.intensity *= light_scale;
         posed
     });
-    let key = environment.key_light().map(|(direction, irradiance)| PosedLight {
+    let key = environment.key_light().map(|key| PosedLight {
         position: Vec3::ZERO,
-        direction,
+        direction: -key.direction_to_light,
         light: Light {
             name: None,
-            color: irradiance,
+            color: key.irradiance,
             intensity: 1.0,
             range: None,
             kind: LightKind::Directional,

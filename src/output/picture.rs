@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::color::{ToneCurve, srgb_encode};
+use crate::color::{ToneCurve, linear_to_srgb};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
 use crate::image_file::{FrameAttributes, RgbaPixels, encode_exr, encode_png, half_from_f32};
@@ -53,7 +53,7 @@ fn display_pixel([r, g, b, alpha]: [f32; 4], gain: f32, tone: ToneCurve) -> [u8;
     // Light without coverage (a glow over nothing) is shown as it is.
     let straight = if alpha > 0.0 { 1.0 / alpha } else { 1.0 };
     let color = tone.apply(Vec3::new(r, g, b) * (straight * gain));
-    let [r, g, b] = color.to_array().map(|value| to_byte(srgb_encode(value)));
+    let [r, g, b] = color.to_array().map(|value| to_byte(linear_to_srgb(value)));
     [r, g, b, to_byte(alpha)]
 }
 

@@ -1,7 +1,11 @@
 //! Which of a file's scenes, clips and cameras are shown.
 
-use super::{AnimationIndex, NodeIndex, Scene};
-use crate::error::{Error, Warning};
+use std::collections::BTreeSet;
+
+use glam::Mat4;
+
+use super::{AnimationIndex, AnimationTarget, CameraIndex, NodeIndex, Projection, Scene};
+use crate::error::{Error, Result, Warning};
 
 /// One of several things in a file, as a user names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,17 +76,264 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Finds what `request` names in `scene`.
-    pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>), Error> {
-        let _ = request;
-        let roots = scene.scenes.first().map(|s| s.roots.clone()).unwrap_or_default();
-        Ok((
-            Self {
-                roots,
-                clips: Vec::new(),
-                camera: CameraChoice::Auto,
+    /// Finds in `scene` what `request` asks for. A clip that `request` asks for only by asking for all, and one of
+    /// whose targets an earlier clip moves, is left out with a warning.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] when a name or position does not exist; the message lists what does.
+    pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
+        let roots = resolve_roots(request.scene.as_ref(), scene)?;
+        let (clips, warnings) = match &request.clips {
+            ClipChoice::None => (Vec::new(), Vec::new()),
+            ClipChoice::All => disjoint_clips(scene),
+            ClipChoice::One(choice) => {
+                let names = scene.animations.iter().map(|clip| clip.name.as_deref());
+                let clip = find("animation", "--animation", choice, names)?;
+                (vec![AnimationIndex(subscript(clip))], Vec::new())
+            }
+        };
+        let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
+        let selection = Self { roots, clips, camera };
+        Ok((selection, warnings))
+    }
+}
+
+fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<Vec<NodeIndex>> {
+    let index = match choice {
+        None => scene.default_scene,
+        Some(choice) => {
+            let names = scene.scenes.iter().map(|roots| roots.name.as_deref());
+            find("scene", "--scene", choice, names)?
+        }
+    };
+    let roots = scene.scenes.get(index).map(|roots| roots.roots.clone());
+    Ok(roots.unwrap_or_default())
+}
+
+/// All clips but those one of whose targets an earlier chosen clip moves.
+fn disjoint_clips(scene: &Scene) -> (Vec<AnimationIndex>, Vec<Warning>) {
+    let mut clips = Vec::new();
+    let mut warnings = Vec::new();
+    let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
+    for (i, clip) in scene.animations.iter().enumerate() {
+        if clip.channels.iter().any(|channel| held.contains(&channel.target)) {
+            warnings.push(Warning {
+                pointer: format!("/animations/{i}"),
+                message: format!(
+                    "the clip {} moves what an earlier one moves and is left out; show it with --animation '#{i}'",
+                    label(i, clip.name.as_deref())
+                ),
+            });
+            continue;
+        }
+        held.extend(clip.channels.iter().map(|channel| channel.target));
+        clips.push(AnimationIndex(subscript(i)));
+    }
+    (clips, warnings)
+}
+
+fn resolve_camera(
+    request: Option<&CameraRequest>,
+    scene: &Scene,
+    roots: &[NodeIndex],
+) -> Result<CameraChoice> {
+    let placed = placed_cameras(scene, roots);
+    match request {
+        Some(CameraRequest::Auto) => Ok(CameraChoice::Auto),
+        None => Ok(placed
+            .first()
+            .map_or(CameraChoice::Auto, |&(_, node)| CameraChoice::Node(node))),
+        Some(CameraRequest::Placed(choice)) => {
+            // Artists know cameras by the name of the object that holds them, so that counts too.
+            if let Choice::Name(name) = choice {
+                let camera_name = |camera: CameraIndex| scene.cameras[camera.index()].name.as_ref();
+                let node_name = |node: NodeIndex| scene.nodes[node.index()].name.as_ref();
+                let by_camera = placed
+                    .iter()
+                    .find(|(camera, _)| camera_name(*camera) == Some(name));
+                let by_node = placed.iter().find(|(_, node)| node_name(*node) == Some(name));
+                if let Some(&(_, node)) = by_camera.or(by_node) {
+                    return Ok(CameraChoice::Node(node));
+                }
+            }
+            let names = scene.cameras.iter().map(|camera| camera.name.as_deref());
+            let index = find("camera", "--camera", choice, names)?;
+            let node = placed.iter().find(|(camera, _)| camera.index() == index);
+            match node {
+                Some(&(_, node)) => Ok(CameraChoice::Node(node)),
+                None => Err(Error::usage(format!(
+                    "camera {} is not placed in the chosen scene; choose another with --camera or --scene, or --camera auto",
+                    label(index, scene.cameras[index].name.as_deref())
+                ))),
+            }
+        }
+    }
+}
+
+/// The cameras on nodes that `roots` reach, by camera, then by node.
+fn placed_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, NodeIndex)> {
+    let mut placed = Vec::new();
+    let mut pending = roots.to_vec();
+    while let Some(index) = pending.pop() {
+        let node = &scene.nodes[index.index()];
+        placed.extend(node.camera.map(|camera| (camera, index)));
+        pending.extend(&node.children);
+    }
+    placed.sort_unstable();
+    placed
+}
+
+/// The position of what `choice` names among `names`.
+fn find<'a>(
+    what: &str,
+    option: &str,
+    choice: &Choice,
+    names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
+) -> Result<usize> {
+    let (found, asked) = match choice {
+        Choice::Name(name) => (
+            names.clone().position(|other| other == Some(name)),
+            format!("\"{name}\""),
+        ),
+        Choice::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
+    };
+    found.ok_or_else(|| {
+        let choices: Vec<String> = names.enumerate().map(|(i, name)| label(i, name)).collect();
+        let choices = if choices.is_empty() {
+            "the file has none".to_owned()
+        } else {
+            format!("choose one of: {}", choices.join(", "))
+        };
+        Error::usage(format!("{option}: there is no {what} {asked}; {choices}"))
+    })
+}
+
+fn label(index: usize, name: Option<&str>) -> String {
+    name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
+}
+
+fn subscript(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots};
+
+    fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
+        let channel = |&target: &AnimationTarget| Channel {
+            target,
+            keyframes: Keyframes {
+                times_seconds: vec![0.0],
+                values: vec![0.0; 3],
+                width: 3,
+                interpolation: Interpolation::Step,
             },
-            Vec::new(),
-        ))
+        };
+        Animation {
+            name: Some(name.to_owned()),
+            channels: targets.iter().map(channel).collect(),
+        }
+    }
+
+    fn camera(name: &str) -> Camera {
+        let projection = Projection::Orthographic {
+            x_mag: 1.0,
+            y_mag: 1.0,
+            z_near: 0.0,
+            z_far: 1.0,
+        };
+        Camera {
+            name: Some(name.to_owned()),
+            projection,
+        }
+    }
+
+    /// Scene "empty" has nothing; scene "main" has node 1 with camera 1 below node 0. Node 2 with camera 0 is loose.
+    fn scene() -> Scene {
+        let moves = |i| AnimationTarget::Translation(NodeIndex(i));
+        let turns = |i| AnimationTarget::Rotation(NodeIndex(i));
+        let node = |camera: Option<u32>, children: &[u32]| Node {
+            name: camera.map(|i| format!("object {i}")),
+            camera: camera.map(CameraIndex),
+            children: children.iter().copied().map(NodeIndex).collect(),
+            ..Node::default()
+        };
+        let roots = |name: &str, roots: &[u32]| SceneRoots {
+            name: Some(name.to_owned()),
+            roots: roots.iter().copied().map(NodeIndex).collect(),
+        };
+        Scene {
+            nodes: vec![node(None, &[1]), node(Some(1), &[]), node(Some(0), &[])],
+            scenes: vec![roots("empty", &[]), roots("main", &[0])],
+            default_scene: 1,
+            cameras: vec![camera("loose"), camera("used")],
+            animations: vec![
+                clip("a", &[moves(0)]),
+                clip("b", &[moves(0), turns(1)]),
+                clip("c", &[turns(1)]),
+            ],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn defaults_take_the_first_placed_camera_and_disjoint_clips() {
+        let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene()).unwrap();
+        assert_eq!(selection.roots, [NodeIndex(0)]);
+        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        // "b" is left out because of "a"; "c" stays, because "b" does not play.
+        assert_eq!(selection.clips, [AnimationIndex(0), AnimationIndex(2)]);
+        assert_eq!(warnings.len(), 1);
+        assert_eq!(warnings[0].pointer, "/animations/1");
+    }
+
+    #[test]
+    fn names_and_positions_are_found() {
+        let request = SelectionRequest {
+            scene: Some(Choice::Name("main".to_owned())),
+            clips: ClipChoice::One(Choice::Index(1)),
+            camera: Some(CameraRequest::Placed(Choice::Name("object 1".to_owned()))),
+        };
+        let (selection, warnings) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.clips, [AnimationIndex(1)]);
+        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert!(warnings.is_empty());
+    }
+
+    #[test]
+    fn a_scene_without_cameras_is_framed() {
+        let request = SelectionRequest {
+            scene: Some(Choice::Index(0)),
+            ..SelectionRequest::default()
+        };
+        let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.camera, CameraChoice::Auto);
+        assert!(selection.roots.is_empty());
+    }
+
+    #[test]
+    fn what_does_not_exist_lists_the_choices() {
+        let ask = |request: SelectionRequest| {
+            let error = Selection::resolve(&request, &scene()).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            error.to_string()
+        };
+        let camera = |choice| SelectionRequest {
+            camera: Some(CameraRequest::Placed(choice)),
+            ..SelectionRequest::default()
+        };
+        let message = ask(camera(Choice::Name("nobody".to_owned())));
+        assert!(message.contains("#0 \"loose\", #1 \"used\""), "{message}");
+        assert!(ask(camera(Choice::Name("loose".to_owned()))).contains("not placed"));
+        assert!(ask(camera(Choice::Index(2))).contains("no camera #2"));
+        let clips = ClipChoice::One(Choice::Name("z".to_owned()));
+        let message = ask(SelectionRequest {
+            clips,
+            ..SelectionRequest::default()
+        });
+        assert!(message.contains("#2 \"c\""), "{message}");
     }
 }

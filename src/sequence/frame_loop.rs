@@ -202,7 +202,7 @@ impl<'a> FrameLoop<'a> {
                 planned.frame, rays.non_finite_pixels
             ));
         }
-        if rays.pass_through_limit_reached > 0 {
+        if rays.integrator.pass_through_limit_reached > 0 {
             self.warn(
                 "some samples met more than 256 see-through surfaces; what lies behind them is missing"
                     .to_owned(),

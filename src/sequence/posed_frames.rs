@@ -70,11 +70,10 @@ mod tests {
 
     #[test]
     fn a_zero_of_the_other_sign_is_another_triangle() {
-        let frame = |x: f32| Frame {
-            triangles: vec![Triangle {
-                vertices: [Vec3::new(x, 0.0, 0.0), Vec3::X, Vec3::Y],
-            }],
-            ..Frame::default()
+        let frame = |x: f32| {
+            let mut frame = Frame::default();
+            frame.triangles.push(Triangle { vertices: [Vec3::new(x, 0.0, 0.0), Vec3::X, Vec3::Y] });
+            frame
         };
         assert!(has_same_triangles(&frame(0.0), &frame(0.0)));
         assert!(!has_same_triangles(&frame(0.0), &frame(-0.0)));

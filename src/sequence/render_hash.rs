@@ -19,6 +19,10 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     let camera = match job.selection.camera {
         CameraChoice::Auto => "auto".to_owned(),
         CameraChoice::Node(node) => format!("node {}", node.0),
+        CameraChoice::Fixed { world_from_camera, projection } => {
+            let bits = world_from_camera.to_cols_array().map(f32::to_bits);
+            format!("fixed {bits:x?} {projection:?}")
+        }
     };
     let glass_shadows = match settings.glass_shadows {
         GlassShadows::Straight => "straight",

@@ -156,10 +156,10 @@ impl TreeReport {
 
 impl RayReport {
     pub(super) fn new(statistics: &RenderStatistics) -> Self {
-        let rays = statistics.camera_rays
-            + statistics.reflection_rays
-            + statistics.refraction_rays
-            + statistics.shadow_rays;
+        let rays = statistics.integrator.camera_rays
+            + statistics.integrator.reflection_rays
+            + statistics.integrator.refraction_rays
+            + statistics.integrator.shadow_rays;
         let per_ray = |count: u64| {
             if rays == 0 {
                 0.0
@@ -169,15 +169,15 @@ impl RayReport {
         };
         let seconds = statistics.trace_seconds;
         Self {
-            camera: statistics.camera_rays,
-            reflection: statistics.reflection_rays,
-            refraction: statistics.refraction_rays,
-            shadow: statistics.shadow_rays,
+            camera: statistics.integrator.camera_rays,
+            reflection: statistics.integrator.reflection_rays,
+            refraction: statistics.integrator.refraction_rays,
+            shadow: statistics.integrator.shadow_rays,
             per_second: if seconds > 0.0 { rays as f64 / seconds } else { 0.0 },
-            nodes_per_ray: per_ray(statistics.nodes),
-            triangles_per_ray: per_ray(statistics.triangles),
-            dropped_weight: statistics.dropped_weight,
-            pass_through_limit_reached: statistics.pass_through_limit_reached,
+            nodes_per_ray: per_ray(statistics.integrator.nodes),
+            triangles_per_ray: per_ray(statistics.integrator.triangles),
+            dropped_weight: statistics.integrator.dropped_weight,
+            pass_through_limit_reached: statistics.integrator.pass_through_limit_reached,
             non_finite_pixels: statistics.non_finite_pixels,
         }
     }

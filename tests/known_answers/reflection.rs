@@ -110,7 +110,7 @@ fn rough_lobes_never_gain_energy_in_a_white_furnace() {
 fn a_lambert_wall_in_a_mirror_is_lit_like_one_seen_directly() {
     use rayframe::scene::LightKind;
     let mut stage = floor(mirror(Vec3::ONE));
-    stage.add(rectangle(Vec3::X * -3.0, Vec3::Y * 3.0, Vec3::Z * 3.0), lambert(Vec3::splat(0.5)));
+    stage.add(rectangle(Vec3::X * -3.0, Vec3::Y * 5.0, Vec3::Z * 5.0), lambert(Vec3::splat(0.5)));
     stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::NEG_X);
     let direct = stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::new(-3.0, 1.0, 0.0));
     let mirrored = stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::ZERO);

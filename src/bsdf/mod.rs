@@ -74,7 +74,7 @@ impl Bsdf {
     /// continuation; for the surface of a volume zero, because light reaches through it by refracted rays, and lamps by
     /// the straight shadow rays of the integrator, never by this lobe.
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        if !(wo.z > 0.0) || wi.z == 0.0 {
+        if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
         }
         let through = wi.z < 0.0;

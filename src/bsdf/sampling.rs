@@ -42,7 +42,7 @@ impl Bsdf {
         };
         let pdf = self.mixture_pdf(&choice, wo, wi);
         let value = self.evaluate(wo, wi);
-        if !(pdf > 0.0) || value == Vec3::ZERO {
+        if pdf <= 0.0 || value == Vec3::ZERO {
             return None;
         }
         Some(BsdfSample {
@@ -59,7 +59,7 @@ impl Bsdf {
     }
 
     fn lobe_choice(&self, wo: Vec3) -> Option<LobeChoice> {
-        if !(wo.z > 0.0) {
+        if wo.z <= 0.0 {
             return None;
         }
         let specular = luminance(self.specular_albedo(wo.z));

@@ -61,7 +61,10 @@ struct KeySpan {
 }
 
 /// Times before the first key and after the last clamp to those keys.
+///
+/// The time is rounded as the keys are, so that a frame which falls on a key meets it.
 fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
+    let time_seconds = f64::from(time_seconds as f32);
     let after = times_seconds.partition_point(|&key_time| f64::from(key_time) <= time_seconds);
     if after == 0 {
         return KeySpan { key: 0, seconds: 0.0, share: 0.0 };
@@ -167,6 +170,16 @@ mod tests {
         let step = keyframes(1, vec![2.0, 6.0], Interpolation::Step);
         assert_eq!(component_at(&step, 2.999, 0), 2.0);
         assert_eq!(component_at(&step, 3.0, 0), 6.0);
+    }
+
+    #[test]
+    fn a_frame_on_a_key_meets_it_though_the_key_was_rounded_up() {
+        let times_seconds: Vec<f32> = (0..100).map(|frame| frame as f32 / 24.0).collect();
+        let values = (0..100).map(|frame| frame as f32).collect();
+        let step = Keyframes { times_seconds, values, width: 1, interpolation: Interpolation::Step };
+        for frame in 0..100 {
+            assert_eq!(component_at(&step, f64::from(frame) / 24.0, 0), frame as f32);
+        }
     }
 
     #[test]

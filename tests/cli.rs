@@ -2,6 +2,7 @@
 
 use std::process::{Command, Output, Stdio};
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn rayframe(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rayframe"))
         .args(arguments)

@@ -16,6 +16,7 @@ use rayframe::sequence::{
 };
 
 /// An empty scene in even light, written to `folder/name`.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     SequenceJob {
         scene: Scene {
@@ -58,6 +59,7 @@ fn render(job: &SequenceJob) -> Result<Summary, rayframe::error::Error> {
     Ok(run(job, &plan, &CancelFlag::new(), &|_| ()))
 }
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<_> = std::fs::read_dir(folder)
         .unwrap()

@@ -35,7 +35,8 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
         path: path.to_owned(),
         source,
     };
-    temporary.write_all(bytes).map_err(failed)?;
+    // The file itself, because the wrapper's errors name the temporary.
+    temporary.as_file_mut().write_all(bytes).map_err(failed)?;
     temporary.as_file().sync_all().map_err(failed)?;
     temporary.persist(path).map_err(|error| failed(error.error))?;
     sync_folder(folder_of(path)).map_err(failed)

@@ -28,47 +28,41 @@ pub fn frame_attributes(
         frame: frame as i32,
         time_seconds,
         frames_per_second,
-        world_to_camera: camera_from_world.to_cols_array(),
-        world_to_ndc: ndc_from_world.to_cols_array(),
+        // Adding zero turns −0 into 0.
+        world_to_camera: camera_from_world.to_cols_array().map(|value| value + 0.0),
+        world_to_ndc: ndc_from_world.to_cols_array().map(|value| value + 0.0),
     }
 }
 
 /// From camera space to the picture: after division x runs 0 to 1 from left to right, y 0 to 1 from top to bottom, and
 /// depth 0 at the near plane to 1 at the far plane.
 pub fn ndc_from_camera(projection: &Projection, resolution: (u32, u32)) -> Mat4 {
-    let aspect = resolution.0 as f32 / resolution.1 as f32;
+    let half_size = projection.half_size(resolution.0 as f32 / resolution.1 as f32);
+    let (scale_x, scale_y) = (1.0 / half_size.x, 1.0 / half_size.y);
     let clip_from_camera = match *projection {
-        Projection::Perspective {
-            fov_y_radians,
-            z_near,
-            z_far,
-            ..
-        } => {
+        Projection::Perspective { z_near, z_far, .. } => {
             let near = if z_near > 0.0 {
                 z_near
             } else {
                 NEAR_WITHOUT_A_PLANE
             };
-            let focal_y = 1.0 / libm::tanf(fov_y_radians * 0.5);
             // Depth (a·z + b) / −z is 0 at −near and 1 at −far.
             let (a, b) = match z_far {
                 Some(far) if far > near => (-far / (far - near), -far * near / (far - near)),
                 _ => (-1.0, -near),
             };
             Mat4::from_cols(
-                Vec4::new(focal_y / aspect, 0.0, 0.0, 0.0),
-                Vec4::new(0.0, focal_y, 0.0, 0.0),
+                Vec4::new(scale_x, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, scale_y, 0.0, 0.0),
                 Vec4::new(0.0, 0.0, a, -1.0),
                 Vec4::new(0.0, 0.0, b, 0.0),
             )
         }
-        Projection::Orthographic {
-            y_mag, z_near, z_far, ..
-        } => {
+        Projection::Orthographic { z_near, z_far, .. } => {
             let depth = if z_far > z_near { z_far - z_near } else { 1.0 };
             Mat4::from_cols(
-                Vec4::new(1.0 / (y_mag * aspect), 0.0, 0.0, 0.0),
-                Vec4::new(0.0, 1.0 / y_mag, 0.0, 0.0),
+                Vec4::new(scale_x, 0.0, 0.0, 0.0),
+                Vec4::new(0.0, scale_y, 0.0, 0.0),
                 Vec4::new(0.0, 0.0, -1.0 / depth, 0.0),
                 Vec4::new(0.0, 0.0, -z_near / depth, 1.0),
             )
@@ -127,6 +121,22 @@ mod tests {
         let ndc = ndc_from_camera(&projection, (64, 64));
         assert_near(ndc.project_point3(Vec3::new(-2.0, 2.0, -1.0)), Vec3::ZERO);
         assert_near(ndc.project_point3(Vec3::new(2.0, -2.0, -5.0)), Vec3::ONE);
+    }
+
+    #[test]
+    fn narrow_pictures_keep_the_authored_width() {
+        // Authored 2 wide and 1 high (halves); a square picture shows 2 each way.
+        let projection = Projection::Orthographic {
+            x_mag: 2.0,
+            y_mag: 1.0,
+            z_near: 0.0,
+            z_far: 1.0,
+        };
+        let ndc = ndc_from_camera(&projection, (8, 8));
+        assert_near(
+            ndc.project_point3(Vec3::new(2.0, 2.0, -1.0)),
+            Vec3::new(1.0, 0.0, 1.0),
+        );
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Cameras.
 
+use glam::Vec2;
+
 /// A camera; it looks down its node's −Z with +Y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
@@ -34,4 +36,27 @@ pub enum Projection {
         /// Metres.
         z_far: f32,
     },
+}
+
+impl Projection {
+    /// Half the width and height of what a picture of `aspect_ratio` (width over height) shows: at distance one for a
+    /// pinhole, else in metres.
+    ///
+    /// The authored vertical field is kept in wider pictures; in narrower ones it grows until the authored horizontal
+    /// field fits, so that nothing the author framed is lost.
+    pub fn half_size(&self, aspect_ratio: f32) -> Vec2 {
+        let (half_height, authored_aspect) = match *self {
+            Self::Perspective {
+                fov_y_radians,
+                aspect_ratio,
+                ..
+            } => (libm::tanf(fov_y_radians * 0.5), aspect_ratio),
+            Self::Orthographic { x_mag, y_mag, .. } => (y_mag, Some(x_mag / y_mag)),
+        };
+        let half_height = match authored_aspect {
+            Some(authored) if aspect_ratio < authored => half_height * authored / aspect_ratio,
+            _ => half_height,
+        };
+        Vec2::new(half_height * aspect_ratio, half_height)
+    }
 }

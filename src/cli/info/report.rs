@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::error::Warning;
+use crate::gltf::{Support, extension_support};
 use crate::scene::{
     AlphaMode, Filter, Image, LightKind, Material, Projection, Scene, Selection, Texels, Texture, WrapMode,
 };
@@ -24,6 +25,7 @@ pub(super) struct Report {
     pub(super) cameras: Vec<CameraReport>,
     pub(super) lights: Vec<LightReport>,
     pub(super) skins: usize,
+    pub(super) extensions: Vec<ExtensionReport>,
     pub(super) rendered: RenderedReport,
     pub(super) not_supported: Vec<WarningReport>,
 }
@@ -81,6 +83,13 @@ pub(super) struct LightReport {
     pub(super) is_placed: bool,
 }
 
+#[derive(Debug, Serialize)]
+pub(super) struct ExtensionReport {
+    pub(super) name: String,
+    pub(super) is_required: bool,
+    pub(super) support: &'static str,
+}
+
 /// What `rayframe render` does without options.
 #[derive(Debug, Serialize)]
 pub(super) struct RenderedReport {
@@ -112,6 +121,7 @@ impl Report {
             cameras: cameras(scene),
             lights: lights(scene),
             skins: scene.skins.len(),
+            extensions: extensions(scene),
             rendered: RenderedReport {
                 clips: selection.clips.iter().map(|clip| clip.index()).collect(),
                 seconds,
@@ -256,6 +266,27 @@ fn lights(scene: &Scene) -> Vec<LightReport> {
             .any(|node| node.light.is_some_and(|light| light.index() == index)),
     };
     scene.lights.iter().enumerate().map(report).collect()
+}
+
+fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
+    let named: std::collections::BTreeSet<_> = scene
+        .extensions_used
+        .iter()
+        .chain(&scene.extensions_required)
+        .collect();
+    let report = |name: &String| {
+        let is_required = scene.extensions_required.contains(name);
+        ExtensionReport {
+            name: name.clone(),
+            is_required,
+            support: match extension_support(name, is_required) {
+                Support::Honoured => "supported",
+                Support::Warned => "not supported, left out",
+                Support::Refused => "not supported",
+            },
+        }
+    };
+    named.into_iter().map(report).collect()
 }
 
 fn not_supported<'a>(warnings: impl Iterator<Item = &'a Warning>) -> Vec<WarningReport> {

@@ -18,6 +18,7 @@ pub(super) fn text(report: &Report) -> String {
         ("clips", clips(report)),
         ("cameras", cameras(report)),
         ("lights", lights(report)),
+        ("extensions", extensions(report)),
         ("will be rendered", vec![rendered(report)]),
         ("not supported", not_supported(report)),
     ];
@@ -113,6 +114,14 @@ fn placed(kind: &str, is_placed: bool) -> String {
     } else {
         format!("{kind}, not placed by any node")
     }
+}
+
+fn extensions(report: &Report) -> Vec<String> {
+    let line = |extension: &super::report::ExtensionReport| {
+        let required = if extension.is_required { "required, " } else { "" };
+        format!("{}: {required}{}", extension.name, extension.support)
+    };
+    report.extensions.iter().map(line).collect()
 }
 
 fn rendered(report: &Report) -> String {

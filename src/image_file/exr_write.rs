@@ -5,9 +5,12 @@
 
 use std::io::Cursor;
 
+use exr::block::writer::ChunksWriter as _;
+use exr::image::write::layers::{LayersWriter as _, WritableLayers};
 use exr::image::{Encoding, Image, Layer, SpecificChannels};
 use exr::prelude::{Blocks, Compression, LineOrder, Vec2, WritableImage as _};
 use half::f16;
+use rayon::prelude::*;
 
 use super::{FrameAttributes, RgbaPixels};
 use crate::error::{Error, Result};
@@ -36,14 +39,34 @@ pub fn encode_exr(pixels: &RgbaPixels<'_>, attributes: &FrameAttributes) -> Resu
     let image = Image::new(FrameAttributes::of_image(pixels), layer);
 
     let mut bytes = Vec::new();
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(Cursor::new(&mut bytes))
-        .map_err(|error| internal(&error.to_string()))?;
+    write_compressing_in_parallel(&image, &mut bytes).map_err(|error| internal(&error.to_string()))?;
     sort_attributes(&mut bytes)
         .ok_or_else(|| internal("the encoder wrote a header that cannot be followed"))?;
     Ok(bytes)
+}
+
+/// Compresses the blocks on the current rayon pool and writes them in their order. (The crate's own parallel writer
+/// starts a pool of its own.)
+fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
+    image: &'a Image<Layers>,
+    bytes: &mut Vec<u8>,
+) -> exr::error::UnitResult {
+    let headers = image.write().infer_meta_data();
+    let layers = image.layer_data.create_writer(&headers);
+    exr::block::write(Cursor::new(bytes), headers, true, |meta, chunk_writer| {
+        let blocks: Vec<_> = meta
+            .collect_ordered_block_data(|index| layers.extract_uncompressed_block(&meta.headers, index))
+            .collect();
+        let chunks: Vec<_> = blocks
+            .into_par_iter()
+            .map(|(place, block)| block.compress_to_chunk(&meta.headers).map(|chunk| (place, chunk)))
+            .collect();
+        for chunk in chunks {
+            let (place, chunk) = chunk?;
+            chunk_writer.write_chunk(place, chunk)?;
+        }
+        Ok(())
+    })
 }
 
 /// The nearest half-float. Values beyond ±65504 become ±65504, what is not a number becomes 0, and −0 becomes 0.
@@ -91,6 +114,7 @@ fn internal(message: &str) -> Error {
 mod tests {
     use super::*;
     use crate::image_file::{StoredFrame, decode_exr, inspect_exr};
+    use exr::meta::header::LayerAttributes;
 
     fn attributes() -> FrameAttributes {
         FrameAttributes {
@@ -150,6 +174,27 @@ mod tests {
                 assert!(pool.install(|| encode((61, 37))) == expected);
             }
         }
+    }
+
+    #[test]
+    fn blocks_compressed_in_parallel_are_those_of_the_plain_writer() {
+        let channels =
+            || SpecificChannels::rgba(|Vec2(x, y): Vec2<usize>| (x as f32, y as f32, 0.5_f32, 1.0_f32));
+        let encoding = Encoding {
+            compression: Compression::ZIP16,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        let layer = Layer::new((33, 50), LayerAttributes::default(), encoding, channels());
+        let image = Image::from_layer(layer);
+        let (mut parallel, mut plain) = (Vec::new(), Vec::new());
+        write_compressing_in_parallel(&image, &mut parallel).unwrap();
+        image
+            .write()
+            .non_parallel()
+            .to_buffered(Cursor::new(&mut plain))
+            .unwrap();
+        assert!(parallel == plain);
     }
 
     #[test]

@@ -22,7 +22,7 @@ impl CameraRays {
     /// Prepares rays through a picture of `resolution` pixels.
     pub fn new(camera: &PosedCamera, resolution: (u32, u32), time_seconds: f32) -> Self {
         let resolution = Vec2::new(resolution.0 as f32, resolution.1 as f32);
-        let half_size = half_size(&camera.projection, resolution.x / resolution.y);
+        let half_size = camera.projection.half_size(resolution.x / resolution.y);
         let pixel = 2.0 * half_size.y / resolution.y;
         let footprint = match camera.projection {
             Projection::Perspective { .. } => Footprint { width: 0.0, spread: pixel },
@@ -72,22 +72,6 @@ impl CameraRays {
     }
 }
 
-/// The authored vertical field is kept in wider pictures; in narrower ones it grows until the authored horizontal field
-/// fits, so that nothing the author framed is lost.
-fn half_size(projection: &Projection, aspect_ratio: f32) -> Vec2 {
-    let (half_height, authored_aspect) = match *projection {
-        Projection::Perspective { fov_y_radians, aspect_ratio, .. } => {
-            (libm::tanf(fov_y_radians * 0.5), aspect_ratio)
-        }
-        Projection::Orthographic { x_mag, y_mag, .. } => (y_mag, Some(x_mag / y_mag)),
-    };
-    let half_height = match authored_aspect {
-        Some(authored) if aspect_ratio < authored => half_height * authored / aspect_ratio,
-        _ => half_height,
-    };
-    Vec2::new(half_height * aspect_ratio, half_height)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,15 +80,6 @@ mod tests {
         // tan(45°) = 1: the authored half height is one.
         let fov_y_radians = std::f32::consts::FRAC_PI_2;
         Projection::Perspective { fov_y_radians, aspect_ratio, z_near: 0.1, z_far: None }
-    }
-
-    #[test]
-    fn wider_pictures_keep_the_height_and_narrower_ones_the_width() {
-        assert!(half_size(&perspective(Some(1.5)), 2.0).abs_diff_eq(Vec2::new(2.0, 1.0), 1e-6));
-        assert!(half_size(&perspective(Some(1.5)), 0.5).abs_diff_eq(Vec2::new(1.5, 3.0), 1e-6));
-        assert!(half_size(&perspective(None), 0.5).abs_diff_eq(Vec2::new(0.5, 1.0), 1e-6));
-        let orthographic = Projection::Orthographic { x_mag: 3.0, y_mag: 1.0, z_near: 0.0, z_far: 9.0 };
-        assert!(half_size(&orthographic, 1.0).abs_diff_eq(Vec2::new(3.0, 3.0), 1e-6));
     }
 
     #[test]

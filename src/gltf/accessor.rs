@@ -90,10 +90,10 @@ pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
 }
 
 fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, pointer: &str) -> Result<()> {
-    let format = Format::of(accessor).ok_or_else(|| {
-        let message = "has an unknown componentType or type";
-        context.invalid(pointer, message)
-    })?;
+    // An unknown format is wrong only where it is used.
+    let Some(format) = Format::of(accessor) else {
+        return Ok(());
+    };
     if accessor.count.0 == 0 {
         return Err(context.invalid(format!("{pointer}/count"), "must be at least 1"));
     }
@@ -304,7 +304,7 @@ impl<'a> Data<'a> {
         let pointer = format!("/accessors/{index}");
         let layout = ElementLayout::new(format.shape, format.component);
         if layout.offsets.len() != N {
-            let message = format!("is {}, which does not fit its use", format_name(&format));
+            let message = format!("is {}, which does not fit its use", format_name(format));
             return Err(context.invalid(pointer, message));
         }
         let read = |bytes: &[u8]| -> [T; N] {

@@ -132,16 +132,14 @@ fn with_decoder<'a, T>(
     bytes: &'a [u8],
     use_decoder: impl FnOnce(Decoder<'a>) -> Result<T, ImageError>,
 ) -> Result<T, String> {
-    let open = || match kind(bytes) {
-        Kind::Png => {
+    let open = || {
+        if kind(bytes) == Kind::Png {
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
-            Ok(Decoder::Png(Box::new(decoder)))
+            return Ok(Decoder::Png(Box::new(decoder)));
         }
-        _ => {
-            let mut decoder = JpegDecoder::new(Cursor::new(bytes))?;
-            decoder.set_limits(limits())?;
-            Ok(Decoder::Jpeg(Box::new(decoder)))
-        }
+        let mut decoder = JpegDecoder::new(Cursor::new(bytes))?;
+        decoder.set_limits(limits())?;
+        Ok(Decoder::Jpeg(Box::new(decoder)))
     };
     open().and_then(use_decoder).map_err(|error: ImageError| {
         let text = error.to_string();

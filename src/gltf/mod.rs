@@ -81,7 +81,7 @@ impl Default for ImportOptions {
 /// folder, and [`Error::Invalid`] for anything else that is wrong with it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     // Crates that decode images and tangents could still panic; that must not end the program.
-    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, options))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options))).unwrap_or_else(|_| {
         Err(Error::invalid(
             path,
             "",
@@ -90,7 +90,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     })
 }
 
-fn import_unguarded(path: &Path, options: &ImportOptions) -> Result<Scene> {
+fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let mut context = Context::new(path, options.max_memory_bytes);
 
     // Read the file, its JSON and its buffers.
@@ -99,6 +99,7 @@ fn import_unguarded(path: &Path, options: &ImportOptions) -> Result<Scene> {
     let document = Document::parse(&context, file.json())?;
     extensions::check(&mut context, &document)?;
     accessor::check_all(&context, &document)?;
+    texture::check_links(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
     let data = Data {
         document: &document,

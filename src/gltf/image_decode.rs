@@ -58,6 +58,25 @@ pub(super) fn kind(bytes: &[u8]) -> Kind {
     }
 }
 
+/// Why `bytes` are not even opened: the decoder's own limit would otherwise tell it less clearly.
+pub(super) fn oversized_png(bytes: &[u8]) -> Option<String> {
+    // The header chunk is always the first: 8 bytes of magic, length and name, then width and height.
+    let field = |start: usize| -> Option<u32> {
+        let bytes = bytes.get(start..)?.first_chunk::<4>()?;
+        Some(u32::from_be_bytes(*bytes))
+    };
+    let header = Header {
+        width: field(16)?,
+        height: field(20)?,
+        decoded_bytes: 0,
+    };
+    if kind(bytes) == Kind::Png {
+        unjustified(&header, bytes.len())
+    } else {
+        None
+    }
+}
+
 /// Reads the header of a PNG or JPEG.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     let (size, color) = with_decoder(bytes, |decoder| Ok((decoder.dimensions(), decoder.color_type())))?;

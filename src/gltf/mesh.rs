@@ -11,17 +11,43 @@ use super::accessor::Data;
 use super::attributes::{Attributes, Reference};
 use super::context::Context;
 use super::raw::{ANY, Raw, check_range};
-use super::tangents::{gather_vertices, generate};
+use super::tangents::{gather_vertices, generate, vertex_bytes};
 use super::{formats, influences, morph, normals, topology};
 use crate::error::Result;
 use crate::scene::{Material, MaterialIndex, Mesh, Primitive};
 
 /// Imports all meshes; `materials` end with the default one.
 pub(super) fn import(context: &mut Context, data: &Data, materials: &[Material]) -> Result<Vec<Mesh>> {
+    check_triangle_bytes(context, data)?;
     let meshes = data.document.root.meshes.iter().enumerate();
     meshes
         .map(|(i, mesh)| import_mesh(context, data, materials, i, mesh))
         .collect()
+}
+
+/// Refuses at once what is certain to exceed the memory limit: many primitives can share one accessor, so that a small
+/// file asks for much.
+fn check_triangle_bytes(context: &Context, data: &Data) -> Result<()> {
+    const INDEX_BYTES: u64 = 4;
+    let accessors = &data.document.root.accessors;
+    let count = |index: usize| accessors.get(index).map_or(0, |accessor| accessor.count.0);
+    let position = Checked::Valid(json::mesh::Semantic::Positions);
+    let mut total: u64 = 0;
+    for (i, mesh) in data.document.root.meshes.iter().enumerate() {
+        for (j, primitive) in mesh.primitives.iter().enumerate() {
+            let drawn = matches!(primitive.mode, Checked::Valid(mode) if undrawn_kind(mode).is_none());
+            let positions = primitive.attributes.get(&position);
+            let listed = primitive.indices.map(|indices| indices.value());
+            let list = listed.or(positions.map(json::Index::value));
+            if let Some(list) = list.filter(|_| drawn) {
+                total = total.saturating_add(count(list).saturating_mul(INDEX_BYTES));
+            }
+            if context.used_bytes().saturating_add(total) > context.limit_bytes() {
+                return Err(context.too_large(total, &format!("/meshes/{i}/primitives/{j}")));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn import_mesh(
@@ -40,7 +66,10 @@ fn import_mesh(
         let Some(raw) = Raw::at(&data.document.value, format!("{pointer}/primitives/{i}")) else {
             continue;
         };
-        primitives.extend(import_primitive(context, data, materials, primitive, &raw)?);
+        let used_before = context.used_bytes();
+        let imported = import_primitive(context, data, materials, primitive, &raw)?;
+        context.settle(used_before, imported.as_ref().map_or(0, kept_bytes));
+        primitives.extend(imported);
     }
     let target_count = primitives
         .first()
@@ -78,6 +107,12 @@ pub(super) fn check_weights(
     }
     let finite = |&weight: &f32| check_range(context, weight, &ANY, &pointer);
     weights.iter().map(finite).collect()
+}
+
+fn kept_bytes(primitive: &Primitive) -> u64 {
+    let vertices = (primitive.positions.len() as u64).saturating_mul(vertex_bytes(primitive) as u64);
+    let triangles = (primitive.triangles.len() as u64).saturating_mul(size_of::<[u32; 3]>() as u64);
+    vertices.saturating_add(triangles)
 }
 
 /// `None` for a primitive that is not drawn; the reason has been noted.

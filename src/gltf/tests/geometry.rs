@@ -1,6 +1,7 @@
 use serde_json::{Value, json};
 
 use super::Document;
+use crate::scene::MorphTarget;
 use glam::{Vec3, Vec4};
 
 fn primitive_of(document: &mut Document) -> &mut Value {
@@ -186,7 +187,7 @@ fn morph_targets_need_a_base_and_equal_numbers() {
     primitive_of(&mut document)["targets"] = json!([{"POSITION": 0}, {}]);
     let scene = document.import().unwrap();
     assert_eq!(scene.meshes[0].weights, [0.0, 0.0]);
-    assert_eq!(scene.meshes[0].primitives[0].targets[1], Default::default());
+    assert_eq!(scene.meshes[0].primitives[0].targets[1], MorphTarget::default());
     document.json["meshes"][0]["weights"] = json!([1.0]);
     assert!(document.error(65).contains("/meshes/0/weights"));
     document.json["meshes"][0]["weights"] = json!([1, 0.5]);

@@ -1,5 +1,10 @@
 //! Tests on whole files, built here in code.
 
+#![expect(
+    clippy::arithmetic_side_effects,
+    reason = "an overflow in a test is a failed test"
+)]
+
 mod accessors;
 mod animations;
 mod geometry;

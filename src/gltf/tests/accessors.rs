@@ -142,7 +142,7 @@ fn zeros_are_refused_before_they_are_allocated() {
     let path = folder.path().join("a.gltf");
     std::fs::write(&path, Document::triangle().to_json().to_string()).unwrap();
     let options = ImportOptions {
-        max_memory_bytes: 600,
+        max_memory_bytes: 6_000,
     };
     assert_eq!(import(&path, &options).unwrap_err().exit_code(), 77);
 }
@@ -175,4 +175,14 @@ fn wrong_formats_are_errors() {
         document.set_attribute(name, accessor);
         assert!(document.error(65).contains(name));
     }
+}
+
+#[test]
+fn many_primitives_over_one_accessor_are_refused_at_once() {
+    // 5000 primitives of a million vertices each: 4 bytes an index make 20 GB at least, more than the limit of 4 GiB.
+    let mut document = Document::triangle();
+    document.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": 1_000_000});
+    let primitive = document.json["meshes"][0]["primitives"][0].clone();
+    document.json["meshes"][0]["primitives"] = json!(vec![primitive; 5000]);
+    assert!(document.error(77).contains("/meshes/0/primitives/"));
 }

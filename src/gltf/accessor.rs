@@ -11,7 +11,8 @@ use super::component::{self, ElementLayout};
 use super::context::Context;
 use super::document::Document;
 use super::formats::{Format, format_name};
-use crate::error::Result;
+use super::raw::escape;
+use crate::error::{Error, Result};
 
 /// The document with the content of its buffers.
 #[derive(Clone, Copy, Debug)]
@@ -54,10 +55,7 @@ impl<'a> Data<'a> {
         let view = views.get(index);
         let buffer_index = view.map_or(0, |view| view.buffer.value());
         let Some(Some(buffer)) = self.buffers.get(buffer_index) else {
-            let message = format!(
-                "needs buffer {buffer_index}, which has no data; it may be stored by an extension that is not supported"
-            );
-            return Err(context.invalid(pointer, message));
+            return Err(self.no_data(context, index, buffer_index, pointer));
         };
         view.and_then(|view| {
             let start = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0)).ok()?;
@@ -65,6 +63,21 @@ impl<'a> Data<'a> {
             buffer.get(start..start.checked_add(length)?)
         })
         .ok_or_else(|| context.invalid(pointer, "its buffer view reaches past the end of the buffer"))
+    }
+
+    /// The error of a view into a buffer without data, which names the extension that may hold it instead.
+    fn no_data(&self, context: &Context, view: usize, buffer: usize, pointer: &str) -> Error {
+        let raw = self.document.element("bufferViews", view);
+        let extensions = raw
+            .as_ref()
+            .and_then(|raw| raw.value.get("extensions")?.as_object());
+        match extensions.and_then(|extensions| extensions.keys().next()) {
+            Some(name) => context.unsupported(
+                format!("/bufferViews/{view}/extensions/{}", escape(name)),
+                format!("the data is stored only by {name}, which is not supported; export it without"),
+            ),
+            None => context.invalid(pointer, format!("needs buffer {buffer}, which has no data")),
+        }
     }
 
     fn span(&self, context: &Context, run: &Run, layout: &ElementLayout, pointer: &str) -> Result<Span<'a>> {

@@ -186,3 +186,14 @@ fn many_primitives_over_one_accessor_are_refused_at_once() {
     document.json["meshes"][0]["primitives"] = json!(vec![primitive; 5000]);
     assert!(document.error(77).contains("/meshes/0/primitives/"));
 }
+
+#[test]
+fn data_that_only_an_extension_holds_names_it() {
+    let mut json = Document::triangle().to_json();
+    json["buffers"][0].as_object_mut().unwrap().remove("uri");
+    let text = super::error_text(super::import_bytes("a.gltf", json.to_string().as_bytes()), 65);
+    assert!(text.contains("needs buffer 0, which has no data"), "{text}");
+    json["bufferViews"][0]["extensions"] = json!({"EXT_meshopt_compression": {"buffer": 1}});
+    let text = super::error_text(super::import_bytes("a.gltf", json.to_string().as_bytes()), 65);
+    assert!(text.contains("stored only by EXT_meshopt_compression"), "{text}");
+}

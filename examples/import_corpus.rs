@@ -2,7 +2,7 @@
 //! warnings, and the message or a count of what was found. Used to try the importer on collections of real and of
 //! malformed files.
 
-#![allow(clippy::print_stdout, reason = "an example that prints a table")]
+#![expect(clippy::print_stdout, reason = "an example that prints a table")]
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -4,17 +4,15 @@
 //! Source: glTF 2.0 specification, section 3.6 (binary data storage).
 
 use gltf::json::Accessor;
-use gltf::json::accessor::ComponentType;
-use gltf::json::validation::Checked;
+use gltf::json::accessor::Type;
 
+use super::bounds::{Run, base_run, check_run, sparse_index_run, sparse_value_run};
 use super::component::{self, ElementLayout};
 use super::context::Context;
 use super::document::Document;
 use super::formats::{Format, format_name};
-use crate::error::Result;
-
-/// Smallest and largest distance between elements that a buffer view may ask for, bytes.
-const STRIDE_BYTES: std::ops::RangeInclusive<usize> = 4..=252;
+use super::raw::escape;
+use crate::error::{Error, Result};
 
 /// The document with the content of its buffers.
 #[derive(Clone, Copy, Debug)]
@@ -40,175 +38,6 @@ impl<'a> Span<'a> {
     }
 }
 
-/// A run of elements as an accessor declares it.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    view: usize,
-    offset: u64,
-    count: u64,
-    /// Whether the view's stride applies.
-    strided: bool,
-}
-
-/// Checks every buffer, buffer view and accessor against what the file declares, used or not.
-pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
-    let root = &document.root;
-    for (i, buffer) in root.buffers.iter().enumerate() {
-        if buffer.byte_length.0 == 0 {
-            return Err(context.invalid(format!("/buffers/{i}/byteLength"), "must be at least 1"));
-        }
-    }
-    for (i, view) in root.buffer_views.iter().enumerate() {
-        let pointer = format!("/bufferViews/{i}");
-        let buffer = context.subscript(
-            view.buffer.value(),
-            root.buffers.len(),
-            &format!("{pointer}/buffer"),
-            "buffer",
-        )?;
-        let available = root.buffers.get(buffer).map_or(0, |buffer| buffer.byte_length.0);
-        let end = view
-            .byte_offset
-            .map_or(0, |offset| offset.0)
-            .checked_add(view.byte_length.0);
-        if view.byte_length.0 == 0 || end.is_none_or(|end| end > available) {
-            let message = format!("does not fit into its buffer of {available} bytes");
-            return Err(context.invalid(pointer, message));
-        }
-        if let Some(stride) = view
-            .byte_stride
-            .filter(|stride| !STRIDE_BYTES.contains(&stride.0))
-        {
-            let message = format!("is {}, but must lie between 4 and 252", stride.0);
-            return Err(context.invalid(format!("{pointer}/byteStride"), message));
-        }
-    }
-    for (i, accessor) in root.accessors.iter().enumerate() {
-        check_accessor(context, document, accessor, &format!("/accessors/{i}"))?;
-    }
-    Ok(())
-}
-
-fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, pointer: &str) -> Result<()> {
-    let format = Format::of(accessor).ok_or_else(|| {
-        let message = "has an unknown componentType or type";
-        context.invalid(pointer, message)
-    })?;
-    if accessor.count.0 == 0 {
-        return Err(context.invalid(format!("{pointer}/count"), "must be at least 1"));
-    }
-    if format.normalized && matches!(format.component, ComponentType::F32 | ComponentType::U32) {
-        let message = "floats and 32-bit integers cannot be normalized";
-        return Err(context.invalid(format!("{pointer}/normalized"), message));
-    }
-    let layout = ElementLayout::new(format.shape, format.component);
-    if let Some(run) = base_run(accessor) {
-        check_run(context, document, &run, &layout, pointer)?;
-    }
-    let Some(sparse) = &accessor.sparse else {
-        return Ok(());
-    };
-    let pointer = format!("{pointer}/sparse");
-    if sparse.count.0 == 0 || sparse.count.0 > accessor.count.0 {
-        let message = format!("must lie between 1 and {}", accessor.count.0);
-        return Err(context.invalid(format!("{pointer}/count"), message));
-    }
-    let (indices, index_type) = sparse_index_run(context, accessor, &pointer)?;
-    let index_layout = ElementLayout::new(gltf::json::accessor::Type::Scalar, index_type);
-    check_run(
-        context,
-        document,
-        &indices,
-        &index_layout,
-        &format!("{pointer}/indices"),
-    )?;
-    let Some(values) = sparse_value_run(accessor) else {
-        return Ok(());
-    };
-    check_run(context, document, &values, &layout, &format!("{pointer}/values")).map(|_| ())
-}
-
-fn base_run(accessor: &Accessor) -> Option<Run> {
-    Some(Run {
-        view: accessor.buffer_view?.value(),
-        offset: accessor.byte_offset.map_or(0, |offset| offset.0),
-        count: accessor.count.0,
-        strided: true,
-    })
-}
-
-fn sparse_index_run(context: &Context, accessor: &Accessor, pointer: &str) -> Result<(Run, ComponentType)> {
-    let wrong = || {
-        let message = "must be 5121, 5123 or 5125";
-        context.invalid(format!("{pointer}/indices/componentType"), message)
-    };
-    let sparse = accessor.sparse.as_ref().ok_or_else(wrong)?;
-    let Checked::Valid(component) = sparse.indices.component_type else {
-        return Err(wrong());
-    };
-    let run = Run {
-        view: sparse.indices.buffer_view.value(),
-        offset: sparse.indices.byte_offset.0,
-        count: sparse.count.0,
-        strided: false,
-    };
-    Ok((run, component.0))
-}
-
-fn sparse_value_run(accessor: &Accessor) -> Option<Run> {
-    let sparse = accessor.sparse.as_ref()?;
-    Some(Run {
-        view: sparse.values.buffer_view.value(),
-        offset: sparse.values.byte_offset.0,
-        count: sparse.count.0,
-        strided: false,
-    })
-}
-
-/// Checks that a run lies inside its view and returns the distance of its elements.
-fn check_run(
-    context: &Context,
-    document: &Document,
-    run: &Run,
-    layout: &ElementLayout,
-    pointer: &str,
-) -> Result<usize> {
-    let views = &document.root.buffer_views;
-    let index = context.subscript(
-        run.view,
-        views.len(),
-        &format!("{pointer}/bufferView"),
-        "buffer view",
-    )?;
-    let view = views.get(index);
-    let view_bytes = view.map_or(0, |view| view.byte_length.0);
-    let stride = view
-        .and_then(|view| view.byte_stride)
-        .filter(|_| run.strided)
-        .map_or(layout.packed_bytes, |stride| stride.0);
-    if stride < layout.occupied_bytes {
-        let message = format!(
-            "has elements of {} bytes, but the buffer view's byteStride is {stride}",
-            layout.occupied_bytes
-        );
-        return Err(context.invalid(pointer, message));
-    }
-    let end = run
-        .count
-        .checked_sub(1)
-        .and_then(|steps| steps.checked_mul(stride as u64))
-        .and_then(|bytes| bytes.checked_add(layout.occupied_bytes as u64))
-        .and_then(|bytes| bytes.checked_add(run.offset));
-    if end.is_none_or(|end| end > view_bytes) {
-        let message = format!(
-            "reaches past the end of buffer view {index}: {} elements from byte {} do not fit into {view_bytes} bytes",
-            run.count, run.offset
-        );
-        return Err(context.invalid(pointer, message));
-    }
-    Ok(stride)
-}
-
 impl<'a> Data<'a> {
     /// The accessor `index`, which `pointer` asks for.
     pub(super) fn accessor(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a Accessor> {
@@ -226,10 +55,7 @@ impl<'a> Data<'a> {
         let view = views.get(index);
         let buffer_index = view.map_or(0, |view| view.buffer.value());
         let Some(Some(buffer)) = self.buffers.get(buffer_index) else {
-            let message = format!(
-                "needs buffer {buffer_index}, which has no data; it may be stored by an extension that is not supported"
-            );
-            return Err(context.invalid(pointer, message));
+            return Err(self.no_data(context, index, buffer_index, pointer));
         };
         view.and_then(|view| {
             let start = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0)).ok()?;
@@ -237,6 +63,21 @@ impl<'a> Data<'a> {
             buffer.get(start..start.checked_add(length)?)
         })
         .ok_or_else(|| context.invalid(pointer, "its buffer view reaches past the end of the buffer"))
+    }
+
+    /// The error of a view into a buffer without data, which names the extension that may hold it instead.
+    fn no_data(&self, context: &Context, view: usize, buffer: usize, pointer: &str) -> Error {
+        let raw = self.document.element("bufferViews", view);
+        let extensions = raw
+            .as_ref()
+            .and_then(|raw| raw.value.get("extensions")?.as_object());
+        match extensions.and_then(|extensions| extensions.keys().next()) {
+            Some(name) => context.unsupported(
+                format!("/bufferViews/{view}/extensions/{}", escape(name)),
+                format!("the data is stored only by {name}, which is not supported; export it without"),
+            ),
+            None => context.invalid(pointer, format!("needs buffer {buffer}, which has no data")),
+        }
     }
 
     fn span(&self, context: &Context, run: &Run, layout: &ElementLayout, pointer: &str) -> Result<Span<'a>> {
@@ -304,7 +145,7 @@ impl<'a> Data<'a> {
         let pointer = format!("/accessors/{index}");
         let layout = ElementLayout::new(format.shape, format.component);
         if layout.offsets.len() != N {
-            let message = format!("is {}, which does not fit its use", format_name(&format));
+            let message = format!("is {}, which does not fit its use", format_name(format));
             return Err(context.invalid(pointer, message));
         }
         let read = |bytes: &[u8]| -> [T; N] {
@@ -344,7 +185,7 @@ impl<'a> Data<'a> {
     fn sparse_targets(&self, context: &Context, accessor: &Accessor, pointer: &str) -> Result<Vec<usize>> {
         let pointer = format!("{pointer}/sparse");
         let (run, component) = sparse_index_run(context, accessor, &pointer)?;
-        let layout = ElementLayout::new(gltf::json::accessor::Type::Scalar, component);
+        let layout = ElementLayout::new(Type::Scalar, component);
         let pointer = format!("{pointer}/indices");
         let span = self.span(context, &run, &layout, &pointer)?;
         let count = usize::try_from(run.count).unwrap_or(usize::MAX);

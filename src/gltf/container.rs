@@ -86,7 +86,10 @@ pub(super) fn read_regular(
 }
 
 /// Finds the JSON and the binary chunk of a scene file.
-pub(super) fn split(context: &Context, bytes: Vec<u8>) -> Result<SceneFile> {
+pub(super) fn split(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
+    if bytes.is_empty() {
+        return Err(context.invalid("", "is empty"));
+    }
     if bytes.starts_with(GLB_MAGIC) {
         return split_glb(context, bytes);
     }
@@ -102,13 +105,14 @@ pub(super) fn split(context: &Context, bytes: Vec<u8>) -> Result<SceneFile> {
     })
 }
 
-fn split_glb(context: &Context, bytes: Vec<u8>) -> Result<SceneFile> {
-    check_glb_header(context, &bytes)?;
+fn split_glb(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
+    let length = check_glb_header(context, &bytes)?;
+    let glb = bytes.get(..length).unwrap_or_default();
     let mut json = None;
     let mut bin = None;
     let mut position = GLB_HEADER_BYTES;
-    while position < bytes.len() {
-        let (kind, content) = chunk_at(context, &bytes, position)?;
+    while position < glb.len() {
+        let (kind, content) = chunk_at(context, glb, position)?;
         position = content.end;
         let slot = match kind {
             CHUNK_JSON => &mut json,
@@ -145,7 +149,8 @@ fn json_text(bytes: &[u8], chunk: Range<usize>) -> Range<usize> {
     start..end
 }
 
-fn check_glb_header(context: &Context, bytes: &[u8]) -> Result<()> {
+/// The length that the header states; what follows it is not part of the GLB.
+fn check_glb_header(context: &mut Context, bytes: &[u8]) -> Result<usize> {
     let (Some(version), Some(length)) = (u32_at(bytes, 4), u32_at(bytes, 8)) else {
         return Err(context.invalid("", "the GLB ends inside its header; the file is truncated"));
     };
@@ -155,7 +160,14 @@ fn check_glb_header(context: &Context, bytes: &[u8]) -> Result<()> {
             format!("is a GLB of version {version}; only version 2 can be read, export it anew"),
         ));
     }
-    if length as usize != bytes.len() {
+    let length = length as usize;
+    if length < bytes.len() {
+        context.warn(
+            "",
+            "the file goes on after the end of the GLB; the rest is ignored",
+        );
+    }
+    if length > bytes.len() {
         return Err(context.invalid(
             "",
             format!(
@@ -164,7 +176,7 @@ fn check_glb_header(context: &Context, bytes: &[u8]) -> Result<()> {
             ),
         ));
     }
-    Ok(())
+    Ok(length)
 }
 
 fn chunk_at(context: &Context, bytes: &[u8], position: usize) -> Result<(u32, Range<usize>)> {

@@ -78,6 +78,24 @@ impl<'a> Context<'a> {
         }
     }
 
+    /// Bytes that may be claimed in all.
+    pub(super) fn limit_bytes(&self) -> u64 {
+        self.limit_bytes
+    }
+
+    /// Bytes claimed so far.
+    pub(super) fn used_bytes(&self) -> u64 {
+        self.used_bytes
+    }
+
+    /// Gives back what was claimed since `used_before` except `kept_bytes`, once the rest is no longer in memory.
+    pub(super) fn settle(&mut self, used_before: u64, kept_bytes: u64) {
+        let kept = used_before.saturating_add(kept_bytes);
+        if kept < self.used_bytes {
+            self.used_bytes = kept;
+        }
+    }
+
     /// Bytes that may still be claimed.
     pub(super) fn remaining_bytes(&self) -> u64 {
         self.limit_bytes.saturating_sub(self.used_bytes)

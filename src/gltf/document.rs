@@ -22,9 +22,10 @@ pub(super) struct Document {
 
 impl Document {
     /// Parses JSON text.
-    pub(super) fn parse(context: &Context, json: &[u8]) -> Result<Self> {
+    pub(super) fn parse(context: &mut Context, json: &[u8]) -> Result<Self> {
         let text = std::str::from_utf8(json)
             .map_err(|error| context.invalid("", format!("is neither a GLB nor UTF-8 text: {error}")))?;
+        context.charge(parsed_bytes(json), "")?;
         // serde_json bounds the nesting depth, so that walking the value cannot exhaust the stack.
         let mut value: Value = serde_json::from_str(text)
             .map_err(|error| context.invalid("", format!("is not valid JSON: {error}")))?;
@@ -43,6 +44,21 @@ impl Document {
     pub(super) fn element(&self, array: &str, index: usize) -> Option<Raw<'_>> {
         Raw::at(&self.value, format!("/{array}/{index}"))
     }
+}
+
+/// Memory that JSON text takes once parsed and typed, rounded up: small objects grow most.
+fn parsed_bytes(json: &[u8]) -> u64 {
+    const OBJECT_BYTES: u64 = 1024;
+    const VALUE_BYTES: u64 = 64;
+    let (mut objects, mut values) = (0_u64, 0_u64);
+    for byte in json {
+        objects = objects.saturating_add(u64::from(*byte == b'{'));
+        values = values.saturating_add(u64::from(*byte == b','));
+    }
+    objects
+        .saturating_mul(OBJECT_BYTES)
+        .saturating_add(values.saturating_mul(VALUE_BYTES))
+        .saturating_add(json.len() as u64)
 }
 
 /// Turns whole numbers written as `3.0` or `3e0` into integers and drops `extras`, which belong to applications.

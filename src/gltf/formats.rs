@@ -137,12 +137,12 @@ pub(super) fn check(
     };
     Err(context.invalid(
         pointer,
-        format!("{} cannot be {}{hint}", allowed.what, format_name(&format)),
+        format!("{} cannot be {}{hint}", allowed.what, format_name(format)),
     ))
 }
 
 /// The format in words.
-pub(super) fn format_name(format: &Format) -> String {
+pub(super) fn format_name(format: Format) -> String {
     let shape = match format.shape {
         Type::Scalar => "SCALAR",
         Type::Vec2 => "VEC2",

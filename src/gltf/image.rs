@@ -86,6 +86,9 @@ fn fetch<'a>(
             return Err(context.invalid(pointer, message));
         }
     }
+    if let Some(why) = image_decode::oversized_png(&bytes) {
+        return Err(context.refused(pointer, format!("the image{quoted} {why}")));
+    }
     let header = image_decode::header(&bytes)
         .map_err(|why| context.invalid(&pointer, format!("the image{quoted} {why}")))?;
     if let Some(why) = image_decode::unjustified(&header, bytes.len()) {

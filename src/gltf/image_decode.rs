@@ -58,6 +58,25 @@ pub(super) fn kind(bytes: &[u8]) -> Kind {
     }
 }
 
+/// Why `bytes` are not even opened: the decoder's own limit would otherwise tell it less clearly.
+pub(super) fn oversized_png(bytes: &[u8]) -> Option<String> {
+    // The header chunk is always the first: 8 bytes of magic, length and name, then width and height.
+    let field = |start: usize| -> Option<u32> {
+        let bytes = bytes.get(start..)?.first_chunk::<4>()?;
+        Some(u32::from_be_bytes(*bytes))
+    };
+    let header = Header {
+        width: field(16)?,
+        height: field(20)?,
+        decoded_bytes: 0,
+    };
+    if kind(bytes) == Kind::Png {
+        unjustified(&header, bytes.len())
+    } else {
+        None
+    }
+}
+
 /// Reads the header of a PNG or JPEG.
 pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     let (size, color) = with_decoder(bytes, |decoder| Ok((decoder.dimensions(), decoder.color_type())))?;
@@ -132,16 +151,14 @@ fn with_decoder<'a, T>(
     bytes: &'a [u8],
     use_decoder: impl FnOnce(Decoder<'a>) -> Result<T, ImageError>,
 ) -> Result<T, String> {
-    let open = || match kind(bytes) {
-        Kind::Png => {
+    let open = || {
+        if kind(bytes) == Kind::Png {
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
-            Ok(Decoder::Png(Box::new(decoder)))
+            return Ok(Decoder::Png(Box::new(decoder)));
         }
-        _ => {
-            let mut decoder = JpegDecoder::new(Cursor::new(bytes))?;
-            decoder.set_limits(limits())?;
-            Ok(Decoder::Jpeg(Box::new(decoder)))
-        }
+        let mut decoder = JpegDecoder::new(Cursor::new(bytes))?;
+        decoder.set_limits(limits())?;
+        Ok(Decoder::Jpeg(Box::new(decoder)))
     };
     open().and_then(use_decoder).map_err(|error: ImageError| {
         let text = error.to_string();

@@ -32,7 +32,7 @@ pub(super) fn import(
 }
 
 fn import_material(
-    context: &Context,
+    context: &mut Context,
     json: &json::Material,
     raw: &Raw,
     textures: &mut TextureTable,
@@ -73,7 +73,7 @@ fn alpha_mode(context: &Context, json: &json::Material, raw: &Raw) -> Result<Alp
 }
 
 fn normal_texture(
-    context: &Context,
+    context: &mut Context,
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<NormalTexture>> {
@@ -88,7 +88,7 @@ fn normal_texture(
 }
 
 fn occlusion_texture(
-    context: &Context,
+    context: &mut Context,
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<OcclusionTexture>> {
@@ -103,7 +103,7 @@ fn occlusion_texture(
 }
 
 fn apply_extensions(
-    context: &Context,
+    context: &mut Context,
     material: &mut Material,
     raw: &Raw,
     textures: &mut TextureTable,

@@ -7,16 +7,18 @@
 //! does not justify.
 //!
 //! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
-//! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers, and
-//! `mesh`, `material`, `image`, `node`, `skin`, `camera`, `light` and `animation` build the scene.
+//! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
+//! what `bounds` has checked, and `mesh`, `material`, `image`, `node`, `skin`, `camera`, `light` and `animation` build
+//! the scene.
 //!
-//! It does not pose, triangulate by time, or decode sRGB; points and lines are not drawn.
+//! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
 
 #![deny(clippy::arithmetic_side_effects)]
 
 mod accessor;
 mod animation;
 mod attributes;
+mod bounds;
 mod camera;
 mod component;
 mod container;
@@ -24,6 +26,7 @@ mod context;
 mod document;
 mod extensions;
 mod formats;
+mod hierarchy;
 mod image;
 mod image_decode;
 mod influences;
@@ -33,6 +36,7 @@ mod mesh;
 mod morph;
 mod node;
 mod normals;
+mod primitive;
 mod raw;
 mod resources;
 mod skin;
@@ -81,7 +85,7 @@ impl Default for ImportOptions {
 /// folder, and [`Error::Invalid`] for anything else that is wrong with it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     // Crates that decode images and tangents could still panic; that must not end the program.
-    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, options))).unwrap_or_else(|_| {
+    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options))).unwrap_or_else(|_| {
         Err(Error::invalid(
             path,
             "",
@@ -90,15 +94,16 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     })
 }
 
-fn import_unguarded(path: &Path, options: &ImportOptions) -> Result<Scene> {
+fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let mut context = Context::new(path, options.max_memory_bytes);
 
     // Read the file, its JSON and its buffers.
     let file = container::read(&mut context)?;
     let mut resources = resources::Resources::new(&context, &file.bytes);
-    let document = Document::parse(&context, file.json())?;
+    let document = Document::parse(&mut context, file.json())?;
     extensions::check(&mut context, &document)?;
-    accessor::check_all(&context, &document)?;
+    bounds::check_all(&context, &document)?;
+    texture::check_links(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
     let data = Data {
         document: &document,

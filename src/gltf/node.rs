@@ -1,14 +1,13 @@
-//! Nodes and scenes: a forest, checked without recursion.
+//! Nodes: transforms, and what each one carries.
 //!
 //! Source: glTF 2.0 specification, sections 3.5 (scenes and nodes) and 3.7.3.2 (joint hierarchy).
-
-use std::collections::BTreeSet;
 
 use glam::{Mat4, Quat, Vec3};
 use gltf::json;
 
 use super::context::Context;
 use super::document::Document;
+use super::hierarchy::{check_size, import_scenes, link, order};
 use super::raw::{ANY, check_range};
 use super::skin::is_affine;
 use super::{light, mesh};
@@ -16,10 +15,6 @@ use crate::error::Result;
 use crate::scene::{
     CameraIndex, LocalTransform, Mesh, MeshIndex, Node, NodeIndex, SceneRoots, Skin, SkinIndex,
 };
-
-/// Bytes that a triangle takes once posed, with its share of vertices and of the hierarchy over it; an estimate that
-/// refuses scenes whose instances cannot fit.
-const POSED_TRIANGLE_BYTES: u64 = 160;
 
 /// The nodes and how they hang together.
 #[derive(Debug)]
@@ -220,146 +215,4 @@ fn highest_joint(mesh: &Mesh) -> Option<u32> {
     influences
         .map(|influences| influences.joints.iter().copied().max().unwrap_or(0))
         .max()
-}
-
-/// Fills in parents; a second one is an error.
-fn link(context: &Context, nodes: &mut [Node]) -> Result<()> {
-    let mut parents: Vec<Option<NodeIndex>> = vec![None; nodes.len()];
-    for (i, node) in (0_u32..).zip(nodes.iter()) {
-        for child in &node.children {
-            let Some(slot) = parents.get_mut(child.index()) else {
-                continue;
-            };
-            if let Some(NodeIndex(first)) = slot.replace(NodeIndex(i)) {
-                let message = format!(
-                    "node {} is already a child of node {first}; a node has one parent at most",
-                    child.0
-                );
-                return Err(context.invalid(format!("/nodes/{i}/children"), message));
-            }
-        }
-    }
-    for (node, parent) in nodes.iter_mut().zip(parents) {
-        node.parent = parent;
-    }
-    Ok(())
-}
-
-/// All nodes, parents first. With at most one parent each, the nodes that no root reaches are those on and below
-/// cycles.
-fn order(context: &Context, nodes: &[Node]) -> Result<Vec<NodeIndex>> {
-    let mut order: Vec<NodeIndex> = (0_u32..)
-        .zip(nodes)
-        .filter(|(_, node)| node.parent.is_none())
-        .map(|(i, _)| NodeIndex(i))
-        .collect();
-    let mut visited = 0;
-    while let Some(&next) = order.get(visited) {
-        visited = visited.saturating_add(1);
-        let children = nodes.get(next.index()).map(|node| &node.children);
-        order.extend(children.into_iter().flatten());
-    }
-    if order.len() == nodes.len() {
-        return Ok(order);
-    }
-    let reached: BTreeSet<NodeIndex> = order.into_iter().collect();
-    let stray = (0_u32..)
-        .take(nodes.len())
-        .find(|&i| !reached.contains(&NodeIndex(i)));
-    Err(context.invalid(
-        format!("/nodes/{}", stray.unwrap_or_default()),
-        "is its own ancestor; nodes must form trees",
-    ))
-}
-
-fn import_scenes(context: &Context, document: &Document, nodes: &[Node]) -> Result<(Vec<SceneRoots>, usize)> {
-    let json = &document.root.scenes;
-    let mut scenes = Vec::new();
-    for (i, scene) in json.iter().enumerate() {
-        let mut roots = Vec::new();
-        let mut seen = BTreeSet::new();
-        for (j, root) in scene.nodes.iter().enumerate() {
-            let pointer = format!("/scenes/{i}/nodes/{j}");
-            let index = context.subscript(root.value(), nodes.len(), &pointer, "node")?;
-            if nodes.get(index).is_some_and(|node| node.parent.is_some()) {
-                let message = format!("node {index} has a parent, so it cannot be a root");
-                return Err(context.invalid(pointer, message));
-            }
-            if !seen.insert(index) {
-                return Err(context.invalid(pointer, format!("names node {index} a second time")));
-            }
-            roots.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
-        }
-        scenes.push(SceneRoots {
-            name: scene.name.clone(),
-            roots,
-        });
-    }
-    let default_scene = match document.root.scene {
-        Some(scene) => context.subscript(scene.value(), json.len(), "/scene", "scene")?,
-        None => 0,
-    };
-    if scenes.is_empty() {
-        // A library of nodes: show all of them.
-        let parentless = (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none());
-        scenes.push(SceneRoots {
-            name: None,
-            roots: parentless.map(|(i, _)| NodeIndex(i)).collect(),
-        });
-    }
-    Ok((scenes, default_scene))
-}
-
-/// Refuses scenes whose instances make more triangles than ids or memory can hold.
-fn check_size(
-    context: &mut Context,
-    nodes: &[Node],
-    node_order: &[NodeIndex],
-    scenes: &[SceneRoots],
-    meshes: &[Mesh],
-) -> Result<()> {
-    let triangles_of = |mesh: &Mesh| -> u64 {
-        let counts = mesh
-            .primitives
-            .iter()
-            .map(|primitive| primitive.triangles.len() as u64);
-        counts.fold(0, u64::saturating_add)
-    };
-    let per_mesh: Vec<u64> = meshes.iter().map(triangles_of).collect();
-    // Sum over subtrees, children before their parents.
-    let mut below: Vec<u64> = nodes
-        .iter()
-        .map(|node| {
-            node.mesh
-                .and_then(|mesh| per_mesh.get(mesh.index()))
-                .copied()
-                .unwrap_or(0)
-        })
-        .collect();
-    for node in node_order.iter().rev() {
-        let own = below.get(node.index()).copied().unwrap_or(0);
-        let parent = nodes.get(node.index()).and_then(|node| node.parent);
-        if let Some(sum) = parent.and_then(|parent| below.get_mut(parent.index())) {
-            *sum = sum.saturating_add(own);
-        }
-    }
-    let in_scene = |scene: &SceneRoots| -> u64 {
-        let counts = scene
-            .roots
-            .iter()
-            .map(|root| below.get(root.index()).copied().unwrap_or(0));
-        counts.fold(0, u64::saturating_add)
-    };
-    let (largest, triangles) = scenes
-        .iter()
-        .map(in_scene)
-        .enumerate()
-        .max_by_key(|&(_, count)| count)
-        .unwrap_or_default();
-    let pointer = format!("/scenes/{largest}");
-    if triangles > u64::from(u32::MAX) {
-        let message = format!("has {triangles} triangles, more than 32-bit ids can number; split the scene");
-        return Err(context.refused(pointer, message));
-    }
-    context.charge(triangles.saturating_mul(POSED_TRIANGLE_BYTES), &pointer)
 }

@@ -180,8 +180,8 @@ fn gather_groups<T: Copy>(list: &mut Vec<T>, size: usize, sources: &[u32]) {
     *list = sources.iter().flat_map(group).copied().collect();
 }
 
-/// Bytes that one vertex of `primitive` takes.
-fn vertex_bytes(primitive: &Primitive) -> usize {
+/// Bytes that one vertex of `primitive` takes, rounded up.
+pub(super) fn vertex_bytes(primitive: &Primitive) -> usize {
     let influences = primitive.influences.as_ref().map_or(0, |i| i.per_vertex);
     let morphs = primitive.targets.iter().map(|target| {
         let vectors = [&target.positions, &target.normals, &target.tangents];

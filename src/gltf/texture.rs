@@ -53,7 +53,7 @@ impl<'a> TextureTable<'a> {
     /// The reference in the texture info that is the member `key` of `owner`.
     pub(super) fn reference(
         &mut self,
-        context: &Context,
+        context: &mut Context,
         owner: &Raw,
         key: &str,
     ) -> Result<Option<TextureRef>> {
@@ -80,23 +80,34 @@ impl<'a> TextureTable<'a> {
             let message = format!("uses TEXCOORD_{uv_set}; no more than {MAX_UV_SETS} sets are supported");
             return Err(context.refused(info.pointer, message));
         }
+        let Some(texture) = self.texture(context, index, &pointer)? else {
+            return Ok(None);
+        };
         Ok(Some(TextureRef {
-            texture: self.texture(context, index, &pointer)?,
+            texture,
             uv_set: u32::try_from(uv_set).unwrap_or_default(),
             transform,
         }))
     }
 
-    fn texture(&mut self, context: &Context, index: usize, pointer: &str) -> Result<TextureIndex> {
+    /// The texture `index`; `None`, noted, when it has no image.
+    fn texture(
+        &mut self,
+        context: &mut Context,
+        index: usize,
+        pointer: &str,
+    ) -> Result<Option<TextureIndex>> {
         let textures = &self.document.root.textures;
         context.subscript(index, textures.len(), pointer, "texture")?;
         if let Some(&known) = self.texture_of.get(&index) {
-            return Ok(known);
+            return Ok(Some(known));
         }
         let Some(texture) = textures.get(index) else {
             return Err(context.invalid(pointer, "there is no such texture"));
         };
-        let image = self.image(context, texture, index)?;
+        let Some(image) = self.image(context, texture, index)? else {
+            return Ok(None);
+        };
         let sampler = sampler(context, self.document, texture, index)?;
         let slot = TextureIndex(u32::try_from(self.textures.len()).unwrap_or(u32::MAX));
         self.textures.push(Texture {
@@ -105,36 +116,65 @@ impl<'a> TextureTable<'a> {
             sampler,
         });
         self.texture_of.insert(index, slot);
-        Ok(slot)
+        Ok(Some(slot))
     }
 
-    fn image(&mut self, context: &Context, texture: &json::Texture, index: usize) -> Result<ImageIndex> {
+    fn image(
+        &mut self,
+        context: &mut Context,
+        texture: &json::Texture,
+        index: usize,
+    ) -> Result<Option<ImageIndex>> {
         let pointer = format!("/textures/{index}");
-        let Some(raw) = self.document.element("textures", index) else {
-            return Err(context.invalid(pointer, "there is no such texture"));
-        };
-        if raw.field("source").is_none() {
-            let source = SOURCES.iter().find(|name| raw.extension(name).is_some());
-            return Err(match source {
-                Some(name) => context.unsupported(
-                    format!("{pointer}/extensions/{name}"),
-                    format!("{name} is not supported and the texture has no PNG or JPEG source; export it with one"),
-                ),
-                None => context.invalid(pointer, "has no source image"),
-            });
+        let raw = self.document.element("textures", index);
+        if !has_source(texture) {
+            let replaced = SOURCES
+                .iter()
+                .find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
+            if let Some(name) = replaced {
+                let message = format!(
+                    "{name} is not supported and the texture has no PNG or JPEG source; export it with one"
+                );
+                return Err(context.unsupported(format!("{pointer}/extensions/{name}"), message));
+            }
+            context.warn(pointer, "textures without a source image are left out");
+            return Ok(None);
         }
-        let source = context.subscript(
-            texture.source.value(),
-            self.document.root.images.len(),
-            &format!("{pointer}/source"),
-            "image",
-        )?;
+        let source = texture.source.value();
         let images = &mut self.images;
-        Ok(*self.image_of.entry(source).or_insert_with(|| {
+        let slot = *self.image_of.entry(source).or_insert_with(|| {
             images.push(source);
             ImageIndex(u32::try_from(images.len().saturating_sub(1)).unwrap_or(u32::MAX))
-        }))
+        });
+        Ok(Some(slot))
     }
+}
+
+/// The types say that a texture has no source by the highest index.
+fn has_source(texture: &json::Texture) -> bool {
+    texture.source.value() != u32::MAX as usize
+}
+
+/// Checks that textures name existing images and samplers, and images existing buffer views, used or not.
+pub(super) fn check_links(context: &Context, document: &Document) -> Result<()> {
+    let root = &document.root;
+    for (i, texture) in root.textures.iter().enumerate() {
+        if has_source(texture) {
+            let pointer = format!("/textures/{i}/source");
+            context.subscript(texture.source.value(), root.images.len(), &pointer, "image")?;
+        }
+        if let Some(sampler) = texture.sampler {
+            let pointer = format!("/textures/{i}/sampler");
+            context.subscript(sampler.value(), root.samplers.len(), &pointer, "sampler")?;
+        }
+    }
+    for (i, image) in root.images.iter().enumerate() {
+        if let Some(view) = image.buffer_view {
+            let pointer = format!("/images/{i}/bufferView");
+            context.subscript(view.value(), root.buffer_views.len(), &pointer, "buffer view")?;
+        }
+    }
+    Ok(())
 }
 
 fn sampler(context: &Context, document: &Document, texture: &json::Texture, index: usize) -> Result<Sampler> {

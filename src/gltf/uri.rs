@@ -114,5 +114,8 @@ fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
     if path.split('/').any(|segment| segment == "..") {
         return refused("leads upwards with \"..\"");
     }
-    Ok(path.split('/').filter(|segment| !segment.is_empty()).collect())
+    Ok(path
+        .split('/')
+        .filter(|segment| !matches!(*segment, "" | "."))
+        .collect())
 }

@@ -1,0 +1,254 @@
+//! One primitive: its attributes, triangles and what its material needs.
+//!
+//! Source: glTF 2.0 specification, section 3.7.2 (geometry).
+
+use glam::{Vec2, Vec3, Vec4};
+use gltf::json;
+use gltf::json::mesh::Mode;
+use gltf::json::validation::Checked;
+
+use super::accessor::Data;
+use super::attributes::{Attributes, Reference};
+use super::context::Context;
+use super::raw::Raw;
+use super::tangents::{gather_vertices, generate};
+use super::{formats, influences, morph, normals, topology};
+use crate::error::Result;
+use crate::scene::{Material, MaterialIndex, Primitive};
+
+/// `None` for a primitive that is not drawn; the reason has been noted.
+pub(super) fn import_primitive(
+    context: &mut Context,
+    data: &Data,
+    materials: &[Material],
+    primitive: &json::mesh::Primitive,
+    raw: &Raw,
+) -> Result<Option<Primitive>> {
+    let pointer = raw.pointer.clone();
+    let Checked::Valid(mode) = primitive.mode else {
+        return Err(context.invalid(format!("{pointer}/mode"), "must lie between 0 and 6"));
+    };
+    let material = material_index(context, primitive, materials, &pointer)?;
+    let Some(raw_attributes) = raw.field("attributes") else {
+        return Err(context.invalid(pointer, "has no attributes"));
+    };
+    let attributes = Attributes::new(context, data, &raw_attributes)?;
+    let Some(position) = attributes.find("POSITION") else {
+        context.warn(
+            raw_attributes.pointer,
+            "primitives without POSITION are not drawn",
+        );
+        return Ok(None);
+    };
+    if let Some(kind) = undrawn_kind(mode) {
+        context.warn(
+            format!("{pointer}/mode"),
+            format!("primitives that are {kind} are not drawn"),
+        );
+        return Ok(None);
+    }
+    check_stored_uncompressed(context, data, position, raw)?;
+    let vertex_count = data
+        .accessor(context, position.accessor, &position.pointer)?
+        .count
+        .0;
+    if u32::try_from(vertex_count).is_err() {
+        let message = format!("has {vertex_count} vertices, more than 32-bit indices can reach");
+        return Err(context.refused(&position.pointer, message));
+    }
+    attributes.check_counts(context, data, vertex_count)?;
+    attributes.warn_unused(context);
+
+    // Read positions and triangles, then the rest.
+    let positions: Vec<[f32; 3]> = data.floats_as(context, position, &formats::POSITION)?;
+    let positions: Vec<Vec3> = positions.into_iter().map(Vec3::from_array).collect();
+    let triangles = read_triangles(context, data, primitive, mode, positions.len(), &pointer)?;
+    let (normals, tangents) = read_frames(context, data, &attributes, &positions, &triangles)?;
+    let mut imported = Primitive {
+        uvs: read_uvs(context, data, &attributes)?,
+        colors: read_colors(context, data, &attributes)?,
+        influences: influences::read(context, data, &attributes, &pointer)?,
+        targets: morph::read(context, data, raw, &attributes, vertex_count)?,
+        positions,
+        normals,
+        tangents,
+        triangles,
+        material,
+    };
+    drop_unused_vertices(&mut imported);
+    if let Some(material) = materials.get(material.index()) {
+        fit_to_material(context, &mut imported, material, &pointer)?;
+    }
+    Ok(Some(imported))
+}
+
+pub(super) fn undrawn_kind(mode: Mode) -> Option<&'static str> {
+    match mode {
+        Mode::Points => Some("points"),
+        Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
+        Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan => None,
+    }
+}
+
+fn material_index(
+    context: &Context,
+    primitive: &json::mesh::Primitive,
+    materials: &[Material],
+    pointer: &str,
+) -> Result<MaterialIndex> {
+    let default = materials.len().saturating_sub(1);
+    let index = match primitive.material {
+        Some(material) => context.subscript(
+            material.value(),
+            default,
+            &format!("{pointer}/material"),
+            "material",
+        )?,
+        None => default,
+    };
+    Ok(MaterialIndex(u32::try_from(index).unwrap_or(u32::MAX)))
+}
+
+/// A primitive whose geometry exists only in compressed form cannot be read, even where the file calls the
+/// compression optional.
+fn check_stored_uncompressed(context: &Context, data: &Data, position: &Reference, raw: &Raw) -> Result<()> {
+    const DRACO: &str = "KHR_draco_mesh_compression";
+    let accessor = data.accessor(context, position.accessor, &position.pointer)?;
+    let stored = accessor.buffer_view.is_some() || accessor.sparse.is_some();
+    match raw.extension(DRACO) {
+        Some(draco) if !stored => Err(context.unsupported(
+            draco.pointer,
+            format!(
+                "{DRACO} is not supported and there is no uncompressed copy; export it without compression"
+            ),
+        )),
+        _ => Ok(()),
+    }
+}
+
+fn read_triangles(
+    context: &mut Context,
+    data: &Data,
+    primitive: &json::mesh::Primitive,
+    mode: Mode,
+    vertex_count: usize,
+    pointer: &str,
+) -> Result<Vec<[u32; 3]>> {
+    let indices = primitive.indices.map(|accessor| Reference {
+        name: "indices".to_owned(),
+        accessor: accessor.value(),
+        pointer: format!("{pointer}/indices"),
+    });
+    let list = topology::read_indices(context, data, indices.as_ref(), vertex_count, pointer)?;
+    context.charge((list.len() as u64).saturating_mul(12), pointer)?;
+    let (triangles, left_over) = topology::triangles(mode, &list);
+    if left_over > 0 {
+        let message = "some vertices at the end make no whole triangle; they are not drawn";
+        context.warn(pointer, message);
+    }
+    Ok(triangles)
+}
+
+/// Unit normals and, only with them, unit tangents.
+#[expect(clippy::type_complexity, reason = "two optional lists, named by the caller")]
+fn read_frames(
+    context: &mut Context,
+    data: &Data,
+    attributes: &Attributes,
+    positions: &[Vec3],
+    triangles: &[[u32; 3]],
+) -> Result<(Option<Vec<Vec3>>, Option<Vec<Vec4>>)> {
+    let Some(reference) = attributes.find("NORMAL") else {
+        return Ok((None, None));
+    };
+    let normals: Vec<[f32; 3]> = data.floats_as(context, reference, &formats::NORMAL)?;
+    let mut normals: Vec<Vec3> = normals.into_iter().map(Vec3::from_array).collect();
+    normals::normalize(context, &mut normals, positions, triangles, &reference.pointer);
+    let Some(reference) = attributes.find("TANGENT") else {
+        return Ok((Some(normals), None));
+    };
+    let tangents: Vec<[f32; 4]> = data.floats_as(context, reference, &formats::TANGENT)?;
+    let mut tangents: Vec<Vec4> = tangents.into_iter().map(Vec4::from_array).collect();
+    normals::normalize_tangents(&mut tangents, &normals);
+    Ok((Some(normals), Some(tangents)))
+}
+
+fn read_uvs(context: &mut Context, data: &Data, attributes: &Attributes) -> Result<Vec<Vec<Vec2>>> {
+    let mut uvs = Vec::new();
+    for reference in attributes.sets(context, "TEXCOORD_")? {
+        let set: Vec<[f32; 2]> = data.floats_as(context, &reference, &formats::TEXCOORD)?;
+        uvs.push(set.into_iter().map(Vec2::from_array).collect());
+    }
+    Ok(uvs)
+}
+
+fn read_colors(context: &mut Context, data: &Data, attributes: &Attributes) -> Result<Option<Vec<Vec4>>> {
+    let Some(reference) = attributes.find("COLOR_0") else {
+        return Ok(None);
+    };
+    let colors = data.colors_as(context, reference, &formats::COLOR, 1.0)?;
+    Ok(Some(
+        colors
+            .into_iter()
+            .map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE))
+            .collect(),
+    ))
+}
+
+/// Keeps only vertices that triangles use: files often share one list of vertices among many primitives.
+fn drop_unused_vertices(primitive: &mut Primitive) {
+    let mut used = vec![false; primitive.positions.len()];
+    for &vertex in primitive.triangles.iter().flatten() {
+        if let Some(flag) = used.get_mut(vertex as usize) {
+            *flag = true;
+        }
+    }
+    if used.iter().all(|&flag| flag) {
+        return;
+    }
+    let sources: Vec<u32> = (0_u32..)
+        .zip(&used)
+        .filter_map(|(vertex, &flag)| flag.then_some(vertex))
+        .collect();
+    let mut renamed = vec![0_u32; used.len()];
+    for (new, &old) in (0_u32..).zip(&sources) {
+        if let Some(name) = renamed.get_mut(old as usize) {
+            *name = new;
+        }
+    }
+    for vertex in primitive.triangles.iter_mut().flatten() {
+        *vertex = renamed.get(*vertex as usize).copied().unwrap_or_default();
+    }
+    gather_vertices(primitive, &sources);
+}
+
+/// Gives the primitive what its material needs: coordinate sets, and tangents for a normal map.
+fn fit_to_material(
+    context: &mut Context,
+    primitive: &mut Primitive,
+    material: &Material,
+    pointer: &str,
+) -> Result<()> {
+    if let Some(normal_map) = &material.normal_texture
+        && primitive.tangents.is_none()
+        && !primitive.triangles.is_empty()
+    {
+        let set = normal_map.texture.uv_set as usize;
+        generate(context, primitive, set, pointer)?;
+    }
+    let wanted = super::material::uv_sets(material);
+    let vertex_count = primitive.positions.len();
+    while primitive.uvs.len() < wanted {
+        context.warn(
+            format!("{pointer}/attributes"),
+            format!(
+                "TEXCOORD_{} is missing, which the material's textures need; (0, 0) is used",
+                primitive.uvs.len()
+            ),
+        );
+        let mut set = context.allocate(vertex_count as u64, pointer)?;
+        set.resize(vertex_count, Vec2::ZERO);
+        primitive.uvs.push(set);
+    }
+    Ok(())
+}

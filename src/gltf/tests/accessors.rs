@@ -1,0 +1,199 @@
+use serde_json::json;
+
+use super::Document;
+use crate::gltf::{ImportOptions, import};
+use glam::{Vec2, Vec3, Vec4};
+
+#[test]
+fn interleaved_attributes_follow_their_stride() {
+    let mut document = Document::triangle();
+    // 12 bytes of position, 8 of texture coordinates, 4 of nothing.
+    let mut bytes = Vec::new();
+    for vertex in 0..3_u16 {
+        let v = f32::from(vertex);
+        for value in [v, v * v, 0.0, v / 4.0, 0.5, f32::NAN] {
+            bytes.extend(value.to_le_bytes());
+        }
+    }
+    let view = document.view(&bytes);
+    document.json["bufferViews"][view]["byteStride"] = json!(24);
+    let accessor = |shape: &str, offset: usize| json!({"bufferView": view, "byteOffset": offset, "componentType": 5126, "count": 3, "type": shape});
+    let positions = document.push("accessors", accessor("VEC3", 0));
+    let uvs = document.push("accessors", accessor("VEC2", 12));
+    document.set_attribute("POSITION", positions);
+    document.set_attribute("TEXCOORD_0", uvs);
+    let scene = document.import().unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    assert_eq!(primitive.positions[2], Vec3::new(2.0, 4.0, 0.0));
+    assert_eq!(primitive.uvs[0][2], Vec2::new(0.5, 0.5));
+}
+
+#[test]
+fn sparse_values_replace_zeros_where_there_is_no_view() {
+    let mut document = Document::triangle();
+    let indices = document.view(&[1, 2]);
+    let values: Vec<u8> = [4.0_f32, 5.0, 6.0, 7.0, 8.0, 9.0]
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect();
+    let values = document.view(&values);
+    let sparse = json!({
+        "count": 2,
+        "indices": {"bufferView": indices, "componentType": 5121},
+        "values": {"bufferView": values}
+    });
+    let accessor = json!({"componentType": 5126, "type": "VEC3", "count": 3, "sparse": sparse});
+    let accessor = document.push("accessors", accessor);
+    document.set_attribute("POSITION", accessor);
+    let scene = document.import().unwrap();
+    let expected = [Vec3::ZERO, Vec3::new(4.0, 5.0, 6.0), Vec3::new(7.0, 8.0, 9.0)];
+    assert_eq!(scene.meshes[0].primitives[0].positions, expected);
+
+    // Out of range, unsorted, and more than there are elements.
+    document.json["accessors"][accessor]["count"] = json!(2);
+    assert!(document.error(65).contains("sparse"));
+    document.json["accessors"][accessor]["count"] = json!(3);
+    let offset = document.json["bufferViews"][indices]["byteOffset"]
+        .as_u64()
+        .unwrap() as usize;
+    document.bytes[offset..offset + 2].copy_from_slice(&[2, 1]);
+    assert!(document.error(65).contains("strictly increasing"));
+    document.json["accessors"][accessor]["sparse"]["count"] = json!(4);
+    assert!(document.error(65).contains("/sparse/count"));
+}
+
+#[test]
+fn quantized_attributes_need_their_extension() {
+    let mut document = Document::triangle();
+    let bytes = [0_u8, 0, 0, 0, 127, 0, 0, 0, 0, 0x81, 0, 0];
+    let accessor = document.accessor(5120, "VEC3", 3, &bytes);
+    let view = document.json["accessors"][accessor]["bufferView"]
+        .as_u64()
+        .unwrap();
+    document.json["bufferViews"][view as usize]["byteStride"] = json!(4);
+    document.json["accessors"][accessor]["normalized"] = json!(true);
+    document.set_attribute("POSITION", accessor);
+    assert!(document.error(65).contains("KHR_mesh_quantization"));
+    document.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
+    document.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
+    let scene = document.import().unwrap();
+    let expected = [Vec3::ZERO, Vec3::X, Vec3::new(0.0, -1.0, 0.0)];
+    assert_eq!(scene.meshes[0].primitives[0].positions, expected);
+    // Without normalization the integers are the values.
+    document.json["accessors"][accessor]["normalized"] = json!(false);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.meshes[0].primitives[0].positions[1], Vec3::X * 127.0);
+}
+
+#[test]
+fn colors_of_any_format_are_floats_with_alpha() {
+    for (component, shape, bytes) in [
+        (5121, "VEC3", vec![255, 51, 0, 0, 0, 0, 0, 0, 0]),
+        (
+            5123,
+            "VEC4",
+            [0xff_u8, 0xff, 0x33, 0x33, 0, 0, 0xff, 0xff].repeat(3),
+        ),
+    ] {
+        let mut document = Document::triangle();
+        let accessor = document.accessor(component, shape, 3, &bytes);
+        document.json["accessors"][accessor]["normalized"] = json!(true);
+        document.set_attribute("COLOR_0", accessor);
+        let scene = document.import().unwrap();
+        let colors = scene.meshes[0].primitives[0].colors.as_ref().unwrap();
+        assert_eq!(colors[0], Vec4::new(1.0, 0.2, 0.0, 1.0));
+        assert_eq!(colors.len(), 3);
+    }
+}
+
+#[test]
+fn lies_about_lengths_are_errors() {
+    let edits: [(&str, serde_json::Value); 9] = [
+        ("/accessors/0/count", json!(4)),
+        ("/accessors/0/count", json!(0)),
+        ("/accessors/0/count", json!(u64::MAX)),
+        ("/accessors/0/byteOffset", json!(u64::MAX)),
+        ("/accessors/0/bufferView", json!(7)),
+        ("/bufferViews/0/byteLength", json!(37)),
+        ("/bufferViews/0/byteOffset", json!(u64::MAX)),
+        ("/bufferViews/0/byteStride", json!(8)),
+        ("/bufferViews/0/buffer", json!(1)),
+    ];
+    for (pointer, value) in edits {
+        let mut document = Document::triangle();
+        let (owner, key) = pointer.rsplit_once('/').unwrap();
+        document.json.pointer_mut(owner).unwrap()[key] = value.clone();
+        document.error(65);
+    }
+    let mut json = Document::triangle().to_json();
+    json["buffers"][0]["byteLength"] = json!(1_u64 << 40);
+    let result = super::import_bytes("a.gltf", json.to_string().as_bytes());
+    assert!(super::error_text(result, 65).contains("/buffers/0/byteLength"));
+}
+
+#[test]
+fn zeros_are_refused_before_they_are_allocated() {
+    let mut document = Document::triangle();
+    document.json["accessors"][0] =
+        json!({"componentType": 5126, "type": "VEC3", "count": 4_000_000_000_u64});
+    assert!(document.error(77).contains("--max-memory"));
+    // A limit that is too small even for the file.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, Document::triangle().to_json().to_string()).unwrap();
+    let options = ImportOptions {
+        max_memory_bytes: 6_000,
+    };
+    assert_eq!(import(&path, &options).unwrap_err().exit_code(), 77);
+}
+
+#[test]
+fn values_that_are_no_numbers_are_errors() {
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut document = Document::triangle();
+        document.attribute(
+            "POSITION",
+            "VEC3",
+            &[0.0, 0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0],
+        );
+        assert!(document.error(65).contains("/accessors/1: element 1"));
+    }
+}
+
+#[test]
+fn wrong_formats_are_errors() {
+    for (name, component, shape) in [
+        ("POSITION", 5126, "VEC2"),
+        ("NORMAL", 5126, "VEC4"),
+        ("COLOR_0", 5126, "SCALAR"),
+        ("TEXCOORD_0", 5125, "VEC2"),
+        ("POSITION", 9999, "VEC3"),
+        ("POSITION", 5126, "VEC5"),
+    ] {
+        let mut document = Document::triangle();
+        let accessor = document.accessor(component, shape, 3, &[0; 48]);
+        document.set_attribute(name, accessor);
+        assert!(document.error(65).contains(name));
+    }
+}
+
+#[test]
+fn many_primitives_over_one_accessor_are_refused_at_once() {
+    // 5000 primitives of a million vertices each: 4 bytes an index make 20 GB at least, more than the limit of 4 GiB.
+    let mut document = Document::triangle();
+    document.json["accessors"][0] = json!({"componentType": 5126, "type": "VEC3", "count": 1_000_000});
+    let primitive = document.json["meshes"][0]["primitives"][0].clone();
+    document.json["meshes"][0]["primitives"] = json!(vec![primitive; 5000]);
+    assert!(document.error(77).contains("/meshes/0/primitives/"));
+}
+
+#[test]
+fn data_that_only_an_extension_holds_names_it() {
+    let mut json = Document::triangle().to_json();
+    json["buffers"][0].as_object_mut().unwrap().remove("uri");
+    let text = super::error_text(super::import_bytes("a.gltf", json.to_string().as_bytes()), 65);
+    assert!(text.contains("needs buffer 0, which has no data"), "{text}");
+    json["bufferViews"][0]["extensions"] = json!({"EXT_meshopt_compression": {"buffer": 1}});
+    let text = super::error_text(super::import_bytes("a.gltf", json.to_string().as_bytes()), 65);
+    assert!(text.contains("stored only by EXT_meshopt_compression"), "{text}");
+}

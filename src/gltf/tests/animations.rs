@@ -1,0 +1,127 @@
+use serde_json::json;
+
+use super::Document;
+use crate::scene::{AnimationTarget, Interpolation, NodeIndex};
+
+/// A clip that moves node 0 along `path` with the given keys.
+fn clip(path: &str, interpolation: &str, times: &[f32], shape: &str, values: &[f32]) -> Document {
+    let mut document = Document::triangle();
+    let input = document.floats("SCALAR", times);
+    let output = document.floats(shape, values);
+    document.json["animations"] = json!([{
+        "channels": [{"sampler": 0, "target": {"node": 0, "path": path}}],
+        "samplers": [{"input": input, "output": output, "interpolation": interpolation}]
+    }]);
+    document
+}
+
+#[test]
+fn keys_of_each_interpolation_are_read() {
+    let scene = clip("scale", "STEP", &[0.0, 1.0], "VEC3", &[1.0; 6])
+        .import()
+        .unwrap();
+    let channel = &scene.animations[0].channels[0];
+    assert_eq!(channel.target, AnimationTarget::Scale(NodeIndex(0)));
+    assert_eq!(channel.keyframes.interpolation, Interpolation::Step);
+    assert_eq!((channel.keyframes.width, channel.keyframes.values.len()), (3, 6));
+    let scene = clip("translation", "CUBICSPLINE", &[0.5], "VEC3", &[1.0; 9])
+        .import()
+        .unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.values.len(), 9);
+    assert_eq!(scene.animations[0].duration_seconds(), 0.5);
+}
+
+#[test]
+fn wrong_keys_are_errors() {
+    for (document, expected) in [
+        (
+            clip("scale", "LINEAR", &[0.0, 0.0], "VEC3", &[1.0; 6]),
+            "must increase",
+        ),
+        (
+            clip("scale", "LINEAR", &[1.0, 0.5], "VEC3", &[1.0; 6]),
+            "must increase",
+        ),
+        (
+            clip("scale", "LINEAR", &[-1.0, 0.5], "VEC3", &[1.0; 6]),
+            "before time 0",
+        ),
+        (
+            clip("scale", "LINEAR", &[0.0, f32::NAN], "VEC3", &[1.0; 6]),
+            "not a number",
+        ),
+        (
+            clip("scale", "LINEAR", &[0.0, 1.0], "VEC3", &[1.0; 3]),
+            "/output: has 3 numbers",
+        ),
+        (clip("scale", "CUBICSPLINE", &[0.0], "VEC3", &[1.0; 3]), "/output"),
+        (clip("scale", "LINEAR", &[0.0], "VEC4", &[1.0; 4]), "VEC4"),
+        (
+            clip("scale", "BEZIER", &[0.0], "VEC3", &[1.0; 3]),
+            "/interpolation",
+        ),
+        (
+            clip("rotation", "LINEAR", &[0.0], "VEC4", &[0.0; 4]),
+            "length zero",
+        ),
+        (
+            clip("weights", "LINEAR", &[0.0], "SCALAR", &[0.0]),
+            "no morph targets",
+        ),
+    ] {
+        let text = document.error(65);
+        assert!(text.contains(expected), "{text}");
+    }
+}
+
+#[test]
+fn normalized_rotations_are_converted() {
+    let mut document = clip("rotation", "LINEAR", &[0.0], "VEC4", &[1.0; 4]);
+    let bytes: Vec<u8> = [0_i16, -32767, 0, 0]
+        .iter()
+        .flat_map(|c| c.to_le_bytes())
+        .collect();
+    let output = document.accessor(5122, "VEC4", 1, &bytes);
+    document.json["accessors"][output]["normalized"] = json!(true);
+    document.json["animations"][0]["samplers"][0]["output"] = json!(output);
+    let scene = document.import().unwrap();
+    assert_eq!(
+        scene.animations[0].channels[0].keyframes.values,
+        [0.0, -1.0, 0.0, 0.0]
+    );
+}
+
+#[test]
+fn weights_have_one_component_a_target() {
+    let mut document = clip("weights", "LINEAR", &[0.0, 1.0], "SCALAR", &[0.0, 1.0, 1.0, 0.0]);
+    document.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}, {"POSITION": 0}]);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.animations[0].channels[0].keyframes.width, 2);
+}
+
+#[test]
+fn channels_share_no_target_and_need_none() {
+    let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
+    let channel = document.json["animations"][0]["channels"][0].clone();
+    document.json["animations"][0]["channels"] = json!([channel, channel]);
+    assert!(document.error(65).contains("another channel"));
+
+    let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
+    document.json["animations"][0]["channels"] = json!([
+        {"sampler": 0, "target": {"path": "scale"}},
+        {"sampler": 0, "target": {"node": 0, "path": "color"}},
+        {"sampler": 0, "target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/x"}}}}
+    ]);
+    let scene = document.import().unwrap();
+    assert!(scene.animations[0].channels.is_empty());
+    let messages: Vec<&str> = scene.warnings.iter().map(|w| w.message.as_str()).collect();
+    assert_eq!(messages.len(), 2);
+    assert!(messages[0].contains("KHR_animation_pointer") && messages[1].contains("\"color\""));
+}
+
+#[test]
+fn animated_nodes_cannot_have_matrices() {
+    let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
+    document.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
+    assert!(document.error(65).contains("has a matrix"));
+}

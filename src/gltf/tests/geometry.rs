@@ -1,0 +1,218 @@
+use serde_json::{Value, json};
+
+use super::Document;
+use crate::scene::MorphTarget;
+use glam::{Vec3, Vec4};
+
+fn primitive_of(document: &mut Document) -> &mut Value {
+    &mut document.json["meshes"][0]["primitives"][0]
+}
+
+fn index_accessor(document: &mut Document, indices: &[u8]) {
+    let accessor = document.accessor(5121, "SCALAR", indices.len(), indices);
+    primitive_of(document)["indices"] = json!(accessor);
+}
+
+#[test]
+fn indices_must_name_vertices() {
+    for (indices, expected) in [([0, 1, 3], "index 2 is vertex 3"), ([0, 255, 1], "restart")] {
+        let mut document = Document::triangle();
+        index_accessor(&mut document, &indices);
+        assert!(document.error(65).contains(expected));
+    }
+    let mut document = Document::triangle();
+    primitive_of(&mut document)["indices"] = json!(0);
+    assert!(document.error(65).contains("indices cannot be VEC3 of floats"));
+}
+
+#[test]
+fn points_and_lines_are_named_once_each() {
+    let mut document = Document::triangle();
+    let primitive = primitive_of(&mut document).clone();
+    let modes = [0, 1, 2, 3, 4].map(|mode| {
+        let mut primitive = primitive.clone();
+        primitive["mode"] = json!(mode);
+        primitive
+    });
+    document.json["meshes"][0]["primitives"] = json!(modes);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.meshes[0].primitives.len(), 1);
+    let pointers: Vec<&str> = scene.warnings.iter().map(|w| w.pointer.as_str()).collect();
+    assert_eq!(
+        pointers,
+        ["/meshes/0/primitives/0/mode", "/meshes/0/primitives/1/mode"]
+    );
+}
+
+#[test]
+fn only_used_vertices_are_kept() {
+    let mut document = Document::triangle();
+    let positions: Vec<f32> = (0..15).map(|i| i as f32).collect();
+    document.attribute("POSITION", "VEC3", &positions);
+    index_accessor(&mut document, &[4, 1, 2]);
+    let scene = document.import().unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    assert_eq!(primitive.triangles, [[2, 0, 1]]);
+    assert_eq!(primitive.positions[2], Vec3::new(12.0, 13.0, 14.0));
+    assert_eq!(primitive.positions.len(), 3);
+}
+
+#[test]
+fn attribute_lists_must_agree_and_be_numbered_without_gaps() {
+    let mut document = Document::triangle();
+    document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0]);
+    assert!(document.error(65).contains("/NORMAL: has 1 elements"));
+    let mut document = Document::triangle();
+    document.attribute("TEXCOORD_1", "VEC2", &[0.0; 6]);
+    assert!(document.error(65).contains("TEXCOORD_0 is missing"));
+}
+
+#[test]
+fn tangents_without_normals_are_ignored_and_unknown_attributes_named() {
+    let mut document = Document::triangle();
+    document.attribute("TANGENT", "VEC4", &[1.0, 0.0, 0.0, 1.0].repeat(3));
+    document.attribute("COLOR_0", "VEC4", &[2.0; 12]);
+    document.attribute("COLOR_1", "VEC4", &[1.0; 12]);
+    document.attribute("_HEAT", "SCALAR", &[1.0; 3]);
+    let scene = document.import().unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    assert_eq!((&primitive.normals, &primitive.tangents), (&None, &None));
+    assert_eq!(primitive.colors, Some(vec![Vec4::ONE; 3]));
+    assert_eq!(scene.warnings.len(), 1);
+    assert!(scene.warnings[0].message.contains("COLOR_1"));
+}
+
+/// A normal map on `TEXCOORD_0`.
+fn with_normal_map(mut document: Document) -> Document {
+    let image = super::materials::png_uri([128, 128, 255, 255]);
+    document.json["images"] = json!([{"uri": image}]);
+    document.json["textures"] = json!([{"source": 0}]);
+    document.json["materials"] = json!([{"normalTexture": {"index": 0}}]);
+    primitive_of(&mut document)["material"] = json!(0);
+    document
+}
+
+#[test]
+fn tangents_follow_u_and_their_sign_the_image_upwards() {
+    // u grows along x. glTF's v grows down the image, so with v falling along y the image stands upright:
+    // bitangent +y = cross(n, t) · w with n = z, t = x needs w = +1. With v growing along y it stands on its head.
+    for (v_at_top, sign) in [(0.0, 1.0), (2.0, -1.0)] {
+        let mut document = Document::triangle();
+        document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(3));
+        document.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, v_at_top]);
+        let scene = with_normal_map(document).import().unwrap();
+        let primitive = &scene.meshes[0].primitives[0];
+        assert_eq!(primitive.tangents, Some(vec![Vec4::new(1.0, 0.0, 0.0, sign); 3]));
+        assert_eq!(primitive.triangles, [[0, 1, 2]]);
+    }
+}
+
+#[test]
+fn vertices_split_where_mirrored_coordinates_meet() {
+    // Two triangles share the edge 0-1; the second one's u runs the other way.
+    let mut document = Document::triangle();
+    document.attribute(
+        "POSITION",
+        "VEC3",
+        &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0],
+    );
+    document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
+    document.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+    let joints = document.accessor(5121, "VEC4", 4, &[0; 16]);
+    document.set_attribute("JOINTS_0", joints);
+    document.attribute("WEIGHTS_0", "VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(4));
+    index_accessor(&mut document, &[0, 2, 1, 0, 1, 3]);
+    let mut document = with_normal_map(document);
+    let deltas = document.floats(
+        "VEC3",
+        &[9.0, 0.0, 0.0, 8.0, 0.0, 0.0, 7.0, 0.0, 0.0, 6.0, 0.0, 0.0],
+    );
+    primitive_of(&mut document)["targets"] = json!([{"POSITION": deltas}]);
+    let scene = document.import().unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    assert_eq!(primitive.positions.len(), 6);
+    let tangents = primitive.tangents.as_ref().unwrap();
+    for (triangle, sign) in primitive.triangles.iter().zip([1.0, -1.0]) {
+        for &vertex in triangle {
+            assert_eq!(tangents[vertex as usize], Vec4::new(sign, 0.0, 0.0, sign));
+        }
+    }
+    // Everything else of a vertex went with it: the delta tells which old vertex it was.
+    let deltas = primitive.targets[0].positions.as_ref().unwrap();
+    let old = [Vec3::ZERO, Vec3::Y, Vec3::X, Vec3::NEG_X];
+    for (position, delta) in primitive.positions.iter().zip(deltas) {
+        assert_eq!(*position, old[9 - delta.x as usize]);
+    }
+    assert_eq!(primitive.influences.as_ref().unwrap().weights.len(), 24);
+}
+
+#[test]
+fn flat_surfaces_get_tangents_too() {
+    let mut document = Document::triangle();
+    document.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
+    let scene = with_normal_map(document).import().unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    assert_eq!(primitive.normals, None);
+    assert_eq!(primitive.tangents, Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 3]));
+}
+
+#[test]
+fn missing_coordinates_are_zero_with_a_warning() {
+    let scene = with_normal_map(Document::triangle()).import().unwrap();
+    assert_eq!(scene.meshes[0].primitives[0].uvs.len(), 1);
+    assert!(scene.warnings[0].message.contains("TEXCOORD_0 is missing"));
+}
+
+#[test]
+fn degenerate_surfaces_get_finite_tangents() {
+    let mut document = Document::triangle();
+    document.attribute("POSITION", "VEC3", &[1.0; 9]);
+    document.attribute("NORMAL", "VEC3", &[0.0; 9]);
+    document.attribute("TEXCOORD_0", "VEC2", &[0.5; 6]);
+    let scene = with_normal_map(document).import().unwrap();
+    let primitive = &scene.meshes[0].primitives[0];
+    let tangents = primitive.tangents.as_ref().unwrap();
+    assert!(
+        tangents
+            .iter()
+            .all(|tangent| tangent.is_finite() && tangent.truncate().is_normalized())
+    );
+    let normals = primitive.normals.as_ref().unwrap();
+    assert!(normals.iter().all(|normal| normal.is_normalized()));
+}
+
+#[test]
+fn morph_targets_need_a_base_and_equal_numbers() {
+    let mut document = Document::triangle();
+    primitive_of(&mut document)["targets"] = json!([{"POSITION": 0}, {}]);
+    let scene = document.import().unwrap();
+    assert_eq!(scene.meshes[0].weights, [0.0, 0.0]);
+    assert_eq!(scene.meshes[0].primitives[0].targets[1], MorphTarget::default());
+    document.json["meshes"][0]["weights"] = json!([1.0]);
+    assert!(document.error(65).contains("/meshes/0/weights"));
+    document.json["meshes"][0]["weights"] = json!([1, 0.5]);
+    assert_eq!(document.import().unwrap().meshes[0].weights, [1.0, 0.5]);
+    primitive_of(&mut document)["targets"] = json!([{"NORMAL": 0}]);
+    assert!(document.error(65).contains("no NORMAL"));
+}
+
+#[test]
+fn influences_of_many_sets_stand_together() {
+    let mut document = Document::triangle();
+    for (set, first) in [(0, 1), (1, 5)] {
+        let joints: Vec<u8> = [first, first + 1, first + 2, first + 3].repeat(3);
+        let accessor = document.accessor(5121, "VEC4", 3, &joints);
+        document.set_attribute(&format!("JOINTS_{set}"), accessor);
+        document.attribute(&format!("WEIGHTS_{set}"), "VEC4", &[0.25; 12]);
+    }
+    document.json["skins"] = json!([{"joints": (0..9).collect::<Vec<i32>>()}]);
+    document.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {}, {}, {}, {}, {}, {}, {}, {}]);
+    let scene = document.import().unwrap();
+    let influences = scene.meshes[0].primitives[0].influences.as_ref().unwrap();
+    assert_eq!(influences.per_vertex, 8);
+    assert_eq!(influences.joints[8..16], [1, 2, 3, 4, 5, 6, 7, 8]);
+    assert_eq!(influences.weights, [0.125; 24]);
+    // One joint less than used.
+    document.json["skins"] = json!([{"joints": (0..8).collect::<Vec<i32>>()}]);
+    assert!(document.error(65).contains("joint 8"));
+}

@@ -1,0 +1,147 @@
+use serde_json::{Value, json};
+
+use super::{Document, error_text, import_bytes};
+use crate::scene::{LocalTransform, NodeIndex};
+
+/// A document of nothing but nodes, all in one scene that starts at node 0.
+fn nodes(nodes: &Value) -> Vec<u8> {
+    let document = json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": nodes});
+    document.to_string().into_bytes()
+}
+
+#[test]
+fn nodes_must_form_trees() {
+    for graph in [
+        json!([{"children": [0]}]),
+        json!([{"children": [1]}, {"children": [0]}]),
+        json!([{}, {"children": [2]}, {"children": [1]}]),
+        json!([{"children": [1, 1]}, {}]),
+        json!([{"children": [1, 2]}, {"children": [2]}, {}]),
+        json!([{"children": [1]}]),
+    ] {
+        error_text(import_bytes("a.gltf", &nodes(&graph)), 65);
+    }
+    let child_as_root = json!([{}, {"children": [0]}]);
+    let text = error_text(import_bytes("a.gltf", &nodes(&child_as_root)), 65);
+    assert!(text.contains("/scenes/0/nodes/0"), "{text}");
+}
+
+#[test]
+fn parents_come_before_children_at_any_depth() {
+    // A chain of 100 000 nodes, listed from the leaf up.
+    let count = 100_000_u32;
+    let mut list: Vec<Value> = vec![json!({})];
+    list.extend((0..count - 1).map(|child| json!({"children": [child]})));
+    let document = json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": [count - 1]}], "nodes": list});
+    let scene = import_bytes("a.gltf", document.to_string().as_bytes()).unwrap();
+    assert_eq!(scene.node_order.len(), count as usize);
+    assert_eq!(scene.node_order[0], NodeIndex(count - 1));
+    assert_eq!(scene.nodes[0].parent, Some(NodeIndex(1)));
+}
+
+#[test]
+fn transforms_are_checked() {
+    for (node, expected) in [
+        (json!({"scale": [1e39, 1, 1]}), "/nodes/0/scale"),
+        (json!({"rotation": [0, 0, 0, 0]}), "length zero"),
+        (
+            json!({"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1], "scale": [1,1,1]}),
+            "both",
+        ),
+        (
+            json!({"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}),
+            "not affine",
+        ),
+        (json!({"weights": [1]}), "need a mesh"),
+        (json!({"mesh": 3}), "no mesh 3"),
+        (json!({"camera": 0}), "no camera 0"),
+    ] {
+        let text = error_text(import_bytes("a.gltf", &nodes(&json!([node]))), 65);
+        assert!(text.contains(expected), "{text}");
+    }
+    let scene = import_bytes("a.gltf", &nodes(&json!([{"rotation": [0, 2, 0, 0]}]))).unwrap();
+    let LocalTransform::Trs { rotation, .. } = scene.nodes[0].local else {
+        panic!("not translation, rotation and scale");
+    };
+    assert_eq!(rotation.to_array(), [0.0, 1.0, 0.0, 0.0]);
+    assert_eq!(scene.warnings.len(), 1);
+}
+
+#[test]
+fn instances_are_counted_before_they_are_posed() {
+    // A triangle count of 1 a node is fine; 120 000 instances of 40 000 triangles are more than 2^32.
+    let mut document = Document::triangle();
+    let indices: Vec<u8> = [0_u8, 1, 2].repeat(40_000);
+    let accessor = document.accessor(5121, "SCALAR", indices.len(), &indices);
+    document.json["meshes"][0]["primitives"][0]["indices"] = json!(accessor);
+    let count = 120_000_usize;
+    document.json["nodes"] = json!(vec![json!({"mesh": 0}); count]);
+    document.json["scenes"] = json!([{"nodes": (0..count).collect::<Vec<_>>()}]);
+    assert!(document.error(77).contains("4800000000 triangles"));
+}
+
+#[test]
+fn a_file_without_scenes_shows_all_roots() {
+    let text = json!({"asset": {"version": "2.0"}, "nodes": [{}, {"children": [0]}, {}]}).to_string();
+    let scene = import_bytes("a.gltf", text.as_bytes()).unwrap();
+    assert_eq!(scene.scenes[0].roots, [NodeIndex(1), NodeIndex(2)]);
+    let text = json!({"asset": {"version": "2.0"}}).to_string();
+    let scene = import_bytes("a.gltf", text.as_bytes()).unwrap();
+    assert_eq!((scene.scenes.len(), scene.default_scene), (1, 0));
+}
+
+#[test]
+fn documents_are_repaired() {
+    // A byte order mark, a scene without nodes, integers written as floats, and extras of any shape.
+    let mut bytes = vec![0xef, 0xbb, 0xbf];
+    bytes.extend(
+        br#"{"asset": {"version": "2.0"}, "scene": 0.0, "scenes": [{"extras": 5}], "nodes": [{"children": [1e0]}, {}]}"#,
+    );
+    let scene = import_bytes("a.gltf", &bytes).unwrap();
+    assert_eq!(scene.nodes[1].parent, Some(NodeIndex(0)));
+    assert!(scene.scenes[0].roots.is_empty());
+}
+
+#[test]
+fn broken_documents_are_errors() {
+    let deep = format!(
+        r#"{{"asset":{{"version":"2.0"}},"extras":{}{}}}"#,
+        "[".repeat(100_000),
+        "]".repeat(100_000)
+    );
+    for text in [
+        "",
+        "{",
+        "[]",
+        "{}",
+        r#"{"asset": {"version": "1.0"}}"#,
+        r#"{"asset": {"version": "2.0", "minVersion": "2.1"}}"#,
+        r#"{"asset": {"version": "two"}}"#,
+        r#"{"asset": {"version": "2.0"}, "nodes": {}}"#,
+        r#"{"asset": {"version": "2.0"}, "nodes": [7]}"#,
+        r#"{"asset": {"version": "2.0"}, "nodes": [{"extensions": 7}]}"#,
+        &deep,
+    ] {
+        error_text(import_bytes("a.gltf", text.as_bytes()), 65);
+    }
+}
+
+#[test]
+fn cameras_are_checked() {
+    let camera = |camera: Value| {
+        let document = json!({"asset": {"version": "2.0"}, "cameras": [camera]});
+        import_bytes("a.gltf", document.to_string().as_bytes())
+    };
+    let good = json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}});
+    assert_eq!(camera(good).unwrap().cameras.len(), 1);
+    for bad in [
+        json!({"type": "perspective", "perspective": {"yfov": 0, "znear": 0.1}}),
+        json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 0}}),
+        json!({"type": "perspective", "perspective": {"yfov": 1, "znear": 1, "zfar": 1}}),
+        json!({"type": "orthographic", "perspective": {"yfov": 1, "znear": 1}}),
+        json!({"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1, "znear": 0, "zfar": 1}}),
+        json!({"type": "fisheye"}),
+    ] {
+        error_text(camera(bad), 65);
+    }
+}

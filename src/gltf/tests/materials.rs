@@ -1,0 +1,235 @@
+use base64::Engine;
+use image::{ExtendedColorType, ImageEncoder};
+use serde_json::{Value, json};
+
+use super::{error_text, import_bytes};
+use crate::error::Result;
+use crate::gltf::{Support, extension_support};
+use crate::scene::{
+    AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvTransform, Volume, WrapMode,
+};
+use glam::{Vec2, Vec3};
+
+/// A PNG of one texel as a data URI.
+pub(super) fn png_uri(texel: [u8; 4]) -> String {
+    let mut file = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut file)
+        .write_image(&texel, 1, 1, ExtendedColorType::Rgba8)
+        .unwrap();
+    let base64 = base64::engine::general_purpose::STANDARD.encode(file);
+    format!("data:image/jpeg;base64,{base64}")
+}
+
+/// A file with `material` and two textures.
+#[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
+fn import_material(material: Value) -> Result<Scene> {
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "images": [{"uri": "missing.png"}, {"uri": png_uri([1, 2, 3, 4])}],
+        "samplers": [{"wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9985}],
+        "textures": [{"source": 0}, {"source": 1, "sampler": 0}],
+        "materials": [material]
+    });
+    import_bytes("a.gltf", document.to_string().as_bytes())
+}
+
+#[test]
+fn only_used_images_are_read() {
+    let scene = import_material(json!({"emissiveTexture": {"index": 1}})).unwrap();
+    assert_eq!(scene.images.len(), 1);
+    // The content tells the kind, not the media type, which says JPEG.
+    assert_eq!(scene.images[0].texels, Texels::Rgba8(vec![[1, 2, 3, 4]]));
+    let sampler = scene.textures[0].sampler;
+    assert_eq!(
+        (sampler.wrap_u, sampler.wrap_v),
+        (WrapMode::ClampToEdge, WrapMode::MirroredRepeat)
+    );
+    assert_eq!(
+        (sampler.magnify, sampler.minify, sampler.mipmap),
+        (Filter::Nearest, Filter::Linear, Some(Filter::Nearest))
+    );
+    error_text(import_material(json!({"emissiveTexture": {"index": 0}})), 66);
+    error_text(import_material(json!({"emissiveTexture": {"index": 2}})), 65);
+}
+
+#[test]
+fn texture_transforms_reach_every_slot() {
+    let info = json!({"index": 1, "texCoord": 3, "extensions": {"KHR_texture_transform":
+        {"offset": [0.5, 0.25], "rotation": 1.5, "scale": [2, 3], "texCoord": 1}}});
+    let scene = import_material(json!({
+        "pbrMetallicRoughness": {"baseColorTexture": info, "metallicRoughnessTexture": info},
+        "normalTexture": info, "occlusionTexture": info, "emissiveTexture": info,
+        "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.5, "transmissionTexture": info}}
+    }))
+    .unwrap();
+    let material = &scene.materials[0];
+    let references = [
+        material.base_color_texture,
+        material.metallic_roughness_texture,
+        material.normal_texture.map(|normal| normal.texture),
+        material.occlusion_texture.map(|occlusion| occlusion.texture),
+        material.emissive_texture,
+        material
+            .transmission
+            .and_then(|transmission| transmission.texture),
+    ];
+    for reference in references {
+        let reference = reference.unwrap();
+        assert_eq!((reference.texture, reference.uv_set), (TextureIndex(0), 1));
+        let expected = UvTransform {
+            offset: Vec2::new(0.5, 0.25),
+            rotation_radians: 1.5,
+            scale: Vec2::new(2.0, 3.0),
+        };
+        assert_eq!(reference.transform, expected);
+    }
+    assert_eq!(scene.textures.len(), 1);
+}
+
+#[test]
+fn extensions_set_their_values() {
+    let scene = import_material(json!({
+        "alphaMode": "MASK", "alphaCutoff": 0.25, "emissiveFactor": [1, 0.5, 0],
+        "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 8},
+            "KHR_materials_ior": {"ior": 1.25},
+            "KHR_materials_unlit": {},
+            "KHR_materials_volume": {"thicknessFactor": 1, "attenuationColor": [1, 0.5, 0.25]}
+        }
+    }))
+    .unwrap();
+    let material = &scene.materials[0];
+    assert_eq!(material.emissive, Vec3::new(8.0, 4.0, 0.0));
+    assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
+    assert!(material.unlit && material.ior == 1.25);
+    let volume = Volume {
+        attenuation_distance: f32::INFINITY,
+        attenuation_color: Vec3::new(1.0, 0.5, 0.25),
+    };
+    assert_eq!(material.volume, Some(volume));
+    assert!(scene.warnings.is_empty());
+    // The default material comes last.
+    assert_eq!(scene.materials.len(), 2);
+    assert_eq!(scene.materials[1], crate::scene::Material::default());
+}
+
+#[test]
+fn wrong_values_name_their_place() {
+    for (material, pointer) in [
+        (json!({"alphaMode": "GLOW"}), "/materials/0/alphaMode"),
+        (
+            json!({"pbrMetallicRoughness": {"metallicFactor": 2}}),
+            "/metallicFactor",
+        ),
+        (json!({"emissiveTexture": {}}), "/materials/0"),
+        (
+            json!({"extensions": {"KHR_materials_ior": {"ior": "abc"}}}),
+            "/KHR_materials_ior/ior",
+        ),
+        (
+            json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}),
+            "/KHR_materials_ior/ior",
+        ),
+        (
+            json!({"extensions": {"KHR_materials_unlit": true}}),
+            "/KHR_materials_unlit",
+        ),
+        (
+            json!({"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}),
+            "/attenuationDistance",
+        ),
+    ] {
+        let text = error_text(import_material(material), 65);
+        assert!(text.contains(pointer), "{text}");
+    }
+}
+
+#[test]
+fn extensions_are_refused_or_named() {
+    let required = json!({"asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow"], "extensionsRequired": ["ACME_glow"]});
+    let text = error_text(import_bytes("a.gltf", required.to_string().as_bytes()), 65);
+    assert!(text.contains("ACME_glow"), "{text}");
+
+    let optional = json!({
+        "asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow", "KHR_materials_clearcoat", "KHR_lights_punctual"],
+        "materials": [{}, {"extensions": {"KHR_materials_clearcoat": {}}}, {"extensions": {"KHR_materials_clearcoat": {}}}],
+        "nodes": [{"extensions": {"KHR_materials_ior": {}}}]
+    });
+    let scene = import_bytes("a.gltf", optional.to_string().as_bytes()).unwrap();
+    let pointers: Vec<&str> = scene
+        .warnings
+        .iter()
+        .map(|warning| warning.pointer.as_str())
+        .collect();
+    let expected = [
+        "/nodes/0/extensions/KHR_materials_ior",
+        "/extensionsUsed/0",
+        "/materials/1/extensions/KHR_materials_clearcoat",
+    ];
+    assert_eq!(pointers, expected);
+    assert_eq!(extension_support("KHR_materials_ior", true), Support::Honoured);
+    assert_eq!(extension_support("ACME_glow", false), Support::Warned);
+    assert_eq!(extension_support("ACME_glow", true), Support::Refused);
+}
+
+#[test]
+fn unsupported_images_are_named_only_where_they_matter() {
+    let webp = json!({
+        "asset": {"version": "2.0"}, "extensionsUsed": ["EXT_texture_webp"],
+        "images": [{"uri": "a.webp"}],
+        "textures": [{"extensions": {"EXT_texture_webp": {"source": 0}}}],
+        "materials": [{"emissiveTexture": {"index": 0}}]
+    });
+    let text = error_text(import_bytes("a.gltf", webp.to_string().as_bytes()), 65);
+    assert!(text.contains("EXT_texture_webp"), "{text}");
+    let mut unused = webp.clone();
+    unused["materials"] = json!([{}]);
+    assert_eq!(
+        import_bytes("a.gltf", unused.to_string().as_bytes())
+            .unwrap()
+            .warnings
+            .len(),
+        1
+    );
+    let mut broken = webp;
+    broken["textures"] = json!([{"source": 0}]);
+    broken["images"] = json!([{"name": "bark", "uri": "data:image/png;base64,iVBORw0KGgo="}]);
+    let text = error_text(import_bytes("a.gltf", broken.to_string().as_bytes()), 65);
+    assert!(text.contains("/images/0: the image \"bark\""), "{text}");
+}
+
+#[test]
+fn lights_are_checked() {
+    let light = |light: Value| {
+        let document = json!({
+            "asset": {"version": "2.0"},
+            "extensions": {"KHR_lights_punctual": {"lights": [light]}},
+            "nodes": [{"extensions": {"KHR_lights_punctual": {"light": 0}}}]
+        });
+        import_bytes("a.gltf", document.to_string().as_bytes())
+    };
+    let scene = light(json!({"type": "spot", "spot": {}, "range": 4, "intensity": 3})).unwrap();
+    assert_eq!(
+        (scene.lights[0].range, scene.lights[0].intensity),
+        (Some(4.0), 3.0)
+    );
+    assert!(matches!(
+        scene.lights[0].kind,
+        LightKind::Spot {
+            inner_cone_radians: 0.0,
+            ..
+        }
+    ));
+    assert!(scene.nodes[0].light.is_some());
+    for bad in [
+        json!({"type": "spot"}),
+        json!({"type": "spot", "spot": {"innerConeAngle": 1, "outerConeAngle": 1}}),
+        json!({"type": "spot", "spot": {"outerConeAngle": 2}}),
+        json!({"type": "point", "range": 0}),
+        json!({"type": "point", "intensity": -1}),
+        json!({"type": "area"}),
+        json!({}),
+    ] {
+        error_text(light(bad), 65);
+    }
+}

@@ -1,0 +1,144 @@
+//! Tests on whole files, built here in code.
+
+#![expect(
+    clippy::arithmetic_side_effects,
+    reason = "an overflow in a test is a failed test"
+)]
+
+mod accessors;
+mod animations;
+mod geometry;
+mod hierarchy;
+mod materials;
+mod resources;
+
+use base64::Engine;
+use serde_json::{Value, json};
+
+use super::{ImportOptions, import};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+
+/// A document under construction: JSON, and one buffer that grows.
+struct Document {
+    json: Value,
+    bytes: Vec<u8>,
+}
+
+impl Document {
+    /// A scene of one node with one mesh of one triangle, (0,0,0) (1,0,0) (0,1,0).
+    fn triangle() -> Self {
+        let mut document = Self {
+            json: json!({
+                "asset": {"version": "2.0"},
+                "scenes": [{"nodes": [0]}],
+                "nodes": [{"mesh": 0}],
+                "meshes": [{"primitives": [{"attributes": {}}]}],
+                "accessors": [], "bufferViews": [], "buffers": []
+            }),
+            bytes: Vec::new(),
+        };
+        let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        document.attribute("POSITION", "VEC3", &positions);
+        document
+    }
+
+    /// Appends `bytes` as a buffer view and returns its index.
+    fn view(&mut self, bytes: &[u8]) -> usize {
+        let view = json!({"buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len()});
+        self.bytes.extend(bytes);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.push("bufferViews", view)
+    }
+
+    /// Appends an accessor over its own view and returns its index.
+    fn accessor(&mut self, component: u32, shape: &str, count: usize, bytes: &[u8]) -> usize {
+        let view = self.view(bytes);
+        let accessor = json!({"bufferView": view, "componentType": component, "type": shape, "count": count});
+        self.push("accessors", accessor)
+    }
+
+    /// Appends an accessor of floats.
+    fn floats(&mut self, shape: &str, values: &[f32]) -> usize {
+        let width = match shape {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            _ => 16,
+        };
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        self.accessor(5126, shape, values.len() / width, &bytes)
+    }
+
+    /// Gives the first primitive an attribute of floats.
+    fn attribute(&mut self, name: &str, shape: &str, values: &[f32]) {
+        let accessor = self.floats(shape, values);
+        self.set_attribute(name, accessor);
+    }
+
+    fn set_attribute(&mut self, name: &str, accessor: usize) {
+        self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
+    }
+
+    fn push(&mut self, array: &str, element: Value) -> usize {
+        let list = &mut self.json[array];
+        if list.is_null() {
+            *list = json!([]);
+        }
+        let list = list.as_array_mut().unwrap();
+        list.push(element);
+        list.len() - 1
+    }
+
+    /// The JSON with the buffer inside.
+    fn to_json(&self) -> Value {
+        let mut json = self.json.clone();
+        let base64 = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
+        let uri = format!("data:application/octet-stream;base64,{base64}");
+        json["buffers"] = json!([{"byteLength": self.bytes.len(), "uri": uri}]);
+        json
+    }
+
+    fn import(&self) -> Result<Scene> {
+        import_bytes("scene.gltf", self.to_json().to_string().as_bytes())
+    }
+
+    /// The import error as text, after a check of its exit code.
+    fn error(&self, exit_code: u8) -> String {
+        error_text(self.import(), exit_code)
+    }
+}
+
+/// Imports a file of `bytes` in an empty folder.
+fn import_bytes(name: &str, bytes: &[u8]) -> Result<Scene> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
+    std::fs::write(&path, bytes).unwrap();
+    import(&path, &ImportOptions::default())
+}
+
+fn error_text(result: Result<Scene>, exit_code: u8) -> String {
+    let error: Error = result.map(|_| ()).unwrap_err();
+    let text = error.to_string();
+    assert_eq!(error.exit_code(), exit_code, "{text}");
+    assert!(!text.contains('\n'), "not one line: {text}");
+    text
+}
+
+/// A GLB of the given chunks.
+fn glb(chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
+    let mut body = Vec::new();
+    for (kind, content) in chunks {
+        let padded = content.len().next_multiple_of(4);
+        body.extend((padded as u32).to_le_bytes());
+        body.extend(*kind);
+        body.extend(*content);
+        let padding = if *kind == b"JSON" { b' ' } else { 0 };
+        body.resize(body.len() + padded - content.len(), padding);
+    }
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend((body.len() as u32 + 12).to_le_bytes());
+    file.extend(body);
+    file
+}

@@ -1,0 +1,180 @@
+use std::path::Path;
+
+use serde_json::{Value, json};
+
+use super::{Document, error_text, glb, import_bytes};
+use crate::gltf::uri::{Uri, UriError, parse};
+use crate::gltf::{ImportOptions, import};
+
+#[test]
+fn uris_stay_inside_the_folder() {
+    for bad in [
+        "../a.bin",
+        "a/../../b.bin",
+        "/etc/passwd",
+        "%2e%2e/a.bin",
+        "%2Fetc/passwd",
+        "file:///etc/passwd",
+        "http://127.0.0.1/a.bin",
+        "a%00b",
+        "sub\\a.bin",
+        "C:/a.bin",
+        "C%3A/a.bin",
+        "%ff.bin",
+        "//server/a.bin",
+    ] {
+        assert!(matches!(parse(bad), Err(UriError::Refused(_))), "{bad}");
+    }
+    for (good, path) in [
+        ("a.bin", "a.bin"),
+        ("Box%20With%20Spaces.bin", "Box With Spaces.bin"),
+        ("Box With Spaces.bin", "Box With Spaces.bin"),
+        ("./sub//a:b.bin", "sub/a:b.bin"),
+        ("%E2%9D%A4.bin", "❤.bin"),
+        ("..a/b..bin", "..a/b..bin"),
+    ] {
+        let Ok(Uri::Relative(parsed)) = parse(good) else {
+            panic!("{good}");
+        };
+        assert_eq!(parsed.components().collect::<Vec<_>>(), relative(path), "{good}");
+    }
+}
+
+fn relative(path: &str) -> Vec<std::path::Component<'_>> {
+    Path::new(path).components().collect()
+}
+
+#[test]
+fn data_uris_are_decoded_tolerantly() {
+    for uri in [
+        "data:;base64,AQIDBA==",
+        "data:application/octet-stream;base64,AQIDBA",
+        "data:;charset=utf-8;base64,AQ\nID BA==",
+        "DATA:;BASE64,AQIDBA%3D%3D",
+        "data:,%01%02%03%04",
+    ] {
+        assert_eq!(parse(uri), Ok(Uri::Data(vec![1, 2, 3, 4])), "{uri}");
+    }
+    for uri in ["data:;base64", "data:;base64,@@@@", "data:;base64,A", ""] {
+        assert!(matches!(parse(uri), Err(UriError::Invalid(_))), "{uri}");
+    }
+}
+
+/// A document whose buffer is the file `uri`.
+fn with_external_buffer(uri: &str) -> (Value, Vec<u8>) {
+    let document = Document::triangle();
+    let mut json = document.to_json();
+    json["buffers"][0]["uri"] = json!(uri);
+    (json, document.bytes)
+}
+
+#[test]
+fn external_buffers_are_read_and_hashed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (json, bytes) = with_external_buffer("my%20data.bin");
+    let scene_path = folder.path().join("scene.gltf");
+    let data_path = folder.path().join("my data.bin");
+    std::fs::write(&scene_path, json.to_string()).unwrap();
+    let options = ImportOptions::default();
+    assert_eq!(import(&scene_path, &options).unwrap_err().exit_code(), 66);
+    std::fs::write(&data_path, &bytes[..20]).unwrap();
+    assert_eq!(import(&scene_path, &options).unwrap_err().exit_code(), 65);
+    std::fs::write(&data_path, &bytes).unwrap();
+    let first = import(&scene_path, &options).unwrap().content_hash;
+    assert_eq!(import(&scene_path, &options).unwrap().content_hash, first);
+    // A byte behind the used ones still counts: the hash is over files.
+    std::fs::write(&data_path, [&bytes[..], &[1]].concat()).unwrap();
+    assert_ne!(import(&scene_path, &options).unwrap().content_hash, first);
+}
+
+#[cfg(unix)]
+#[test]
+fn links_and_special_files_do_not_lead_out() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (json, bytes) = with_external_buffer("link.bin");
+    let scene_path = folder.path().join("scene.gltf");
+    std::fs::write(&scene_path, json.to_string()).unwrap();
+    std::fs::write(outside.path().join("secret.bin"), &bytes).unwrap();
+    std::fs::write(folder.path().join("real.bin"), &bytes).unwrap();
+    let link = folder.path().join("link.bin");
+    let options = ImportOptions::default();
+
+    std::os::unix::fs::symlink(outside.path().join("secret.bin"), &link).unwrap();
+    assert_eq!(import(&scene_path, &options).unwrap_err().exit_code(), 77);
+    std::fs::remove_file(&link).unwrap();
+    std::os::unix::fs::symlink("real.bin", &link).unwrap();
+    assert!(import(&scene_path, &options).is_ok());
+    std::fs::remove_file(&link).unwrap();
+    std::fs::create_dir(&link).unwrap();
+    assert_eq!(import(&scene_path, &options).unwrap_err().exit_code(), 65);
+    // The scene itself: a folder, a device, nothing.
+    assert_eq!(import(folder.path(), &options).unwrap_err().exit_code(), 65);
+    assert_eq!(
+        import(Path::new("/dev/zero"), &options).unwrap_err().exit_code(),
+        65
+    );
+    let nothing = folder.path().join("nothing.glb");
+    assert_eq!(import(&nothing, &options).unwrap_err().exit_code(), 66);
+}
+
+fn triangle_glb() -> Vec<u8> {
+    let document = Document::triangle();
+    let mut json = document.to_json();
+    json["buffers"][0].as_object_mut().unwrap().remove("uri");
+    glb(&[
+        (b"JSON", json.to_string().as_bytes()),
+        (b"BIN\0", &document.bytes),
+    ])
+}
+
+#[test]
+fn glb_chunks_are_found() {
+    let file = triangle_glb();
+    assert_eq!(
+        import_bytes("a.glb", &file).unwrap().meshes[0].primitives[0]
+            .triangles
+            .len(),
+        1
+    );
+    // Chunks of other kinds are skipped, what follows the end is ignored and named.
+    let mut longer = file;
+    longer.extend(b"junk");
+    assert_eq!(import_bytes("a.glb", &longer).unwrap().warnings.len(), 1);
+    let json = br#"{"asset": {"version": "2.0"}}"#;
+    let unknown = glb(&[(b"JSON", json), (b"ACME", b"1234")]);
+    assert!(import_bytes("a.glb", &unknown).is_ok());
+}
+
+#[test]
+fn glb_lies_are_errors_at_every_length() {
+    let file = triangle_glb();
+    for length in (4..file.len()).step_by(7) {
+        error_text(import_bytes("a.glb", &file[..length]), 65);
+    }
+    for (position, value) in [
+        (4, 1_u32),
+        (8, 0),
+        (8, 11),
+        (8, 20),
+        (8, u32::MAX),
+        (12, 0),
+        (12, u32::MAX),
+        (12, 4),
+        (16, 7),
+    ] {
+        let mut lying = file.clone();
+        lying[position..position + 4].copy_from_slice(&value.to_le_bytes());
+        error_text(import_bytes("a.glb", &lying), 65);
+    }
+    let json: &[u8] = br#"{"asset": {"version": "2.0"}}"#;
+    error_text(
+        import_bytes("a.glb", &glb(&[(b"JSON", json), (b"JSON", json)])),
+        65,
+    );
+    error_text(
+        import_bytes("a.glb", &glb(&[(b"BIN\0", b"1234"), (b"JSON", json)])),
+        65,
+    );
+    error_text(import_bytes("a.glb", &glb(&[])), 65);
+}

@@ -22,11 +22,7 @@ fn main() {
         let milliseconds = start.elapsed().as_millis();
         match result {
             Ok(scene) => {
-                println!(
-                    "ok   {milliseconds:>5} ms  {}  {}",
-                    file.display(),
-                    summary(&scene)
-                );
+                println!("ok   {milliseconds:>5} ms  {}  {}", file.display(), summary(&scene));
                 for warning in &scene.warnings {
                     println!("       warning: {warning}");
                 }
@@ -42,10 +38,7 @@ fn collect(path: &Path, files: &mut Vec<PathBuf>) {
         for entry in folder.flatten() {
             collect(&entry.path(), files);
         }
-    } else if path
-        .extension()
-        .is_some_and(|kind| kind == "gltf" || kind == "glb")
-    {
+    } else if path.extension().is_some_and(|kind| kind == "gltf" || kind == "glb") {
         files.push(path.to_owned());
     }
 }

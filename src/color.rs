@@ -54,11 +54,8 @@ pub fn srgb_to_linear(encoded: f32) -> f32 {
 /// Encodes linear light for an sRGB display; 0 to 1 both ways, numbers outside follow the same two pieces.
 pub fn linear_to_srgb(linear: f32) -> f32 {
     let linear = f64::from(linear);
-    let encoded = if linear <= 0.003_130_8 {
-        linear * 12.92
-    } else {
-        1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055
-    };
+    let encoded =
+        if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 };
     encoded as f32
 }
 
@@ -71,11 +68,8 @@ pub fn srgb8_to_linear(encoded: u8) -> f32 {
 /// Decodes a sixteen-bit sRGB value by table.
 pub fn srgb16_to_linear(encoded: u16) -> f32 {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        (0..=65535_u32)
-            .map(|code| decode(f64::from(code) / 65535.0) as f32)
-            .collect()
-    })[usize::from(encoded)]
+    TABLE.get_or_init(|| (0..=65535_u32).map(|code| decode(f64::from(code) / 65535.0) as f32).collect())
+        [usize::from(encoded)]
 }
 
 /// Encodes linear light to the nearest eight-bit sRGB value; below 0 and NaN give 0, above 1 gives 255.
@@ -87,19 +81,11 @@ pub fn linear_to_srgb8(linear: f32) -> u8 {
 /// Scene-linear radiance to a display pixel: exposure in stops, tone curve, sRGB.
 pub fn display_rgb8(radiance: Vec3, exposure_stops: f32, tone: ToneCurve) -> [u8; 3] {
     let shown = tone.apply(radiance * exposure_scale(exposure_stops));
-    [
-        linear_to_srgb8(shown.x),
-        linear_to_srgb8(shown.y),
-        linear_to_srgb8(shown.z),
-    ]
+    [linear_to_srgb8(shown.x), linear_to_srgb8(shown.y), linear_to_srgb8(shown.z)]
 }
 
 fn decode(encoded: f64) -> f64 {
-    if encoded <= 0.04045 {
-        encoded / 12.92
-    } else {
-        libm::pow((encoded + 0.055) / 1.055, 2.4)
-    }
+    if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
 /// How scene-linear light, exposed, is squeezed into what a display can show.
@@ -149,13 +135,10 @@ impl FromStr for ToneCurve {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        Self::ALL
-            .into_iter()
-            .find(|curve| curve.name() == text)
-            .ok_or_else(|| {
-                let names = Self::ALL.map(Self::name).join(", ");
-                Error::usage(format!("unknown tone curve '{text}'; known are: {names}"))
-            })
+        Self::ALL.into_iter().find(|curve| curve.name() == text).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            Error::usage(format!("unknown tone curve '{text}'; known are: {names}"))
+        })
     }
 }
 
@@ -235,13 +218,9 @@ mod tests {
 
     #[test]
     fn encoding_clamps_what_no_display_shows() {
-        for (light, code) in [
-            (-1.0, 0),
-            (f32::NAN, 0),
-            (f32::NEG_INFINITY, 0),
-            (2.0, 255),
-            (f32::INFINITY, 255),
-        ] {
+        for (light, code) in
+            [(-1.0, 0), (f32::NAN, 0), (f32::NEG_INFINITY, 0), (2.0, 255), (f32::INFINITY, 255)]
+        {
             assert_eq!(linear_to_srgb8(light), code);
         }
     }
@@ -260,9 +239,7 @@ mod tests {
         assert!((ToneCurve::Standard.apply(Vec3::ONE).x - 0.651_84).abs() < 1e-4);
         let mut last = 0.0;
         for step in 1..400 {
-            let shown = ToneCurve::Standard
-                .apply(Vec3::splat(exposure_scale(step as f32 * 0.1 - 20.0)))
-                .x;
+            let shown = ToneCurve::Standard.apply(Vec3::splat(exposure_scale(step as f32 * 0.1 - 20.0))).x;
             assert!(shown >= last && shown <= 1.0);
             last = shown;
         }

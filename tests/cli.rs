@@ -4,10 +4,7 @@ use std::process::{Command, Output, Stdio};
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn rayframe(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rayframe"))
-        .args(arguments)
-        .output()
-        .unwrap()
+    Command::new(env!("CARGO_BIN_EXE_rayframe")).args(arguments).output().unwrap()
 }
 
 fn stderr(output: &Output) -> String {
@@ -25,12 +22,7 @@ fn assert_fails(arguments: &[&str], code: i32, word: &str) {
 
 #[test]
 fn help_and_version_go_to_the_standard_output() {
-    for arguments in [
-        &["--help"][..],
-        &["render", "--help"],
-        &["info", "-h"],
-        &["--version"],
-    ] {
+    for arguments in [&["--help"][..], &["render", "--help"], &["info", "-h"], &["--version"]] {
         let output = rayframe(arguments);
         assert_eq!(output.status.code(), Some(0));
         assert!(!output.stdout.is_empty() && output.stderr.is_empty());

@@ -19,15 +19,8 @@ use rayframe::sequence::{
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     SequenceJob {
-        scene: Scene {
-            path: PathBuf::from("empty.gltf"),
-            ..Scene::default()
-        },
-        selection: Selection {
-            roots: Vec::new(),
-            clips: Vec::new(),
-            camera: CameraChoice::Auto,
-        },
+        scene: Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() },
+        selection: Selection { roots: Vec::new(), clips: Vec::new(), camera: CameraChoice::Auto },
         environment: Environment::Constant(Vec3::splat(0.5)),
         environment_key: "constant 0.5".to_owned(),
         frames: frames.to_vec(),
@@ -75,14 +68,7 @@ fn every_frame_gets_its_file_and_nothing_else_is_left() {
     let mut job = job(folder.path(), "new/{frame}/a.####.exr", &[-1, 0, 2]);
     job.preview = true;
     let summary = render(&job).unwrap();
-    assert_eq!(
-        summary
-            .written
-            .iter()
-            .map(|report| report.frame)
-            .collect::<Vec<_>>(),
-        [-1, 0, 2]
-    );
+    assert_eq!(summary.written.iter().map(|report| report.frame).collect::<Vec<_>>(), [-1, 0, 2]);
     assert_eq!(names(&folder.path().join("new/2")), ["a.0002.exr", "a.0002.png"]);
     assert_eq!(names(&folder.path().join("new/-1")), ["a.-001.exr", "a.-001.png"]);
     assert!(summary.outcome().is_ok());
@@ -93,10 +79,7 @@ fn bytes_depend_on_neither_threads_nor_the_order_of_frames() {
     let folder = tempfile::tempdir().unwrap();
     let bytes = |name: &str, frames: &[i64], threads: usize| {
         let job = job(folder.path(), name, frames);
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .unwrap();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| render(&job)).unwrap();
         std::fs::read(job.output.path(2)).unwrap()
     };
@@ -140,12 +123,7 @@ fn frames_of_other_settings_or_another_crop_are_not_kept() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.####.exr", &[1]);
     render(&job).unwrap();
-    job.render.window = PixelWindow {
-        x0: 1,
-        y0: 2,
-        x1: 10,
-        y1: 9,
-    };
+    job.render.window = PixelWindow { x0: 1, y0: 2, x1: 10, y1: 9 };
     assert_eq!(Plan::new(&job).unwrap_err().exit_code(), 73);
     job.existing = ExistingFiles::Resume;
     assert_eq!(render(&job).unwrap().written.len(), 1);
@@ -184,23 +162,13 @@ fn png_output_resumes_too_and_knows_its_look() {
 #[test]
 fn what_can_fail_fails_before_the_first_frame() {
     let folder = tempfile::tempdir().unwrap();
-    assert_eq!(
-        Plan::new(&job(folder.path(), "a.exr", &[1, 2]))
-            .unwrap_err()
-            .exit_code(),
-        2
-    );
+    assert_eq!(Plan::new(&job(folder.path(), "a.exr", &[1, 2])).unwrap_err().exit_code(), 2);
     let mut too_large = job(folder.path(), "a.exr", &[1]);
     too_large.render.resolution = (65536, 65536);
     too_large.render.window = PixelWindow::full(65536, 65536);
     assert_eq!(Plan::new(&too_large).unwrap_err().exit_code(), 77);
     std::fs::write(folder.path().join("file"), "").unwrap();
-    assert_eq!(
-        render(&job(folder.path(), "file/a.exr", &[1]))
-            .unwrap_err()
-            .exit_code(),
-        73
-    );
+    assert_eq!(render(&job(folder.path(), "file/a.exr", &[1])).unwrap_err().exit_code(), 73);
     assert_eq!(names(folder.path()), ["file"]);
 }
 
@@ -219,10 +187,7 @@ fn a_failed_frame_stops_the_run_unless_told_otherwise() {
     std::fs::remove_dir_all(job.output.path(2)).unwrap();
     job.keep_going = true;
     let summary = run_with_an_obstacle(&job);
-    assert_eq!(
-        (summary.written.len(), summary.kept.len(), summary.failed.len()),
-        (1, 1, 1)
-    );
+    assert_eq!((summary.written.len(), summary.kept.len(), summary.failed.len()), (1, 1, 1));
     assert_eq!(names(folder.path()), ["a.01.exr", "a.02.exr", "a.03.exr"]);
     assert_eq!(summary.outcome().unwrap_err().exit_code(), 74);
 }
@@ -296,10 +261,7 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
     ];
     let mut seen = std::collections::BTreeSet::from([expected.clone(), render_hash(&base(), 2)]);
     for change in other {
-        assert!(
-            seen.insert(with(change)),
-            "two jobs with different pictures have one hash"
-        );
+        assert!(seen.insert(with(change)), "two jobs with different pictures have one hash");
     }
     assert_eq!(seen.len(), 13);
 }

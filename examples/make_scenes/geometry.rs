@@ -60,13 +60,7 @@ fn strip_and_fan() -> Built {
     let material = paint(&mut gltf);
     // Upper left, lower left, upper right: the first triangle of the strip runs counter-clockwise.
     let strip: Vec<Vec3> = (0..10)
-        .map(|index| {
-            Vec3::new(
-                (index as f32 - 4.5) * 0.15,
-                if index % 2 == 0 { 0.3 } else { -0.3 },
-                0.0,
-            )
-        })
+        .map(|index| Vec3::new((index as f32 - 4.5) * 0.15, if index % 2 == 0 { 0.3 } else { -0.3 }, 0.0))
         .collect();
     let mut fan = vec![Vec3::ZERO];
     for index in 0..=16 {
@@ -90,12 +84,7 @@ fn negative_scale() -> Built {
         "Four equal steps of one single-sided mesh: as it is, mirrored in x, in all three axes (turned, so that it looks \
          mirrored), and mirrored twice by parent and child (as it is again); all are solid and lit from the upper right.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.2, 6.0),
-        Vec3::new(0.0, 0.5, 0.0),
-        28.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 6.0), Vec3::new(0.0, 0.5, 0.0), 28.0);
     grey_floor(&mut gltf, 10.0, 6.0);
     let material = paint(&mut gltf);
     let mut steps = cuboid(0.9, 0.3, 0.6).moved(1.0, Quat::IDENTITY, Vec3::new(0.0, -0.3, 0.0));
@@ -105,11 +94,7 @@ fn negative_scale() -> Built {
     let place = |x| Node::mesh(mesh).at(x, 0.46, 0.0);
     gltf.node(place(-1.8));
     gltf.node(place(-0.6).scaled(-1.0, 1.0, 1.0));
-    gltf.node(
-        place(0.6)
-            .turned(Quat::from_rotation_x(PI))
-            .scaled(-1.0, -1.0, -1.0),
-    );
+    gltf.node(place(0.6).turned(Quat::from_rotation_x(PI)).scaled(-1.0, -1.0, -1.0));
     let child = gltf.node(Node::mesh(mesh).scaled(-1.0, 1.0, 1.0));
     gltf.node(Node::group(&[child]).at(1.8, 0.46, 0.0).scaled(-1.0, 1.0, 1.0));
     Ok(gltf)
@@ -120,19 +105,11 @@ fn flat_normals() -> Built {
         "The same coarse ball without normals on the left, where every triangle is a flat facet of its own, and with \
          normals on the right, where the shading is smooth.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.1, 5.0),
-        Vec3::new(0.0, 0.75, 0.0),
-        30.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.1, 5.0), Vec3::new(0.0, 0.75, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 6.0);
     let material = paint(&mut gltf);
     let smooth = ico_sphere(0.75, 1);
-    let flat = Shape {
-        normals: Vec::new(),
-        ..smooth.clone()
-    };
+    let flat = Shape { normals: Vec::new(), ..smooth.clone() };
     let flat = flat.add_to(&mut gltf, material);
     let smooth = smooth.add_to(&mut gltf, material);
     gltf.node(Node::mesh(flat).at(-1.0, 0.75, 0.0));
@@ -146,12 +123,7 @@ fn quantized() -> Built {
          normals and 16-bit texture coordinates; the same shape, shading and pattern to the eye.",
     );
     gltf.requires_extension("KHR_mesh_quantization");
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 2.2, 4.2),
-        Vec3::new(0.0, 0.3, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 2.2, 4.2), Vec3::new(0.0, 0.3, 0.0), 32.0);
     grey_floor(&mut gltf, 9.0, 7.0);
     let chequer = super::pictures::Picture::chequer(16, 8, [225, 200, 120], [60, 90, 140]);
     let texture = chequer.texture(&mut gltf, "chequer", super::pictures::Filter::Nearest)?;
@@ -186,19 +158,12 @@ fn quantized() -> Built {
 fn quantized_attributes(gltf: &mut Gltf, shape: &Shape) -> Json {
     let signed16 = |value: f32| libm::roundf(value * 32767.0) as i16;
     let signed8 = |value: f32| libm::roundf(value * 127.0) as i8;
-    let positions: Vec<[i16; 3]> = shape
-        .positions
-        .iter()
-        .map(|position| position.to_array().map(signed16))
-        .collect();
-    let bytes = positions
-        .iter()
-        .flat_map(|[x, y, z]| [*x, *y, *z, 0].map(i16::to_le_bytes).concat())
-        .collect();
+    let positions: Vec<[i16; 3]> =
+        shape.positions.iter().map(|position| position.to_array().map(signed16)).collect();
+    let bytes =
+        positions.iter().flat_map(|[x, y, z]| [*x, *y, *z, 0].map(i16::to_le_bytes).concat()).collect();
     let bound = |start: i16, choose: fn(i16, i16) -> i16| -> Vec<f32> {
-        (0..3)
-            .map(|axis| positions.iter().map(|p| p[axis]).fold(start, choose) as f32)
-            .collect()
+        (0..3).map(|axis| positions.iter().map(|p| p[axis]).fold(start, choose) as f32).collect()
     };
     let position = Accessor {
         normalized: true,
@@ -220,15 +185,9 @@ fn quantized_attributes(gltf: &mut Gltf, shape: &Shape) -> Json {
         ..Accessor::new(Component::I8, "VEC3", shape.normals.len(), bytes)
     };
     let fraction = |value: f32| (libm::roundf(value * 65535.0) as u16).to_le_bytes();
-    let bytes = shape
-        .uvs
-        .iter()
-        .flat_map(|uv| [fraction(uv.x / 8.0), fraction(uv.y / 4.0)].concat())
-        .collect();
-    let uv = Accessor {
-        normalized: true,
-        ..Accessor::new(Component::U16, "VEC2", shape.uvs.len(), bytes)
-    };
+    let bytes =
+        shape.uvs.iter().flat_map(|uv| [fraction(uv.x / 8.0), fraction(uv.y / 4.0)].concat()).collect();
+    let uv = Accessor { normalized: true, ..Accessor::new(Component::U16, "VEC2", shape.uvs.len(), bytes) };
     object([
         ("POSITION", gltf.accessor(&position).into()),
         ("NORMAL", gltf.accessor(&normal).into()),
@@ -241,24 +200,11 @@ fn sparse() -> Built {
         "A flat grid whose sparse accessor lifts three of its points: three equal tents in a diagonal row on the left; on \
          the right the grid without the replacement stays flat.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 2.4, 3.8),
-        Vec3::new(0.0, 0.1, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 2.4, 3.8), Vec3::new(0.0, 0.1, 0.0), 32.0);
     grey_floor(&mut gltf, 9.0, 7.0);
-    let material = Material::matte("grid", [0.1, 0.4, 0.55])
-        .two_sided()
-        .add_to(&mut gltf);
+    let material = Material::matte("grid", [0.1, 0.4, 0.55]).two_sided().add_to(&mut gltf);
     let corners: Vec<Vec3> = (0..81)
-        .map(|index| {
-            Vec3::new(
-                (index % 9) as f32 * 0.2 - 0.8,
-                0.1,
-                (index / 9) as f32 * 0.2 - 0.8,
-            )
-        })
+        .map(|index| Vec3::new((index % 9) as f32 * 0.2 - 0.8, 0.1, (index / 9) as f32 * 0.2 - 0.8))
         .collect();
     let lifted = [20_u16, 40, 60];
     let values = lifted.iter().flat_map(|&index| {
@@ -270,11 +216,7 @@ fn sparse() -> Built {
     if let Some((_, greatest)) = &mut bounds {
         greatest[1] = 0.6;
     }
-    let tents = Accessor {
-        sparse: Some((lifted.to_vec(), float_bytes(values))),
-        bounds,
-        ..flat.clone()
-    };
+    let tents = Accessor { sparse: Some((lifted.to_vec(), float_bytes(values))), bounds, ..flat.clone() };
     let indices = gltf.indices(&super::shapes::grid_indices(8, 8, false));
     for (accessor, x) in [(tents, -1.0), (flat, 1.0)] {
         let attributes = object([("POSITION", gltf.accessor(&accessor).into())]);
@@ -292,25 +234,15 @@ fn no_buffer_view() -> Built {
     );
     before_wall(&mut gltf);
     let material = paint(&mut gltf);
-    let corners = [
-        Vec3::new(1.0, 0.0, 0.0),
-        Vec3::new(1.0, 1.0, 0.0),
-        Vec3::new(0.0, 1.0, 0.0),
-    ];
+    let corners = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
     let position = Accessor {
         data: None,
         bounds: Some((vec![0.0; 3], vec![1.0, 1.0, 0.0])),
-        sparse: Some((
-            vec![1, 2, 3],
-            float_bytes(corners.iter().flat_map(Vec3::to_array)),
-        )),
+        sparse: Some((vec![1, 2, 3], float_bytes(corners.iter().flat_map(Vec3::to_array)))),
         ..Accessor::new(Component::F32, "VEC3", 4, Vec::new())
     };
     let position = gltf.accessor(&position);
-    let zeros = Accessor {
-        data: None,
-        ..Accessor::new(Component::F32, "VEC3", 4, Vec::new())
-    };
+    let zeros = Accessor { data: None, ..Accessor::new(Component::F32, "VEC3", 4, Vec::new()) };
     let zeros = gltf.accessor(&zeros);
     let indices = gltf.indices(&[0, 1, 2, 0, 2, 3]);
     let plain = object([("POSITION", position.into())]);
@@ -327,22 +259,13 @@ fn non_indexed() -> Built {
         "The same ball three times: without indices, with 8-bit indices, and with 32-bit indices and interleaved attributes; \
          no difference.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.0, 5.0),
-        Vec3::new(0.0, 0.6, 0.0),
-        30.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.0, 5.0), Vec3::new(0.0, 0.6, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 6.0);
     let material = paint(&mut gltf);
     let ball = uv_sphere(0.6, 12, 8).plain();
     // Every corner of every triangle on its own.
-    let corner = |values: &[Vec3]| {
-        ball.indices
-            .iter()
-            .map(|&index| values[index as usize])
-            .collect::<Vec<_>>()
-    };
+    let corner =
+        |values: &[Vec3]| ball.indices.iter().map(|&index| values[index as usize]).collect::<Vec<_>>();
     let spread = object([
         ("POSITION", gltf.positions(&corner(&ball.positions)).into()),
         ("NORMAL", gltf.vec3s(&corner(&ball.normals)).into()),
@@ -352,11 +275,7 @@ fn non_indexed() -> Built {
     let small: Vec<u8> = ball.indices.iter().map(|&index| index as u8).collect();
     let small = index_accessor(&mut gltf, Component::U8, ball.indices.len(), small);
     let small = primitive_mesh(&mut gltf, attributes, Some(small), material, 4);
-    let wide: Vec<u8> = ball
-        .indices
-        .iter()
-        .flat_map(|index| index.to_le_bytes())
-        .collect();
+    let wide: Vec<u8> = ball.indices.iter().flat_map(|index| index.to_le_bytes()).collect();
     let wide = index_accessor(&mut gltf, Component::U32, ball.indices.len(), wide);
     let attributes = interleaved(&mut gltf, &ball);
     let wide = primitive_mesh(&mut gltf, attributes, Some(wide), material, 4);
@@ -367,10 +286,7 @@ fn non_indexed() -> Built {
 }
 
 fn index_accessor(gltf: &mut Gltf, component: Component, count: usize, data: Vec<u8>) -> usize {
-    let accessor = Accessor {
-        used_as: Use::Indices,
-        ..Accessor::new(component, "SCALAR", count, data)
-    };
+    let accessor = Accessor { used_as: Use::Indices, ..Accessor::new(component, "SCALAR", count, data) };
     gltf.accessor(&accessor)
 }
 
@@ -413,20 +329,14 @@ fn instancing() -> Built {
         if index == 4 {
             // Scaled along an axis that the ring does not lie in: a shear, as only parents can make it.
             let leaning = turn * Quat::from_rotation_y(0.7);
-            let child = Node {
-                matrix: Some(glam::Mat4::from_quat(leaning)),
-                ..Node::mesh(ring)
-            };
+            let child = Node { matrix: Some(glam::Mat4::from_quat(leaning)), ..Node::mesh(ring) };
             let child = gltf.node(child);
             let parent = Node::group(&[child]).turned(Quat::from_rotation_z(0.6));
             gltf.node(parent.scaled(1.5, 0.7, 1.0));
             continue;
         }
         let wide = 1.0 + 0.4 * column;
-        let node = Node::mesh(ring)
-            .at(column * 1.4, -row, 0.0)
-            .turned(turn)
-            .scaled(wide, 1.0, 1.0);
+        let node = Node::mesh(ring).at(column * 1.4, -row, 0.0).turned(turn).scaled(wide, 1.0, 1.0);
         gltf.node(node);
     }
     Ok(gltf)

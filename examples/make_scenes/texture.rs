@@ -29,21 +29,12 @@ pub(crate) const SCENES: [Entry; 11] = [
 /// A camera that sees the rectangle of 3.2 by 1.8 around the origin.
 fn face_on(gltf: &mut Gltf) {
     let camera = gltf.add("cameras", super::camera::orthographic(1.6, 0.9));
-    gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .at(0.0, 0.0, 3.0),
-    );
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.at(0.0, 0.0, 3.0));
 }
 
 /// `material` with `texture` as its unlit base colour.
 fn unlit_with(gltf: &mut Gltf, texture: TextureUse) -> usize {
-    let material = Material {
-        base_color_texture: Some(texture),
-        ..Material::unlit("textured", [1.0; 3])
-    };
+    let material = Material { base_color_texture: Some(texture), ..Material::unlit("textured", [1.0; 3]) };
     material.add_to(gltf)
 }
 
@@ -100,12 +91,7 @@ fn nearest_filter() -> Built {
     );
     face_on(&mut gltf);
     let image = Picture::new(4, 4, |x, y| {
-        [
-            (x * 80) as u8,
-            (y * 80) as u8,
-            if (x + y) % 2 == 0 { 200 } else { 20 },
-            255,
-        ]
+        [(x * 80) as u8, (y * 80) as u8, if (x + y) % 2 == 0 { 200 } else { 20 }, 255]
     });
     let image = image.add_to(&mut gltf, "texels")?;
     for (filter, x) in [(Filter::Nearest, -0.8), (Filter::Linear, 0.8)] {
@@ -139,13 +125,7 @@ fn transform() -> Built {
             rotation_radians,
             scale,
         });
-        let material = unlit_with(
-            &mut gltf,
-            TextureUse {
-                transform,
-                ..TextureUse::of(texture)
-            },
-        );
+        let material = unlit_with(&mut gltf, TextureUse { transform, ..TextureUse::of(texture) });
         let mesh = card.add_to(&mut gltf, material);
         gltf.node(Node::mesh(mesh).at((index as f32 - 2.0) * 0.63, 0.0, 0.0));
     }
@@ -155,10 +135,7 @@ fn transform() -> Built {
 /// Three by three round bumps as a normal map.
 fn bumps(gltf: &mut Gltf) -> Built<usize> {
     let map = Picture::normal_map(96, |u, v| {
-        let (x, y) = (
-            u * 3.0 - libm::floorf(u * 3.0) - 0.5,
-            v * 3.0 - libm::floorf(v * 3.0) - 0.5,
-        );
+        let (x, y) = (u * 3.0 - libm::floorf(u * 3.0) - 0.5, v * 3.0 - libm::floorf(v * 3.0) - 0.5);
         let distance = libm::sqrtf(x * x + y * y);
         if distance > 0.4 || distance < 0.001 {
             return [0.0; 2];
@@ -173,10 +150,7 @@ fn bumps(gltf: &mut Gltf) -> Built<usize> {
 fn bumpy(gltf: &mut Gltf, scale: f32) -> Built<usize> {
     let texture = bumps(gltf)?;
     let material = Material {
-        normal_texture: Some(TextureUse {
-            amount: Some(scale),
-            ..TextureUse::of(texture)
-        }),
+        normal_texture: Some(TextureUse { amount: Some(scale), ..TextureUse::of(texture) }),
         roughness: 0.6,
         ..Material::matte("bumpy", [0.55, 0.5, 0.45])
     };
@@ -221,12 +195,7 @@ fn normal_map_mirrored_uv() -> Built {
     let mirrored = mirrored.add_to(&mut gltf, material);
     gltf.node(Node::mesh(plain).at(-1.03, 0.0, 0.0));
     gltf.node(Node::mesh(mirrored).named("mirrored coordinates"));
-    gltf.node(
-        Node::mesh(plain)
-            .named("mirrored node")
-            .at(1.03, 0.0, 0.0)
-            .scaled(-1.0, 1.0, 1.0),
-    );
+    gltf.node(Node::mesh(plain).named("mirrored node").at(1.03, 0.0, 0.0).scaled(-1.0, 1.0, 1.0));
     Ok(gltf)
 }
 
@@ -235,12 +204,7 @@ fn metallic_roughness() -> Built {
         "An upright drum with four rings: from the top rough plastic, smooth plastic, rough metal and mirror metal, in \
          one red; the texture's red channel, full of noise, changes nothing.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.3, 5.0),
-        Vec3::new(0.0, 0.95, 0.0),
-        28.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.3, 5.0), Vec3::new(0.0, 0.95, 0.0), 28.0);
     chequered_floor(&mut gltf, [14, 10], 0.5);
     let map = Picture::new(4, 4, |x, y| {
         let roughness = if y % 2 == 0 { 204 } else { 0 };
@@ -265,23 +229,13 @@ fn occlusion() -> Built {
         "Three white cards under the studio whose occlusion texture is dark in stripes: strength 0 shows none, 0.5 faint \
          ones, 1 clear ones; the key light fills them all evenly.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 0.9, 4.6),
-        Vec3::new(0.0, 0.7, 0.0),
-        30.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 0.9, 4.6), Vec3::new(0.0, 0.7, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 5.0);
-    let stripes = Picture::new(8, 8, |x, _| {
-        opaque(if x % 2 == 0 { [255, 9, 9] } else { [0, 240, 240] })
-    });
+    let stripes = Picture::new(8, 8, |x, _| opaque(if x % 2 == 0 { [255, 9, 9] } else { [0, 240, 240] }));
     let texture = stripes.texture(&mut gltf, "occlusion", Filter::Nearest)?;
     for (x, strength) in [(-1.25, 0.0), (0.0, 0.5), (1.25, 1.0)] {
         let material = Material {
-            occlusion_texture: Some(TextureUse {
-                amount: Some(strength),
-                ..TextureUse::of(texture)
-            }),
+            occlusion_texture: Some(TextureUse { amount: Some(strength), ..TextureUse::of(texture) }),
             ..Material::matte("striped", [0.8; 3])
         };
         let material = material.add_to(&mut gltf);
@@ -296,12 +250,7 @@ fn emissive() -> Built {
         "A dark grey card with a glowing chequer, orange as factor times texture; between the glowing squares the card \
          is lit like the floor.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 0.9, 4.0),
-        Vec3::new(0.0, 0.7, 0.0),
-        32.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 0.9, 4.0), Vec3::new(0.0, 0.7, 0.0), 32.0);
     directional_light(&mut gltf, Vec3::new(1.0, 1.5, 1.0), 2.0);
     grey_floor(&mut gltf, 8.0, 5.0);
     let chequer = Picture::chequer(8, 2, [255, 255, 255], [0, 0, 0]);
@@ -330,10 +279,7 @@ fn two_uv_sets() -> Built {
     let material = Material {
         base_color_texture: Some(TextureUse::of(letter)),
         emissive: [1.0; 3],
-        emissive_texture: Some(TextureUse {
-            uv_set: 1,
-            ..TextureUse::of(chequer)
-        }),
+        emissive_texture: Some(TextureUse { uv_set: 1, ..TextureUse::of(chequer) }),
         ..Material::matte("card", [1.0; 3])
     };
     let material = material.add_to(&mut gltf);
@@ -362,34 +308,22 @@ fn vertex_color() -> Built {
     let wall = quad(4.0, 3.0).plain().add_to(&mut gltf, wall);
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -0.5));
     // From the lower left counter-clockwise.
-    let colors = [
-        [255, 0, 0, 255],
-        [0, 255, 0, 255],
-        [0, 0, 255, 0],
-        [255, 255, 0, 0_u8],
-    ];
+    let colors = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 0], [255, 255, 0, 0_u8]];
     let card: Shape = quad(1.4, 1.4).plain();
     let indices = gltf.indices(&card.indices);
-    let blend = Material {
-        alpha: super::materials::Alpha::Blend,
-        ..Material::unlit("bytes", [1.0; 3])
-    };
+    let blend = Material { alpha: super::materials::Alpha::Blend, ..Material::unlit("bytes", [1.0; 3]) };
     let blend = blend.add_to(&mut gltf);
     let halved = Material::unlit("floats", [0.5; 3]).add_to(&mut gltf);
     let bytes = gltf.bytes4(&colors, true);
-    let floats = colors
-        .map(|[red, green, blue, _]| [red, green, blue].map(|value| value as f32 / 255.0))
-        .concat();
+    let floats =
+        colors.map(|[red, green, blue, _]| [red, green, blue].map(|value| value as f32 / 255.0)).concat();
     let floats = super::gltf_builder::float_bytes(floats);
     let floats = gltf.accessor(&Accessor::new(Component::F32, "VEC3", 4, floats));
     for (x, color, material) in [(-0.8, bytes, blend), (0.8, floats, halved)] {
         let mut attributes = card.attributes(&mut gltf);
         attributes.set("COLOR_0", color);
-        let primitive = object([
-            ("attributes", attributes),
-            ("indices", indices.into()),
-            ("material", material.into()),
-        ]);
+        let primitive =
+            object([("attributes", attributes), ("indices", indices.into()), ("material", material.into())]);
         let mesh = gltf.add("meshes", object([("primitives", list([primitive]))]));
         gltf.node(Node::mesh(mesh).at(x, 0.0, 0.0));
     }

@@ -79,11 +79,7 @@ impl Place {
     fn new(cos_o: f32, roughness: f32) -> Self {
         let (row, roughness_share) = split(roughness * ROUGHNESS_STEPS as f32, ROUGHNESS_STEPS);
         let (column, view_share) = split(cos_o.clamp(0.0, 1.0).sqrt() * VIEW_STEPS as f32, VIEW_STEPS);
-        Self {
-            corner: row * VIEWS + column,
-            roughness_share,
-            view_share,
-        }
+        Self { corner: row * VIEWS + column, roughness_share, view_share }
     }
 
     fn interpolate(&self, plane: &[f32]) -> f32 {
@@ -110,10 +106,7 @@ fn build() -> Tables {
     let curves: Vec<Vec<f32>> = (0..=INDEX_STEPS)
         .map(|step| {
             let root = step as f32 * (2.0 / INDEX_STEPS as f32) - 1.0;
-            facet_cosines
-                .iter()
-                .map(|cosine| exact_of_root(*cosine, root))
-                .collect()
+            facet_cosines.iter().map(|cosine| exact_of_root(*cosine, root)).collect()
         })
         .collect();
     let mut tables = Tables {
@@ -135,11 +128,7 @@ fn build() -> Tables {
             // The same straight pieces on both sides, so that their error cancels in sharp lobes.
             let (piece, share) = facet_piece(cos_o);
             for (plane, curve) in curves.iter().enumerate() {
-                let mean: f32 = curve
-                    .iter()
-                    .zip(&lobe.by_facet)
-                    .map(|(f, weight)| f * weight)
-                    .sum();
+                let mean: f32 = curve.iter().zip(&lobe.by_facet).map(|(f, weight)| f * weight).sum();
                 let view = curve[piece] * (1.0 - share) + curve[piece + 1] * share;
                 tables.exact[plane * PLANE + at] = mean - sharpness(row as f32) * lobe.total * view;
             }
@@ -150,11 +139,7 @@ fn build() -> Tables {
 
 /// The exact curve of the relative index whose (n − 1) / (n + 1) is `root`; both ends reflect everything.
 fn exact_of_root(cosine: f32, root: f32) -> f32 {
-    if root.abs() >= 1.0 {
-        1.0
-    } else {
-        fresnel::exact(cosine, (1.0 + root) / (1.0 - root))
-    }
+    if root.abs() >= 1.0 { 1.0 } else { fresnel::exact(cosine, (1.0 + root) / (1.0 - root)) }
 }
 
 /// The lobe's light, sorted by the angle at the facet.
@@ -166,11 +151,7 @@ struct Lobe {
 
 impl Lobe {
     fn integrate(cos_o: f32, alpha: f32, points: &[(Vec2, f32)]) -> Self {
-        let mut lobe = Self {
-            total: 0.0,
-            schlick: 0.0,
-            by_facet: [0.0; FACET_STEPS + 1],
-        };
+        let mut lobe = Self { total: 0.0, schlick: 0.0, by_facet: [0.0; FACET_STEPS + 1] };
         let wo = Vec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
         for (point, share) in points {
             let half = ggx::visible_normal(wo, alpha, *point);
@@ -289,10 +270,7 @@ mod tests {
         }
         // The coarse grid shows most at grazing views of sharp lobes and, from inside, beside the critical angle.
         let allowed = [4e-3, 2e-3, 2.2e-3, 0.02];
-        assert!(
-            worst.iter().zip(allowed).all(|(error, limit)| *error < limit),
-            "{worst:?}"
-        );
+        assert!(worst.iter().zip(allowed).all(|(error, limit)| *error < limit), "{worst:?}");
     }
 
     fn error_of(relative_ior: f32, cosine: f32, roughness: f32) -> f32 {
@@ -309,10 +287,7 @@ mod tests {
                 for cosine in [0.0, 0.001, 0.2, 0.7, 1.0] {
                     let albedo = dielectric(cosine, roughness, &curve);
                     let (total, schlick) = schlick_terms(cosine, roughness);
-                    assert!(
-                        (0.0..=1.0).contains(&albedo),
-                        "{index} {roughness} {cosine}: {albedo}"
-                    );
+                    assert!((0.0..=1.0).contains(&albedo), "{index} {roughness} {cosine}: {albedo}");
                     assert!(schlick > -1e-3 && schlick <= total + 1e-6 && total < 1.0 + 1e-5);
                 }
             }

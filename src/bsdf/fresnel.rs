@@ -24,17 +24,9 @@ impl Dielectric {
     pub(super) fn between(ior_outside: f32, ior_inside: f32) -> Self {
         if ior_outside > 0.0 && ior_inside > 0.0 {
             let relative_ior = ior_inside / ior_outside;
-            Self {
-                relative_ior,
-                f0: reflectance_along_normal(relative_ior),
-                f90: 1.0,
-            }
+            Self { relative_ior, f0: reflectance_along_normal(relative_ior), f90: 1.0 }
         } else {
-            Self {
-                relative_ior: 1.0,
-                f0: 1.0,
-                f90: 1.0,
-            }
+            Self { relative_ior: 1.0, f0: 1.0, f90: 1.0 }
         }
     }
 
@@ -143,11 +135,7 @@ mod tests {
 
     #[test]
     fn the_curve_runs_from_f0_to_f90() {
-        let curve = Dielectric {
-            relative_ior: 1.5,
-            f0: 0.02,
-            f90: 0.5,
-        };
+        let curve = Dielectric { relative_ior: 1.5, f0: 0.02, f90: 0.5 };
         assert!((curve.reflectance(1.0) - 0.02).abs() < 1e-6);
         assert!((curve.reflectance(0.0) - 0.5).abs() < 1e-6);
         // Schlick at 60°: (1 − 0.5)⁵ = 1/32.

@@ -130,26 +130,15 @@ mod tests {
             }
         }
         assert!((total - 1.0).abs() < 2e-3, "{total}");
-        assert!(
-            (drawn - integral).abs().max_element() < 3e-3,
-            "{drawn} {integral}"
-        );
+        assert!((drawn - integral).abs().max_element() < 3e-3, "{drawn} {integral}");
     }
 
     #[test]
     fn normals_are_unit_vectors_at_the_extremes() {
-        for wo in [
-            Vec3::Z,
-            Vec3::X,
-            Vec3::new(1.0, 0.0, 1e-30),
-            Vec3::new(1e-30, 0.0, 1.0),
-        ] {
+        for wo in [Vec3::Z, Vec3::X, Vec3::new(1.0, 0.0, 1e-30), Vec3::new(1e-30, 0.0, 1.0)] {
             for u in [Vec2::ZERO, Vec2::ONE, Vec2::new(1.0, 0.25), Vec2::new(0.5, 0.75)] {
                 let normal = visible_normal(wo, 0.002, disk_point(u));
-                assert!(
-                    (normal.length() - 1.0).abs() < 1e-5 && normal.z >= 0.0,
-                    "{wo} {u} {normal}"
-                );
+                assert!((normal.length() - 1.0).abs() < 1e-5 && normal.z >= 0.0, "{wo} {u} {normal}");
             }
         }
     }

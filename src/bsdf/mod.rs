@@ -58,11 +58,7 @@ impl Bsdf {
             metallic: material.metallic.clamp(0.0, 1.0),
             transmission: material.transmission.clamp(0.0, 1.0),
             roughness,
-            alpha: if alpha > SHARPEST_ALPHA {
-                alpha
-            } else {
-                SHARPEST_ALPHA
-            },
+            alpha: if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA },
             thin: material.thin,
             dielectric: Dielectric::between(ior_outside, ior_inside),
         }

@@ -34,28 +34,19 @@ impl Bsdf {
                 return None;
             }
             let through = u_lobe < choice.diffuse + choice.through;
-            if through {
-                Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
-            } else {
-                mirrored
-            }
+            if through { Vec3::new(mirrored.x, mirrored.y, -mirrored.z) } else { mirrored }
         };
         let pdf = self.mixture_pdf(&choice, wo, wi);
         let value = self.evaluate(wo, wi);
         if pdf <= 0.0 || value == Vec3::ZERO {
             return None;
         }
-        Some(BsdfSample {
-            wi,
-            weight: value * (wi.z.abs() / pdf),
-            pdf,
-        })
+        Some(BsdfSample { wi, weight: value * (wi.z.abs() / pdf), pdf })
     }
 
     /// The density with which [`Bsdf::sample`] draws `wi`.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.lobe_choice(wo)
-            .map_or(0.0, |choice| self.mixture_pdf(&choice, wo, wi))
+        self.lobe_choice(wo).map_or(0.0, |choice| self.mixture_pdf(&choice, wo, wi))
     }
 
     fn lobe_choice(&self, wo: Vec3) -> Option<LobeChoice> {
@@ -64,11 +55,7 @@ impl Bsdf {
         }
         let specular = luminance(self.specular_albedo(wo.z));
         let diffuse = luminance(self.diffuse_albedo(wo.z));
-        let through = if self.transmits_rough() {
-            luminance(self.transmission_albedo(wo.z))
-        } else {
-            0.0
-        };
+        let through = if self.transmits_rough() { luminance(self.transmission_albedo(wo.z)) } else { 0.0 };
         let total = specular + diffuse + through;
         (total > 0.0).then(|| LobeChoice {
             specular: specular / total,

@@ -66,18 +66,12 @@ fn a_white_surface_returns_at_most_what_it_receives() {
                 let sum = bsdf.specular_albedo(cosine)
                     + bsdf.diffuse_albedo(cosine)
                     + bsdf.transmission_albedo(cosine);
-                assert!(
-                    (sum - Vec3::ONE).abs().max_element() < 1e-5,
-                    "{roughness} {cosine}: {sum}"
-                );
+                assert!((sum - Vec3::ONE).abs().max_element() < 1e-5, "{roughness} {cosine}: {sum}");
                 // A perfect white metal: all of it where smooth, less where rough (single scattering), never more.
                 let metal = Bsdf::new(&material(1.0, roughness, transmission, thin), 1.0, 1.5);
                 let reflected = metal.specular_albedo(cosine).x;
                 assert!(reflected < 1.00001 && (roughness > 0.0 || reflected > 0.99999));
-                assert_eq!(
-                    metal.diffuse_albedo(cosine) + metal.transmission_albedo(cosine),
-                    Vec3::ZERO
-                );
+                assert_eq!(metal.diffuse_albedo(cosine) + metal.transmission_albedo(cosine), Vec3::ZERO);
             }
         }
     }
@@ -98,10 +92,7 @@ fn specular_albedo_is_the_integral_of_the_lobe() {
             let wo = direction(cosine, 0.3);
             let expected = integrate(|wi| bsdf.evaluate(wo, wi) * wi.z.abs());
             let found = bsdf.specular_albedo(cosine);
-            assert!(
-                (found - expected).abs().max_element() < 4e-3,
-                "{cosine}: {found} for {expected}"
-            );
+            assert!((found - expected).abs().max_element() < 4e-3, "{cosine}: {found} for {expected}");
         }
     }
 }
@@ -111,17 +102,10 @@ fn thin_transmission_is_the_integral_of_its_lobe() {
     // Head on, F varies little over the lobe, so the lobe passes about (1 − 0.04) of what it would with F = 1.
     let bsdf = Bsdf::new(&material(0.0, 0.4, 1.0, true), 1.0, 1.5);
     let below = |wi: Vec3| {
-        if wi.z < 0.0 {
-            bsdf.evaluate(Vec3::Z, wi) * -wi.z
-        } else {
-            Vec3::ZERO
-        }
+        if wi.z < 0.0 { bsdf.evaluate(Vec3::Z, wi) * -wi.z } else { Vec3::ZERO }
     };
     let passed = integrate(below).x;
-    assert!(
-        passed < bsdf.transmission_albedo(1.0).x + 1e-3 && passed > 0.92,
-        "{passed}"
-    );
+    assert!(passed < bsdf.transmission_albedo(1.0).x + 1e-3 && passed > 0.92, "{passed}");
     assert!((bsdf.transmission_albedo(1.0).x - 0.96).abs() < 0.01);
 }
 
@@ -137,10 +121,8 @@ fn diffuse_head_on_is_lambert_under_fresnel() {
 fn reflection_is_reciprocal() {
     for sample in materials() {
         let bsdf = Bsdf::new(&sample, 1.0, 1.5);
-        for (a, b) in [
-            (direction(0.9, 0.1), direction(0.2, 2.0)),
-            (direction(0.5, 1.0), direction(0.7, 4.0)),
-        ] {
+        for (a, b) in [(direction(0.9, 0.1), direction(0.2, 2.0)), (direction(0.5, 1.0), direction(0.7, 4.0))]
+        {
             let difference = bsdf.evaluate(a, b) - bsdf.evaluate(b, a);
             assert!(difference.abs().max_element() <= 1e-6 * bsdf.evaluate(a, b).max_element().max(1.0));
         }
@@ -182,11 +164,7 @@ fn densities_integrate_to_one_less_what_dives_below() {
         );
         // The mean weight is the integral of f cos.
         let expected = integrate(|wi| bsdf.evaluate(wo, wi) * wi.z.abs());
-        assert!(
-            (weights / draws - expected).abs().max_element() < 0.01,
-            "{} {expected}",
-            weights / draws
-        );
+        assert!((weights / draws - expected).abs().max_element() < 0.01, "{} {expected}", weights / draws);
     }
 }
 
@@ -228,10 +206,7 @@ fn an_index_of_zero_reflects_everything() {
     let bsdf = Bsdf::new(&sample, 1.0, 1.0);
     for cosine in [0.0, 0.4, 1.0] {
         assert_eq!(bsdf.specular_albedo(cosine), Vec3::ONE);
-        assert_eq!(
-            bsdf.diffuse_albedo(cosine) + bsdf.transmission_albedo(cosine),
-            Vec3::ZERO
-        );
+        assert_eq!(bsdf.diffuse_albedo(cosine) + bsdf.transmission_albedo(cosine), Vec3::ZERO);
     }
 }
 
@@ -240,21 +215,8 @@ fn extreme_directions_and_materials_stay_finite() {
     for roughness in [0.0, 0.02, 1.0] {
         for thin in [false, true] {
             let bsdf = Bsdf::new(&material(0.3, roughness, 0.5, thin), 1.0, 1.5);
-            for wo in [
-                Vec3::Z,
-                Vec3::X,
-                Vec3::NEG_Z,
-                direction(1e-6, 0.0),
-                direction(1e-30, 1.0),
-            ] {
-                for wi in [
-                    Vec3::Z,
-                    Vec3::X,
-                    Vec3::NEG_X,
-                    Vec3::NEG_Z,
-                    -wo,
-                    direction(1e-6, PI),
-                ] {
+            for wo in [Vec3::Z, Vec3::X, Vec3::NEG_Z, direction(1e-6, 0.0), direction(1e-30, 1.0)] {
+                for wi in [Vec3::Z, Vec3::X, Vec3::NEG_X, Vec3::NEG_Z, -wo, direction(1e-6, PI)] {
                     assert!(bsdf.evaluate(wo, wi).is_finite(), "{roughness} {wo} {wi}");
                     assert!(bsdf.pdf(wo, wi).is_finite(), "{roughness} {wo} {wi}");
                 }

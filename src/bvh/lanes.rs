@@ -197,11 +197,7 @@ impl Lanes for Scalar {
 impl SimdLevel {
     /// The best level of the machine that runs.
     pub fn best() -> Self {
-        if Self::Avx2.is_supported() {
-            Self::Avx2
-        } else {
-            Self::Scalar
-        }
+        if Self::Avx2.is_supported() { Self::Avx2 } else { Self::Scalar }
     }
 
     /// Whether the machine that runs has this level; queries fall back to [`SimdLevel::Scalar`] where it has not.
@@ -286,37 +282,20 @@ mod avx2 {
     #[inline]
     #[target_feature(enable = "avx2")]
     fn slab(plane: &[f32; WIDTH], origin: f32, reciprocal: f32) -> __m256 {
-        _mm256_mul_ps(
-            _mm256_sub_ps(load(plane), _mm256_set1_ps(origin)),
-            _mm256_set1_ps(reciprocal),
-        )
+        _mm256_mul_ps(_mm256_sub_ps(load(plane), _mm256_set1_ps(origin)), _mm256_set1_ps(reciprocal))
     }
 
     #[inline]
     #[target_feature(enable = "avx2")]
     fn enter(node: &WideNode, ray: &LaneRay, upper: f32) -> Entered {
         let near = |axis: usize| {
-            slab(
-                &node.planes[ray.near[axis]],
-                ray.near_origin[axis],
-                ray.near_reciprocal[axis],
-            )
+            slab(&node.planes[ray.near[axis]], ray.near_origin[axis], ray.near_reciprocal[axis])
         };
-        let far = |axis: usize| {
-            slab(
-                &node.planes[ray.far[axis]],
-                ray.far_origin[axis],
-                ray.far_reciprocal[axis],
-            )
-        };
-        let entry = _mm256_max_ps(
-            _mm256_max_ps(near(0), near(1)),
-            _mm256_max_ps(near(2), _mm256_set1_ps(ray.lower)),
-        );
-        let exit = _mm256_min_ps(
-            _mm256_min_ps(far(0), far(1)),
-            _mm256_min_ps(far(2), _mm256_set1_ps(upper)),
-        );
+        let far =
+            |axis: usize| slab(&node.planes[ray.far[axis]], ray.far_origin[axis], ray.far_reciprocal[axis]);
+        let entry =
+            _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(ray.lower)));
+        let exit = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(upper)));
         let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
         let mut distances = [0.0; WIDTH];
         // SAFETY: the array has exactly the eight floats that are written, and the store needs no alignment.
@@ -333,12 +312,8 @@ mod avx2 {
     #[inline]
     #[target_feature(enable = "avx2")]
     fn sheared(pack: &TrianglePack, ray: &LaneRay, corner: usize) -> [__m256; 3] {
-        let relative = |axis: usize| {
-            _mm256_sub_ps(
-                load(&pack.corners[corner][axis]),
-                _mm256_set1_ps(ray.origin[axis]),
-            )
-        };
+        let relative =
+            |axis: usize| _mm256_sub_ps(load(&pack.corners[corner][axis]), _mm256_set1_ps(ray.origin[axis]));
         let [kx, ky, kz] = ray.axes;
         let z = relative(kz);
         let x = _mm256_sub_ps(relative(kx), _mm256_mul_ps(_mm256_set1_ps(ray.shear[0]), z));
@@ -364,10 +339,8 @@ mod avx2 {
         let w = difference(bx, ay, by, ax);
 
         let larger_size = |x: __m256, y: __m256| _mm256_max_ps(absolute(x), absolute(y));
-        let lateral = _mm256_max_ps(
-            _mm256_max_ps(larger_size(ax, ay), larger_size(bx, by)),
-            larger_size(cx, cy),
-        );
+        let lateral =
+            _mm256_max_ps(_mm256_max_ps(larger_size(ax, ay), larger_size(bx, by)), larger_size(cx, cy));
         let depth = _mm256_add_ps(lateral, _mm256_max_ps(larger_size(az, bz), absolute(cz)));
         let floored = _mm256_add_ps(lateral, _mm256_mul_ps(depth, _mm256_set1_ps(LATERAL_FLOOR)));
         let margin = _mm256_add_ps(

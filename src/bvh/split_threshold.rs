@@ -57,17 +57,9 @@ struct Measures {
 pub(super) fn choose(input: Input, settings: &BuildSettings) -> Result<Threshold, Cancelled> {
     let measures = measure(input)?;
     let n = measures.triangles;
-    let budget = if settings.reference_budget >= 1.0 {
-        f64::from(settings.reference_budget)
-    } else {
-        1.0
-    };
+    let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
     let limit = (n as f64 * budget) as u64;
-    let unchanged = |sa_max| Threshold {
-        sa_max,
-        budget_reached: false,
-        triangles: n as usize,
-    };
+    let unchanged = |sa_max| Threshold { sa_max, budget_reached: false, triangles: n as usize };
     match settings.split {
         Split::Off => Ok(unchanged(f64::INFINITY)),
         Split::Auto => {
@@ -81,11 +73,7 @@ pub(super) fn choose(input: Input, settings: &BuildSettings) -> Result<Threshold
             }
         }
         Split::Area(area) => {
-            let area = if area.is_nan() {
-                f64::INFINITY
-            } else {
-                f64::from(area)
-            };
+            let area = if area.is_nan() { f64::INFINITY } else { f64::from(area) };
             if count_up_to(input, area, limit)?.is_some() {
                 return Ok(unchanged(area));
             }
@@ -99,12 +87,7 @@ pub(super) fn choose(input: Input, settings: &BuildSettings) -> Result<Threshold
 }
 
 fn measure(input: Input) -> Result<Measures, Cancelled> {
-    let none = Measures {
-        triangles: 0,
-        bounds: Aabb::EMPTY,
-        area_sum: 0.0,
-        largest_area: 0.0,
-    };
+    let none = Measures { triangles: 0, bounds: Aabb::EMPTY, area_sum: 0.0, largest_area: 0.0 };
     let chunks: Vec<Measures> = (0..input.chunks())
         .into_par_iter()
         .map(|chunk| {
@@ -253,9 +236,7 @@ mod tests {
         (0..n)
             .map(|_| {
                 let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
-                Triangle {
-                    vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)],
-                }
+                Triangle { vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)] }
             })
             .collect()
     }
@@ -263,11 +244,7 @@ mod tests {
     fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Threshold, u64) {
         let flags = vec![PrimitiveFlags::default(); triangles.len()];
         let cancel = CancelFlag::new();
-        let input = Input {
-            triangles,
-            flags: &flags,
-            cancel: &cancel,
-        };
+        let input = Input { triangles, flags: &flags, cancel: &cancel };
         let settings = BuildSettings {
             split,
             reference_budget: budget,
@@ -285,9 +262,7 @@ mod tests {
         let triangles: Vec<Triangle> = (0..1000)
             .map(|i| {
                 let p = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
-                Triangle {
-                    vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1],
-                }
+                Triangle { vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1] }
             })
             .collect();
         assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);

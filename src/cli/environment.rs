@@ -45,15 +45,9 @@ pub(super) fn load(
         None | Some(EnvironmentSource::Studio) => studio(),
         Some(EnvironmentSource::None) => none(),
         Some(&EnvironmentSource::Constant([r, g, b])) => {
-            let bits = [r, g, b]
-                .map(|value| format!("{:08x}", value.to_bits()))
-                .join(" ");
+            let bits = [r, g, b].map(|value| format!("{:08x}", value.to_bits())).join(" ");
             let description = format!("environment {r},{g},{b}");
-            plain(
-                Environment::Constant(Vec3::new(r, g, b)),
-                format!("constant {bits}"),
-                &description,
-            )
+            plain(Environment::Constant(Vec3::new(r, g, b)), format!("constant {bits}"), &description)
         }
         Some(EnvironmentSource::File(path, degrees)) => map(path, *degrees, max_memory_bytes)?,
     })
@@ -75,11 +69,7 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
 
 /// The whole of a file that is one: devices and pipes may never end.
 fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
-    let missing = |source| Error::Missing {
-        path: path.to_owned(),
-        pointer: String::new(),
-        source,
-    };
+    let missing = |source| Error::Missing { path: path.to_owned(), pointer: String::new(), source };
     let metadata = std::fs::metadata(path).map_err(missing)?;
     if !metadata.is_file() {
         return Err(Error::invalid(path, "", "is not a regular file"));

@@ -35,9 +35,8 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
     let report = report::Report::new(&scene, &selection, &warnings);
     if args.json {
-        let json = serde_json::to_string_pretty(&report).map_err(|error| crate::error::Error::Internal {
-            message: error.to_string(),
-        })?;
+        let json = serde_json::to_string_pretty(&report)
+            .map_err(|error| crate::error::Error::Internal { message: error.to_string() })?;
         print_output(&json);
     } else {
         print_output(&text::text(&report));

@@ -67,10 +67,7 @@ mod tests {
         fs::create_dir_all(&inner).unwrap();
         fs::write(inner.join("memory.max"), "max\n").unwrap();
         fs::write(mount.path().join("farm/memory.max"), "1000000\n").unwrap();
-        assert_eq!(
-            control_group_bytes("0::/farm/job\n", mount.path()),
-            Some(1_000_000)
-        );
+        assert_eq!(control_group_bytes("0::/farm/job\n", mount.path()), Some(1_000_000));
         assert_eq!(control_group_bytes("0::/\n", mount.path()), None);
         assert_eq!(control_group_bytes("", mount.path()), None);
     }
@@ -79,21 +76,14 @@ mod tests {
     fn version_1_groups_are_found_under_their_controller() {
         let mount = tempfile::tempdir().unwrap();
         fs::create_dir_all(mount.path().join("memory/job")).unwrap();
-        fs::write(
-            mount.path().join("memory/job/memory.limit_in_bytes"),
-            "31457280\n",
-        )
-        .unwrap();
+        fs::write(mount.path().join("memory/job/memory.limit_in_bytes"), "31457280\n").unwrap();
         let memberships = "5:cpu,cpuacct:/x\n4:memory:/job\n";
         assert_eq!(control_group_bytes(memberships, mount.path()), Some(31_457_280));
     }
 
     #[test]
     fn the_machine_tells_its_memory() {
-        assert_eq!(
-            physical_bytes("MemTotal:       24000000 kB\nMemFree: 1 kB"),
-            Some(24_576_000_000)
-        );
+        assert_eq!(physical_bytes("MemTotal:       24000000 kB\nMemFree: 1 kB"), Some(24_576_000_000));
         assert_eq!(physical_bytes(""), None);
     }
 }

@@ -22,9 +22,7 @@ pub(super) enum EnvironmentSource {
 
 /// `1280x720`.
 pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
-    let sides = text
-        .split_once(['x', 'X'])
-        .and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
+    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
     match sides {
         Some((0, _) | (_, 0)) => Err("a picture needs at least one pixel each way".to_owned()),
         Some(sides) => Ok(sides),
@@ -47,10 +45,7 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
 
 /// `X0,Y0,X1,Y1`.
 pub(super) fn crop(text: &str) -> Result<PixelWindow, String> {
-    let corners: Vec<u32> = text
-        .split(',')
-        .map_while(|part| part.trim().parse().ok())
-        .collect();
+    let corners: Vec<u32> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
     match (corners.as_slice(), text.split(',').count()) {
         (&[x0, y0, x1, y1], 4) if x0 < x1 && y0 < y1 => Ok(PixelWindow { x0, y0, x1, y1 }),
         (&[_, _, _, _], 4) => Err("the crop is empty; X1 and Y1 lie beyond X0 and Y0".to_owned()),
@@ -60,9 +55,7 @@ pub(super) fn crop(text: &str) -> Result<PixelWindow, String> {
 
 /// `4G`, `512MiB`, `2.5GB`, in bytes. Letters alone and with B are decimal, with iB binary.
 pub(super) fn memory_size(text: &str) -> Result<u64, String> {
-    let number_length = text
-        .find(|c: char| !c.is_ascii_digit() && c != '.')
-        .unwrap_or(text.len());
+    let number_length = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(number_length);
     let unit: f64 = match unit.trim().to_ascii_lowercase().as_str() {
         "" | "b" => 1.0,
@@ -170,10 +163,7 @@ fn is_number_list(text: &str) -> bool {
 }
 
 fn constant(text: &str) -> Result<[f32; 3], String> {
-    let values: Vec<f32> = text
-        .split(',')
-        .map_while(|part| factor(part.trim()).ok())
-        .collect();
+    let values: Vec<f32> = text.split(',').map_while(|part| factor(part.trim()).ok()).collect();
     match (values.as_slice(), text.split(',').count()) {
         (&[r, g, b], 3) => Ok([r, g, b]),
         _ => Err("a constant environment is three numbers R,G,B that are not negative".to_owned()),
@@ -222,18 +212,9 @@ mod tests {
         let parse = |text: &str| environment(OsStr::new(text));
         assert_eq!(parse("none"), Ok(EnvironmentSource::None));
         assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
-        assert_eq!(
-            parse("a.hdr@90"),
-            Ok(EnvironmentSource::File("a.hdr".into(), 90.0))
-        );
-        assert_eq!(
-            parse("a@b.hdr"),
-            Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0))
-        );
-        assert_eq!(
-            parse("a,b.hdr"),
-            Ok(EnvironmentSource::File("a,b.hdr".into(), 0.0))
-        );
+        assert_eq!(parse("a.hdr@90"), Ok(EnvironmentSource::File("a.hdr".into(), 90.0)));
+        assert_eq!(parse("a@b.hdr"), Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0)));
+        assert_eq!(parse("a,b.hdr"), Ok(EnvironmentSource::File("a,b.hdr".into(), 0.0)));
         assert!(
             parse("1,2").is_err()
                 && parse("1,2,-3").is_err()

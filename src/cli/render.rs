@@ -19,26 +19,18 @@ use super::{Ending, ending, settle_warnings, signals};
 
 /// Renders what `args` ask for.
 pub(super) fn run(args: &RenderArgs) -> Ending {
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .build();
+    let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
     match pool {
-        Ok(pool) => pool
-            .install(|| render(args))
-            .unwrap_or_else(|error| ending(Err(error))),
-        Err(error) => ending(Err(Error::Internal {
-            message: format!("the threads cannot be started: {error}"),
-        })),
+        Ok(pool) => pool.install(|| render(args)).unwrap_or_else(|error| ending(Err(error))),
+        Err(error) => {
+            ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
+        }
     }
 }
 
 fn render(args: &RenderArgs) -> Result<Ending> {
     // Find everything that can go wrong before the first frame.
-    let RenderJob {
-        sequence: job,
-        warnings,
-        environment,
-    } = render_job(args)?;
+    let RenderJob { sequence: job, warnings, environment } = render_job(args)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     let plan = Plan::new(&job)?;
     if !args.quiet {
@@ -55,14 +47,10 @@ fn render(args: &RenderArgs) -> Result<Ending> {
 
     // Render.
     let cancel = CancelFlag::new();
-    let caught = signals::watch(&cancel).map_err(|error| Error::Internal {
-        message: format!("signals cannot be watched: {error}"),
-    })?;
-    let verbosity = Verbosity {
-        is_quiet: args.quiet,
-        is_verbose: args.verbose,
-        names_failures: job.keep_going,
-    };
+    let caught = signals::watch(&cancel)
+        .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
+    let verbosity =
+        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress.into(), verbosity);
     let summary = sequence::run(&job, &plan, &cancel, &|event| reporter.tell(event));
 

@@ -13,22 +13,13 @@ use super::options;
 
 /// Options of `rayframe render`, unchecked against each other and the scene.
 #[derive(Clone, Debug, Args)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is one flag of the command line"
-)]
+#[expect(clippy::struct_excessive_bools, reason = "each is one flag of the command line")]
 pub(super) struct RenderArgs {
     /// The scene: .glb or .gltf
     pub(super) scene: PathBuf,
 
     /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format [default: <scene>.####.exr]
-    #[arg(
-        short,
-        long,
-        visible_alias = "outfile",
-        value_name = "PATTERN",
-        help_heading = "Output"
-    )]
+    #[arg(short, long, visible_alias = "outfile", value_name = "PATTERN", help_heading = "Output")]
     pub(super) output: Option<OsString>,
     /// Tone-mapped previews beside the EXR files
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
@@ -44,13 +35,7 @@ pub(super) struct RenderArgs {
     pub(super) stats: Option<PathBuf>,
 
     /// Frames: 7, 1-10, 1..10, 1-10x2, 1,5,8-12, -3--2 or all [default: all]
-    #[arg(
-        short,
-        long,
-        value_name = "SPEC",
-        allow_hyphen_values = true,
-        help_heading = "Frames"
-    )]
+    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, help_heading = "Frames")]
     pub(super) frames: Option<String>,
     /// All frames of the animation
     #[arg(short = 'a', long, conflicts_with = "frames", help_heading = "Frames")]
@@ -107,20 +92,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1024), help_heading = "Picture")]
     pub(super) depth: u32,
     /// How light is followed
-    #[arg(
-        long,
-        value_name = "NAME",
-        default_value = "whitted",
-        help_heading = "Picture"
-    )]
+    #[arg(long, value_name = "NAME", default_value = "whitted", help_heading = "Picture")]
     pub(super) integrator: Integrator,
     /// Shadows under glass
-    #[arg(
-        long,
-        value_name = "KIND",
-        default_value = "straight",
-        help_heading = "Picture"
-    )]
+    #[arg(long, value_name = "KIND", default_value = "straight", help_heading = "Picture")]
     pub(super) glass_shadows: GlassShadowsArg,
     /// Brightness of previews and PNG files in stops, or auto: one value for the whole animation
     #[arg(
@@ -132,24 +107,14 @@ pub(super) struct RenderArgs {
     )]
     pub(super) exposure: String,
     /// Tone curve of previews and PNG files
-    #[arg(
-        long,
-        value_name = "NAME",
-        default_value = "standard",
-        help_heading = "Picture"
-    )]
+    #[arg(long, value_name = "NAME", default_value = "standard", help_heading = "Picture")]
     pub(super) tone: ToneArg,
 
     /// Camera: a name, #0 for the first, or auto to frame the whole scene [default: the first, else auto]
     #[arg(short, long, value_name = "NAME|#I|auto", help_heading = "Scene")]
     pub(super) camera: Option<String>,
     /// Clip: a name, #0 for the first, all or none
-    #[arg(
-        long,
-        value_name = "NAME|#I|all|none",
-        default_value = "all",
-        help_heading = "Scene"
-    )]
+    #[arg(long, value_name = "NAME|#I|all|none", default_value = "all", help_heading = "Scene")]
     pub(super) animation: String,
     /// Scene of the file: a name or #0 for the first [default: the file's]
     #[arg(long = "scene", value_name = "NAME|#I", help_heading = "Scene")]

@@ -4,9 +4,9 @@ use std::ffi::OsStr;
 
 use crate::bvh::{BuildSettings, BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
-use crate::frame;
 use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
+use crate::frame;
 use crate::gltf::{self, ImportOptions};
 use crate::render::{GlassShadows, RenderSettings};
 use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest};
@@ -54,24 +54,15 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let max_memory_bytes = wishes.max_memory_bytes;
     let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
     let (selection, selection_warnings) = Selection::resolve(&selection_request(args), &scene)?;
-    let LoadedEnvironment {
-        environment,
-        key: environment_key,
-        description,
-        warnings: environment_warnings,
-    } = environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
+    let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
+        environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
     let warnings = [scene.warnings.clone(), selection_warnings, environment_warnings].concat();
 
     let duration = duration_seconds(&scene, &selection);
-    let frames = wishes
-        .frames
-        .resolve(wishes.rate.last_frame(duration))
-        .map_err(Error::usage)?;
+    let frames = wishes.frames.resolve(wishes.rate.last_frame(duration)).map_err(Error::usage)?;
     let numbered = frames.len() > 1 || duration > 0.0;
     let stem = args.scene.file_stem().unwrap_or(OsStr::new("frame"));
-    let output = wishes
-        .output
-        .unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
+    let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
     let render = render_settings(args, &scene, &selection)?;
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
@@ -96,11 +87,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         strict: args.strict,
         max_memory_bytes,
     };
-    Ok(RenderJob {
-        sequence,
-        warnings,
-        environment: description,
-    })
+    Ok(RenderJob { sequence, warnings, environment: description })
 }
 
 fn understand(args: &RenderArgs) -> Result<Wishes> {
@@ -111,12 +98,7 @@ fn understand(args: &RenderArgs) -> Result<Wishes> {
         frames: frame_spec(args).map_err(usage("--frames"))?,
         rate: FrameRate::parse(&args.fps).map_err(usage("--fps"))?,
         output: output.map_err(usage("--output"))?,
-        environment: args
-            .env
-            .as_deref()
-            .map(options::environment)
-            .transpose()
-            .map_err(usage("--env"))?,
+        environment: args.env.as_deref().map(options::environment).transpose().map_err(usage("--env"))?,
         exposure: exposure.map_or(Exposure::Auto, Exposure::Ev),
         simd: simd_level(args.simd)?,
         max_memory_bytes: args.max_memory.unwrap_or_else(default_max_memory_bytes),
@@ -146,9 +128,7 @@ fn simd_level(arg: SimdArg) -> Result<SimdLevel> {
         SimdArg::Avx2 => SimdLevel::Avx2,
     };
     if level > best {
-        return Err(Error::usage(
-            "--simd: this machine lacks these instructions; leave the option out",
-        ));
+        return Err(Error::usage("--simd: this machine lacks these instructions; leave the option out"));
     }
     Ok(level)
 }
@@ -223,9 +203,7 @@ fn picture_size(args: &RenderArgs, camera_aspect: f64) -> Result<(u32, u32)> {
         let pixels = (pixels * scale).round().max(1.0);
         // OpenEXR stores corners as signed 32-bit numbers.
         if pixels > f64::from(i32::MAX) {
-            return Err(Error::usage(
-                "--resolution: a side has more than 2147483647 pixels",
-            ));
+            return Err(Error::usage("--resolution: a side has more than 2147483647 pixels"));
         }
         Ok(pixels as u32)
     };
@@ -246,9 +224,5 @@ fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
         },
         None => default,
     };
-    if aspect.is_finite() && aspect > 0.0 {
-        aspect
-    } else {
-        default
-    }
+    if aspect.is_finite() && aspect > 0.0 { aspect } else { default }
 }

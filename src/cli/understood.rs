@@ -10,16 +10,9 @@ pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
     let crop = if (window.width(), window.height()) == (width, height) {
         String::new()
     } else {
-        format!(
-            " (pixels {},{} to {},{})",
-            window.x0, window.y0, window.x1, window.y1
-        )
+        format!(" (pixels {},{} to {},{})", window.x0, window.y0, window.x1, window.y1)
     };
-    let environment = if environment.is_empty() {
-        String::new()
-    } else {
-        format!(", {environment}")
-    };
+    let environment = if environment.is_empty() { String::new() } else { format!(", {environment}") };
     format!(
         "{}: {} → {} at {} fps, {}, {width}x{height}{crop}, {} triangles{environment}",
         file_name(&job.scene),
@@ -42,10 +35,7 @@ fn clips_text(scene: &Scene, selection: &Selection) -> String {
     match selection.clips.as_slice() {
         [] => "still".to_owned(),
         [clip] => {
-            let name = scene
-                .animations
-                .get(clip.index())
-                .and_then(|clip| clip.name.as_deref());
+            let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.as_deref());
             format!("clip {} {seconds} s", quoted(name, clip.index()))
         }
         clips => format!("{} clips {seconds} s", clips.len()),
@@ -78,11 +68,7 @@ pub(super) fn frames_text(frames: &[i64]) -> String {
     while let [first, tail @ ..] = rest {
         let step = tail.first().map_or(0, |second| second - first);
         let run = if step > 0 {
-            1 + tail
-                .iter()
-                .zip(1..)
-                .take_while(|&(&f, i)| f == first + step * i)
-                .count()
+            1 + tail.iter().zip(1..).take_while(|&(&f, i)| f == first + step * i).count()
         } else {
             1
         };

@@ -74,10 +74,7 @@ impl Aabb {
     /// The box with every face moved outward by `distance`.
     #[must_use]
     pub fn grown(self, distance: f32) -> Self {
-        Self {
-            min: self.min - distance,
-            max: self.max + distance,
-        }
+        Self { min: self.min - distance, max: self.max + distance }
     }
 
     /// Whether `other` lies wholly inside (touching counts).

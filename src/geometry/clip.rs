@@ -19,10 +19,7 @@ impl Triangle {
     /// `None` if there is no such part.
     pub fn clipped_bounds(&self, region: &Aabb) -> Option<Aabb> {
         let whole = self.bounds();
-        let mut polygon = Polygon {
-            corners: [[0.0; 3]; MOST_CORNERS],
-            len: 3,
-        };
+        let mut polygon = Polygon { corners: [[0.0; 3]; MOST_CORNERS], len: 3 };
         for (corner, vertex) in polygon.corners.iter_mut().zip(&self.vertices) {
             *corner = vertex.to_array().map(f64::from);
         }
@@ -43,10 +40,7 @@ impl Triangle {
 impl Polygon {
     /// The part at or beyond `plane` in the direction `side` (1 or −1) along `axis`.
     fn cut(&self, axis: usize, plane: f64, side: f64) -> Self {
-        let mut result = Self {
-            corners: [[0.0; 3]; MOST_CORNERS],
-            len: 0,
-        };
+        let mut result = Self { corners: [[0.0; 3]; MOST_CORNERS], len: 0 };
         for i in 0..self.len {
             let from = &self.corners[i];
             let to = &self.corners[(i + 1) % self.len];
@@ -97,21 +91,13 @@ impl Polygon {
 /// The largest `f32` at or below `value`.
 fn rounded_down(value: f64) -> f32 {
     let nearest = value as f32;
-    if f64::from(nearest) > value {
-        nearest.next_down()
-    } else {
-        nearest
-    }
+    if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
 /// The smallest `f32` at or above `value`.
 fn rounded_up(value: f64) -> f32 {
     let nearest = value as f32;
-    if f64::from(nearest) < value {
-        nearest.next_up()
-    } else {
-        nearest
-    }
+    if f64::from(nearest) < value { nearest.next_up() } else { nearest }
 }
 
 #[cfg(test)]
@@ -122,9 +108,7 @@ mod tests {
     #[test]
     fn half_of_a_right_triangle() {
         // The hypotenuse of (0,0) (4,0) (0,4) is at height 3 where x = 1.
-        let triangle = Triangle {
-            vertices: [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0],
-        };
+        let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0] };
         let mut region = triangle.bounds();
         region.min.x = 1.0;
         let right = triangle.clipped_bounds(&region).unwrap();
@@ -134,14 +118,9 @@ mod tests {
 
     #[test]
     fn nothing_is_left_outside() {
-        let triangle = Triangle {
-            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
-        };
+        let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y] };
         // Inside the triangle's box but beyond its hypotenuse.
-        let corner = Aabb {
-            min: Vec3::new(0.75, 0.75, 0.0),
-            max: Vec3::new(1.0, 1.0, 0.0),
-        };
+        let corner = Aabb { min: Vec3::new(0.75, 0.75, 0.0), max: Vec3::new(1.0, 1.0, 0.0) };
         assert!(triangle.clipped_bounds(&corner).is_none());
     }
 

@@ -32,9 +32,7 @@ struct Span<'a> {
 impl<'a> Span<'a> {
     /// The bytes from element `i` on.
     fn element(&self, i: usize) -> &'a [u8] {
-        i.checked_mul(self.stride)
-            .and_then(|start| self.bytes.get(start..))
-            .unwrap_or_default()
+        i.checked_mul(self.stride).and_then(|start| self.bytes.get(start..)).unwrap_or_default()
     }
 }
 
@@ -43,9 +41,7 @@ impl<'a> Data<'a> {
     pub(super) fn accessor(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a Accessor> {
         let accessors = &self.document.root.accessors;
         context.subscript(index, accessors.len(), pointer, "accessor")?;
-        accessors
-            .get(index)
-            .ok_or_else(|| context.invalid(pointer, "there is no such accessor"))
+        accessors.get(index).ok_or_else(|| context.invalid(pointer, "there is no such accessor"))
     }
 
     /// The bytes of the buffer view `index`, which `pointer` asks for.
@@ -68,9 +64,7 @@ impl<'a> Data<'a> {
     /// The error of a view into a buffer without data, which names the extension that may hold it instead.
     fn no_data(&self, context: &Context, view: usize, buffer: usize, pointer: &str) -> Error {
         let raw = self.document.element("bufferViews", view);
-        let extensions = raw
-            .as_ref()
-            .and_then(|raw| raw.value.get("extensions")?.as_object());
+        let extensions = raw.as_ref().and_then(|raw| raw.value.get("extensions")?.as_object());
         match extensions.and_then(|extensions| extensions.keys().next()) {
             Some(name) => context.unsupported(
                 format!("/bufferViews/{view}/extensions/{}", escape(name)),
@@ -84,10 +78,7 @@ impl<'a> Data<'a> {
         let stride = check_run(context, self.document, run, layout, pointer)?;
         let bytes = self.view_bytes(context, run.view, pointer)?;
         let start = usize::try_from(run.offset).unwrap_or(usize::MAX);
-        Ok(Span {
-            bytes: bytes.get(start..).unwrap_or_default(),
-            stride,
-        })
+        Ok(Span { bytes: bytes.get(start..).unwrap_or_default(), stride })
     }
 
     /// All elements of accessor `index` as floats; all are finite.
@@ -100,9 +91,7 @@ impl<'a> Data<'a> {
         let format = self.format(context, index, pointer)?;
         let decode = |bytes: &[u8]| component::float(bytes, format.component, format.normalized);
         let elements: Vec<[f32; N]> = self.elements(context, index, pointer, decode)?;
-        let broken = elements
-            .iter()
-            .position(|element| element.iter().any(|value| !value.is_finite()));
+        let broken = elements.iter().position(|element| element.iter().any(|value| !value.is_finite()));
         match broken {
             None => Ok(elements),
             Some(i) => Err(context.invalid(
@@ -126,10 +115,7 @@ impl<'a> Data<'a> {
 
     fn format(&self, context: &Context, index: usize, pointer: &str) -> Result<Format> {
         Format::of(self.accessor(context, index, pointer)?).ok_or_else(|| {
-            context.invalid(
-                format!("/accessors/{index}"),
-                "has an unknown componentType or type",
-            )
+            context.invalid(format!("/accessors/{index}"), "has an unknown componentType or type")
         })
     }
 
@@ -189,9 +175,8 @@ impl<'a> Data<'a> {
         let pointer = format!("{pointer}/indices");
         let span = self.span(context, &run, &layout, &pointer)?;
         let count = usize::try_from(run.count).unwrap_or(usize::MAX);
-        let targets: Vec<usize> = (0..count)
-            .map(|i| component::unsigned(span.element(i), component) as usize)
-            .collect();
+        let targets: Vec<usize> =
+            (0..count).map(|i| component::unsigned(span.element(i), component) as usize).collect();
         if !targets.is_sorted_by(|a, b| a < b) {
             return Err(context.invalid(pointer, "are not strictly increasing"));
         }

@@ -53,10 +53,7 @@ pub(super) fn import(
                 channels.push(Channel { target, keyframes });
             }
         }
-        animations.push(Animation {
-            name: animation.name.clone(),
-            channels,
-        });
+        animations.push(Animation { name: animation.name.clone(), channels });
     }
     Ok(animations)
 }
@@ -75,10 +72,8 @@ fn target(
             let path = raw.string(context, "path")?.unwrap_or_default().to_owned();
             // Paths of extensions have been named with the extension.
             if raw.field("extensions").is_none() {
-                let message = format!(
-                    "the animation path \"{}\" is not known; it stands still",
-                    path.escape_debug()
-                );
+                let message =
+                    format!("the animation path \"{}\" is not known; it stands still", path.escape_debug());
                 context.warn(format!("{pointer}/path"), message);
             }
         }
@@ -89,9 +84,7 @@ fn target(
         return Ok(None);
     }
     let index = context.subscript(index, nodes.len(), &format!("{pointer}/node"), "node")?;
-    let is_matrix = nodes
-        .get(index)
-        .is_some_and(|node| matches!(node.local, LocalTransform::Matrix(_)));
+    let is_matrix = nodes.get(index).is_some_and(|node| matches!(node.local, LocalTransform::Matrix(_)));
     if is_matrix && property != Property::MorphTargetWeights {
         let message =
             format!("node {index} has a matrix; animated nodes need translation, rotation and scale");
@@ -119,9 +112,7 @@ fn width(
         AnimationTarget::Rotation(_) => Ok(4),
         AnimationTarget::Weights(node) => {
             let mesh = nodes.get(node.index()).and_then(|node| node.mesh);
-            let weights = mesh
-                .and_then(|mesh| meshes.get(mesh.index()))
-                .map(|mesh| mesh.weights.len());
+            let weights = mesh.and_then(|mesh| meshes.get(mesh.index())).map(|mesh| mesh.weights.len());
             match weights {
                 Some(count) if count > 0 => Ok(count),
                 _ => Err(context.invalid(
@@ -152,10 +143,7 @@ fn keyframes(
     };
     let times_seconds = times(context, data, sampler, pointer)?;
     let values = values(context, data, sampler, target, pointer)?;
-    let expected = times_seconds
-        .len()
-        .checked_mul(values_per_key)
-        .and_then(|count| count.checked_mul(width));
+    let expected = times_seconds.len().checked_mul(values_per_key).and_then(|count| count.checked_mul(width));
     if expected != Some(values.len()) {
         let message = format!(
             "has {} numbers for {} keys of {} values with {width} components",
@@ -168,12 +156,7 @@ fn keyframes(
     if matches!(target, AnimationTarget::Rotation(_)) {
         check_rotations(context, &values, values_per_key, pointer)?;
     }
-    Ok(Keyframes {
-        times_seconds,
-        values,
-        width,
-        interpolation,
-    })
+    Ok(Keyframes { times_seconds, values, width, interpolation })
 }
 
 fn times(
@@ -195,10 +178,8 @@ fn times(
     }
     match times.windows(2).position(|pair| matches!(pair, [a, b] if a >= b)) {
         None => Ok(times),
-        Some(i) => Err(context.invalid(
-            pointer,
-            format!("keyframe times must increase, but key {i} is not before the next"),
-        )),
+        Some(i) => Err(context
+            .invalid(pointer, format!("keyframe times must increase, but key {i} is not before the next"))),
     }
 }
 
@@ -234,13 +215,8 @@ fn values(
 fn check_rotations(context: &Context, values: &[f32], values_per_key: usize, pointer: &str) -> Result<()> {
     let (quaternions, _) = values.as_chunks::<4>();
     let value_of_key = values_per_key / 2;
-    let keys = quaternions
-        .iter()
-        .skip(value_of_key)
-        .step_by(values_per_key.max(1));
-    let zero = keys
-        .into_iter()
-        .position(|q| q.iter().all(|component| component.abs() < 1e-12));
+    let keys = quaternions.iter().skip(value_of_key).step_by(values_per_key.max(1));
+    let zero = keys.into_iter().position(|q| q.iter().all(|component| component.abs() < 1e-12));
     match zero {
         None => Ok(()),
         Some(i) => Err(context.invalid(

@@ -25,12 +25,8 @@ pub(super) struct Attributes {
 }
 
 /// Attribute names with a set number, and how many sets are used.
-const NUMBERED: [(&str, usize); 4] = [
-    ("TEXCOORD_", usize::MAX),
-    ("JOINTS_", usize::MAX),
-    ("WEIGHTS_", usize::MAX),
-    ("COLOR_", 1),
-];
+const NUMBERED: [(&str, usize); 4] =
+    [("TEXCOORD_", usize::MAX), ("JOINTS_", usize::MAX), ("WEIGHTS_", usize::MAX), ("COLOR_", 1)];
 
 impl Attributes {
     /// Reads an object of attribute names and accessor indices.
@@ -38,11 +34,7 @@ impl Attributes {
         let mut references = Vec::new();
         for (name, accessor, pointer) in raw.indices(context)? {
             data.accessor(context, accessor, &pointer)?;
-            references.push(Reference {
-                name: name.to_owned(),
-                accessor,
-                pointer,
-            });
+            references.push(Reference { name: name.to_owned(), accessor, pointer });
         }
         Ok(Self { references })
     }
@@ -54,14 +46,10 @@ impl Attributes {
 
     /// The attributes `prefix0`, `prefix1`, … in order; a gap is an error.
     pub(super) fn sets(&self, context: &Context, prefix: &str) -> Result<Vec<Reference>> {
-        let numbered = self
-            .references
-            .iter()
-            .filter(|reference| set_number(&reference.name, prefix).is_some())
-            .count();
-        let sets: Vec<Reference> = (0..numbered)
-            .map_while(|set| self.find(&format!("{prefix}{set}")).cloned())
-            .collect();
+        let numbered =
+            self.references.iter().filter(|reference| set_number(&reference.name, prefix).is_some()).count();
+        let sets: Vec<Reference> =
+            (0..numbered).map_while(|set| self.find(&format!("{prefix}{set}")).cloned()).collect();
         let stray = self
             .references
             .iter()
@@ -70,10 +58,7 @@ impl Attributes {
             None => Ok(sets),
             Some(reference) => Err(context.invalid(
                 &reference.pointer,
-                format!(
-                    "{prefix}{} is missing; sets are numbered from 0 without gaps",
-                    sets.len()
-                ),
+                format!("{prefix}{} is missing; sets are numbered from 0 without gaps", sets.len()),
             )),
         }
     }
@@ -81,19 +66,13 @@ impl Attributes {
     /// The names of the attributes that are `prefix` and a number.
     pub(super) fn numbered(&self, prefix: &str) -> Vec<String> {
         let names = self.references.iter().map(|reference| &reference.name);
-        names
-            .filter(|name| set_number(name, prefix).is_some())
-            .cloned()
-            .collect()
+        names.filter(|name| set_number(name, prefix).is_some()).cloned().collect()
     }
 
     /// Errors unless every attribute has `count` elements.
     pub(super) fn check_counts(&self, context: &Context, data: &Data, count: u64) -> Result<()> {
         for reference in &self.references {
-            let actual = data
-                .accessor(context, reference.accessor, &reference.pointer)?
-                .count
-                .0;
+            let actual = data.accessor(context, reference.accessor, &reference.pointer)?.count.0;
             if actual != count {
                 let message = format!("has {actual} elements, but POSITION has {count}");
                 return Err(context.invalid(&reference.pointer, message));
@@ -106,14 +85,10 @@ impl Attributes {
     pub(super) fn warn_unused(&self, context: &mut Context) {
         for Reference { name, pointer, .. } in &self.references {
             let plain = matches!(name.as_str(), "POSITION" | "NORMAL" | "TANGENT");
-            let numbered = NUMBERED
-                .iter()
-                .any(|(prefix, used)| set_number(name, prefix).is_some_and(|set| set < *used));
+            let numbered =
+                NUMBERED.iter().any(|(prefix, used)| set_number(name, prefix).is_some_and(|set| set < *used));
             if !(plain || numbered || name.starts_with('_')) {
-                context.warn(
-                    pointer,
-                    format!("the attribute {name} is not supported; it is ignored"),
-                );
+                context.warn(pointer, format!("the attribute {name} is not supported; it is ignored"));
             }
         }
     }

@@ -43,18 +43,12 @@ pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
             "buffer",
         )?;
         let available = root.buffers.get(buffer).map_or(0, |buffer| buffer.byte_length.0);
-        let end = view
-            .byte_offset
-            .map_or(0, |offset| offset.0)
-            .checked_add(view.byte_length.0);
+        let end = view.byte_offset.map_or(0, |offset| offset.0).checked_add(view.byte_length.0);
         if view.byte_length.0 == 0 || end.is_none_or(|end| end > available) {
             let message = format!("does not fit into its buffer of {available} bytes");
             return Err(context.invalid(pointer, message));
         }
-        if let Some(stride) = view
-            .byte_stride
-            .filter(|stride| !STRIDE_BYTES.contains(&stride.0))
-        {
+        if let Some(stride) = view.byte_stride.filter(|stride| !STRIDE_BYTES.contains(&stride.0)) {
             let message = format!("is {}, but must lie between 4 and 252", stride.0);
             return Err(context.invalid(format!("{pointer}/byteStride"), message));
         }
@@ -91,13 +85,7 @@ fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, p
     }
     let (indices, index_type) = sparse_index_run(context, accessor, &pointer)?;
     let index_layout = ElementLayout::new(Type::Scalar, index_type);
-    check_run(
-        context,
-        document,
-        &indices,
-        &index_layout,
-        &format!("{pointer}/indices"),
-    )?;
+    check_run(context, document, &indices, &index_layout, &format!("{pointer}/indices"))?;
     let Some(values) = sparse_value_run(accessor) else {
         return Ok(());
     };
@@ -154,12 +142,7 @@ pub(super) fn check_run(
     pointer: &str,
 ) -> Result<usize> {
     let views = &document.root.buffer_views;
-    let index = context.subscript(
-        run.view,
-        views.len(),
-        &format!("{pointer}/bufferView"),
-        "buffer view",
-    )?;
+    let index = context.subscript(run.view, views.len(), &format!("{pointer}/bufferView"), "buffer view")?;
     let view = views.get(index);
     let view_bytes = view.map_or(0, |view| view.byte_length.0);
     let stride = view

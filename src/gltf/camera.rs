@@ -61,12 +61,7 @@ fn perspective(
     if let Some(far) = z_far {
         check_order(context, z_near, far, pointer)?;
     }
-    Ok(Projection::Perspective {
-        fov_y_radians,
-        aspect_ratio,
-        z_near,
-        z_far,
-    })
+    Ok(Projection::Perspective { fov_y_radians, aspect_ratio, z_near, z_far })
 }
 
 fn orthographic(
@@ -78,12 +73,7 @@ fn orthographic(
         let message = "negative magnifications of orthographic cameras are taken as positive";
         context.warn(pointer, message);
     }
-    let z_near = check_range(
-        context,
-        orthographic.znear,
-        &(0.0..=f32::MAX),
-        &format!("{pointer}/znear"),
-    )?;
+    let z_near = check_range(context, orthographic.znear, &(0.0..=f32::MAX), &format!("{pointer}/znear"))?;
     let z_far = positive(context, orthographic.zfar, pointer, "zfar")?;
     check_order(context, z_near, z_far, pointer)?;
     Ok(Projection::Orthographic {

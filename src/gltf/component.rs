@@ -32,17 +32,12 @@ impl ElementLayout {
         };
         let size = component.size();
         let column_bytes = rows.saturating_mul(size);
-        let column_stride = if columns > 1 {
-            column_bytes.next_multiple_of(COLUMN_ALIGNMENT)
-        } else {
-            column_bytes
-        };
+        let column_stride =
+            if columns > 1 { column_bytes.next_multiple_of(COLUMN_ALIGNMENT) } else { column_bytes };
         let offsets: Vec<usize> = (0..columns)
             .flat_map(|column| (0..rows).map(move |row| (column, row)))
             .map(|(column, row)| {
-                column
-                    .saturating_mul(column_stride)
-                    .saturating_add(row.saturating_mul(size))
+                column.saturating_mul(column_stride).saturating_add(row.saturating_mul(size))
             })
             .collect();
         Self {
@@ -101,10 +96,7 @@ mod tests {
         let layout = ElementLayout::new(Type::Mat3, ComponentType::I16);
         assert_eq!(layout.offsets, [0, 2, 4, 8, 10, 12, 16, 18, 20]);
         // Floats and vectors need no padding.
-        assert_eq!(
-            ElementLayout::new(Type::Mat4, ComponentType::F32).packed_bytes,
-            64
-        );
+        assert_eq!(ElementLayout::new(Type::Mat4, ComponentType::F32).packed_bytes, 64);
         assert_eq!(ElementLayout::new(Type::Vec3, ComponentType::U8).packed_bytes, 3);
     }
 

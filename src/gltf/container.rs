@@ -53,11 +53,7 @@ pub(super) fn read_regular(
     pointer: &str,
     limit_bytes: u64,
 ) -> Result<Vec<u8>> {
-    let missing = |source| Error::Missing {
-        path: path.to_owned(),
-        pointer: pointer.to_owned(),
-        source,
-    };
+    let missing = |source| Error::Missing { path: path.to_owned(), pointer: pointer.to_owned(), source };
     let not_regular = || Error::invalid(path, pointer, "is not a regular file; name a file");
     if !std::fs::metadata(path).map_err(missing)?.is_file() {
         return Err(not_regular());
@@ -79,9 +75,7 @@ pub(super) fn read_regular(
         ));
     }
     let mut bytes = context.allocate(metadata.len(), pointer)?;
-    file.take(metadata.len())
-        .read_to_end(&mut bytes)
-        .map_err(missing)?;
+    file.take(metadata.len()).read_to_end(&mut bytes).map_err(missing)?;
     Ok(bytes)
 }
 
@@ -93,16 +87,8 @@ pub(super) fn split(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> 
     if bytes.starts_with(GLB_MAGIC) {
         return split_glb(context, bytes);
     }
-    let start = if bytes.starts_with(BYTE_ORDER_MARK) {
-        BYTE_ORDER_MARK.len()
-    } else {
-        0
-    };
-    Ok(SceneFile {
-        json: start..bytes.len(),
-        bin: None,
-        bytes,
-    })
+    let start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    Ok(SceneFile { json: start..bytes.len(), bin: None, bytes })
 }
 
 fn split_glb(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
@@ -137,10 +123,7 @@ fn split_glb(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
 /// The chunk's text without a byte order mark and without the zeros that some exporters pad with.
 fn json_text(bytes: &[u8], chunk: Range<usize>) -> Range<usize> {
     let Range { mut start, mut end } = chunk;
-    if bytes
-        .get(start..end)
-        .is_some_and(|text| text.starts_with(BYTE_ORDER_MARK))
-    {
+    if bytes.get(start..end).is_some_and(|text| text.starts_with(BYTE_ORDER_MARK)) {
         start = start.saturating_add(BYTE_ORDER_MARK.len());
     }
     while end > start && bytes.get(end.saturating_sub(1)) == Some(&0) {
@@ -162,10 +145,7 @@ fn check_glb_header(context: &mut Context, bytes: &[u8]) -> Result<usize> {
     }
     let length = length as usize;
     if length < bytes.len() {
-        context.warn(
-            "",
-            "the file goes on after the end of the GLB; the rest is ignored",
-        );
+        context.warn("", "the file goes on after the end of the GLB; the rest is ignored");
     }
     if length > bytes.len() {
         return Err(context.invalid(

@@ -18,13 +18,7 @@ pub(super) struct Context<'a> {
 
 impl<'a> Context<'a> {
     pub(super) fn new(path: &'a Path, limit_bytes: u64) -> Self {
-        Self {
-            path,
-            limit_bytes,
-            used_bytes: 0,
-            warnings: Vec::new(),
-            warned: BTreeSet::new(),
-        }
+        Self { path, limit_bytes, used_bytes: 0, warnings: Vec::new(), warned: BTreeSet::new() }
     }
 
     /// A wrong value at `pointer`.
@@ -46,10 +40,7 @@ impl<'a> Context<'a> {
     pub(super) fn warn(&mut self, pointer: impl Into<String>, message: impl Into<String>) {
         let message = message.into();
         if self.warned.insert(message.clone()) {
-            self.warnings.push(Warning {
-                pointer: pointer.into(),
-                message,
-            });
+            self.warnings.push(Warning { pointer: pointer.into(), message });
         }
     }
 
@@ -69,9 +60,7 @@ impl<'a> Context<'a> {
         let bytes = count.saturating_mul(size_of::<T>() as u64);
         self.charge(bytes, pointer)?;
         let mut list = Vec::new();
-        let reserved = usize::try_from(count)
-            .ok()
-            .and_then(|count| list.try_reserve_exact(count).ok());
+        let reserved = usize::try_from(count).ok().and_then(|count| list.try_reserve_exact(count).ok());
         match reserved {
             Some(()) => Ok(list),
             None => Err(self.too_large(bytes, pointer)),
@@ -118,10 +107,7 @@ impl<'a> Context<'a> {
         if index < length {
             return Ok(index);
         }
-        Err(self.invalid(
-            pointer,
-            format!("there is no {what} {index}, the file has {length}"),
-        ))
+        Err(self.invalid(pointer, format!("there is no {what} {index}, the file has {length}")))
     }
 
     pub(super) fn into_warnings(self) -> Vec<Warning> {
@@ -133,8 +119,8 @@ impl<'a> Context<'a> {
 pub(super) fn readable_bytes(bytes: u64) -> String {
     const UNITS: [(&str, f64); 4] = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
     let value = bytes as f64;
-    UNITS.iter().find(|(_, size)| value >= *size).map_or_else(
-        || format!("{bytes} bytes"),
-        |(unit, size)| format!("{:.1} {unit}", value / size),
-    )
+    UNITS
+        .iter()
+        .find(|(_, size)| value >= *size)
+        .map_or_else(|| format!("{bytes} bytes"), |(unit, size)| format!("{:.1} {unit}", value / size))
 }

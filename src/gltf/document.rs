@@ -108,11 +108,7 @@ fn repair_channels(context: &Context, value: &mut Value) -> Result<()> {
 }
 
 fn objects(array: Option<&mut Value>) -> impl Iterator<Item = &mut Map<String, Value>> {
-    array
-        .and_then(Value::as_array_mut)
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_object_mut)
+    array.and_then(Value::as_array_mut).into_iter().flatten().filter_map(Value::as_object_mut)
 }
 
 /// Types every element by itself, so that an error names the element.
@@ -167,10 +163,7 @@ fn check_version(context: &Context, asset: &Asset) -> Result<()> {
         Some((major.parse().ok()?, minor.parse().ok()?))
     };
     let (major, _) = version(&asset.version).ok_or_else(|| {
-        context.invalid(
-            "/asset/version",
-            format!("\"{}\" is not a version", asset.version),
-        )
+        context.invalid("/asset/version", format!("\"{}\" is not a version", asset.version))
     })?;
     if major != 2 {
         let message = format!("glTF {} cannot be read, only 2.0; export it anew", asset.version);

@@ -18,16 +18,8 @@ pub(super) const VOLUME: &str = "KHR_materials_volume";
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
-const HONOURED: [&str; 8] = [
-    LIGHTS,
-    EMISSIVE_STRENGTH,
-    IOR,
-    TRANSMISSION,
-    UNLIT,
-    VOLUME,
-    QUANTIZATION,
-    TEXTURE_TRANSFORM,
-];
+const HONOURED: [&str; 8] =
+    [LIGHTS, EMISSIVE_STRENGTH, IOR, TRANSMISSION, UNLIT, VOLUME, QUANTIZATION, TEXTURE_TRANSFORM];
 
 /// Extensions that replace data; without them only a fallback, where the file has one, can be read.
 const REPLACES_DATA: [&str; 8] = [
@@ -92,10 +84,7 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
             } else {
                 "it is ignored"
             };
-            context.warn(
-                pointer,
-                format!("the extension {name} is not supported; {consequence}"),
-            );
+            context.warn(pointer, format!("the extension {name} is not supported; {consequence}"));
         }
     }
     Ok(())
@@ -140,10 +129,7 @@ fn note_uses(context: &mut Context, value: &Value, owner: &str, first_use: &mut 
     for (name, content) in value.as_object().into_iter().flatten() {
         let pointer = format!("{owner}/extensions/{}", escape(name));
         if HONOURED.contains(&name.as_str()) && !belongs(name, owner) {
-            context.warn(
-                &pointer,
-                format!("{name} has no meaning at this place; it is ignored here"),
-            );
+            context.warn(&pointer, format!("{name} has no meaning at this place; it is ignored here"));
         }
         if !(content.is_object() || HONOURED.contains(&name.as_str())) {
             context.warn(&pointer, format!("{name} is not an object as extensions must be"));

@@ -25,11 +25,9 @@ impl Format {
     /// The format of `accessor`, if both its type and component type are known.
     pub(super) fn of(accessor: &Accessor) -> Option<Self> {
         match (&accessor.type_, &accessor.component_type) {
-            (Checked::Valid(shape), Checked::Valid(component)) => Some(Self {
-                shape: *shape,
-                component: component.0,
-                normalized: accessor.normalized,
-            }),
+            (Checked::Valid(shape), Checked::Valid(component)) => {
+                Some(Self { shape: *shape, component: component.0, normalized: accessor.normalized })
+            }
             _ => None,
         }
     }
@@ -54,16 +52,8 @@ const FLOAT_OR_UNSIGNED: &[Encoding] = &[(F32, false), (U8, true), (U16, true)];
 const FLOAT_OR_NORMALIZED: &[Encoding] = &[(F32, false), (U8, true), (U16, true), (I8, true), (I16, true)];
 const SIGNED_NORMALIZED: &[Encoding] = &[(I8, true), (I16, true)];
 const SIGNED: &[Encoding] = &[(I8, true), (I16, true), (I8, false), (I16, false)];
-const ALL_SMALL: &[Encoding] = &[
-    (I8, true),
-    (I16, true),
-    (I8, false),
-    (I16, false),
-    (U8, true),
-    (U16, true),
-    (U8, false),
-    (U16, false),
-];
+const ALL_SMALL: &[Encoding] =
+    &[(I8, true), (I16, true), (I8, false), (I16, false), (U8, true), (U16, true), (U8, false), (U16, false)];
 
 const fn allowed(
     what: &'static str,
@@ -71,12 +61,7 @@ const fn allowed(
     core: &'static [Encoding],
     quantized: &'static [Encoding],
 ) -> Allowed {
-    Allowed {
-        what,
-        shapes,
-        core,
-        quantized,
-    }
+    Allowed { what, shapes, core, quantized }
 }
 
 pub(super) const POSITION: Allowed = allowed("POSITION", &[Type::Vec3], FLOAT, ALL_SMALL);
@@ -86,24 +71,16 @@ pub(super) const TEXCOORD: Allowed = allowed("TEXCOORD", &[Type::Vec2], FLOAT_OR
 pub(super) const COLOR: Allowed = allowed("COLOR", &[Type::Vec3, Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
 pub(super) const JOINTS: Allowed = allowed("JOINTS", &[Type::Vec4], &[(U8, false), (U16, false)], &[]);
 pub(super) const WEIGHTS: Allowed = allowed("WEIGHTS", &[Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
-pub(super) const INDICES: Allowed = allowed(
-    "indices",
-    &[Type::Scalar],
-    &[(U8, false), (U16, false), (U32, false)],
-    &[],
-);
+pub(super) const INDICES: Allowed =
+    allowed("indices", &[Type::Scalar], &[(U8, false), (U16, false), (U32, false)], &[]);
 pub(super) const MORPH_POSITION: Allowed = allowed("a POSITION target", &[Type::Vec3], FLOAT, SIGNED);
 pub(super) const MORPH_NORMAL: Allowed = allowed("a NORMAL target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
 pub(super) const MORPH_TANGENT: Allowed =
     allowed("a TANGENT target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
 pub(super) const MORPH_TEXCOORD: Allowed =
     allowed("a TEXCOORD target", &[Type::Vec2], FLOAT_OR_NORMALIZED, SIGNED);
-pub(super) const MORPH_COLOR: Allowed = allowed(
-    "a COLOR target",
-    &[Type::Vec3, Type::Vec4],
-    FLOAT_OR_NORMALIZED,
-    &[],
-);
+pub(super) const MORPH_COLOR: Allowed =
+    allowed("a COLOR target", &[Type::Vec3, Type::Vec4], FLOAT_OR_NORMALIZED, &[]);
 pub(super) const BIND_MATRICES: Allowed = allowed("inverseBindMatrices", &[Type::Mat4], FLOAT, &[]);
 pub(super) const TIMES: Allowed = allowed("keyframe times", &[Type::Scalar], FLOAT, &[]);
 pub(super) const VECTOR_KEYS: Allowed = allowed("translation or scale keys", &[Type::Vec3], FLOAT, &[]);
@@ -130,15 +107,8 @@ pub(super) fn check(
     if quantized && quantization_declared {
         return Ok(());
     }
-    let hint = if quantized {
-        format!(" unless the file declares {QUANTIZATION}")
-    } else {
-        String::new()
-    };
-    Err(context.invalid(
-        pointer,
-        format!("{} cannot be {}{hint}", allowed.what, format_name(format)),
-    ))
+    let hint = if quantized { format!(" unless the file declares {QUANTIZATION}") } else { String::new() };
+    Err(context.invalid(pointer, format!("{} cannot be {}{hint}", allowed.what, format_name(format))))
 }
 
 /// The format in words.

@@ -39,11 +39,8 @@ pub(super) fn link(context: &Context, nodes: &mut [Node]) -> Result<()> {
 /// All nodes, parents first. With at most one parent each, the nodes that no root reaches are those on and below
 /// cycles.
 pub(super) fn order(context: &Context, nodes: &[Node]) -> Result<Vec<NodeIndex>> {
-    let mut order: Vec<NodeIndex> = (0_u32..)
-        .zip(nodes)
-        .filter(|(_, node)| node.parent.is_none())
-        .map(|(i, _)| NodeIndex(i))
-        .collect();
+    let mut order: Vec<NodeIndex> =
+        (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none()).map(|(i, _)| NodeIndex(i)).collect();
     let mut visited = 0;
     while let Some(&next) = order.get(visited) {
         visited = visited.saturating_add(1);
@@ -54,9 +51,7 @@ pub(super) fn order(context: &Context, nodes: &[Node]) -> Result<Vec<NodeIndex>>
         return Ok(order);
     }
     let reached: BTreeSet<NodeIndex> = order.into_iter().collect();
-    let stray = (0_u32..)
-        .take(nodes.len())
-        .find(|&i| !reached.contains(&NodeIndex(i)));
+    let stray = (0_u32..).take(nodes.len()).find(|&i| !reached.contains(&NodeIndex(i)));
     Err(context.invalid(
         format!("/nodes/{}", stray.unwrap_or_default()),
         "is its own ancestor; nodes must form trees",
@@ -85,10 +80,7 @@ pub(super) fn import_scenes(
             }
             roots.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
         }
-        scenes.push(SceneRoots {
-            name: scene.name.clone(),
-            roots,
-        });
+        scenes.push(SceneRoots { name: scene.name.clone(), roots });
     }
     let default_scene = match document.root.scene {
         Some(scene) => context.subscript(scene.value(), json.len(), "/scene", "scene")?,
@@ -97,10 +89,7 @@ pub(super) fn import_scenes(
     if scenes.is_empty() {
         // A library of nodes: show all of them.
         let parentless = (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none());
-        scenes.push(SceneRoots {
-            name: None,
-            roots: parentless.map(|(i, _)| NodeIndex(i)).collect(),
-        });
+        scenes.push(SceneRoots { name: None, roots: parentless.map(|(i, _)| NodeIndex(i)).collect() });
     }
     Ok((scenes, default_scene))
 }
@@ -114,22 +103,14 @@ pub(super) fn check_size(
     meshes: &[Mesh],
 ) -> Result<()> {
     let triangles_of = |mesh: &Mesh| -> u64 {
-        let counts = mesh
-            .primitives
-            .iter()
-            .map(|primitive| primitive.triangles.len() as u64);
+        let counts = mesh.primitives.iter().map(|primitive| primitive.triangles.len() as u64);
         counts.fold(0, u64::saturating_add)
     };
     let per_mesh: Vec<u64> = meshes.iter().map(triangles_of).collect();
     // Sum over subtrees, children before their parents.
     let mut below: Vec<u64> = nodes
         .iter()
-        .map(|node| {
-            node.mesh
-                .and_then(|mesh| per_mesh.get(mesh.index()))
-                .copied()
-                .unwrap_or(0)
-        })
+        .map(|node| node.mesh.and_then(|mesh| per_mesh.get(mesh.index())).copied().unwrap_or(0))
         .collect();
     for node in node_order.iter().rev() {
         let own = below.get(node.index()).copied().unwrap_or(0);
@@ -139,18 +120,11 @@ pub(super) fn check_size(
         }
     }
     let in_scene = |scene: &SceneRoots| -> u64 {
-        let counts = scene
-            .roots
-            .iter()
-            .map(|root| below.get(root.index()).copied().unwrap_or(0));
+        let counts = scene.roots.iter().map(|root| below.get(root.index()).copied().unwrap_or(0));
         counts.fold(0, u64::saturating_add)
     };
-    let (largest, triangles) = scenes
-        .iter()
-        .map(in_scene)
-        .enumerate()
-        .max_by_key(|&(_, count)| count)
-        .unwrap_or_default();
+    let (largest, triangles) =
+        scenes.iter().map(in_scene).enumerate().max_by_key(|&(_, count)| count).unwrap_or_default();
     let pointer = format!("/scenes/{largest}");
     if triangles > u64::from(u32::MAX) {
         let message = format!("has {triangles} triangles, more than 32-bit ids can number; split the scene");

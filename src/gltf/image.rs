@@ -6,18 +6,21 @@ use rayon::prelude::*;
 
 use super::accessor::Data;
 use super::context::Context;
-use super::image_decode::{self, Header, Kind};
 use super::resources::Resources;
 use super::texture::TextureTable;
 use crate::error::Result;
-use crate::scene::Image;
+use crate::image_file::{
+    DecodedTexels, ImageHeader, ImageKind, decode_texels, image_header, image_kind, oversized_png,
+    unjustified,
+};
+use crate::scene::{Image, Texels};
 
 /// An image file in memory, its size known and paid for.
 struct Encoded<'a> {
     name: Option<String>,
     pointer: String,
     bytes: Cow<'a, [u8]>,
-    header: Header,
+    header: ImageHeader,
 }
 
 /// Fetches and decodes the images of `textures`, in their order.
@@ -36,16 +39,15 @@ pub(super) fn import(
     let decoded: Vec<_> = encoded
         .into_par_iter()
         .map(|image| {
-            let texels = image_decode::decode(&image.bytes).map_err(|why| {
+            let texels = decode_texels(&image.bytes).map_err(|why| {
                 let message = format!("the image{} {why}", in_quotes(image.name.as_deref()));
                 crate::error::Error::invalid(path, image.pointer, message)
             })?;
-            Ok(Image {
-                name: image.name,
-                width: image.header.width,
-                height: image.header.height,
-                texels,
-            })
+            let texels = match texels {
+                DecodedTexels::Rgba8(texels) => Texels::Rgba8(texels),
+                DecodedTexels::Rgba16(texels) => Texels::Rgba16(texels),
+            };
+            Ok(Image { name: image.name, width: image.header.width, height: image.header.height, texels })
         })
         .collect();
     // The first error in the file's order, whichever thread met one first.
@@ -74,33 +76,28 @@ fn fetch<'a>(
     let file_name = image.uri.as_ref().filter(|uri| !uri.starts_with("data:"));
     let name = image.name.clone().or_else(|| file_name.cloned());
     let quoted = in_quotes(name.as_deref());
-    match image_decode::kind(&bytes) {
-        Kind::Png | Kind::Jpeg => {}
-        Kind::Other(kind) => {
+    match image_kind(&bytes) {
+        ImageKind::Png | ImageKind::Jpeg => {}
+        ImageKind::Other(kind) => {
             let message =
                 format!("the image{quoted} is {kind}, which is not supported; convert it to PNG or JPEG");
             return Err(context.unsupported(pointer, message));
         }
-        Kind::Unknown => {
+        ImageKind::Unknown => {
             let message = format!("the image{quoted} is neither PNG nor JPEG");
             return Err(context.invalid(pointer, message));
         }
     }
-    if let Some(why) = image_decode::oversized_png(&bytes) {
+    if let Some(why) = oversized_png(&bytes) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
-    let header = image_decode::header(&bytes)
-        .map_err(|why| context.invalid(&pointer, format!("the image{quoted} {why}")))?;
-    if let Some(why) = image_decode::unjustified(&header, bytes.len()) {
+    let header =
+        image_header(&bytes).map_err(|why| context.invalid(&pointer, format!("the image{quoted} {why}")))?;
+    if let Some(why) = unjustified(&header, bytes.len()) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
     context.charge(header.decoded_bytes, &pointer)?;
-    Ok(Encoded {
-        name,
-        pointer,
-        bytes,
-        header,
-    })
+    Ok(Encoded { name, pointer, bytes, header })
 }
 
 fn in_quotes(name: Option<&str>) -> String {

@@ -77,11 +77,7 @@ fn interleave(
             "some vertices have only zero weights; they stay where their node puts them",
         );
     }
-    Ok(SkinInfluences {
-        per_vertex,
-        joints,
-        weights,
-    })
+    Ok(SkinInfluences { per_vertex, joints, weights })
 }
 
 /// Makes the weights of a vertex sum to one, and lets influences without weight name joint 0. `Some(false)` when all

@@ -72,10 +72,7 @@ fn spot(context: &Context, raw: &Raw) -> Result<LightKind> {
         );
         return Err(context.invalid(cone.pointer, message));
     }
-    Ok(LightKind::Spot {
-        inner_cone_radians,
-        outer_cone_radians,
-    })
+    Ok(LightKind::Spot { inner_cone_radians, outer_cone_radians })
 }
 
 /// The light that the node `raw` places, among `light_count`.

@@ -65,10 +65,9 @@ fn alpha_mode(context: &Context, json: &json::Material, raw: &Raw) -> Result<Alp
         Checked::Valid(json::material::AlphaMode::Opaque) => Ok(AlphaMode::Opaque),
         Checked::Valid(json::material::AlphaMode::Mask) => Ok(AlphaMode::Mask { cutoff }),
         Checked::Valid(json::material::AlphaMode::Blend) => Ok(AlphaMode::Blend),
-        Checked::Invalid => Err(context.invalid(
-            format!("{}/alphaMode", raw.pointer),
-            "must be OPAQUE, MASK or BLEND",
-        )),
+        Checked::Invalid => {
+            Err(context.invalid(format!("{}/alphaMode", raw.pointer), "must be OPAQUE, MASK or BLEND"))
+        }
     }
 }
 
@@ -77,10 +76,9 @@ fn normal_texture(
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<NormalTexture>> {
-    let (Some(texture), Some(info)) = (
-        textures.reference(context, raw, "normalTexture")?,
-        raw.field("normalTexture"),
-    ) else {
+    let (Some(texture), Some(info)) =
+        (textures.reference(context, raw, "normalTexture")?, raw.field("normalTexture"))
+    else {
         return Ok(None);
     };
     let scale = info.number(context, "scale", 1.0, ANY)?;
@@ -92,10 +90,9 @@ fn occlusion_texture(
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<OcclusionTexture>> {
-    let (Some(texture), Some(info)) = (
-        textures.reference(context, raw, "occlusionTexture")?,
-        raw.field("occlusionTexture"),
-    ) else {
+    let (Some(texture), Some(info)) =
+        (textures.reference(context, raw, "occlusionTexture")?, raw.field("occlusionTexture"))
+    else {
         return Ok(None);
     };
     let strength = info.number(context, "strength", 1.0, UNIT)?;
@@ -150,10 +147,8 @@ fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
         let pointer = format!("{}/attenuationDistance", extension.pointer);
         return Err(context.invalid(pointer, "must be greater than 0"));
     }
-    Ok((thickness > 0.0).then_some(Volume {
-        attenuation_distance: distance,
-        attenuation_color: Vec3::from_array(color),
-    }))
+    Ok((thickness > 0.0)
+        .then_some(Volume { attenuation_distance: distance, attenuation_color: Vec3::from_array(color) }))
 }
 
 /// How many texture coordinate sets the textures of `material` need.
@@ -162,10 +157,7 @@ pub(super) fn uv_sets(material: &Material) -> usize {
         material.base_color_texture.as_ref(),
         material.metallic_roughness_texture.as_ref(),
         material.normal_texture.as_ref().map(|normal| &normal.texture),
-        material
-            .occlusion_texture
-            .as_ref()
-            .map(|occlusion| &occlusion.texture),
+        material.occlusion_texture.as_ref().map(|occlusion| &occlusion.texture),
         material.emissive_texture.as_ref(),
         material.transmission.as_ref().and_then(|t| t.texture.as_ref()),
     ];

@@ -17,9 +17,7 @@ use crate::scene::{Material, Mesh, Primitive};
 pub(super) fn import(context: &mut Context, data: &Data, materials: &[Material]) -> Result<Vec<Mesh>> {
     check_triangle_bytes(context, data)?;
     let meshes = data.document.root.meshes.iter().enumerate();
-    meshes
-        .map(|(i, mesh)| import_mesh(context, data, materials, i, mesh))
-        .collect()
+    meshes.map(|(i, mesh)| import_mesh(context, data, materials, i, mesh)).collect()
 }
 
 /// Refuses at once what is certain to exceed the memory limit: many primitives can share one accessor, so that a small
@@ -68,9 +66,7 @@ fn import_mesh(
         context.settle(used_before, imported.as_ref().map_or(0, kept_bytes));
         primitives.extend(imported);
     }
-    let target_count = primitives
-        .first()
-        .map_or(0, |first: &Primitive| first.targets.len());
+    let target_count = primitives.first().map_or(0, |first: &Primitive| first.targets.len());
     if primitives.iter().any(|other| other.targets.len() != target_count) {
         let message = "all primitives of a mesh must have the same number of morph targets";
         return Err(context.invalid(format!("{pointer}/primitives"), message));
@@ -79,11 +75,7 @@ fn import_mesh(
         Some(weights) => check_weights(context, weights, target_count, &primitives, &pointer)?,
         None => vec![0.0; target_count],
     };
-    Ok(Mesh {
-        name: mesh.name.clone(),
-        primitives,
-        weights,
-    })
+    Ok(Mesh { name: mesh.name.clone(), primitives, weights })
 }
 
 /// `weights` if there is one for each of `target_count` targets. A mesh that draws nothing may have any.

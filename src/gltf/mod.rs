@@ -28,7 +28,6 @@ mod extensions;
 mod formats;
 mod hierarchy;
 mod image;
-mod image_decode;
 mod influences;
 mod light;
 mod material;
@@ -70,9 +69,7 @@ pub struct ImportOptions {
 impl Default for ImportOptions {
     /// Four gibibytes.
     fn default() -> Self {
-        Self {
-            max_memory_bytes: 4 << 30,
-        }
+        Self { max_memory_bytes: 4 << 30 }
     }
 }
 
@@ -85,13 +82,8 @@ impl Default for ImportOptions {
 /// folder, and [`Error::Invalid`] for anything else that is wrong with it.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
     // Crates that decode images and tangents could still panic; that must not end the program.
-    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options))).unwrap_or_else(|_| {
-        Err(Error::invalid(
-            path,
-            "",
-            "could not be understood; please report this file",
-        ))
-    })
+    catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options)))
+        .unwrap_or_else(|_| Err(Error::invalid(path, "", "could not be understood; please report this file")))
 }
 
 fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
@@ -105,10 +97,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     bounds::check_all(&context, &document)?;
     texture::check_links(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
-    let data = Data {
-        document: &document,
-        buffers: &buffers,
-    };
+    let data = Data { document: &document, buffers: &buffers };
 
     // Build what stands alone, then what refers to it.
     let mut textures = texture::TextureTable::new(&document);

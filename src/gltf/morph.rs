@@ -93,10 +93,8 @@ fn read_uvs(
 /// A target can only change what the primitive has.
 fn check_base(context: &Context, target: &Attributes, base: &Attributes, name: &str) -> Result<()> {
     match (target.find(name), base.find(name)) {
-        (Some(reference), None) => Err(context.invalid(
-            &reference.pointer,
-            format!("the primitive has no {name} that this could change"),
-        )),
+        (Some(reference), None) => Err(context
+            .invalid(&reference.pointer, format!("the primitive has no {name} that this could change"))),
         _ => Ok(()),
     }
 }

@@ -41,9 +41,7 @@ pub(super) fn import(
             node.light = light::of_node(context, &raw, light_count)?;
         }
         check_mesh(context, &mut node, json, meshes, &format!("/nodes/{i}"))?;
-        let highest = node
-            .mesh
-            .and_then(|mesh| *highest_joints.get(mesh.index()).unwrap_or(&None));
+        let highest = node.mesh.and_then(|mesh| *highest_joints.get(mesh.index()).unwrap_or(&None));
         check_skin(context, &node, meshes, skins, highest, &format!("/nodes/{i}"))?;
         nodes.push(node);
     }
@@ -51,12 +49,7 @@ pub(super) fn import(
     let node_order = order(context, &nodes)?;
     let (scenes, default_scene) = import_scenes(context, document, &nodes)?;
     check_size(context, &nodes, &node_order, &scenes, meshes)?;
-    Ok(Hierarchy {
-        nodes,
-        node_order,
-        scenes,
-        default_scene,
-    })
+    Ok(Hierarchy { nodes, node_order, scenes, default_scene })
 }
 
 fn import_node(context: &mut Context, document: &Document, index: usize, json: &json::Node) -> Result<Node> {
@@ -69,12 +62,7 @@ fn import_node(context: &mut Context, document: &Document, index: usize, json: &
     };
     let mesh = subscript(json.mesh.map(|i| i.value()), root.meshes.len(), "mesh", "mesh")?;
     let skin = subscript(json.skin.map(|i| i.value()), root.skins.len(), "skin", "skin")?;
-    let camera = subscript(
-        json.camera.map(|i| i.value()),
-        root.cameras.len(),
-        "camera",
-        "camera",
-    )?;
+    let camera = subscript(json.camera.map(|i| i.value()), root.cameras.len(), "camera", "camera")?;
     let mut children = Vec::new();
     for child in json.children.iter().flatten() {
         let child = subscript(Some(child.value()), root.nodes.len(), "children", "node")?;
@@ -123,9 +111,7 @@ fn local_transform(context: &mut Context, json: &json::Node, pointer: &str) -> R
 }
 
 fn check_all(context: &Context, values: &[f32], pointer: &str) -> Result<()> {
-    values
-        .iter()
-        .try_for_each(|&value| check_range(context, value, &ANY, pointer).map(|_| ()))
+    values.iter().try_for_each(|&value| check_range(context, value, &ANY, pointer).map(|_| ()))
 }
 
 fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Result<Quat> {
@@ -138,10 +124,7 @@ fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Re
         return Err(context.invalid(pointer, message));
     }
     if (length - 1.0).abs() > TOLERANCE {
-        context.warn(
-            pointer,
-            "some rotations are not unit quaternions; they are normalized",
-        );
+        context.warn(pointer, "some rotations are not unit quaternions; they are normalized");
     }
     Ok(quaternion.normalize())
 }
@@ -189,21 +172,14 @@ fn check_skin(
         context.warn(pointer, "a skin on a node without mesh has no effect");
         return Ok(());
     };
-    if mesh
-        .primitives
-        .iter()
-        .any(|primitive| primitive.influences.is_none())
-    {
+    if mesh.primitives.iter().any(|primitive| primitive.influences.is_none()) {
         let message = "the mesh of this node has primitives without JOINTS_0 and WEIGHTS_0";
         return Err(context.invalid(pointer, message));
     }
     match highest_joint {
         Some(highest) if highest as usize >= skin.joints.len() => Err(context.invalid(
             pointer,
-            format!(
-                "the mesh uses joint {highest}, but the skin has only {} joints",
-                skin.joints.len()
-            ),
+            format!("the mesh uses joint {highest}, but the skin has only {} joints", skin.joints.len()),
         )),
         _ => Ok(()),
     }
@@ -212,7 +188,5 @@ fn check_skin(
 /// The highest joint that a vertex of the mesh names; `None` if none has joints.
 fn highest_joint(mesh: &Mesh) -> Option<u32> {
     let influences = mesh.primitives.iter().filter_map(|p| p.influences.as_ref());
-    influences
-        .map(|influences| influences.joints.iter().copied().max().unwrap_or(0))
-        .max()
+    influences.map(|influences| influences.joints.iter().copied().max().unwrap_or(0)).max()
 }

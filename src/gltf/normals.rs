@@ -20,10 +20,7 @@ pub(super) fn normalize(
     if !missing {
         return;
     }
-    context.warn(
-        pointer,
-        "some normals have no length; those of the surrounding triangles are used",
-    );
+    context.warn(pointer, "some normals have no length; those of the surrounding triangles are used");
     let mut around = vec![Vec3::ZERO; normals.len()];
     for triangle in triangles {
         let normal = face_normal(positions, triangle);
@@ -68,11 +65,7 @@ fn unit(vector: Vec3) -> Option<Vec3> {
         return None;
     }
     // Dividing by a subnormal could overflow; multiplying first keeps the quotient finite.
-    let scaled = if largest < 1e-30 {
-        vector * 1e30 / (largest * 1e30)
-    } else {
-        vector / largest
-    };
+    let scaled = if largest < 1e-30 { vector * 1e30 / (largest * 1e30) } else { vector / largest };
     Some(scaled / scaled.length())
 }
 

@@ -34,24 +34,15 @@ pub(super) fn import_primitive(
     };
     let attributes = Attributes::new(context, data, &raw_attributes)?;
     let Some(position) = attributes.find("POSITION") else {
-        context.warn(
-            raw_attributes.pointer,
-            "primitives without POSITION are not drawn",
-        );
+        context.warn(raw_attributes.pointer, "primitives without POSITION are not drawn");
         return Ok(None);
     };
     if let Some(kind) = undrawn_kind(mode) {
-        context.warn(
-            format!("{pointer}/mode"),
-            format!("primitives that are {kind} are not drawn"),
-        );
+        context.warn(format!("{pointer}/mode"), format!("primitives that are {kind} are not drawn"));
         return Ok(None);
     }
     check_stored_uncompressed(context, data, position, raw)?;
-    let vertex_count = data
-        .accessor(context, position.accessor, &position.pointer)?
-        .count
-        .0;
+    let vertex_count = data.accessor(context, position.accessor, &position.pointer)?.count.0;
     if u32::try_from(vertex_count).is_err() {
         let message = format!("has {vertex_count} vertices, more than 32-bit indices can reach");
         return Err(context.refused(&position.pointer, message));
@@ -98,12 +89,9 @@ fn material_index(
 ) -> Result<MaterialIndex> {
     let default = materials.len().saturating_sub(1);
     let index = match primitive.material {
-        Some(material) => context.subscript(
-            material.value(),
-            default,
-            &format!("{pointer}/material"),
-            "material",
-        )?,
+        Some(material) => {
+            context.subscript(material.value(), default, &format!("{pointer}/material"), "material")?
+        }
         None => default,
     };
     Ok(MaterialIndex(u32::try_from(index).unwrap_or(u32::MAX)))
@@ -187,12 +175,7 @@ fn read_colors(context: &mut Context, data: &Data, attributes: &Attributes) -> R
         return Ok(None);
     };
     let colors = data.colors_as(context, reference, &formats::COLOR, 1.0)?;
-    Ok(Some(
-        colors
-            .into_iter()
-            .map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE))
-            .collect(),
-    ))
+    Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
 }
 
 /// Keeps only vertices that triangles use: files often share one list of vertices among many primitives.
@@ -206,10 +189,8 @@ fn drop_unused_vertices(primitive: &mut Primitive) {
     if used.iter().all(|&flag| flag) {
         return;
     }
-    let sources: Vec<u32> = (0_u32..)
-        .zip(&used)
-        .filter_map(|(vertex, &flag)| flag.then_some(vertex))
-        .collect();
+    let sources: Vec<u32> =
+        (0_u32..).zip(&used).filter_map(|(vertex, &flag)| flag.then_some(vertex)).collect();
     let mut renamed = vec![0_u32; used.len()];
     for (new, &old) in (0_u32..).zip(&sources) {
         if let Some(name) = renamed.get_mut(old as usize) {

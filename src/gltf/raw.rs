@@ -18,18 +18,12 @@ impl<'a> Raw<'a> {
     /// The value at `pointer` of the document, if there is one.
     pub(super) fn at(document: &'a Value, pointer: impl Into<String>) -> Option<Self> {
         let pointer = pointer.into();
-        Some(Self {
-            value: document.pointer(&pointer)?,
-            pointer,
-        })
+        Some(Self { value: document.pointer(&pointer)?, pointer })
     }
 
     /// The member `key` of an object.
     pub(super) fn field(&self, key: &str) -> Option<Self> {
-        Some(Self {
-            value: self.value.get(key)?,
-            pointer: format!("{}/{}", self.pointer, escape(key)),
-        })
+        Some(Self { value: self.value.get(key)?, pointer: format!("{}/{}", self.pointer, escape(key)) })
     }
 
     /// The value of the extension `name` of this object.
@@ -53,10 +47,7 @@ impl<'a> Raw<'a> {
         Ok(array
             .iter()
             .enumerate()
-            .map(|(i, value)| Self {
-                value,
-                pointer: format!("{}/{i}", self.pointer),
-            })
+            .map(|(i, value)| Self { value, pointer: format!("{}/{i}", self.pointer) })
             .collect())
     }
 

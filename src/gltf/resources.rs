@@ -20,15 +20,8 @@ impl Resources {
     /// Starts with the scene file itself.
     pub(super) fn new(context: &Context, scene_bytes: &[u8]) -> Self {
         let parent = context.path.parent().unwrap_or(Path::new(""));
-        let folder = if parent.as_os_str().is_empty() {
-            Path::new(".")
-        } else {
-            parent
-        };
-        let mut resources = Self {
-            folder: folder.to_owned(),
-            hash: Sha256::new(),
-        };
+        let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
+        let mut resources = Self { folder: folder.to_owned(), hash: Sha256::new() };
         resources.add_to_hash(scene_bytes);
         resources
     }
@@ -104,19 +97,15 @@ impl Resources {
         let folder = self.folder.canonicalize().map_err(missing)?;
         let real = path.canonicalize().map_err(missing)?;
         if !real.starts_with(&folder) {
-            let message = format!(
-                "\"{}\" leads outside the scene's folder; copy the file into it",
-                relative.display()
-            );
+            let message =
+                format!("\"{}\" leads outside the scene's folder; copy the file into it", relative.display());
             return Err(context.refused(pointer, message));
         }
         let limit_bytes = context.remaining_bytes();
         read_regular(context, &path, pointer, limit_bytes).map_err(|error| match error {
-            Error::Missing { path, source, .. } => Error::Missing {
-                path,
-                pointer: format!("{}#{pointer}", context.path.display()),
-                source,
-            },
+            Error::Missing { path, source, .. } => {
+                Error::Missing { path, pointer: format!("{}#{pointer}", context.path.display()), source }
+            }
             Error::Refused { .. } => context.refused(
                 pointer,
                 format!(

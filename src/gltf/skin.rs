@@ -17,9 +17,7 @@ use crate::scene::{NodeIndex, Skin};
 /// Imports all skins.
 pub(super) fn import(context: &mut Context, data: &Data) -> Result<Vec<Skin>> {
     let skins = data.document.root.skins.iter().enumerate();
-    skins
-        .map(|(i, skin)| import_skin(context, data, skin, &format!("/skins/{i}")))
-        .collect()
+    skins.map(|(i, skin)| import_skin(context, data, skin, &format!("/skins/{i}"))).collect()
 }
 
 fn import_skin(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &str) -> Result<Skin> {
@@ -39,12 +37,7 @@ fn import_skin(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &
     }
     if let Some(skeleton) = skin.skeleton {
         // The skeleton root is a hint without effect on the picture; only its existence is checked.
-        context.subscript(
-            skeleton.value(),
-            node_count,
-            &format!("{pointer}/skeleton"),
-            "node",
-        )?;
+        context.subscript(skeleton.value(), node_count, &format!("{pointer}/skeleton"), "node")?;
     }
     Ok(Skin {
         name: skin.name.clone(),
@@ -68,11 +61,7 @@ fn bind_matrices(context: &mut Context, data: &Data, skin: &json::Skin, pointer:
         let message = format!("has {} matrices for {} joints", columns.len(), skin.joints.len());
         return Err(context.invalid(reference.pointer, message));
     }
-    let matrices: Vec<Mat4> = columns
-        .iter()
-        .take(skin.joints.len())
-        .map(Mat4::from_cols_array)
-        .collect();
+    let matrices: Vec<Mat4> = columns.iter().take(skin.joints.len()).map(Mat4::from_cols_array).collect();
     match matrices.iter().position(|matrix| !is_affine(matrix)) {
         None => Ok(matrices),
         Some(i) => Err(context.invalid(

@@ -34,9 +34,7 @@ struct Corners<'a> {
 impl Corners<'_> {
     fn vertex(&self, face: usize, corner: usize) -> usize {
         let triangle = self.primitive.triangles.get(face);
-        triangle
-            .and_then(|triangle| triangle.get(corner))
-            .map_or(0, |&vertex| vertex as usize)
+        triangle.and_then(|triangle| triangle.get(corner)).map_or(0, |&vertex| vertex as usize)
     }
 }
 
@@ -65,11 +63,7 @@ impl Geometry<PortableOps> for Corners<'_> {
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        let uv = self
-            .uvs
-            .get(self.vertex(face, corner))
-            .copied()
-            .unwrap_or_default();
+        let uv = self.uvs.get(self.vertex(face, corner)).copied().unwrap_or_default();
         // glTF's v grows downwards, the algorithm's upwards.
         [uv.x, -uv.y]
     }
@@ -96,11 +90,7 @@ pub(super) fn generate(
     let corner_count = (primitive.triangles.len() as u64).saturating_mul(3);
     let corner_bytes = (vertex_bytes(primitive) as u64).saturating_add(size_of::<Vec4>() as u64);
     context.charge(corner_count.saturating_mul(corner_bytes), pointer)?;
-    let mut corners = Corners {
-        primitive,
-        uvs,
-        tangents: vec![[Vec4::ZERO; 3]; primitive.triangles.len()],
-    };
+    let mut corners = Corners { primitive, uvs, tangents: vec![[Vec4::ZERO; 3]; primitive.triangles.len()] };
     generate_tangents(&mut corners)
         .map_err(|error| context.invalid(pointer, format!("no tangents could be made: {error}")))?;
     let corner_tangents = corners.tangents;
@@ -121,11 +111,8 @@ fn split_vertices(primitive: &mut Primitive, corner_tangents: &[[Vec4; 3]]) {
             let key = (vertex, tangent.to_array().map(f32::to_bits));
             *corner = *split.entry(key).or_insert_with(|| {
                 let smooth = primitive.normals.as_ref();
-                normals.push(
-                    smooth
-                        .and_then(|normals| normals.get(vertex as usize).copied())
-                        .unwrap_or(flat),
-                );
+                normals
+                    .push(smooth.and_then(|normals| normals.get(vertex as usize).copied()).unwrap_or(flat));
                 tangents.push(*tangent);
                 sources.push(vertex);
                 u32::try_from(sources.len().saturating_sub(1)).unwrap_or(u32::MAX)
@@ -140,22 +127,11 @@ fn split_vertices(primitive: &mut Primitive, corner_tangents: &[[Vec4; 3]]) {
 /// Replaces the vertices of `primitive` by `sources`, subscripts of the old ones. Triangles are left alone.
 pub(super) fn gather_vertices(primitive: &mut Primitive, sources: &[u32]) {
     gather(&mut primitive.positions, sources);
-    primitive
-        .normals
-        .iter_mut()
-        .for_each(|list| gather(list, sources));
-    primitive
-        .tangents
-        .iter_mut()
-        .for_each(|list| gather(list, sources));
+    primitive.normals.iter_mut().for_each(|list| gather(list, sources));
+    primitive.tangents.iter_mut().for_each(|list| gather(list, sources));
     primitive.colors.iter_mut().for_each(|list| gather(list, sources));
     primitive.uvs.iter_mut().for_each(|list| gather(list, sources));
-    if let Some(SkinInfluences {
-        per_vertex,
-        joints,
-        weights,
-    }) = &mut primitive.influences
-    {
+    if let Some(SkinInfluences { per_vertex, joints, weights }) = &mut primitive.influences {
         gather_groups(joints, *per_vertex, sources);
         gather_groups(weights, *per_vertex, sources);
     }
@@ -185,15 +161,9 @@ pub(super) fn vertex_bytes(primitive: &Primitive) -> usize {
     let influences = primitive.influences.as_ref().map_or(0, |i| i.per_vertex);
     let morphs = primitive.targets.iter().map(|target| {
         let vectors = [&target.positions, &target.normals, &target.tangents];
-        let vector_bytes = vectors
-            .iter()
-            .filter(|list| list.is_some())
-            .count()
-            .saturating_mul(12);
+        let vector_bytes = vectors.iter().filter(|list| list.is_some()).count().saturating_mul(12);
         let color_bytes = if target.colors.is_some() { 16 } else { 0 };
-        vector_bytes
-            .saturating_add(color_bytes)
-            .saturating_add(target.uvs.len().saturating_mul(8))
+        vector_bytes.saturating_add(color_bytes).saturating_add(target.uvs.len().saturating_mul(8))
     });
     morphs
         .sum::<usize>()

@@ -20,12 +20,7 @@ use crate::scene::{Filter, ImageIndex, Sampler, Texture, TextureIndex, TextureRe
 const MAX_UV_SETS: usize = 64;
 
 /// Extensions that give a texture another source, in files that have no plain one.
-const SOURCES: [&str; 4] = [
-    "EXT_texture_avif",
-    "EXT_texture_webp",
-    "KHR_texture_basisu",
-    "MSFT_texture_dds",
-];
+const SOURCES: [&str; 4] = ["EXT_texture_avif", "EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"];
 
 /// The textures that materials use, and the images behind them, each once in the order of first use.
 #[derive(Debug)]
@@ -83,11 +78,7 @@ impl<'a> TextureTable<'a> {
         let Some(texture) = self.texture(context, index, &pointer)? else {
             return Ok(None);
         };
-        Ok(Some(TextureRef {
-            texture,
-            uv_set: u32::try_from(uv_set).unwrap_or_default(),
-            transform,
-        }))
+        Ok(Some(TextureRef { texture, uv_set: u32::try_from(uv_set).unwrap_or_default(), transform }))
     }
 
     /// The texture `index`; `None`, noted, when it has no image.
@@ -110,11 +101,7 @@ impl<'a> TextureTable<'a> {
         };
         let sampler = sampler(context, self.document, texture, index)?;
         let slot = TextureIndex(u32::try_from(self.textures.len()).unwrap_or(u32::MAX));
-        self.textures.push(Texture {
-            name: texture.name.clone(),
-            image,
-            sampler,
-        });
+        self.textures.push(Texture { name: texture.name.clone(), image, sampler });
         self.texture_of.insert(index, slot);
         Ok(Some(slot))
     }
@@ -128,9 +115,8 @@ impl<'a> TextureTable<'a> {
         let pointer = format!("/textures/{index}");
         let raw = self.document.element("textures", index);
         if !has_source(texture) {
-            let replaced = SOURCES
-                .iter()
-                .find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
+            let replaced =
+                SOURCES.iter().find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
             if let Some(name) = replaced {
                 let message = format!(
                     "{name} is not supported and the texture has no PNG or JPEG source; export it with one"

@@ -32,9 +32,7 @@ pub(super) fn read_indices(
         _ => u32::MAX,
     };
     let list: Vec<u32> = elements.into_iter().map(|[index]| index).collect();
-    let wrong = list
-        .iter()
-        .position(|&index| index == restart || index as usize >= vertex_count);
+    let wrong = list.iter().position(|&index| index == restart || index as usize >= vertex_count);
     match wrong {
         None => Ok(list),
         Some(i) => {
@@ -44,10 +42,7 @@ pub(super) fn read_indices(
             } else {
                 format!("is vertex {index}, but there are only {vertex_count} vertices")
             };
-            Err(context.invalid(
-                format!("/accessors/{}", reference.accessor),
-                format!("index {i} {why}"),
-            ))
+            Err(context.invalid(format!("/accessors/{}", reference.accessor), format!("index {i} {why}")))
         }
     }
 }

@@ -61,23 +61,14 @@ fn decode_data(uri: &str) -> Result<Vec<u8>, UriError> {
     let Some((header, body)) = content.split_once(',') else {
         return Err(UriError::Invalid("the data: URI has no comma".to_owned()));
     };
-    let is_base64 = header
-        .rsplit(';')
-        .next()
-        .is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
+    let is_base64 = header.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
     if !is_base64 {
         return Ok(percent_decode_str(body).collect());
     }
     // Copy only where there is something to take out.
     let percent_free: Cow<[u8]> = percent_decode_str(body).into();
     let clean: Cow<[u8]> = if percent_free.iter().any(u8::is_ascii_whitespace) {
-        Cow::Owned(
-            percent_free
-                .iter()
-                .copied()
-                .filter(|byte| !byte.is_ascii_whitespace())
-                .collect(),
-        )
+        Cow::Owned(percent_free.iter().copied().filter(|byte| !byte.is_ascii_whitespace()).collect())
     } else {
         percent_free
     };
@@ -114,8 +105,5 @@ fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
     if path.split('/').any(|segment| segment == "..") {
         return refused("leads upwards with \"..\"");
     }
-    Ok(path
-        .split('/')
-        .filter(|segment| !matches!(*segment, "" | "."))
-        .collect())
+    Ok(path.split('/').filter(|segment| !matches!(*segment, "" | ".")).collect())
 }

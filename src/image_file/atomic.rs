@@ -31,10 +31,7 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 3600);
 /// then the temporary is removed and `path` is unchanged.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut temporary = create_temporary(path)?;
-    let failed = |source: io::Error| Error::WriteFailed {
-        path: path.to_owned(),
-        source,
-    };
+    let failed = |source: io::Error| Error::WriteFailed { path: path.to_owned(), source };
     // The file itself, because the wrapper's errors name the temporary.
     temporary.as_file_mut().write_all(bytes).map_err(failed)?;
     temporary.as_file().sync_all().map_err(failed)?;
@@ -87,21 +84,14 @@ fn create_temporary(path: &Path) -> Result<NamedTempFile> {
     prefix.push(process_mark());
     prefix.push(".");
     let mut builder = tempfile::Builder::new();
-    builder
-        .prefix(&prefix)
-        .rand_bytes(RANDOM_CHARACTERS)
-        .suffix(".tmp");
+    builder.prefix(&prefix).rand_bytes(RANDOM_CHARACTERS).suffix(".tmp");
     // The system takes the umask off, as it does for every other file; without this only the owner could read it.
     #[cfg(unix)]
-    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(
-        0o666,
-    ));
-    builder
-        .tempfile_in(folder_of(path))
-        .map_err(|error| Error::CannotCreate {
-            path: path.to_owned(),
-            message: format!("the file cannot be created: {}", without_path(&error)),
-        })
+    builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
+    builder.tempfile_in(folder_of(path)).map_err(|error| Error::CannotCreate {
+        path: path.to_owned(),
+        message: format!("the file cannot be created: {}", without_path(&error)),
+    })
 }
 
 /// `.NAME.`, or a hash in place of a name that would make the temporary's too long.
@@ -133,10 +123,7 @@ fn machine_mark() -> String {
 
 fn short_hash(bytes: &[u8]) -> String {
     let digest = Sha256::digest(bytes);
-    format!(
-        "{:02x}{:02x}{:02x}{:02x}",
-        digest[0], digest[1], digest[2], digest[3]
-    )
+    format!("{:02x}{:02x}{:02x}{:02x}", digest[0], digest[1], digest[2], digest[3])
 }
 
 fn is_stale(entry: &fs::DirEntry, prefixes: &[OsString]) -> bool {
@@ -166,9 +153,7 @@ fn mark_in(name: &OsStr, prefixes: &[OsString]) -> Option<String> {
     let rest = bytes[..random_dot].to_vec();
     let mark_dot = rest.iter().rposition(|&byte| byte == b'.')?;
     let prefix = &rest[..=mark_dot];
-    prefixes
-        .binary_search_by(|candidate| candidate.as_encoded_bytes().cmp(prefix))
-        .ok()?;
+    prefixes.binary_search_by(|candidate| candidate.as_encoded_bytes().cmp(prefix)).ok()?;
     String::from_utf8(rest[mark_dot + 1..].to_vec()).ok()
 }
 
@@ -186,12 +171,7 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
         return Ok(());
     }
     match File::open(folder).and_then(|folder| folder.sync_all()) {
-        Err(error)
-            if matches!(
-                error.kind(),
-                io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported
-            ) =>
-        {
+        Err(error) if matches!(error.kind(), io::ErrorKind::InvalidInput | io::ErrorKind::Unsupported) => {
             Ok(())
         }
         // A folder that may be written but not read cannot be opened for syncing.
@@ -202,10 +182,7 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
 
 /// The system's words without the name of the temporary, which means nothing to the user.
 fn without_path(error: &io::Error) -> String {
-    error
-        .get_ref()
-        .and_then(|inner| inner.source())
-        .map_or_else(|| error.to_string(), ToString::to_string)
+    error.get_ref().and_then(|inner| inner.source()).map_or_else(|| error.to_string(), ToString::to_string)
 }
 
 #[cfg(test)]
@@ -213,10 +190,7 @@ mod tests {
     use super::*;
 
     fn names(folder: &Path) -> Vec<OsString> {
-        let mut names: Vec<_> = fs::read_dir(folder)
-            .unwrap()
-            .map(|e| e.unwrap().file_name())
-            .collect();
+        let mut names: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name()).collect();
         names.sort();
         names
     }
@@ -250,10 +224,7 @@ mod tests {
         assert_eq!(probe_folder(&path).unwrap_err().exit_code(), 73);
         let below_a_file = folder.path().join("file");
         fs::write(&below_a_file, "").unwrap();
-        assert_eq!(
-            probe_folder(&below_a_file.join("a.exr")).unwrap_err().exit_code(),
-            73
-        );
+        assert_eq!(probe_folder(&below_a_file.join("a.exr")).unwrap_err().exit_code(), 73);
     }
 
     #[cfg(target_os = "linux")]

@@ -65,22 +65,13 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let (width, height) = decoder.dimensions();
     let needed = u64::from(width) * u64::from(height) * 28;
     if needed > max_memory_bytes {
-        let message = format!(
-            "{width}x{height} pixels need {} MB, more than --max-memory allows",
-            needed / 1_000_000
-        );
+        let message =
+            format!("{width}x{height} pixels need {} MB, more than --max-memory allows", needed / 1_000_000);
         return Err(Error::refused(path, "", message));
     }
-    let image = DynamicImage::from_decoder(decoder)
-        .map_err(damaged)?
-        .into_rgb32f();
+    let image = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgb32f();
     let (pixels, _) = image.as_raw().as_chunks::<3>();
-    Ok(EnvironmentPixels {
-        width,
-        height,
-        pixels: pixels.to_vec(),
-        warnings: Vec::new(),
-    })
+    Ok(EnvironmentPixels { width, height, pixels: pixels.to_vec(), warnings: Vec::new() })
 }
 
 /// Radiance is finite and not negative: a sun that overflowed becomes the largest half, anything else wrong black.
@@ -121,16 +112,8 @@ mod tests {
     #[test]
     fn neither_format_and_too_much_memory_are_told_apart() {
         let path = Path::new("a");
-        assert_eq!(
-            read_environment(path, b"hello", 1 << 20).unwrap_err().exit_code(),
-            65
-        );
-        assert_eq!(
-            read_environment(path, &TINY_HDR[..50], 1 << 20)
-                .unwrap_err()
-                .exit_code(),
-            65
-        );
+        assert_eq!(read_environment(path, b"hello", 1 << 20).unwrap_err().exit_code(), 65);
+        assert_eq!(read_environment(path, &TINY_HDR[..50], 1 << 20).unwrap_err().exit_code(), 65);
         assert_eq!(read_environment(path, TINY_HDR, 8).unwrap_err().exit_code(), 77);
     }
 

@@ -58,10 +58,7 @@ impl FrameAttributes {
         let own = [
             ("frame", Some(AttributeValue::I32(self.frame))),
             ("timeSeconds", Some(AttributeValue::F64(self.time_seconds))),
-            (
-                RENDER_HASH,
-                Text::new_or_none(&self.render_hash).map(AttributeValue::Text),
-            ),
+            (RENDER_HASH, Text::new_or_none(&self.render_hash).map(AttributeValue::Text)),
         ];
         for (name, value) in own {
             if let (Some(name), Some(value)) = (Text::new_or_none(name), value) {

@@ -38,10 +38,7 @@ pub fn decode_exr(bytes: &[u8], max_memory_bytes: u64) -> Result<ExrImage, Strin
         .from_buffered(Cursor::new(bytes))
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
     let layer = &image.layer_data;
-    Ok(ExrImage {
-        size: (layer.size.0 as u32, layer.size.1 as u32),
-        pixels: rgba(layer)?,
-    })
+    Ok(ExrImage { size: (layer.size.0 as u32, layer.size.1 as u32), pixels: rgba(layer)? })
 }
 
 /// What the EXR file at `path` says about itself, provided that it is whole: its header, its table of offsets and all its
@@ -86,28 +83,18 @@ fn refuse_large(bytes: &[u8], max_memory_bytes: u64) -> Result<(), String> {
     // Four bytes a sample as decoded, and sixteen a pixel as handed on.
     let needed: u128 = reader.headers().iter().map(|header| samples(header) * 20).sum();
     if needed > u128::from(max_memory_bytes) {
-        return Err(format!(
-            "decoding needs up to {} MB, more than --max-memory allows",
-            needed / 1_000_000
-        ));
+        return Err(format!("decoding needs up to {} MB, more than --max-memory allows", needed / 1_000_000));
     }
     Ok(())
 }
 
 fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {
     let channels = &layer.channel_data.list;
-    let named = |name: &str| {
-        channels
-            .iter()
-            .find(|channel| channel.name.eq_case_insensitive(name))
-    };
+    let named = |name: &str| channels.iter().find(|channel| channel.name.eq_case_insensitive(name));
     let [r, g, b] = ["R", "G", "B"].map(|name| named(name).or_else(|| named("Y")));
     let (Some(r), Some(g), Some(b)) = (r, g, b) else {
         let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
-        return Err(format!(
-            "has the channels {}, but R, G, B or Y are needed",
-            names.join(", ")
-        ));
+        return Err(format!("has the channels {}, but R, G, B or Y are needed", names.join(", ")));
     };
     let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; layer.size.0 * layer.size.1];
     for (component, channel) in [Some(r), Some(g), Some(b), named("A")].into_iter().enumerate() {

@@ -22,9 +22,7 @@ use crate::error::{Error, Result};
 pub fn encode_exr(pixels: &RgbaPixels<'_>, attributes: &FrameAttributes) -> Result<Vec<u8>> {
     let (width, height) = (pixels.size.0 as usize, pixels.size.1 as usize);
     if width * height != pixels.pixels.len() {
-        return Err(internal(
-            "the picture holds another number of pixels than its size says",
-        ));
+        return Err(internal("the picture holds another number of pixels than its size says"));
     }
     let channels = SpecificChannels::rgba(|Vec2(x, y): Vec2<usize>| {
         let [r, g, b, a] = pixels.pixels[y * width + x].map(half_from_f32);
@@ -105,9 +103,7 @@ fn attribute_end(bytes: &[u8], start: usize) -> Option<usize> {
 }
 
 fn internal(message: &str) -> Error {
-    Error::Internal {
-        message: format!("the EXR file could not be encoded: {message}"),
-    }
+    Error::Internal { message: format!("the EXR file could not be encoded: {message}") }
 }
 
 #[cfg(test)]
@@ -131,25 +127,13 @@ mod tests {
     /// Every value is a multiple of 1/64 below 32, which a half holds exactly (11 significant bits).
     fn gradient(width: u32, height: u32) -> Vec<[f32; 4]> {
         (0..width * height)
-            .map(|i| {
-                [
-                    (i % 1024) as f32 / 64.0,
-                    (i / 1024) as f32,
-                    -((i % 7) as f32),
-                    1.0,
-                ]
-            })
+            .map(|i| [(i % 1024) as f32 / 64.0, (i / 1024) as f32, -((i % 7) as f32), 1.0])
             .collect()
     }
 
     fn encode(size: (u32, u32)) -> Vec<u8> {
         let pixels = gradient(size.0, size.1);
-        let picture = RgbaPixels {
-            picture_size: (100, 90),
-            origin: (3, 5),
-            size,
-            pixels: &pixels,
-        };
+        let picture = RgbaPixels { picture_size: (100, 90), origin: (3, 5), size, pixels: &pixels };
         encode_exr(&picture, &attributes()).unwrap()
     }
 
@@ -166,10 +150,7 @@ mod tests {
         // With attributes left in hash-map order, 20 runs agree with probability (1/6)^19.
         let expected = encode((61, 37));
         for threads in [1, 2, 3, 8] {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             for _ in 0..5 {
                 assert!(pool.install(|| encode((61, 37))) == expected);
             }
@@ -189,11 +170,7 @@ mod tests {
         let image = Image::from_layer(layer);
         let (mut parallel, mut plain) = (Vec::new(), Vec::new());
         write_compressing_in_parallel(&image, &mut parallel).unwrap();
-        image
-            .write()
-            .non_parallel()
-            .to_buffered(Cursor::new(&mut plain))
-            .unwrap();
+        image.write().non_parallel().to_buffered(Cursor::new(&mut plain)).unwrap();
         assert!(parallel == plain);
     }
 

@@ -9,6 +9,7 @@ mod exr_read;
 mod exr_write;
 mod png_text;
 mod png_write;
+mod texture_decode;
 
 pub use atomic::{probe_folder, remove_stale_temporaries, write_atomically};
 pub use environment_read::{EnvironmentPixels, read_environment};
@@ -17,6 +18,10 @@ pub use exr_read::{ExrImage, decode_exr, inspect_exr};
 pub use exr_write::{encode_exr, half_from_f32};
 pub use png_text::inspect_png;
 pub use png_write::encode_png;
+pub use texture_decode::{
+    DecodedTexels, ImageHeader, ImageKind, decode_texels, image_header, image_kind, oversized_png,
+    unjustified,
+};
 
 /// A rectangle of linear pixels with premultiplied alpha, somewhere in a picture.
 #[derive(Clone, Copy, Debug)]

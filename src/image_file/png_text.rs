@@ -29,21 +29,13 @@ pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
 pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     let mut rest = bytes.strip_prefix(SIGNATURE).ok_or("not a PNG file")?;
-    let mut stored = StoredFrame {
-        render_hash: None,
-        picture_size: (0, 0),
-        origin: (0, 0),
-        size: (0, 0),
-    };
+    let mut stored = StoredFrame { render_hash: None, picture_size: (0, 0), origin: (0, 0), size: (0, 0) };
     loop {
         let (typed, after) = next_chunk(rest).ok_or("the file is cut short or damaged")?;
         if typed.starts_with(b"IHDR") && typed.len() >= 12 {
             stored.size = (be_u32(&typed[4..8]), be_u32(&typed[8..12]));
             stored.picture_size = stored.size;
-        } else if let Some(value) = typed
-            .strip_prefix(b"tEXt")
-            .and_then(|data| data.strip_prefix(KEYWORD))
-        {
+        } else if let Some(value) = typed.strip_prefix(b"tEXt").and_then(|data| data.strip_prefix(KEYWORD)) {
             stored.render_hash = String::from_utf8(value.to_vec()).ok();
         } else if typed == b"IEND" {
             return Ok(stored);
@@ -71,11 +63,7 @@ fn crc32(bytes: &[u8]) -> u32 {
     for &byte in bytes {
         sum ^= u32::from(byte);
         for _ in 0..8 {
-            sum = if sum & 1 == 1 {
-                0xedb8_8320 ^ (sum >> 1)
-            } else {
-                sum >> 1
-            };
+            sum = if sum & 1 == 1 { 0xedb8_8320 ^ (sum >> 1) } else { sum >> 1 };
         }
     }
     !sum

@@ -14,9 +14,7 @@ pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]], render_hash: Option<&str
     let mut png = Vec::new();
     let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
     if size.0 as usize * size.1 as usize != pixels.len() {
-        return Err(internal(
-            "the picture holds another number of pixels than its size says",
-        ));
+        return Err(internal("the picture holds another number of pixels than its size says"));
     }
     encoder
         .write_image(pixels.as_flattened(), size.0, size.1, ExtendedColorType::Rgba8)
@@ -28,7 +26,5 @@ pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]], render_hash: Option<&str
 }
 
 fn internal(message: &str) -> Error {
-    Error::Internal {
-        message: format!("the PNG file could not be encoded: {message}"),
-    }
+    Error::Internal { message: format!("the PNG file could not be encoded: {message}") }
 }

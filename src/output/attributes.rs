@@ -41,11 +41,7 @@ pub fn ndc_from_camera(projection: &Projection, resolution: (u32, u32)) -> Mat4 
     let (scale_x, scale_y) = (1.0 / half_size.x, 1.0 / half_size.y);
     let clip_from_camera = match *projection {
         Projection::Perspective { z_near, z_far, .. } => {
-            let near = if z_near > 0.0 {
-                z_near
-            } else {
-                NEAR_WITHOUT_A_PLANE
-            };
+            let near = if z_near > 0.0 { z_near } else { NEAR_WITHOUT_A_PLANE };
             // Depth (a·z + b) / −z is 0 at −near and 1 at −far.
             let (a, b) = match z_far {
                 Some(far) if far > near => (-far / (far - near), -far * near / (far - near)),
@@ -96,28 +92,14 @@ mod tests {
         };
         let ndc = ndc_from_camera(&projection, (200, 100));
         // At distance d the picture is 2·d high and, twice as wide as high, 4·d wide.
-        assert_near(
-            ndc.project_point3(Vec3::new(-2.0, 1.0, -1.0)),
-            Vec3::new(0.0, 0.0, 0.0),
-        );
-        assert_near(
-            ndc.project_point3(Vec3::new(6.0, -3.0, -3.0)),
-            Vec3::new(1.0, 1.0, 1.0),
-        );
-        assert_near(
-            ndc.project_point3(Vec3::new(0.0, 0.0, -2.0)),
-            Vec3::new(0.5, 0.5, 0.75),
-        );
+        assert_near(ndc.project_point3(Vec3::new(-2.0, 1.0, -1.0)), Vec3::new(0.0, 0.0, 0.0));
+        assert_near(ndc.project_point3(Vec3::new(6.0, -3.0, -3.0)), Vec3::new(1.0, 1.0, 1.0));
+        assert_near(ndc.project_point3(Vec3::new(0.0, 0.0, -2.0)), Vec3::new(0.5, 0.5, 0.75));
     }
 
     #[test]
     fn parallel_rays_keep_sizes() {
-        let projection = Projection::Orthographic {
-            x_mag: 2.0,
-            y_mag: 2.0,
-            z_near: 1.0,
-            z_far: 5.0,
-        };
+        let projection = Projection::Orthographic { x_mag: 2.0, y_mag: 2.0, z_near: 1.0, z_far: 5.0 };
         let ndc = ndc_from_camera(&projection, (64, 64));
         assert_near(ndc.project_point3(Vec3::new(-2.0, 2.0, -1.0)), Vec3::ZERO);
         assert_near(ndc.project_point3(Vec3::new(2.0, -2.0, -5.0)), Vec3::ONE);
@@ -126,17 +108,9 @@ mod tests {
     #[test]
     fn narrow_pictures_keep_the_authored_width() {
         // Authored 2 wide and 1 high (halves); a square picture shows 2 each way.
-        let projection = Projection::Orthographic {
-            x_mag: 2.0,
-            y_mag: 1.0,
-            z_near: 0.0,
-            z_far: 1.0,
-        };
+        let projection = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.0, z_far: 1.0 };
         let ndc = ndc_from_camera(&projection, (8, 8));
-        assert_near(
-            ndc.project_point3(Vec3::new(2.0, 2.0, -1.0)),
-            Vec3::new(1.0, 0.0, 1.0),
-        );
+        assert_near(ndc.project_point3(Vec3::new(2.0, 2.0, -1.0)), Vec3::new(1.0, 0.0, 1.0));
     }
 
     #[test]

@@ -66,10 +66,7 @@ fn to_byte(value: f32) -> u8 {
 mod tests {
     use super::*;
 
-    const LOOK: PreviewLook = PreviewLook {
-        exposure_ev: 0.0,
-        tone: ToneCurve::Standard,
-    };
+    const LOOK: PreviewLook = PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard };
 
     #[test]
     fn alpha_is_kept_and_colour_is_straight() {
@@ -81,10 +78,7 @@ mod tests {
 
     #[test]
     fn one_stop_is_a_factor_of_two() {
-        let brighter = PreviewLook {
-            exposure_ev: 1.0,
-            ..LOOK
-        };
+        let brighter = PreviewLook { exposure_ev: 1.0, ..LOOK };
         let dark = [0.1, 0.2, 0.3, 1.0].map(|v| half_from_f32(v).to_f32());
         let light = [dark[0] * 2.0, dark[1] * 2.0, dark[2] * 2.0, 1.0];
         assert_eq!(display_pixels(&[dark], brighter), display_pixels(&[light], LOOK));

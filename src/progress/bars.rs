@@ -30,13 +30,7 @@ impl Bars {
         let sequence = all.add(ProgressBar::new(0).with_style(style("frames {bar:40} {pos}/{len} {msg}")));
         let frame =
             all.add(ProgressBar::new(FRAME_STEPS).with_style(style("{prefix:6} {bar:40} {percent} %")));
-        Self {
-            verbosity,
-            all,
-            sequence,
-            frame,
-            eta: Mutex::default(),
-        }
+        Self { verbosity, all, sequence, frame, eta: Mutex::default() }
     }
 
     pub(super) fn tell(&self, event: SequenceEvent<'_>) {
@@ -86,8 +80,7 @@ impl Bars {
     fn advance(&self, eta: &Eta) {
         self.sequence.set_position(eta.done as u64);
         if let Some(seconds) = eta.remaining_seconds() {
-            self.sequence
-                .set_message(format!("eta {}", duration_text(seconds)));
+            self.sequence.set_message(format!("eta {}", duration_text(seconds)));
         }
     }
 

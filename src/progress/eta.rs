@@ -51,10 +51,7 @@ mod tests {
 
     #[test]
     fn one_slow_frame_does_not_spoil_the_estimate() {
-        let mut eta = Eta {
-            total: 10,
-            ..Eta::default()
-        };
+        let mut eta = Eta { total: 10, ..Eta::default() };
         assert_eq!(eta.remaining_seconds(), None);
         for seconds in [100.0, 2.0, 2.0] {
             eta.frame_done(seconds);

@@ -67,10 +67,9 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
             line["message"] = json!(error.to_string());
             ("frame_failed", line)
         }
-        SequenceEvent::Warned(warning) => (
-            "warning",
-            json!({"pointer": warning.pointer, "message": warning.message}),
-        ),
+        SequenceEvent::Warned(warning) => {
+            ("warning", json!({"pointer": warning.pointer, "message": warning.message}))
+        }
         SequenceEvent::Finished(summary) => ("summary", summary_json(summary)),
     };
     line["schema"] = json!(SCHEMA);
@@ -117,14 +116,8 @@ mod tests {
 
     #[test]
     fn every_line_names_schema_and_event() {
-        let line = json_line(SequenceEvent::Started {
-            to_render: 3,
-            kept: 1,
-        });
-        assert_eq!(
-            line.to_string(),
-            r#"{"event":"start","kept":1,"schema":1,"to_render":3}"#
-        );
+        let line = json_line(SequenceEvent::Started { to_render: 3, kept: 1 });
+        assert_eq!(line.to_string(), r#"{"event":"start","kept":1,"schema":1,"to_render":3}"#);
         let line = json_line(SequenceEvent::Finished(&Summary::default()));
         assert_eq!(line["event"], "summary");
         assert_eq!(line["interrupted"], false);
@@ -142,9 +135,6 @@ mod tests {
             render_hash: String::new(),
             is_done: false,
         };
-        assert_eq!(
-            json_line(SequenceEvent::FrameStarted(&frame))["path_percent"],
-            "a%FF"
-        );
+        assert_eq!(json_line(SequenceEvent::FrameStarted(&frame))["path_percent"], "a%FF");
     }
 }

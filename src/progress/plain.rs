@@ -16,10 +16,7 @@ pub(super) struct PlainLines {
 
 impl PlainLines {
     pub(super) fn new(verbosity: Verbosity) -> Self {
-        Self {
-            verbosity,
-            eta: Mutex::default(),
-        }
+        Self { verbosity, eta: Mutex::default() }
     }
 
     pub(super) fn tell(&self, event: SequenceEvent<'_>) {

@@ -31,13 +31,7 @@ fn to_stderr(line: &str) {
 pub fn one_line(message: &str) -> String {
     message
         .chars()
-        .map(|c| {
-            if c.is_control() {
-                c.escape_default().to_string()
-            } else {
-                c.to_string()
-            }
-        })
+        .map(|c| if c.is_control() { c.escape_default().to_string() } else { c.to_string() })
         .collect()
 }
 

@@ -49,11 +49,7 @@ impl SceneRenderer {
         let frame = Frame::at(&self.scene, &self.selection, time_seconds);
         let build = BuildSettings::default();
         let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, cancel, None)?;
-        let environment = if frame.lights.is_empty() {
-            Environment::Studio
-        } else {
-            Environment::None
-        };
+        let environment = if frame.lights.is_empty() { Environment::Studio } else { Environment::None };
         let settings = RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),
@@ -63,12 +59,7 @@ impl SceneRenderer {
             light_scale: 1.0,
             show_background: true,
         };
-        let input = RenderInput {
-            scene: &self.scene,
-            frame: &frame,
-            bvh: &bvh,
-            environment: &environment,
-        };
+        let input = RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &environment };
         let (film, statistics) = render_frame(&input, &settings, cancel, &|_| {})?;
         Ok((Picture::of_film(film), statistics.non_finite_pixels))
     }

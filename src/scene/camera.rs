@@ -46,11 +46,9 @@ impl Projection {
     /// field fits, so that nothing the author framed is lost.
     pub fn half_size(&self, aspect_ratio: f32) -> Vec2 {
         let (half_height, authored_aspect) = match *self {
-            Self::Perspective {
-                fov_y_radians,
-                aspect_ratio,
-                ..
-            } => (libm::tanf(fov_y_radians * 0.5), aspect_ratio),
+            Self::Perspective { fov_y_radians, aspect_ratio, .. } => {
+                (libm::tanf(fov_y_radians * 0.5), aspect_ratio)
+            }
             Self::Orthographic { x_mag, y_mag, .. } => (y_mag, Some(x_mag / y_mag)),
         };
         let half_height = match authored_aspect {
@@ -58,5 +56,24 @@ impl Projection {
             _ => half_height,
         };
         Vec2::new(half_height * aspect_ratio, half_height)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wider_pictures_keep_the_height_and_narrower_ones_the_width() {
+        // tan(45°) = 1: the authored half height is one.
+        let perspective = |aspect_ratio| {
+            let fov_y_radians = std::f32::consts::FRAC_PI_2;
+            Projection::Perspective { fov_y_radians, aspect_ratio, z_near: 0.1, z_far: None }
+        };
+        assert!(perspective(Some(1.5)).half_size(2.0).abs_diff_eq(Vec2::new(2.0, 1.0), 1e-6));
+        assert!(perspective(Some(1.5)).half_size(0.5).abs_diff_eq(Vec2::new(1.5, 3.0), 1e-6));
+        assert!(perspective(None).half_size(0.5).abs_diff_eq(Vec2::new(0.5, 1.0), 1e-6));
+        let orthographic = Projection::Orthographic { x_mag: 3.0, y_mag: 1.0, z_near: 0.0, z_far: 9.0 };
+        assert!(orthographic.half_size(1.0).abs_diff_eq(Vec2::new(3.0, 3.0), 1e-6));
     }
 }

@@ -141,17 +141,13 @@ fn resolve_camera(
     let placed = placed_cameras(scene, roots);
     match request {
         Some(CameraRequest::Auto) => Ok(CameraChoice::Auto),
-        None => Ok(placed
-            .first()
-            .map_or(CameraChoice::Auto, |&(_, node)| CameraChoice::Node(node))),
+        None => Ok(placed.first().map_or(CameraChoice::Auto, |&(_, node)| CameraChoice::Node(node))),
         Some(CameraRequest::Placed(choice)) => {
             // Artists know cameras by the name of the object that holds them, so that counts too.
             if let Choice::Name(name) = choice {
                 let camera_name = |camera: CameraIndex| scene.cameras[camera.index()].name.as_ref();
                 let node_name = |node: NodeIndex| scene.nodes[node.index()].name.as_ref();
-                let by_camera = placed
-                    .iter()
-                    .find(|(camera, _)| camera_name(*camera) == Some(name));
+                let by_camera = placed.iter().find(|(camera, _)| camera_name(*camera) == Some(name));
                 let by_node = placed.iter().find(|(_, node)| node_name(*node) == Some(name));
                 if let Some(&(_, node)) = by_camera.or(by_node) {
                     return Ok(CameraChoice::Node(node));
@@ -192,10 +188,7 @@ fn find<'a>(
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
 ) -> Result<usize> {
     let (found, asked) = match choice {
-        Choice::Name(name) => (
-            names.clone().position(|other| other == Some(name)),
-            format!("\"{name}\""),
-        ),
+        Choice::Name(name) => (names.clone().position(|other| other == Some(name)), format!("\"{name}\"")),
         Choice::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
     };
     found.ok_or_else(|| {
@@ -232,23 +225,12 @@ mod tests {
                 interpolation: Interpolation::Step,
             },
         };
-        Animation {
-            name: Some(name.to_owned()),
-            channels: targets.iter().map(channel).collect(),
-        }
+        Animation { name: Some(name.to_owned()), channels: targets.iter().map(channel).collect() }
     }
 
     fn camera(name: &str) -> Camera {
-        let projection = Projection::Orthographic {
-            x_mag: 1.0,
-            y_mag: 1.0,
-            z_near: 0.0,
-            z_far: 1.0,
-        };
-        Camera {
-            name: Some(name.to_owned()),
-            projection,
-        }
+        let projection = Projection::Orthographic { x_mag: 1.0, y_mag: 1.0, z_near: 0.0, z_far: 1.0 };
+        Camera { name: Some(name.to_owned()), projection }
     }
 
     /// Scene "empty" has nothing; scene "main" has node 1 with camera 1 below node 0. Node 2 with camera 0 is loose.
@@ -305,10 +287,7 @@ mod tests {
 
     #[test]
     fn a_scene_without_cameras_is_framed() {
-        let request = SelectionRequest {
-            scene: Some(Choice::Index(0)),
-            ..SelectionRequest::default()
-        };
+        let request = SelectionRequest { scene: Some(Choice::Index(0)), ..SelectionRequest::default() };
         let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
         assert_eq!(selection.camera, CameraChoice::Auto);
         assert!(selection.roots.is_empty());
@@ -330,10 +309,7 @@ mod tests {
         assert!(ask(camera(Choice::Name("loose".to_owned()))).contains("not placed"));
         assert!(ask(camera(Choice::Index(2))).contains("no camera #2"));
         let clips = ClipChoice::One(Choice::Name("z".to_owned()));
-        let message = ask(SelectionRequest {
-            clips,
-            ..SelectionRequest::default()
-        });
+        let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });
         assert!(message.contains("#2 \"c\""), "{message}");
     }
 }

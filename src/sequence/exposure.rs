@@ -38,12 +38,8 @@ fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelle
         let time_seconds = duration * f64::from(step) / f64::from(LOOK_TIMES - 1);
         let frame = Frame::at(&job.scene, &job.selection, time_seconds);
         let bvh = builder.build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-        let input = RenderInput {
-            scene: &job.scene,
-            frame: &frame,
-            bvh: &bvh,
-            environment: &job.environment,
-        };
+        let input =
+            RenderInput { scene: &job.scene, frame: &frame, bvh: &bvh, environment: &job.environment };
         films.push(render_frame(&input, &settings, cancel, &|_| ())?.0);
     }
     Ok(auto_exposure_ev(&films))

@@ -90,14 +90,7 @@ impl<'a> FrameLoop<'a> {
         cancel: &'a CancelFlag,
         on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
     ) -> Self {
-        Self {
-            job,
-            cancel,
-            on_event,
-            look: None,
-            posed: PosedFrames::default(),
-            warned: Vec::new(),
-        }
+        Self { job, cancel, on_event, look: None, posed: PosedFrames::default(), warned: Vec::new() }
     }
 
     /// One frame with panics turned into errors; `None` when it was there already.
@@ -122,13 +115,9 @@ impl<'a> FrameLoop<'a> {
 
         // Pose the scene and build its hierarchy, unless the last one still fits.
         let look = self.look()?;
-        let is_reused = self
-            .posed
-            .advance(self.job, planned.time_seconds, self.cancel, &mut seconds)?;
+        let is_reused = self.posed.advance(self.job, planned.time_seconds, self.cancel, &mut seconds)?;
         let Some(bvh) = &self.posed.bvh else {
-            return Err(Error::Internal {
-                message: "there is no hierarchy to trace".to_owned(),
-            });
+            return Err(Error::Internal { message: "there is no hierarchy to trace".to_owned() });
         };
         let tree = bvh.statistics();
 
@@ -169,11 +158,7 @@ impl<'a> FrameLoop<'a> {
             return Ok(look);
         }
         let is_needed = self.job.preview || self.job.output.format() == OutputFormat::Png;
-        let exposure_ev = if is_needed {
-            exposure_ev(self.job, self.cancel)?
-        } else {
-            0.0
-        };
+        let exposure_ev = if is_needed { exposure_ev(self.job, self.cancel)? } else { 0.0 };
         if is_needed {
             (self.on_event)(SequenceEvent::ExposureFound(exposure_ev));
         }
@@ -218,10 +203,7 @@ impl<'a> FrameLoop<'a> {
     }
 
     fn warn(&mut self, message: String) {
-        let warning = Warning {
-            pointer: String::new(),
-            message,
-        };
+        let warning = Warning { pointer: String::new(), message };
         if !self.warned.contains(&warning) {
             (self.on_event)(SequenceEvent::Warned(&warning));
             self.warned.push(warning);

@@ -61,9 +61,7 @@ impl FrameSpec {
             Self::Range { start, end, step } => (start.unwrap_or(0), end.unwrap_or(last_frame), *step),
         };
         if first > last {
-            return Err(format!(
-                "no frame lies from {first} to {last}; check --start and --end"
-            ));
+            return Err(format!("no frame lies from {first} to {last}; check --start and --end"));
         }
         let step = usize::try_from(step).ok().filter(|&step| step > 0);
         let step = step.ok_or("--step must be at least 1")?;
@@ -89,9 +87,8 @@ fn parse_part(part: &str) -> Result<(i64, i64, usize), String> {
     if rest.is_empty() {
         return Ok((first, last, 1));
     }
-    let step = rest
-        .strip_prefix(['x', ':'])
-        .ok_or_else(|| format!("\"{rest}\" after {last} is not understood"))?;
+    let step =
+        rest.strip_prefix(['x', ':']).ok_or_else(|| format!("\"{rest}\" after {last} is not understood"))?;
     match step.parse::<u32>() {
         Ok(0) => Err("a step must be at least 1".to_owned()),
         Ok(step) => Ok((first, last, step as usize)),
@@ -174,10 +171,7 @@ mod tests {
             "1-10x-1",
         ] {
             let error = FrameSpec::parse(text).unwrap_err();
-            assert!(
-                error.contains("-f") || error.contains("1-10x2"),
-                "{text}: {error}"
-            );
+            assert!(error.contains("-f") || error.contains("1-10x2"), "{text}: {error}");
         }
     }
 

@@ -31,9 +31,7 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
     let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
     let triangles = triangle_count(&job.scene, &job.selection.roots);
     if triangles > u64::from(u32::MAX) {
-        return refuse(format!(
-            "{triangles} triangles are more than the 4294967295 that a scene can have"
-        ));
+        return refuse(format!("{triangles} triangles are more than the 4294967295 that a scene can have"));
     }
     let needed = estimated_bytes(job);
     if needed > u128::from(job.max_memory_bytes) {

@@ -61,10 +61,7 @@ impl OutputPattern {
             parts.push(Part::Frame { width: 4 });
         }
         parts.push(Part::Literal(".exr".into()));
-        Self {
-            parts,
-            format: OutputFormat::Exr,
-        }
+        Self { parts, format: OutputFormat::Exr }
     }
 
     /// What the extension asks for.
@@ -126,17 +123,13 @@ fn closed_place(bytes: &[u8], end: u8) -> Option<(usize, usize)> {
 fn format_of(path: &Path) -> Result<OutputFormat, String> {
     let shown = path.display();
     if path.as_os_str().as_encoded_bytes().ends_with(b"/") || path.file_name().is_none() {
-        return Err(format!(
-            "\"{shown}\" names a folder; add a file name such as shot.####.exr"
-        ));
+        return Err(format!("\"{shown}\" names a folder; add a file name such as shot.####.exr"));
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     match extension.to_str() {
         Some("exr") => Ok(OutputFormat::Exr),
         Some("png") => Ok(OutputFormat::Png),
-        _ => Err(format!(
-            "\"{shown}\" has no extension that is known; end it with .exr or .png"
-        )),
+        _ => Err(format!("\"{shown}\" has no extension that is known; end it with .exr or .png")),
     }
 }
 

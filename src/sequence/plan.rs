@@ -44,11 +44,7 @@ impl Plan {
     pub fn new(job: &SequenceJob) -> Result<Self> {
         memory::check(job)?;
         check_names(job)?;
-        let planned: Vec<_> = job
-            .frames
-            .par_iter()
-            .map(|&frame| plan_frame(job, frame))
-            .collect();
+        let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
         refuse_what_is_in_the_way(&planned)?;
         let frames = planned.into_iter().map(|(frame, _)| frame).collect();
         Ok(Self { frames })
@@ -88,8 +84,7 @@ fn check_names(job: &SequenceJob) -> Result<()> {
             "{} frames would all be written to \"{}\"; put #### where the frame number belongs, such as {}",
             job.frames.len(),
             path.display(),
-            path.with_extension(format!("####.{}", path.extension().unwrap_or_default().display()))
-                .display(),
+            path.with_extension(format!("####.{}", path.extension().unwrap_or_default().display())).display(),
         )));
     }
     if job.preview && job.output.format() == OutputFormat::Png {

@@ -38,9 +38,7 @@ impl PosedFrames {
         }
         let recycled = self.bvh.take();
         let Frame { triangles, flags, .. } = &self.current;
-        let bvh = self
-            .builder
-            .build(triangles, flags, &job.build, cancel, recycled)?;
+        let bvh = self.builder.build(triangles, flags, &job.build, cancel, recycled)?;
         let phases = bvh.statistics();
         seconds.split = phases.split_seconds;
         seconds.sort = phases.sort_seconds;
@@ -57,10 +55,7 @@ fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
     let bits = |triangle: &Triangle| triangle.vertices.map(|v| v.to_array().map(f32::to_bits));
     a.flags == b.flags
         && a.triangles.len() == b.triangles.len()
-        && a.triangles
-            .iter()
-            .zip(&b.triangles)
-            .all(|(a, b)| bits(a) == bits(b))
+        && a.triangles.iter().zip(&b.triangles).all(|(a, b)| bits(a) == bits(b))
 }
 
 #[cfg(test)]

@@ -11,10 +11,7 @@ pub struct FrameRate {
 
 impl FrameRate {
     /// The default, 24 frames a second.
-    pub const FILM: Self = Self {
-        numerator: 24,
-        denominator: 1,
-    };
+    pub const FILM: Self = Self { numerator: 24, denominator: 1 };
 
     /// Parses `24`, `23.976` or `24000/1001`.
     ///
@@ -35,10 +32,7 @@ impl FrameRate {
         let numerator = i32::try_from(numerator / divisor).ok();
         let denominator = u32::try_from(denominator / divisor).ok();
         match numerator.zip(denominator) {
-            Some((numerator, denominator)) => Ok(Self {
-                numerator: numerator.unsigned_abs(),
-                denominator,
-            }),
+            Some((numerator, denominator)) => Ok(Self { numerator: numerator.unsigned_abs(), denominator }),
             None => Err(format!("\"{text}\" has too many digits for a frame rate")),
         }
     }
@@ -86,11 +80,7 @@ fn parse_decimal(text: &str) -> Option<(u64, u64)> {
 }
 
 fn greatest_common_divisor(a: u64, b: u64) -> u64 {
-    if b == 0 {
-        a
-    } else {
-        greatest_common_divisor(b, a % b)
-    }
+    if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
 #[cfg(test)]

@@ -122,10 +122,7 @@ impl Summary {
         if self.is_interrupted {
             return Err(Error::Interrupted(Cancelled));
         }
-        let worst = self
-            .failed
-            .into_iter()
-            .max_by_key(|failed| permanence(&failed.error));
+        let worst = self.failed.into_iter().max_by_key(|failed| permanence(&failed.error));
         worst.map_or(Ok(()), |failed| Err(failed.error))
     }
 }
@@ -161,11 +158,7 @@ impl RayReport {
             + statistics.integrator.refraction_rays
             + statistics.integrator.shadow_rays;
         let per_ray = |count: u64| {
-            if rays == 0 {
-                0.0
-            } else {
-                count as f64 / rays as f64
-            }
+            if rays == 0 { 0.0 } else { count as f64 / rays as f64 }
         };
         let seconds = statistics.trace_seconds;
         Self {
@@ -206,23 +199,16 @@ mod tests {
 
     #[test]
     fn the_worst_frame_decides() {
-        let full_disk = || Error::WriteFailed {
-            path: "a".into(),
-            source: std::io::ErrorKind::StorageFull.into(),
-        };
-        let bug = Error::Internal {
-            message: "x".to_owned(),
-        };
+        let full_disk =
+            || Error::WriteFailed { path: "a".into(), source: std::io::ErrorKind::StorageFull.into() };
+        let bug = Error::Internal { message: "x".to_owned() };
         let summary = Summary {
             failed: vec![failed(1, full_disk()), failed(2, bug), failed(3, full_disk())],
             ..Summary::default()
         };
         assert_eq!(summary.outcome().unwrap_err().exit_code(), 70);
         assert!(Summary::default().outcome().is_ok());
-        let stopped = Summary {
-            is_interrupted: true,
-            ..Summary::default()
-        };
+        let stopped = Summary { is_interrupted: true, ..Summary::default() };
         assert_eq!(stopped.outcome().unwrap_err().exit_code(), 75);
     }
 }

@@ -58,6 +58,7 @@ impl Stage {
     }
 
     /// Radiance and coverage that a camera at `eye` sees towards `target`.
+    #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
     pub(crate) fn look(&self, eye: Vec3, target: Vec3) -> Vec4 {
         let backward = (eye - target).normalize();
         let (right, up) = backward.any_orthonormal_pair();

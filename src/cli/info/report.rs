@@ -150,11 +150,7 @@ fn mesh(mesh: &crate::scene::Mesh) -> MeshReport {
         primitives: primitives.len(),
         vertices: primitives.iter().map(|part| part.positions.len()).sum(),
         triangles: primitives.iter().map(|part| part.triangles.len()).sum(),
-        morph_targets: primitives
-            .iter()
-            .map(|part| part.targets.len())
-            .max()
-            .unwrap_or(0),
+        morph_targets: primitives.iter().map(|part| part.targets.len()).max().unwrap_or(0),
         is_skinned: primitives.iter().any(|part| part.influences.is_some()),
     }
 }
@@ -170,10 +166,7 @@ fn material(material: &Material) -> MaterialReport {
     let features = [
         (textured.contains(&true), "textured"),
         (material.emissive != glam::Vec3::ZERO, "emissive"),
-        (
-            matches!(material.alpha_mode, AlphaMode::Mask { .. }),
-            "alpha mask",
-        ),
+        (matches!(material.alpha_mode, AlphaMode::Mask { .. }), "alpha mask"),
         (material.alpha_mode == AlphaMode::Blend, "alpha blend"),
         (material.double_sided, "double-sided"),
         (material.unlit, "unlit"),
@@ -182,20 +175,13 @@ fn material(material: &Material) -> MaterialReport {
     ];
     MaterialReport {
         name: material.name.clone(),
-        features: features
-            .iter()
-            .filter(|(is, _)| *is)
-            .map(|&(_, name)| name)
-            .collect(),
+        features: features.iter().filter(|(is, _)| *is).map(|&(_, name)| name).collect(),
     }
 }
 
 fn texture(scene: &Scene, texture: &Texture) -> TextureReport {
     let image = scene.images.get(texture.image.index());
-    let name = texture
-        .name
-        .clone()
-        .or_else(|| image.and_then(|image| image.name.clone()));
+    let name = texture.name.clone().or_else(|| image.and_then(|image| image.name.clone()));
     TextureReport {
         name,
         width: image.map_or(0, |image| image.width),
@@ -244,10 +230,7 @@ fn cameras(scene: &Scene) -> Vec<CameraReport> {
             Projection::Perspective { .. } => "perspective",
             Projection::Orthographic { .. } => "orthographic",
         },
-        is_placed: scene
-            .nodes
-            .iter()
-            .any(|node| node.camera.is_some_and(|camera| camera.index() == index)),
+        is_placed: scene.nodes.iter().any(|node| node.camera.is_some_and(|camera| camera.index() == index)),
     };
     scene.cameras.iter().enumerate().map(report).collect()
 }
@@ -260,20 +243,14 @@ fn lights(scene: &Scene) -> Vec<LightReport> {
             LightKind::Point => "point",
             LightKind::Spot { .. } => "spot",
         },
-        is_placed: scene
-            .nodes
-            .iter()
-            .any(|node| node.light.is_some_and(|light| light.index() == index)),
+        is_placed: scene.nodes.iter().any(|node| node.light.is_some_and(|light| light.index() == index)),
     };
     scene.lights.iter().enumerate().map(report).collect()
 }
 
 fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
-    let named: std::collections::BTreeSet<_> = scene
-        .extensions_used
-        .iter()
-        .chain(&scene.extensions_required)
-        .collect();
+    let named: std::collections::BTreeSet<_> =
+        scene.extensions_used.iter().chain(&scene.extensions_required).collect();
     let report = |name: &String| {
         let is_required = scene.extensions_required.contains(name);
         ExtensionReport {

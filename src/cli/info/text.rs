@@ -8,10 +8,7 @@ pub(super) fn text(report: &Report) -> String {
     let mut lines = vec![report.file.clone()];
     let sections = [
         ("scenes", scenes(report)),
-        (
-            "nodes",
-            vec![format!("{} nodes, {} skins", report.nodes, report.skins)],
-        ),
+        ("nodes", vec![format!("{} nodes, {} skins", report.nodes, report.skins)]),
         ("meshes", meshes(report)),
         ("materials", materials(report)),
         ("textures", textures(report)),
@@ -25,11 +22,7 @@ pub(super) fn text(report: &Report) -> String {
     for (title, items) in sections {
         if !items.is_empty() {
             lines.push(format!("{title}:"));
-            lines.extend(
-                items
-                    .iter()
-                    .map(|item| format!("  {}", crate::progress::one_line(item))),
-            );
+            lines.extend(items.iter().map(|item| format!("  {}", crate::progress::one_line(item))));
         }
     }
     lines.join("\n")
@@ -47,10 +40,7 @@ fn numbered<T>(items: &[T], line: impl Fn(&T) -> (Option<&str>, String)) -> Vec<
 fn scenes(report: &Report) -> Vec<String> {
     numbered(&report.scenes, |scene| {
         let default = if scene.is_default { ", the default" } else { "" };
-        (
-            scene.name.as_deref(),
-            format!("{} triangles{default}", grouped(scene.triangles)),
-        )
+        (scene.name.as_deref(), format!("{} triangles{default}", grouped(scene.triangles)))
     })
 }
 
@@ -72,48 +62,33 @@ fn meshes(report: &Report) -> Vec<String> {
 }
 
 fn materials(report: &Report) -> Vec<String> {
-    numbered(&report.materials, |material| {
-        (material.name.as_deref(), material.features.join(", "))
-    })
+    numbered(&report.materials, |material| (material.name.as_deref(), material.features.join(", ")))
 }
 
 fn textures(report: &Report) -> Vec<String> {
     numbered(&report.textures, |texture| {
-        let facts = format!(
-            "{}x{}, {} bits, {}",
-            texture.width, texture.height, texture.bits, texture.sampling
-        );
+        let facts =
+            format!("{}x{}, {} bits, {}", texture.width, texture.height, texture.bits, texture.sampling);
         (texture.name.as_deref(), facts)
     })
 }
 
 fn clips(report: &Report) -> Vec<String> {
     numbered(&report.clips, |clip| {
-        (
-            clip.name.as_deref(),
-            format!("{} s, {} channels", clip.seconds, clip.channels),
-        )
+        (clip.name.as_deref(), format!("{} s, {} channels", clip.seconds, clip.channels))
     })
 }
 
 fn cameras(report: &Report) -> Vec<String> {
-    numbered(&report.cameras, |camera| {
-        (camera.name.as_deref(), placed(camera.kind, camera.is_placed))
-    })
+    numbered(&report.cameras, |camera| (camera.name.as_deref(), placed(camera.kind, camera.is_placed)))
 }
 
 fn lights(report: &Report) -> Vec<String> {
-    numbered(&report.lights, |light| {
-        (light.name.as_deref(), placed(light.kind, light.is_placed))
-    })
+    numbered(&report.lights, |light| (light.name.as_deref(), placed(light.kind, light.is_placed)))
 }
 
 fn placed(kind: &str, is_placed: bool) -> String {
-    if is_placed {
-        kind.to_owned()
-    } else {
-        format!("{kind}, not placed by any node")
-    }
+    if is_placed { kind.to_owned() } else { format!("{kind}, not placed by any node") }
 }
 
 fn extensions(report: &Report) -> Vec<String> {
@@ -135,11 +110,7 @@ fn rendered(report: &Report) -> String {
         0 => "no clip".to_owned(),
         _ => format!("clips {}", clips.join(" ")),
     };
-    format!(
-        "{clips}, {frames}, {}, {} triangles",
-        rendered.camera,
-        grouped(rendered.triangles)
-    )
+    format!("{clips}, {frames}, {}, {} triangles", rendered.camera, grouped(rendered.triangles))
 }
 
 fn not_supported(report: &Report) -> Vec<String> {

@@ -32,10 +32,8 @@ fn interleaved_attributes_follow_their_stride() {
 fn sparse_values_replace_zeros_where_there_is_no_view() {
     let mut document = Document::triangle();
     let indices = document.view(&[1, 2]);
-    let values: Vec<u8> = [4.0_f32, 5.0, 6.0, 7.0, 8.0, 9.0]
-        .iter()
-        .flat_map(|value| value.to_le_bytes())
-        .collect();
+    let values: Vec<u8> =
+        [4.0_f32, 5.0, 6.0, 7.0, 8.0, 9.0].iter().flat_map(|value| value.to_le_bytes()).collect();
     let values = document.view(&values);
     let sparse = json!({
         "count": 2,
@@ -53,9 +51,7 @@ fn sparse_values_replace_zeros_where_there_is_no_view() {
     document.json["accessors"][accessor]["count"] = json!(2);
     assert!(document.error(65).contains("sparse"));
     document.json["accessors"][accessor]["count"] = json!(3);
-    let offset = document.json["bufferViews"][indices]["byteOffset"]
-        .as_u64()
-        .unwrap() as usize;
+    let offset = document.json["bufferViews"][indices]["byteOffset"].as_u64().unwrap() as usize;
     document.bytes[offset..offset + 2].copy_from_slice(&[2, 1]);
     assert!(document.error(65).contains("strictly increasing"));
     document.json["accessors"][accessor]["sparse"]["count"] = json!(4);
@@ -67,9 +63,7 @@ fn quantized_attributes_need_their_extension() {
     let mut document = Document::triangle();
     let bytes = [0_u8, 0, 0, 0, 127, 0, 0, 0, 0, 0x81, 0, 0];
     let accessor = document.accessor(5120, "VEC3", 3, &bytes);
-    let view = document.json["accessors"][accessor]["bufferView"]
-        .as_u64()
-        .unwrap();
+    let view = document.json["accessors"][accessor]["bufferView"].as_u64().unwrap();
     document.json["bufferViews"][view as usize]["byteStride"] = json!(4);
     document.json["accessors"][accessor]["normalized"] = json!(true);
     document.set_attribute("POSITION", accessor);
@@ -89,11 +83,7 @@ fn quantized_attributes_need_their_extension() {
 fn colors_of_any_format_are_floats_with_alpha() {
     for (component, shape, bytes) in [
         (5121, "VEC3", vec![255, 51, 0, 0, 0, 0, 0, 0, 0]),
-        (
-            5123,
-            "VEC4",
-            [0xff_u8, 0xff, 0x33, 0x33, 0, 0, 0xff, 0xff].repeat(3),
-        ),
+        (5123, "VEC4", [0xff_u8, 0xff, 0x33, 0x33, 0, 0, 0xff, 0xff].repeat(3)),
     ] {
         let mut document = Document::triangle();
         let accessor = document.accessor(component, shape, 3, &bytes);
@@ -141,9 +131,7 @@ fn zeros_are_refused_before_they_are_allocated() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
     std::fs::write(&path, Document::triangle().to_json().to_string()).unwrap();
-    let options = ImportOptions {
-        max_memory_bytes: 6_000,
-    };
+    let options = ImportOptions { max_memory_bytes: 6_000 };
     assert_eq!(import(&path, &options).unwrap_err().exit_code(), 77);
 }
 
@@ -151,11 +139,7 @@ fn zeros_are_refused_before_they_are_allocated() {
 fn values_that_are_no_numbers_are_errors() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut document = Document::triangle();
-        document.attribute(
-            "POSITION",
-            "VEC3",
-            &[0.0, 0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0],
-        );
+        document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0]);
         assert!(document.error(65).contains("/accessors/1: element 1"));
     }
 }

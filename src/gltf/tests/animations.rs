@@ -17,16 +17,12 @@ fn clip(path: &str, interpolation: &str, times: &[f32], shape: &str, values: &[f
 
 #[test]
 fn keys_of_each_interpolation_are_read() {
-    let scene = clip("scale", "STEP", &[0.0, 1.0], "VEC3", &[1.0; 6])
-        .import()
-        .unwrap();
+    let scene = clip("scale", "STEP", &[0.0, 1.0], "VEC3", &[1.0; 6]).import().unwrap();
     let channel = &scene.animations[0].channels[0];
     assert_eq!(channel.target, AnimationTarget::Scale(NodeIndex(0)));
     assert_eq!(channel.keyframes.interpolation, Interpolation::Step);
     assert_eq!((channel.keyframes.width, channel.keyframes.values.len()), (3, 6));
-    let scene = clip("translation", "CUBICSPLINE", &[0.5], "VEC3", &[1.0; 9])
-        .import()
-        .unwrap();
+    let scene = clip("translation", "CUBICSPLINE", &[0.5], "VEC3", &[1.0; 9]).import().unwrap();
     assert_eq!(scene.animations[0].channels[0].keyframes.values.len(), 9);
     assert_eq!(scene.animations[0].duration_seconds(), 0.5);
 }
@@ -34,40 +30,16 @@ fn keys_of_each_interpolation_are_read() {
 #[test]
 fn wrong_keys_are_errors() {
     for (document, expected) in [
-        (
-            clip("scale", "LINEAR", &[0.0, 0.0], "VEC3", &[1.0; 6]),
-            "must increase",
-        ),
-        (
-            clip("scale", "LINEAR", &[1.0, 0.5], "VEC3", &[1.0; 6]),
-            "must increase",
-        ),
-        (
-            clip("scale", "LINEAR", &[-1.0, 0.5], "VEC3", &[1.0; 6]),
-            "before time 0",
-        ),
-        (
-            clip("scale", "LINEAR", &[0.0, f32::NAN], "VEC3", &[1.0; 6]),
-            "not a number",
-        ),
-        (
-            clip("scale", "LINEAR", &[0.0, 1.0], "VEC3", &[1.0; 3]),
-            "/output: has 3 numbers",
-        ),
+        (clip("scale", "LINEAR", &[0.0, 0.0], "VEC3", &[1.0; 6]), "must increase"),
+        (clip("scale", "LINEAR", &[1.0, 0.5], "VEC3", &[1.0; 6]), "must increase"),
+        (clip("scale", "LINEAR", &[-1.0, 0.5], "VEC3", &[1.0; 6]), "before time 0"),
+        (clip("scale", "LINEAR", &[0.0, f32::NAN], "VEC3", &[1.0; 6]), "not a number"),
+        (clip("scale", "LINEAR", &[0.0, 1.0], "VEC3", &[1.0; 3]), "/output: has 3 numbers"),
         (clip("scale", "CUBICSPLINE", &[0.0], "VEC3", &[1.0; 3]), "/output"),
         (clip("scale", "LINEAR", &[0.0], "VEC4", &[1.0; 4]), "VEC4"),
-        (
-            clip("scale", "BEZIER", &[0.0], "VEC3", &[1.0; 3]),
-            "/interpolation",
-        ),
-        (
-            clip("rotation", "LINEAR", &[0.0], "VEC4", &[0.0; 4]),
-            "length zero",
-        ),
-        (
-            clip("weights", "LINEAR", &[0.0], "SCALAR", &[0.0]),
-            "no morph targets",
-        ),
+        (clip("scale", "BEZIER", &[0.0], "VEC3", &[1.0; 3]), "/interpolation"),
+        (clip("rotation", "LINEAR", &[0.0], "VEC4", &[0.0; 4]), "length zero"),
+        (clip("weights", "LINEAR", &[0.0], "SCALAR", &[0.0]), "no morph targets"),
     ] {
         let text = document.error(65);
         assert!(text.contains(expected), "{text}");
@@ -77,18 +49,12 @@ fn wrong_keys_are_errors() {
 #[test]
 fn normalized_rotations_are_converted() {
     let mut document = clip("rotation", "LINEAR", &[0.0], "VEC4", &[1.0; 4]);
-    let bytes: Vec<u8> = [0_i16, -32767, 0, 0]
-        .iter()
-        .flat_map(|c| c.to_le_bytes())
-        .collect();
+    let bytes: Vec<u8> = [0_i16, -32767, 0, 0].iter().flat_map(|c| c.to_le_bytes()).collect();
     let output = document.accessor(5122, "VEC4", 1, &bytes);
     document.json["accessors"][output]["normalized"] = json!(true);
     document.json["animations"][0]["samplers"][0]["output"] = json!(output);
     let scene = document.import().unwrap();
-    assert_eq!(
-        scene.animations[0].channels[0].keyframes.values,
-        [0.0, -1.0, 0.0, 0.0]
-    );
+    assert_eq!(scene.animations[0].channels[0].keyframes.values, [0.0, -1.0, 0.0, 0.0]);
 }
 
 #[test]

@@ -38,10 +38,7 @@ fn points_and_lines_are_named_once_each() {
     let scene = document.import().unwrap();
     assert_eq!(scene.meshes[0].primitives.len(), 1);
     let pointers: Vec<&str> = scene.warnings.iter().map(|w| w.pointer.as_str()).collect();
-    assert_eq!(
-        pointers,
-        ["/meshes/0/primitives/0/mode", "/meshes/0/primitives/1/mode"]
-    );
+    assert_eq!(pointers, ["/meshes/0/primitives/0/mode", "/meshes/0/primitives/1/mode"]);
 }
 
 #[test]
@@ -111,11 +108,7 @@ fn tangents_follow_u_and_their_sign_the_image_upwards() {
 fn vertices_split_where_mirrored_coordinates_meet() {
     // Two triangles share the edge 0-1; the second one's u runs the other way.
     let mut document = Document::triangle();
-    document.attribute(
-        "POSITION",
-        "VEC3",
-        &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0],
-    );
+    document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
     document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
     document.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
     let joints = document.accessor(5121, "VEC4", 4, &[0; 16]);
@@ -123,10 +116,7 @@ fn vertices_split_where_mirrored_coordinates_meet() {
     document.attribute("WEIGHTS_0", "VEC4", &[1.0, 0.0, 0.0, 0.0].repeat(4));
     index_accessor(&mut document, &[0, 2, 1, 0, 1, 3]);
     let mut document = with_normal_map(document);
-    let deltas = document.floats(
-        "VEC3",
-        &[9.0, 0.0, 0.0, 8.0, 0.0, 0.0, 7.0, 0.0, 0.0, 6.0, 0.0, 0.0],
-    );
+    let deltas = document.floats("VEC3", &[9.0, 0.0, 0.0, 8.0, 0.0, 0.0, 7.0, 0.0, 0.0, 6.0, 0.0, 0.0]);
     primitive_of(&mut document)["targets"] = json!([{"POSITION": deltas}]);
     let scene = document.import().unwrap();
     let primitive = &scene.meshes[0].primitives[0];
@@ -172,11 +162,7 @@ fn degenerate_surfaces_get_finite_tangents() {
     let scene = with_normal_map(document).import().unwrap();
     let primitive = &scene.meshes[0].primitives[0];
     let tangents = primitive.tangents.as_ref().unwrap();
-    assert!(
-        tangents
-            .iter()
-            .all(|tangent| tangent.is_finite() && tangent.truncate().is_normalized())
-    );
+    assert!(tangents.iter().all(|tangent| tangent.is_finite() && tangent.truncate().is_normalized()));
     let normals = primitive.normals.as_ref().unwrap();
     assert!(normals.iter().all(|normal| normal.is_normalized()));
 }

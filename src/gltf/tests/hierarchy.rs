@@ -44,14 +44,8 @@ fn transforms_are_checked() {
     for (node, expected) in [
         (json!({"scale": [1e39, 1, 1]}), "/nodes/0/scale"),
         (json!({"rotation": [0, 0, 0, 0]}), "length zero"),
-        (
-            json!({"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1], "scale": [1,1,1]}),
-            "both",
-        ),
-        (
-            json!({"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}),
-            "not affine",
-        ),
+        (json!({"matrix": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1], "scale": [1,1,1]}), "both"),
+        (json!({"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}), "not affine"),
         (json!({"weights": [1]}), "need a mesh"),
         (json!({"mesh": 3}), "no mesh 3"),
         (json!({"camera": 0}), "no camera 0"),
@@ -104,11 +98,8 @@ fn documents_are_repaired() {
 
 #[test]
 fn broken_documents_are_errors() {
-    let deep = format!(
-        r#"{{"asset":{{"version":"2.0"}},"extras":{}{}}}"#,
-        "[".repeat(100_000),
-        "]".repeat(100_000)
-    );
+    let deep =
+        format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}{}}}"#, "[".repeat(100_000), "]".repeat(100_000));
     for text in [
         "",
         "{",

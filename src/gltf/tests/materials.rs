@@ -40,10 +40,7 @@ fn only_used_images_are_read() {
     // The content tells the kind, not the media type, which says JPEG.
     assert_eq!(scene.images[0].texels, Texels::Rgba8(vec![[1, 2, 3, 4]]));
     let sampler = scene.textures[0].sampler;
-    assert_eq!(
-        (sampler.wrap_u, sampler.wrap_v),
-        (WrapMode::ClampToEdge, WrapMode::MirroredRepeat)
-    );
+    assert_eq!((sampler.wrap_u, sampler.wrap_v), (WrapMode::ClampToEdge, WrapMode::MirroredRepeat));
     assert_eq!(
         (sampler.magnify, sampler.minify, sampler.mipmap),
         (Filter::Nearest, Filter::Linear, Some(Filter::Nearest))
@@ -69,18 +66,13 @@ fn texture_transforms_reach_every_slot() {
         material.normal_texture.map(|normal| normal.texture),
         material.occlusion_texture.map(|occlusion| occlusion.texture),
         material.emissive_texture,
-        material
-            .transmission
-            .and_then(|transmission| transmission.texture),
+        material.transmission.and_then(|transmission| transmission.texture),
     ];
     for reference in references {
         let reference = reference.unwrap();
         assert_eq!((reference.texture, reference.uv_set), (TextureIndex(0), 1));
-        let expected = UvTransform {
-            offset: Vec2::new(0.5, 0.25),
-            rotation_radians: 1.5,
-            scale: Vec2::new(2.0, 3.0),
-        };
+        let expected =
+            UvTransform { offset: Vec2::new(0.5, 0.25), rotation_radians: 1.5, scale: Vec2::new(2.0, 3.0) };
         assert_eq!(reference.transform, expected);
     }
     assert_eq!(scene.textures.len(), 1);
@@ -102,10 +94,7 @@ fn extensions_set_their_values() {
     assert_eq!(material.emissive, Vec3::new(8.0, 4.0, 0.0));
     assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
     assert!(material.unlit && material.ior == 1.25);
-    let volume = Volume {
-        attenuation_distance: f32::INFINITY,
-        attenuation_color: Vec3::new(1.0, 0.5, 0.25),
-    };
+    let volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: Vec3::new(1.0, 0.5, 0.25) };
     assert_eq!(material.volume, Some(volume));
     assert!(scene.warnings.is_empty());
     // The default material comes last.
@@ -117,27 +106,12 @@ fn extensions_set_their_values() {
 fn wrong_values_name_their_place() {
     for (material, pointer) in [
         (json!({"alphaMode": "GLOW"}), "/materials/0/alphaMode"),
-        (
-            json!({"pbrMetallicRoughness": {"metallicFactor": 2}}),
-            "/metallicFactor",
-        ),
+        (json!({"pbrMetallicRoughness": {"metallicFactor": 2}}), "/metallicFactor"),
         (json!({"emissiveTexture": {}}), "/materials/0"),
-        (
-            json!({"extensions": {"KHR_materials_ior": {"ior": "abc"}}}),
-            "/KHR_materials_ior/ior",
-        ),
-        (
-            json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}),
-            "/KHR_materials_ior/ior",
-        ),
-        (
-            json!({"extensions": {"KHR_materials_unlit": true}}),
-            "/KHR_materials_unlit",
-        ),
-        (
-            json!({"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}),
-            "/attenuationDistance",
-        ),
+        (json!({"extensions": {"KHR_materials_ior": {"ior": "abc"}}}), "/KHR_materials_ior/ior"),
+        (json!({"extensions": {"KHR_materials_ior": {"ior": 0.5}}}), "/KHR_materials_ior/ior"),
+        (json!({"extensions": {"KHR_materials_unlit": true}}), "/KHR_materials_unlit"),
+        (json!({"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}), "/attenuationDistance"),
     ] {
         let text = error_text(import_material(material), 65);
         assert!(text.contains(pointer), "{text}");
@@ -156,11 +130,7 @@ fn extensions_are_refused_or_named() {
         "nodes": [{"extensions": {"KHR_materials_ior": {}}}]
     });
     let scene = import_bytes("a.gltf", optional.to_string().as_bytes()).unwrap();
-    let pointers: Vec<&str> = scene
-        .warnings
-        .iter()
-        .map(|warning| warning.pointer.as_str())
-        .collect();
+    let pointers: Vec<&str> = scene.warnings.iter().map(|warning| warning.pointer.as_str()).collect();
     let expected = [
         "/nodes/0/extensions/KHR_materials_ior",
         "/extensionsUsed/0",
@@ -184,13 +154,7 @@ fn unsupported_images_are_named_only_where_they_matter() {
     assert!(text.contains("EXT_texture_webp"), "{text}");
     let mut unused = webp.clone();
     unused["materials"] = json!([{}]);
-    assert_eq!(
-        import_bytes("a.gltf", unused.to_string().as_bytes())
-            .unwrap()
-            .warnings
-            .len(),
-        1
-    );
+    assert_eq!(import_bytes("a.gltf", unused.to_string().as_bytes()).unwrap().warnings.len(), 1);
     let mut broken = webp;
     broken["textures"] = json!([{"source": 0}]);
     broken["images"] = json!([{"name": "bark", "uri": "data:image/png;base64,iVBORw0KGgo="}]);
@@ -209,17 +173,8 @@ fn lights_are_checked() {
         import_bytes("a.gltf", document.to_string().as_bytes())
     };
     let scene = light(json!({"type": "spot", "spot": {}, "range": 4, "intensity": 3})).unwrap();
-    assert_eq!(
-        (scene.lights[0].range, scene.lights[0].intensity),
-        (Some(4.0), 3.0)
-    );
-    assert!(matches!(
-        scene.lights[0].kind,
-        LightKind::Spot {
-            inner_cone_radians: 0.0,
-            ..
-        }
-    ));
+    assert_eq!((scene.lights[0].range, scene.lights[0].intensity), (Some(4.0), 3.0));
+    assert!(matches!(scene.lights[0].kind, LightKind::Spot { inner_cone_radians: 0.0, .. }));
     assert!(scene.nodes[0].light.is_some());
     for bad in [
         json!({"type": "spot"}),

@@ -1,9 +1,6 @@
 //! Tests on whole files, built here in code.
 
-#![expect(
-    clippy::arithmetic_side_effects,
-    reason = "an overflow in a test is a failed test"
-)]
+#![expect(clippy::arithmetic_side_effects, reason = "an overflow in a test is a failed test")]
 
 mod accessors;
 mod animations;

@@ -110,10 +110,7 @@ fn links_and_special_files_do_not_lead_out() {
     assert_eq!(import(&scene_path, &options).unwrap_err().exit_code(), 65);
     // The scene itself: a folder, a device, nothing.
     assert_eq!(import(folder.path(), &options).unwrap_err().exit_code(), 65);
-    assert_eq!(
-        import(Path::new("/dev/zero"), &options).unwrap_err().exit_code(),
-        65
-    );
+    assert_eq!(import(Path::new("/dev/zero"), &options).unwrap_err().exit_code(), 65);
     let nothing = folder.path().join("nothing.glb");
     assert_eq!(import(&nothing, &options).unwrap_err().exit_code(), 66);
 }
@@ -122,21 +119,13 @@ fn triangle_glb() -> Vec<u8> {
     let document = Document::triangle();
     let mut json = document.to_json();
     json["buffers"][0].as_object_mut().unwrap().remove("uri");
-    glb(&[
-        (b"JSON", json.to_string().as_bytes()),
-        (b"BIN\0", &document.bytes),
-    ])
+    glb(&[(b"JSON", json.to_string().as_bytes()), (b"BIN\0", &document.bytes)])
 }
 
 #[test]
 fn glb_chunks_are_found() {
     let file = triangle_glb();
-    assert_eq!(
-        import_bytes("a.glb", &file).unwrap().meshes[0].primitives[0]
-            .triangles
-            .len(),
-        1
-    );
+    assert_eq!(import_bytes("a.glb", &file).unwrap().meshes[0].primitives[0].triangles.len(), 1);
     // Chunks of other kinds are skipped, what follows the end is ignored and named.
     let mut longer = file;
     longer.extend(b"junk");
@@ -152,29 +141,15 @@ fn glb_lies_are_errors_at_every_length() {
     for length in (4..file.len()).step_by(7) {
         error_text(import_bytes("a.glb", &file[..length]), 65);
     }
-    for (position, value) in [
-        (4, 1_u32),
-        (8, 0),
-        (8, 11),
-        (8, 20),
-        (8, u32::MAX),
-        (12, 0),
-        (12, u32::MAX),
-        (12, 4),
-        (16, 7),
-    ] {
+    for (position, value) in
+        [(4, 1_u32), (8, 0), (8, 11), (8, 20), (8, u32::MAX), (12, 0), (12, u32::MAX), (12, 4), (16, 7)]
+    {
         let mut lying = file.clone();
         lying[position..position + 4].copy_from_slice(&value.to_le_bytes());
         error_text(import_bytes("a.glb", &lying), 65);
     }
     let json: &[u8] = br#"{"asset": {"version": "2.0"}}"#;
-    error_text(
-        import_bytes("a.glb", &glb(&[(b"JSON", json), (b"JSON", json)])),
-        65,
-    );
-    error_text(
-        import_bytes("a.glb", &glb(&[(b"BIN\0", b"1234"), (b"JSON", json)])),
-        65,
-    );
+    error_text(import_bytes("a.glb", &glb(&[(b"JSON", json), (b"JSON", json)])), 65);
+    error_text(import_bytes("a.glb", &glb(&[(b"BIN\0", b"1234"), (b"JSON", json)])), 65);
     error_text(import_bytes("a.glb", &glb(&[])), 65);
 }

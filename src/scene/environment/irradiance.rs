@@ -21,11 +21,7 @@ pub(super) fn irradiance_picture(source: &Picture) -> Picture {
         .into_par_iter()
         .map(|row| irradiance_row(source, (row as f64 + 0.5) / HEIGHT as f64 * PI))
         .collect();
-    Picture {
-        width: WIDTH,
-        height: HEIGHT,
-        pixels: rows.concat(),
-    }
+    Picture { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
 }
 
 fn irradiance_row(source: &Picture, normal_polar: f64) -> Vec<[f32; 3]> {
@@ -40,9 +36,7 @@ fn irradiance_row(source: &Picture, normal_polar: f64) -> Vec<[f32; 3]> {
         kernel_sum += row_sum;
         add_row(&mut sums, pixels, &kernel);
     }
-    sums.iter()
-        .map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32))
-        .collect()
+    sums.iter().map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32)).collect()
 }
 
 /// Weights of a source row's texels; the first is the texel whose left edge is at or before the normal's azimuth.
@@ -93,11 +87,7 @@ mod tests {
     use super::*;
 
     fn picture_of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Picture {
-        let mut picture = Picture {
-            width,
-            height: width / 2,
-            pixels: Vec::new(),
-        };
+        let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
         for row in 0..width / 2 {
             for column in 0..width {
                 let direction = direction_from_uv(picture.texel_uv(column, row));
@@ -135,10 +125,7 @@ mod tests {
                 pi + (n.y * n.y - 1.0 / 3.0) * pi / 4.0,
             );
             let found = result.bilinear(uv_from_direction(n));
-            assert!(
-                (found - expected).abs().max_element() < 0.01,
-                "{n}: {found} for {expected}"
-            );
+            assert!((found - expected).abs().max_element() < 0.01, "{n}: {found} for {expected}");
         }
     }
 

@@ -62,11 +62,7 @@ impl EnvironmentMap {
             )));
         }
         let negative_pixels = check_values(path, width, &mut pixels)?;
-        let picture = Picture {
-            width: width as usize,
-            height: height as usize,
-            pixels,
-        };
+        let picture = Picture { width: width as usize, height: height as usize, pixels };
         let pyramid = Pyramid::new(&picture);
         let tables = Tables {
             irradiance: irradiance_picture(pyramid.at_most(256)),
@@ -77,11 +73,7 @@ impl EnvironmentMap {
         };
         // Whole turns are taken off in degrees, where that is exact.
         let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
-        Ok(Self {
-            tables: Arc::new(tables),
-            cos_rotation,
-            sin_rotation,
-        })
+        Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation })
     }
 
     /// How many pixels had a negative channel, which was set to 0.
@@ -91,10 +83,7 @@ impl EnvironmentMap {
 
     /// Columns and rows of the picture.
     pub fn size(&self) -> (u32, u32) {
-        (
-            self.tables.picture.width as u32,
-            self.tables.picture.height as u32,
-        )
+        (self.tables.picture.width as u32, self.tables.picture.height as u32)
     }
 
     pub(super) fn is_lit(&self) -> bool {
@@ -162,10 +151,7 @@ fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result
 fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<usize> {
     let mut negative_pixels = 0;
     for (index, pixel) in pixels.iter_mut().enumerate() {
-        if pixel
-            .iter()
-            .any(|value| !value.is_finite() || *value > MAX_RADIANCE)
-        {
+        if pixel.iter().any(|value| !value.is_finite() || *value > MAX_RADIANCE) {
             let (column, row) = (index % width as usize, index / width as usize);
             return Err(Error::invalid(
                 path,
@@ -194,13 +180,7 @@ mod tests {
     /// Red in the middle half (around −Z), green elsewhere.
     fn two_halves(rotation: f32) -> EnvironmentMap {
         let pixels = (0..32 * 64)
-            .map(|index| {
-                if (16..48).contains(&(index % 64)) {
-                    [1.0, 0.0, 0.0]
-                } else {
-                    [0.0, 1.0, 0.0]
-                }
-            })
+            .map(|index| if (16..48).contains(&(index % 64)) { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] })
             .collect();
         map(64, 32, pixels, rotation).unwrap()
     }
@@ -251,12 +231,7 @@ mod tests {
                 let mean = Vec3::new(0.25, 0.5, 1.0);
                 assert!((map.radiance(direction) - mean).abs().max_element() < 1e-5);
                 assert!((map.prefiltered(direction, 0.3) - mean).abs().max_element() < 1e-5);
-                assert!(
-                    (map.irradiance(direction) / std::f32::consts::PI - mean)
-                        .abs()
-                        .max_element()
-                        < 1e-4
-                );
+                assert!((map.irradiance(direction) / std::f32::consts::PI - mean).abs().max_element() < 1e-4);
             }
         }
     }
@@ -264,26 +239,12 @@ mod tests {
     #[test]
     fn bad_pictures_are_refused_and_negative_light_is_counted() {
         assert!(matches!(map(0, 4, vec![], 0.0), Err(Error::Invalid { .. })));
-        assert!(matches!(
-            map(2, 2, vec![[0.0; 3]; 3], 0.0),
-            Err(Error::Invalid { .. })
-        ));
-        assert!(matches!(
-            map(1 << 20, 1 << 20, vec![], 0.0),
-            Err(Error::Refused { .. })
-        ));
-        assert!(matches!(
-            map(1, 1, vec![[1.0; 3]], f32::NAN),
-            Err(Error::Usage { .. })
-        ));
+        assert!(matches!(map(2, 2, vec![[0.0; 3]; 3], 0.0), Err(Error::Invalid { .. })));
+        assert!(matches!(map(1 << 20, 1 << 20, vec![], 0.0), Err(Error::Refused { .. })));
+        assert!(matches!(map(1, 1, vec![[1.0; 3]], f32::NAN), Err(Error::Usage { .. })));
         for bad in [f32::NAN, f32::INFINITY, 1e35] {
-            let message = map(2, 1, vec![[0.0; 3], [0.0, bad, 0.0]], 0.0)
-                .unwrap_err()
-                .to_string();
-            assert!(
-                message.contains("(1, 0)") && message.contains("sky.hdr"),
-                "{message}"
-            );
+            let message = map(2, 1, vec![[0.0; 3], [0.0, bad, 0.0]], 0.0).unwrap_err().to_string();
+            assert!(message.contains("(1, 0)") && message.contains("sky.hdr"), "{message}");
         }
         let dark = map(2, 1, vec![[-1.0, 0.0, 0.0], [0.0; 3]], 0.0).unwrap();
         assert_eq!((dark.negative_pixels(), dark.is_lit()), (1, false));
@@ -294,14 +255,10 @@ mod tests {
 
     #[test]
     fn lookups_do_not_depend_on_threads() {
-        let pixels: Vec<[f32; 3]> = (0..64 * 32)
-            .map(|index| [((index * 7919) % 101) as f32, 1.0, 0.5])
-            .collect();
+        let pixels: Vec<[f32; 3]> =
+            (0..64 * 32).map(|index| [((index * 7919) % 101) as f32, 1.0, 0.5]).collect();
         let build = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             pool.install(|| map(64, 32, pixels.clone(), 30.0)).unwrap()
         };
         let (one, three) = (build(1), build(3));

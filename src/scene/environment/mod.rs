@@ -99,10 +99,7 @@ mod tests {
         let direction = Vec3::new(0.6, -0.8, 0.0);
         assert_eq!(environment.radiance(direction), Vec3::new(1.0, 2.0, 3.0));
         assert_eq!(environment.prefiltered(direction, 0.7), Vec3::new(1.0, 2.0, 3.0));
-        assert_eq!(
-            environment.irradiance(direction),
-            Vec3::new(PI, 2.0 * PI, 3.0 * PI)
-        );
+        assert_eq!(environment.irradiance(direction), Vec3::new(PI, 2.0 * PI, 3.0 * PI));
         assert!(environment.is_lit() && environment.key_light().is_none());
     }
 

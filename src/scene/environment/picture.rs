@@ -33,10 +33,7 @@ pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
 impl Picture {
     /// The centre of a texel in picture coordinates.
     pub(super) fn texel_uv(&self, column: usize, row: usize) -> Vec2 {
-        Vec2::new(
-            (column as f32 + 0.5) / self.width as f32,
-            (row as f32 + 0.5) / self.height as f32,
-        )
+        Vec2::new((column as f32 + 0.5) / self.width as f32, (row as f32 + 0.5) / self.height as f32)
     }
 
     /// Radiance between texel centres. Columns wrap around; beyond a pole lies the border row again, half a turn on.
@@ -65,9 +62,7 @@ impl Picture {
     pub(super) fn resampled(&self, width: usize, height: usize) -> Self {
         let columns = overlaps(self.width, width, |edge| edge);
         // The area of a band between two heights on the sphere is proportional to the difference of its cosines.
-        let rows = overlaps(self.height, height, |edge| {
-            -libm::cos(edge * std::f64::consts::PI)
-        });
+        let rows = overlaps(self.height, height, |edge| -libm::cos(edge * std::f64::consts::PI));
         let mut pixels = Vec::with_capacity(width * height);
         for (first_row, row_shares) in &rows {
             let band = self.mean_of_rows(*first_row, row_shares);
@@ -81,19 +76,12 @@ impl Picture {
                 pixels.push(sum.map(|channel| channel as f32));
             }
         }
-        Self {
-            width,
-            height,
-            pixels,
-        }
+        Self { width, height, pixels }
     }
 
     fn mean_of_rows(&self, first_row: usize, shares: &[f64]) -> Vec<[f64; 3]> {
         let mut band = vec![[0.0_f64; 3]; self.width];
-        for (row, share) in self.pixels[first_row * self.width..]
-            .chunks_exact(self.width)
-            .zip(shares)
-        {
+        for (row, share) in self.pixels[first_row * self.width..].chunks_exact(self.width).zip(shares) {
             for (sum, pixel) in band.iter_mut().zip(row) {
                 for (total, channel) in sum.iter_mut().zip(pixel) {
                     *total += f64::from(*channel) * share;
@@ -118,9 +106,7 @@ fn overlaps(old: usize, new: usize, measure: impl Fn(f64) -> f64) -> Vec<(usize,
                 measure(place as f64 / (old as f64 * new as f64))
             };
             let whole = edge(last) - edge(first);
-            let shares = (first..last)
-                .map(|index| (edge(index + 1) - edge(index)) / whole)
-                .collect();
+            let shares = (first..last).map(|index| (edge(index + 1) - edge(index)) / whole).collect();
             (first, shares)
         })
         .collect()
@@ -141,10 +127,7 @@ mod tests {
         ] {
             let found = uv_from_direction(direction);
             assert!((found.y - uv.y).abs() < 1e-6, "{direction}: {found}");
-            assert!(
-                direction.y != 0.0 || (found.x - uv.x).abs() < 1e-6,
-                "{direction}: {found}"
-            );
+            assert!(direction.y != 0.0 || (found.x - uv.x).abs() < 1e-6, "{direction}: {found}");
         }
         for index in 0..200 {
             let uv = Vec2::new((index as f32 * 0.618_034).fract(), (index as f32 + 0.5) / 200.0);
@@ -158,11 +141,7 @@ mod tests {
 
     #[test]
     fn lookups_wrap_around_and_go_on_beyond_the_poles() {
-        let picture = Picture {
-            width: 2,
-            height: 2,
-            pixels: vec![[1.0; 3], [3.0; 3], [5.0; 3], [9.0; 3]],
-        };
+        let picture = Picture { width: 2, height: 2, pixels: vec![[1.0; 3], [3.0; 3], [5.0; 3], [9.0; 3]] };
         assert_eq!(picture.bilinear(Vec2::new(0.25, 0.25)), Vec3::splat(1.0));
         // Half way between the last and the first column, above the first row's centre.
         assert_eq!(picture.bilinear(Vec2::new(0.0, 0.0)), Vec3::splat(2.0));
@@ -173,14 +152,8 @@ mod tests {
     #[test]
     fn resampling_keeps_the_total_light() {
         let (width, height) = (7, 5);
-        let pixels = (0..width * height)
-            .map(|index| [(index * index % 23) as f32, 1.0, 0.0])
-            .collect();
-        let picture = Picture {
-            width,
-            height,
-            pixels,
-        };
+        let pixels = (0..width * height).map(|index| [(index * index % 23) as f32, 1.0, 0.0]).collect();
+        let picture = Picture { width, height, pixels };
         let total = |picture: &Picture| {
             let mut sum = 0.0;
             for row in 0..picture.height {
@@ -195,16 +168,8 @@ mod tests {
         };
         for (new_width, new_height) in [(4, 2), (1, 1), (7, 5), (64, 32), (13, 3)] {
             let other = picture.resampled(new_width, new_height);
-            assert!(
-                (total(&other) - total(&picture)).abs() < 1e-5,
-                "{new_width}x{new_height}"
-            );
-            assert!(
-                other
-                    .pixels
-                    .iter()
-                    .all(|pixel| (pixel[1] - 1.0).abs() < 1e-6 && pixel[2] == 0.0)
-            );
+            assert!((total(&other) - total(&picture)).abs() < 1e-5, "{new_width}x{new_height}");
+            assert!(other.pixels.iter().all(|pixel| (pixel[1] - 1.0).abs() < 1e-6 && pixel[2] == 0.0));
         }
     }
 }

@@ -36,10 +36,7 @@ impl Pyramid {
     /// The largest level that is at most `width` wide.
     pub(super) fn at_most(&self, width: usize) -> &Picture {
         let last = &self.levels[self.levels.len() - 1];
-        self.levels
-            .iter()
-            .find(|level| level.width <= width)
-            .unwrap_or(last)
+        self.levels.iter().find(|level| level.width <= width).unwrap_or(last)
     }
 
     /// Between two levels; 0 is the finest, whole numbers are the levels.
@@ -80,11 +77,7 @@ pub(super) fn prefiltered_pictures(pyramid: &Pyramid) -> Vec<Picture> {
                 _ => (64, 512),
             };
             let roughness = step as f32 / STEPS as f32;
-            lobe_picture(
-                pyramid,
-                width,
-                &lobe_samples(pyramid, roughness * roughness, samples),
-            )
+            lobe_picture(pyramid, width, &lobe_samples(pyramid, roughness * roughness, samples))
         })
         .collect()
 }
@@ -126,11 +119,7 @@ fn radical_inverse(index: u32) -> f32 {
 }
 
 fn lobe_picture(pyramid: &Pyramid, width: usize, samples: &[LobeSample]) -> Picture {
-    let mut picture = Picture {
-        width,
-        height: width / 2,
-        pixels: Vec::new(),
-    };
+    let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
     picture.pixels = (0..width * width / 2)
         .into_par_iter()
         .map(|index| {
@@ -158,11 +147,7 @@ mod tests {
     use super::*;
 
     fn picture_of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Picture {
-        let mut picture = Picture {
-            width,
-            height: width / 2,
-            pixels: Vec::new(),
-        };
+        let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
         for row in 0..width / 2 {
             for column in 0..width {
                 let direction = direction_from_uv(picture.texel_uv(column, row));
@@ -202,12 +187,7 @@ mod tests {
         let pyramid = Pyramid::new(&picture_of(64, |_| Vec3::new(1.0, 0.5, 0.0)));
         for picture in prefiltered_pictures(&pyramid) {
             for pixel in &picture.pixels {
-                assert!(
-                    (Vec3::from_array(*pixel) - Vec3::new(1.0, 0.5, 0.0))
-                        .abs()
-                        .max_element()
-                        < 1e-5
-                );
+                assert!((Vec3::from_array(*pixel) - Vec3::new(1.0, 0.5, 0.0)).abs().max_element() < 1e-5);
             }
         }
     }
@@ -229,10 +209,7 @@ mod tests {
                 let found = Vec3::from_array(picture.pixels[row * picture.width + column]);
                 // Peaks: glow 20, horizon step 1, slope 1. The filter's own width shows most beside the step.
                 let error = (found - expected).abs() / Vec3::new(20.0, 1.0, 1.0);
-                assert!(
-                    error.max_element() < 0.03,
-                    "{roughness} {direction}: {found} for {expected}"
-                );
+                assert!(error.max_element() < 0.03, "{roughness} {direction}: {found} for {expected}");
             }
         }
     }

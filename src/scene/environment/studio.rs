@@ -148,10 +148,7 @@ fn lobe_row(profile: fn(f32) -> f32, lobe: &Lobe, scale: f32) -> Row {
         let mut sum = 0.0;
         for (ring_cosine, weight) in lobe {
             let across = sine * positive(1.0 - ring_cosine * ring_cosine).sqrt();
-            let ring: f32 = turns
-                .iter()
-                .map(|turn| profile(cosine * ring_cosine + across * turn))
-                .sum();
+            let ring: f32 = turns.iter().map(|turn| profile(cosine * ring_cosine + across * turn)).sum();
             sum += ring * weight;
         }
         sum * scale / (total * AZIMUTHS as f32)
@@ -217,10 +214,7 @@ mod tests {
         for normal in directions() {
             let (expected, _) = integrate(normal, |cosine| cosine);
             let found = irradiance(normal);
-            assert!(
-                (found - expected).abs().max_element() < 0.005,
-                "{normal}: {found} for {expected}"
-            );
+            assert!((found - expected).abs().max_element() < 0.005, "{normal}: {found} for {expected}");
         }
     }
 
@@ -244,12 +238,7 @@ mod tests {
     fn a_smooth_lobe_is_the_room_itself() {
         for direction in directions() {
             assert_eq!(prefiltered(direction, 0.0), radiance(direction));
-            assert!(
-                (prefiltered(direction, 1e-4) - radiance(direction))
-                    .abs()
-                    .max_element()
-                    < 0.01
-            );
+            assert!((prefiltered(direction, 1e-4) - radiance(direction)).abs().max_element() < 0.01);
         }
     }
 

@@ -5,8 +5,6 @@ use std::io::Cursor;
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
 
-use crate::scene::Texels;
-
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = &[0xff, 0xd8, 0xff];
 
@@ -17,68 +15,74 @@ const TEXELS_PER_BYTE: u64 = 64;
 
 /// What the first bytes of an image file say it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub enum ImageKind {
+    /// Portable network graphics.
     Png,
+    /// JPEG, baseline or progressive.
     Jpeg,
     /// Recognized, by name, but not supported.
     Other(&'static str),
+    /// Nothing that is known.
     Unknown,
+}
+
+/// Row-major RGBA texels, top row first, as the file stores them: not yet decoded from sRGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DecodedTexels {
+    /// Eight bits a channel.
+    Rgba8(Vec<[u8; 4]>),
+    /// Sixteen bits a channel.
+    Rgba16(Vec<[u16; 4]>),
 }
 
 /// What the header of an image says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Header {
-    pub(super) width: u32,
-    pub(super) height: u32,
+pub struct ImageHeader {
+    /// Texels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
     /// Bytes of the texels once decoded.
-    pub(super) decoded_bytes: u64,
+    pub decoded_bytes: u64,
 }
 
 /// Tells what `bytes` are from their beginning; declared media types are often wrong.
-pub(super) fn kind(bytes: &[u8]) -> Kind {
+pub fn image_kind(bytes: &[u8]) -> ImageKind {
     let at = |start: usize, magic: &[u8]| bytes.get(start..).is_some_and(|rest| rest.starts_with(magic));
     if at(0, PNG_MAGIC) {
-        Kind::Png
+        ImageKind::Png
     } else if at(0, JPEG_MAGIC) {
-        Kind::Jpeg
+        ImageKind::Jpeg
     } else if at(0, b"RIFF") && at(8, b"WEBP") {
-        Kind::Other("WebP")
+        ImageKind::Other("WebP")
     } else if at(0, b"\xabKTX 20\xbb\r\n\x1a\n") {
-        Kind::Other("KTX2")
+        ImageKind::Other("KTX2")
     } else if at(0, b"DDS ") {
-        Kind::Other("DDS")
+        ImageKind::Other("DDS")
     } else if at(4, b"ftypavif") {
-        Kind::Other("AVIF")
+        ImageKind::Other("AVIF")
     } else if at(0, b"GIF8") {
-        Kind::Other("GIF")
+        ImageKind::Other("GIF")
     } else if at(0, b"BM") {
-        Kind::Other("BMP")
+        ImageKind::Other("BMP")
     } else {
-        Kind::Unknown
+        ImageKind::Unknown
     }
 }
 
 /// Why `bytes` are not even opened: the decoder's own limit would otherwise tell it less clearly.
-pub(super) fn oversized_png(bytes: &[u8]) -> Option<String> {
+pub fn oversized_png(bytes: &[u8]) -> Option<String> {
     // The header chunk is always the first: 8 bytes of magic, length and name, then width and height.
     let field = |start: usize| -> Option<u32> {
         let bytes = bytes.get(start..)?.first_chunk::<4>()?;
         Some(u32::from_be_bytes(*bytes))
     };
-    let header = Header {
-        width: field(16)?,
-        height: field(20)?,
-        decoded_bytes: 0,
-    };
-    if kind(bytes) == Kind::Png {
-        unjustified(&header, bytes.len())
-    } else {
-        None
-    }
+    let header = ImageHeader { width: field(16)?, height: field(20)?, decoded_bytes: 0 };
+    if image_kind(bytes) == ImageKind::Png { unjustified(&header, bytes.len()) } else { None }
 }
 
 /// Reads the header of a PNG or JPEG.
-pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
+pub fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
     let (size, color) = with_decoder(bytes, |decoder| Ok((decoder.dimensions(), decoder.color_type())))?;
     let (width, height) = size;
     if width == 0 || height == 0 {
@@ -86,15 +90,11 @@ pub(super) fn header(bytes: &[u8]) -> Result<Header, String> {
     }
     let texels = u64::from(width).saturating_mul(u64::from(height));
     let texel_bytes = if is_deep(color) { 8 } else { 4 };
-    Ok(Header {
-        width,
-        height,
-        decoded_bytes: texels.saturating_mul(texel_bytes),
-    })
+    Ok(ImageHeader { width, height, decoded_bytes: texels.saturating_mul(texel_bytes) })
 }
 
 /// Why an image of this size is not decoded, if its file is too small to justify it.
-pub(super) fn unjustified(header: &Header, file_bytes: usize) -> Option<String> {
+pub fn unjustified(header: &ImageHeader, file_bytes: usize) -> Option<String> {
     let texels = u64::from(header.width).saturating_mul(u64::from(header.height));
     let justified = (file_bytes as u64).saturating_mul(TEXELS_PER_BYTE);
     (texels > FREE_TEXELS && texels > justified).then(|| {
@@ -106,8 +106,8 @@ pub(super) fn unjustified(header: &Header, file_bytes: usize) -> Option<String> 
 }
 
 /// Decodes a PNG or JPEG completely; a file that ends early is an error.
-pub(super) fn decode(bytes: &[u8]) -> Result<Texels, String> {
-    if kind(bytes) == Kind::Jpeg && !jpeg_is_whole(bytes) {
+pub fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
+    if image_kind(bytes) == ImageKind::Jpeg && !jpeg_is_whole(bytes) {
         return Err("ends early; the file is truncated".to_owned());
     }
     let picture = with_decoder(bytes, |decoder| match decoder {
@@ -115,9 +115,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Texels, String> {
         Decoder::Jpeg(jpeg) => DynamicImage::from_decoder(*jpeg),
     })?;
     Ok(if is_deep(picture.color()) {
-        Texels::Rgba16(into_texels(&picture.into_rgba16()))
+        DecodedTexels::Rgba16(into_texels(&picture.into_rgba16()))
     } else {
-        Texels::Rgba8(into_texels(&picture.into_rgba8()))
+        DecodedTexels::Rgba8(into_texels(&picture.into_rgba8()))
     })
 }
 
@@ -152,7 +152,7 @@ fn with_decoder<'a, T>(
     use_decoder: impl FnOnce(Decoder<'a>) -> Result<T, ImageError>,
 ) -> Result<T, String> {
     let open = || {
-        if kind(bytes) == Kind::Png {
+        if image_kind(bytes) == ImageKind::Png {
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
             return Ok(Decoder::Png(Box::new(decoder)));
         }
@@ -218,9 +218,7 @@ mod tests {
 
     fn png(width: u32, height: u32, channels: &[u8], color: ExtendedColorType) -> Vec<u8> {
         let mut file = Vec::new();
-        image::codecs::png::PngEncoder::new(&mut file)
-            .write_image(channels, width, height, color)
-            .unwrap();
+        image::codecs::png::PngEncoder::new(&mut file).write_image(channels, width, height, color).unwrap();
         file
     }
 
@@ -235,26 +233,21 @@ mod tests {
     #[test]
     fn eight_and_sixteen_bits_keep_their_depth() {
         let file = png(2, 1, &[1, 2, 3, 4, 5, 6, 7, 8], ExtendedColorType::Rgba8);
-        assert_eq!(decode(&file), Ok(Texels::Rgba8(vec![[1, 2, 3, 4], [5, 6, 7, 8]])));
+        assert_eq!(decode_texels(&file), Ok(DecodedTexels::Rgba8(vec![[1, 2, 3, 4], [5, 6, 7, 8]])));
         // One 16-bit grey texel; opaque.
         let file = png(1, 1, &0x1234_u16.to_ne_bytes(), ExtendedColorType::L16);
-        assert_eq!(
-            decode(&file),
-            Ok(Texels::Rgba16(vec![[0x1234, 0x1234, 0x1234, 0xffff]]))
-        );
+        assert_eq!(decode_texels(&file), Ok(DecodedTexels::Rgba16(vec![[0x1234, 0x1234, 0x1234, 0xffff]])));
         let file = png(1, 1, &[9], ExtendedColorType::L8);
-        assert_eq!(decode(&file), Ok(Texels::Rgba8(vec![[9, 9, 9, 255]])));
+        assert_eq!(decode_texels(&file), Ok(DecodedTexels::Rgba8(vec![[9, 9, 9, 255]])));
     }
 
     #[test]
     fn truncated_files_are_errors_at_every_length() {
-        let noise: Vec<u8> = (0..32_u32 * 32 * 3)
-            .map(|i| (i.wrapping_mul(2654435761) >> 24) as u8)
-            .collect();
+        let noise: Vec<u8> = (0..32_u32 * 32 * 3).map(|i| (i.wrapping_mul(2654435761) >> 24) as u8).collect();
         for file in [png(32, 32, &noise, ExtendedColorType::Rgb8), jpeg(32, 32, &noise)] {
-            assert!(decode(&file).is_ok());
+            assert!(decode_texels(&file).is_ok());
             for length in (3..file.len() - 13).step_by(97) {
-                assert!(decode(&file[..length]).is_err(), "{length} of {}", file.len());
+                assert!(decode_texels(&file[..length]).is_err(), "{length} of {}", file.len());
             }
         }
     }
@@ -262,22 +255,18 @@ mod tests {
     #[test]
     fn headers_are_read_without_decoding() {
         let file = png(3, 2, &[0; 18], ExtendedColorType::Rgb8);
-        let header = header(&file).unwrap();
+        let header = image_header(&file).unwrap();
         assert_eq!((header.width, header.height, header.decoded_bytes), (3, 2, 24));
-        let bomb = Header {
-            width: 16000,
-            height: 8000,
-            decoded_bytes: 512_000_000,
-        };
+        let bomb = ImageHeader { width: 16000, height: 8000, decoded_bytes: 512_000_000 };
         assert!(unjustified(&bomb, 500_000).is_some());
         assert!(unjustified(&bomb, 5_000_000).is_none());
     }
 
     #[test]
     fn kinds_come_from_the_first_bytes() {
-        assert_eq!(kind(b"RIFF\x10\0\0\0WEBPVP8 "), Kind::Other("WebP"));
-        assert_eq!(kind(&[0xff, 0xd8, 0xff, 0xe0]), Kind::Jpeg);
-        assert_eq!(kind(b""), Kind::Unknown);
-        assert_eq!(kind(b"<svg"), Kind::Unknown);
+        assert_eq!(image_kind(b"RIFF\x10\0\0\0WEBPVP8 "), ImageKind::Other("WebP"));
+        assert_eq!(image_kind(&[0xff, 0xd8, 0xff, 0xe0]), ImageKind::Jpeg);
+        assert_eq!(image_kind(b""), ImageKind::Unknown);
+        assert_eq!(image_kind(b"<svg"), ImageKind::Unknown);
     }
 }

@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::{Material, Volume};
+use super::node::Node;
 use super::shapes::{Shape, cuboid, ico_sphere, quad, uv_sphere};
 use super::stage::{camera, chequered_floor, chequered_wall, directional_light, grey_floor};
 use super::{Entry, entry};
@@ -242,7 +243,7 @@ fn ior_row() -> Built {
         &mut gltf,
         Vec3::new(0.0, 1.4, 7.5),
         Vec3::new(0.0, 0.5, 0.0),
-        24.0,
+        31.0,
     );
     chequered_floor(&mut gltf, [20, 14], 0.4);
     let materials =

@@ -2,9 +2,10 @@
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::json::object;
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{cuboid, cylinder, ico_sphere};
 use super::stage::{camera, grey_floor, light, looking, point_light};
 use super::{Entry, entry};
@@ -179,7 +180,7 @@ fn two_lights_shadows() -> Built {
     let ball = ico_sphere(0.6, 3).add_to(&mut gltf, white);
     gltf.node(Node::mesh(ball).at(0.0, 0.6, 0.0));
     for (x, color) in [(-2.5, [1.0, 0.05, 0.05]), (2.5, [0.05, 1.0, 1.0])] {
-        let lamp = light(&mut gltf, "point", color, 50.0);
+        let lamp = light(&mut gltf, "point", color, 35.0);
         gltf.node(
             Node {
                 light: Some(lamp),

@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::{Alpha, Material, TextureUse};
+use super::node::Node;
 use super::pictures::{Filter, Picture};
 use super::shapes::{cuboid, ico_sphere, quad};
 use super::stage::{camera, chequered_floor, directional_light, grey_floor, lit_stage, point_light};
@@ -30,7 +31,7 @@ fn diffuse() -> Built {
         &mut gltf,
         Vec3::new(0.0, 1.2, 6.5),
         Vec3::new(0.0, 0.5, 0.0),
-        25.0,
+        31.0,
     );
     grey_floor(&mut gltf, 9.0, 6.0);
     let colors = [
@@ -54,7 +55,7 @@ fn metal_roughness_row() -> Built {
         &mut gltf,
         Vec3::new(0.0, 1.4, 7.5),
         Vec3::new(0.0, 0.5, 0.0),
-        24.0,
+        31.0,
     );
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let steps = [0.0, 0.1, 0.2, 0.3, 0.5, 1.0];
@@ -73,7 +74,7 @@ fn dielectric_roughness_row() -> Built {
         &mut gltf,
         Vec3::new(0.0, 1.4, 7.5),
         Vec3::new(0.0, 0.5, 0.0),
-        24.0,
+        31.0,
     );
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let steps = [0.0, 0.1, 0.2, 0.3, 0.5, 1.0];

@@ -146,8 +146,8 @@ fn range() -> Built {
 
 fn environment_only() -> Built {
     let mut gltf = Gltf::new(
-        "No light at all in the file: the studio gradient and its key light give a white ball and a grey ball soft \
-         shading, a highlight and a shadow on the floor.",
+        "No light at all in the file: the studio gradient and its key light give a white ball soft shading and a shadow on \
+         the floor; a chrome ball mirrors the gradient, the floor and its neighbour.",
     );
     camera(
         &mut gltf,

@@ -155,7 +155,7 @@ fn emissive_strength() -> Built {
 
 fn unlit() -> Built {
     let mut gltf = Gltf::new(
-        "Two orange balls on a white floor: the left one is unlit and a flat disc of one colour, the right one shaded; \
+        "Two orange balls on a grey floor: the left one is unlit and a flat disc of one colour, the right one shaded; \
          both cast shadows; the shadow of a bar above the picture crosses the right ball and the floor, not the left ball.",
     );
     lit_stage(

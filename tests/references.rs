@@ -61,10 +61,7 @@ fn every_change_of_a_reference_fails_once() {
     let message = |mode| {
         let outcome = run(&suite, mode, &CancelFlag::default()).unwrap();
         assert_eq!(outcome.passed.len() + outcome.failures.len(), 1, "{outcome:?}");
-        outcome
-            .failures
-            .first()
-            .map_or("passed".to_owned(), ToString::to_string)
+        outcome.failures.first().map_or("passed".to_owned(), ToString::to_string)
     };
 
     assert!(message(Mode::Check).contains("no reference at"));
@@ -76,10 +73,7 @@ fn every_change_of_a_reference_fails_once() {
     changed.pixels[9][0] += 0.25;
     changed.write(&reference, 0, 0.0).unwrap();
     let told = message(Mode::Check);
-    assert!(
-        told.contains("1 pixels differ") && told.contains("column 1, row 1"),
-        "{told}"
-    );
+    assert!(told.contains("1 pixels differ") && told.contains("column 1, row 1"), "{told}");
     assert!(at("report/camera/perspective.difference.exr").exists());
     assert!(message(Mode::Accept).contains("accepted, written to"));
     assert_eq!(message(Mode::Check), "passed");
@@ -87,9 +81,5 @@ fn every_change_of_a_reference_fails_once() {
     std::fs::rename(&reference, at("references/camera/gone.exr")).unwrap();
     let outcome = run(&suite, Mode::Check, &CancelFlag::default()).unwrap();
     assert_eq!(outcome.failures.len(), 2, "{outcome:?}");
-    assert!(
-        outcome.failures[1]
-            .message
-            .contains("no scene asks for this reference")
-    );
+    assert!(outcome.failures[1].message.contains("no scene asks for this reference"));
 }

@@ -10,11 +10,7 @@ fn every_file_is_reproduced() {
     let scenes = make_scenes::all_scenes().unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let lines = make_scenes::differences(&folder, &scenes).unwrap();
-    assert!(
-        lines.is_empty(),
-        "{}\nrun `cargo run --release --example make_scenes`",
-        lines.join("\n")
-    );
+    assert!(lines.is_empty(), "{}\nrun `cargo run --release --example make_scenes`", lines.join("\n"));
 }
 
 #[test]
@@ -28,21 +24,14 @@ fn changed_missing_and_unknown_files_are_told() {
     assert_eq!(lines.len(), 3, "{lines:?}");
     assert!(lines[0].starts_with("a.gltf: is not"), "{lines:?}");
     assert!(lines[1].starts_with("b.gltf: "), "{lines:?}");
-    assert!(
-        lines[2].contains("c.gltf: make_scenes does not write"),
-        "{lines:?}"
-    );
+    assert!(lines[2].contains("c.gltf: make_scenes does not write"), "{lines:?}");
 }
 
 #[test]
 fn scenes_are_small() {
     // One-thing scenes stay readable in a review; the demo has dense spheres.
     for (path, text) in make_scenes::all_scenes().unwrap() {
-        let limit = if path.starts_with("demo") {
-            1_500_000
-        } else {
-            60_000
-        };
+        let limit = if path.starts_with("demo") { 1_500_000 } else { 60_000 };
         assert!(text.len() < limit, "{}: {} bytes", path.display(), text.len());
     }
 }

@@ -56,12 +56,8 @@ impl Accessor {
 /// An accessor of positions with its bounds.
 pub(crate) fn position_accessor(values: &[Vec3]) -> Accessor {
     let floats: Vec<f32> = values.iter().flat_map(Vec3::to_array).collect();
-    let mut accessor = Accessor::new(
-        Component::F32,
-        "VEC3",
-        values.len(),
-        float_bytes(floats.iter().copied()),
-    );
+    let mut accessor =
+        Accessor::new(Component::F32, "VEC3", values.len(), float_bytes(floats.iter().copied()));
     accessor.bounds = Some(bounds_of(&floats, 3));
     accessor
 }

@@ -26,18 +26,9 @@ fn step_linear_cubic() -> Built {
          with zero tangents).",
     );
     gltf.reference_frames(&[0, 6, 18, 24]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.4, 6.0),
-        Vec3::new(0.0, 1.2, 0.0),
-        30.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.4, 6.0), Vec3::new(0.0, 1.2, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 5.0);
-    let colors = [
-        ("step", [0.7, 0.07, 0.05]),
-        ("linear", [0.08, 0.5, 0.1]),
-        ("cubic", [0.06, 0.15, 0.65]),
-    ];
+    let colors = [("step", [0.7, 0.07, 0.05]), ("linear", [0.08, 0.5, 0.1]), ("cubic", [0.06, 0.15, 0.65])];
     let materials = colors.map(|(name, color)| Material::matte(name, color).add_to(&mut gltf));
     let cubes = cuboid(0.6, 0.6, 0.6).plain().add_with_each(&mut gltf, &materials);
     let mut tracks = Vec::new();
@@ -49,13 +40,7 @@ fn step_linear_cubic() -> Built {
             "CUBICSPLINE" => flat3(&[Vec3::ZERO, low, Vec3::ZERO, Vec3::ZERO, high, Vec3::ZERO]),
             _ => flat3(&[low, high]),
         };
-        tracks.push(Track {
-            node,
-            path: "translation",
-            interpolation,
-            times: &[0.0, 1.0],
-            values,
-        });
+        tracks.push(Track { node, path: "translation", interpolation, times: &[0.0, 1.0], values });
     }
     clip(&mut gltf, "rise", &tracks);
     Ok(gltf)
@@ -76,12 +61,7 @@ fn rotation_shortest_arc() -> Built {
          negated, which is the same rotation: both point to 1, 2 and 4 o'clock after a quarter, a half and all.",
     );
     gltf.reference_frames(&[6, 12, 24]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 0.9, 4.5),
-        Vec3::new(0.0, 0.9, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 0.9, 4.5), Vec3::new(0.0, 0.9, 0.0), 32.0);
     let wall = Material::matte("wall", [0.6; 3]).add_to(&mut gltf);
     let wall = super::shapes::quad(8.0, 5.0).plain().add_to(&mut gltf, wall);
     gltf.node(Node::mesh(wall).at(0.0, 0.9, -0.3));
@@ -92,13 +72,7 @@ fn rotation_shortest_arc() -> Built {
     for (x, last) in [(-1.0, turned), (1.0, -turned)] {
         let node = gltf.node(Node::mesh(arrow).at(x, 0.9, 0.0));
         let values = flat4(&[Quat::IDENTITY, last]);
-        tracks.push(Track {
-            node,
-            path: "rotation",
-            interpolation: "LINEAR",
-            times: &[0.0, 1.0],
-            values,
-        });
+        tracks.push(Track { node, path: "rotation", interpolation: "LINEAR", times: &[0.0, 1.0], values });
     }
     clip(&mut gltf, "turn", &tracks);
     Ok(gltf)
@@ -111,32 +85,18 @@ fn hierarchy() -> Built {
     );
     gltf.reference_frames(&[0, 6, 12]);
     lit_stage(&mut gltf, Vec3::new(0.0, 4.0, 4.5), Vec3::ZERO, 32.0);
-    let colors = [
-        ("sun", [0.8, 0.6, 0.1]),
-        ("planet", [0.1, 0.3, 0.7]),
-        ("moon", [0.6; 3]),
-    ];
+    let colors = [("sun", [0.8, 0.6, 0.1]), ("planet", [0.1, 0.3, 0.7]), ("moon", [0.6; 3])];
     let materials = colors.map(|(name, color)| Material::matte(name, color).add_to(&mut gltf));
     let balls = ico_sphere(1.0, 2).add_with_each(&mut gltf, &materials);
-    let moon = gltf.node(
-        Node::mesh(balls[2])
-            .named("moon")
-            .at(0.5, 0.0, 0.0)
-            .scaled(0.1, 0.1, 0.1),
-    );
+    let moon = gltf.node(Node::mesh(balls[2]).named("moon").at(0.5, 0.0, 0.0).scaled(0.1, 0.1, 0.1));
     let moon_orbit = gltf.node(Node::group(&[moon]).named("moon orbit"));
     let planet = gltf.node(Node::mesh(balls[1]).named("planet").scaled(0.25, 0.25, 0.25));
-    let place = gltf.node(
-        Node::group(&[planet, moon_orbit])
-            .named("planet's place")
-            .at(1.5, 0.0, 0.0),
-    );
+    let place = gltf.node(Node::group(&[planet, moon_orbit]).named("planet's place").at(1.5, 0.0, 0.0));
     let planet_orbit = gltf.node(Node::group(&[place]).named("planet orbit"));
     gltf.node(Node::mesh(balls[0]).named("sun").scaled(0.5, 0.5, 0.5));
     // Quarter turns, so that every step is shorter than half a turn.
-    let quarters: Vec<Quat> = (0..=4)
-        .map(|quarter| Quat::from_rotation_y(FRAC_PI_2 * quarter as f32))
-        .collect();
+    let quarters: Vec<Quat> =
+        (0..=4).map(|quarter| Quat::from_rotation_y(FRAC_PI_2 * quarter as f32)).collect();
     let slow = [0.0, 0.5, 1.0, 1.5, 2.0];
     let fast = [0.0, 0.25, 0.5, 0.75, 1.0];
     let track = |node, times| Track {
@@ -146,11 +106,7 @@ fn hierarchy() -> Built {
         times,
         values: flat4(&quarters),
     };
-    clip(
-        &mut gltf,
-        "orbits",
-        &[track(planet_orbit, &slow), track(moon_orbit, &fast)],
-    );
+    clip(&mut gltf, "orbits", &[track(planet_orbit, &slow), track(moon_orbit, &fast)]);
     Ok(gltf)
 }
 
@@ -160,25 +116,14 @@ fn cubic_quaternion() -> Built {
          than one: it keeps its size, leans 43° to the left after a quarter of the time and is upright after half.",
     );
     gltf.reference_frames(&[0, 6, 12, 24]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 0.6, 4.5),
-        Vec3::new(0.0, 0.6, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 0.6, 4.5), Vec3::new(0.0, 0.6, 0.0), 32.0);
     let paint = Material::matte("plank", [0.5, 0.25, 0.08]).add_to(&mut gltf);
     let plank = cuboid(0.3, 1.6, 0.1).plain().add_to(&mut gltf, paint);
     let node = gltf.node(Node::mesh(plank).at(0.0, 0.6, 0.0));
     let (from, to) = (Quat::from_rotation_z(PI / 3.0), Quat::from_rotation_z(-PI / 3.0));
     let none = Quat::from_xyzw(0.0, 0.0, 0.0, 0.0);
     let values = flat4(&[none, from, none, none, to, none]);
-    let track = Track {
-        node,
-        path: "rotation",
-        interpolation: "CUBICSPLINE",
-        times: &[0.0, 1.0],
-        values,
-    };
+    let track = Track { node, path: "rotation", interpolation: "CUBICSPLINE", times: &[0.0, 1.0], values };
     clip(&mut gltf, "swing", &[track]);
     Ok(gltf)
 }
@@ -189,12 +134,7 @@ fn before_first_key() -> Built {
          0.5 s, is in the middle at 0.75 s and stays at the right after 1 s, while a small ball goes round until 1.5 s.",
     );
     gltf.reference_frames(&[0, 18, 30]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.2, 4.5),
-        Vec3::new(0.0, 0.5, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 4.5), Vec3::new(0.0, 0.5, 0.0), 32.0);
     grey_floor(&mut gltf, 8.0, 5.0);
     let red = Material::matte("cube", [0.7, 0.07, 0.05]).add_to(&mut gltf);
     let blue = Material::matte("ball", [0.06, 0.15, 0.65]).add_to(&mut gltf);

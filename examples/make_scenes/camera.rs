@@ -27,12 +27,7 @@ pub(crate) fn orthographic(x: f32, y: f32) -> Json {
         ("type", "orthographic".into()),
         (
             "orthographic",
-            object([
-                ("xmag", x.into()),
-                ("ymag", y.into()),
-                ("zfar", 100.0.into()),
-                ("znear", 0.01.into()),
-            ]),
+            object([("xmag", x.into()), ("ymag", y.into()), ("zfar", 100.0.into()), ("znear", 0.01.into())]),
         ),
     ])
 }
@@ -62,13 +57,7 @@ fn perspective_field() -> Built {
     // 2 · 3 · tan 30° = 3.4641 high, 16/9 of it wide.
     field(&mut gltf, 0.9 * 3.4641016 * 16.0 / 9.0, 0.9 * 3.4641016, 3.0);
     let camera = perspective(&mut gltf, 60.0, Some(super::stage::ASPECT_RATIO));
-    gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .scaled(5.0, 5.0, 5.0),
-    );
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.scaled(5.0, 5.0, 5.0));
     Ok(gltf)
 }
 
@@ -80,14 +69,7 @@ fn orthographic_field() -> Built {
     let camera = gltf.add("cameras", orthographic(3.2, 1.8));
     let eye = Vec3::new(4.0, 3.0, 6.0);
     let turned = looking(eye, Vec3::ZERO);
-    gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .at(eye.x, eye.y, eye.z)
-        .turned(turned),
-    );
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.at(eye.x, eye.y, eye.z).turned(turned));
     key_and_fill(&mut gltf);
     chequered_floor(&mut gltf, [8, 8], 0.5);
     let paint = Material::matte("box", [0.65, 0.3, 0.05]).add_to(&mut gltf);
@@ -105,13 +87,7 @@ fn animated() -> Built {
     );
     gltf.reference_frames(&[0, 12, 24]);
     let camera = perspective(&mut gltf, 30.0, Some(super::stage::ASPECT_RATIO));
-    let camera = gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .at(0.0, 0.0, 5.0),
-    );
+    let camera = gltf.node(Node { camera: Some(camera), ..Node::default() }.at(0.0, 0.0, 5.0));
     let pivot = gltf.node(Node::group(&[camera]).named("pivot").at(0.0, 0.6, 0.0));
     key_and_fill(&mut gltf);
     chequered_floor(&mut gltf, [16, 16], 0.5);
@@ -119,22 +95,10 @@ fn animated() -> Built {
     let mesh = cuboid(0.9, 0.9, 0.9).plain().add_to(&mut gltf, red);
     gltf.node(Node::mesh(mesh).at(0.0, 0.45, 0.0));
     let turns = [-FRAC_PI_6, FRAC_PI_6].map(Quat::from_rotation_y);
-    let track = |node, path, values| Track {
-        node,
-        path,
-        interpolation: "LINEAR",
-        times: &[0.0, 1.0],
-        values,
-    };
+    let track =
+        |node, path, values| Track { node, path, interpolation: "LINEAR", times: &[0.0, 1.0], values };
     let slide = flat3(&[Vec3::new(0.0, 0.6, 0.0), Vec3::new(0.0, 0.9, 0.0)]);
-    clip(
-        &mut gltf,
-        "slide",
-        &[
-            track(pivot, "rotation", flat4(&turns)),
-            track(pivot, "translation", slide),
-        ],
-    );
+    clip(&mut gltf, "slide", &[track(pivot, "rotation", flat4(&turns)), track(pivot, "translation", slide)]);
     Ok(gltf)
 }
 
@@ -147,10 +111,7 @@ fn aspect_narrow() -> Built {
     // 40° at 3 m: 2 · 3 · tan 20° = 2.18382 high.
     field(&mut gltf, 2.4 * 2.1838214, 2.1838214, 3.0);
     let camera = perspective(&mut gltf, 40.0, Some(2.4));
-    gltf.node(Node {
-        camera: Some(camera),
-        ..Node::default()
-    });
+    gltf.node(Node { camera: Some(camera), ..Node::default() });
     Ok(gltf)
 }
 
@@ -161,10 +122,7 @@ fn aspect_wide() -> Built {
     );
     field(&mut gltf, 2.1838214, 2.1838214, 3.0);
     let camera = perspective(&mut gltf, 40.0, Some(1.0));
-    gltf.node(Node {
-        camera: Some(camera),
-        ..Node::default()
-    });
+    gltf.node(Node { camera: Some(camera), ..Node::default() });
     Ok(gltf)
 }
 
@@ -182,13 +140,7 @@ fn no_camera() -> Built {
     clip(
         &mut gltf,
         "move",
-        &[Track {
-            node,
-            path: "translation",
-            interpolation: "LINEAR",
-            times: &[0.0, 1.0],
-            values,
-        }],
+        &[Track { node, path: "translation", interpolation: "LINEAR", times: &[0.0, 1.0], values }],
     );
     Ok(gltf)
 }

@@ -52,9 +52,7 @@ fn whitted_1980() -> Built {
 
 /// `count` values of a closed movement, by its phase from 0 to a whole turn; the last is exactly the first.
 fn cycle<T>(value: impl Fn(f32) -> T) -> Vec<T> {
-    (0..=KEYS)
-        .map(|key| value(TAU * (key % KEYS) as f32 / KEYS as f32))
-        .collect()
+    (0..=KEYS).map(|key| value(TAU * (key % KEYS) as f32 / KEYS as f32)).collect()
 }
 
 /// The values of a closed movement, `width` numbers a key, as a smooth CUBICSPLINE: the tangents are half the
@@ -65,11 +63,7 @@ fn smooth(values: &[f32], width: usize) -> Vec<f32> {
     let mut spline = Vec::with_capacity(3 * values.len());
     for (index, key) in keys.iter().enumerate() {
         let (before, after) = (keys[(index + count - 1) % count], keys[(index + 1) % count]);
-        let tangent: Vec<f32> = before
-            .iter()
-            .zip(after)
-            .map(|(a, b)| (b - a) / (2.0 * step))
-            .collect();
+        let tangent: Vec<f32> = before.iter().zip(after).map(|(a, b)| (b - a) / (2.0 * step)).collect();
         spline.extend(&tangent);
         spline.extend(*key);
         spline.extend(&tangent);
@@ -80,47 +74,18 @@ fn smooth(values: &[f32], width: usize) -> Vec<f32> {
 fn drifting_camera<'a>(gltf: &mut Gltf, times: &'a [f32]) -> Track<'a> {
     let camera = perspective(gltf, 34.0, Some(ASPECT_RATIO));
     let eye = Vec3::new(0.0, 0.85, CAMERA_DISTANCE);
-    let camera = Node {
-        camera: Some(camera),
-        ..Node::default()
-    }
-    .named("camera")
-    .at(eye.x, eye.y, eye.z);
+    let camera = Node { camera: Some(camera), ..Node::default() }.named("camera").at(eye.x, eye.y, eye.z);
     let camera = gltf.node(camera.turned(looking(eye, Vec3::ZERO)));
-    let pivot = gltf.node(
-        Node::group(&[camera])
-            .named("camera pivot")
-            .at(PIVOT.x, PIVOT.y, PIVOT.z),
-    );
+    let pivot = gltf.node(Node::group(&[camera]).named("camera pivot").at(PIVOT.x, PIVOT.y, PIVOT.z));
     let turns = cycle(|phase| Quat::from_rotation_y(0.12 * libm::sinf(phase)));
-    Track {
-        node: pivot,
-        path: "rotation",
-        interpolation: "LINEAR",
-        times,
-        values: flat4(&turns),
-    }
+    Track { node: pivot, path: "rotation", interpolation: "LINEAR", times, values: flat4(&turns) }
 }
 
 fn lamps(gltf: &mut Gltf) {
     let key = light(gltf, "point", [1.0, 0.96, 0.88], 18500.0);
-    gltf.node(
-        Node {
-            light: Some(key),
-            ..Node::default()
-        }
-        .named("key")
-        .at(-30.0, 55.0, 40.0),
-    );
+    gltf.node(Node { light: Some(key), ..Node::default() }.named("key").at(-30.0, 55.0, 40.0));
     let fill = light(gltf, "point", [0.65, 0.8, 1.0], 1950.0);
-    gltf.node(
-        Node {
-            light: Some(fill),
-            ..Node::default()
-        }
-        .named("fill")
-        .at(35.0, 25.0, 45.0),
-    );
+    gltf.node(Node { light: Some(fill), ..Node::default() }.named("fill").at(35.0, 25.0, 45.0));
 }
 
 fn sky(gltf: &mut Gltf) {
@@ -152,11 +117,7 @@ fn chequered_ground(gltf: &mut Gltf) -> Built<()> {
         roughness: 0.9,
         ..Material::matte("ground", [1.0; 3])
     };
-    let far = Material {
-        alpha: Alpha::Blend,
-        name: "ground that fades into the sky",
-        ..near
-    };
+    let far = Material { alpha: Alpha::Blend, name: "ground that fades into the sky", ..near };
     // The far ring fades out towards the horizon.
     let near_mesh = ring(&[0.0, 8.0, 20.0, 36.0], |_| 1.0);
     let far_mesh = ring(&[36.0, 48.0, 64.0, 84.0, 110.0], |radius| {
@@ -190,16 +151,10 @@ fn ring(radii: &[f32], alpha: impl Fn(f32) -> f32) -> Shape {
 
 fn balls<'a>(gltf: &mut Gltf, times: &'a [f32]) -> [Track<'a>; 2] {
     let glass = Material {
-        volume: Some(Volume {
-            thickness: 1.0,
-            attenuation: Some((6.0, [0.86, 0.95, 0.92])),
-        }),
+        volume: Some(Volume { thickness: 1.0, attenuation: Some((6.0, [0.86, 0.95, 0.92])) }),
         ..Material::glass("glass", 1.5)
     };
-    let materials = [
-        glass.add_to(gltf),
-        Material::metal("mirror", [0.93, 0.94, 0.96], 0.0).add_to(gltf),
-    ];
+    let materials = [glass.add_to(gltf), Material::metal("mirror", [0.93, 0.94, 0.96], 0.0).add_to(gltf)];
     let balls = uv_sphere(1.0, 128, 64).plain().add_with_each(gltf, &materials);
     let glass = gltf.node(Node::mesh(balls[0]).named("glass ball").scaled(1.15, 1.15, 1.15));
     let mirror = gltf.node(Node::mesh(balls[1]).named("mirror ball").scaled(0.95, 0.95, 0.95));
@@ -218,33 +173,19 @@ fn balls<'a>(gltf: &mut Gltf, times: &'a [f32]) -> [Track<'a>; 2] {
     };
     [
         around(glass, Vec3::new(-0.6, 1.75, 1.3), Vec3::new(0.14, 0.16, 0.2), 0.4),
-        around(
-            mirror,
-            Vec3::new(1.4, 1.2, -0.9),
-            Vec3::new(0.22, 0.14, -0.3),
-            2.4,
-        ),
+        around(mirror, Vec3::new(1.4, 1.2, -0.9), Vec3::new(0.22, 0.14, -0.3), 2.4),
     ]
 }
 
 fn tentacles<'a>(gltf: &mut Gltf, times: &'a [f32]) -> Vec<Track<'a>> {
-    let skin = Material {
-        roughness: 0.22,
-        ..Material::matte("skin", [0.02, 0.3, 0.32])
-    };
+    let skin = Material { roughness: 0.22, ..Material::matte("skin", [0.02, 0.3, 0.32]) };
     let material = skin.add_to(gltf);
     let mesh = tentacle_mesh(gltf, material);
     let mut tracks = Vec::new();
-    let places = [
-        (Vec3::new(-3.0, 0.0, -1.0), 1.15, 1.0, 0.0),
-        (Vec3::new(3.6, 0.0, -3.0), 1.0, -0.9, 2.0),
-    ];
+    let places = [(Vec3::new(-3.0, 0.0, -1.0), 1.15, 1.0, 0.0), (Vec3::new(3.6, 0.0, -3.0), 1.0, -0.9, 2.0)];
     for (foot, scale, curl, phase) in places {
         let (joints, skin) = tentacle_joints(gltf, foot, scale);
-        gltf.node(Node {
-            skin: Some(skin),
-            ..Node::mesh(mesh).named("tentacle")
-        });
+        gltf.node(Node { skin: Some(skin), ..Node::mesh(mesh).named("tentacle") });
         tracks.extend(sway(&joints, times, curl, phase));
     }
     tracks
@@ -261,23 +202,10 @@ fn star<'a>(gltf: &mut Gltf, times: &'a [f32]) -> [Track<'a>; 2] {
     .concat();
     // A fifth of a turn about a corner's axis brings the spikes back on themselves.
     let axis = super::shapes::ico_sphere(1.0, 0).positions[3];
-    let turns: Vec<Quat> = (0..=KEYS)
-        .map(|key| Quat::from_axis_angle(axis, TAU / 5.0 * key as f32 / KEYS as f32))
-        .collect();
+    let turns: Vec<Quat> =
+        (0..=KEYS).map(|key| Quat::from_axis_angle(axis, TAU / 5.0 * key as f32 / KEYS as f32)).collect();
     [
-        Track {
-            node,
-            path: "weights",
-            interpolation: "CUBICSPLINE",
-            times,
-            values: smooth(&pulse, 2),
-        },
-        Track {
-            node,
-            path: "rotation",
-            interpolation: "LINEAR",
-            times,
-            values: flat4(&turns),
-        },
+        Track { node, path: "weights", interpolation: "CUBICSPLINE", times, values: smooth(&pulse, 2) },
+        Track { node, path: "rotation", interpolation: "LINEAR", times, values: flat4(&turns) },
     ]
 }

@@ -42,14 +42,8 @@ pub(crate) fn tentacle_mesh(gltf: &mut Gltf, material: usize) -> usize {
         for side in 0..=sides {
             let (sin, cos) = libm::sincosf(TAU * (side % sides) as f32 / sides as f32);
             let outward = Vec3::new(sin, 0.0, cos);
-            shape
-                .positions
-                .push(outward * radius + Vec3::Y * (share * LENGTH));
-            shape.normals.push(if row == 0 {
-                Vec3::Y
-            } else {
-                (outward - Vec3::Y * slope).normalize()
-            });
+            shape.positions.push(outward * radius + Vec3::Y * (share * LENGTH));
+            shape.normals.push(if row == 0 { Vec3::Y } else { (outward - Vec3::Y * slope).normalize() });
             joints.push(joint);
             weights.push(weight);
         }
@@ -83,18 +77,15 @@ pub(crate) fn tentacle_joints(gltf: &mut Gltf, foot: Vec3, scale: f32) -> (Vec<u
         let children: Vec<usize> = joints.last().copied().into_iter().collect();
         let node = Node::group(&children);
         let node = if joint == 0 {
-            node.named("tentacle foot")
-                .at(foot.x, foot.y, foot.z)
-                .scaled(scale, scale, scale)
+            node.named("tentacle foot").at(foot.x, foot.y, foot.z).scaled(scale, scale, scale)
         } else {
             node.at(0.0, segment, 0.0)
         };
         joints.push(gltf.node(node));
     }
     joints.reverse();
-    let bind: Vec<Mat4> = (0..JOINTS)
-        .map(|joint| Mat4::from_translation(Vec3::NEG_Y * (segment * joint as f32)))
-        .collect();
+    let bind: Vec<Mat4> =
+        (0..JOINTS).map(|joint| Mat4::from_translation(Vec3::NEG_Y * (segment * joint as f32))).collect();
     let skin = gltf.skin(&joints, &bind);
     (joints, skin)
 }
@@ -112,13 +103,7 @@ pub(crate) fn sway<'a>(joints: &[usize], times: &'a [f32], curl: f32, phase: f32
                 Quat::from_rotation_z(-sideways) * Quat::from_rotation_x(0.05 * cos)
             })
             .collect();
-        Track {
-            node,
-            path: "rotation",
-            interpolation: "LINEAR",
-            times,
-            values: flat4(&rotations),
-        }
+        Track { node, path: "rotation", interpolation: "LINEAR", times, values: flat4(&rotations) }
     };
     joints.iter().enumerate().map(track).collect()
 }
@@ -146,17 +131,11 @@ pub(crate) fn star_mesh(gltf: &mut Gltf, radius: f32, material: usize) -> usize 
         flat.push((*direction * squash - *direction) * radius);
         flat_normals.push((*direction / squash).normalize() - *direction);
     }
-    let shape = Shape {
-        positions: ball.normals.iter().map(|normal| *normal * radius).collect(),
-        ..ball
-    };
+    let shape = Shape { positions: ball.normals.iter().map(|normal| *normal * radius).collect(), ..ball };
     let attributes = shape.attributes(gltf);
     let indices = gltf.indices(&shape.indices);
     let mut target = |positions: &[Vec3], normals: &[Vec3]| {
-        object([
-            ("POSITION", gltf.positions(positions).into()),
-            ("NORMAL", gltf.vec3s(normals).into()),
-        ])
+        object([("POSITION", gltf.positions(positions).into()), ("NORMAL", gltf.vec3s(normals).into())])
     };
     let targets = vec![target(&spiky, &spiky_normals), target(&flat, &flat_normals)];
     morph_mesh(gltf, attributes, indices, material, targets, &[0.0, 0.0])

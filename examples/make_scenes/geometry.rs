@@ -57,13 +57,7 @@ fn strip_and_fan() -> Built {
     let material = paint(&mut gltf);
     // Upper left, lower left, upper right: the first triangle of the strip runs counter-clockwise.
     let strip: Vec<Vec3> = (0..10)
-        .map(|index| {
-            Vec3::new(
-                (index as f32 - 4.5) * 0.15,
-                if index % 2 == 0 { 0.3 } else { -0.3 },
-                0.0,
-            )
-        })
+        .map(|index| Vec3::new((index as f32 - 4.5) * 0.15, if index % 2 == 0 { 0.3 } else { -0.3 }, 0.0))
         .collect();
     let mut fan = vec![Vec3::ZERO];
     for index in 0..=16 {
@@ -87,12 +81,7 @@ fn negative_scale() -> Built {
         "Four equal steps of one single-sided mesh: as it is, mirrored in x, in all three axes (turned, so that it looks \
          mirrored), and mirrored twice by parent and child (as it is again); all are solid and lit from the upper right.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.2, 6.0),
-        Vec3::new(0.0, 0.5, 0.0),
-        28.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 6.0), Vec3::new(0.0, 0.5, 0.0), 28.0);
     grey_floor(&mut gltf, 10.0, 6.0);
     let material = paint(&mut gltf);
     let mut steps = cuboid(0.9, 0.3, 0.6).moved(1.0, Quat::IDENTITY, Vec3::new(0.0, -0.3, 0.0));
@@ -102,11 +91,7 @@ fn negative_scale() -> Built {
     let place = |x| Node::mesh(mesh).at(x, 0.46, 0.0);
     gltf.node(place(-1.8));
     gltf.node(place(-0.6).scaled(-1.0, 1.0, 1.0));
-    gltf.node(
-        place(0.6)
-            .turned(Quat::from_rotation_x(PI))
-            .scaled(-1.0, -1.0, -1.0),
-    );
+    gltf.node(place(0.6).turned(Quat::from_rotation_x(PI)).scaled(-1.0, -1.0, -1.0));
     let child = gltf.node(Node::mesh(mesh).scaled(-1.0, 1.0, 1.0));
     gltf.node(Node::group(&[child]).at(1.8, 0.46, 0.0).scaled(-1.0, 1.0, 1.0));
     Ok(gltf)
@@ -117,19 +102,11 @@ fn flat_normals() -> Built {
         "The same coarse ball without normals on the left, where every triangle is a flat facet of its own, and with \
          normals on the right, where the shading is smooth.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.1, 5.0),
-        Vec3::new(0.0, 0.75, 0.0),
-        30.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.1, 5.0), Vec3::new(0.0, 0.75, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 6.0);
     let material = paint(&mut gltf);
     let smooth = ico_sphere(0.75, 1);
-    let flat = Shape {
-        normals: Vec::new(),
-        ..smooth.clone()
-    };
+    let flat = Shape { normals: Vec::new(), ..smooth.clone() };
     let flat = flat.add_to(&mut gltf, material);
     let smooth = smooth.add_to(&mut gltf, material);
     gltf.node(Node::mesh(flat).at(-1.0, 0.75, 0.0));
@@ -151,20 +128,14 @@ fn instancing() -> Built {
         if index == 4 {
             // Scaled along an axis that the ring does not lie in: a shear, as only parents can make it.
             let leaning = turn * Quat::from_rotation_y(0.7);
-            let child = Node {
-                matrix: Some(glam::Mat4::from_quat(leaning)),
-                ..Node::mesh(ring)
-            };
+            let child = Node { matrix: Some(glam::Mat4::from_quat(leaning)), ..Node::mesh(ring) };
             let child = gltf.node(child);
             let parent = Node::group(&[child]).turned(Quat::from_rotation_z(0.6));
             gltf.node(parent.scaled(1.5, 0.7, 1.0));
             continue;
         }
         let wide = 1.0 + 0.4 * column;
-        let node = Node::mesh(ring)
-            .at(column * 1.4, -row, 0.0)
-            .turned(turn)
-            .scaled(wide, 1.0, 1.0);
+        let node = Node::mesh(ring).at(column * 1.4, -row, 0.0).turned(turn).scaled(wide, 1.0, 1.0);
         gltf.node(node);
     }
     Ok(gltf)

@@ -25,12 +25,7 @@ fn quantized() -> Built {
          normals and 16-bit texture coordinates; the same shape, shading and pattern to the eye.",
     );
     gltf.requires_extension("KHR_mesh_quantization");
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 2.2, 4.2),
-        Vec3::new(0.0, 0.3, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 2.2, 4.2), Vec3::new(0.0, 0.3, 0.0), 32.0);
     grey_floor(&mut gltf, 9.0, 7.0);
     let chequer = super::pictures::Picture::chequer(16, 8, [225, 200, 120], [60, 90, 140]);
     let texture = chequer.texture(&mut gltf, "chequer", super::pictures::Filter::Nearest)?;
@@ -65,19 +60,12 @@ fn quantized() -> Built {
 fn quantized_attributes(gltf: &mut Gltf, shape: &Shape) -> Json {
     let signed16 = |value: f32| libm::roundf(value * 32767.0) as i16;
     let signed8 = |value: f32| libm::roundf(value * 127.0) as i8;
-    let positions: Vec<[i16; 3]> = shape
-        .positions
-        .iter()
-        .map(|position| position.to_array().map(signed16))
-        .collect();
-    let bytes = positions
-        .iter()
-        .flat_map(|[x, y, z]| [*x, *y, *z, 0].map(i16::to_le_bytes).concat())
-        .collect();
+    let positions: Vec<[i16; 3]> =
+        shape.positions.iter().map(|position| position.to_array().map(signed16)).collect();
+    let bytes =
+        positions.iter().flat_map(|[x, y, z]| [*x, *y, *z, 0].map(i16::to_le_bytes).concat()).collect();
     let bound = |start: i16, choose: fn(i16, i16) -> i16| -> Vec<f32> {
-        (0..3)
-            .map(|axis| positions.iter().map(|p| p[axis]).fold(start, choose) as f32)
-            .collect()
+        (0..3).map(|axis| positions.iter().map(|p| p[axis]).fold(start, choose) as f32).collect()
     };
     let position = Accessor {
         normalized: true,
@@ -99,15 +87,9 @@ fn quantized_attributes(gltf: &mut Gltf, shape: &Shape) -> Json {
         ..Accessor::new(Component::I8, "VEC3", shape.normals.len(), bytes)
     };
     let fraction = |value: f32| (libm::roundf(value * 65535.0) as u16).to_le_bytes();
-    let bytes = shape
-        .uvs
-        .iter()
-        .flat_map(|uv| [fraction(uv.x / 8.0), fraction(uv.y / 4.0)].concat())
-        .collect();
-    let uv = Accessor {
-        normalized: true,
-        ..Accessor::new(Component::U16, "VEC2", shape.uvs.len(), bytes)
-    };
+    let bytes =
+        shape.uvs.iter().flat_map(|uv| [fraction(uv.x / 8.0), fraction(uv.y / 4.0)].concat()).collect();
+    let uv = Accessor { normalized: true, ..Accessor::new(Component::U16, "VEC2", shape.uvs.len(), bytes) };
     object([
         ("POSITION", gltf.accessor(&position).into()),
         ("NORMAL", gltf.accessor(&normal).into()),
@@ -120,24 +102,11 @@ fn sparse() -> Built {
         "A flat grid whose sparse accessor lifts three of its points: three equal tents in a diagonal row on the left; on \
          the right the grid without the replacement stays flat.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 2.4, 3.8),
-        Vec3::new(0.0, 0.1, 0.0),
-        32.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 2.4, 3.8), Vec3::new(0.0, 0.1, 0.0), 32.0);
     grey_floor(&mut gltf, 9.0, 7.0);
-    let material = Material::matte("grid", [0.1, 0.4, 0.55])
-        .two_sided()
-        .add_to(&mut gltf);
+    let material = Material::matte("grid", [0.1, 0.4, 0.55]).two_sided().add_to(&mut gltf);
     let corners: Vec<Vec3> = (0..81)
-        .map(|index| {
-            Vec3::new(
-                (index % 9) as f32 * 0.2 - 0.8,
-                0.1,
-                (index / 9) as f32 * 0.2 - 0.8,
-            )
-        })
+        .map(|index| Vec3::new((index % 9) as f32 * 0.2 - 0.8, 0.1, (index / 9) as f32 * 0.2 - 0.8))
         .collect();
     let lifted = [20_u16, 40, 60];
     let values = lifted.iter().flat_map(|&index| {
@@ -149,11 +118,7 @@ fn sparse() -> Built {
     if let Some((_, greatest)) = &mut bounds {
         greatest[1] = 0.6;
     }
-    let tents = Accessor {
-        sparse: Some((lifted.to_vec(), float_bytes(values))),
-        bounds,
-        ..flat.clone()
-    };
+    let tents = Accessor { sparse: Some((lifted.to_vec(), float_bytes(values))), bounds, ..flat.clone() };
     let indices = gltf.indices(&super::shapes::grid_indices(8, 8, false));
     for (accessor, x) in [(tents, -1.0), (flat, 1.0)] {
         let attributes = object([("POSITION", gltf.accessor(&accessor).into())]);
@@ -171,25 +136,15 @@ fn no_buffer_view() -> Built {
     );
     before_wall(&mut gltf);
     let material = paint(&mut gltf);
-    let corners = [
-        Vec3::new(1.0, 0.0, 0.0),
-        Vec3::new(1.0, 1.0, 0.0),
-        Vec3::new(0.0, 1.0, 0.0),
-    ];
+    let corners = [Vec3::new(1.0, 0.0, 0.0), Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
     let position = Accessor {
         data: None,
         bounds: Some((vec![0.0; 3], vec![1.0, 1.0, 0.0])),
-        sparse: Some((
-            vec![1, 2, 3],
-            float_bytes(corners.iter().flat_map(Vec3::to_array)),
-        )),
+        sparse: Some((vec![1, 2, 3], float_bytes(corners.iter().flat_map(Vec3::to_array)))),
         ..Accessor::new(Component::F32, "VEC3", 4, Vec::new())
     };
     let position = gltf.accessor(&position);
-    let zeros = Accessor {
-        data: None,
-        ..Accessor::new(Component::F32, "VEC3", 4, Vec::new())
-    };
+    let zeros = Accessor { data: None, ..Accessor::new(Component::F32, "VEC3", 4, Vec::new()) };
     let zeros = gltf.accessor(&zeros);
     let indices = gltf.indices(&[0, 1, 2, 0, 2, 3]);
     let plain = object([("POSITION", position.into())]);
@@ -206,22 +161,13 @@ fn non_indexed() -> Built {
         "The same ball three times: without indices, with 8-bit indices, and with 32-bit indices and interleaved attributes; \
          no difference.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.0, 5.0),
-        Vec3::new(0.0, 0.6, 0.0),
-        30.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.0, 5.0), Vec3::new(0.0, 0.6, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 6.0);
     let material = paint(&mut gltf);
     let ball = uv_sphere(0.6, 12, 8).plain();
     // Every corner of every triangle on its own.
-    let corner = |values: &[Vec3]| {
-        ball.indices
-            .iter()
-            .map(|&index| values[index as usize])
-            .collect::<Vec<_>>()
-    };
+    let corner =
+        |values: &[Vec3]| ball.indices.iter().map(|&index| values[index as usize]).collect::<Vec<_>>();
     let spread = object([
         ("POSITION", gltf.positions(&corner(&ball.positions)).into()),
         ("NORMAL", gltf.vec3s(&corner(&ball.normals)).into()),
@@ -231,11 +177,7 @@ fn non_indexed() -> Built {
     let small: Vec<u8> = ball.indices.iter().map(|&index| index as u8).collect();
     let small = index_accessor(&mut gltf, Component::U8, ball.indices.len(), small);
     let small = primitive_mesh(&mut gltf, attributes, Some(small), material, 4);
-    let wide: Vec<u8> = ball
-        .indices
-        .iter()
-        .flat_map(|index| index.to_le_bytes())
-        .collect();
+    let wide: Vec<u8> = ball.indices.iter().flat_map(|index| index.to_le_bytes()).collect();
     let wide = index_accessor(&mut gltf, Component::U32, ball.indices.len(), wide);
     let attributes = interleaved(&mut gltf, &ball);
     let wide = primitive_mesh(&mut gltf, attributes, Some(wide), material, 4);
@@ -246,10 +188,7 @@ fn non_indexed() -> Built {
 }
 
 fn index_accessor(gltf: &mut Gltf, component: Component, count: usize, data: Vec<u8>) -> usize {
-    let accessor = Accessor {
-        used_as: Use::Indices,
-        ..Accessor::new(component, "SCALAR", count, data)
-    };
+    let accessor = Accessor { used_as: Use::Indices, ..Accessor::new(component, "SCALAR", count, data) };
     gltf.accessor(&accessor)
 }
 

@@ -25,12 +25,7 @@ fn glass_sphere() -> Built {
         "A solid glass ball over a chequered floor before a wall that is blue on the left and red on the right: in the \
          ball the picture is upside down and mirrored, blue on the right, the floor at the top.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.1, 4.5),
-        Vec3::new(0.0, 0.8, 0.0),
-        32.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.1, 4.5), Vec3::new(0.0, 0.8, 0.0), 32.0);
     chequered_floor(&mut gltf, [16, 12], 0.5);
     two_colour_wall(&mut gltf, -3.0);
     let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
@@ -53,11 +48,7 @@ fn striped_wall(gltf: &mut Gltf, stripes: u32, stripe: f32, height: f32) -> usiz
     let dark = Material::unlit("dark stripes", [0.05, 0.08, 0.15]).add_to(gltf);
     // One row of a chequered wall, stretched.
     let wall = chequered_wall(gltf, [stripes, 1], stripe, [light, dark]);
-    gltf.node(
-        Node::mesh(wall)
-            .named("stripes")
-            .scaled(1.0, height / stripe, 1.0),
-    )
+    gltf.node(Node::mesh(wall).named("stripes").scaled(1.0, height / stripe, 1.0))
 }
 
 fn glass_slab_offset() -> Built {
@@ -67,21 +58,11 @@ fn glass_slab_offset() -> Built {
          (1 − cos 45° / √(1.5² − sin² 45°)).",
     );
     let camera = gltf.add("cameras", super::camera::orthographic(1.6, 0.9));
-    gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .at(0.0, 0.0, 3.0),
-    );
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.at(0.0, 0.0, 3.0));
     striped_wall(&mut gltf, 30, 0.25, 4.0);
     let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
     let slab = cuboid(1.6, 1.1, 0.4).plain().add_to(&mut gltf, glass);
-    gltf.node(
-        Node::mesh(slab)
-            .at(0.0, 0.0, 1.2)
-            .turned(Quat::from_rotation_y(std::f32::consts::FRAC_PI_4)),
-    );
+    gltf.node(Node::mesh(slab).at(0.0, 0.0, 1.2).turned(Quat::from_rotation_y(std::f32::consts::FRAC_PI_4)));
     Ok(gltf)
 }
 
@@ -90,12 +71,7 @@ fn thin_glass() -> Built {
         "Three thin panes turned by 45° before upright stripes: clear, amber and one of index 2.4; the stripes run on \
          behind all of them without any offset, the third reflects the most.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 0.9, 4.5),
-        Vec3::new(0.0, 0.7, 0.0),
-        32.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 0.9, 4.5), Vec3::new(0.0, 0.7, 0.0), 32.0);
     grey_floor(&mut gltf, 9.0, 6.0);
     let light = Material::matte("light stripes", [0.8, 0.8, 0.75]).add_to(&mut gltf);
     let dark = Material::matte("dark stripes", [0.05, 0.08, 0.15]).add_to(&mut gltf);
@@ -113,11 +89,7 @@ fn thin_glass() -> Built {
     ];
     let panes = quad(1.0, 1.2).plain().add_with_each(&mut gltf, &panes);
     for (pane, x) in panes.into_iter().zip([-1.2, 0.0, 1.2]) {
-        gltf.node(
-            Node::mesh(pane)
-                .at(x, 0.65, 0.0)
-                .turned(Quat::from_rotation_y(0.785)),
-        );
+        gltf.node(Node::mesh(pane).at(x, 0.65, 0.0).turned(Quat::from_rotation_y(0.785)));
     }
     Ok(gltf)
 }
@@ -132,20 +104,13 @@ fn absorption_thickness() -> Built {
     let wall = quad(6.0, 4.0).plain().add_to(&mut gltf, white);
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -1.5));
     let glass = Material {
-        volume: Some(Volume {
-            thickness: 0.1,
-            attenuation: Some((0.2, [0.25, 0.8, 0.4])),
-        }),
+        volume: Some(Volume { thickness: 0.1, attenuation: Some((0.2, [0.25, 0.8, 0.4])) }),
         ..Material::glass("green glass", 1.5)
     };
     let glass = glass.add_to(&mut gltf);
     let slab = cuboid(0.6, 1.2, 0.1).plain().add_to(&mut gltf, glass);
     for (index, depth) in [1.0, 2.0, 4.0, 8.0].into_iter().enumerate() {
-        gltf.node(
-            Node::mesh(slab)
-                .at((index as f32 - 1.5) * 0.8, 0.0, 0.0)
-                .scaled(1.0, 1.0, depth),
-        );
+        gltf.node(Node::mesh(slab).at((index as f32 - 1.5) * 0.8, 0.0, 0.0).scaled(1.0, 1.0, depth));
     }
     Ok(gltf)
 }
@@ -163,11 +128,7 @@ fn total_internal_reflection() -> Built {
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -3.0));
     // The card stands to the right of the prism and faces it.
     let card = quad(2.4, 2.0).plain().add_to(&mut gltf, red);
-    gltf.node(
-        Node::mesh(card)
-            .at(1.6, 0.0, 0.0)
-            .turned(Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2)),
-    );
+    gltf.node(Node::mesh(card).at(1.6, 0.0, 0.0).turned(Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2)));
     let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
     let prism = prism().add_to(&mut gltf, glass);
     gltf.node(Node::mesh(prism).named("prism"));
@@ -208,20 +169,12 @@ fn nested_glass() -> Built {
         "Three glass balls over a chequered floor: with a ball of air inside, which shrinks what is behind it; with a ball \
          of ruby of index 1.8 inside; and with a ball of the same glass inside, which cannot be seen.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.3, 5.0),
-        Vec3::new(0.0, 0.65, 0.0),
-        30.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.3, 5.0), Vec3::new(0.0, 0.65, 0.0), 30.0);
     chequered_floor(&mut gltf, [16, 16], 0.4);
     let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
     let air = Material::glass("air", 1.0).add_to(&mut gltf);
     let ruby = Material {
-        volume: Some(Volume {
-            thickness: 0.5,
-            attenuation: Some((0.3, [0.8, 0.1, 0.15])),
-        }),
+        volume: Some(Volume { thickness: 0.5, attenuation: Some((0.3, [0.8, 0.1, 0.15])) }),
         ..Material::glass("ruby", 1.8)
     };
     let ruby = ruby.add_to(&mut gltf);
@@ -239,12 +192,7 @@ fn ior_row() -> Built {
         "Six solid balls over a chequered floor, index 1, 1.1, 1.33, 1.5, 1.8 and 2.4 from the left: the first cannot \
          be seen, then bending and reflection grow.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.4, 7.5),
-        Vec3::new(0.0, 0.5, 0.0),
-        31.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [20, 14], 0.4);
     let materials =
         [1.0, 1.1, 1.33, 1.5, 1.8, 2.4].map(|ior| Material::glass("glass", ior).add_to(&mut gltf));
@@ -260,12 +208,7 @@ fn glass_shadow() -> Built {
         "The shadows of three standing plates: of thin red glass light red, of a thick slab of blue glass deep blue, of \
          an opaque card black; no bright rims.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 2.6, 4.2),
-        Vec3::new(0.0, 0.3, 0.4),
-        38.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 2.6, 4.2), Vec3::new(0.0, 0.3, 0.4), 38.0);
     grey_floor(&mut gltf, 8.0, 8.0);
     directional_light(&mut gltf, Vec3::new(0.1, 1.2, -1.0), 4.0);
     let thin = Material {
@@ -275,16 +218,11 @@ fn glass_shadow() -> Built {
     };
     let thin = thin.add_to(&mut gltf);
     let thick = Material {
-        volume: Some(Volume {
-            thickness: 0.2,
-            attenuation: Some((0.2, [0.1, 0.2, 0.8])),
-        }),
+        volume: Some(Volume { thickness: 0.2, attenuation: Some((0.2, [0.1, 0.2, 0.8])) }),
         ..Material::glass("thick blue", 1.5)
     };
     let thick = thick.add_to(&mut gltf);
-    let opaque = Material::matte("card", [0.5, 0.5, 0.5])
-        .two_sided()
-        .add_to(&mut gltf);
+    let opaque = Material::matte("card", [0.5, 0.5, 0.5]).two_sided().add_to(&mut gltf);
     let plates = quad(0.9, 0.9).plain().add_with_each(&mut gltf, &[thin, opaque]);
     let slab = cuboid(0.9, 0.9, 0.2).plain().add_to(&mut gltf, thick);
     for (mesh, x) in [(plates[0], -1.3), (slab, 0.0), (plates[1], 1.3)] {

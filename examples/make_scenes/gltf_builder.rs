@@ -104,10 +104,7 @@ impl Gltf {
 
     /// Adds a set of root nodes; without any, all nodes that are no children make one.
     pub(crate) fn scene(&mut self, name: &str, roots: &[usize]) -> usize {
-        self.add(
-            "scenes",
-            object([("name", name.into()), ("nodes", list(roots.iter().copied()))]),
-        )
+        self.add("scenes", object([("name", name.into()), ("nodes", list(roots.iter().copied()))]))
     }
 
     /// Chooses the scene that is shown by default.
@@ -139,10 +136,7 @@ impl Gltf {
     pub(crate) fn accessor(&mut self, accessor: &Accessor) -> usize {
         let mut json = object([]);
         if let Some(data) = &accessor.data {
-            json.set(
-                "bufferView",
-                self.buffer_view(data, accessor.used_as, accessor.byte_stride),
-            );
+            json.set("bufferView", self.buffer_view(data, accessor.used_as, accessor.byte_stride));
         }
         json.set("componentType", accessor.component as usize);
         if accessor.normalized {
@@ -223,18 +217,9 @@ impl Gltf {
     pub(crate) fn indices(&mut self, values: &[u32]) -> usize {
         let wide = values.iter().any(|&index| index >= 0xffff);
         let (component, data): (_, Vec<u8>) = if wide {
-            (
-                Component::U32,
-                values.iter().flat_map(|value| value.to_le_bytes()).collect(),
-            )
+            (Component::U32, values.iter().flat_map(|value| value.to_le_bytes()).collect())
         } else {
-            (
-                Component::U16,
-                values
-                    .iter()
-                    .flat_map(|&value| (value as u16).to_le_bytes())
-                    .collect(),
-            )
+            (Component::U16, values.iter().flat_map(|&value| (value as u16).to_le_bytes()).collect())
         };
         let mut accessor = Accessor::new(component, "SCALAR", values.len(), data);
         accessor.used_as = Use::Indices;
@@ -243,12 +228,8 @@ impl Gltf {
 
     /// Floats of an animation sampler or of matrices; `kind` has `width` of them.
     pub(crate) fn track(&mut self, kind: &'static str, width: usize, values: &[f32]) -> usize {
-        let mut accessor = Accessor::new(
-            Component::F32,
-            kind,
-            values.len() / width,
-            float_bytes(values.iter().copied()),
-        );
+        let mut accessor =
+            Accessor::new(Component::F32, kind, values.len() / width, float_bytes(values.iter().copied()));
         accessor.used_as = Use::Other;
         if kind == "SCALAR" {
             accessor.bounds = Some(bounds_of(values, 1));
@@ -262,31 +243,18 @@ impl Gltf {
         let matrices = self.track("MAT4", 16, &values);
         self.add(
             "skins",
-            object([
-                ("inverseBindMatrices", matrices.into()),
-                ("joints", list(joints.iter().copied())),
-            ]),
+            object([("inverseBindMatrices", matrices.into()), ("joints", list(joints.iter().copied()))]),
         )
     }
 
     /// The text of the file.
     pub(crate) fn to_file_text(&self) -> String {
         let mut root = object([
-            (
-                "asset",
-                object([
-                    ("version", "2.0".into()),
-                    ("generator", "rayframe make_scenes".into()),
-                ]),
-            ),
+            ("asset", object([("version", "2.0".into()), ("generator", "rayframe make_scenes".into())])),
             ("extras", self.extras()),
         ]);
         let used = self.extensions.iter().map(|(name, _)| *name);
-        let required = self
-            .extensions
-            .iter()
-            .filter(|(_, required)| *required)
-            .map(|(name, _)| *name);
+        let required = self.extensions.iter().filter(|(_, required)| *required).map(|(name, _)| *name);
         set_unless_empty(&mut root, "extensionsUsed", list(used));
         set_unless_empty(&mut root, "extensionsRequired", list(required));
         if !self.lights.is_empty() {
@@ -303,10 +271,7 @@ impl Gltf {
     fn extras(&self) -> Json {
         let mut extras = object([("shows", self.shows.into())]);
         if !self.frames.is_empty() {
-            extras.set(
-                "rayframe",
-                object([("frames", list(self.frames.iter().copied()))]),
-            );
+            extras.set("rayframe", object([("frames", list(self.frames.iter().copied()))]));
         }
         extras
     }
@@ -323,10 +288,7 @@ impl Gltf {
             ("buffers", None) if !self.bytes.is_empty() => {
                 let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
                 let uri = format!("data:application/octet-stream;base64,{text}");
-                vec![object([
-                    ("byteLength", self.bytes.len().into()),
-                    ("uri", uri.into()),
-                ])]
+                vec![object([("byteLength", self.bytes.len().into()), ("uri", uri.into())])]
             }
             _ => Vec::new(),
         }

@@ -16,12 +16,7 @@ const LINE_LENGTH: usize = 100;
 
 /// An object of `entries`, in their order.
 pub(crate) fn object<const N: usize>(entries: [(&str, Json); N]) -> Json {
-    Json::Object(
-        entries
-            .into_iter()
-            .map(|(key, value)| (key.to_owned(), value))
-            .collect(),
-    )
+    Json::Object(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
 /// A list of whatever can become a value.

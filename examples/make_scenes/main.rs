@@ -4,10 +4,7 @@
 //! `cargo run --release --example make_scenes` writes them; with `-- --check` it only compares. Running it again gives
 //! the same bytes on every machine: all arithmetic is IEEE or `libm`.
 
-#![expect(
-    clippy::unnecessary_wraps,
-    reason = "all scenes share one signature; those with images can fail"
-)]
+#![expect(clippy::unnecessary_wraps, reason = "all scenes share one signature; those with images can fail")]
 
 mod accessor;
 mod animation;
@@ -90,14 +87,9 @@ pub(crate) fn differences(
         }
     }
     for path in files_below(folder)? {
-        let known = path
-            .strip_prefix(folder)
-            .is_ok_and(|path| scenes.contains_key(path));
+        let known = path.strip_prefix(folder).is_ok_and(|path| scenes.contains_key(path));
         if !known {
-            lines.push(format!(
-                "{}: make_scenes does not write this file",
-                path.display()
-            ));
+            lines.push(format!("{}: make_scenes does not write this file", path.display()));
         }
     }
     Ok(lines)
@@ -117,21 +109,14 @@ fn files_below(folder: &Path) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     Ok(files)
 }
 
-#[cfg_attr(
-    test,
-    expect(dead_code, reason = "tests include this file for the scenes alone")
-)]
+#[cfg_attr(test, expect(dead_code, reason = "tests include this file for the scenes alone"))]
 #[expect(clippy::print_stdout, reason = "a program that says what it wrote")]
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let scenes = all_scenes()?;
     if std::env::args().skip(1).any(|argument| argument == "--check") {
         let lines = differences(&folder, &scenes)?;
-        return if lines.is_empty() {
-            Ok(())
-        } else {
-            Err(lines.join("\n").into())
-        };
+        return if lines.is_empty() { Ok(()) } else { Err(lines.join("\n").into()) };
     }
     for (path, text) in &scenes {
         let path = folder.join(path);

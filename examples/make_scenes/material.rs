@@ -27,12 +27,7 @@ fn diffuse() -> Built {
         "Five matte balls, black, grey, white, red and blue, lit from the upper right; no highlights, terminators at \
          the same place on all.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.2, 6.5),
-        Vec3::new(0.0, 0.5, 0.0),
-        31.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 6.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     grey_floor(&mut gltf, 9.0, 6.0);
     let colors = [
         ("black", [0.0, 0.0, 0.0]),
@@ -51,12 +46,7 @@ fn metal_roughness_row() -> Built {
         "Six gold balls under the studio, roughness 0, 0.1, 0.2, 0.3, 0.5 and 1 from the left: from a mirror to a dull \
          glow without a jump in brightness between neighbours.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.4, 7.5),
-        Vec3::new(0.0, 0.5, 0.0),
-        31.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let steps = [0.0, 0.1, 0.2, 0.3, 0.5, 1.0];
     let materials =
@@ -70,19 +60,11 @@ fn dielectric_roughness_row() -> Built {
         "Six dark green balls of plastic under the studio, roughness 0, 0.1, 0.2, 0.3, 0.5 and 1 from the left: the \
          reflection is faint in the middle and strong at the rim, and blurs to a sheen.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.4, 7.5),
-        Vec3::new(0.0, 0.5, 0.0),
-        31.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let steps = [0.0, 0.1, 0.2, 0.3, 0.5, 1.0];
     let materials = steps.map(|roughness| {
-        let plastic = Material {
-            roughness,
-            ..Material::matte("plastic", [0.02, 0.2, 0.08])
-        };
+        let plastic = Material { roughness, ..Material::matte("plastic", [0.02, 0.2, 0.08]) };
         plastic.add_to(&mut gltf)
     });
     row_of_balls(&mut gltf, &materials);
@@ -102,12 +84,7 @@ fn mirror() -> Built {
         "A chrome ball before a flat mirror: the mirror shows the back of the ball and of the red and the blue block, \
          left and right as seen; the ball shows them again, small and curved.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.5, 4.5),
-        Vec3::new(0.0, 0.7, -0.5),
-        40.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.5, 4.5), Vec3::new(0.0, 0.7, -0.5), 40.0);
     chequered_floor(&mut gltf, [12, 12], 0.5);
     let chrome = Material::metal("chrome", [0.95, 0.95, 0.95], 0.0).add_to(&mut gltf);
     let ball = ico_sphere(0.5, 3).add_to(&mut gltf, chrome);
@@ -116,9 +93,7 @@ fn mirror() -> Built {
     gltf.node(Node::mesh(wall).named("mirror").at(0.0, 1.0, -1.5));
     let red = Material::matte("red", [0.7, 0.06, 0.05]).add_to(&mut gltf);
     let blue = Material::matte("blue", [0.05, 0.12, 0.6]).add_to(&mut gltf);
-    let blocks = cuboid(0.5, 0.8, 0.5)
-        .plain()
-        .add_with_each(&mut gltf, &[red, blue]);
+    let blocks = cuboid(0.5, 0.8, 0.5).plain().add_with_each(&mut gltf, &[red, blue]);
     gltf.node(Node::mesh(blocks[0]).at(-1.1, 0.4, -0.4));
     gltf.node(Node::mesh(blocks[1]).at(1.1, 0.4, -0.4));
     Ok(gltf)
@@ -129,17 +104,11 @@ fn emissive_strength() -> Built {
         "Four glowing cards of radiance 0.125, 0.25, 0.5 and 4 in orange, each twice or more as bright as its left \
          neighbour, the last made by emissiveStrength 8; they do not light the floor.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.0, 4.6),
-        Vec3::new(0.0, 0.55, 0.0),
-        32.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.0, 4.6), Vec3::new(0.0, 0.55, 0.0), 32.0);
     grey_floor(&mut gltf, 8.0, 5.0);
     point_light(&mut gltf, Vec3::new(0.0, 3.0, 2.0), 4.0);
-    for (index, (factor, strength)) in [(0.125, None), (0.5, Some(0.5)), (0.5, None), (0.5, Some(8.0))]
-        .into_iter()
-        .enumerate()
+    for (index, (factor, strength)) in
+        [(0.125, None), (0.5, Some(0.5)), (0.5, None), (0.5, Some(8.0))].into_iter().enumerate()
     {
         let glow = Material {
             emissive: [factor, factor * 0.5, factor * 0.125],
@@ -158,12 +127,7 @@ fn unlit() -> Built {
         "Two orange balls on a grey floor: the left one is unlit and a flat disc of one colour, the right one shaded; \
          both cast shadows; the shadow of a bar above the picture crosses the right ball and the floor, not the left ball.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.5, 4.6),
-        Vec3::new(0.0, 0.5, 0.0),
-        35.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.5, 4.6), Vec3::new(0.0, 0.5, 0.0), 35.0);
     grey_floor(&mut gltf, 7.0, 7.0);
     let flat = Material::unlit("flat", [0.8, 0.3, 0.04]).add_to(&mut gltf);
     let shaded = Material::matte("shaded", [0.8, 0.3, 0.04]).add_to(&mut gltf);
@@ -181,12 +145,7 @@ fn alpha_mask() -> Built {
         "Two cards with the same round alpha ramp: cutoff 0.25 leaves a large disc, cutoff 0.75 a small one; edges are \
          sharp and the shadows are the same discs.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(-0.6, 1.6, 4.6),
-        Vec3::new(-0.3, 0.6, 0.0),
-        35.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(-0.6, 1.6, 4.6), Vec3::new(-0.3, 0.6, 0.0), 35.0);
     grey_floor(&mut gltf, 8.0, 8.0);
     let ramp = Picture::new(64, 64, |x, y| {
         let (dx, dy) = (x as f32 - 31.5, y as f32 - 31.5);
@@ -213,12 +172,7 @@ fn alpha_blend_stack() -> Built {
          nearer colour over the farther one, two coincident cards at the right end count once each, and shadows \
          darken step by step where cards overlap.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.5, 4.6),
-        Vec3::new(0.0, 0.6, 0.0),
-        36.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.5, 4.6), Vec3::new(0.0, 0.6, 0.0), 36.0);
     grey_floor(&mut gltf, 9.0, 9.0);
     let colors = [
         [0.8, 0.08, 0.06],
@@ -249,38 +203,16 @@ fn double_sided() -> Built {
         "Three cards turned away from the camera cast the same shadow: the left one is single-sided and cannot be \
          seen, the middle one is double-sided and lit from its back, the right one is two single-sided cards back to back.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.5, 4.6),
-        Vec3::new(0.0, 0.5, 0.0),
-        36.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.5, 4.6), Vec3::new(0.0, 0.5, 0.0), 36.0);
     grey_floor(&mut gltf, 9.0, 9.0);
     directional_light(&mut gltf, Vec3::new(0.5, 1.5, 1.5), 3.0);
     let single = Material::matte("single", [0.1, 0.4, 0.7]).add_to(&mut gltf);
-    let double = Material::matte("double", [0.1, 0.4, 0.7])
-        .two_sided()
-        .add_to(&mut gltf);
+    let double = Material::matte("double", [0.1, 0.4, 0.7]).two_sided().add_to(&mut gltf);
     let cards = quad(1.0, 1.0).plain().add_with_each(&mut gltf, &[single, double]);
     let away = Quat::from_rotation_y(std::f32::consts::PI);
-    gltf.node(
-        Node::mesh(cards[0])
-            .named("single")
-            .at(-1.3, 0.6, 0.0)
-            .turned(away),
-    );
-    gltf.node(
-        Node::mesh(cards[1])
-            .named("double")
-            .at(0.0, 0.6, 0.0)
-            .turned(away),
-    );
-    gltf.node(
-        Node::mesh(cards[0])
-            .named("back")
-            .at(1.3, 0.6, -0.01)
-            .turned(away),
-    );
+    gltf.node(Node::mesh(cards[0]).named("single").at(-1.3, 0.6, 0.0).turned(away));
+    gltf.node(Node::mesh(cards[1]).named("double").at(0.0, 0.6, 0.0).turned(away));
+    gltf.node(Node::mesh(cards[0]).named("back").at(1.3, 0.6, -0.01).turned(away));
     gltf.node(Node::mesh(cards[0]).named("front").at(1.3, 0.6, 0.0));
     Ok(gltf)
 }

@@ -62,12 +62,7 @@ pub(crate) struct Material {
 impl TextureUse {
     /// `texture` by the first set of coordinates.
     pub(crate) fn of(texture: usize) -> Self {
-        Self {
-            texture,
-            uv_set: 0,
-            transform: None,
-            amount: None,
-        }
+        Self { texture, uv_set: 0, transform: None, amount: None }
     }
 }
 
@@ -97,11 +92,7 @@ impl Material {
 
     /// A metal.
     pub(crate) fn metal(name: &'static str, color: [f32; 3], roughness: f32) -> Self {
-        Self {
-            metallic: 1.0,
-            roughness,
-            ..Self::matte(name, color)
-        }
+        Self { metallic: 1.0, roughness, ..Self::matte(name, color) }
     }
 
     /// Smooth solid glass of the given index of refraction.
@@ -110,28 +101,19 @@ impl Material {
             roughness: 0.0,
             ior: Some(ior),
             transmission: Some(1.0),
-            volume: Some(Volume {
-                thickness: 1.0,
-                attenuation: None,
-            }),
+            volume: Some(Volume { thickness: 1.0, attenuation: None }),
             ..Self::matte(name, [1.0; 3])
         }
     }
 
     /// A surface that shows its colour whatever the light.
     pub(crate) fn unlit(name: &'static str, color: [f32; 3]) -> Self {
-        Self {
-            unlit: true,
-            ..Self::matte(name, color)
-        }
+        Self { unlit: true, ..Self::matte(name, color) }
     }
 
     /// The same with both sides visible.
     pub(crate) fn two_sided(self) -> Self {
-        Self {
-            double_sided: true,
-            ..self
-        }
+        Self { double_sided: true, ..self }
     }
 
     /// Adds the material and names the extensions it uses.
@@ -197,19 +179,13 @@ impl Material {
             set("KHR_materials_unlit", object([]));
         }
         if let Some(strength) = self.emissive_strength {
-            set(
-                "KHR_materials_emissive_strength",
-                object([("emissiveStrength", strength.into())]),
-            );
+            set("KHR_materials_emissive_strength", object([("emissiveStrength", strength.into())]));
         }
         if let Some(ior) = self.ior {
             set("KHR_materials_ior", object([("ior", ior.into())]));
         }
         if let Some(factor) = self.transmission {
-            set(
-                "KHR_materials_transmission",
-                object([("transmissionFactor", factor.into())]),
-            );
+            set("KHR_materials_transmission", object([("transmissionFactor", factor.into())]));
         }
         if let Some(volume) = self.volume {
             let mut json = object([("thicknessFactor", volume.thickness.into())]);

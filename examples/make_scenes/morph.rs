@@ -48,70 +48,37 @@ fn weights() -> Built {
          node says otherwise, the fourth has negative and large ones (−0.5, 1.5).",
     );
     gltf.reference_frames(&[0, 12, 24]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.6, 6.5),
-        Vec3::new(0.0, 0.8, 0.0),
-        36.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.6, 6.5), Vec3::new(0.0, 0.8, 0.0), 36.0);
     grey_floor(&mut gltf, 10.0, 6.0);
     let material = Material::matte("box", [0.1, 0.4, 0.55]).add_to(&mut gltf);
-    let shape = cuboid(0.5, 1.0, 0.5)
-        .moved(1.0, Quat::IDENTITY, Vec3::new(0.0, 0.5, 0.0))
-        .plain();
-    let taller: Vec<Vec3> = shape
-        .positions
-        .iter()
-        .map(|corner| if corner.y > 0.5 { Vec3::Y } else { Vec3::ZERO })
-        .collect();
-    let wider: Vec<Vec3> = shape
-        .positions
-        .iter()
-        .map(|corner| Vec3::new(0.3 * corner.x.signum(), 0.0, 0.0))
-        .collect();
+    let shape = cuboid(0.5, 1.0, 0.5).moved(1.0, Quat::IDENTITY, Vec3::new(0.0, 0.5, 0.0)).plain();
+    let taller: Vec<Vec3> =
+        shape.positions.iter().map(|corner| if corner.y > 0.5 { Vec3::Y } else { Vec3::ZERO }).collect();
+    let wider: Vec<Vec3> =
+        shape.positions.iter().map(|corner| Vec3::new(0.3 * corner.x.signum(), 0.0, 0.0)).collect();
     let attributes = shape.attributes(&mut gltf);
     let indices = gltf.indices(&shape.indices);
     let taller = sparse_difference(&mut gltf, &taller);
-    let targets = vec![
-        object([("POSITION", taller.into())]),
-        object([("POSITION", gltf.positions(&wider).into())]),
-    ];
+    let targets =
+        vec![object([("POSITION", taller.into())]), object([("POSITION", gltf.positions(&wider).into())])];
     let mesh = morph_mesh(&mut gltf, attributes, indices, material, targets, &[0.5, 0.0]);
     let place = |x| Node::mesh(mesh).at(x, 0.0, 0.0);
     gltf.node(place(-2.1));
-    gltf.node(Node {
-        weights: vec![0.0, 1.0],
-        ..place(-0.75)
-    });
-    let animated = gltf.node(Node {
-        weights: vec![1.0, 0.0],
-        ..place(0.75)
-    });
-    gltf.node(Node {
-        weights: vec![-0.5, 1.5],
-        ..place(2.3)
-    });
+    gltf.node(Node { weights: vec![0.0, 1.0], ..place(-0.75) });
+    let animated = gltf.node(Node { weights: vec![1.0, 0.0], ..place(0.75) });
+    gltf.node(Node { weights: vec![-0.5, 1.5], ..place(2.3) });
     let values = vec![0.0, 0.0, 1.0, 1.0];
     clip(
         &mut gltf,
         "grow",
-        &[Track {
-            node: animated,
-            path: "weights",
-            interpolation: "LINEAR",
-            times: &[0.0, 1.0],
-            values,
-        }],
+        &[Track { node: animated, path: "weights", interpolation: "LINEAR", times: &[0.0, 1.0], values }],
     );
     Ok(gltf)
 }
 
 /// Differences of which only those that are not zero are stored.
 fn sparse_difference(gltf: &mut Gltf, differences: &[Vec3]) -> usize {
-    let moved = differences
-        .iter()
-        .enumerate()
-        .filter(|(_, value)| **value != Vec3::ZERO);
+    let moved = differences.iter().enumerate().filter(|(_, value)| **value != Vec3::ZERO);
     let (indices, values): (Vec<u16>, Vec<Vec3>) = moved.map(|(index, value)| (index as u16, *value)).unzip();
     let all: Vec<f32> = differences.iter().flat_map(Vec3::to_array).collect();
     let values = float_bytes(values.iter().flat_map(Vec3::to_array));
@@ -129,52 +96,27 @@ fn normals() -> Built {
         "Three balls flattened to discs that lean back: the left one's normals are morphed with it and it is shaded as the \
          flat thing it is; the middle one's target has no normals and it is shaded like a ball; the right one is the ball.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.0, 5.5),
-        Vec3::new(0.0, 0.8, 0.0),
-        28.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.0, 5.5), Vec3::new(0.0, 0.8, 0.0), 28.0);
     grey_floor(&mut gltf, 9.0, 6.0);
     let material = Material::matte("ball", [0.7, 0.6, 0.4]).add_to(&mut gltf);
     let ball = ico_sphere(0.7, 2);
     // Squashed to a fifth along an axis half way between up and the viewer.
     let axis = Vec3::new(0.0, 0.5, 0.8660254);
     let squash = |vector: Vec3, factor: f32| axis * (axis.dot(vector) * (factor - 1.0));
-    let moved: Vec<Vec3> = ball
-        .positions
-        .iter()
-        .map(|position| squash(*position, 0.2))
-        .collect();
+    let moved: Vec<Vec3> = ball.positions.iter().map(|position| squash(*position, 0.2)).collect();
     // Normals follow the inverse transpose: five times longer along the axis, then unit again.
-    let turned: Vec<Vec3> = ball
-        .normals
-        .iter()
-        .map(|normal| (*normal + squash(*normal, 5.0)).normalize() - *normal)
-        .collect();
+    let turned: Vec<Vec3> =
+        ball.normals.iter().map(|normal| (*normal + squash(*normal, 5.0)).normalize() - *normal).collect();
     let attributes = ball.attributes(&mut gltf);
     let indices = gltf.indices(&ball.indices);
     let position = gltf.positions(&moved);
-    let with_normals = vec![object([
-        ("POSITION", position.into()),
-        ("NORMAL", gltf.vec3s(&turned).into()),
-    ])];
+    let with_normals = vec![object([("POSITION", position.into()), ("NORMAL", gltf.vec3s(&turned).into())])];
     let without = vec![object([("POSITION", position.into())])];
-    let shaded = morph_mesh(
-        &mut gltf,
-        attributes.clone(),
-        indices,
-        material,
-        with_normals,
-        &[1.0],
-    );
+    let shaded = morph_mesh(&mut gltf, attributes.clone(), indices, material, with_normals, &[1.0]);
     let unshaded = morph_mesh(&mut gltf, attributes, indices, material, without, &[1.0]);
     gltf.node(Node::mesh(shaded).at(-1.5, 0.8, 0.0));
     gltf.node(Node::mesh(unshaded).at(0.0, 0.8, 0.0));
-    gltf.node(Node {
-        weights: vec![0.0],
-        ..Node::mesh(unshaded).at(1.5, 0.8, 0.0)
-    });
+    gltf.node(Node { weights: vec![0.0], ..Node::mesh(unshaded).at(1.5, 0.8, 0.0) });
     Ok(gltf)
 }
 
@@ -183,27 +125,14 @@ fn morph_then_skin() -> Built {
         "A strip grows a bulge to its right at its upper end, by a morph target, and its upper half is bent to the right by \
          90°: the bulge, bent along, points down. It would point right if the skin came first.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.3, 0.9, 5.0),
-        Vec3::new(0.3, 0.9, 0.0),
-        28.0,
-    );
-    let paint = Material::matte("strip", [0.65, 0.25, 0.05])
-        .two_sided()
-        .add_to(&mut gltf);
+    lit_stage(&mut gltf, Vec3::new(0.3, 0.9, 5.0), Vec3::new(0.3, 0.9, 0.0), 28.0);
+    let paint = Material::matte("strip", [0.65, 0.25, 0.05]).two_sided().add_to(&mut gltf);
     let shape: Shape = strip(0.3, 2.0, 8).plain();
     let mut attributes = shape.attributes(&mut gltf);
     let weights: Vec<[u8; 4]> = shape
         .positions
         .iter()
-        .map(|corner| {
-            if corner.y > 1.0 {
-                [0, 255, 0, 0]
-            } else {
-                [255, 0, 0, 0]
-            }
-        })
+        .map(|corner| if corner.y > 1.0 { [0, 255, 0, 0] } else { [255, 0, 0, 0] })
         .collect();
     let (joints, weights) = gltf.influences(&vec![[0, 1, 0, 0]; weights.len()], &weights);
     attributes.set("JOINTS_0", joints);
@@ -212,29 +141,13 @@ fn morph_then_skin() -> Built {
     let bulge: Vec<Vec3> = shape
         .positions
         .iter()
-        .map(|corner| {
-            if corner.x > 0.0 && corner.y > 1.4 {
-                Vec3::new(0.5, 0.0, 0.0)
-            } else {
-                Vec3::ZERO
-            }
-        })
+        .map(|corner| if corner.x > 0.0 && corner.y > 1.4 { Vec3::new(0.5, 0.0, 0.0) } else { Vec3::ZERO })
         .collect();
     let targets = vec![object([("POSITION", gltf.positions(&bulge).into())])];
     let mesh = morph_mesh(&mut gltf, attributes, indices, paint, targets, &[1.0]);
-    let upper = gltf.node(
-        Node::default()
-            .at(0.0, 1.0, 0.0)
-            .turned(Quat::from_rotation_z(-FRAC_PI_2)),
-    );
+    let upper = gltf.node(Node::default().at(0.0, 1.0, 0.0).turned(Quat::from_rotation_z(-FRAC_PI_2)));
     let lower = gltf.node(Node::group(&[upper]));
-    let skin = gltf.skin(
-        &[lower, upper],
-        &[Mat4::IDENTITY, Mat4::from_translation(Vec3::NEG_Y)],
-    );
-    gltf.node(Node {
-        skin: Some(skin),
-        ..Node::mesh(mesh)
-    });
+    let skin = gltf.skin(&[lower, upper], &[Mat4::IDENTITY, Mat4::from_translation(Vec3::NEG_Y)]);
+    gltf.node(Node { skin: Some(skin), ..Node::mesh(mesh) });
     Ok(gltf)
 }

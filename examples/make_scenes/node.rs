@@ -23,50 +23,32 @@ pub(crate) struct Node {
 impl Node {
     /// A node that places a mesh.
     pub(crate) fn mesh(mesh: usize) -> Self {
-        Self {
-            mesh: Some(mesh),
-            ..Self::default()
-        }
+        Self { mesh: Some(mesh), ..Self::default() }
     }
 
     /// A node with children.
     pub(crate) fn group(children: &[usize]) -> Self {
-        Self {
-            children: children.to_vec(),
-            ..Self::default()
-        }
+        Self { children: children.to_vec(), ..Self::default() }
     }
 
     /// The same node with a name.
     pub(crate) fn named(self, name: &'static str) -> Self {
-        Self {
-            name: Some(name),
-            ..self
-        }
+        Self { name: Some(name), ..self }
     }
 
     /// The same node moved to `x`, `y`, `z`.
     pub(crate) fn at(self, x: f32, y: f32, z: f32) -> Self {
-        Self {
-            translation: Some(Vec3::new(x, y, z)),
-            ..self
-        }
+        Self { translation: Some(Vec3::new(x, y, z)), ..self }
     }
 
     /// The same node turned.
     pub(crate) fn turned(self, rotation: Quat) -> Self {
-        Self {
-            rotation: Some(rotation),
-            ..self
-        }
+        Self { rotation: Some(rotation), ..self }
     }
 
     /// The same node scaled along its axes.
     pub(crate) fn scaled(self, x: f32, y: f32, z: f32) -> Self {
-        Self {
-            scale: Some(Vec3::new(x, y, z)),
-            ..self
-        }
+        Self { scale: Some(Vec3::new(x, y, z)), ..self }
     }
 
     /// The node as the file holds it.
@@ -85,19 +67,10 @@ impl Node {
         set("mesh", self.mesh.map(Json::from));
         set("skin", self.skin.map(Json::from));
         set("camera", self.camera.map(Json::from));
-        set(
-            "weights",
-            Some(list(self.weights.clone())).filter(|weights| !weights.is_empty()),
-        );
-        set(
-            "children",
-            Some(list(self.children.clone())).filter(|children| !children.is_empty()),
-        );
+        set("weights", Some(list(self.weights.clone())).filter(|weights| !weights.is_empty()));
+        set("children", Some(list(self.children.clone())).filter(|children| !children.is_empty()));
         let placed = self.light.map(|light| object([("light", light.into())]));
-        set(
-            "extensions",
-            placed.map(|light| object([("KHR_lights_punctual", light)])),
-        );
+        set("extensions", placed.map(|light| object([("KHR_lights_punctual", light)])));
         json
     }
 }

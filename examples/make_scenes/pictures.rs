@@ -35,25 +35,13 @@ pub(crate) enum Filter {
 impl Picture {
     /// The picture whose texel at column x and row y is `texel(x, y)`.
     pub(crate) fn new(width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Self {
-        let texels = (0..height)
-            .flat_map(|y| (0..width).map(move |x| (x, y)))
-            .map(|(x, y)| texel(x, y));
-        Self {
-            width,
-            height,
-            texels: texels.collect(),
-        }
+        let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
+        Self { width, height, texels: texels.collect() }
     }
 
     /// Squares of `cell` texels in two colours, `even` at the top left.
     pub(crate) fn chequer(size: u32, cell: u32, even: [u8; 3], odd: [u8; 3]) -> Self {
-        Self::new(size, size, |x, y| {
-            opaque(if (x / cell + y / cell).is_multiple_of(2) {
-                even
-            } else {
-                odd
-            })
-        })
+        Self::new(size, size, |x, y| opaque(if (x / cell + y / cell).is_multiple_of(2) { even } else { odd }))
     }
 
     /// A black letter F on a field whose corners are red, green, blue and yellow from the top left clockwise; no
@@ -91,10 +79,7 @@ impl Picture {
             (self.texels.concat(), ExtendedColorType::Rgba8)
         } else {
             (
-                self.texels
-                    .iter()
-                    .flat_map(|texel| [texel[0], texel[1], texel[2]])
-                    .collect(),
+                self.texels.iter().flat_map(|texel| [texel[0], texel[1], texel[2]]).collect(),
                 ExtendedColorType::Rgb8,
             )
         };
@@ -108,11 +93,7 @@ impl Picture {
         let view = gltf.buffer_view(&png, Use::Other, None);
         Ok(gltf.add(
             "images",
-            object([
-                ("name", name.into()),
-                ("mimeType", "image/png".into()),
-                ("bufferView", view.into()),
-            ]),
+            object([("name", name.into()), ("mimeType", "image/png".into()), ("bufferView", view.into())]),
         ))
     }
 
@@ -139,10 +120,7 @@ pub(crate) fn texture(gltf: &mut Gltf, image: usize, filter: Filter, wrap: [Wrap
             ("wrapT", (wrap[1] as usize).into()),
         ]),
     );
-    gltf.add(
-        "textures",
-        object([("sampler", sampler.into()), ("source", image.into())]),
-    )
+    gltf.add("textures", object([("sampler", sampler.into()), ("source", image.into())]))
 }
 
 /// The colour without transparency.

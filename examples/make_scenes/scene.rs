@@ -10,10 +10,8 @@ use super::shapes::{cuboid, ico_sphere};
 use super::stage::{ASPECT_RATIO, grey_floor, light, looking, perspective};
 use super::{Entry, entry};
 
-pub(crate) const SCENES: [Entry; 2] = [
-    entry("scene/multiple_scenes", multiple_scenes),
-    entry("scene/default_material", default_material),
-];
+pub(crate) const SCENES: [Entry; 2] =
+    [entry("scene/multiple_scenes", multiple_scenes), entry("scene/default_material", default_material)];
 
 fn multiple_scenes() -> Built {
     let mut gltf = Gltf::new(
@@ -23,18 +21,10 @@ fn multiple_scenes() -> Built {
     let camera = perspective(&mut gltf, 32.0, Some(ASPECT_RATIO));
     let eye = Vec3::new(0.0, 1.3, 4.5);
     let target = Vec3::new(0.0, 0.5, 0.0);
-    let camera = Node {
-        camera: Some(camera),
-        ..Node::default()
-    }
-    .at(eye.x, eye.y, eye.z);
+    let camera = Node { camera: Some(camera), ..Node::default() }.at(eye.x, eye.y, eye.z);
     let camera = gltf.node(camera.turned(looking(eye, target)));
     let floor = grey_floor(&mut gltf, 7.0, 5.0);
-    let colors = [
-        ("red", [0.7, 0.07, 0.05]),
-        ("green", [0.08, 0.5, 0.1]),
-        ("yellow", [0.8, 0.7, 0.1]),
-    ];
+    let colors = [("red", [0.7, 0.07, 0.05]), ("green", [0.08, 0.5, 0.1]), ("yellow", [0.8, 0.7, 0.1])];
     let materials = colors.map(|(name, color)| Material::matte(name, color).add_to(&mut gltf));
     let red = cuboid(0.8, 0.8, 0.8).plain().add_to(&mut gltf, materials[0]);
     let balls = ico_sphere(0.6, 2).add_with_each(&mut gltf, &materials[1..]);
@@ -43,13 +33,7 @@ fn multiple_scenes() -> Built {
     gltf.node(Node::mesh(balls[1]).named("in no scene").at(1.3, 0.6, 0.0));
     let lights = [[0.2, 0.4, 1.0], [1.0, 0.85, 0.6]].map(|color| {
         let light = light(&mut gltf, "point", color, 40.0);
-        gltf.node(
-            Node {
-                light: Some(light),
-                ..Node::default()
-            }
-            .at(1.5, 3.0, 2.0),
-        )
+        gltf.node(Node { light: Some(light), ..Node::default() }.at(1.5, 3.0, 2.0))
     });
     gltf.scene("first", &[camera, floor, red, lights[0]]);
     let second = gltf.scene("second", &[camera, floor, green, lights[1]]);
@@ -65,14 +49,7 @@ fn default_material() -> Built {
     let camera = perspective(&mut gltf, 32.0, Some(ASPECT_RATIO));
     let eye = Vec3::new(1.6, 1.6, 4.2);
     let turned = looking(eye, Vec3::new(0.0, 0.45, 0.0));
-    gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .at(eye.x, eye.y, eye.z)
-        .turned(turned),
-    );
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.at(eye.x, eye.y, eye.z).turned(turned));
     grey_floor(&mut gltf, 7.0, 5.0);
     let shape = cuboid(0.9, 0.9, 0.9).plain();
     let attributes = shape.attributes(&mut gltf);

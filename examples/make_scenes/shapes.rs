@@ -25,8 +25,7 @@ impl Shape {
         self.normals.extend(&other.normals);
         self.uvs.extend(&other.uvs);
         self.colors.extend(&other.colors);
-        self.indices
-            .extend(other.indices.iter().map(|index| first + index));
+        self.indices.extend(other.indices.iter().map(|index| first + index));
     }
 
     /// The shape moved by a rotation, uniform scale and translation.
@@ -59,13 +58,7 @@ impl Shape {
             let [a, b, c] = [triangle[0], triangle[1], triangle[2]].map(corner);
             a != b && b != c && c != a
         };
-        self.indices = self
-            .indices
-            .chunks_exact(3)
-            .filter(whole)
-            .flatten()
-            .copied()
-            .collect();
+        self.indices = self.indices.chunks_exact(3).filter(whole).flatten().copied().collect();
         self
     }
 
@@ -101,20 +94,14 @@ impl Shape {
     pub(crate) fn add_with_each(&self, gltf: &mut Gltf, materials: &[usize]) -> Vec<usize> {
         let attributes = self.attributes(gltf);
         let indices = gltf.indices(&self.indices);
-        materials
-            .iter()
-            .map(|&material| mesh(gltf, attributes.clone(), indices, material))
-            .collect()
+        materials.iter().map(|&material| mesh(gltf, attributes.clone(), indices, material)).collect()
     }
 }
 
 /// Adds a mesh of one indexed primitive.
 pub(crate) fn mesh(gltf: &mut Gltf, attributes: Json, indices: usize, material: usize) -> usize {
-    let primitive = object([
-        ("attributes", attributes),
-        ("indices", indices.into()),
-        ("material", material.into()),
-    ]);
+    let primitive =
+        object([("attributes", attributes), ("indices", indices.into()), ("material", material.into())]);
     gltf.add("meshes", object([("primitives", list([primitive]))]))
 }
 
@@ -122,13 +109,9 @@ pub(crate) fn mesh(gltf: &mut Gltf, attributes: Json, indices: usize, material: 
 pub(crate) fn quad(width: f32, height: f32) -> Shape {
     let (x, y) = (width / 2.0, height / 2.0);
     Shape {
-        positions: [(-x, -y), (x, -y), (x, y), (-x, y)]
-            .map(|(x, y)| Vec3::new(x, y, 0.0))
-            .to_vec(),
+        positions: [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec(),
         normals: vec![Vec3::Z; 4],
-        uvs: [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)]
-            .map(|(u, v)| Vec2::new(u, v))
-            .to_vec(),
+        uvs: [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(u, v)| Vec2::new(u, v)).to_vec(),
         colors: Vec::new(),
         indices: vec![0, 1, 2, 0, 2, 3],
     }
@@ -136,9 +119,7 @@ pub(crate) fn quad(width: f32, height: f32) -> Shape {
 
 /// A rectangle in the plane y = 0 that faces up; the texture's top is towards −Z.
 pub(crate) fn floor(width: f32, depth: f32) -> Shape {
-    quad(width, depth)
-        .moved(1.0, Quat::from_rotation_x(-PI / 2.0), Vec3::ZERO)
-        .flattened_at_y0()
+    quad(width, depth).moved(1.0, Quat::from_rotation_x(-PI / 2.0), Vec3::ZERO).flattened_at_y0()
 }
 
 /// A box around the origin with flat sides.
@@ -173,24 +154,13 @@ pub(crate) fn uv_sphere(radius: f32, segments: u32, rings: u32) -> Shape {
     for ring in 0..=rings {
         let (sin_polar, cos_polar) = libm::sincosf(PI * ring as f32 / rings as f32);
         for segment in 0..=segments {
-            let azimuth = if segment == segments {
-                0.0
-            } else {
-                TAU * segment as f32 / segments as f32
-            };
+            let azimuth = if segment == segments { 0.0 } else { TAU * segment as f32 / segments as f32 };
             let (sin_azimuth, cos_azimuth) = libm::sincosf(azimuth);
-            let rim = if ring == 0 || ring == rings {
-                0.0
-            } else {
-                sin_polar
-            };
+            let rim = if ring == 0 || ring == rings { 0.0 } else { sin_polar };
             let normal = Vec3::new(rim * sin_azimuth, cos_polar, rim * cos_azimuth).normalize();
             shape.positions.push(normal * radius);
             shape.normals.push(normal);
-            shape.uvs.push(Vec2::new(
-                segment as f32 / segments as f32,
-                ring as f32 / rings as f32,
-            ));
+            shape.uvs.push(Vec2::new(segment as f32 / segments as f32, ring as f32 / rings as f32));
         }
     }
     shape.indices = grid_indices(segments, rings, true);
@@ -246,9 +216,7 @@ pub(crate) fn cylinder(radius: f32, height: f32, segments: u32) -> Shape {
         for segment in 0..=segments {
             shape.positions.push(rim(segment) * radius + Vec3::Y * y);
             shape.normals.push(rim(segment));
-            shape
-                .uvs
-                .push(Vec2::new(segment as f32 / segments as f32, row as f32));
+            shape.uvs.push(Vec2::new(segment as f32 / segments as f32, row as f32));
         }
     }
     shape.indices = grid_indices(segments, 1, false);
@@ -258,15 +226,10 @@ pub(crate) fn cylinder(radius: f32, height: f32, segments: u32) -> Shape {
             let outward = rim(segment);
             cap.positions.push(outward * radius + Vec3::Y * y);
             cap.normals.push(normal);
-            cap.uvs
-                .push(Vec2::new(0.5 + outward.x / 2.0, 0.5 + outward.z / 2.0));
+            cap.uvs.push(Vec2::new(0.5 + outward.x / 2.0, 0.5 + outward.z / 2.0));
         }
         for segment in 1..segments - 1 {
-            let (b, c) = if normal.y > 0.0 {
-                (segment, segment + 1)
-            } else {
-                (segment + 1, segment)
-            };
+            let (b, c) = if normal.y > 0.0 { (segment, segment + 1) } else { (segment + 1, segment) };
             cap.indices.extend([0, b, c]);
         }
         shape.join(&cap);
@@ -285,10 +248,7 @@ pub(crate) fn torus(radius: f32, tube_radius: f32, segments: u32, sides: u32) ->
             let normal = outward * out + Vec3::Y * up;
             shape.positions.push(outward * radius + normal * tube_radius);
             shape.normals.push(normal);
-            shape.uvs.push(Vec2::new(
-                segment as f32 / segments as f32,
-                side as f32 / sides as f32,
-            ));
+            shape.uvs.push(Vec2::new(segment as f32 / segments as f32, side as f32 / sides as f32));
         }
     }
     shape.indices = grid_indices(segments, sides, false);
@@ -301,9 +261,7 @@ pub(crate) fn strip(width: f32, height: f32, rows: u32) -> Shape {
     for row in 0..=rows {
         let v = row as f32 / rows as f32;
         for u in [0.0, 1.0] {
-            shape
-                .positions
-                .push(Vec3::new((u - 0.5) * width, (1.0 - v) * height, 0.0));
+            shape.positions.push(Vec3::new((u - 0.5) * width, (1.0 - v) * height, 0.0));
             shape.normals.push(Vec3::Z);
             shape.uvs.push(Vec2::new(u, v));
         }

@@ -24,9 +24,7 @@ fn wall(gltf: &mut Gltf) {
 }
 
 fn paint(gltf: &mut Gltf) -> usize {
-    Material::matte("strip", [0.65, 0.25, 0.05])
-        .two_sided()
-        .add_to(gltf)
+    Material::matte("strip", [0.65, 0.25, 0.05]).two_sided().add_to(gltf)
 }
 
 /// Adds a strip, 2 m high, whose upper half follows the second of two joints; in between the weights blend over
@@ -65,20 +63,12 @@ fn two_bone_strip() -> Built {
          stands still, the upper half stays straight, and the bend is narrower than the strip, as linear blending gives.",
     );
     gltf.reference_frames(&[0, 12, 24]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.2, 1.0, 5.5),
-        Vec3::new(0.2, 1.0, 0.0),
-        28.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.2, 1.0, 5.5), Vec3::new(0.2, 1.0, 0.0), 28.0);
     wall(&mut gltf);
     let material = paint(&mut gltf);
     let mesh = blended_strip(&mut gltf, material);
     let (joints, skin) = two_joints(&mut gltf, Vec3::ZERO);
-    gltf.node(Node {
-        skin: Some(skin),
-        ..Node::mesh(mesh).named("strip")
-    });
+    gltf.node(Node { skin: Some(skin), ..Node::mesh(mesh).named("strip") });
     bend(&mut gltf, joints[1]);
     Ok(gltf)
 }
@@ -88,13 +78,7 @@ fn bend(gltf: &mut Gltf, joint: usize) {
     clip(
         gltf,
         "bend",
-        &[Track {
-            node: joint,
-            path: "rotation",
-            interpolation: "LINEAR",
-            times: &[0.0, 1.0],
-            values,
-        }],
+        &[Track { node: joint, path: "rotation", interpolation: "LINEAR", times: &[0.0, 1.0], values }],
     );
 }
 
@@ -104,32 +88,19 @@ fn mesh_transform_ignored() -> Built {
          scaled by a parent, which a skinned mesh ignores; only the joints place it.",
     );
     gltf.reference_frames(&[12]);
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.3, 1.0, 5.5),
-        Vec3::new(0.3, 1.0, 0.0),
-        28.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.3, 1.0, 5.5), Vec3::new(0.3, 1.0, 0.0), 28.0);
     wall(&mut gltf);
     let material = paint(&mut gltf);
     let mesh = blended_strip(&mut gltf, material);
     let mut tracks = Vec::new();
     for x in [-1.0, 1.0] {
         let (joints, skin) = two_joints(&mut gltf, Vec3::new(x, 0.0, 0.0));
-        let placed = Node {
-            skin: Some(skin),
-            ..Node::mesh(mesh).named("strip")
-        };
+        let placed = Node { skin: Some(skin), ..Node::mesh(mesh).named("strip") };
         if x < 0.0 {
             gltf.node(placed);
         } else {
             let child = gltf.node(placed.at(3.0, 1.0, -2.0).turned(Quat::from_rotation_y(FRAC_PI_4)));
-            gltf.node(
-                Node::group(&[child])
-                    .named("parent")
-                    .at(0.0, -5.0, 0.0)
-                    .scaled(2.0, 0.5, 2.0),
-            );
+            gltf.node(Node::group(&[child]).named("parent").at(0.0, -5.0, 0.0).scaled(2.0, 0.5, 2.0));
         }
         let values = flat4(&[Quat::IDENTITY, Quat::from_rotation_z(-FRAC_PI_2)]);
         tracks.push(Track {
@@ -150,27 +121,18 @@ fn many_influences() -> Built {
          all six equally, by two sets of joints and weights, and stays straight; the right strip follows one joint a \
          row and zigzags.",
     );
-    lit_stage(
-        &mut gltf,
-        Vec3::new(0.0, 1.0, 5.5),
-        Vec3::new(0.0, 1.0, 0.0),
-        28.0,
-    );
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.0, 5.5), Vec3::new(0.0, 1.0, 0.0), 28.0);
     wall(&mut gltf);
     let material = paint(&mut gltf);
     for (x, spread) in [(-0.9, true), (0.9, false)] {
         let shape = strip(0.4, 2.0, 5).plain();
         let side = |joint: usize| if joint.is_multiple_of(2) { -0.2 } else { 0.2 };
-        let joints: Vec<usize> = (0..6)
-            .map(|joint| gltf.node(Node::default().at(side(joint), 0.0, 0.0)))
-            .collect();
+        let joints: Vec<usize> =
+            (0..6).map(|joint| gltf.node(Node::default().at(side(joint), 0.0, 0.0))).collect();
         gltf.node(Node::group(&joints).named("joints").at(x, 0.0, 0.0));
         let mesh = influenced(&mut gltf, &shape, material, spread);
         let skin = gltf.skin(&joints, &[Mat4::IDENTITY; 6]);
-        gltf.node(Node {
-            skin: Some(skin),
-            ..Node::mesh(mesh)
-        });
+        gltf.node(Node { skin: Some(skin), ..Node::mesh(mesh) });
     }
     Ok(gltf)
 }
@@ -186,9 +148,7 @@ fn influenced(gltf: &mut Gltf, shape: &Shape, material: usize, spread: bool) -> 
         let rest = Vec4::new(1.0 / 6.0, 1.0 / 6.0, 0.0, 0.0);
         attributes.set("WEIGHTS_1", gltf.vec4s(&vec![rest; vertices]));
     } else {
-        let joints: Vec<[u8; 4]> = (0..vertices)
-            .map(|vertex| [(vertex / 2) as u8, 0, 0, 0])
-            .collect();
+        let joints: Vec<[u8; 4]> = (0..vertices).map(|vertex| [(vertex / 2) as u8, 0, 0, 0]).collect();
         attributes.set("JOINTS_0", gltf.bytes4(&joints, false));
         attributes.set("WEIGHTS_0", gltf.vec4s(&vec![Vec4::X; vertices]));
     }

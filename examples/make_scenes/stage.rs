@@ -15,11 +15,7 @@ pub(crate) const ASPECT_RATIO: f32 = 16.0 / 9.0;
 pub(crate) fn looking(eye: Vec3, target: Vec3) -> Quat {
     let backward = (eye - target).normalize();
     // Straight up or down, the picture's top is towards −Z.
-    let up = if backward.y.abs() > 0.999 {
-        Vec3::NEG_Z
-    } else {
-        Vec3::Y
-    };
+    let up = if backward.y.abs() > 0.999 { Vec3::NEG_Z } else { Vec3::Y };
     let right = up.cross(backward).normalize();
     Quat::from_mat3(&Mat3::from_cols(right, backward.cross(right), backward)).normalize()
 }
@@ -30,57 +26,35 @@ pub(crate) fn perspective(gltf: &mut Gltf, fov_y_degrees: f32, aspect_ratio: Opt
     if let Some(aspect_ratio) = aspect_ratio {
         perspective.set("aspectRatio", aspect_ratio);
     }
-    gltf.add(
-        "cameras",
-        object([("type", "perspective".into()), ("perspective", perspective)]),
-    )
+    gltf.add("cameras", object([("type", "perspective".into()), ("perspective", perspective)]))
 }
 
 /// Places a perspective camera for wide pictures.
 pub(crate) fn camera(gltf: &mut Gltf, eye: Vec3, target: Vec3, fov_y_degrees: f32) -> usize {
     let camera = perspective(gltf, fov_y_degrees, Some(ASPECT_RATIO));
     gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .named("camera")
-        .at(eye.x, eye.y, eye.z)
-        .turned(looking(eye, target)),
+        Node { camera: Some(camera), ..Node::default() }
+            .named("camera")
+            .at(eye.x, eye.y, eye.z)
+            .turned(looking(eye, target)),
     )
 }
 
 /// A punctual light of `kind` "point" or "directional", in candela or lux.
 pub(crate) fn light(gltf: &mut Gltf, kind: &str, color: [f32; 3], intensity: f32) -> usize {
-    gltf.light(object([
-        ("type", kind.into()),
-        ("color", list(color)),
-        ("intensity", intensity.into()),
-    ]))
+    gltf.light(object([("type", kind.into()), ("color", list(color)), ("intensity", intensity.into())]))
 }
 
 /// Places a white point light; the intensity is in candela.
 pub(crate) fn point_light(gltf: &mut Gltf, position: Vec3, intensity: f32) -> usize {
     let light = light(gltf, "point", [1.0; 3], intensity);
-    gltf.node(
-        Node {
-            light: Some(light),
-            ..Node::default()
-        }
-        .at(position.x, position.y, position.z),
-    )
+    gltf.node(Node { light: Some(light), ..Node::default() }.at(position.x, position.y, position.z))
 }
 
 /// Places a white directional light that shines from `from` towards the origin; the intensity is in lux.
 pub(crate) fn directional_light(gltf: &mut Gltf, from: Vec3, intensity: f32) -> usize {
     let light = light(gltf, "directional", [1.0; 3], intensity);
-    gltf.node(
-        Node {
-            light: Some(light),
-            ..Node::default()
-        }
-        .turned(looking(from, Vec3::ZERO)),
-    )
+    gltf.node(Node { light: Some(light), ..Node::default() }.turned(looking(from, Vec3::ZERO)))
 }
 
 /// A key light from the upper right that gives π lux at the origin (so white diffuse facing it has radiance 1), and
@@ -114,10 +88,8 @@ pub(crate) fn chequered_wall(gltf: &mut Gltf, cells: [u32; 2], cell: f32, materi
         }
     }
     let normals = vec![Vec3::Z; positions.len()];
-    let attributes = object([
-        ("POSITION", gltf.positions(&positions).into()),
-        ("NORMAL", gltf.vec3s(&normals).into()),
-    ]);
+    let attributes =
+        object([("POSITION", gltf.positions(&positions).into()), ("NORMAL", gltf.vec3s(&normals).into())]);
     let cells = shapes::grid_indices(columns, rows, false);
     let primitives = [0, 1].map(|colour| {
         let chosen = cells.chunks_exact(6).enumerate().filter(|(index, _)| {
@@ -139,11 +111,7 @@ pub(crate) fn chequered_floor(gltf: &mut Gltf, cells: [u32; 2], cell: f32) -> us
     let light = Material::matte("light squares", [0.75, 0.75, 0.72]).add_to(gltf);
     let dark = Material::matte("dark squares", [0.12, 0.14, 0.2]).add_to(gltf);
     let mesh = chequered_wall(gltf, cells, cell, [light, dark]);
-    gltf.node(
-        Node::mesh(mesh)
-            .named("floor")
-            .turned(Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2)),
-    )
+    gltf.node(Node::mesh(mesh).named("floor").turned(Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2)))
 }
 
 /// One channel of a clip.
@@ -166,10 +134,7 @@ pub(crate) fn clip(gltf: &mut Gltf, name: &str, tracks: &[Track<'_>]) {
     // Tracks with the same times share one accessor.
     let mut inputs: Vec<(&[f32], usize)> = Vec::new();
     for track in tracks {
-        let known = inputs
-            .iter()
-            .find(|(times, _)| *times == track.times)
-            .map(|(_, accessor)| *accessor);
+        let known = inputs.iter().find(|(times, _)| *times == track.times).map(|(_, accessor)| *accessor);
         let input = known.unwrap_or_else(|| {
             let accessor = gltf.track("SCALAR", 1, track.times);
             inputs.push((track.times, accessor));
@@ -182,10 +147,7 @@ pub(crate) fn clip(gltf: &mut Gltf, name: &str, tracks: &[Track<'_>]) {
         };
         channels.push(object([
             ("sampler", samplers.len().into()),
-            (
-                "target",
-                object([("node", track.node.into()), ("path", track.path.into())]),
-            ),
+            ("target", object([("node", track.node.into()), ("path", track.path.into())])),
         ]));
         samplers.push(object([
             ("input", input.into()),
@@ -195,11 +157,7 @@ pub(crate) fn clip(gltf: &mut Gltf, name: &str, tracks: &[Track<'_>]) {
     }
     gltf.add(
         "animations",
-        object([
-            ("name", name.into()),
-            ("samplers", samplers.into()),
-            ("channels", channels.into()),
-        ]),
+        object([("name", name.into()), ("samplers", samplers.into()), ("channels", channels.into())]),
     );
 }
 

@@ -26,21 +26,12 @@ pub(crate) const SCENES: [Entry; 6] = [
 /// A camera that sees the rectangle of 3.2 by 1.8 around the origin.
 pub(crate) fn face_on(gltf: &mut Gltf) {
     let camera = gltf.add("cameras", super::camera::orthographic(1.6, 0.9));
-    gltf.node(
-        Node {
-            camera: Some(camera),
-            ..Node::default()
-        }
-        .at(0.0, 0.0, 3.0),
-    );
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.at(0.0, 0.0, 3.0));
 }
 
 /// `material` with `texture` as its unlit base colour.
 fn unlit_with(gltf: &mut Gltf, texture: TextureUse) -> usize {
-    let material = Material {
-        base_color_texture: Some(texture),
-        ..Material::unlit("textured", [1.0; 3])
-    };
+    let material = Material { base_color_texture: Some(texture), ..Material::unlit("textured", [1.0; 3]) };
     material.add_to(gltf)
 }
 
@@ -97,12 +88,7 @@ fn nearest_filter() -> Built {
     );
     face_on(&mut gltf);
     let image = Picture::new(4, 4, |x, y| {
-        [
-            (x * 80) as u8,
-            (y * 80) as u8,
-            if (x + y) % 2 == 0 { 200 } else { 20 },
-            255,
-        ]
+        [(x * 80) as u8, (y * 80) as u8, if (x + y) % 2 == 0 { 200 } else { 20 }, 255]
     });
     let image = image.add_to(&mut gltf, "texels")?;
     for (filter, x) in [(Filter::Nearest, -0.8), (Filter::Linear, 0.8)] {
@@ -136,13 +122,7 @@ fn transform() -> Built {
             rotation_radians,
             scale,
         });
-        let material = unlit_with(
-            &mut gltf,
-            TextureUse {
-                transform,
-                ..TextureUse::of(texture)
-            },
-        );
+        let material = unlit_with(&mut gltf, TextureUse { transform, ..TextureUse::of(texture) });
         let mesh = card.add_to(&mut gltf, material);
         gltf.node(Node::mesh(mesh).at((index as f32 - 2.0) * 0.63, 0.0, 0.0));
     }
@@ -162,10 +142,7 @@ fn two_uv_sets() -> Built {
     let material = Material {
         base_color_texture: Some(TextureUse::of(letter)),
         emissive: [1.0; 3],
-        emissive_texture: Some(TextureUse {
-            uv_set: 1,
-            ..TextureUse::of(chequer)
-        }),
+        emissive_texture: Some(TextureUse { uv_set: 1, ..TextureUse::of(chequer) }),
         ..Material::matte("card", [1.0; 3])
     };
     let material = material.add_to(&mut gltf);
@@ -194,34 +171,22 @@ fn vertex_color() -> Built {
     let wall = quad(4.0, 3.0).plain().add_to(&mut gltf, wall);
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -0.5));
     // From the lower left counter-clockwise.
-    let colors = [
-        [255, 0, 0, 255],
-        [0, 255, 0, 255],
-        [0, 0, 255, 0],
-        [255, 255, 0, 0_u8],
-    ];
+    let colors = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 0], [255, 255, 0, 0_u8]];
     let card: Shape = quad(1.4, 1.4).plain();
     let indices = gltf.indices(&card.indices);
-    let blend = Material {
-        alpha: super::materials::Alpha::Blend,
-        ..Material::unlit("bytes", [1.0; 3])
-    };
+    let blend = Material { alpha: super::materials::Alpha::Blend, ..Material::unlit("bytes", [1.0; 3]) };
     let blend = blend.add_to(&mut gltf);
     let halved = Material::unlit("floats", [0.5; 3]).add_to(&mut gltf);
     let bytes = gltf.bytes4(&colors, true);
-    let floats = colors
-        .map(|[red, green, blue, _]| [red, green, blue].map(|value| value as f32 / 255.0))
-        .concat();
+    let floats =
+        colors.map(|[red, green, blue, _]| [red, green, blue].map(|value| value as f32 / 255.0)).concat();
     let floats = super::accessor::float_bytes(floats);
     let floats = gltf.accessor(&Accessor::new(Component::F32, "VEC3", 4, floats));
     for (x, color, material) in [(-0.8, bytes, blend), (0.8, floats, halved)] {
         let mut attributes = card.attributes(&mut gltf);
         attributes.set("COLOR_0", color);
-        let primitive = object([
-            ("attributes", attributes),
-            ("indices", indices.into()),
-            ("material", material.into()),
-        ]);
+        let primitive =
+            object([("attributes", attributes), ("indices", indices.into()), ("material", material.into())]);
         let mesh = gltf.add("meshes", object([("primitives", list([primitive]))]));
         gltf.node(Node::mesh(mesh).at(x, 0.0, 0.0));
     }

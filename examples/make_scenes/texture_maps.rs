@@ -24,10 +24,7 @@ pub(crate) const SCENES: [Entry; 5] = [
 /// Three by three round bumps as a normal map.
 fn bumps(gltf: &mut Gltf) -> Built<usize> {
     let map = Picture::normal_map(96, |u, v| {
-        let (x, y) = (
-            u * 3.0 - libm::floorf(u * 3.0) - 0.5,
-            v * 3.0 - libm::floorf(v * 3.0) - 0.5,
-        );
+        let (x, y) = (u * 3.0 - libm::floorf(u * 3.0) - 0.5, v * 3.0 - libm::floorf(v * 3.0) - 0.5);
         let distance = libm::sqrtf(x * x + y * y);
         if !(0.001..=0.4).contains(&distance) {
             return [0.0; 2];
@@ -42,10 +39,7 @@ fn bumps(gltf: &mut Gltf) -> Built<usize> {
 fn bumpy(gltf: &mut Gltf, scale: f32) -> Built<usize> {
     let texture = bumps(gltf)?;
     let material = Material {
-        normal_texture: Some(TextureUse {
-            amount: Some(scale),
-            ..TextureUse::of(texture)
-        }),
+        normal_texture: Some(TextureUse { amount: Some(scale), ..TextureUse::of(texture) }),
         roughness: 0.6,
         ..Material::matte("bumpy", [0.55, 0.5, 0.45])
     };
@@ -90,12 +84,7 @@ fn normal_map_mirrored_uv() -> Built {
     let mirrored = mirrored.add_to(&mut gltf, material);
     gltf.node(Node::mesh(plain).at(-1.03, 0.0, 0.0));
     gltf.node(Node::mesh(mirrored).named("mirrored coordinates"));
-    gltf.node(
-        Node::mesh(plain)
-            .named("mirrored node")
-            .at(1.03, 0.0, 0.0)
-            .scaled(-1.0, 1.0, 1.0),
-    );
+    gltf.node(Node::mesh(plain).named("mirrored node").at(1.03, 0.0, 0.0).scaled(-1.0, 1.0, 1.0));
     Ok(gltf)
 }
 
@@ -104,12 +93,7 @@ fn metallic_roughness() -> Built {
         "An upright drum with four rings: from the top rough plastic, smooth plastic, rough metal and mirror metal, in \
          one red; the texture's red channel, full of noise, changes nothing.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 1.3, 5.0),
-        Vec3::new(0.0, 0.95, 0.0),
-        28.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 1.3, 5.0), Vec3::new(0.0, 0.95, 0.0), 28.0);
     chequered_floor(&mut gltf, [14, 10], 0.5);
     let map = Picture::new(4, 4, |x, y| {
         let roughness = if y % 2 == 0 { 204 } else { 0 };
@@ -134,23 +118,13 @@ fn occlusion() -> Built {
         "Three white cards under the studio whose occlusion texture is dark in stripes: strength 0 shows none, 0.5 faint \
          ones, 1 clear ones; the key light fills them all evenly.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 0.9, 4.6),
-        Vec3::new(0.0, 0.7, 0.0),
-        30.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 0.9, 4.6), Vec3::new(0.0, 0.7, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 5.0);
-    let stripes = Picture::new(8, 8, |x, _| {
-        opaque(if x % 2 == 0 { [255, 9, 9] } else { [0, 240, 240] })
-    });
+    let stripes = Picture::new(8, 8, |x, _| opaque(if x % 2 == 0 { [255, 9, 9] } else { [0, 240, 240] }));
     let texture = stripes.texture(&mut gltf, "occlusion", Filter::Nearest)?;
     for (x, strength) in [(-1.25, 0.0), (0.0, 0.5), (1.25, 1.0)] {
         let material = Material {
-            occlusion_texture: Some(TextureUse {
-                amount: Some(strength),
-                ..TextureUse::of(texture)
-            }),
+            occlusion_texture: Some(TextureUse { amount: Some(strength), ..TextureUse::of(texture) }),
             ..Material::matte("striped", [0.8; 3])
         };
         let material = material.add_to(&mut gltf);
@@ -165,12 +139,7 @@ fn emissive() -> Built {
         "A dark grey card with a glowing chequer, orange as factor times texture; between the glowing squares the card \
          is lit like the floor.",
     );
-    camera(
-        &mut gltf,
-        Vec3::new(0.0, 0.9, 4.0),
-        Vec3::new(0.0, 0.7, 0.0),
-        32.0,
-    );
+    camera(&mut gltf, Vec3::new(0.0, 0.9, 4.0), Vec3::new(0.0, 0.7, 0.0), 32.0);
     directional_light(&mut gltf, Vec3::new(1.0, 1.5, 1.0), 2.0);
     grey_floor(&mut gltf, 8.0, 5.0);
     let chequer = Picture::chequer(8, 2, [255, 255, 255], [0, 0, 0]);

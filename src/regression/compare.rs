@@ -15,11 +15,7 @@ pub struct Tolerance {
 
 impl Tolerance {
     /// Every bit counts: the rule for pictures of one version of the program.
-    pub const EXACT: Self = Self {
-        absolute: 0.0,
-        relative: 0.0,
-        different_pixels: 0,
-    };
+    pub const EXACT: Self = Self { absolute: 0.0, relative: 0.0, different_pixels: 0 };
 }
 
 /// What a comparison counted.
@@ -84,10 +80,7 @@ impl std::fmt::Display for Verdict {
                 found.largest_at.0,
                 found.largest_at.1,
             ),
-            Self::NotFinite {
-                actual_pixels,
-                reference_pixels,
-            } => write!(
+            Self::NotFinite { actual_pixels, reference_pixels } => write!(
                 formatter,
                 "{actual_pixels} pixels are infinite or not a number ({reference_pixels} in the reference)"
             ),
@@ -104,26 +97,14 @@ impl std::fmt::Display for Verdict {
 /// they differ.
 pub fn compare(actual: &Picture, reference: &Picture, tolerance: &Tolerance) -> Verdict {
     if actual.size != reference.size || actual.pixels.len() != reference.pixels.len() {
-        return Verdict::SizeDiffers {
-            actual: actual.size,
-            reference: reference.size,
-        };
+        return Verdict::SizeDiffers { actual: actual.size, reference: reference.size };
     }
     let (actual_pixels, reference_pixels) = (actual.non_finite_pixels(), reference.non_finite_pixels());
     if actual_pixels + reference_pixels > 0 {
-        return Verdict::NotFinite {
-            actual_pixels,
-            reference_pixels,
-        };
+        return Verdict::NotFinite { actual_pixels, reference_pixels };
     }
-    let bits = |picture: &Picture| {
-        picture
-            .pixels
-            .iter()
-            .flatten()
-            .map(|value| value.to_bits())
-            .collect::<Vec<_>>()
-    };
+    let bits =
+        |picture: &Picture| picture.pixels.iter().flatten().map(|value| value.to_bits()).collect::<Vec<_>>();
     if bits(actual) == bits(reference) {
         return Verdict::Identical;
     }
@@ -166,10 +147,7 @@ mod tests {
     use super::*;
 
     fn picture(values: [f32; 2]) -> Picture {
-        Picture {
-            size: (2, 1),
-            pixels: values.map(|value| [value, 0.5, 0.25, 1.0]).to_vec(),
-        }
+        Picture { size: (2, 1), pixels: values.map(|value| [value, 0.5, 0.25, 1.0]).to_vec() }
     }
 
     #[test]
@@ -188,25 +166,15 @@ mod tests {
         assert_eq!(found.different_pixels, 1);
         assert_eq!(found.beyond_absolute, [1, 0, 0, 0]);
         assert_eq!(found.largest_at, (1, 0));
-        let relative = Tolerance {
-            relative: 1e-6,
-            ..Tolerance::EXACT
-        };
+        let relative = Tolerance { relative: 1e-6, ..Tolerance::EXACT };
         let verdict = compare(&picture([0.1, next]), &picture([0.1, 0.2]), &relative);
-        assert!(
-            matches!(verdict, Verdict::Close(found) if found.different_pixels == 0),
-            "{verdict:?}"
-        );
+        assert!(matches!(verdict, Verdict::Close(found) if found.different_pixels == 0), "{verdict:?}");
     }
 
     #[test]
     fn a_difference_must_exceed_both_tolerances() {
         // 0.01 of 10 is beyond 0.001 absolute but not beyond 0.2 % of 10; 0.01 of 0.1 is beyond both.
-        let tolerance = Tolerance {
-            absolute: 0.001,
-            relative: 0.002,
-            different_pixels: 0,
-        };
+        let tolerance = Tolerance { absolute: 0.001, relative: 0.002, different_pixels: 0 };
         assert!(compare(&picture([10.01, 0.0]), &picture([10.0, 0.0]), &tolerance).is_pass());
         assert!(!compare(&picture([0.11, 0.0]), &picture([0.1, 0.0]), &tolerance).is_pass());
     }
@@ -214,28 +182,15 @@ mod tests {
     #[test]
     fn a_nan_fails_even_beside_a_nan() {
         let broken = picture([f32::NAN, 0.0]);
-        let loose = Tolerance {
-            absolute: f32::INFINITY,
-            relative: f32::INFINITY,
-            different_pixels: 9,
-        };
+        let loose = Tolerance { absolute: f32::INFINITY, relative: f32::INFINITY, different_pixels: 9 };
         let verdict = compare(&broken, &broken, &loose);
-        assert!(matches!(
-            verdict,
-            Verdict::NotFinite {
-                actual_pixels: 1,
-                reference_pixels: 1
-            }
-        ));
+        assert!(matches!(verdict, Verdict::NotFinite { actual_pixels: 1, reference_pixels: 1 }));
         assert!(!verdict.is_pass());
     }
 
     #[test]
     fn sizes_are_compared_first() {
-        let other = Picture {
-            size: (1, 2),
-            ..picture([0.0; 2])
-        };
+        let other = Picture { size: (1, 2), ..picture([0.0; 2]) };
         assert!(matches!(
             compare(&picture([0.0; 2]), &other, &Tolerance::EXACT),
             Verdict::SizeDiffers { .. }

@@ -21,18 +21,12 @@ pub struct Picture {
 impl Picture {
     /// The pixels of a film.
     pub fn of_film(film: Film) -> Self {
-        Self {
-            size: (film.window.width(), film.window.height()),
-            pixels: film.pixels,
-        }
+        Self { size: (film.window.width(), film.window.height()), pixels: film.pixels }
     }
 
     /// Pixels with a value that is infinite or not a number.
     pub fn non_finite_pixels(&self) -> usize {
-        self.pixels
-            .iter()
-            .filter(|pixel| !pixel.iter().all(|value| value.is_finite()))
-            .count()
+        self.pixels.iter().filter(|pixel| !pixel.iter().all(|value| value.is_finite())).count()
     }
 
     /// The picture that an EXR file of it holds: each value becomes the nearest half-float. What is not finite stays,
@@ -40,16 +34,9 @@ impl Picture {
     #[must_use]
     pub fn as_stored(&self) -> Self {
         let store = |value: f32| {
-            if value.is_finite() {
-                image_file::half_from_f32(value).to_f32()
-            } else {
-                value
-            }
+            if value.is_finite() { image_file::half_from_f32(value).to_f32() } else { value }
         };
-        Self {
-            size: self.size,
-            pixels: self.pixels.iter().map(|pixel| pixel.map(store)).collect(),
-        }
+        Self { size: self.size, pixels: self.pixels.iter().map(|pixel| pixel.map(store)).collect() }
     }
 
     /// Reads an OpenEXR file.
@@ -64,10 +51,7 @@ impl Picture {
         })?;
         let image = image_file::decode_exr(&bytes, MAX_MEMORY_BYTES)
             .map_err(|message| Error::invalid(path, "", message))?;
-        Ok(Self {
-            size: image.size,
-            pixels: image.pixels,
-        })
+        Ok(Self { size: image.size, pixels: image.pixels })
     }
 
     /// Writes an OpenEXR file of half-floats; folders are created. `frame` and `time_seconds` become attributes.
@@ -77,12 +61,8 @@ impl Picture {
     /// # Errors
     /// [`Error::CannotCreate`] or [`Error::WriteFailed`].
     pub fn write(&self, path: &Path, frame: i32, time_seconds: f64) -> Result<()> {
-        let pixels = RgbaPixels {
-            picture_size: self.size,
-            origin: (0, 0),
-            size: self.size,
-            pixels: &self.pixels,
-        };
+        let pixels =
+            RgbaPixels { picture_size: self.size, origin: (0, 0), size: self.size, pixels: &self.pixels };
         let identity = glam::Mat4::IDENTITY.to_cols_array();
         let attributes = FrameAttributes {
             software: "rayframe".to_owned(),

@@ -29,11 +29,7 @@ impl SceneRenderer {
         let scene = import(path, &ImportOptions::default())?;
         let (selection, mut warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
         warnings.extend(scene.warnings.iter().cloned());
-        Ok(Self {
-            scene,
-            selection,
-            warnings,
-        })
+        Ok(Self { scene, selection, warnings })
     }
 
     /// What the file asks for and is not honoured.
@@ -55,11 +51,7 @@ impl SceneRenderer {
         let frame = Frame::at(&self.scene, &self.selection, time_seconds);
         let build = BuildSettings::default();
         let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, cancel, None)?;
-        let environment = if frame.lights.is_empty() {
-            Environment::Studio
-        } else {
-            Environment::None
-        };
+        let environment = if frame.lights.is_empty() { Environment::Studio } else { Environment::None };
         let settings = RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),
@@ -69,12 +61,7 @@ impl SceneRenderer {
             light_scale: 1.0,
             show_background: true,
         };
-        let input = RenderInput {
-            scene: &self.scene,
-            frame: &frame,
-            bvh: &bvh,
-            environment: &environment,
-        };
+        let input = RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &environment };
         let (film, statistics) = render_frame(&input, &settings, cancel, &|_| {})?;
         Ok((Picture::of_film(film), statistics.non_finite_pixels))
     }

@@ -30,8 +30,5 @@ fn difference(actual: &Picture, reference: &Picture) -> Picture {
         let [r, g, b, a] = [0, 1, 2, 3].map(|channel| (ours[channel] - theirs[channel]).abs());
         [r + a, g + a, b + a, 1.0]
     };
-    Picture {
-        size: actual.size,
-        pixels: actual.pixels.iter().zip(&reference.pixels).map(pixel).collect(),
-    }
+    Picture { size: actual.size, pixels: actual.pixels.iter().zip(&reference.pixels).map(pixel).collect() }
 }

@@ -36,11 +36,7 @@ pub fn discover(folder: &Path) -> Result<Vec<Shot>> {
             continue;
         };
         match frames_of(&scene)? {
-            None => shots.push(Shot {
-                name,
-                scene,
-                frame: 0,
-            }),
+            None => shots.push(Shot { name, scene, frame: 0 }),
             Some(frames) => shots.extend(frames.into_iter().map(|frame| Shot {
                 name: format!("{name}.{frame:04}"),
                 scene: scene.clone(),
@@ -60,11 +56,7 @@ pub(super) fn name_below(folder: &Path, file: &Path) -> Option<String> {
 
 /// All files below `folder` with an extension, sorted.
 pub(super) fn files_below(folder: &Path, extension: &str) -> Result<Vec<PathBuf>> {
-    let missing = |source| Error::Missing {
-        path: folder.to_owned(),
-        pointer: String::new(),
-        source,
-    };
+    let missing = |source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(missing)? {
         let path = entry.map_err(missing)?.path();
@@ -118,31 +110,20 @@ mod tests {
     fn still_scenes_have_one_shot_and_others_one_a_frame() {
         let folder = folder_with(&[
             ("b/still.gltf", "{}"),
-            (
-                "a/moving.gltf",
-                r#"{"extras": {"rayframe": {"frames": [0, 12]}}}"#,
-            ),
+            ("a/moving.gltf", r#"{"extras": {"rayframe": {"frames": [0, 12]}}}"#),
             ("a/notes.txt", "not a scene"),
         ]);
         let shots = discover(folder.path()).unwrap();
-        let names: Vec<_> = shots
-            .iter()
-            .map(|shot| (shot.name.as_str(), shot.frame))
-            .collect();
-        assert_eq!(
-            names,
-            [("a/moving.0000", 0), ("a/moving.0012", 12), ("b/still", 0)]
-        );
+        let names: Vec<_> = shots.iter().map(|shot| (shot.name.as_str(), shot.frame)).collect();
+        assert_eq!(names, [("a/moving.0000", 0), ("a/moving.0012", 12), ("b/still", 0)]);
         assert_eq!(shots[1].file_in(Path::new("r")), Path::new("r/a/moving.0012.exr"));
     }
 
     #[test]
     fn a_wrong_list_of_frames_is_an_error() {
         for list in ["[]", "7", "[0.5]", "[\"0\"]"] {
-            let folder = folder_with(&[(
-                "a.gltf",
-                &format!(r#"{{"extras":{{"rayframe":{{"frames":{list}}}}}}}"#),
-            )]);
+            let folder =
+                folder_with(&[("a.gltf", &format!(r#"{{"extras":{{"rayframe":{{"frames":{list}}}}}}}"#))]);
             let error = discover(folder.path()).unwrap_err();
             assert!(error.to_string().contains("/extras/rayframe/frames"), "{error}");
         }

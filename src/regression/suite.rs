@@ -75,15 +75,11 @@ pub fn run(suite: &Suite, mode: Mode, cancel: &CancelFlag) -> Result<Outcome> {
             rendered(&mut open, suite, shot, cancel).and_then(|picture| settle(suite, mode, shot, &picture));
         match result {
             Ok(None) => outcome.passed.push(shot.name.clone()),
-            Ok(Some(message)) => outcome.failures.push(Failure {
-                name: shot.name.clone(),
-                message,
-            }),
+            Ok(Some(message)) => outcome.failures.push(Failure { name: shot.name.clone(), message }),
             Err(error @ Error::Interrupted(_)) => return Err(error),
-            Err(error) => outcome.failures.push(Failure {
-                name: shot.name.clone(),
-                message: error.to_string(),
-            }),
+            Err(error) => {
+                outcome.failures.push(Failure { name: shot.name.clone(), message: error.to_string() })
+            }
         }
     }
     if suite.filter.is_empty() {
@@ -110,9 +106,7 @@ fn rendered(
     *open = Some((shot.scene.clone(), scene));
     let (picture, non_finite_pixels) = result?;
     if !warnings.is_empty() {
-        return Err(Error::Different {
-            message: warnings.join("; "),
-        });
+        return Err(Error::Different { message: warnings.join("; ") });
     }
     // What is not finite is a failure of its own and never accepted.
     let broken = non_finite_pixels + picture.non_finite_pixels() as u64;
@@ -142,10 +136,7 @@ fn settle(suite: &Suite, mode: Mode, shot: &Shot, picture: &Picture) -> Result<O
         (Mode::Accept, found) => {
             picture.write(&path, shot.frame, time_seconds)?;
             let reason = found.map_or_else(|| "new".to_owned(), |(_, verdict)| verdict.to_string());
-            Ok(Some(format!(
-                "accepted, written to {} ({reason})",
-                path.display()
-            )))
+            Ok(Some(format!("accepted, written to {} ({reason})", path.display())))
         }
         (Mode::Check, Some((reference, verdict))) => {
             let files = report::write_difference(&suite.report, shot, picture, &reference, time_seconds)?;
@@ -155,11 +146,7 @@ fn settle(suite: &Suite, mode: Mode, shot: &Shot, picture: &Picture) -> Result<O
         (Mode::Check, None) => {
             let actual = suite.report.join(format!("{}.actual.exr", shot.name));
             picture.write(&actual, shot.frame, time_seconds)?;
-            Ok(Some(format!(
-                "no reference at {}; see {}",
-                path.display(),
-                actual.display()
-            )))
+            Ok(Some(format!("no reference at {}; see {}", path.display(), actual.display())))
         }
     }
 }
@@ -177,17 +164,12 @@ fn dangling(suite: &Suite, mode: Mode, shots: &[Shot]) -> Result<Vec<Failure>> {
         let message = match mode {
             Mode::Check => "no scene asks for this reference".to_owned(),
             Mode::Accept => {
-                std::fs::remove_file(&path).map_err(|source| Error::WriteFailed {
-                    path: path.clone(),
-                    source,
-                })?;
+                std::fs::remove_file(&path)
+                    .map_err(|source| Error::WriteFailed { path: path.clone(), source })?;
                 "accepted, removed: no scene asks for this reference".to_owned()
             }
         };
-        failures.push(Failure {
-            name: path.display().to_string(),
-            message,
-        });
+        failures.push(Failure { name: path.display().to_string(), message });
     }
     Ok(failures)
 }

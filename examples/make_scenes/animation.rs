@@ -4,8 +4,9 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{Shape, cuboid, ico_sphere};
 use super::stage::{Track, clip, flat3, flat4, grey_floor, lit_stage};
 use super::{Entry, entry};

@@ -4,8 +4,9 @@ use std::f32::consts::PI;
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{Shape, cuboid, cylinder, floor, ico_sphere, quad, torus};
 use super::stage::{camera, grey_floor, key_and_fill, lit_stage};
 use super::{Entry, entry};
@@ -81,7 +82,7 @@ fn coincident_faces() -> Built {
 fn teapot_in_stadium() -> Built {
     let mut gltf = Gltf::new(
         "A finely meshed pot 4 cm across stands on the grass of a stadium 400 m long, whose stands rise behind it out of \
-         focus of any grid; the pot is whole, smooth and casts a sharp shadow.",
+         focus of any grid; the pot is whole, finely faceted and casts a sharp shadow.",
     );
     camera(&mut gltf, Vec3::new(0.0, 0.05, 0.16), Vec3::new(0.0, 0.025, 0.0), 30.0);
     key_and_fill(&mut gltf);

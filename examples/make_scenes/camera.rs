@@ -4,9 +4,10 @@ use std::f32::consts::FRAC_PI_6;
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::json::{Json, object};
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{cuboid, quad};
 use super::stage::{Track, chequered_floor, clip, flat3, flat4, key_and_fill, looking, perspective};
 use super::{Entry, entry};

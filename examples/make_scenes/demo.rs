@@ -11,8 +11,9 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec2, Vec3, Vec4};
 
 use super::demo_bodies::{KEYS, star_mesh, sway, tentacle_joints, tentacle_mesh};
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::{Alpha, Material, TextureUse, Volume};
+use super::node::Node;
 use super::pictures::{Filter, Picture};
 use super::shapes::{Shape, grid_indices, uv_sphere};
 use super::stage::{ASPECT_RATIO, Track, clip, flat3, flat4, light, looking, perspective};
@@ -24,6 +25,8 @@ pub(crate) const SCENES: [Entry; 1] = [entry("demo/whitted_1980", whitted_1980)]
 const SECONDS: f32 = 3.0;
 /// Radius of the sky.
 const SKY_RADIUS: f32 = 140.0;
+/// Metres that one repeat of the chequer, four squares, covers.
+const TILE_OF_CHEQUER: f32 = 5.0;
 /// What the camera circles, and how far away it is.
 const PIVOT: Vec3 = Vec3::new(0.1, 1.3, 0.0);
 const CAMERA_DISTANCE: f32 = 8.2;
@@ -42,7 +45,7 @@ fn whitted_1980() -> Built {
     chequered_ground(&mut gltf)?;
     tracks.extend(balls(&mut gltf, &times));
     tracks.extend(tentacles(&mut gltf, &times));
-    tracks.extend(star(&mut gltf, &times)?);
+    tracks.extend(star(&mut gltf, &times));
     clip(&mut gltf, "drift", &tracks);
     Ok(gltf)
 }
@@ -88,14 +91,16 @@ fn lamps(gltf: &mut Gltf) {
 fn sky(gltf: &mut Gltf) {
     let mut dome = uv_sphere(SKY_RADIUS, 32, 64).plain().inverted();
     dome.normals.clear();
-    let horizon = Vec3::new(0.66, 0.8, 0.95);
-    let zenith = Vec3::new(0.05, 0.17, 0.55);
+    let horizon = Vec3::new(0.6, 0.77, 0.95);
+    let zenith = Vec3::new(0.06, 0.2, 0.6);
     dome.colors = dome
         .positions
         .iter()
         .map(|position| {
             let height = (position.y / SKY_RADIUS).clamp(0.0, 1.0);
-            let rise = 1.0 - (1.0 - height) * (1.0 - height) * (1.0 - height);
+            // Most of the change is near the horizon, where the camera looks.
+            let below = (1.0 - height) * (1.0 - height) * (1.0 - height);
+            let rise = 1.0 - below * below;
             horizon.lerp(zenith, rise).extend(1.0)
         })
         .collect();
@@ -113,7 +118,7 @@ fn chequered_ground(gltf: &mut Gltf) -> Built<()> {
         ..Material::matte("ground", [1.0; 3])
     };
     let far = Material { alpha: Alpha::Blend, name: "ground that fades into the sky", ..near };
-    // One square is a metre; the far ring fades out towards the horizon.
+    // The far ring fades out towards the horizon.
     let near_mesh = ring(&[0.0, 8.0, 20.0, 36.0], |_| 1.0);
     let far_mesh = ring(&[36.0, 48.0, 64.0, 84.0, 110.0], |radius| {
         let share = (110.0 - radius) / (110.0 - 36.0);
@@ -136,7 +141,7 @@ fn ring(radii: &[f32], alpha: impl Fn(f32) -> f32) -> Shape {
             let (sin, cos) = libm::sincosf(TAU * (segment % segments) as f32 / segments as f32);
             shape.positions.push(Vec3::new(sin, 0.0, cos) * radius);
             shape.normals.push(Vec3::Y);
-            shape.uvs.push(Vec2::new(sin, cos) * (radius / 4.0));
+            shape.uvs.push(Vec2::new(sin, cos) * (radius / TILE_OF_CHEQUER));
             shape.colors.push(Vec4::new(1.0, 1.0, 1.0, alpha(radius)));
         }
     }
@@ -186,12 +191,12 @@ fn tentacles<'a>(gltf: &mut Gltf, times: &'a [f32]) -> Vec<Track<'a>> {
     tracks
 }
 
-fn star<'a>(gltf: &mut Gltf, times: &'a [f32]) -> Built<[Track<'a>; 2]> {
+fn star<'a>(gltf: &mut Gltf, times: &'a [f32]) -> [Track<'a>; 2] {
     let gold = Material::metal("gold", [1.0, 0.74, 0.32], 0.1).add_to(gltf);
-    let mesh = star_mesh(gltf, 0.42, gold)?;
+    let mesh = star_mesh(gltf, 0.42, gold);
     let node = gltf.node(Node::mesh(mesh).named("star").at(2.2, 0.8, 1.7));
     let pulse: Vec<f32> = cycle(|phase| {
-        let cos = libm::cosf(phase);
+        let cos = libm::cosf(phase + 1.8);
         [0.55 - 0.45 * cos, 0.25 + 0.25 * cos]
     })
     .concat();
@@ -199,8 +204,8 @@ fn star<'a>(gltf: &mut Gltf, times: &'a [f32]) -> Built<[Track<'a>; 2]> {
     let axis = super::shapes::ico_sphere(1.0, 0).positions[3];
     let turns: Vec<Quat> =
         (0..=KEYS).map(|key| Quat::from_axis_angle(axis, TAU / 5.0 * key as f32 / KEYS as f32)).collect();
-    Ok([
+    [
         Track { node, path: "weights", interpolation: "CUBICSPLINE", times, values: smooth(&pulse, 2) },
         Track { node, path: "rotation", interpolation: "LINEAR", times, values: flat4(&turns) },
-    ])
+    ]
 }

@@ -4,9 +4,10 @@ use std::f32::consts::TAU;
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::Gltf;
 use super::json::object;
 use super::morph::morph_mesh;
+use super::node::Node;
 use super::shapes::{self, Shape, grid_indices, ico_sphere};
 use super::stage::{Track, flat4};
 
@@ -21,7 +22,7 @@ pub(crate) const KEYS: u32 = 24;
 fn tentacle_radius(share: f32) -> f32 {
     let square = share * share;
     let power = square * square * square * square * square;
-    0.24 * (1.0 - 0.78 * share) * libm::sqrtf(1.0 - power * power)
+    0.3 * (1.0 - 0.78 * share) * libm::sqrtf(1.0 - power * power)
 }
 
 /// Adds the mesh of an upright tentacle with its foot at the origin, bound to joints `LENGTH / JOINTS` apart.
@@ -108,7 +109,7 @@ pub(crate) fn sway<'a>(joints: &[usize], times: &'a [f32], curl: f32, phase: f32
 }
 
 /// Adds the mesh of a ball of `radius` with two morph targets: twelve soft spikes, and a flattening.
-pub(crate) fn star_mesh(gltf: &mut Gltf, radius: f32, material: usize) -> Built<usize> {
+pub(crate) fn star_mesh(gltf: &mut Gltf, radius: f32, material: usize) -> usize {
     let ball = ico_sphere(1.0, 4);
     let spikes = ico_sphere(1.0, 0).positions;
     let (mut spiky, mut spiky_normals) = (Vec::new(), Vec::new());
@@ -137,5 +138,5 @@ pub(crate) fn star_mesh(gltf: &mut Gltf, radius: f32, material: usize) -> Built<
         object([("POSITION", gltf.positions(positions).into()), ("NORMAL", gltf.vec3s(normals).into())])
     };
     let targets = vec![target(&spiky, &spiky_normals), target(&flat, &flat_normals)];
-    Ok(morph_mesh(gltf, attributes, indices, material, targets, &[0.0, 0.0]))
+    morph_mesh(gltf, attributes, indices, material, targets, &[0.0, 0.0])
 }

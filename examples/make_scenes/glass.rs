@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::{Material, Volume};
+use super::node::Node;
 use super::shapes::{Shape, cuboid, ico_sphere, quad, uv_sphere};
 use super::stage::{camera, chequered_floor, chequered_wall, directional_light, grey_floor};
 use super::{Entry, entry};
@@ -191,7 +192,7 @@ fn ior_row() -> Built {
         "Six solid balls over a chequered floor, index 1, 1.1, 1.33, 1.5, 1.8 and 2.4 from the left: the first cannot \
          be seen, then bending and reflection grow.",
     );
-    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 24.0);
+    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [20, 14], 0.4);
     let materials =
         [1.0, 1.1, 1.33, 1.5, 1.8, 2.4].map(|ior| Material::glass("glass", ior).add_to(&mut gltf));

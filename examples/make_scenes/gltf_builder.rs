@@ -5,63 +5,31 @@
 use std::error::Error;
 
 use base64::Engine as _;
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
+use super::accessor::{Accessor, Component, Use, bounds_of, float_bytes, position_accessor};
 use super::json::{Json, list, object};
+use super::node::Node;
 
 /// What building a scene gives.
 pub(crate) type Built<T = Gltf> = Result<T, Box<dyn Error>>;
 
-/// Component types of accessors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Component {
-    I8 = 5120,
-    U8 = 5121,
-    I16 = 5122,
-    U16 = 5123,
-    U32 = 5125,
-    F32 = 5126,
-}
-
-/// What a buffer view is bound as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Use {
-    Vertices,
-    Indices,
-    Other,
-}
-
-/// An accessor as it is about to be written; a `data` of `None` means zeros without a buffer view.
-#[derive(Clone, Debug)]
-pub(crate) struct Accessor {
-    pub(crate) component: Component,
-    pub(crate) normalized: bool,
-    pub(crate) kind: &'static str,
-    pub(crate) count: usize,
-    pub(crate) data: Option<Vec<u8>>,
-    pub(crate) byte_stride: Option<usize>,
-    pub(crate) used_as: Use,
-    pub(crate) bounds: Option<(Vec<f32>, Vec<f32>)>,
-    /// Elements that replace those of `data`: indices in rising order, then their bytes.
-    pub(crate) sparse: Option<(Vec<u16>, Vec<u8>)>,
-}
-
-impl Accessor {
-    /// `count` elements of `kind`, tightly packed in `data`.
-    pub(crate) fn new(component: Component, kind: &'static str, count: usize, data: Vec<u8>) -> Self {
-        Self {
-            component,
-            normalized: false,
-            kind,
-            count,
-            data: Some(data),
-            byte_stride: None,
-            used_as: Use::Vertices,
-            bounds: None,
-            sparse: None,
-        }
-    }
-}
+/// The top-level arrays in the order in which they are written.
+const SECTIONS: [&str; 13] = [
+    "scenes",
+    "nodes",
+    "cameras",
+    "meshes",
+    "materials",
+    "textures",
+    "samplers",
+    "images",
+    "skins",
+    "animations",
+    "accessors",
+    "bufferViews",
+    "buffers",
+];
 
 /// A file in the making. Each `add` gives the index of what was added.
 #[derive(Clone, Debug)]
@@ -209,19 +177,19 @@ impl Gltf {
 
     /// Three floats a vertex.
     pub(crate) fn vec3s(&mut self, values: &[Vec3]) -> usize {
-        let data = float_bytes(values.iter().flat_map(|value| value.to_array()));
+        let data = float_bytes(values.iter().flat_map(Vec3::to_array));
         self.accessor(&Accessor::new(Component::F32, "VEC3", values.len(), data))
     }
 
     /// Two floats a vertex.
     pub(crate) fn vec2s(&mut self, values: &[Vec2]) -> usize {
-        let data = float_bytes(values.iter().flat_map(|value| value.to_array()));
+        let data = float_bytes(values.iter().flat_map(Vec2::to_array));
         self.accessor(&Accessor::new(Component::F32, "VEC2", values.len(), data))
     }
 
     /// Four floats a vertex.
     pub(crate) fn vec4s(&mut self, values: &[Vec4]) -> usize {
-        let data = float_bytes(values.iter().flat_map(|value| value.to_array()));
+        let data = float_bytes(values.iter().flat_map(Vec4::to_array));
         self.accessor(&Accessor::new(Component::F32, "VEC4", values.len(), data))
     }
 
@@ -294,22 +262,7 @@ impl Gltf {
             root.set("extensions", object([("KHR_lights_punctual", lights)]));
         }
         root.set("scene", self.default_scene);
-        const ORDER: [&str; 13] = [
-            "scenes",
-            "nodes",
-            "cameras",
-            "meshes",
-            "materials",
-            "textures",
-            "samplers",
-            "images",
-            "skins",
-            "animations",
-            "accessors",
-            "bufferViews",
-            "buffers",
-        ];
-        for name in ORDER {
+        for name in SECTIONS {
             set_unless_empty(&mut root, name, self.section(name).into());
         }
         root.to_file_text()
@@ -340,107 +293,6 @@ impl Gltf {
             _ => Vec::new(),
         }
     }
-}
-
-/// A node; all that is not set is left out of the file.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Node {
-    pub(crate) name: Option<&'static str>,
-    pub(crate) matrix: Option<Mat4>,
-    pub(crate) translation: Option<Vec3>,
-    pub(crate) rotation: Option<Quat>,
-    pub(crate) scale: Option<Vec3>,
-    pub(crate) mesh: Option<usize>,
-    pub(crate) skin: Option<usize>,
-    pub(crate) camera: Option<usize>,
-    pub(crate) light: Option<usize>,
-    pub(crate) weights: Vec<f32>,
-    pub(crate) children: Vec<usize>,
-}
-
-impl Node {
-    /// A node that places a mesh.
-    pub(crate) fn mesh(mesh: usize) -> Self {
-        Self { mesh: Some(mesh), ..Self::default() }
-    }
-
-    /// A node with children.
-    pub(crate) fn group(children: &[usize]) -> Self {
-        Self { children: children.to_vec(), ..Self::default() }
-    }
-
-    /// The same node with a name.
-    pub(crate) fn named(self, name: &'static str) -> Self {
-        Self { name: Some(name), ..self }
-    }
-
-    /// The same node moved to `x`, `y`, `z`.
-    pub(crate) fn at(self, x: f32, y: f32, z: f32) -> Self {
-        Self { translation: Some(Vec3::new(x, y, z)), ..self }
-    }
-
-    /// The same node turned.
-    pub(crate) fn turned(self, rotation: Quat) -> Self {
-        Self { rotation: Some(rotation), ..self }
-    }
-
-    /// The same node scaled along its axes.
-    pub(crate) fn scaled(self, x: f32, y: f32, z: f32) -> Self {
-        Self { scale: Some(Vec3::new(x, y, z)), ..self }
-    }
-
-    fn into_json(self) -> Json {
-        let mut json = object([]);
-        let mut set = |key: &str, value: Option<Json>| {
-            if let Some(value) = value {
-                json.set(key, value);
-            }
-        };
-        set("name", self.name.map(Json::from));
-        set("matrix", self.matrix.map(Json::from));
-        set("translation", self.translation.map(Json::from));
-        set("rotation", self.rotation.map(Json::from));
-        set("scale", self.scale.map(Json::from));
-        set("mesh", self.mesh.map(Json::from));
-        set("skin", self.skin.map(Json::from));
-        set("camera", self.camera.map(Json::from));
-        set("weights", Some(list(self.weights.clone())).filter(|weights| !weights.is_empty()));
-        set("children", Some(list(self.children.clone())).filter(|children| !children.is_empty()));
-        let placed = self.light.map(|light| object([("light", light.into())]));
-        set("extensions", placed.map(|light| object([("KHR_lights_punctual", light)])));
-        json
-    }
-}
-
-/// An accessor of positions with its bounds.
-pub(crate) fn position_accessor(values: &[Vec3]) -> Accessor {
-    let floats: Vec<f32> = values.iter().flat_map(|value| value.to_array()).collect();
-    let mut accessor =
-        Accessor::new(Component::F32, "VEC3", values.len(), float_bytes(floats.iter().copied()));
-    accessor.bounds = Some(bounds_of(&floats, 3));
-    accessor
-}
-
-/// The little-endian bytes of `values`.
-pub(crate) fn float_bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
-    values.into_iter().flat_map(f32::to_le_bytes).collect()
-}
-
-/// The least and greatest of each of `width` interleaved components.
-pub(crate) fn bounds_of(values: &[f32], width: usize) -> (Vec<f32>, Vec<f32>) {
-    let mut least = vec![f32::INFINITY; width];
-    let mut greatest = vec![f32::NEG_INFINITY; width];
-    for element in values.chunks_exact(width) {
-        for (component, &value) in element.iter().enumerate() {
-            if value < least[component] {
-                least[component] = value;
-            }
-            if value > greatest[component] {
-                greatest[component] = value;
-            }
-        }
-    }
-    (least, greatest)
 }
 
 fn set_unless_empty(root: &mut Json, key: &str, value: Json) {

@@ -2,9 +2,10 @@
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::json::object;
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{cuboid, cylinder, ico_sphere};
 use super::stage::{camera, grey_floor, light, looking, point_light};
 use super::{Entry, entry};
@@ -96,8 +97,8 @@ fn range() -> Built {
 
 fn environment_only() -> Built {
     let mut gltf = Gltf::new(
-        "No light at all in the file: the studio gradient and its key light give a white ball and a grey ball soft \
-         shading, a highlight and a shadow on the floor.",
+        "No light at all in the file: the studio gradient and its key light give a white ball soft shading and a shadow on \
+         the floor; a chrome ball mirrors the gradient, the floor and its neighbour.",
     );
     camera(&mut gltf, Vec3::new(0.0, 1.6, 4.6), Vec3::new(0.0, 0.55, 0.0), 35.0);
     grey_floor(&mut gltf, 7.0, 7.0);
@@ -120,7 +121,7 @@ fn two_lights_shadows() -> Built {
     let ball = ico_sphere(0.6, 3).add_to(&mut gltf, white);
     gltf.node(Node::mesh(ball).at(0.0, 0.6, 0.0));
     for (x, color) in [(-2.5, [1.0, 0.05, 0.05]), (2.5, [0.05, 1.0, 1.0])] {
-        let lamp = light(&mut gltf, "point", color, 50.0);
+        let lamp = light(&mut gltf, "point", color, 35.0);
         gltf.node(Node { light: Some(lamp), ..Node::default() }.at(x, 3.0, 1.5));
     }
     Ok(gltf)

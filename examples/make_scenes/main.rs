@@ -4,12 +4,16 @@
 //! `cargo run --release --example make_scenes` writes them; with `-- --check` it only compares. Running it again gives
 //! the same bytes on every machine: all arithmetic is IEEE or `libm`.
 
+#![expect(clippy::unnecessary_wraps, reason = "all scenes share one signature; those with images can fail")]
+
+mod accessor;
 mod animation;
 mod bvh;
 mod camera;
 mod demo;
 mod demo_bodies;
 mod geometry;
+mod geometry_storage;
 mod glass;
 mod gltf_builder;
 mod json;
@@ -17,12 +21,14 @@ mod light;
 mod material;
 mod materials;
 mod morph;
+mod node;
 mod pictures;
 mod scene;
 mod shapes;
 mod skin;
 mod stage;
 mod texture;
+mod texture_maps;
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -43,15 +49,17 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All scenes: path below `scenes/` and the text of the file.
 pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> {
-    let areas: [&[Entry]; 12] = [
+    let areas: [&[Entry]; 14] = [
         &light::SCENES,
         &material::SCENES,
         &glass::SCENES,
         &texture::SCENES,
+        &texture_maps::SCENES,
         &animation::SCENES,
         &skin::SCENES,
         &morph::SCENES,
         &geometry::SCENES,
+        &geometry_storage::SCENES,
         &camera::SCENES,
         &bvh::SCENES,
         &scene::SCENES,

@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::{Alpha, Material, TextureUse};
+use super::node::Node;
 use super::pictures::{Filter, Picture};
 use super::shapes::{cuboid, ico_sphere, quad};
 use super::stage::{camera, chequered_floor, directional_light, grey_floor, lit_stage, point_light};
@@ -26,7 +27,7 @@ fn diffuse() -> Built {
         "Five matte balls, black, grey, white, red and blue, lit from the upper right; no highlights, terminators at \
          the same place on all.",
     );
-    lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 6.5), Vec3::new(0.0, 0.5, 0.0), 25.0);
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 6.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     grey_floor(&mut gltf, 9.0, 6.0);
     let colors = [
         ("black", [0.0, 0.0, 0.0]),
@@ -45,7 +46,7 @@ fn metal_roughness_row() -> Built {
         "Six gold balls under the studio, roughness 0, 0.1, 0.2, 0.3, 0.5 and 1 from the left: from a mirror to a dull \
          glow without a jump in brightness between neighbours.",
     );
-    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 24.0);
+    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let steps = [0.0, 0.1, 0.2, 0.3, 0.5, 1.0];
     let materials =
@@ -59,7 +60,7 @@ fn dielectric_roughness_row() -> Built {
         "Six dark green balls of plastic under the studio, roughness 0, 0.1, 0.2, 0.3, 0.5 and 1 from the left: the \
          reflection is faint in the middle and strong at the rim, and blurs to a sheen.",
     );
-    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 24.0);
+    camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let steps = [0.0, 0.1, 0.2, 0.3, 0.5, 1.0];
     let materials = steps.map(|roughness| {
@@ -123,7 +124,7 @@ fn emissive_strength() -> Built {
 
 fn unlit() -> Built {
     let mut gltf = Gltf::new(
-        "Two orange balls on a white floor: the left one is unlit and a flat disc of one colour, the right one shaded; \
+        "Two orange balls on a grey floor: the left one is unlit and a flat disc of one colour, the right one shaded; \
          both cast shadows; the shadow of a bar above the picture crosses the right ball and the floor, not the left ball.",
     );
     lit_stage(&mut gltf, Vec3::new(0.0, 1.5, 4.6), Vec3::new(0.0, 0.5, 0.0), 35.0);

@@ -4,9 +4,11 @@ use std::f32::consts::FRAC_PI_2;
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::gltf_builder::{Accessor, Built, Component, Gltf, Node, bounds_of, float_bytes};
+use super::accessor::{Accessor, Component, bounds_of, float_bytes};
+use super::gltf_builder::{Built, Gltf};
 use super::json::{Json, list, object};
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{Shape, cuboid, ico_sphere, strip};
 use super::stage::{Track, clip, grey_floor, lit_stage};
 use super::{Entry, entry};
@@ -46,7 +48,7 @@ fn weights() -> Built {
          node says otherwise, the fourth has negative and large ones (−0.5, 1.5).",
     );
     gltf.reference_frames(&[0, 12, 24]);
-    lit_stage(&mut gltf, Vec3::new(0.0, 1.6, 6.5), Vec3::new(0.0, 0.8, 0.0), 30.0);
+    lit_stage(&mut gltf, Vec3::new(0.0, 1.6, 6.5), Vec3::new(0.0, 0.8, 0.0), 36.0);
     grey_floor(&mut gltf, 10.0, 6.0);
     let material = Material::matte("box", [0.1, 0.4, 0.55]).add_to(&mut gltf);
     let shape = cuboid(0.5, 1.0, 0.5).moved(1.0, Quat::IDENTITY, Vec3::new(0.0, 0.5, 0.0)).plain();
@@ -78,8 +80,8 @@ fn weights() -> Built {
 fn sparse_difference(gltf: &mut Gltf, differences: &[Vec3]) -> usize {
     let moved = differences.iter().enumerate().filter(|(_, value)| **value != Vec3::ZERO);
     let (indices, values): (Vec<u16>, Vec<Vec3>) = moved.map(|(index, value)| (index as u16, *value)).unzip();
-    let all: Vec<f32> = differences.iter().flat_map(|value| value.to_array()).collect();
-    let values = float_bytes(values.iter().flat_map(|value| value.to_array()));
+    let all: Vec<f32> = differences.iter().flat_map(Vec3::to_array).collect();
+    let values = float_bytes(values.iter().flat_map(Vec3::to_array));
     let accessor = Accessor {
         data: None,
         bounds: Some(bounds_of(&all, 3)),

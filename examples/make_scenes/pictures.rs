@@ -3,7 +3,8 @@
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
 
-use super::gltf_builder::{Built, Gltf, Use};
+use super::accessor::Use;
+use super::gltf_builder::{Built, Gltf};
 use super::json::object;
 
 /// An image; row 0 is the top row.

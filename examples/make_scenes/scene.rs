@@ -2,9 +2,10 @@
 
 use glam::Vec3;
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::json::object;
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{cuboid, ico_sphere};
 use super::stage::{ASPECT_RATIO, grey_floor, light, looking, perspective};
 use super::{Entry, entry};

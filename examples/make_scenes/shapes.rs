@@ -169,7 +169,7 @@ pub(crate) fn uv_sphere(radius: f32, segments: u32, rings: u32) -> Shape {
 
 /// A sphere of nearly equal triangles: an icosahedron whose sides are halved `levels` times. No texture coordinates.
 pub(crate) fn ico_sphere(radius: f32, levels: u32) -> Shape {
-    let golden = (1.0 + libm::sqrtf(5.0)) / 2.0;
+    let golden = 0.5 * (1.0 + libm::sqrtf(5.0));
     let mut normals: Vec<Vec3> = Vec::new();
     for axis in 0..3 {
         for (a, b) in [(-1.0, -golden), (1.0, -golden), (-1.0, golden), (1.0, golden)] {

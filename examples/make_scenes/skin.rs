@@ -4,8 +4,9 @@ use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::{Mat4, Quat, Vec3, Vec4};
 
-use super::gltf_builder::{Built, Gltf, Node};
+use super::gltf_builder::{Built, Gltf};
 use super::materials::Material;
+use super::node::Node;
 use super::shapes::{self, Shape, strip};
 use super::stage::{Track, clip, flat4, lit_stage};
 use super::{Entry, entry};

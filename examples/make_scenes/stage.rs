@@ -2,9 +2,10 @@
 
 use glam::{Mat3, Quat, Vec3};
 
-use super::gltf_builder::{Gltf, Node};
+use super::gltf_builder::Gltf;
 use super::json::{Json, list, object};
 use super::materials::Material;
+use super::node::Node;
 use super::shapes;
 
 /// Width over height of the pictures the cameras are made for.
@@ -167,5 +168,5 @@ pub(crate) fn flat3(values: &[Vec3]) -> Vec<f32> {
 
 /// The components of several rotations in a row.
 pub(crate) fn flat4(values: &[Quat]) -> Vec<f32> {
-    values.iter().flat_map(|value| value.to_array()).collect()
+    values.iter().flat_map(Quat::to_array).collect()
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::Picture;
 use crate::bvh::{BuildSettings, Builder};
 use crate::cancel::CancelFlag;
-use crate::error::Result;
+use crate::error::{Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
@@ -17,6 +17,7 @@ use crate::scene::{Environment, Scene, Selection, SelectionRequest};
 pub struct SceneRenderer {
     scene: Scene,
     selection: Selection,
+    warnings: Vec<Warning>,
 }
 
 impl SceneRenderer {
@@ -26,13 +27,14 @@ impl SceneRenderer {
     /// Those of [`import`].
     pub fn open(path: &Path) -> Result<Self> {
         let scene = import(path, &ImportOptions::default())?;
-        let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene)?;
-        Ok(Self { scene, selection })
+        let (selection, mut warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
+        warnings.extend(scene.warnings.iter().cloned());
+        Ok(Self { scene, selection, warnings })
     }
 
     /// What the file asks for and is not honoured.
     pub fn warnings(&self) -> impl Iterator<Item = String> {
-        self.scene.warnings.iter().map(ToString::to_string)
+        self.warnings.iter().map(ToString::to_string)
     }
 
     /// Renders the scene at `time_seconds`; gives the picture and how many of its pixels came out not finite.

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{Picture, SceneRenderer, Shot, Tolerance, Verdict, compare, discover, report, shots};
+use super::{Picture, SceneRenderer, Shot, Tolerance, compare, discover, report, shots};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 

@@ -165,7 +165,7 @@ fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
         .map(|i| {
             let mut origin = center + random.point() * reach * [0.5, 1.0, 20.0][i % 3];
             let mut direction = random.point();
-            if let (false, kind) = (finite.is_empty(), i % 8) {
+            if let (false, kind @ 0..8) = (finite.is_empty(), i % 9) {
                 let [a, b, c] = finite[random.below(finite.len())].vertices;
                 let target = match kind {
                     0 => a,
@@ -184,7 +184,11 @@ fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
                         along[axis] += if i % 16 < 8 { reach } else { -reach };
                         along
                     }
-                    _ => origin + direction * reach,
+                    // In line with an edge: edge-on but for rounding.
+                    _ => {
+                        origin = a - (b - a) * 0.7;
+                        a * 0.5 + b * 0.25 + c * 0.25
+                    }
                 };
                 direction = (target - origin) / [1.0, reach][i % 2];
             }
@@ -210,6 +214,10 @@ fn flags(n: usize) -> Vec<PrimitiveFlags> {
         .collect()
 }
 
+#[expect(
+    clippy::unwrap_used,
+    reason = "only tests call this, and nothing raises the flag"
+)]
 fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSettings) -> Bvh {
     Builder::default()
         .build(triangles, flags, settings, &CancelFlag::new(), None)
@@ -227,7 +235,7 @@ fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSetting
 
 /// A filter as alpha masks are: by where on the triangle the hit is.
 fn opaque_part(hit: &Hit) -> bool {
-    (hit.u * 8.0) as u32 % 2 == 0
+    ((hit.u * 8.0) as u32).is_multiple_of(2)
 }
 
 /// All answers of one ray, as bits.

@@ -261,7 +261,12 @@ mod tests {
             let triangle = Triangle {
                 vertices: [a, a + along, a + along * 0.5 + across],
             };
-            let origin = Vec3::new(random(), random(), random()) * 2.0;
+            // Every other ray starts in line with the long edge, so that it sees the sliver edge-on but for rounding.
+            let origin = if i % 2 == 0 {
+                Vec3::new(random(), random(), random()) * 2.0
+            } else {
+                a - along * 0.7
+            };
             let ray = Ray::new(origin, a + along * 0.4 + across * 0.3 - origin);
             let Some(hit) = triangle.intersect(&ray) else {
                 continue;
@@ -285,6 +290,6 @@ mod tests {
                 );
             }
         }
-        assert!(hits > 50_000, "{hits}");
+        assert!(hits > 40_000, "{hits}");
     }
 }

@@ -93,6 +93,15 @@ fn scaled(triangles: &[Triangle], scale: f32) -> Vec<Triangle> {
         .collect()
 }
 
+/// Whole coordinates in the plane x = 3 y, for rays that lie in it exactly.
+fn in_one_plane(n: usize, random: &mut Random) -> Vec<Triangle> {
+    let mut point = || {
+        let [y, z] = [0; 2].map(|_| (random.below(128) as f32) - 64.0);
+        Vec3::new(3.0 * y, y, z)
+    };
+    (0..n).map(|_| triangle(point(), point(), point())).collect()
+}
+
 fn moved(triangles: &[Triangle], by: Vec3) -> Vec<Triangle> {
     triangles
         .iter()
@@ -144,6 +153,7 @@ fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
             "slivers far away",
             moved(&slivers(300, &mut random), Vec3::splat(700.0)),
         ),
+        ("in one plane", in_one_plane(200, &mut random)),
         ("stacked", stacked(200)),
         ("chain", chain(400)),
     ]
@@ -186,8 +196,12 @@ fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
                     }
                     // In line with an edge: edge-on but for rounding.
                     _ => {
-                        origin = a - (b - a) * 0.7;
-                        a * 0.5 + b * 0.25 + c * 0.25
+                        origin = a * 2.0 - b;
+                        if i % 2 == 0 {
+                            c
+                        } else {
+                            a * 0.5 + b * 0.25 + c * 0.25
+                        }
                     }
                 };
                 direction = (target - origin) / [1.0, reach][i % 2];

@@ -101,36 +101,22 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// A wrong value at `pointer` of the file `path`.
     pub fn invalid(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Invalid {
-            path: path.to_owned(),
-            pointer: pointer.into(),
-            message: message.into(),
-        }
+        Self::Invalid { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
     }
 
     /// A feature that is not supported, asked for at `pointer` of the file `path`.
     pub fn unsupported(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Unsupported {
-            path: path.to_owned(),
-            pointer: pointer.into(),
-            message: message.into(),
-        }
+        Self::Unsupported { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
     }
 
     /// Something refused by a limit or a safety rule, asked for at `pointer` of the file `path`.
     pub fn refused(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
-        Self::Refused {
-            path: path.to_owned(),
-            pointer: pointer.into(),
-            message: message.into(),
-        }
+        Self::Refused { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
     }
 
     /// A command line that makes no sense.
     pub fn usage(message: impl Into<String>) -> Self {
-        Self::Usage {
-            message: message.into(),
-        }
+        Self::Usage { message: message.into() }
     }
 
     /// The process exit code, after `sysexits.h`: 65 is permanent, 75 is worth another try.
@@ -165,9 +151,5 @@ impl std::fmt::Display for Warning {
 }
 
 fn pointer_prefix(pointer: &str) -> String {
-    if pointer.is_empty() {
-        String::new()
-    } else {
-        format!("{pointer}: ")
-    }
+    if pointer.is_empty() { String::new() } else { format!("{pointer}: ") }
 }

@@ -16,12 +16,7 @@ pub struct PixelWindow {
 impl PixelWindow {
     /// The whole of a picture.
     pub fn full(width: u32, height: u32) -> Self {
-        Self {
-            x0: 0,
-            y0: 0,
-            x1: width,
-            y1: height,
-        }
+        Self { x0: 0, y0: 0, x1: width, y1: height }
     }
 
     /// Columns.
@@ -50,10 +45,6 @@ impl Film {
     /// A black, empty picture.
     pub fn new(resolution: (u32, u32), window: PixelWindow) -> Self {
         let count = window.width() as usize * window.height() as usize;
-        Self {
-            resolution,
-            window,
-            pixels: vec![[0.0; 4]; count],
-        }
+        Self { resolution, window, pixels: vec![[0.0; 4]; count] }
     }
 }

@@ -13,10 +13,7 @@ struct Random(u64);
 
 impl Random {
     fn bits(&mut self) -> u32 {
-        self.0 = self
-            .0
-            .wrapping_mul(6364136223846793005)
-            .wrapping_add(1442695040888963407);
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         ((self.0 >> 22 ^ self.0) >> (22 + (self.0 >> 61))) as u32
     }
 
@@ -64,11 +61,7 @@ fn stacked(n: usize) -> Vec<Triangle> {
         .map(|i| {
             let z = (i % 7) as f32 * 0.125;
             let x = if i % 2 == 0 { 1.0 } else { -1.0 };
-            triangle(
-                Vec3::new(-x, -1.0, z),
-                Vec3::new(x, -1.0, z),
-                Vec3::new(0.0, 1.0, z),
-            )
+            triangle(Vec3::new(-x, -1.0, z), Vec3::new(x, -1.0, z), Vec3::new(0.0, 1.0, z))
         })
         .collect()
 }
@@ -85,12 +78,7 @@ fn chain(n: usize) -> Vec<Triangle> {
 }
 
 fn scaled(triangles: &[Triangle], scale: f32) -> Vec<Triangle> {
-    triangles
-        .iter()
-        .map(|t| Triangle {
-            vertices: t.vertices.map(|p| p * scale),
-        })
-        .collect()
+    triangles.iter().map(|t| Triangle { vertices: t.vertices.map(|p| p * scale) }).collect()
 }
 
 /// Whole coordinates in the plane x = 3 y, for rays that lie in it exactly.
@@ -103,21 +91,14 @@ fn in_one_plane(n: usize, random: &mut Random) -> Vec<Triangle> {
 }
 
 fn moved(triangles: &[Triangle], by: Vec3) -> Vec<Triangle> {
-    triangles
-        .iter()
-        .map(|t| Triangle {
-            vertices: t.vertices.map(|p| p + by),
-        })
-        .collect()
+    triangles.iter().map(|t| Triangle { vertices: t.vertices.map(|p| p + by) }).collect()
 }
 
 fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
     let mut random = Random(1);
     let flat = soup(300, 0.5, &mut random)
         .into_iter()
-        .map(|t| Triangle {
-            vertices: t.vertices.map(|p| Vec3::new(p.x, 0.25, p.z)),
-        })
+        .map(|t| Triangle { vertices: t.vertices.map(|p| Vec3::new(p.x, 0.25, p.z)) })
         .collect();
     let collinear = (0..50)
         .map(|i| {
@@ -144,15 +125,9 @@ fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
         ("degenerate among others", with_degenerate),
         ("huge", scaled(&soup(300, 0.5, &mut random), 1.0e30)),
         ("tiny", scaled(&soup(300, 0.5, &mut random), 1.0e-30)),
-        (
-            "far away",
-            moved(&soup(300, 0.5, &mut random), Vec3::new(1.0e4, -2.0e4, 0.5)),
-        ),
+        ("far away", moved(&soup(300, 0.5, &mut random), Vec3::new(1.0e4, -2.0e4, 0.5))),
         ("slivers", slivers(600, &mut random)),
-        (
-            "slivers far away",
-            moved(&slivers(300, &mut random), Vec3::splat(700.0)),
-        ),
+        ("slivers far away", moved(&slivers(300, &mut random), Vec3::splat(700.0))),
         ("in one plane", in_one_plane(200, &mut random)),
         ("stacked", stacked(200)),
         ("chain", chain(400)),
@@ -161,16 +136,11 @@ fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
 
 /// Rays from everywhere, many aimed at corners, edges and faces, some along axes, some grazing.
 fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
-    let finite = triangles
-        .iter()
-        .filter(|t| t.vertices.iter().all(|p| p.is_finite()));
+    let finite = triangles.iter().filter(|t| t.vertices.iter().all(|p| p.is_finite()));
     let bounds = finite.clone().fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
     let finite: Vec<&Triangle> = finite.collect();
-    let (center, reach) = if bounds.is_empty() {
-        (Vec3::ZERO, 1.0)
-    } else {
-        (bounds.center(), bounds.extent().max_element())
-    };
+    let (center, reach) =
+        if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.extent().max_element()) };
     (0..n)
         .map(|i| {
             let mut origin = center + random.point() * reach * [0.5, 1.0, 20.0][i % 3];
@@ -197,11 +167,7 @@ fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
                     // In line with an edge: edge-on but for rounding.
                     _ => {
                         origin = a * 2.0 - b;
-                        if i % 2 == 0 {
-                            c
-                        } else {
-                            a * 0.5 + b * 0.25 + c * 0.25
-                        }
+                        if i % 2 == 0 { c } else { a * 0.5 + b * 0.25 + c * 0.25 }
                     }
                 };
                 direction = (target - origin) / [1.0, reach][i % 2];
@@ -228,23 +194,13 @@ fn flags(n: usize) -> Vec<PrimitiveFlags> {
         .collect()
 }
 
-#[expect(
-    clippy::unwrap_used,
-    reason = "only tests call this, and nothing raises the flag"
-)]
+#[expect(clippy::unwrap_used, reason = "only tests call this, and nothing raises the flag")]
 fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSettings) -> Bvh {
-    Builder::default()
-        .build(triangles, flags, settings, &CancelFlag::new(), None)
-        .unwrap()
+    Builder::default().build(triangles, flags, settings, &CancelFlag::new(), None).unwrap()
 }
 
 fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSettings {
-    BuildSettings {
-        builder,
-        split,
-        simd,
-        reference_budget: 4.0,
-    }
+    BuildSettings { builder, split, simd, reference_budget: 4.0 }
 }
 
 /// A filter as alpha masks are: by where on the triangle the hit is.
@@ -258,10 +214,7 @@ fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
     let mut all = Vec::new();
     let mut after: Option<HitOrder> = None;
     while let Some(hit) = bvh.closest_surface(ray, after, opaque_part, counters) {
-        assert!(
-            after.is_none_or(|after| after < hit.order()),
-            "hits come in order"
-        );
+        assert!(after.is_none_or(|after| after < hit.order()), "hits come in order");
         after = Some(hit.order());
         all.push(hit);
         if all.len() == 40 {
@@ -269,12 +222,7 @@ fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
         }
     }
     let closest = bvh.closest_hit(ray, None, opaque_part, counters);
-    (
-        closest,
-        all.first().copied(),
-        bvh.occluded(ray, opaque_part, counters),
-        all,
-    )
+    (closest, all.first().copied(), bvh.occluded(ray, opaque_part, counters), all)
 }
 
 #[test]
@@ -282,11 +230,8 @@ fn equals_brute_force_whatever_the_settings() {
     let mut random = Random(2);
     for (name, triangles) in inputs() {
         let flags = flags(triangles.len());
-        let slow = build(
-            &triangles,
-            &flags,
-            &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar),
-        );
+        let slow =
+            build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
         let rays = rays(&triangles, 400, &mut random);
         let expected: Vec<_> = rays.iter().map(|ray| answers(&slow, ray)).collect();
         let hits = expected.iter().filter(|answer| answer.1.is_some()).count();
@@ -298,11 +243,7 @@ fn equals_brute_force_whatever_the_settings() {
                 let fast = build(&triangles, &flags, &settings(BuilderKind::Lbvh, split, simd));
                 fast.validate(&triangles, &flags).unwrap();
                 for (ray, expected) in rays.iter().zip(&expected) {
-                    assert_eq!(
-                        &answers(&fast, ray),
-                        expected,
-                        "{name} {split:?} {simd:?} {ray:?}"
-                    );
+                    assert_eq!(&answers(&fast, ray), expected, "{name} {split:?} {simd:?} {ray:?}");
                 }
             }
         }
@@ -314,11 +255,7 @@ fn all_hits_are_listed_once_and_in_order() {
     // 200 sheets of which every ray through the middle meets each: 7 distances, about 29 sheets at each.
     let triangles = stacked(200);
     let flags = vec![PrimitiveFlags::default(); 200];
-    let bvh = build(
-        &triangles,
-        &flags,
-        &settings(BuilderKind::Lbvh, Split::Area(0.05), SimdLevel::best()),
-    );
+    let bvh = build(&triangles, &flags, &settings(BuilderKind::Lbvh, Split::Area(0.05), SimdLevel::best()));
     assert!(bvh.statistics().references > 400);
     let ray = Ray::new(Vec3::new(0.01, -0.1, -1.0), Vec3::Z);
     let mut listed = Vec::new();
@@ -335,19 +272,12 @@ fn all_hits_are_listed_once_and_in_order() {
 #[test]
 fn single_sided_back_faces_are_seen_by_two_queries_only() {
     let triangles = [triangle(Vec3::ZERO, Vec3::X, Vec3::Y)];
-    let bvh = build(
-        &triangles,
-        &[PrimitiveFlags::SINGLE_SIDED],
-        &BuildSettings::default(),
-    );
+    let bvh = build(&triangles, &[PrimitiveFlags::SINGLE_SIDED], &BuildSettings::default());
     let counters = &mut TraversalCounters::default();
     let from = |z: f32| Ray::new(Vec3::new(0.25, 0.25, z), Vec3::Z * -z);
     assert!(bvh.closest_hit(&from(1.0), None, |_| false, counters).is_some());
     assert!(bvh.closest_hit(&from(-1.0), None, |_| false, counters).is_none());
-    assert!(
-        bvh.closest_surface(&from(-1.0), None, |_| false, counters)
-            .is_some()
-    );
+    assert!(bvh.closest_surface(&from(-1.0), None, |_| false, counters).is_some());
     assert!(bvh.occluded(&from(-1.0), |_| false, counters));
     assert_eq!(counters.rays, 4);
 }
@@ -377,19 +307,11 @@ fn sphere(rings: usize) -> Vec<Triangle> {
 #[test]
 fn no_ray_escapes_from_a_sphere() {
     let mut random = Random(3);
-    for (scale, offset) in [
-        (1.0, Vec3::ZERO),
-        (1.0e6, Vec3::ZERO),
-        (1.0e-3, Vec3::new(10.0, -3.0, 1.0)),
-    ] {
+    for (scale, offset) in [(1.0, Vec3::ZERO), (1.0e6, Vec3::ZERO), (1.0e-3, Vec3::new(10.0, -3.0, 1.0))] {
         let triangles = moved(&scaled(&sphere(60), scale), offset);
         let flags = vec![PrimitiveFlags::default(); triangles.len()];
         for split in [Split::Off, Split::Area(0.01 * scale * scale)] {
-            let bvh = build(
-                &triangles,
-                &flags,
-                &settings(BuilderKind::Auto, split, SimdLevel::best()),
-            );
+            let bvh = build(&triangles, &flags, &settings(BuilderKind::Auto, split, SimdLevel::best()));
             let counters = &mut TraversalCounters::default();
             for i in 0..170_000 {
                 let origin = offset + random.point() * scale * 0.5;
@@ -402,10 +324,7 @@ fn no_ray_escapes_from_a_sphere() {
                 };
                 let ray = Ray::new(origin, direction);
                 assert!(bvh.occluded(&ray, |_| true, counters), "{ray:?}");
-                assert!(
-                    bvh.closest_hit(&ray, None, |_| true, counters).is_some(),
-                    "{ray:?}"
-                );
+                assert!(bvh.closest_hit(&ray, None, |_| true, counters).is_some(), "{ray:?}");
             }
         }
     }
@@ -419,10 +338,7 @@ fn threads_do_not_change_the_tree() {
     for split in [Split::Off, Split::Auto, Split::Area(0.05)] {
         let settings = settings(BuilderKind::Lbvh, split, SimdLevel::best());
         let results = [1, 2, 3, 8].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let bvh = pool.install(|| build(&triangles, &flags, &settings));
             let s = bvh.statistics();
             // The counters are equal only if the trees are.
@@ -430,19 +346,9 @@ fn threads_do_not_change_the_tree() {
             for ray in &rays {
                 bvh.closest_hit(ray, None, |_| true, &mut counters);
             }
-            (
-                s.references,
-                s.sa_max.to_bits(),
-                s.depth,
-                s.sah_cost.to_bits(),
-                s.bytes,
-                counters,
-            )
+            (s.references, s.sa_max.to_bits(), s.depth, s.sah_cost.to_bits(), s.bytes, counters)
         });
-        assert!(
-            results.iter().all(|result| *result == results[0]),
-            "{split:?} {results:?}"
-        );
+        assert!(results.iter().all(|result| *result == results[0]), "{split:?} {results:?}");
     }
 }
 
@@ -456,9 +362,7 @@ fn many_identical_triangles_build_a_shallow_tree() {
     // Equal codes are split by the bits of their places: ceil(log2(100 000)) levels.
     assert_eq!(bvh.statistics().depth, 17);
     let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
-    let hit = bvh
-        .closest_hit(&ray, None, |_| true, &mut TraversalCounters::default())
-        .unwrap();
+    let hit = bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default()).unwrap();
     assert_eq!((hit.primitive, hit.t), (0, 1.0));
 }
 
@@ -469,15 +373,8 @@ fn a_builder_and_a_hierarchy_can_be_used_again() {
     for n in [1000, 10, 0, 3000, 1] {
         let triangles = soup(n, 0.1, &mut Random(n as u64));
         let flags = vec![PrimitiveFlags::default(); n];
-        let bvh = builder
-            .build(
-                &triangles,
-                &flags,
-                &BuildSettings::default(),
-                &CancelFlag::new(),
-                last,
-            )
-            .unwrap();
+        let bvh =
+            builder.build(&triangles, &flags, &BuildSettings::default(), &CancelFlag::new(), last).unwrap();
         bvh.validate(&triangles, &flags).unwrap();
         assert_eq!(bvh.statistics().triangles, n);
         last = Some(bvh);
@@ -490,9 +387,5 @@ fn a_raised_flag_stops_the_build() {
     cancel.raise();
     let triangles = soup(10, 0.1, &mut Random(1));
     let flags = [PrimitiveFlags::default(); 10];
-    assert!(
-        Builder::default()
-            .build(&triangles, &flags, &BuildSettings::default(), &cancel, None)
-            .is_err()
-    );
+    assert!(Builder::default().build(&triangles, &flags, &BuildSettings::default(), &cancel, None).is_err());
 }

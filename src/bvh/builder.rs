@@ -44,32 +44,17 @@ impl Builder {
     ) -> Result<Bvh, Cancelled> {
         debug_assert_eq!(triangles.len(), flags.len());
         cancel.check()?;
-        let simd = if settings.simd.is_supported() {
-            settings.simd
-        } else {
-            SimdLevel::Scalar
-        };
+        let simd = if settings.simd.is_supported() { settings.simd } else { SimdLevel::Scalar };
         match settings.builder {
             BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
             BuilderKind::Auto | BuilderKind::Lbvh => {
-                let input = Input {
-                    triangles,
-                    flags,
-                    cancel,
-                };
+                let input = Input { triangles, flags, cancel };
                 let mut wide = match recycled {
-                    Some(Bvh {
-                        structure: Structure::Wide(wide),
-                        ..
-                    }) => wide,
+                    Some(Bvh { structure: Structure::Wide(wide), .. }) => wide,
                     _ => WideTree::default(),
                 };
                 let statistics = self.build_wide(input, settings, &mut wide)?;
-                Ok(Bvh {
-                    structure: Structure::Wide(wide),
-                    simd,
-                    statistics,
-                })
+                Ok(Bvh { structure: Structure::Wide(wide), simd, statistics })
             }
         }
     }
@@ -80,11 +65,7 @@ impl Builder {
         settings: &BuildSettings,
         wide: &mut WideTree,
     ) -> Result<BuildStatistics, Cancelled> {
-        let Input {
-            triangles,
-            flags,
-            cancel,
-        } = input;
+        let Input { triangles, flags, cancel } = input;
         let mut lap = Lap(Instant::now());
 
         // Boxes of triangles, or of their parts.
@@ -106,12 +87,8 @@ impl Builder {
         let fit_seconds = lap.seconds();
 
         // The tree that rays walk.
-        let source = Source {
-            tree: &self.tree,
-            boxes: &self.boxes,
-            keys: &self.keys,
-            references: &self.references,
-        };
+        let source =
+            Source { tree: &self.tree, boxes: &self.boxes, keys: &self.keys, references: &self.references };
         wide.collapse(source, triangles, flags, cancel)?;
         let widen_seconds = lap.seconds();
 
@@ -150,9 +127,5 @@ fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel
         bytes: list.bytes(),
         ..BuildStatistics::default()
     };
-    Bvh {
-        structure: Structure::BruteForce(list),
-        simd,
-        statistics,
-    }
+    Bvh { structure: Structure::BruteForce(list), simd, statistics }
 }

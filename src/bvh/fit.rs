@@ -54,21 +54,17 @@ impl FittedBoxes {
         cancel: &CancelFlag,
     ) -> Result<(), Cancelled> {
         self.nodes.truncate(tree.nodes.len());
-        self.nodes
-            .par_iter_mut()
-            .for_each(|node| *node.visits.get_mut() = 0);
+        self.nodes.par_iter_mut().for_each(|node| *node.visits.get_mut() = 0);
         self.nodes.resize_with(tree.nodes.len(), FittedNode::default);
 
         let leaf = |place: u32| Subtree::leaf(references[keys[place as usize].index as usize].bounds);
-        (0..keys.len().div_ceil(CHUNK))
-            .into_par_iter()
-            .try_for_each(|chunk| {
-                cancel.check()?;
-                for place in chunk * CHUNK..keys.len().min((chunk + 1) * CHUNK) {
-                    self.walk_up(tree, place as u32, &leaf);
-                }
-                Ok(())
-            })
+        (0..keys.len().div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
+            cancel.check()?;
+            for place in chunk * CHUNK..keys.len().min((chunk + 1) * CHUNK) {
+                self.walk_up(tree, place as u32, &leaf);
+            }
+            Ok(())
+        })
     }
 
     /// Bounds of an internal node.
@@ -88,11 +84,7 @@ impl FittedBoxes {
             return leaves as f32;
         };
         let area = root.bounds.area();
-        if area > 0.0 {
-            (root.area_sum / area) as f32
-        } else {
-            (self.nodes.len() + leaves) as f32
-        }
+        if area > 0.0 { (root.area_sum / area) as f32 } else { (self.nodes.len() + leaves) as f32 }
     }
 
     /// Carries a leaf's box upward, up to the first node whose other child is not done.
@@ -110,11 +102,8 @@ impl FittedBoxes {
             }
             let [left, right] = tree.nodes[parent as usize].children;
             let sibling = if child == left { right } else { left };
-            let other = if sibling & LEAF == 0 {
-                self.nodes[sibling as usize].load()
-            } else {
-                leaf(sibling & !LEAF)
-            };
+            let other =
+                if sibling & LEAF == 0 { self.nodes[sibling as usize].load() } else { leaf(sibling & !LEAF) };
             below = below.joined(&other);
             node.store(&below);
             child = parent;
@@ -124,11 +113,7 @@ impl FittedBoxes {
 
 impl Subtree {
     fn leaf(bounds: Aabb) -> Self {
-        Self {
-            bounds,
-            height: 0,
-            area_sum: bounds.area(),
-        }
+        Self { bounds, height: 0, area_sum: bounds.area() }
     }
 
     /// The subtree with both under one node; which one comes first makes no difference to a bit.
@@ -144,11 +129,7 @@ impl Subtree {
 
 impl FittedNode {
     fn store(&self, subtree: &Subtree) {
-        let Subtree {
-            bounds,
-            height,
-            area_sum,
-        } = subtree;
+        let Subtree { bounds, height, area_sum } = subtree;
         let corners = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
         for (slot, corner) in self.corners.iter().zip(corners) {
             slot.store(corner.to_bits(), Ordering::Relaxed);
@@ -182,20 +163,13 @@ mod tests {
                 let x = i.wrapping_mul(2654435761);
                 let corner = Vec3::new((x % 1000) as f32, (x / 1000 % 1000) as f32, (x % 77) as f32);
                 Reference {
-                    bounds: Aabb {
-                        min: corner,
-                        max: corner + Vec3::splat((i % 5) as f32),
-                    },
+                    bounds: Aabb { min: corner, max: corner + Vec3::splat((i % 5) as f32) },
                     primitive: i,
                 }
             })
             .collect();
-        let mut keys: Vec<Keyed> = (0..n)
-            .map(|i| Keyed {
-                code: u64::from(i.wrapping_mul(2654435761) >> 3),
-                index: i,
-            })
-            .collect();
+        let mut keys: Vec<Keyed> =
+            (0..n).map(|i| Keyed { code: u64::from(i.wrapping_mul(2654435761) >> 3), index: i }).collect();
         let (mut tree, mut boxes) = (RadixTree::default(), FittedBoxes::default());
         let cancel = CancelFlag::new();
         pool.install(|| {
@@ -213,9 +187,9 @@ mod tests {
             let (tree, boxes, keys, references) = fitted(n, &pool);
             for (i, node) in tree.nodes.iter().enumerate() {
                 let [first, last] = node.range.map(|place| place as usize);
-                let expected = keys[first..=last].iter().fold(Aabb::EMPTY, |all, key| {
-                    all.union(references[key.index as usize].bounds)
-                });
+                let expected = keys[first..=last]
+                    .iter()
+                    .fold(Aabb::EMPTY, |all, key| all.union(references[key.index as usize].bounds));
                 assert_eq!(boxes.bounds(i as u32), expected);
             }
         }
@@ -238,10 +212,7 @@ mod tests {
     fn cost_and_depth_of_two_unit_cubes() {
         // Two leaves of area 6 under a root of 2 x 1 x 1, area 10: (10 + 6 + 6) / 10.
         let cube = |x: f32| Reference {
-            bounds: Aabb {
-                min: Vec3::X * x,
-                max: Vec3::X * x + Vec3::ONE,
-            },
+            bounds: Aabb { min: Vec3::X * x, max: Vec3::X * x + Vec3::ONE },
             primitive: x as u32,
         };
         let references = [cube(0.0), cube(1.0)];

@@ -203,11 +203,7 @@ impl Lanes for Scalar {
 impl SimdLevel {
     /// The best level of the machine that runs.
     pub fn best() -> Self {
-        if Self::Avx2.is_supported() {
-            Self::Avx2
-        } else {
-            Self::Scalar
-        }
+        if Self::Avx2.is_supported() { Self::Avx2 } else { Self::Scalar }
     }
 
     /// Whether the machine that runs has this level; queries fall back to [`SimdLevel::Scalar`] where it has not.

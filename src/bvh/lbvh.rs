@@ -45,27 +45,23 @@ impl RadixTree {
         let internal = keys.len().saturating_sub(1);
         self.nodes.clear();
         self.nodes.resize(internal, RadixNode::default());
-        self.parents
-            .resize_with(internal + keys.len(), || AtomicU32::new(NO_PARENT));
+        self.parents.resize_with(internal + keys.len(), || AtomicU32::new(NO_PARENT));
         if let Some(root) = self.parents.first_mut() {
             *root.get_mut() = NO_PARENT;
         }
 
         let parents = &self.parents;
-        self.nodes
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .try_for_each(|(chunk, nodes)| {
-                cancel.check()?;
-                for (i, node) in nodes.iter_mut().enumerate() {
-                    let place = chunk * CHUNK + i;
-                    *node = node_at(keys, place);
-                    for child in node.children {
-                        parents[parent_slot(internal, child)].store(place as u32, Ordering::Relaxed);
-                    }
+        self.nodes.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, nodes)| {
+            cancel.check()?;
+            for (i, node) in nodes.iter_mut().enumerate() {
+                let place = chunk * CHUNK + i;
+                *node = node_at(keys, place);
+                for child in node.children {
+                    parents[parent_slot(internal, child)].store(place as u32, Ordering::Relaxed);
                 }
-                Ok(())
-            })
+            }
+            Ok(())
+        })
     }
 
     /// The parent of a child index.
@@ -75,11 +71,7 @@ impl RadixTree {
 }
 
 fn parent_slot(internal: usize, child: u32) -> usize {
-    if child & LEAF == 0 {
-        child as usize
-    } else {
-        internal + (child & !LEAF) as usize
-    }
+    if child & LEAF == 0 { child as usize } else { internal + (child & !LEAF) as usize }
 }
 
 /// δ(i, j): how many leading bits the keys at `i` and `j` share, codes first and then places; −1 outside.
@@ -100,11 +92,7 @@ fn node_at(keys: &[Keyed], i: usize) -> RadixNode {
     let at = i as isize;
 
     // Direction of the range: towards the neighbour that shares more bits.
-    let d: isize = if delta(keys, i, at + 1) > delta(keys, i, at - 1) {
-        1
-    } else {
-        -1
-    };
+    let d: isize = if delta(keys, i, at + 1) > delta(keys, i, at - 1) { 1 } else { -1 };
 
     // Upper bound for its length, then its other end by binary search.
     let delta_min = delta(keys, i, at - d);
@@ -158,10 +146,7 @@ pub(super) mod tests {
         // (node, first, last): a left child is named after its last key, a right one after its first.
         let mut todo = if n > 1 { vec![(0, 0, n - 1)] } else { vec![] };
         while let Some((node, first, last)) = todo.pop() {
-            let bit = (0..96)
-                .rev()
-                .find(|&bit| bit_at(first, bit) != bit_at(last, bit))
-                .unwrap();
+            let bit = (0..96).rev().find(|&bit| bit_at(first, bit) != bit_at(last, bit)).unwrap();
             let gamma = (first..last).rfind(|&i| bit_at(i, bit) == 0).unwrap();
             let mut children = [gamma as u32 | LEAF, (gamma + 1) as u32 | LEAF];
             if first != gamma {
@@ -172,23 +157,14 @@ pub(super) mod tests {
                 children[1] = (gamma + 1) as u32;
                 todo.push((gamma + 1, gamma + 1, last));
             }
-            nodes[node] = RadixNode {
-                children,
-                range: [first as u32, last as u32],
-            };
+            nodes[node] = RadixNode { children, range: [first as u32, last as u32] };
         }
         nodes
     }
 
     fn check(codes: &[u64]) {
-        let keys: Vec<Keyed> = codes
-            .iter()
-            .enumerate()
-            .map(|(i, &code)| Keyed {
-                code,
-                index: i as u32,
-            })
-            .collect();
+        let keys: Vec<Keyed> =
+            codes.iter().enumerate().map(|(i, &code)| Keyed { code, index: i as u32 }).collect();
         let mut tree = RadixTree::default();
         tree.link(&keys, &CancelFlag::new()).unwrap();
         assert!(tree.nodes == serial_tree(&keys));
@@ -209,9 +185,7 @@ pub(super) mod tests {
             for mask in [!0 >> 1, 0xff, 1] {
                 let mut codes: Vec<u64> = (0..n)
                     .map(|_| {
-                        state = state
-                            .wrapping_mul(6364136223846793005)
-                            .wrapping_add(1442695040888963407);
+                        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                         state >> 7 & mask
                     })
                     .collect();
@@ -231,9 +205,7 @@ pub(super) mod tests {
     #[test]
     fn the_example_of_the_paper() {
         // Karras, figure 3: eight 5-bit keys; the root splits after 00100.
-        let codes = [
-            0b00001, 0b00010, 0b00100, 0b00101, 0b10011, 0b11000, 0b11001, 0b11110,
-        ];
+        let codes = [0b00001, 0b00010, 0b00100, 0b00101, 0b10011, 0b11000, 0b11001, 0b11110];
         check(&codes);
         let keys: Vec<Keyed> = codes.iter().map(|&code| Keyed { code, index: 0 }).collect();
         assert_eq!(node_at(&keys, 0).children, [3, 4]);

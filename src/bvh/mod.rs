@@ -72,10 +72,7 @@ pub struct Hit {
 impl Hit {
     /// The place of this hit in the order that all hits along one ray have.
     pub fn order(&self) -> HitOrder {
-        HitOrder {
-            t: self.t,
-            primitive: self.primitive,
-        }
+        HitOrder { t: self.t, primitive: self.primitive }
     }
 }
 

@@ -30,28 +30,23 @@ pub(super) fn codes(
     let centers = references
         .par_chunks(CHUNK)
         .map(|chunk| {
-            chunk.iter().fold(Aabb::EMPTY, |all, reference| {
-                all.union_point(reference.bounds.center())
-            })
+            chunk.iter().fold(Aabb::EMPTY, |all, reference| all.union_point(reference.bounds.center()))
         })
         .reduce(|| Aabb::EMPTY, Aabb::union);
     let grid = Grid::around(&centers);
 
     keys.clear();
     keys.resize(references.len(), Keyed::default());
-    keys.par_chunks_mut(CHUNK)
-        .zip(references.par_chunks(CHUNK))
-        .enumerate()
-        .try_for_each(|(chunk, (keys, references))| {
+    keys.par_chunks_mut(CHUNK).zip(references.par_chunks(CHUNK)).enumerate().try_for_each(
+        |(chunk, (keys, references))| {
             cancel.check()?;
             for (i, (key, reference)) in keys.iter_mut().zip(references).enumerate() {
-                *key = Keyed {
-                    code: grid.code(reference.bounds.center()),
-                    index: (chunk * CHUNK + i) as u32,
-                };
+                *key =
+                    Keyed { code: grid.code(reference.bounds.center()), index: (chunk * CHUNK + i) as u32 };
             }
             Ok(())
-        })
+        },
+    )
 }
 
 impl Grid {
@@ -62,11 +57,7 @@ impl Grid {
         Self {
             origin: min.to_array(),
             // Of points that are all alike, each is in the first cell.
-            cells_a_metre: if extent > 0.0 {
-                f64::from(1_u32 << BITS_AN_AXIS) / extent
-            } else {
-                0.0
-            },
+            cells_a_metre: if extent > 0.0 { f64::from(1_u32 << BITS_AN_AXIS) / extent } else { 0.0 },
         }
     }
 
@@ -108,10 +99,7 @@ mod tests {
     #[test]
     fn the_grid_spans_any_extent() {
         for scale in [1.0, 1.0e30, 1.0e-30, 3.0e38] {
-            let bounds = Aabb {
-                min: Vec3::splat(-scale),
-                max: Vec3::splat(scale),
-            };
+            let bounds = Aabb { min: Vec3::splat(-scale), max: Vec3::splat(scale) };
             let grid = Grid::around(&bounds);
             assert_eq!(grid.code(bounds.min), 0);
             assert_eq!(grid.code(bounds.max), (1 << 63) - 1);
@@ -124,10 +112,7 @@ mod tests {
 
     #[test]
     fn flat_and_single_points_have_codes() {
-        let flat = Aabb {
-            min: Vec3::new(1.0, 5.0, 1.0),
-            max: Vec3::new(2.0, 5.0, 1.5),
-        };
+        let flat = Aabb { min: Vec3::new(1.0, 5.0, 1.0), max: Vec3::new(2.0, 5.0, 1.5) };
         let code = Grid::around(&flat).code(flat.max);
         assert_eq!(code & spread(0x1f_ffff) << 1, 0, "the flat axis has no bits");
         assert_ne!(code, 0);

@@ -38,13 +38,7 @@ impl Hit {
     /// A hit of the definition, with the triangle's id.
     #[inline(always)]
     pub(super) fn of(hit: TriangleHit, primitive: u32) -> Self {
-        Self {
-            t: hit.t,
-            primitive,
-            u: hit.u,
-            v: hit.v,
-            facing: hit.facing,
-        }
+        Self { t: hit.t, primitive, u: hit.u, v: hit.v, facing: hit.facing }
     }
 }
 
@@ -55,13 +49,7 @@ impl<F: Fn(&Hit) -> bool, const CULL: bool> Nearest<F, CULL> {
             Some(after) if after.t > ray.t_min => after.t,
             _ => ray.t_min,
         };
-        Self {
-            after,
-            filter,
-            lower,
-            upper: ray.t_max,
-            best: None,
-        }
+        Self { after, filter, lower, upper: ray.t_max, best: None }
     }
 }
 
@@ -100,12 +88,7 @@ impl<F: Fn(&Hit) -> bool, const CULL: bool> Visitor for Nearest<F, CULL> {
 impl<F: Fn(&Hit) -> bool> Any<F> {
     /// Looks for any hit of `ray`.
     pub(super) fn new(ray: &Ray, filter: F) -> Self {
-        Self {
-            filter,
-            lower: ray.t_min,
-            upper: ray.t_max,
-            found: false,
-        }
+        Self { filter, lower: ray.t_min, upper: ray.t_max, found: false }
     }
 }
 

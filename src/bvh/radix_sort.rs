@@ -40,10 +40,7 @@ pub(super) fn sort(
     scratch.resize(keys.len(), Keyed::default());
 
     let varying = varying_bits(keys);
-    let block = keys
-        .len()
-        .div_ceil(4 * rayon::current_num_threads())
-        .max(SMALLEST_BLOCK);
+    let block = keys.len().div_ceil(4 * rayon::current_num_threads()).max(SMALLEST_BLOCK);
     for shift in (0..u64::BITS).step_by(DIGIT_BITS as usize) {
         // Digits that all codes share need no pass.
         if varying >> shift & (DIGITS as u64 - 1) == 0 {
@@ -108,23 +105,14 @@ mod tests {
     use super::*;
 
     fn check(codes: impl Iterator<Item = u64>) {
-        let mut keys: Vec<Keyed> = codes
-            .enumerate()
-            .map(|(i, code)| Keyed {
-                code,
-                index: i as u32,
-            })
-            .collect();
+        let mut keys: Vec<Keyed> =
+            codes.enumerate().map(|(i, code)| Keyed { code, index: i as u32 }).collect();
         let mut expected = keys.clone();
         expected.sort_by_key(|key| key.code);
         for threads in [1, 2, 3, 8] {
             let mut sorted = keys.clone();
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
-            pool.install(|| sort(&mut sorted, &mut Vec::new(), &CancelFlag::new()))
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| sort(&mut sorted, &mut Vec::new(), &CancelFlag::new())).unwrap();
             assert!(sorted == expected, "{threads} threads, {} keys", keys.len());
         }
         keys.clear();

@@ -26,20 +26,12 @@ pub(super) struct Share<'a> {
 impl<'a> Budget<'a> {
     /// Nothing of `limit` is spent yet; a raised `cancel` exhausts it.
     pub(super) fn new(limit: u64, cancel: &'a CancelFlag) -> Self {
-        Self {
-            limit,
-            spent: AtomicU64::new(0),
-            cancel,
-        }
+        Self { limit, spent: AtomicU64::new(0), cancel }
     }
 
     /// Access for a task.
     pub(super) fn share(&'a self) -> Share<'a> {
-        Share {
-            budget: self,
-            pending: 0,
-            exhausted: self.is_exceeded() || self.cancel.is_raised(),
-        }
+        Share { budget: self, pending: 0, exhausted: self.is_exceeded() || self.cancel.is_raised() }
     }
 
     /// Whether more was spent than the limit; final once all shares are dropped.

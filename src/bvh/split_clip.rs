@@ -92,10 +92,7 @@ pub(super) fn gather(
         for (primitive, triangle) in input.chunk(chunk) {
             let padding = triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE;
             split(triangle, sa_max, |bounds| {
-                part.push(Reference {
-                    bounds: bounds.grown(padding),
-                    primitive,
-                });
+                part.push(Reference { bounds: bounds.grown(padding), primitive });
                 share.spend()
             });
         }
@@ -169,9 +166,7 @@ mod tests {
     }
 
     fn diagonal() -> Triangle {
-        Triangle {
-            vertices: [Vec3::ZERO, Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, 0.9, 1.0)],
-        }
+        Triangle { vertices: [Vec3::ZERO, Vec3::new(1.0, 1.0, 1.0), Vec3::new(1.0, 0.9, 1.0)] }
     }
 
     #[test]
@@ -197,9 +192,7 @@ mod tests {
         let a = Vec3::ONE;
         let b = Vec3::splat(1.0_f32.next_up());
         // Even without a threshold splitting ends.
-        let triangle = Triangle {
-            vertices: [a, Vec3::new(b.x, a.y, a.z), Vec3::new(a.x, b.y, a.z)],
-        };
+        let triangle = Triangle { vertices: [a, Vec3::new(b.x, a.y, a.z), Vec3::new(a.x, b.y, a.z)] };
         let mut count = 0;
         split(&triangle, 0.0, |_| {
             count += 1;
@@ -212,35 +205,19 @@ mod tests {
     fn parts_come_in_the_triangles_order_for_any_number_of_threads() {
         let triangles: Vec<Triangle> = (0..10_000)
             .map(|i| Triangle {
-                vertices: diagonal()
-                    .vertices
-                    .map(|p| p * (1.0 + (i % 7) as f32) + Vec3::X * i as f32),
+                vertices: diagonal().vertices.map(|p| p * (1.0 + (i % 7) as f32) + Vec3::X * i as f32),
             })
             .collect();
         let flags: Vec<PrimitiveFlags> = (0..triangles.len())
-            .map(|i| {
-                if i % 3 == 0 {
-                    PrimitiveFlags::HIDDEN
-                } else {
-                    PrimitiveFlags::default()
-                }
-            })
+            .map(|i| if i % 3 == 0 { PrimitiveFlags::HIDDEN } else { PrimitiveFlags::default() })
             .collect();
         let cancel = CancelFlag::new();
-        let input = Input {
-            triangles: &triangles,
-            flags: &flags,
-            cancel: &cancel,
-        };
+        let input = Input { triangles: &triangles, flags: &flags, cancel: &cancel };
         let mut results = Vec::new();
         for threads in [1, 2, 3, 8] {
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads)
-                .build()
-                .unwrap();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut references = Vec::new();
-            pool.install(|| gather(input, 30.0, u64::MAX, &mut Scratch::default(), &mut references))
-                .unwrap();
+            pool.install(|| gather(input, 30.0, u64::MAX, &mut Scratch::default(), &mut references)).unwrap();
             results.push(references);
         }
         assert!(results.iter().all(|references| *references == results[0]));

@@ -67,17 +67,10 @@ pub(super) fn gather_references(
         Split::Area(area) if !area.is_nan() => f64::from(area),
         _ => f64::INFINITY,
     };
-    let budget = if settings.reference_budget >= 1.0 {
-        f64::from(settings.reference_budget)
-    } else {
-        1.0
-    };
+    let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
     if explicit == f64::INFINITY && settings.split != Split::Auto {
         gather_all(f64::INFINITY, u64::MAX)?;
-        return Ok(Threshold {
-            sa_max: f64::INFINITY,
-            budget_reached: false,
-        });
+        return Ok(Threshold { sa_max: f64::INFINITY, budget_reached: false });
     }
 
     // As asked, if that is within the budget.
@@ -85,33 +78,19 @@ pub(super) fn gather_references(
     let limit = (measures.triangles as f64 * budget) as u64;
     let is_auto = settings.split == Split::Auto;
     if !is_auto && gather_all(explicit, limit)? {
-        return Ok(Threshold {
-            sa_max: explicit,
-            budget_reached: false,
-        });
+        return Ok(Threshold { sa_max: explicit, budget_reached: false });
     }
 
     // What comes near the aim; or what is sure to keep within it.
-    let aim = if is_auto {
-        automatic_aim(&measures, budget)
-    } else {
-        limit
-    };
+    let aim = if is_auto { automatic_aim(&measures, budget) } else { limit };
     let mut sa_max = f64::INFINITY;
     for candidate in thresholds_for(input, &measures, aim)? {
-        sa_max = if is_auto {
-            candidate
-        } else {
-            candidate.max(explicit)
-        };
+        sa_max = if is_auto { candidate } else { candidate.max(explicit) };
         if gather_all(sa_max, limit)? {
             break;
         }
     }
-    Ok(Threshold {
-        sa_max,
-        budget_reached: !is_auto,
-    })
+    Ok(Threshold { sa_max, budget_reached: !is_auto })
 }
 
 /// How many references [`Split::Auto`] aims at.
@@ -125,12 +104,7 @@ fn automatic_aim(measures: &Measures, budget: f64) -> u64 {
 }
 
 fn measure(input: Input) -> Result<Measures, Cancelled> {
-    let none = Measures {
-        triangles: 0,
-        bounds: Aabb::EMPTY,
-        area_sum: 0.0,
-        largest_area: 0.0,
-    };
+    let none = Measures { triangles: 0, bounds: Aabb::EMPTY, area_sum: 0.0, largest_area: 0.0 };
     let chunks: Vec<Measures> = (0..input.chunks())
         .into_par_iter()
         .map(|chunk| {
@@ -272,9 +246,7 @@ mod tests {
         (0..n)
             .map(|_| {
                 let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
-                Triangle {
-                    vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)],
-                }
+                Triangle { vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)] }
             })
             .collect()
     }
@@ -282,11 +254,7 @@ mod tests {
     fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Threshold, usize) {
         let flags = vec![PrimitiveFlags::default(); triangles.len()];
         let cancel = CancelFlag::new();
-        let input = Input {
-            triangles,
-            flags: &flags,
-            cancel: &cancel,
-        };
+        let input = Input { triangles, flags: &flags, cancel: &cancel };
         let settings = BuildSettings {
             split,
             reference_budget: budget,
@@ -305,9 +273,7 @@ mod tests {
         let triangles: Vec<Triangle> = (0..1000)
             .map(|i| {
                 let p = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
-                Triangle {
-                    vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1],
-                }
+                Triangle { vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1] }
             })
             .collect();
         assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);

@@ -155,11 +155,7 @@ impl Pending {
 impl Stack {
     #[inline(always)]
     fn new() -> Self {
-        Self {
-            shallow: [Pending(0); SHALLOW],
-            len: 0,
-            deep: Vec::new(),
-        }
+        Self { shallow: [Pending(0); SHALLOW], len: 0, deep: Vec::new() }
     }
 
     #[inline(always)]

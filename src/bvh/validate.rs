@@ -22,10 +22,7 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -
     let mut node_visits = vec![0_u32; tree.nodes.len()];
     let mut leaf_visits = vec![0_u32; tree.leaves.len()];
     let mut covered = vec![Aabb::EMPTY; triangles.len()];
-    let everything = Aabb {
-        min: glam::Vec3::NEG_INFINITY,
-        max: glam::Vec3::INFINITY,
-    };
+    let everything = Aabb { min: glam::Vec3::NEG_INFINITY, max: glam::Vec3::INFINITY };
     let mut todo = vec![(tree.root, everything)];
     while let Some((child, bounds)) = todo.pop() {
         if child == NO_CHILD {
@@ -46,9 +43,7 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -
         for lane in 0..WIDTH {
             let inner = node.bounds(lane);
             if node.children[lane] != NO_CHILD && (inner.is_empty() || !bounds.contains(&inner)) {
-                return Err(format!(
-                    "child {lane} of node {child} is not inside its parent's box"
-                ));
+                return Err(format!("child {lane} of node {child} is not inside its parent's box"));
             }
             todo.push((node.children[lane], inner));
         }
@@ -59,9 +54,7 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -
     }
     for (primitive, ((triangle, &flags), covered)) in triangles.iter().zip(flags).zip(&covered).enumerate() {
         if is_traced(triangle, flags) == covered.is_empty() {
-            return Err(format!(
-                "triangle {primitive} is missing, or there although it takes no part"
-            ));
+            return Err(format!("triangle {primitive} is missing, or there although it takes no part"));
         }
         if !covered.is_empty() && !covered.contains(&triangle.bounds()) {
             return Err(format!("the leaves of triangle {primitive} do not cover it"));

@@ -76,11 +76,7 @@ pub(super) struct Source<'a> {
 
 impl Default for WideTree {
     fn default() -> Self {
-        Self {
-            root: NO_CHILD,
-            nodes: Vec::new(),
-            leaves: Vec::new(),
-        }
+        Self { root: NO_CHILD, nodes: Vec::new(), leaves: Vec::new() }
     }
 }
 
@@ -142,11 +138,7 @@ impl WideTree {
             let (node_offset, leaf_offset) = (self.nodes.len() as u32, leaves.len() as u32);
             for child in part.nodes.iter_mut().flat_map(|node| &mut node.children) {
                 if *child != NO_CHILD {
-                    *child += if *child & LEAF == 0 {
-                        node_offset
-                    } else {
-                        leaf_offset
-                    };
+                    *child += if *child & LEAF == 0 { node_offset } else { leaf_offset };
                 }
             }
             self.nodes.append(&mut part.nodes);
@@ -169,10 +161,8 @@ impl WideTree {
         cancel: &CancelFlag,
     ) -> Result<(), Cancelled> {
         self.leaves.resize(ranges.len(), TrianglePack::EMPTY);
-        self.leaves
-            .par_chunks_mut(LEAVES_A_CHUNK)
-            .zip(ranges.par_chunks(LEAVES_A_CHUNK))
-            .try_for_each(|(packs, ranges)| {
+        self.leaves.par_chunks_mut(LEAVES_A_CHUNK).zip(ranges.par_chunks(LEAVES_A_CHUNK)).try_for_each(
+            |(packs, ranges)| {
                 cancel.check()?;
                 for (pack, &[first, last]) in packs.iter_mut().zip(ranges) {
                     *pack = TrianglePack::EMPTY;
@@ -183,7 +173,8 @@ impl WideTree {
                     }
                 }
                 Ok(())
-            })
+            },
+        )
     }
 }
 
@@ -193,11 +184,7 @@ impl Source<'_> {
     }
 
     fn range(&self, node: u32) -> [u32; 2] {
-        if node & LEAF == 0 {
-            self.tree.nodes[node as usize].range
-        } else {
-            [node & !LEAF; 2]
-        }
+        if node & LEAF == 0 { self.tree.nodes[node as usize].range } else { [node & !LEAF; 2] }
     }
 
     fn size(&self, node: u32) -> u32 {
@@ -226,11 +213,7 @@ impl Source<'_> {
         let mut put = |slot: usize, child: u32, areas: &mut [f64; WIDTH]| {
             let bounds = self.bounds(child);
             children[slot] = (child, bounds);
-            areas[slot] = if self.is_leaf_sized(child) {
-                -1.0
-            } else {
-                bounds.area()
-            };
+            areas[slot] = if self.is_leaf_sized(child) { -1.0 } else { bounds.area() };
         };
         let mut open = node;
         let mut slot = 0;
@@ -306,10 +289,7 @@ impl WideNode {
     /// The box of a child.
     pub(super) fn bounds(&self, lane: usize) -> Aabb {
         let [x0, y0, z0, x1, y1, z1] = self.planes.map(|plane| plane[lane]);
-        Aabb {
-            min: Vec3::new(x0, y0, z0),
-            max: Vec3::new(x1, y1, z1),
-        }
+        Aabb { min: Vec3::new(x0, y0, z0), max: Vec3::new(x1, y1, z1) }
     }
 }
 
@@ -341,8 +321,6 @@ impl TrianglePack {
     /// The corners of a triangle.
     #[inline(always)]
     pub(super) fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.corners
-            .each_ref()
-            .map(|axes| Vec3::new(axes[0][lane], axes[1][lane], axes[2][lane]))
+        self.corners.each_ref().map(|axes| Vec3::new(axes[0][lane], axes[1][lane], axes[2][lane]))
     }
 }

@@ -14,42 +14,28 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that holds nothing and is neutral under [`Aabb::union`].
-    pub const EMPTY: Self = Self {
-        min: Vec3::INFINITY,
-        max: Vec3::NEG_INFINITY,
-    };
+    pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The smallest box around one point.
     pub fn from_point(point: Vec3) -> Self {
-        Self {
-            min: point,
-            max: point,
-        }
+        Self { min: point, max: point }
     }
 
     /// The smallest box around all `points`.
     pub fn from_points(points: &[Vec3]) -> Self {
-        points
-            .iter()
-            .fold(Self::EMPTY, |bounds, &point| bounds.union_point(point))
+        points.iter().fold(Self::EMPTY, |bounds, &point| bounds.union_point(point))
     }
 
     /// The smallest box around both boxes.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        Self {
-            min: self.min.min(other.min),
-            max: self.max.max(other.max),
-        }
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// The smallest box around this one and `point`.
     #[must_use]
     pub fn union_point(self, point: Vec3) -> Self {
-        Self {
-            min: self.min.min(point),
-            max: self.max.max(point),
-        }
+        Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
     /// Whether the box holds no point.
@@ -88,10 +74,7 @@ impl Aabb {
     /// The box with every face moved outward by `distance`.
     #[must_use]
     pub fn grown(self, distance: f32) -> Self {
-        Self {
-            min: self.min - distance,
-            max: self.max + distance,
-        }
+        Self { min: self.min - distance, max: self.max + distance }
     }
 
     /// Whether `other` lies wholly inside (touching counts).

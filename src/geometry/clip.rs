@@ -30,10 +30,7 @@ impl TrianglePart {
         for vertex in &triangle.vertices {
             polygon.push(vertex.to_array().map(f64::from));
         }
-        Self {
-            polygon,
-            bounds: triangle.bounds(),
-        }
+        Self { polygon, bounds: triangle.bounds() }
     }
 
     /// The box of this part.
@@ -52,10 +49,7 @@ impl TrianglePart {
 }
 
 impl Polygon {
-    const EMPTY: Self = Self {
-        corners: [[0.0; 3]; MOST_CORNERS],
-        len: 0,
-    };
+    const EMPTY: Self = Self { corners: [[0.0; 3]; MOST_CORNERS], len: 0 };
 
     /// The parts below and above a plane; corners on it belong to both.
     fn cut(&self, axis: usize, plane: f64) -> [Self; 2] {
@@ -108,31 +102,20 @@ impl Polygon {
             bounds.min[axis] = bounds.min[axis].max(rounded_down(min[axis]));
             bounds.max[axis] = bounds.max[axis].min(rounded_up(max[axis]));
         }
-        (!bounds.is_empty()).then_some(TrianglePart {
-            polygon: self,
-            bounds,
-        })
+        (!bounds.is_empty()).then_some(TrianglePart { polygon: self, bounds })
     }
 }
 
 /// The largest `f32` at or below `value`.
 fn rounded_down(value: f64) -> f32 {
     let nearest = value as f32;
-    if f64::from(nearest) > value {
-        nearest.next_down()
-    } else {
-        nearest
-    }
+    if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
 /// The smallest `f32` at or above `value`.
 fn rounded_up(value: f64) -> f32 {
     let nearest = value as f32;
-    if f64::from(nearest) < value {
-        nearest.next_up()
-    } else {
-        nearest
-    }
+    if f64::from(nearest) < value { nearest.next_up() } else { nearest }
 }
 
 #[cfg(test)]
@@ -143,9 +126,7 @@ mod tests {
     #[test]
     fn half_of_a_right_triangle() {
         // The hypotenuse of (0,0) (4,0) (0,4) is at height 3 where x = 1.
-        let triangle = Triangle {
-            vertices: [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0],
-        };
+        let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0] };
         let [left, right] = TrianglePart::whole(&triangle).cut(0, 1.0).map(Option::unwrap);
         assert_eq!(left.bounds().min, Vec3::ZERO);
         assert_eq!(left.bounds().max, Vec3::new(1.0, 4.0, 0.0));
@@ -182,9 +163,7 @@ mod tests {
                     .flatten()
                     .collect();
             }
-            let all = parts
-                .iter()
-                .fold(Aabb::EMPTY, |all, part| all.union(*part.bounds()));
+            let all = parts.iter().fold(Aabb::EMPTY, |all, part| all.union(*part.bounds()));
             assert_eq!(all, triangle.bounds());
             assert!(parts.len() > 3 && parts.iter().all(|part| part.polygon.len <= 9));
             // A point of the triangle lies in one of them, up to its own rounding.
@@ -192,11 +171,7 @@ mod tests {
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let point = vertices[0] * (1.0 - u - v) + vertices[1] * u + vertices[2] * v;
             let slack = 1.0e-6 * scale;
-            assert!(
-                parts
-                    .iter()
-                    .any(|part| part.bounds().grown(slack).contains(&Aabb::from_point(point)))
-            );
+            assert!(parts.iter().any(|part| part.bounds().grown(slack).contains(&Aabb::from_point(point))));
         }
     }
 }

@@ -20,12 +20,7 @@ pub struct Ray {
 impl Ray {
     /// A ray that starts at `origin` and never ends.
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
-        Self {
-            origin,
-            direction,
-            t_min: 0.0,
-            t_max: f32::INFINITY,
-        }
+        Self { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
     /// The point at parameter `t`.

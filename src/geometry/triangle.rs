@@ -61,11 +61,7 @@ impl Triangle {
         let [a, b, c] = self.vertices.map(as_f64);
         let (ab, ac) = (b - a, c - a);
         // Rounded products of exactly collinear edges are equal, so that their difference is exactly zero.
-        let normal = [
-            ab.y * ac.z - ab.z * ac.y,
-            ab.z * ac.x - ab.x * ac.z,
-            ab.x * ac.y - ab.y * ac.x,
-        ];
+        let normal = [ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x];
         !normal.iter().any(|component| *component != 0.0)
             || !normal.iter().all(|component| component.is_finite())
     }
@@ -92,36 +88,13 @@ mod tests {
         assert!(!Triangle { vertices: proper }.is_degenerate());
         for scale in [1.0, 1.0e30, 1.0e-30] {
             let vertices = [Vec3::ONE, Vec3::splat(2.0), Vec3::splat(5.0)].map(|p| p * scale);
-            assert!(
-                !Triangle {
-                    vertices: [Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale]
-                }
-                .is_degenerate()
-            );
-            assert!(
-                Triangle {
-                    vertices: [vertices[0], vertices[0], vertices[1]]
-                }
-                .is_degenerate()
-            );
+            assert!(!Triangle { vertices: [Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale] }.is_degenerate());
+            assert!(Triangle { vertices: [vertices[0], vertices[0], vertices[1]] }.is_degenerate());
         }
+        assert!(Triangle { vertices: [Vec3::ONE, Vec3::splat(2.0), Vec3::splat(5.0)] }.is_degenerate());
+        assert!(Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.0, f32::NAN, 0.0)] }.is_degenerate());
         assert!(
-            Triangle {
-                vertices: [Vec3::ONE, Vec3::splat(2.0), Vec3::splat(5.0)]
-            }
-            .is_degenerate()
-        );
-        assert!(
-            Triangle {
-                vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.0, f32::NAN, 0.0)]
-            }
-            .is_degenerate()
-        );
-        assert!(
-            Triangle {
-                vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.0, f32::INFINITY, 0.0)]
-            }
-            .is_degenerate()
+            Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.0, f32::INFINITY, 0.0)] }.is_degenerate()
         );
     }
 }

@@ -61,11 +61,7 @@ pub fn dominant_axes(direction: Vec3) -> [usize; 3] {
         2
     };
     let [kx, ky] = [(kz + 1) % 3, (kz + 2) % 3];
-    if direction[kz] < 0.0 {
-        [ky, kx, kz]
-    } else {
-        [kx, ky, kz]
-    }
+    if direction[kz] < 0.0 { [ky, kx, kz] } else { [kx, ky, kz] }
 }
 
 impl ShearedRay {
@@ -91,21 +87,10 @@ impl ShearedRay {
     /// The hit with the triangle of these corners, which must not be degenerate.
     #[inline]
     pub fn meet(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
-        let [a, b, c] = [
-            self.sheared(corners[0]),
-            self.sheared(corners[1]),
-            self.sheared(corners[2]),
-        ];
+        let [a, b, c] = [self.sheared(corners[0]), self.sheared(corners[1]), self.sheared(corners[2])];
 
         // Edge functions; mixed signs are outside.
-        let products = [
-            c[0] * b[1],
-            c[1] * b[0],
-            a[0] * c[1],
-            a[1] * c[0],
-            b[0] * a[1],
-            b[1] * a[0],
-        ];
+        let products = [c[0] * b[1], c[1] * b[0], a[0] * c[1], a[1] * c[0], b[0] * a[1], b[1] * a[0]];
         let u = products[0] - products[1];
         let v = products[2] - products[3];
         let w = products[4] - products[5];
@@ -116,9 +101,7 @@ impl ShearedRay {
         // Edge-on, or too close to it to know where.
         let det = u + v + w;
         let sum = products.iter().fold(0.0, |sum, product| sum + product.abs());
-        let reach = [a[0], a[1], b[0], b[1], c[0], c[1]]
-            .iter()
-            .fold(0.0_f64, |reach, x| reach.max(x.abs()));
+        let reach = [a[0], a[1], b[0], b[1], c[0], c[1]].iter().fold(0.0_f64, |reach, x| reach.max(x.abs()));
         let scale = self.origin_magnitude + magnitude(corners);
         let well_known = sum * reach <= LARGEST_AMPLIFICATION * scale * det.abs();
         if det == 0.0 || !well_known {
@@ -171,9 +154,7 @@ mod tests {
                 let normal = -Vec3::AXES[axis] * sign;
                 let e1 = Vec3::AXES[(axis + 1) % 3];
                 let e2 = normal.cross(e1);
-                let front = Triangle {
-                    vertices: [-e1 - e2, e1 - e2, e2],
-                };
+                let front = Triangle { vertices: [-e1 - e2, e1 - e2, e2] };
                 assert!(front.scaled_normal().dot(direction) < 0.0);
                 let ray = Ray::new(-direction * 3.0, direction);
                 let hit = front.intersect(&ray).unwrap();
@@ -187,21 +168,15 @@ mod tests {
 
     #[test]
     fn barycentrics_weigh_the_second_and_third_corner() {
-        let triangle = Triangle {
-            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
-        };
-        let hit = triangle
-            .intersect(&Ray::new(Vec3::new(0.25, 0.5, 2.0), Vec3::NEG_Z))
-            .unwrap();
+        let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y] };
+        let hit = triangle.intersect(&Ray::new(Vec3::new(0.25, 0.5, 2.0), Vec3::NEG_Z)).unwrap();
         assert_eq!((hit.t, hit.u, hit.v), (2.0, 0.25, 0.5));
         assert_eq!(hit.facing, Facing::Front);
     }
 
     #[test]
     fn the_interval_is_open() {
-        let triangle = Triangle {
-            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
-        };
+        let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y] };
         let mut ray = Ray::new(Vec3::new(0.25, 0.25, 2.0), Vec3::NEG_Z);
         ray.t_max = 2.0;
         assert!(triangle.intersect(&ray).is_none());
@@ -210,35 +185,18 @@ mod tests {
         ray.t_min = 2.0;
         assert!(triangle.intersect(&ray).is_none());
         // Behind the origin.
-        assert!(
-            triangle
-                .intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::Z))
-                .is_none()
-        );
+        assert!(triangle.intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::Z)).is_none());
     }
 
     #[test]
     fn edge_on_and_degenerate_triangles_are_never_hit() {
-        let flat = Triangle {
-            vertices: [Vec3::ZERO, Vec3::X, Vec3::Y],
-        };
-        assert!(
-            flat.intersect(&Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X))
-                .is_none()
-        );
+        let flat = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y] };
+        assert!(flat.intersect(&Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X)).is_none());
         // Collinear and repeated corners, aimed at from many directions.
-        let line = Triangle {
-            vertices: [Vec3::ONE, Vec3::splat(3.0), Vec3::splat(2.0)],
-        };
-        let point = Triangle {
-            vertices: [Vec3::ONE, Vec3::ONE, Vec3::splat(2.0)],
-        };
+        let line = Triangle { vertices: [Vec3::ONE, Vec3::splat(3.0), Vec3::splat(2.0)] };
+        let point = Triangle { vertices: [Vec3::ONE, Vec3::ONE, Vec3::splat(2.0)] };
         for i in 0..1000 {
-            let origin = Vec3::new(
-                (i % 10) as f32 - 5.1,
-                (i / 10 % 10) as f32 + 0.3,
-                (i / 100) as f32 * 7.7,
-            );
+            let origin = Vec3::new((i % 10) as f32 - 5.1, (i / 10 % 10) as f32 + 0.3, (i / 100) as f32 * 7.7);
             let ray = Ray::new(origin, Vec3::splat(2.0) - origin);
             assert!(line.intersect(&ray).is_none());
             assert!(point.intersect(&ray).is_none());
@@ -247,22 +205,13 @@ mod tests {
 
     /// The bound that boxes rely on.
     fn assert_is_near(triangle: &Triangle, ray: &Ray, hit: &TriangleHit) {
-        let weights = [
-            1.0 - f64::from(hit.u) - f64::from(hit.v),
-            hit.u.into(),
-            hit.v.into(),
-        ];
+        let weights = [1.0 - f64::from(hit.u) - f64::from(hit.v), hit.u.into(), hit.v.into()];
         let scale = f64::from(ray.origin.abs().max_element()) + magnitude(&triangle.vertices);
         for axis in 0..3 {
-            let on_triangle: f64 = (0..3)
-                .map(|k| weights[k] * f64::from(triangle.vertices[k][axis]))
-                .sum();
+            let on_triangle: f64 = (0..3).map(|k| weights[k] * f64::from(triangle.vertices[k][axis])).sum();
             let on_ray = f64::from(ray.origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
             // 2^-22 for the bound, and the rounding of t, u and v to f32.
-            assert!(
-                (on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale,
-                "{triangle:?} {ray:?}"
-            );
+            assert!((on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale, "{triangle:?} {ray:?}");
         }
     }
 
@@ -305,15 +254,10 @@ mod tests {
             let along = Vec3::new(random(), random(), random());
             let across = Vec3::new(random(), random(), random()) * libm::powf(10.0, -((i % 9) as f32));
             let a = Vec3::new(random(), random(), random());
-            let triangle = Triangle {
-                vertices: [a, a + along, a + along * 0.5 + across],
-            };
+            let triangle = Triangle { vertices: [a, a + along, a + along * 0.5 + across] };
             // Every other ray starts in line with the long edge, so that it sees the sliver edge-on but for rounding.
-            let origin = if i % 2 == 0 {
-                Vec3::new(random(), random(), random()) * 2.0
-            } else {
-                a - along * 0.7
-            };
+            let origin =
+                if i % 2 == 0 { Vec3::new(random(), random(), random()) * 2.0 } else { a - along * 0.7 };
             let ray = Ray::new(origin, a + along * 0.4 + across * 0.3 - origin);
             let Some(hit) = triangle.intersect(&ray) else {
                 continue;

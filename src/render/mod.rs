@@ -72,10 +72,7 @@ pub fn render_frame(
     let _ = input;
     cancel.check()?;
     on_progress(1.0);
-    Ok((
-        Film::new(settings.resolution, settings.window),
-        RenderStatistics::default(),
-    ))
+    Ok((Film::new(settings.resolution, settings.window), RenderStatistics::default()))
 }
 
 /// What is rendered.

@@ -65,11 +65,7 @@ pub struct UvTransform {
 
 impl Default for UvTransform {
     fn default() -> Self {
-        Self {
-            offset: Vec2::ZERO,
-            rotation_radians: 0.0,
-            scale: Vec2::ONE,
-        }
+        Self { offset: Vec2::ZERO, rotation_radians: 0.0, scale: Vec2::ONE }
     }
 }
 

@@ -45,11 +45,7 @@ pub enum LocalTransform {
 
 impl Default for LocalTransform {
     fn default() -> Self {
-        Self::Trs {
-            translation: Vec3::ZERO,
-            rotation: Quat::IDENTITY,
-            scale: Vec3::ONE,
-        }
+        Self::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE }
     }
 }
 

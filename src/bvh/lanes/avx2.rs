@@ -52,37 +52,18 @@ fn load(lanes: &[f32; WIDTH]) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn slab(plane: &[f32; WIDTH], origin: f32, reciprocal: f32) -> __m256 {
-    _mm256_mul_ps(
-        _mm256_sub_ps(load(plane), _mm256_set1_ps(origin)),
-        _mm256_set1_ps(reciprocal),
-    )
+    _mm256_mul_ps(_mm256_sub_ps(load(plane), _mm256_set1_ps(origin)), _mm256_set1_ps(reciprocal))
 }
 
 #[inline]
 #[target_feature(enable = "avx2")]
 fn enter(node: &WideNode, ray: &LaneRay, upper: f32) -> Entered {
-    let near = |axis: usize| {
-        slab(
-            &node.planes[ray.near[axis]],
-            ray.near_origin[axis],
-            ray.near_reciprocal[axis],
-        )
-    };
-    let far = |axis: usize| {
-        slab(
-            &node.planes[ray.far[axis]],
-            ray.far_origin[axis],
-            ray.far_reciprocal[axis],
-        )
-    };
-    let entry = _mm256_max_ps(
-        _mm256_max_ps(near(0), near(1)),
-        _mm256_max_ps(near(2), _mm256_set1_ps(ray.lower)),
-    );
-    let exit = _mm256_min_ps(
-        _mm256_min_ps(far(0), far(1)),
-        _mm256_min_ps(far(2), _mm256_set1_ps(upper)),
-    );
+    let near =
+        |axis: usize| slab(&node.planes[ray.near[axis]], ray.near_origin[axis], ray.near_reciprocal[axis]);
+    let far = |axis: usize| slab(&node.planes[ray.far[axis]], ray.far_origin[axis], ray.far_reciprocal[axis]);
+    let entry =
+        _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(ray.lower)));
+    let exit = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(upper)));
     let mask = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(entry, exit)) as u32;
     let mut distances = [0.0; WIDTH];
     // SAFETY: the array has exactly the eight floats that are written, and the store needs no alignment.
@@ -99,12 +80,8 @@ fn absolute(x: __m256) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn sheared(pack: &TrianglePack, ray: &LaneRay, corner: usize) -> [__m256; 3] {
-    let relative = |axis: usize| {
-        _mm256_sub_ps(
-            load(&pack.corners[corner][axis]),
-            _mm256_set1_ps(ray.origin[axis]),
-        )
-    };
+    let relative =
+        |axis: usize| _mm256_sub_ps(load(&pack.corners[corner][axis]), _mm256_set1_ps(ray.origin[axis]));
     let [kx, ky, kz] = ray.axes;
     let z = relative(kz);
     let x = _mm256_sub_ps(relative(kx), _mm256_mul_ps(_mm256_set1_ps(ray.shear[0]), z));
@@ -130,10 +107,7 @@ fn candidates(pack: &TrianglePack, ray: &LaneRay) -> u32 {
     let w = difference(bx, ay, by, ax);
 
     let larger_size = |x: __m256, y: __m256| _mm256_max_ps(absolute(x), absolute(y));
-    let lateral = _mm256_max_ps(
-        _mm256_max_ps(larger_size(ax, ay), larger_size(bx, by)),
-        larger_size(cx, cy),
-    );
+    let lateral = _mm256_max_ps(_mm256_max_ps(larger_size(ax, ay), larger_size(bx, by)), larger_size(cx, cy));
     let depth = _mm256_add_ps(lateral, _mm256_max_ps(larger_size(az, bz), absolute(cz)));
     let floored = _mm256_add_ps(lateral, _mm256_mul_ps(depth, _mm256_set1_ps(LATERAL_FLOOR)));
     let margin = _mm256_add_ps(

@@ -74,16 +74,8 @@ fn levels_agree_and_no_hit_is_passed_over() {
         let lane_ray = LaneRay::new(&ray, ray.t_min);
         let upper = 2.0 * lane_ray.scale;
         let counters = &mut TraversalCounters::default();
-        let scalar = dispatch(
-            SimdLevel::Scalar,
-            Kernels(&node, &pack, &lane_ray, upper),
-            counters,
-        );
-        let best = dispatch(
-            SimdLevel::best(),
-            Kernels(&node, &pack, &lane_ray, upper),
-            counters,
-        );
+        let scalar = dispatch(SimdLevel::Scalar, Kernels(&node, &pack, &lane_ray, upper), counters);
+        let best = dispatch(SimdLevel::best(), Kernels(&node, &pack, &lane_ray, upper), counters);
         assert_eq!(scalar, best, "{ray:?}");
         assert_eq!(scalar.2 >> 7, 0, "empty lanes are no candidates");
 
@@ -95,10 +87,7 @@ fn levels_agree_and_no_hit_is_passed_over() {
             assert!(scalar.2 >> lane & 1 == 1, "{ray:?} passes over {triangle:?}");
             // The box is entered by the hit's distance, not later.
             let at_hit = Scalar::enter(&node, &lane_ray, hit.t * lane_ray.scale);
-            assert!(
-                at_hit.mask >> lane & 1 == 1,
-                "{ray:?} misses the box of {triangle:?}"
-            );
+            assert!(at_hit.mask >> lane & 1 == 1, "{ray:?} misses the box of {triangle:?}");
         }
     }
     assert!(hits > 20_000, "{hits}");
@@ -116,10 +105,7 @@ fn triangles_far_from_the_ray_are_passed_over() {
 fn a_ray_in_a_face_of_a_box_enters_it() {
     // No component of these differences is anything but zero on the face: 0·∞ must not lose the box.
     let mut node = WideNode::EMPTY;
-    let unit = Aabb {
-        min: Vec3::ZERO,
-        max: Vec3::ONE,
-    };
+    let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
     node.put(0, 0, &unit);
     for x in [0.0, -0.0, 0.5, 1.0] {
         for zero in [0.0, -0.0] {
@@ -130,8 +116,5 @@ fn a_ray_in_a_face_of_a_box_enters_it() {
         }
     }
     let beside = Ray::new(Vec3::new(1.1, 0.5, -1.0), Vec3::Z);
-    assert_eq!(
-        Scalar::enter(&node, &LaneRay::new(&beside, 0.0), f32::INFINITY).mask,
-        0
-    );
+    assert_eq!(Scalar::enter(&node, &LaneRay::new(&beside, 0.0), f32::INFINITY).mask, 0);
 }

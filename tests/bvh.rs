@@ -81,6 +81,15 @@ fn scaled(triangles: &[Triangle], scale: f32) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle { vertices: t.vertices.map(|p| p * scale) }).collect()
 }
 
+/// Whole coordinates in the plane x = 3 y, for rays that lie in it exactly.
+fn in_one_plane(n: usize, random: &mut Random) -> Vec<Triangle> {
+    let mut point = || {
+        let [y, z] = [0; 2].map(|_| (random.below(128) as f32) - 64.0);
+        Vec3::new(3.0 * y, y, z)
+    };
+    (0..n).map(|_| triangle(point(), point(), point())).collect()
+}
+
 fn moved(triangles: &[Triangle], by: Vec3) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle { vertices: t.vertices.map(|p| p + by) }).collect()
 }
@@ -119,6 +128,7 @@ fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
         ("far away", moved(&soup(300, 0.5, &mut random), Vec3::new(1.0e4, -2.0e4, 0.5))),
         ("slivers", slivers(600, &mut random)),
         ("slivers far away", moved(&slivers(300, &mut random), Vec3::splat(700.0))),
+        ("in one plane", in_one_plane(200, &mut random)),
         ("stacked", stacked(200)),
         ("chain", chain(400)),
     ]
@@ -135,7 +145,7 @@ fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
         .map(|i| {
             let mut origin = center + random.point() * reach * [0.5, 1.0, 20.0][i % 3];
             let mut direction = random.point();
-            if let (false, kind) = (finite.is_empty(), i % 8) {
+            if let (false, kind @ 0..8) = (finite.is_empty(), i % 9) {
                 let [a, b, c] = finite[random.below(finite.len())].vertices;
                 let target = match kind {
                     0 => a,
@@ -154,7 +164,11 @@ fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
                         along[axis] += if i % 16 < 8 { reach } else { -reach };
                         along
                     }
-                    _ => origin + direction * reach,
+                    // In line with an edge: edge-on but for rounding.
+                    _ => {
+                        origin = a * 2.0 - b;
+                        if i % 2 == 0 { c } else { a * 0.5 + b * 0.25 + c * 0.25 }
+                    }
                 };
                 direction = (target - origin) / [1.0, reach][i % 2];
             }
@@ -180,6 +194,7 @@ fn flags(n: usize) -> Vec<PrimitiveFlags> {
         .collect()
 }
 
+#[expect(clippy::unwrap_used, reason = "only tests call this, and nothing raises the flag")]
 fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSettings) -> Bvh {
     Builder::default().build(triangles, flags, settings, &CancelFlag::new(), None).unwrap()
 }
@@ -190,7 +205,7 @@ fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSetting
 
 /// A filter as alpha masks are: by where on the triangle the hit is.
 fn opaque_part(hit: &Hit) -> bool {
-    (hit.u * 8.0) as u32 % 2 == 0
+    ((hit.u * 8.0) as u32).is_multiple_of(2)
 }
 
 /// All answers of one ray, as bits.

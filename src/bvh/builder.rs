@@ -69,8 +69,8 @@ impl Builder {
         let mut lap = Lap(Instant::now());
 
         // Boxes of triangles, or of their parts.
-        let threshold = split_threshold::choose(input, settings)?;
-        split_clip::gather(input, threshold.sa_max, &mut self.split, &mut self.references)?;
+        let threshold =
+            split_threshold::gather_references(input, settings, &mut self.split, &mut self.references)?;
         let split_seconds = lap.seconds();
 
         // Morton order.
@@ -93,7 +93,7 @@ impl Builder {
         let widen_seconds = lap.seconds();
 
         Ok(BuildStatistics {
-            triangles: threshold.triangles,
+            triangles: split_clip::count_triangles(&self.references),
             references: self.references.len(),
             sa_max: threshold.sa_max as f32,
             budget_reached: threshold.budget_reached,

@@ -13,6 +13,7 @@ mod lbvh;
 mod morton;
 mod query;
 mod radix_sort;
+mod split_budget;
 mod split_clip;
 mod split_threshold;
 mod traverse;

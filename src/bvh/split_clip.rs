@@ -3,7 +3,7 @@
 //! Source: Ernst and Greiner, "Early Split Clipping for Bounding Volume Hierarchies", RT 2007, Algorithm 4: while the
 //! surface area of a box exceeds SA_max, it is cut in the middle of its longest axis and the triangle's part in each
 //! half gets its own box. Departures: the recursion is an explicit stack; each half's box is found by clipping the
-//! original triangle, so that errors do not add up; a box is not cut where the plane is not strictly inside it.
+//! part of the triangle that its parent holds; a box is not cut where the plane is not strictly inside it.
 //!
 //! Every reference's box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit
 //! asks ([`crate::geometry::ShearedRay`]). Which SA_max is used is decided in [`super::split_threshold`].
@@ -11,8 +11,9 @@
 use rayon::prelude::*;
 
 use super::PrimitiveFlags;
+use super::split_budget::Budget;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::geometry::{Aabb, BOX_PADDING, Triangle};
+use crate::geometry::{Aabb, BOX_PADDING, Triangle, TrianglePart};
 
 /// Triangles a task works on.
 pub(super) const CHUNK: usize = 1 << 11;
@@ -68,29 +69,38 @@ pub(super) fn is_traced(triangle: &Triangle, flags: PrimitiveFlags) -> bool {
 }
 
 /// Fills `references` with the boxes of all visible triangles, in the triangles' order whatever the number of threads.
+/// False, and nothing of use, if there are more than `limit`; no more memory is used for them than that.
 pub(super) fn gather(
     input: Input,
     sa_max: f64,
+    limit: u64,
     scratch: &mut Scratch,
     references: &mut Vec<Reference>,
-) -> Result<(), Cancelled> {
+) -> Result<bool, Cancelled> {
     let chunks = input.chunks();
     if scratch.chunks.len() < chunks {
         scratch.chunks.resize_with(chunks, Vec::new);
     }
+    let budget = Budget::new(limit, input.cancel);
     let parts = &mut scratch.chunks[..chunks];
-    parts.par_iter_mut().enumerate().try_for_each(|(chunk, part)| {
-        input.cancel.check()?;
+    parts.par_iter_mut().enumerate().for_each(|(chunk, part)| {
         part.clear();
+        let mut share = budget.share();
+        if share.is_exhausted() {
+            return;
+        }
         for (primitive, triangle) in input.chunk(chunk) {
             let padding = triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE;
             split(triangle, sa_max, |bounds| {
                 part.push(Reference { bounds: bounds.grown(padding), primitive });
-                true
+                share.spend()
             });
         }
-        Ok(())
-    })?;
+    });
+    input.cancel.check()?;
+    if budget.is_exceeded() {
+        return Ok(false);
+    }
 
     // Concatenate.
     references.clear();
@@ -98,7 +108,12 @@ pub(super) fn gather(
     for part in parts {
         references.extend_from_slice(part);
     }
-    input.cancel.check()
+    Ok(true)
+}
+
+/// How many triangles the references belong to; those of one triangle stand together.
+pub(super) fn count_triangles(references: &[Reference]) -> usize {
+    references.chunk_by(|a, b| a.primitive == b.primitive).count()
 }
 
 /// Algorithm 4: gives the box of every part to `emit`, until it returns false.
@@ -109,15 +124,16 @@ pub(super) fn split(triangle: &Triangle, sa_max: f64, mut emit: impl FnMut(&Aabb
         emit(&whole);
         return;
     }
-    let mut todo = vec![whole];
-    while let Some(bounds) = todo.pop() {
-        match halves(&bounds).filter(|_| is_large(&bounds)) {
+    let mut todo = vec![TrianglePart::whole(triangle)];
+    while let Some(part) = todo.pop() {
+        let halves = is_large(part.bounds()).then(|| halves(&part)).flatten();
+        match halves {
             Some([low, high]) => {
-                todo.extend(triangle.clipped_bounds(&high));
-                todo.extend(triangle.clipped_bounds(&low));
+                todo.extend(high);
+                todo.extend(low);
             }
             None => {
-                if !emit(&bounds) {
+                if !emit(part.bounds()) {
                     return;
                 }
             }
@@ -125,17 +141,12 @@ pub(super) fn split(triangle: &Triangle, sa_max: f64, mut emit: impl FnMut(&Aabb
     }
 }
 
-/// Both halves of a box, cut in the middle of its longest axis, unless the middle is not strictly inside.
-fn halves(bounds: &Aabb) -> Option<[Aabb; 2]> {
+/// Both halves of a part, cut in the middle of its longest axis, unless the middle is not strictly inside its box.
+fn halves(part: &TrianglePart) -> Option<[Option<TrianglePart>; 2]> {
+    let bounds = part.bounds();
     let axis = (bounds.max * 0.5 - bounds.min * 0.5).max_position();
     let plane = bounds.center()[axis];
-    if !(bounds.min[axis] < plane && plane < bounds.max[axis]) {
-        return None;
-    }
-    let (mut low, mut high) = (*bounds, *bounds);
-    low.max[axis] = plane;
-    high.min[axis] = plane;
-    Some([low, high])
+    (bounds.min[axis] < plane && plane < bounds.max[axis]).then(|| part.cut(axis, plane))
 }
 
 #[cfg(test)]
@@ -144,15 +155,13 @@ mod tests {
     use glam::Vec3;
 
     /// The slow twin: the recursion of the paper.
-    fn recursive(triangle: &Triangle, bounds: Aabb, sa_max: f64, out: &mut Vec<Aabb>) {
-        let Some(parts) = halves(&bounds).filter(|_| bounds.area() > sa_max) else {
-            out.push(bounds);
+    fn recursive(part: &TrianglePart, sa_max: f64, out: &mut Vec<Aabb>) {
+        if part.bounds().area() <= sa_max {
+            out.push(*part.bounds());
             return;
-        };
-        for half in parts {
-            if let Some(part) = triangle.clipped_bounds(&half) {
-                recursive(triangle, part, sa_max, out);
-            }
+        }
+        for half in halves(part).unwrap().iter().flatten() {
+            recursive(half, sa_max, out);
         }
     }
 
@@ -170,7 +179,7 @@ mod tests {
             true
         });
         let mut expected = Vec::new();
-        recursive(&triangle, triangle.bounds(), sa_max, &mut expected);
+        recursive(&TrianglePart::whole(&triangle), sa_max, &mut expected);
         assert_eq!(boxes, expected);
         assert!(boxes.len() > 20);
         assert!(boxes.iter().all(|bounds| bounds.area() <= sa_max));
@@ -182,8 +191,6 @@ mod tests {
     fn a_box_of_adjacent_numbers_is_not_cut() {
         let a = Vec3::ONE;
         let b = Vec3::splat(1.0_f32.next_up());
-        assert!(halves(&Aabb { min: a, max: b }).is_none());
-        assert!(halves(&Aabb { min: a, max: a }).is_none());
         // Even without a threshold splitting ends.
         let triangle = Triangle { vertices: [a, Vec3::new(b.x, a.y, a.z), Vec3::new(a.x, b.y, a.z)] };
         let mut count = 0;
@@ -210,7 +217,7 @@ mod tests {
         for threads in [1, 2, 3, 8] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut references = Vec::new();
-            pool.install(|| gather(input, 30.0, &mut Scratch::default(), &mut references)).unwrap();
+            pool.install(|| gather(input, 30.0, u64::MAX, &mut Scratch::default(), &mut references)).unwrap();
             results.push(references);
         }
         assert!(results.iter().all(|references| *references == results[0]));

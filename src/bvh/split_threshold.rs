@@ -8,14 +8,14 @@
 //! An aim becomes an SA_max through an upper bound of the number of references: a box that is halved k times without
 //! clipping contains each box that k steps of Algorithm 4 make from it, so a triangle makes at most 2ᵏ references for the
 //! smallest k whose halved box does not exceed SA_max. A histogram of these areas gives the bound for all SA_max at
-//! once. Diagonal triangles fill less than the bound, so corrections by the counted number follow. All counts are
+//! once. Diagonal triangles fill less than the bound, so corrections by what a sample of the triangles
+//! makes follow. All counts are
 //! integers and all sums have a fixed order: the outcome does not depend on the number of threads.
-
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
-use super::split_clip::{Input, split};
+use super::split_budget::Budget;
+use super::split_clip::{Input, Reference, Scratch, gather, split};
 use super::{BuildSettings, Split};
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
@@ -24,8 +24,12 @@ use crate::geometry::Aabb;
 const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
 /// Halvings that the histogram follows; 2⁴⁰ references are beyond any budget.
 const MOST_HALVINGS: u32 = 40;
-/// How often the references are counted to come near the aim.
-const COUNTS: u32 = 3;
+/// How often the bound is corrected.
+const CORRECTIONS: u32 = 3;
+/// The part of the references wanted that is aimed at, so that the budget is seldom missed.
+const AIM_BELOW: f64 = 0.95;
+/// Chunks of triangles in the sample.
+const SAMPLED_CHUNKS: usize = 8;
 /// The bound is not corrected by more than this factor at once.
 const LARGEST_CORRECTION: f64 = 16.0;
 /// Bins an octave of area, as a power of two.
@@ -33,15 +37,13 @@ const BINS_AN_OCTAVE_LOG2: u32 = 3;
 /// Bins, 64 octaves below the largest area.
 const BINS: usize = 64 << BINS_AN_OCTAVE_LOG2;
 
-/// The SA_max to use.
+/// The SA_max that was used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Threshold {
     /// Square metres; infinite for no splits.
     pub(super) sa_max: f64,
     /// Whether an explicit SA_max was raised to keep within the budget.
     pub(super) budget_reached: bool,
-    /// Visible triangles.
-    pub(super) triangles: usize,
 }
 
 /// Sums over the visible triangles.
@@ -53,37 +55,52 @@ struct Measures {
     largest_area: f64,
 }
 
-/// Chooses the SA_max for `settings`.
-pub(super) fn choose(input: Input, settings: &BuildSettings) -> Result<Threshold, Cancelled> {
-    let measures = measure(input)?;
-    let n = measures.triangles;
+/// Fills `references` with the boxes that `settings` ask for.
+pub(super) fn gather_references(
+    input: Input,
+    settings: &BuildSettings,
+    scratch: &mut Scratch,
+    references: &mut Vec<Reference>,
+) -> Result<Threshold, Cancelled> {
+    let mut gather_all = |sa_max, limit| gather(input, sa_max, limit, scratch, references);
+    let explicit = match settings.split {
+        Split::Area(area) if !area.is_nan() => f64::from(area),
+        _ => f64::INFINITY,
+    };
     let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
-    let limit = (n as f64 * budget) as u64;
-    let unchanged = |sa_max| Threshold { sa_max, budget_reached: false, triangles: n as usize };
-    match settings.split {
-        Split::Off => Ok(unchanged(f64::INFINITY)),
-        Split::Auto => {
-            let overlap = measures.area_sum / measures.bounds.area();
-            if overlap.is_finite() && overlap > OVERLAP_WORTH_SPLITTING {
-                let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / 118.0, 0.57);
-                let aim = (n as f64 * ratio.min(budget)) as u64;
-                Ok(unchanged(threshold_for(input, &measures, aim)?))
-            } else {
-                Ok(unchanged(f64::INFINITY))
-            }
-        }
-        Split::Area(area) => {
-            let area = if area.is_nan() { f64::INFINITY } else { f64::from(area) };
-            if count_up_to(input, area, limit)?.is_some() {
-                return Ok(unchanged(area));
-            }
-            Ok(Threshold {
-                sa_max: threshold_for(input, &measures, limit)?.max(area),
-                budget_reached: true,
-                triangles: n as usize,
-            })
+    if explicit == f64::INFINITY && settings.split != Split::Auto {
+        gather_all(f64::INFINITY, u64::MAX)?;
+        return Ok(Threshold { sa_max: f64::INFINITY, budget_reached: false });
+    }
+
+    // As asked, if that is within the budget.
+    let measures = measure(input)?;
+    let limit = (measures.triangles as f64 * budget) as u64;
+    let is_auto = settings.split == Split::Auto;
+    if !is_auto && gather_all(explicit, limit)? {
+        return Ok(Threshold { sa_max: explicit, budget_reached: false });
+    }
+
+    // What comes near the aim; or what is sure to keep within it.
+    let aim = if is_auto { automatic_aim(&measures, budget) } else { limit };
+    let mut sa_max = f64::INFINITY;
+    for candidate in thresholds_for(input, &measures, aim)? {
+        sa_max = if is_auto { candidate } else { candidate.max(explicit) };
+        if gather_all(sa_max, limit)? {
+            break;
         }
     }
+    Ok(Threshold { sa_max, budget_reached: !is_auto })
+}
+
+/// How many references [`Split::Auto`] aims at.
+fn automatic_aim(measures: &Measures, budget: f64) -> u64 {
+    let overlap = measures.area_sum / measures.bounds.area();
+    if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING {
+        return measures.triangles;
+    }
+    let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / 118.0, 0.57);
+    (measures.triangles as f64 * ratio.min(budget)) as u64
 }
 
 fn measure(input: Input) -> Result<Measures, Cancelled> {
@@ -112,54 +129,47 @@ fn measure(input: Input) -> Result<Measures, Cancelled> {
     }))
 }
 
-/// How many references `sa_max` makes, or `None` if more than `limit`.
-fn count_up_to(input: Input, sa_max: f64, limit: u64) -> Result<Option<u64>, Cancelled> {
-    const POLL_EVERY: u64 = 256;
-    let total = AtomicU64::new(0);
-    let give_up = || total.load(Ordering::Relaxed) > limit || input.cancel.is_raised();
-    (0..input.chunks()).into_par_iter().for_each(|chunk| {
-        for (_, triangle) in input.chunk(chunk) {
-            let mut pending = 0;
-            split(triangle, sa_max, |_| {
-                pending += 1;
-                if pending == POLL_EVERY {
-                    total.fetch_add(pending, Ordering::Relaxed);
-                    pending = 0;
-                    return !give_up();
-                }
-                true
-            });
-            total.fetch_add(pending, Ordering::Relaxed);
-            if give_up() {
-                return;
+/// References that `sa_max` makes and triangles, in every `stride`-th chunk; of the former at most `limit`.
+fn sample(input: Input, sa_max: f64, stride: usize, limit: u64) -> Result<(u64, u64), Cancelled> {
+    let budget = Budget::new(limit, input.cancel);
+    let triangles = (0..input.chunks().div_ceil(stride))
+        .into_par_iter()
+        .map(|i| {
+            let mut share = budget.share();
+            let mut triangles = 0;
+            for (_, triangle) in input.chunk(i * stride) {
+                triangles += 1;
+                split(triangle, sa_max, |_| share.spend());
             }
-        }
-    });
+            triangles
+        })
+        .sum();
     input.cancel.check()?;
-    let total = total.into_inner();
-    Ok((total <= limit).then_some(total))
+    // How far beyond the limit the tasks went depends on their timing.
+    Ok((budget.spent().min(limit), triangles))
 }
 
-/// An SA_max that makes nearly, and not more than, `aim` references.
-fn threshold_for(input: Input, measures: &Measures, aim: u64) -> Result<f64, Cancelled> {
+/// An SA_max that by a sample makes nearly `aim` references, and one that makes no more.
+fn thresholds_for(input: Input, measures: &Measures, aim: u64) -> Result<Vec<f64>, Cancelled> {
     let n = measures.triangles;
     if aim <= n || measures.largest_area <= 0.0 {
-        return Ok(f64::INFINITY);
+        return Ok(vec![f64::INFINITY]);
     }
     let histogram = histogram(input, measures.largest_area, aim)?;
-    // The bound's own threshold keeps within the aim; then correct by how much of it was used.
-    let wanted = (aim - n) as f64;
+    let sure = sa_max_of(&histogram, measures, aim);
+
+    // Correct the bound by how much of it the sample used.
+    let stride = (input.chunks() / SAMPLED_CHUNKS).max(1);
+    let wanted = (aim - n) as f64 * AIM_BELOW;
     let mut bound = wanted;
-    let mut best = f64::INFINITY;
-    for _ in 0..COUNTS {
-        let sa_max = sa_max_of(&histogram, measures, n + bound as u64);
-        let Some(counted) = count_up_to(input, sa_max, aim)? else {
-            break;
-        };
-        best = sa_max;
-        bound *= (wanted / counted.saturating_sub(n).max(1) as f64).min(LARGEST_CORRECTION);
+    let mut near = sure;
+    for _ in 0..CORRECTIONS {
+        let (references, triangles) = sample(input, near, stride, 2 * aim)?;
+        let extra = (references - triangles) as f64 * (n as f64 / triangles.max(1) as f64);
+        bound *= (wanted / extra.max(1.0)).clamp(1.0 / LARGEST_CORRECTION, LARGEST_CORRECTION);
+        near = sa_max_of(&histogram, measures, n + bound as u64);
     }
-    Ok(best)
+    Ok(vec![near, sure])
 }
 
 /// For each bin of area, how many references the bound gains when SA_max falls below the bin.
@@ -241,7 +251,7 @@ mod tests {
             .collect()
     }
 
-    fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Threshold, u64) {
+    fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Threshold, usize) {
         let flags = vec![PrimitiveFlags::default(); triangles.len()];
         let cancel = CancelFlag::new();
         let input = Input { triangles, flags: &flags, cancel: &cancel };
@@ -251,9 +261,10 @@ mod tests {
             simd: SimdLevel::Scalar,
             ..BuildSettings::default()
         };
-        let threshold = choose(input, &settings).unwrap();
-        let count = count_up_to(input, threshold.sa_max, u64::MAX).unwrap().unwrap();
-        (threshold, count)
+        let mut references = Vec::new();
+        let threshold =
+            gather_references(input, &settings, &mut Scratch::default(), &mut references).unwrap();
+        (threshold, references.len())
     }
 
     #[test]

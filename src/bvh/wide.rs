@@ -264,7 +264,8 @@ impl Part {
 }
 
 impl WideNode {
-    const EMPTY: Self = Self {
+    /// No children.
+    pub(super) const EMPTY: Self = Self {
         planes: [
             [f32::INFINITY; WIDTH],
             [f32::INFINITY; WIDTH],
@@ -276,7 +277,8 @@ impl WideNode {
         children: [NO_CHILD; WIDTH],
     };
 
-    fn put(&mut self, lane: usize, child: u32, bounds: &Aabb) {
+    /// Sets a child and its box.
+    pub(super) fn put(&mut self, lane: usize, child: u32, bounds: &Aabb) {
         self.children[lane] = child;
         for axis in 0..3 {
             self.planes[axis][lane] = bounds.min[axis];

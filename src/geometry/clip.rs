@@ -1,53 +1,69 @@
-//! Where the part of a triangle that lies inside a box reaches.
+//! Parts of a triangle between axis-aligned planes, and where they reach.
 //!
-//! Source: the clipping is Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, against the planes
-//! of a box, computed in `f64`; it serves early split clipping (see [`crate::bvh`]).
+//! Source: the clipping is Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, computed in `f64`; it
+//! serves early split clipping (see [`crate::bvh`]). A part's box is rounded outward to `f32`. Its corners are off by
+//! some 2⁻⁵³ of the triangle's largest coordinate a cut, which [`super::BOX_PADDING`] covers many times over.
 
 use super::{Aabb, Triangle};
 
-/// A triangle cut by six planes has at most nine corners; rounding may bend a side and so add a few at the same place.
+/// A triangle cut by the six planes of a box has at most nine corners; rounding may bend a side and so add a few at the
+/// same place.
 const MOST_CORNERS: usize = 16;
 
-#[derive(Clone, Copy)]
+/// The part of a triangle that some cuts have left.
+#[derive(Clone, Copy, Debug)]
+pub struct TrianglePart {
+    polygon: Polygon,
+    bounds: Aabb,
+}
+
+#[derive(Clone, Copy, Debug)]
 struct Polygon {
     corners: [[f64; 3]; MOST_CORNERS],
     len: usize,
 }
 
-impl Triangle {
-    /// The bounds of the part of this triangle that lies inside `region`, itself inside `region`, rounded outward;
-    /// `None` if there is no such part.
-    pub fn clipped_bounds(&self, region: &Aabb) -> Option<Aabb> {
-        let whole = self.bounds();
-        let mut polygon = Polygon { corners: [[0.0; 3]; MOST_CORNERS], len: 3 };
-        for (corner, vertex) in polygon.corners.iter_mut().zip(&self.vertices) {
-            *corner = vertex.to_array().map(f64::from);
+impl TrianglePart {
+    /// All of a triangle.
+    pub fn whole(triangle: &Triangle) -> Self {
+        let mut polygon = Polygon::EMPTY;
+        for vertex in &triangle.vertices {
+            polygon.push(vertex.to_array().map(f64::from));
         }
+        Self { polygon, bounds: triangle.bounds() }
+    }
 
-        // Only planes that cut the triangle's bounds matter.
-        for axis in 0..3 {
-            if region.min[axis] > whole.min[axis] {
-                polygon = polygon.cut(axis, f64::from(region.min[axis]), 1.0);
-            }
-            if region.max[axis] < whole.max[axis] {
-                polygon = polygon.cut(axis, f64::from(region.max[axis]), -1.0);
-            }
-        }
-        polygon.bounds_within(region)
+    /// The box of this part.
+    pub fn bounds(&self) -> &Aabb {
+        &self.bounds
+    }
+
+    /// The parts below and above `plane`, a coordinate of `axis` inside the bounds; each lies inside its half of these bounds.
+    pub fn cut(&self, axis: usize, plane: f32) -> [Option<Self>; 2] {
+        let (mut low, mut high) = (self.bounds, self.bounds);
+        low.max[axis] = plane;
+        high.min[axis] = plane;
+        let [below, above] = self.polygon.cut(axis, f64::from(plane));
+        [below.within(&low), above.within(&high)]
     }
 }
 
 impl Polygon {
-    /// The part at or beyond `plane` in the direction `side` (1 or −1) along `axis`.
-    fn cut(&self, axis: usize, plane: f64, side: f64) -> Self {
-        let mut result = Self { corners: [[0.0; 3]; MOST_CORNERS], len: 0 };
+    const EMPTY: Self = Self { corners: [[0.0; 3]; MOST_CORNERS], len: 0 };
+
+    /// The parts below and above a plane; corners on it belong to both.
+    fn cut(&self, axis: usize, plane: f64) -> [Self; 2] {
+        let [mut below, mut above] = [Self::EMPTY; 2];
         for i in 0..self.len {
             let from = &self.corners[i];
-            let to = &self.corners[(i + 1) % self.len];
-            let from_height = (from[axis] - plane) * side;
-            let to_height = (to[axis] - plane) * side;
+            let to = &self.corners[if i + 1 == self.len { 0 } else { i + 1 }];
+            let from_height = from[axis] - plane;
+            let to_height = to[axis] - plane;
+            if from_height <= 0.0 {
+                below.push(*from);
+            }
             if from_height >= 0.0 {
-                result.push(*from);
+                above.push(*from);
             }
             if (from_height > 0.0 && to_height < 0.0) || (from_height < 0.0 && to_height > 0.0) {
                 let s = from_height / (from_height - to_height);
@@ -56,10 +72,11 @@ impl Polygon {
                     crossing[k] = from[k] + (to[k] - from[k]) * s;
                 }
                 crossing[axis] = plane;
-                result.push(crossing);
+                below.push(crossing);
+                above.push(crossing);
             }
         }
-        result
+        [below, above]
     }
 
     fn push(&mut self, corner: [f64; 3]) {
@@ -70,7 +87,8 @@ impl Polygon {
         }
     }
 
-    fn bounds_within(&self, region: &Aabb) -> Option<Aabb> {
+    /// The part with its box, rounded outward but not beyond `region`; `None` if there is none.
+    fn within(self, region: &Aabb) -> Option<TrianglePart> {
         let (first, rest) = self.corners[..self.len].split_first()?;
         let (mut min, mut max) = (*first, *first);
         for corner in rest {
@@ -84,7 +102,7 @@ impl Polygon {
             bounds.min[axis] = bounds.min[axis].max(rounded_down(min[axis]));
             bounds.max[axis] = bounds.max[axis].min(rounded_up(max[axis]));
         }
-        (!bounds.is_empty()).then_some(bounds)
+        (!bounds.is_empty()).then_some(TrianglePart { polygon: self, bounds })
     }
 }
 
@@ -109,48 +127,51 @@ mod tests {
     fn half_of_a_right_triangle() {
         // The hypotenuse of (0,0) (4,0) (0,4) is at height 3 where x = 1.
         let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X * 4.0, Vec3::Y * 4.0] };
-        let mut region = triangle.bounds();
-        region.min.x = 1.0;
-        let right = triangle.clipped_bounds(&region).unwrap();
-        assert_eq!(right.min, Vec3::new(1.0, 0.0, 0.0));
-        assert_eq!(right.max, Vec3::new(4.0, 3.0, 0.0));
+        let [left, right] = TrianglePart::whole(&triangle).cut(0, 1.0).map(Option::unwrap);
+        assert_eq!(left.bounds().min, Vec3::ZERO);
+        assert_eq!(left.bounds().max, Vec3::new(1.0, 4.0, 0.0));
+        assert_eq!(right.bounds().min, Vec3::new(1.0, 0.0, 0.0));
+        assert_eq!(right.bounds().max, Vec3::new(4.0, 3.0, 0.0));
+        // The lower right quarter is a triangle again: (1,0) (4,0) (3,1) (1,1).
+        let [low, high] = right.cut(1, 1.0).map(Option::unwrap);
+        assert_eq!(low.bounds().max, Vec3::new(4.0, 1.0, 0.0));
+        assert_eq!(high.bounds().max, Vec3::new(3.0, 3.0, 0.0));
     }
 
     #[test]
-    fn nothing_is_left_outside() {
-        let triangle = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y] };
-        // Inside the triangle's box but beyond its hypotenuse.
-        let corner = Aabb { min: Vec3::new(0.75, 0.75, 0.0), max: Vec3::new(1.0, 1.0, 0.0) };
-        assert!(triangle.clipped_bounds(&corner).is_none());
-    }
-
-    #[test]
-    fn halves_cover_random_triangles() {
+    fn parts_cover_random_triangles() {
         let mut state = 7_u32;
         let mut random = || {
             state = state.wrapping_mul(747796405).wrapping_add(2891336453);
             (state >> 8) as f32 / (1 << 23) as f32 - 1.0
         };
-        for i in 0..10_000 {
+        for i in 0..3000 {
             let scale = [1.0, 1.0e30, 1.0e-30][i % 3];
             let vertices = [0; 3].map(|_| Vec3::new(random(), random(), random()) * scale);
             let triangle = Triangle { vertices };
-            let whole = triangle.bounds();
-            let axis = i % 3;
-            let plane = whole.center()[axis];
-            let (mut low, mut high) = (whole, whole);
-            low.max[axis] = plane;
-            high.min[axis] = plane;
-            let low = triangle.clipped_bounds(&low).unwrap();
-            let high = triangle.clipped_bounds(&high).unwrap();
-            assert_eq!(low.union(high), whole);
+            // Cut everything four times, at the middle and elsewhere.
+            let mut parts = vec![TrianglePart::whole(&triangle)];
+            for round in 0..4 {
+                let axis = (i + round) % 3;
+                let s = if round == 1 { 0.9 } else { 0.5 };
+                parts = parts
+                    .iter()
+                    .flat_map(|part| {
+                        let b = part.bounds();
+                        part.cut(axis, b.min[axis] * s + b.max[axis] * (1.0 - s))
+                    })
+                    .flatten()
+                    .collect();
+            }
+            let all = parts.iter().fold(Aabb::EMPTY, |all, part| all.union(*part.bounds()));
+            assert_eq!(all, triangle.bounds());
+            assert!(parts.len() > 3 && parts.iter().all(|part| part.polygon.len <= 9));
             // A point of the triangle lies in one of them, up to its own rounding.
             let (u, v) = (0.5 + 0.5 * random(), 0.5 + 0.5 * random());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let point = vertices[0] * (1.0 - u - v) + vertices[1] * u + vertices[2] * v;
-            let slack = Vec3::splat(1.0e-6 * scale);
-            let around = |b: &Aabb| (b.min - slack).cmple(point).all() && (b.max + slack).cmpge(point).all();
-            assert!(around(&low) || around(&high));
+            let slack = 1.0e-6 * scale;
+            assert!(parts.iter().any(|part| part.bounds().grown(slack).contains(&Aabb::from_point(point))));
         }
     }
 }

@@ -10,6 +10,7 @@ mod triangle;
 mod watertight;
 
 pub use aabb::Aabb;
+pub use clip::TrianglePart;
 pub use ray::Ray;
 pub use triangle::{Facing, Triangle, TriangleHit};
 pub use watertight::{BOX_PADDING, ShearedRay, dominant_axes};

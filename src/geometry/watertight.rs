@@ -203,6 +203,44 @@ mod tests {
         }
     }
 
+    /// The bound that boxes rely on.
+    fn assert_is_near(triangle: &Triangle, ray: &Ray, hit: &TriangleHit) {
+        let weights = [1.0 - f64::from(hit.u) - f64::from(hit.v), hit.u.into(), hit.v.into()];
+        let scale = f64::from(ray.origin.abs().max_element()) + magnitude(&triangle.vertices);
+        for axis in 0..3 {
+            let on_triangle: f64 = (0..3).map(|k| weights[k] * f64::from(triangle.vertices[k][axis])).sum();
+            let on_ray = f64::from(ray.origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
+            // 2^-22 for the bound, and the rounding of t, u and v to f32.
+            assert!((on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale, "{triangle:?} {ray:?}");
+        }
+    }
+
+    #[test]
+    fn hits_from_within_the_plane_are_points_near_the_ray_too() {
+        // Whole numbers with x = 3 y: everything is exactly in one plane, but a third is not exact in the shear, so the
+        // edge functions are rounding noise and often have one sign. What is left of these hits obeys the bound.
+        let mut state = 5_u32;
+        let mut whole = || {
+            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+            (state >> 25) as f32 - 64.0
+        };
+        let mut point = || {
+            let y = whole();
+            Vec3::new(3.0 * y, y, whole())
+        };
+        for _ in 0..100_000 {
+            let [a, b, c] = [point(), point(), point()];
+            let origin = point();
+            let triangle = Triangle { vertices: [a, b, c] };
+            for target in [a, b, c, point()] {
+                let ray = Ray::new(origin, target - origin);
+                if let Some(hit) = triangle.intersect(&ray) {
+                    assert_is_near(&triangle, &ray, &hit);
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_hit_is_a_point_of_the_triangle_near_the_ray() {
         // Slivers of growing aspect, seen from random sides: the accepted hits obey the bound the boxes rely on.
@@ -217,22 +255,16 @@ mod tests {
             let across = Vec3::new(random(), random(), random()) * libm::powf(10.0, -((i % 9) as f32));
             let a = Vec3::new(random(), random(), random());
             let triangle = Triangle { vertices: [a, a + along, a + along * 0.5 + across] };
-            let origin = Vec3::new(random(), random(), random()) * 2.0;
+            // Every other ray starts in line with the long edge, so that it sees the sliver edge-on but for rounding.
+            let origin =
+                if i % 2 == 0 { Vec3::new(random(), random(), random()) * 2.0 } else { a - along * 0.7 };
             let ray = Ray::new(origin, a + along * 0.4 + across * 0.3 - origin);
             let Some(hit) = triangle.intersect(&ray) else {
                 continue;
             };
             hits += 1;
-            let weights = [1.0 - f64::from(hit.u) - f64::from(hit.v), hit.u.into(), hit.v.into()];
-            let scale = f64::from(origin.abs().max_element()) + magnitude(&triangle.vertices);
-            for axis in 0..3 {
-                let on_triangle: f64 =
-                    (0..3).map(|k| weights[k] * f64::from(triangle.vertices[k][axis])).sum();
-                let on_ray = f64::from(origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
-                // 2^-22 for the bound, and the rounding of t, u and v to f32.
-                assert!((on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale, "{triangle:?} {ray:?}");
-            }
+            assert_is_near(&triangle, &ray, &hit);
         }
-        assert!(hits > 50_000, "{hits}");
+        assert!(hits > 40_000, "{hits}");
     }
 }

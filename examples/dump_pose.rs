@@ -6,6 +6,7 @@
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use glam::Vec3;
 use rayframe::frame::Frame;
 use rayframe::gltf::{self, ImportOptions};
 use rayframe::scene::{Choice, ClipChoice, Selection, SelectionRequest};
@@ -32,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         frame.pose(&scene, &selection, time.parse()?);
         writeln!(output, "time {time} {}", frame.triangles.len())?;
         for triangle in &frame.triangles {
-            let numbers = triangle.vertices.iter().flat_map(|vertex| vertex.to_array());
+            let numbers = triangle.vertices.iter().flat_map(Vec3::to_array);
             let line: Vec<String> = numbers.map(|number| number.to_string()).collect();
             writeln!(output, "{}", line.join(" "))?;
         }

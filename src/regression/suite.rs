@@ -78,7 +78,7 @@ pub fn run(suite: &Suite, mode: Mode, cancel: &CancelFlag) -> Result<Outcome> {
             Ok(Some(message)) => outcome.failures.push(Failure { name: shot.name.clone(), message }),
             Err(error @ Error::Interrupted(_)) => return Err(error),
             Err(error) => {
-                outcome.failures.push(Failure { name: shot.name.clone(), message: error.to_string() })
+                outcome.failures.push(Failure { name: shot.name.clone(), message: error.to_string() });
             }
         }
     }

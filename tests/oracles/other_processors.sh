@@ -16,7 +16,9 @@ different=0
 render() { # NAME SCENE PREFIX…
     local output=$folder/$1.exr scene=$2
     shift 2
-    "$@" "$program" render "$scene" -o "$output" -f 5 -r 64x36 --samples 1 -q --overwrite
+    # The emulator warns of processor features that nothing here uses.
+    "$@" "$program" render "$scene" -o "$output" -f 5 -r 64x36 --samples 1 -q --overwrite 2> "$folder/messages" ||
+        { cat "$folder/messages"; exit 1; }
 }
 
 for scene in "${scenes[@]}"; do

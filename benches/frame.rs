@@ -210,7 +210,8 @@ impl Cost {
 }
 
 fn heading() -> String {
-    let times: String = TIMES.iter().map(|name| format!("{name:>9}")).collect();
+    let times: Vec<_> = TIMES.iter().map(|name| format!("{name:>9}")).collect();
+    let times = times.concat();
     format!("{:<20}{:>10}{:>11}{times}{:>9}", "scene", "triangles", "references", "Mrays/s")
 }
 
@@ -218,7 +219,8 @@ fn row(path: &Path, costs: &[Cost]) -> String {
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let tree = costs.last().map(|cost| cost.tree).unwrap_or_default();
     let column = |i: usize| median(costs.iter().map(|cost| cost.milliseconds[i]));
-    let times: String = (0..TIMES.len()).map(|i| format!("{:>9.2}", column(i))).collect();
+    let times: Vec<_> = (0..TIMES.len()).map(|i| format!("{:>9.2}", column(i))).collect();
+    let times = times.concat();
     let rays = median(costs.iter().map(|cost| cost.mega_rays_a_second));
     format!("{name:<20}{:>10}{:>11}{times}{rays:>9.2}", tree.triangles, tree.references)
 }

@@ -107,6 +107,16 @@ fn assert_same_pixels(whole: &ExrImage, part: &ExrImage, origin: (u32, u32), wha
     }
 }
 
+/// Were the files empty or compared loosely, the other tests could not fail.
+#[test]
+#[should_panic(expected = "the demo without reflections: column ")]
+fn what_does_show_is_told_with_its_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = render(&SHOTS[0], folder.path(), "plain.exr", &[SIZE]);
+    let other = render(&SHOTS[0], folder.path(), "other.exr", &[SIZE, &["--depth", "0"]]);
+    assert_same_bytes(&plain, &other, "the demo without reflections");
+}
+
 #[test]
 fn threads_do_not_show() {
     assert_same_files(SIZE, &[&["-t", "1"], &["-t", "2"], &["-t", "3"], &["-t", "8"]]);
@@ -118,7 +128,7 @@ fn splitting_does_not_show() {
     assert_same_files(SIZE, &splits);
 }
 
-/// The demo's boxes have far more than 4 · 10⁻⁴ m² a triangle, so an area of 10⁻⁴ m² cannot be kept to.
+/// Four flat boxes of 10⁻⁴ m², counting both sides, for each of the demo's 50 160 triangles cover 10 m²; its floor is larger.
 #[test]
 fn a_tiny_area_meets_the_reference_budget_and_says_so() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,6 +136,19 @@ fn a_tiny_area_meets_the_reference_budget_and_says_so() {
     let said = rayframe(&SHOTS[0], &folder.path().join("a.exr"), &options);
     let warnings: Vec<_> = said.lines().filter(|line| line.contains("warning")).collect();
     assert!(warnings.len() == 1 && warnings[0].contains("--split"), "{said}");
+}
+
+/// Else `--split auto` above would be tested on scenes where it does nothing.
+#[test]
+fn one_scene_is_split_without_being_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let stats = folder.path().join("stats.json");
+    let options = [&["-f", "0", "--stats", stats.to_str().unwrap()], TINY].concat();
+    let diagonals = SHOTS.iter().find(|shot| shot.scene == "bvh/long_diagonals").unwrap();
+    rayframe(diagonals, &folder.path().join("a.exr"), &options);
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
+    let tree = &stats["frames"][0]["tree"];
+    assert!(tree["references"].as_u64() > tree["triangles"].as_u64(), "{tree}");
 }
 
 #[test]
@@ -146,6 +169,7 @@ fn a_crop_has_the_pixels_of_the_whole() {
         let folder = tempfile::tempdir().unwrap();
         let whole = decode(&std::fs::read(render(shot, folder.path(), "whole.exr", &[SIZE])).unwrap());
         assert_eq!(whole.size, (96, 54));
+        assert!(whole.pixels.iter().any(|pixel| *pixel != whole.pixels[0]), "{} is blank", shot.scene);
         for (crop, origin, size) in [
             ("13,7,96,41", (13, 7), (83, 34)),
             ("32,16,48,32", (32, 16), (16, 16)),

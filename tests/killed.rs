@@ -106,7 +106,6 @@ fn only_whole_frames_are_left_and_resuming_completes_them() {
                 "{moment:?}: {name} is not whole"
             );
         }
-        eprintln!("{moment:?} {} {}", frames.len(), others.len());
         for name in others {
             assert!(name.starts_with('.') && name.ends_with(".tmp"), "{moment:?}: {name} was left");
         }

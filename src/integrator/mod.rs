@@ -9,6 +9,7 @@ mod lights;
 mod media;
 mod path_ray;
 mod shadow;
+mod shared_edge;
 pub mod whitted;
 
 use crate::bvh::Bvh;

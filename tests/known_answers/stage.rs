@@ -8,8 +8,9 @@ use rayframe::frame::Frame;
 use rayframe::integrator::GlassShadows;
 use rayframe::render::{RenderInput, RenderSettings, render_frame};
 use rayframe::scene::{
-    CameraChoice, Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh,
-    MeshIndex, Node, NodeIndex, Primitive, Projection, Scene, Selection,
+    CameraChoice, Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material,
+    MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Sampler, Scene, Selection,
+    Texels, Texture, TextureIndex, TextureRef, UvTransform,
 };
 
 /// Objects and lights, and how they are rendered.
@@ -46,6 +47,16 @@ impl Stage {
         let primitive = Primitive { material: material_index, ..primitive };
         self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Default::default() });
         self.push_node(Node { mesh: Some(mesh), ..Default::default() });
+    }
+
+    /// Adds a picture of one texel.
+    pub(crate) fn add_texel(&mut self, texel: [u8; 4]) -> TextureRef {
+        let image = ImageIndex(self.scene.images.len() as u32);
+        let texels = Texels::Rgba8(vec![texel]);
+        self.scene.images.push(Image { name: None, width: 1, height: 1, texels });
+        let texture = TextureIndex(self.scene.textures.len() as u32);
+        self.scene.textures.push(Texture { name: None, image, sampler: Sampler::default() });
+        TextureRef { texture, uv_set: 0, transform: UvTransform::default() }
     }
 
     /// Adds a light at `position` that shines along `direction`.

@@ -18,6 +18,7 @@ pub(crate) struct Stage {
     scene: Scene,
     pub(crate) environment: Environment,
     pub(crate) settings: RenderSettings,
+    pub(crate) projection: Projection,
 }
 
 impl Stage {
@@ -31,7 +32,9 @@ impl Stage {
             light_scale: 1.0,
             show_background: true,
         };
-        Self { scene: Scene::default(), environment: Environment::None, settings }
+        let projection =
+            Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 0.0, z_far: None };
+        Self { scene: Scene::default(), environment: Environment::None, settings, projection }
     }
 
     fn push_node(&mut self, node: Node) {
@@ -75,8 +78,7 @@ impl Stage {
         let (right, up) = backward.any_orthonormal_pair();
         let world_from_camera =
             Mat4::from_cols(right.extend(0.0), up.extend(0.0), backward.extend(0.0), eye.extend(1.0));
-        let projection =
-            Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 0.0, z_far: None };
+        let projection = self.projection;
         let selection = Selection {
             roots: self.scene.node_order.clone(),
             clips: Vec::new(),

@@ -60,7 +60,8 @@ pub(super) fn exact(cosine: f32, relative_ior: f32) -> f32 {
     }
     let cosine = cosine.clamp(0.0, 1.0);
     let g_squared = relative_ior * relative_ior - 1.0 + cosine * cosine;
-    if g_squared <= 0.0 {
+    // Beyond the critical angle, or an index whose square is beyond the number range.
+    if g_squared <= 0.0 || g_squared == f32::INFINITY {
         return 1.0;
     }
     // n cos θ_t

@@ -64,6 +64,7 @@ impl CameraRays {
             time_seconds: self.time_seconds,
             footprint: self.footprint,
             media: media.clone(),
+            touching: None,
             weight: Vec3::ONE,
             class: PathClass::Camera,
             depth: 0,

@@ -79,6 +79,14 @@ fn cone_falloff(cos: f32, inner_radians: f32, outer_radians: f32) -> f32 {
     ramp * ramp
 }
 
+/// What a shadow ray of the light reaches over to end at `point`; zero where it starts there.
+pub(super) fn shadow_span(posed: &PosedLight, point: Vec3) -> Vec3 {
+    match posed.light.kind {
+        LightKind::Directional => Vec3::ZERO,
+        LightKind::Point | LightKind::Spot { .. } => point - posed.position,
+    }
+}
+
 /// The ray between `end`, just off the surface, and the light. It starts at the light where the light has a place, so that
 /// rays of many points share their origin.
 pub(super) fn shadow_ray(posed: &PosedLight, end: Vec3) -> Ray {

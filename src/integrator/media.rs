@@ -2,10 +2,10 @@
 
 use glam::Vec3;
 
-use crate::bvh::{Bvh, Hit, TraversalCounters};
+use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
 use crate::frame::{Shape, is_volume};
 use crate::geometry::{Facing, Ray};
-use crate::interaction::PosedScene;
+use crate::interaction::{PosedScene, alpha_at};
 use crate::scene::{MaterialIndex, NodeIndex};
 
 /// Which closed surface a volume belongs to: the primitives of one node that share a material.
@@ -106,7 +106,7 @@ impl MediaStack {
         let ray = Ray::new(position, DIRECTION);
         let mut crossings: Vec<Crossing> = Vec::new();
         let mut after = None;
-        while let Some(hit) = next_surface(bvh, &ray, after) {
+        while let Some(hit) = next_surface(posed, bvh, &ray, after) {
             after = Some(hit.order());
             if let Some(medium) = Medium::inside(posed, posed.frame.shape(hit.primitive)) {
                 count_crossing(&mut crossings, medium, &hit);
@@ -118,8 +118,8 @@ impl MediaStack {
     }
 }
 
-fn next_surface(bvh: &Bvh, ray: &Ray, after: Option<crate::bvh::HitOrder>) -> Option<Hit> {
-    bvh.closest_surface(ray, after, |_| true, &mut TraversalCounters::default())
+fn next_surface(posed: PosedScene<'_>, bvh: &Bvh, ray: &Ray, after: Option<HitOrder>) -> Option<Hit> {
+    bvh.closest_surface(ray, after, |hit| alpha_at(posed, hit) > 0.0, &mut TraversalCounters::default())
 }
 
 /// How often a ray passes the surface of one volume.

@@ -14,7 +14,7 @@ pub mod whitted;
 use crate::bvh::Bvh;
 use crate::frame::PosedLight;
 use crate::interaction::PosedScene;
-use crate::scene::Environment;
+use crate::scene::{Environment, Projection};
 
 pub use camera::CameraRays;
 pub use media::{MediaStack, Medium, VolumeId};
@@ -71,6 +71,17 @@ impl<'a> World<'a> {
         let camera_media = MediaStack::around(posed, bvh, camera_position);
         let lights = lights::gather(posed.frame, environment, light_scale);
         Self { posed, bvh, environment, lights, camera_media, settings }
+    }
+
+    /// A camera ray in the volumes that it starts in: those around the camera, unless parallel rays start beside it.
+    pub fn with_media(&self, ray: PathRay) -> PathRay {
+        match self.posed.frame.camera.projection {
+            Projection::Perspective { .. } => ray,
+            Projection::Orthographic { .. } => {
+                let start = ray.ray.at(ray.ray.t_min);
+                PathRay { media: MediaStack::around(self.posed, self.bvh, start), ..ray }
+            }
+        }
     }
 }
 

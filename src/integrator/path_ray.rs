@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::MediaStack;
+use crate::bvh::Hit;
 use crate::geometry::Ray;
 
 /// A branch of Whitted's tree.
@@ -16,6 +17,8 @@ pub struct PathRay {
     pub footprint: Footprint,
     /// The closed volumes that the ray starts in.
     pub media: MediaStack,
+    /// A surface that touches the one that the ray comes through: it is met first, at `t` = 0.
+    pub touching: Option<Hit>,
     /// What the radiance that the ray finds counts for.
     pub weight: Vec3,
     /// What made the ray.

@@ -22,9 +22,14 @@ enum Blocking {
     Absent,
 }
 
-/// The share of light along `ray` that arrives; zero as soon as one solid surface is in between. The flag is set where
-/// more see-through surfaces were met than are followed; the rest is then taken as dark.
-pub(super) fn transmittance(world: &World<'_>, ray: &Ray, counters: &mut TraversalCounters) -> (Vec3, bool) {
+/// The share of light along `ray`, which starts in `media`, that arrives; zero as soon as one solid surface is in between.
+/// The flag is set where more see-through surfaces were met than are followed; the rest is then taken as dark.
+pub(super) fn transmittance(
+    world: &World<'_>,
+    ray: &Ray,
+    media: MediaStack,
+    counters: &mut TraversalCounters,
+) -> (Vec3, bool) {
     let see_through = Cell::new(false);
     let solid = |hit: &Hit| match blocking(world, hit) {
         Blocking::Solid => true,
@@ -37,7 +42,7 @@ pub(super) fn transmittance(world: &World<'_>, ray: &Ray, counters: &mut Travers
     if world.bvh.occluded(ray, solid, counters) {
         return (Vec3::ZERO, false);
     }
-    if see_through.get() { through_surfaces(world, ray, counters) } else { (Vec3::ONE, false) }
+    if see_through.get() { through_surfaces(world, ray, media, counters) } else { (Vec3::ONE, false) }
 }
 
 fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
@@ -52,10 +57,14 @@ fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
 }
 
 /// Multiplies what each see-through surface and the volumes between them leave, in order along the ray.
-fn through_surfaces(world: &World<'_>, ray: &Ray, counters: &mut TraversalCounters) -> (Vec3, bool) {
+fn through_surfaces(
+    world: &World<'_>,
+    ray: &Ray,
+    mut media: MediaStack,
+    counters: &mut TraversalCounters,
+) -> (Vec3, bool) {
     let length = libm::sqrtf(ray.direction.dot(ray.direction));
     let mut left = Vec3::ONE;
-    let mut media = MediaStack::default();
     let mut reached_t = ray.t_min;
     let mut after = None;
     for _ in 0..PASS_THROUGH_LIMIT {
@@ -66,8 +75,8 @@ fn through_surfaces(world: &World<'_>, ray: &Ray, counters: &mut TraversalCounte
         after = Some(hit.order());
         left *= media.transmittance((hit.t - reached_t) * length) * through_surface(world, ray, &hit);
         if let Some(medium) = clear_medium(world, &hit) {
-            // Light that began inside a volume shows it only by leaving.
-            if hit.facing == Facing::Back && !media.holds(medium.volume) && ray.t_max.is_finite() {
+            // A ray that began inside a volume without knowing shows it by leaving.
+            if hit.facing == Facing::Back && !media.holds(medium.volume) {
                 left *= medium.transmittance((hit.t - ray.t_min) * length);
             }
             media.cross(medium, hit.facing);

@@ -46,12 +46,8 @@ pub(super) fn shading_normal(
             + of(&vertices[1]) * point.weights[1]
             + of(&vertices[2]) * point.weights[2]
     };
-    let mut normal = if smooth { unit_or(sum(|vertex| vertex.normal), front_normal) } else { front_normal };
-    // Normals that were authored inside out say which way the surface curves, not which way it faces.
-    if normal.dot(front_normal) < 0.0 {
-        normal = -normal;
-    }
-    match &posed.frame.materials[point.shape.material.index()].normal_texture {
+    let normal = if smooth { unit_or(sum(|vertex| vertex.normal), front_normal) } else { front_normal };
+    let shading = match &posed.frame.materials[point.shape.material.index()].normal_texture {
         Some(map) => mapped(
             posed,
             point,
@@ -60,7 +56,10 @@ pub(super) fn shading_normal(
             (sum(|vertex| vertex.tangent.truncate()), vertices[0].tangent.w),
         ),
         None => normal,
-    }
+    };
+    // Normals that were authored inside out say which way the surface curves, not which way it faces; the map's frame
+    // was made for them, so it is the mapped normal that is turned round.
+    if normal.dot(front_normal) < 0.0 { -shading } else { shading }
 }
 
 /// N' = T·x + B·y + N·z with B = (N × T)·w (glTF 2.0, section 3.9.3).
@@ -86,7 +85,8 @@ fn mapped(
     unit_or(perturbed, normal)
 }
 
-/// The direction in which u grows on this triangle, for primitives whose tangents are missing.
+/// The direction in which u grows on this triangle, for primitives whose tangents are missing. The bitangent is the
+/// direction in which v shrinks, because v grows downwards in the picture.
 fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, map: &NormalTexture) -> (Vec3, f32) {
     let [ta, tb, tc] = point.shape.uvs(posed.scene, map.texture.uv_set as usize, point.corners);
     let [a, b, c] = posed.frame.triangles[point.primitive as usize].vertices;
@@ -96,7 +96,7 @@ fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, map: &Norma
         return (Vec3::ZERO, 1.0);
     }
     let sign = if determinant < 0.0 { -1.0 } else { 1.0 };
-    (((b - a) * uv2.y - (c - a) * uv1.y) * sign, sign)
+    (((b - a) * uv2.y - (c - a) * uv1.y) * sign, -sign)
 }
 
 /// The shading normal turned towards the geometric one just as far as needed for the viewer to be above it and for the

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::{PosedScene, normal};
 use crate::bvh::Hit;
 use crate::frame::{PosedVertex, Shape};
-use crate::geometry::{Facing, Ray};
+use crate::geometry::{Facing, Ray, Triangle};
 use crate::scene::TextureRef;
 
 /// A point of a surface, seen from one side.
@@ -47,7 +47,7 @@ impl<'a> SurfacePoint<'a> {
         let triangle = &frame.triangles[hit.primitive as usize];
         let [a, b, c] = triangle.vertices;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let position = a * weights[0] + b * weights[1] + c * weights[2];
+        let position = interpolated([a, b, c], hit);
         let wo = -normal::unit(ray.direction);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let (front_normal, doubled_area) = normal::of_triangle(triangle);
@@ -62,7 +62,7 @@ impl<'a> SurfacePoint<'a> {
             facing: hit.facing,
             geometric_normal: front_normal * side,
             shading_normal: front_normal * side,
-            offset_distance: offset_distance(front_normal, [a, b, c], ray.origin),
+            offset_distance: offset_distance(front_normal, position, triangle),
             shadow_position: position,
             corners,
             weights,
@@ -70,7 +70,7 @@ impl<'a> SurfacePoint<'a> {
             doubled_area,
         };
         if vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO) {
-            point.shadow_position = terminator_free_point(position, [a, b, c], &vertices, weights, side);
+            point.shadow_position = terminator_free_point(&point, [a, b, c], &vertices);
         }
         let authored = normal::shading_normal(posed, &point, front_normal, &vertices) * side;
         point.shading_normal = normal::bent_into_view(point.geometric_normal, authored, wo);
@@ -97,10 +97,27 @@ impl<'a> SurfacePoint<'a> {
         self.position - self.geometric_normal * self.offset_distance
     }
 
-    /// The end of shadow rays that light the side of `wo`.
-    pub fn shadow_end_outside(&self) -> Vec3 {
-        self.shadow_position + self.geometric_normal * self.offset_distance
+    /// The end of shadow rays that light the side of `wo` and reach over `span`, from their start to here; zero for rays
+    /// that start here.
+    pub fn shadow_end_outside(&self, span: Vec3) -> Vec3 {
+        self.shadow_position + self.geometric_normal * self.shadow_offset(span)
     }
+
+    /// The same for shadow rays that light the other side.
+    pub fn shadow_end_inside(&self, span: Vec3) -> Vec3 {
+        self.position - self.geometric_normal * self.shadow_offset(span)
+    }
+
+    /// The direction of a shadow ray is its span, rounded: where it ends is off by that much, too.
+    fn shadow_offset(&self, span: Vec3) -> f32 {
+        self.offset_distance + self.geometric_normal.abs().dot(span.abs()) * (2.0 * f32::EPSILON)
+    }
+}
+
+/// The point of a triangle that was hit, rounded only once, so that it leaves the plane as little as floats allow.
+fn interpolated(corners: [Vec3; 3], hit: &Hit) -> Vec3 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    (a + (b - a) * f64::from(hit.u) + (c - a) * f64::from(hit.v)).as_vec3()
 }
 
 /// Vertex subscripts of a triangle in the order of its posed corners.
@@ -110,28 +127,29 @@ pub(super) fn corner_indices(posed: PosedScene<'_>, shape: &Shape, primitive: u3
     if shape.mirrored { [a, c, b] } else { [a, b, c] }
 }
 
-/// Interpolating the corners rounds each component a few times relative to the largest of them, and a ray's origin is
-/// itself rounded; the sum along the normal bounds how far the point can be from the true plane.
-fn offset_distance(normal: Vec3, corners: [Vec3; 3], origin: Vec3) -> f32 {
-    const ROUNDINGS: f32 = 16.0;
-    let largest = corners.iter().fold(origin.abs(), |largest, corner| largest.max(corner.abs()));
-    normal.abs().dot(largest) * (ROUNDINGS * f32::EPSILON) + f32::MIN_POSITIVE
+/// Bounds how far rounding moves a start of rays off the plane: the point is rounded a few times, each by half a unit in the
+/// last place of its coordinates. The second term sets apart what touches here but was transformed differently, the third
+/// is for the double precision that found the point.
+fn offset_distance(normal: Vec3, position: Vec3, triangle: &Triangle) -> f32 {
+    let off_plane = normal.abs().dot(position.abs()) * (4.0 * f32::EPSILON);
+    let apart = position.abs().max_element() * (2.0 * f32::EPSILON);
+    let double = triangle.magnitude() * (f32::EPSILON / (1 << 20) as f32);
+    off_plane + apart + double + f32::MIN_POSITIVE
 }
 
 /// Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II (2021), chapter 4: the point is lifted onto the curved
 /// surface that the vertex normals suggest, so that flat facets of a smooth surface do not shadow themselves.
-fn terminator_free_point(
-    position: Vec3,
-    corners: [Vec3; 3],
-    vertices: &[PosedVertex; 3],
-    weights: [f32; 3],
-    side: f32,
-) -> Vec3 {
-    let mut lifted = position;
-    for ((corner, vertex), weight) in corners.into_iter().zip(vertices).zip(weights) {
+///
+/// Normals are taken on the side of `wo`, inside-out ones too; one that still looks below the triangle lifts nothing.
+fn terminator_free_point(point: &SurfacePoint<'_>, corners: [Vec3; 3], vertices: &[PosedVertex; 3]) -> Vec3 {
+    let up = point.geometric_normal;
+    let weighted = vertices.iter().zip(point.weights).map(|(vertex, weight)| vertex.normal * weight);
+    let side = if weighted.sum::<Vec3>().dot(up) < 0.0 { -1.0 } else { 1.0 };
+    let mut lifted = point.position;
+    for ((corner, vertex), weight) in corners.into_iter().zip(vertices).zip(point.weights) {
         let normal = vertex.normal * side;
-        let height = (position - corner).dot(normal);
-        if height < 0.0 {
+        let height = (point.position - corner).dot(normal);
+        if height < 0.0 && normal.dot(up) > 0.0 {
             lifted -= normal * (height * weight);
         }
     }

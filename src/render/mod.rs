@@ -138,7 +138,7 @@ fn render_tile(
     let positions = pixels.flat_map(|corner| offsets.iter().map(move |&offset| corner + offset));
     let rays: Vec<_> = positions
         .enumerate()
-        .map(|(i, position)| camera.ray(position, &world.camera_media, i as u32))
+        .map(|(i, position)| world.with_media(camera.ray(position, &world.camera_media, i as u32)))
         .collect();
     let samples = rays.len();
     let (values, statistics) = whitted::trace(world, rays, samples);

@@ -1,8 +1,9 @@
 //! Refraction, total internal reflection, absorption, and shadows under glass.
 
 use glam::{Vec3, Vec4};
+use rayframe::film::PixelWindow;
 use rayframe::integrator::GlassShadows;
-use rayframe::scene::{Environment, LightKind, Material, Transmission, Volume};
+use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission, Volume};
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
@@ -78,6 +79,21 @@ fn a_camera_inside_a_volume_sees_through_the_way_that_is_left() {
     stage.add(cuboid(Vec3::ZERO, Vec3::splat(4.0)), glass(1.0, Some(volume)));
     // Three metres to the face: 1/8.
     assert_close(stage.look(Vec3::X, Vec3::X * 4.0), Vec3::splat(0.125), 1e-5);
+}
+
+#[test]
+fn parallel_rays_that_start_beside_a_volume_are_not_in_it() {
+    // The camera is in the middle of a block of 2 m; of three pixels 2 m apart only the middle one starts inside.
+    let volume = Volume { attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
+    let mut stage = Stage::new();
+    stage.environment = Environment::Constant(Vec3::ONE);
+    stage.projection = Projection::Orthographic { x_mag: 3.0, y_mag: 1.0, z_near: 0.0, z_far: 100.0 };
+    stage.settings.resolution = (3, 1);
+    stage.add(cuboid(Vec3::ZERO, Vec3::ONE), glass(1.0, Some(volume)));
+    for (column, expected) in [(0, 1.0), (1, 0.5), (2, 1.0)] {
+        stage.settings.window = PixelWindow { x0: column, y0: 0, x1: column + 1, y1: 1 };
+        assert_close(stage.look(Vec3::ZERO, Vec3::NEG_Z), Vec3::splat(expected), 1e-5);
+    }
 }
 
 #[test]

@@ -2,8 +2,10 @@
 //!
 //! Pictures are one pixel of one sample, so that the camera's axis is the only camera ray.
 
+mod far;
 mod glass;
 mod light;
+mod normals;
 mod reflection;
 mod stage;
 mod surface;

@@ -61,6 +61,16 @@ fn dielectrics_follow_fresnel_from_normal_to_grazing() {
 }
 
 #[test]
+fn an_absurd_index_of_refraction_reflects_everything() {
+    for ior in [1e10, 1e30, f32::MAX] {
+        let mut stage = floor(black_gloss(ior));
+        stage.environment = Environment::Constant(Vec3::ONE);
+        stage.add_light(rayframe::scene::LightKind::Directional, 1.0, Vec3::ZERO, Vec3::X);
+        assert_close(stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::ZERO), Vec3::ONE, 1e-5);
+    }
+}
+
+#[test]
 fn depth_limits_the_bounces_between_two_mirrors() {
     // Parallel mirrors face each other along Y: the eye between them sees bounce after bounce until the limit, then black.
     // Each of the two outermost surfaces glows, so that the sum counts them: 1 + 1 + … (depth + 1 terms).

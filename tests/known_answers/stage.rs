@@ -8,8 +8,9 @@ use rayframe::frame::Frame;
 use rayframe::integrator::GlassShadows;
 use rayframe::render::{RenderInput, RenderSettings, render_frame};
 use rayframe::scene::{
-    CameraChoice, Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh,
-    MeshIndex, Node, NodeIndex, Primitive, Projection, Scene, Selection,
+    CameraChoice, Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material,
+    MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Sampler, Scene, Selection,
+    Texels, Texture, TextureIndex, TextureRef, UvTransform,
 };
 
 /// Objects and lights, and how they are rendered.
@@ -17,6 +18,7 @@ pub(crate) struct Stage {
     scene: Scene,
     pub(crate) environment: Environment,
     pub(crate) settings: RenderSettings,
+    pub(crate) projection: Projection,
 }
 
 impl Stage {
@@ -30,7 +32,9 @@ impl Stage {
             light_scale: 1.0,
             show_background: true,
         };
-        Self { scene: Scene::default(), environment: Environment::None, settings }
+        let projection =
+            Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 0.0, z_far: None };
+        Self { scene: Scene::default(), environment: Environment::None, settings, projection }
     }
 
     fn push_node(&mut self, node: Node) {
@@ -46,6 +50,16 @@ impl Stage {
         let primitive = Primitive { material: material_index, ..primitive };
         self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Default::default() });
         self.push_node(Node { mesh: Some(mesh), ..Default::default() });
+    }
+
+    /// Adds a picture of one texel.
+    pub(crate) fn add_texel(&mut self, texel: [u8; 4]) -> TextureRef {
+        let image = ImageIndex(self.scene.images.len() as u32);
+        let texels = Texels::Rgba8(vec![texel]);
+        self.scene.images.push(Image { name: None, width: 1, height: 1, texels });
+        let texture = TextureIndex(self.scene.textures.len() as u32);
+        self.scene.textures.push(Texture { name: None, image, sampler: Sampler::default() });
+        TextureRef { texture, uv_set: 0, transform: UvTransform::default() }
     }
 
     /// Adds a light at `position` that shines along `direction`.
@@ -64,8 +78,7 @@ impl Stage {
         let (right, up) = backward.any_orthonormal_pair();
         let world_from_camera =
             Mat4::from_cols(right.extend(0.0), up.extend(0.0), backward.extend(0.0), eye.extend(1.0));
-        let projection =
-            Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 0.0, z_far: None };
+        let projection = self.projection;
         let selection = Selection {
             roots: self.scene.node_order.clone(),
             clips: Vec::new(),

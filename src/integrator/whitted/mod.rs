@@ -12,7 +12,7 @@ mod shade;
 
 use glam::Vec3;
 
-use super::{IntegratorStatistics, PathClass, PathRay, World, shadow};
+use super::{IntegratorStatistics, MediaStack, PathClass, PathRay, World, shadow};
 use crate::bvh::{Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::interaction::alpha_at;
@@ -42,6 +42,8 @@ struct Sight {
 struct ShadowTask {
     sample: u32,
     ray: Ray,
+    /// The volumes that the ray starts in, as far as they are known.
+    media: MediaStack,
     contribution: Vec3,
 }
 
@@ -103,15 +105,19 @@ impl Tracer<'_, '_> {
         let posed = self.world.posed;
         let mut through = 1.0_f32;
         let mut after = None;
+        let mut touching = ray.touching;
         for _ in 0..shadow::PASS_THROUGH_LIMIT {
             let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
-            let Some(hit) = self.world.bvh.closest_hit(&ray.ray, after, there, &mut self.counters) else {
+            let next = touching
+                .take()
+                .or_else(|| self.world.bvh.closest_hit(&ray.ray, after, there, &mut self.counters));
+            let Some(hit) = next else {
                 return self.escape(ray, through);
             };
+            after = Some(hit.order());
             let alpha = alpha_at(posed, &hit);
             sights.push(Sight { ray: index, hit, share: through * alpha });
             through *= 1.0 - alpha;
-            after = Some(hit.order());
             if ray.weight.max_element() * through < LEAST_WEIGHT {
                 self.statistics.dropped_weight += f64::from(ray.weight.max_element() * through);
                 return self.cover(ray, 1.0);
@@ -142,7 +148,8 @@ impl Tracer<'_, '_> {
         let mut tasks = std::mem::take(&mut self.shadows);
         for task in tasks.drain(..) {
             self.statistics.shadow_rays += 1;
-            let (left, limit_reached) = shadow::transmittance(self.world, &task.ray, &mut self.counters);
+            let (left, limit_reached) =
+                shadow::transmittance(self.world, &task.ray, task.media, &mut self.counters);
             self.statistics.pass_through_limit_reached += u64::from(limit_reached);
             self.values[task.sample as usize].radiance += task.contribution * left;
         }

@@ -4,10 +4,10 @@ use glam::{Mat3, Vec3};
 
 use super::{LEAST_WEIGHT, ShadowTask, Tracer};
 use crate::bsdf::Bsdf;
-use crate::bvh::{Hit, TraversalCounters};
+use crate::bvh::{Hit, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
 use crate::integrator::{Footprint, MediaStack, Medium, PathClass, PathRay, lights};
-use crate::interaction::{MaterialSample, PosedScene, SurfacePoint, material_at};
+use crate::interaction::{MaterialSample, PosedScene, SurfacePoint, alpha_at, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -25,8 +25,8 @@ struct Shading<'p, 'a> {
     wo: Vec3,
     /// What radiance that leaves towards the eye counts for.
     weight: Vec3,
-    /// Volumes on the other side.
-    media_behind: MediaStack,
+    /// What lies on the other side.
+    behind: Behind,
     /// Share of each lobe that rays follow; the environment lookup has the rest.
     sharpness: f32,
 }
@@ -43,22 +43,13 @@ impl Tracer<'_, '_> {
         }
         self.add(ray, weight * material.emission);
 
-        let media_behind = self.media_behind(ray, &point, hit);
-        let bsdf = Bsdf::new(&material, ior_before(ray, posed, &point), ior_behind(&material, &media_behind));
+        let behind = self.behind(ray, &point, &material);
+        let bsdf = Bsdf::new(&material, ior_before(ray, posed, &point), ior_behind(&material, &behind.media));
         let world_from_local = local_frame(point.shading_normal);
         let wo = world_from_local.transpose() * point.wo;
         let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
-        let shading = Shading {
-            ray,
-            point: &point,
-            material,
-            bsdf,
-            world_from_local,
-            wo,
-            weight,
-            media_behind,
-            sharpness,
-        };
+        let shading =
+            Shading { ray, point: &point, material, bsdf, world_from_local, wo, weight, behind, sharpness };
         self.light(&shading);
         self.environment(&shading);
         self.mirror(&shading);
@@ -77,13 +68,17 @@ impl Tracer<'_, '_> {
             let scattered = shading.bsdf.evaluate(shading.wo, wi) * wi.z.abs();
             let contribution = shading.weight * scattered * incidence.irradiance;
             if contribution.max_element() > 0.0 {
+                let span = lights::shadow_span(light, shading.point.position);
                 let end = if wi.z > 0.0 {
-                    shading.point.shadow_end_outside()
+                    shading.point.shadow_end_outside(span)
                 } else {
-                    shading.point.origin_inside()
+                    shading.point.shadow_end_inside(span)
                 };
                 let ray = lights::shadow_ray(light, end);
-                self.shadows.push(ShadowTask { sample: shading.ray.sample, ray, contribution });
+                // The volumes around a lamp are not known; those around a lit surface are.
+                let media =
+                    if span == Vec3::ZERO { shading.ray.media.clone() } else { MediaStack::default() };
+                self.shadows.push(ShadowTask { sample: shading.ray.sample, ray, media, contribution });
             }
         }
     }
@@ -141,38 +136,57 @@ impl Tracer<'_, '_> {
         }
         let travelled = (shading.point.position - parent.ray.origin).length();
         let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
-        let media = match class {
-            PathClass::Refraction => shading.media_behind.clone(),
-            PathClass::Camera | PathClass::Reflection => parent.media.clone(),
+        let (media, touching) = match class {
+            PathClass::Refraction => (shading.behind.media.clone(), shading.behind.touching),
+            PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
         };
         let depth = parent.depth + 1;
-        self.children.push(PathRay { ray, footprint, media, weight, class, depth, ..*parent });
+        self.children.push(PathRay { ray, footprint, media, touching, weight, class, depth, ..*parent });
     }
 
-    /// The volumes behind the surface. A refracted ray starts beyond every face that coincides with this one, so all of
-    /// their volumes are crossed here.
-    fn media_behind(&mut self, ray: &PathRay, point: &SurfacePoint<'_>, hit: &Hit) -> MediaStack {
+    /// What lies behind a surface that lets light through. A refracted ray starts beyond every face that touches this one,
+    /// so all of their volumes are crossed here, up to the first surface that is none.
+    fn behind(&mut self, ray: &PathRay, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
         let posed = self.world.posed;
-        let mut media = ray.media.clone();
-        let Some(medium) = Medium::inside(posed, point.shape) else { return media };
-        media.cross(medium, hit.facing);
-        let cos = ray.ray.direction.dot(point.geometric_normal).abs();
-        let skipped = point.offset_distance / if cos > 0.01 { cos } else { 0.01 };
-        let probe = Ray { t_max: hit.t + skipped, ..ray.ray };
-        let mut after = hit.order();
-        let mut counters = TraversalCounters::default();
-        while let Some(coincident) =
-            self.world.bvh.closest_surface(&probe, Some(after), |_| true, &mut counters)
-        {
-            after = coincident.order();
-            if let Some(medium) = Medium::inside(posed, posed.frame.shape(coincident.primitive)) {
-                media.cross(medium, coincident.facing);
+        let mut behind = Behind { media: ray.media.clone(), touching: None };
+        let medium = Medium::inside(posed, point.shape);
+        if let Some(medium) = medium {
+            behind.media.cross(medium, point.facing);
+        } else if material.transmission == 0.0 {
+            return behind;
+        }
+        // From the start of mirrored rays to that of refracted ones.
+        let start = point.origin_outside();
+        let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
+        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
+        let mut after = None;
+        while let Some(hit) = self.world.bvh.closest_surface(&probe, after, there, &mut self.counters) {
+            after = Some(hit.order());
+            let shape = posed.frame.shape(hit.primitive);
+            // This surface itself, and its neighbour where the ray meets their common edge.
+            if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
+                continue;
+            }
+            let flags = posed.frame.flags[hit.primitive as usize];
+            match Medium::inside(posed, shape) {
+                Some(medium) => behind.media.cross(medium, hit.facing),
+                None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
+                None => {
+                    behind.touching = Some(Hit { t: 0.0, ..hit });
+                    break;
+                }
             }
         }
-        self.counters.nodes += counters.nodes;
-        self.counters.triangles += counters.triangles;
-        media
+        behind
     }
+}
+
+/// What lies behind a surface.
+struct Behind {
+    /// The volumes there.
+    media: MediaStack,
+    /// A surface that bounds no volume and touches this one.
+    touching: Option<Hit>,
 }
 
 /// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not

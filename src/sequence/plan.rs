@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, remove_stale_temporaries};
+use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 
 use super::existing::{Decision, decide};
 use super::{OutputFormat, SequenceJob, memory, render_hash};
@@ -62,8 +62,9 @@ impl Plan {
             paths.extend(frame.preview_path.clone());
         }
         for path in &paths {
-            // One file a folder tells about the folder; each name must still be free of folders and devices.
-            if folders.insert(path.parent().map(Path::to_owned)) || path.exists() {
+            // One file a folder tells about the folder.
+            check_name(path)?;
+            if folders.insert(path.parent().map(Path::to_owned)) {
                 probe_folder(path)?;
             }
         }

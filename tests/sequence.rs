@@ -147,6 +147,29 @@ fn previews_of_kept_frames_are_the_same_as_those_made_while_rendering() {
 }
 
 #[test]
+fn a_picture_of_another_program_is_not_replaced_by_a_preview() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.exr", &[0]);
+    job.preview = true;
+    let preview = folder.path().join("a.png");
+    std::fs::write(&preview, "a painting").unwrap();
+    let error = Plan::new(&job).unwrap_err();
+    assert_eq!(error.exit_code(), 73);
+    assert!(error.to_string().contains("a.png"), "{error}");
+    assert_eq!(std::fs::read(&preview).unwrap(), b"a painting");
+
+    // Once it is ours, another look may replace it, another picture may not.
+    job.existing = ExistingFiles::Overwrite;
+    render(&job).unwrap();
+    job.existing = ExistingFiles::Protect;
+    job.exposure = Exposure::Ev(2.0);
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 0);
+    std::fs::remove_file(folder.path().join("a.exr")).unwrap();
+    job.render.samples += 1;
+    assert_eq!(Plan::new(&job).unwrap_err().exit_code(), 73);
+}
+
+#[test]
 fn png_output_resumes_too_and_knows_its_look() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.##.png", &[0, 1]);

@@ -249,7 +249,10 @@ mod tests {
         assert_eq!(probe_folder(&too_long).unwrap_err().exit_code(), 73);
         // Nobody may create files in /proc.
         let error = probe_folder(Path::new("/proc/a.exr")).unwrap_err();
-        assert!(error.to_string().starts_with("/proc/a.exr: ") && !error.to_string().contains(".tmp"), "{error}");
+        assert!(
+            error.to_string().starts_with("/proc/a.exr: ") && !error.to_string().contains(".tmp"),
+            "{error}"
+        );
     }
 
     #[cfg(target_os = "linux")]

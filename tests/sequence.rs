@@ -189,7 +189,16 @@ fn what_can_fail_fails_before_the_first_frame() {
     let mut too_large = job(folder.path(), "a.exr", &[1]);
     too_large.render.resolution = (65536, 65536);
     too_large.render.window = PixelWindow::full(65536, 65536);
-    assert_eq!(Plan::new(&too_large).unwrap_err().exit_code(), 77);
+    let error = Plan::new(&too_large).unwrap_err();
+    assert_eq!(error.exit_code(), 77);
+    // 2³² pixels of 36 bytes against 2³⁰ bytes.
+    assert!(error.to_string().contains("154.6 GB, but only 1.1 GB"), "{error}");
+    // Amounts below a gigabyte are told apart.
+    too_large.render.resolution = (1000, 1000);
+    too_large.render.window = PixelWindow::full(1000, 1000);
+    too_large.max_memory_bytes = 20_000_000;
+    let error = Plan::new(&too_large).unwrap_err();
+    assert!(error.to_string().contains("36.0 MB, but only 20.0 MB"), "{error}");
     std::fs::write(folder.path().join("file"), "").unwrap();
     assert_eq!(render(&job(folder.path(), "file/a.exr", &[1])).unwrap_err().exit_code(), 73);
     assert_eq!(names(folder.path()), ["file"]);

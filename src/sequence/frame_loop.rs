@@ -253,7 +253,7 @@ fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
         pointer: String::new(),
         source,
     })?;
-    let image = decode_exr(&bytes, max_memory_bytes).map_err(|message| Error::invalid(path, "", message))?;
+    let image = decode_exr(path, &bytes, max_memory_bytes)?;
     Ok((image.size, image.pixels))
 }
 

@@ -30,7 +30,7 @@ pub const REC709: Chromaticities = Chromaticities {
 };
 
 /// What each linear Rec.709 channel adds to luminance; their sum is one.
-pub const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Luminance of a linear Rec.709 colour, in the units of the colour.
 pub fn luminance(color: Vec3) -> f32 {
@@ -40,11 +40,6 @@ pub fn luminance(color: Vec3) -> f32 {
 /// The factor that an exposure of `stops` (EV) multiplies light with: two to that power.
 pub fn exposure_scale(stops: f32) -> f32 {
     libm::exp2f(stops)
-}
-
-/// Decodes an sRGB value; 0 to 1 both ways, numbers outside follow the same two pieces.
-pub fn srgb_to_linear(encoded: f32) -> f32 {
-    decode(f64::from(encoded)) as f32
 }
 
 /// Encodes linear light for an sRGB display; 0 to 1 both ways, numbers outside follow the same two pieces.
@@ -173,10 +168,6 @@ mod tests {
             assert_eq!(linear_to_srgb8(srgb8_to_linear(code)), code);
             // 65535 = 257 · 255, so every eight-bit code is also a sixteen-bit code.
             assert_eq!(srgb16_to_linear(u16::from(code) * 257), srgb8_to_linear(code));
-            assert_eq!(srgb_to_linear(f32::from(code) / 255.0), {
-                let exact = decode(f64::from(f32::from(code) / 255.0));
-                exact as f32
-            });
         }
     }
 

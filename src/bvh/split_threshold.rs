@@ -2,7 +2,8 @@
 //!
 //! Splitting pays where boxes overlap massively, and does harm elsewhere. `E`, the sum of the triangles' box areas over the
 //! area of the scene's box, is the number of boxes that a line through the scene meets on average. [`Split::Auto`]
-//! splits nothing while `E ≤ 16`, and otherwise aims at `R = min(budget, 1 + ((E − 16) / 118)^0.57)` references a
+//! splits nothing while `E ≤ 16`, nor where the average box takes more than a quarter of the scene's area, since a few cuts then
+//! cannot set the triangles apart (identical ones, say), and otherwise aims at `R = min(budget, 1 + ((E − 16) / 118)^0.57)` references a
 //! triangle. [`Split::Area`] is used as it is unless it makes more references than the budget; then the budget is the aim.
 //!
 //! An aim becomes an SA_max through an upper bound of the number of references: a box that is halved k times without
@@ -22,6 +23,8 @@ use crate::geometry::Aabb;
 
 /// The number of boxes met by a line below which `Split::Auto` does nothing.
 const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
+/// The average box's share of the scene's area above which `Split::Auto` does nothing.
+const SHARE_BEYOND_SPLITTING: f64 = 0.25;
 /// Halvings that the histogram follows; 2⁴⁰ references are beyond any budget.
 const MOST_HALVINGS: u32 = 40;
 /// How often the bound is corrected.
@@ -96,7 +99,8 @@ pub(super) fn gather_references(
 /// How many references [`Split::Auto`] aims at.
 fn automatic_aim(measures: &Measures, budget: f64) -> u64 {
     let overlap = measures.area_sum / measures.bounds.area();
-    if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING {
+    let share = overlap / measures.triangles as f64;
+    if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING || share > SHARE_BEYOND_SPLITTING {
         return measures.triangles;
     }
     let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / 118.0, 0.57);
@@ -277,6 +281,12 @@ mod tests {
             })
             .collect();
         assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);
+    }
+
+    #[test]
+    fn triangles_that_no_cut_sets_apart_are_not_split() {
+        let triangles = vec![Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::ONE] }; 1000];
+        assert_eq!(chosen(&triangles, Split::Auto, 4.0), (chosen(&triangles, Split::Off, 4.0).0, 1000));
     }
 
     #[test]

@@ -1,0 +1,230 @@
+//! The picture depends on the scene and on what is asked for, never on how it is computed.
+//!
+//! Runs the program itself: each scene is rendered plainly, and again in another way that must give the same file to the
+//! last byte. The scenes are those where something could go another way: many ties in depth, boxes that are split,
+//! stacked surfaces that are passed through in order, deformed meshes, and the studio's light.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use rayframe::image_file::{ExrImage, decode_exr};
+
+/// A scene as these tests render it.
+struct Shot {
+    scene: &'static str,
+    frame: u32,
+    options: &'static [&'static str],
+}
+
+const SHOTS: [Shot; 10] = [
+    shot("demo/whitted_1980", 5, &[]),
+    shot("bvh/slivers", 0, &[]),
+    shot("bvh/long_diagonals", 0, &[]),
+    shot("bvh/coincident_faces", 0, &[]),
+    shot("bvh/degenerate_triangles", 0, &[]),
+    shot("material/alpha_blend_stack", 0, &[]),
+    shot("material/nested_glass", 0, &[]),
+    shot("skin/two_bone_strip", 5, &[]),
+    shot("morph/morph_then_skin", 5, &[]),
+    shot("light/environment_only", 0, &["--env", "studio"]),
+];
+
+const SIZE: &[&str] = &["-r", "96x54", "--samples", "2"];
+/// Small enough for testing every triangle against every ray.
+const TINY: &[&str] = &["-r", "16x9", "--samples", "1"];
+
+const fn shot(scene: &'static str, frame: u32, options: &'static [&'static str]) -> Shot {
+    Shot { scene, frame, options }
+}
+
+/// Runs the program on `shot` with all `options` and gives what it said.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn rayframe(shot: &Shot, output: &Path, options: &[&str]) -> String {
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(shot.scene);
+    let run = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .arg("render")
+        .arg(scene.with_extension("gltf"))
+        .arg("-o")
+        .arg(output)
+        .args(["--progress", "plain"])
+        .args(shot.options)
+        .args(options)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert!(run.status.success(), "{} with {options:?}: {}\n{said}", shot.scene, run.status);
+    said
+}
+
+/// Renders the shot's one frame as `name` in `folder`.
+fn render(shot: &Shot, folder: &Path, name: &str, options: &[&[&str]]) -> PathBuf {
+    let path = folder.join(name);
+    let frame = shot.frame.to_string();
+    let options = [&["-f", &frame, "--overwrite"], options.concat().as_slice()].concat();
+    rayframe(shot, &path, &options);
+    path
+}
+
+/// Every way in `ways` gives the file of the plain one.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn assert_same_files(size: &[&str], ways: &[&[&str]]) {
+    for shot in &SHOTS {
+        let folder = tempfile::tempdir().unwrap();
+        let plain = render(shot, folder.path(), "plain.exr", &[size]);
+        for way in ways {
+            let other = render(shot, folder.path(), "other.exr", &[size, way]);
+            assert_same_bytes(&plain, &other, &format!("{} with {way:?}", shot.scene));
+        }
+    }
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn assert_same_bytes(expected: &Path, actual: &Path, what: &str) {
+    let (expected, actual) = (std::fs::read(expected).unwrap(), std::fs::read(actual).unwrap());
+    if expected == actual {
+        return;
+    }
+    let (decoded, other) = (decode(&expected), decode(&actual));
+    assert_eq!(decoded.size, other.size, "{what}: the sizes differ");
+    assert_same_pixels(&decoded, &other, (0, 0), what);
+    let byte = expected.iter().zip(&actual).position(|(a, b)| a != b);
+    assert!(expected == actual, "{what}: the pixels are the same, but not the file from byte {byte:?} on");
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn decode(bytes: &[u8]) -> ExrImage {
+    decode_exr("frame.exr".as_ref(), bytes, 1 << 28).unwrap()
+}
+
+/// `part` holds the pixels of `whole` from `origin` on; the first that it does not is named.
+fn assert_same_pixels(whole: &ExrImage, part: &ExrImage, origin: (u32, u32), what: &str) {
+    let (width, height) = part.size;
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let expected = whole.pixels[((y + origin.1) * whole.size.0 + x + origin.0) as usize];
+        let actual = part.pixels[(y * width + x) as usize];
+        assert!(
+            expected.map(f32::to_bits) == actual.map(f32::to_bits),
+            "{what}: column {x}, row {y}: {actual:?} instead of {expected:?}"
+        );
+    }
+}
+
+/// Were the files empty or compared loosely, the other tests could not fail.
+#[test]
+#[should_panic(expected = "the demo without reflections: column ")]
+fn what_does_show_is_told_with_its_pixel() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = render(&SHOTS[0], folder.path(), "plain.exr", &[SIZE]);
+    let other = render(&SHOTS[0], folder.path(), "other.exr", &[SIZE, &["--depth", "0"]]);
+    assert_same_bytes(&plain, &other, "the demo without reflections");
+}
+
+#[test]
+fn threads_do_not_show() {
+    assert_same_files(SIZE, &[&["-t", "1"], &["-t", "2"], &["-t", "3"], &["-t", "8"]]);
+}
+
+#[test]
+fn splitting_does_not_show() {
+    let splits: [&[&str]; 3] = [&["--split", "off"], &["--split", "auto", "-t", "1"], &["--split", "1e-4"]];
+    assert_same_files(SIZE, &splits);
+}
+
+/// Four flat boxes of 10⁻⁴ m², counting both sides, for each of the demo's 50 160 triangles cover 10 m²; its floor is
+/// larger.
+#[test]
+fn a_tiny_area_meets_the_reference_budget_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = [&["-f", "5", "--split", "1e-4"], TINY].concat();
+    let said = rayframe(&SHOTS[0], &folder.path().join("a.exr"), &options);
+    let warnings: Vec<_> = said.lines().filter(|line| line.contains("warning")).collect();
+    assert!(warnings.len() == 1 && warnings[0].contains("--split"), "{said}");
+}
+
+/// Else `--split auto` above would be tested on scenes where it does nothing.
+#[test]
+fn one_scene_is_split_without_being_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let stats = folder.path().join("stats.json");
+    let options = [&["-f", "0", "--stats", stats.to_str().unwrap()], TINY].concat();
+    let diagonals = SHOTS.iter().find(|shot| shot.scene == "bvh/long_diagonals").unwrap();
+    rayframe(diagonals, &folder.path().join("a.exr"), &options);
+    let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(stats).unwrap()).unwrap();
+    let tree = &stats["frames"][0]["tree"];
+    assert!(tree["references"].as_u64() > tree["triangles"].as_u64(), "{tree}");
+}
+
+#[test]
+fn instructions_do_not_show() {
+    assert_same_files(SIZE, &[&["--simd", "scalar"], &["--simd", "best", "--bvh", "lbvh"]]);
+    assert_same_files(SIZE, &[&["--simd", "scalar", "--split", "off", "--bvh", "lbvh", "-t", "3"]]);
+}
+
+#[test]
+fn the_hierarchy_does_not_show() {
+    assert_same_files(TINY, &[&["--bvh", "brute"], &["--bvh", "lbvh", "--split", "1e-3"]]);
+}
+
+/// The crop's sides lie inside tiles, on the picture's edge and, with one pixel, within a single tile.
+#[test]
+fn a_crop_has_the_pixels_of_the_whole() {
+    for shot in &SHOTS {
+        let folder = tempfile::tempdir().unwrap();
+        let whole = decode(&std::fs::read(render(shot, folder.path(), "whole.exr", &[SIZE])).unwrap());
+        assert_eq!(whole.size, (96, 54));
+        assert!(whole.pixels.iter().any(|pixel| *pixel != whole.pixels[0]), "{} is blank", shot.scene);
+        for (crop, origin, size) in [
+            ("13,7,96,41", (13, 7), (83, 34)),
+            ("32,16,48,32", (32, 16), (16, 16)),
+            ("47,26,48,27", (47, 26), (1, 1)),
+        ] {
+            let path = render(shot, folder.path(), "part.exr", &[SIZE, &["--crop", crop]]);
+            let part = decode(&std::fs::read(path).unwrap());
+            assert_eq!(part.size, size, "{} with --crop {crop}", shot.scene);
+            assert_same_pixels(&whole, &part, origin, &format!("{} with --crop {crop}", shot.scene));
+        }
+    }
+}
+
+/// In a sequence memory is used again, and where nothing moves the hierarchy as well.
+#[test]
+fn a_frame_is_the_same_alone_and_in_a_sequence() {
+    for shot in &SHOTS {
+        let folder = tempfile::tempdir().unwrap();
+        rayframe(shot, &folder.path().join("a.####.exr"), &[&["-f", "0-8"], TINY].concat());
+        for frame in [0_u32, 5, 8] {
+            let alone = Shot { frame, ..*shot };
+            let path = render(&alone, folder.path(), "alone.exr", &[TINY]);
+            let in_sequence = folder.path().join(format!("a.{frame:04}.exr"));
+            assert_same_bytes(&in_sequence, &path, &format!("{} frame {frame} alone", shot.scene));
+        }
+    }
+}
+
+/// Lost frames and broken ones are made again, be it in another way, with the bytes they had.
+#[test]
+fn a_resumed_sequence_is_the_whole_one() {
+    for shot in &SHOTS {
+        let folder = tempfile::tempdir().unwrap();
+        let (whole, resumed) = (folder.path().join("whole"), folder.path().join("resumed"));
+        let options = [&["-f", "3-7"], TINY].concat();
+        rayframe(shot, &whole.join("a.####.exr"), &options);
+        rayframe(shot, &resumed.join("a.####.exr"), &options);
+        std::fs::remove_file(resumed.join("a.0003.exr")).unwrap();
+        std::fs::remove_file(resumed.join("a.0006.exr")).unwrap();
+        let bytes = std::fs::read(resumed.join("a.0005.exr")).unwrap();
+        std::fs::write(resumed.join("a.0005.exr"), &bytes[..bytes.len() - 1]).unwrap();
+        let said = rayframe(
+            shot,
+            &resumed.join("a.####.exr"),
+            &[&options[..], &["--resume", "-t", "1", "--split", "off"]].concat(),
+        );
+        assert!(said.contains("2 frames are there already"), "{}: {said}", shot.scene);
+        for frame in 3..=7 {
+            let name = format!("a.{frame:04}.exr");
+            let what = format!("{} frame {frame} resumed", shot.scene);
+            assert_same_bytes(&whole.join(&name), &resumed.join(&name), &what);
+        }
+        assert_eq!(std::fs::read_dir(&resumed).unwrap().count(), 5, "{}", shot.scene);
+    }
+}

@@ -4,13 +4,9 @@
 //! from luminosity units in the retina of fish", 1966 (the saturating response behind the standard tone curve).
 //! EXR pixels never pass through here: they stay scene-linear.
 
-use std::fmt;
-use std::str::FromStr;
 use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
-
-use crate::error::Error;
 
 /// CIE xy coordinates of three primaries and of white.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +30,7 @@ pub const REC709: Chromaticities = Chromaticities {
 };
 
 /// What each linear Rec.709 channel adds to luminance; their sum is one.
-pub const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Luminance of a linear Rec.709 colour, in the units of the colour.
 pub fn luminance(color: Vec3) -> f32 {
@@ -44,11 +40,6 @@ pub fn luminance(color: Vec3) -> f32 {
 /// The factor that an exposure of `stops` (EV) multiplies light with: two to that power.
 pub fn exposure_scale(stops: f32) -> f32 {
     libm::exp2f(stops)
-}
-
-/// Decodes an sRGB value; 0 to 1 both ways, numbers outside follow the same two pieces.
-pub fn srgb_to_linear(encoded: f32) -> f32 {
-    decode(f64::from(encoded)) as f32
 }
 
 /// Encodes linear light for an sRGB display; 0 to 1 both ways, numbers outside follow the same two pieces.
@@ -78,12 +69,6 @@ pub fn linear_to_srgb8(linear: f32) -> u8 {
     (linear_to_srgb(linear) * 255.0 + 0.5) as u8
 }
 
-/// Scene-linear radiance to a display pixel: exposure in stops, tone curve, sRGB.
-pub fn display_rgb8(radiance: Vec3, exposure_stops: f32, tone: ToneCurve) -> [u8; 3] {
-    let shown = tone.apply(radiance * exposure_scale(exposure_stops));
-    [linear_to_srgb8(shown.x), linear_to_srgb8(shown.y), linear_to_srgb8(shown.z)]
-}
-
 fn decode(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
@@ -100,9 +85,6 @@ pub enum ToneCurve {
 }
 
 impl ToneCurve {
-    /// All curves, in the order messages list them.
-    pub const ALL: [Self; 1] = [Self::Standard];
-
     /// The name typed on the command line.
     pub fn name(self) -> &'static str {
         match self {
@@ -115,30 +97,6 @@ impl ToneCurve {
         match self {
             Self::Standard => standard::apply(light),
         }
-    }
-
-    /// The light that [`ToneCurve::apply`] shows as `shown`; channels of `shown` are in 0 to 1, 1 excluded.
-    pub fn invert(self, shown: Vec3) -> Vec3 {
-        match self {
-            Self::Standard => standard::invert(shown),
-        }
-    }
-}
-
-impl fmt::Display for ToneCurve {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(self.name())
-    }
-}
-
-impl FromStr for ToneCurve {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self, Error> {
-        Self::ALL.into_iter().find(|curve| curve.name() == text).ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
-            Error::usage(format!("unknown tone curve '{text}'; known are: {names}"))
-        })
     }
 }
 
@@ -162,6 +120,7 @@ mod standard {
         light / peak * (shown_peak * (1.0 - bleach)) + Vec3::splat(shown_peak * bleach)
     }
 
+    #[cfg(test)]
     pub(super) fn invert(shown: Vec3) -> Vec3 {
         let shown_peak = largest(shown);
         if shown_peak <= 0.0 {
@@ -209,10 +168,6 @@ mod tests {
             assert_eq!(linear_to_srgb8(srgb8_to_linear(code)), code);
             // 65535 = 257 · 255, so every eight-bit code is also a sixteen-bit code.
             assert_eq!(srgb16_to_linear(u16::from(code) * 257), srgb8_to_linear(code));
-            assert_eq!(srgb_to_linear(f32::from(code) / 255.0), {
-                let exact = decode(f64::from(f32::from(code) / 255.0));
-                exact as f32
-            });
         }
     }
 
@@ -250,7 +205,7 @@ mod tests {
     fn tone_curve_inverts_and_bleaches() {
         let light = Vec3::new(4.0, 0.5, 0.01);
         let shown = ToneCurve::Standard.apply(light);
-        assert!((ToneCurve::Standard.invert(shown) - light).abs().max_element() < 1e-4);
+        assert!((standard::invert(shown) - light).abs().max_element() < 1e-4);
         let blinding = ToneCurve::Standard.apply(light * 1e5);
         assert!(blinding.min_element() > 0.98, "{blinding}");
         assert!(shown.x > shown.y && shown.y > shown.z);
@@ -265,14 +220,5 @@ mod tests {
         assert!(huge.is_finite() && huge.max_element() <= 1.0);
         let tiny = curve.apply(Vec3::splat(f32::from_bits(1)));
         assert!(tiny.is_finite() && tiny.min_element() >= 0.0);
-    }
-
-    #[test]
-    fn tone_curves_are_named() {
-        for curve in ToneCurve::ALL {
-            assert_eq!(curve.to_string().parse::<ToneCurve>().ok(), Some(curve));
-        }
-        let message = "vivid".parse::<ToneCurve>().unwrap_err().to_string();
-        assert!(message.contains("vivid") && message.contains("standard"));
     }
 }

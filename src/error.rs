@@ -150,6 +150,16 @@ impl std::fmt::Display for Warning {
     }
 }
 
+/// `bytes` with a decimal unit, for messages.
+pub(crate) fn readable_bytes(bytes: u128) -> String {
+    const UNITS: [(&str, f64); 4] = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
+    let value = bytes as f64;
+    UNITS
+        .iter()
+        .find(|(_, size)| value >= *size)
+        .map_or_else(|| format!("{bytes} bytes"), |(unit, size)| format!("{:.1} {unit}", value / size))
+}
+
 fn pointer_prefix(pointer: &str) -> String {
     if pointer.is_empty() { String::new() } else { format!("{pointer}: ") }
 }

@@ -7,9 +7,9 @@
 //!
 //! The modules stand in dependency order: each uses only those above it.
 
-pub mod error;
-
 pub mod cancel;
+
+pub mod error;
 
 pub mod geometry;
 

@@ -1,4 +1,4 @@
-//! The program from outside: exit codes and messages that need no scene.
+//! The program from outside: exit codes and messages that need no scene, or none but an empty one.
 
 use std::process::{Command, Output, Stdio};
 
@@ -117,4 +117,73 @@ fn a_closed_standard_output_is_no_panic() {
         .status()
         .unwrap();
     assert_eq!(status.code(), Some(0));
+}
+
+#[test]
+fn an_empty_scene_is_rendered_with_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("empty.gltf");
+    std::fs::write(&scene, r#"{"asset": {"version": "2.0"}}"#).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .current_dir(folder.path())
+        .args(["render", "empty.gltf", "-r", "4x4", "--quiet"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(stderr(&output).contains("empty.gltf: the scene draws no triangles"), "{}", stderr(&output));
+    assert!(folder.path().join("empty.exr").is_file());
+}
+
+#[test]
+fn no_file_is_written_over_another_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = br#"{"asset": {"version": "2.0"}}"#;
+    for name in ["a.gltf", "b.exr"] {
+        std::fs::write(folder.path().join(name), scene).unwrap();
+    }
+    for (options, word) in [
+        (&["a.gltf", "-o", "x.exr", "--stats", "./x.exr"][..], "--stats"),
+        (&["a.gltf", "-o", "x.exr", "--preview", "png", "--stats", "x.png"], "--stats"),
+        (&["a.gltf", "-o", "x.exr", "--stats", "a.gltf"], "--stats"),
+        (&["b.exr", "-o", "./b.exr", "--overwrite"], "-o"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+            .current_dir(folder.path())
+            .args([&["render", "-r", "4x4"], options].concat())
+            .output()
+            .unwrap();
+        assert_eq!(output.status.code(), Some(2), "{options:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(word), "{options:?}: {}", stderr(&output));
+    }
+    assert!(std::fs::read(folder.path().join("a.gltf")).unwrap() == scene);
+    assert!(std::fs::read(folder.path().join("b.exr")).unwrap() == scene);
+}
+
+/// Runs `arguments` on a terminal of this kind, through the `script` program; nothing where that is missing.
+#[cfg(target_os = "linux")]
+fn on_a_terminal(terminal: &str, folder: &std::path::Path, arguments: &str) -> Option<String> {
+    let command = format!("{} {arguments}", env!("CARGO_BIN_EXE_rayframe"));
+    let output = Command::new("script")
+        .args(["-qec", &command, "/dev/null"])
+        .current_dir(folder)
+        .env("TERM", terminal)
+        .stdin(Stdio::null())
+        .output()
+        .ok()?;
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn terminals_that_cannot_show_bars_get_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.gltf"), r#"{"asset": {"version": "2.0"}}"#).unwrap();
+    for (terminal, has_bars) in [("dumb", false), ("xterm", true)] {
+        let arguments = "render a.gltf -r 4x4 --overwrite";
+        let Some(shown) = on_a_terminal(terminal, folder.path(), arguments) else {
+            return;
+        };
+        assert_eq!(shown.contains('\u{1b}'), has_bars, "{shown:?}");
+        assert!(shown.ends_with("s\r\n") && shown.contains("1 of 1 frames written"), "{shown:?}");
+    }
 }

@@ -93,7 +93,7 @@ fn assert_same_bytes(expected: &Path, actual: &Path, what: &str) {
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn decode(bytes: &[u8]) -> ExrImage {
-    decode_exr(bytes, 1 << 28).unwrap()
+    decode_exr("frame.exr".as_ref(), bytes, 1 << 28).unwrap()
 }
 
 /// `part` holds the pixels of `whole` from `origin` on; the first that it does not is named.

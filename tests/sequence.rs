@@ -147,6 +147,29 @@ fn previews_of_kept_frames_are_the_same_as_those_made_while_rendering() {
 }
 
 #[test]
+fn a_picture_of_another_program_is_not_replaced_by_a_preview() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.exr", &[0]);
+    job.preview = true;
+    let preview = folder.path().join("a.png");
+    std::fs::write(&preview, "a painting").unwrap();
+    let error = Plan::new(&job).unwrap_err();
+    assert_eq!(error.exit_code(), 73);
+    assert!(error.to_string().contains("a.png"), "{error}");
+    assert_eq!(std::fs::read(&preview).unwrap(), b"a painting");
+
+    // Once it is ours, another look may replace it, another picture may not.
+    job.existing = ExistingFiles::Overwrite;
+    render(&job).unwrap();
+    job.existing = ExistingFiles::Protect;
+    job.exposure = Exposure::Ev(2.0);
+    assert_eq!(Plan::new(&job).unwrap().remaining(), 0);
+    std::fs::remove_file(folder.path().join("a.exr")).unwrap();
+    job.render.samples += 1;
+    assert_eq!(Plan::new(&job).unwrap_err().exit_code(), 73);
+}
+
+#[test]
 fn png_output_resumes_too_and_knows_its_look() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.##.png", &[0, 1]);
@@ -166,7 +189,16 @@ fn what_can_fail_fails_before_the_first_frame() {
     let mut too_large = job(folder.path(), "a.exr", &[1]);
     too_large.render.resolution = (65536, 65536);
     too_large.render.window = PixelWindow::full(65536, 65536);
-    assert_eq!(Plan::new(&too_large).unwrap_err().exit_code(), 77);
+    let error = Plan::new(&too_large).unwrap_err();
+    assert_eq!(error.exit_code(), 77);
+    // 2³² pixels of 36 bytes against 2³⁰ bytes.
+    assert!(error.to_string().contains("154.6 GB, but only 1.1 GB"), "{error}");
+    // Amounts below a gigabyte are told apart.
+    too_large.render.resolution = (1000, 1000);
+    too_large.render.window = PixelWindow::full(1000, 1000);
+    too_large.max_memory_bytes = 20_000_000;
+    let error = Plan::new(&too_large).unwrap_err();
+    assert!(error.to_string().contains("36.0 MB, but only 20.0 MB"), "{error}");
     std::fs::write(folder.path().join("file"), "").unwrap();
     assert_eq!(render(&job(folder.path(), "file/a.exr", &[1])).unwrap_err().exit_code(), 73);
     assert_eq!(names(folder.path()), ["file"]);

@@ -285,7 +285,7 @@ mod tests {
 
     #[test]
     fn triangles_that_no_cut_sets_apart_are_not_split() {
-        let triangles = [Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::ONE] }; 1000];
+        let triangles = vec![Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::ONE] }; 1000];
         assert_eq!(chosen(&triangles, Split::Auto, 4.0), (chosen(&triangles, Split::Off, 4.0).0, 1000));
     }
 

@@ -62,7 +62,10 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
     Ok(LoadedEnvironment {
         environment: Environment::Map(map),
         key: format!("map {} turned {:08x}", digest.concat(), degrees.to_bits()),
-        description: format!("environment {}", path.display()),
+        description: match degrees {
+            0.0 => format!("environment {}", path.display()),
+            _ => format!("environment {} turned by {degrees}°", path.display()),
+        },
         warnings: pixels.warnings,
     })
 }

@@ -1,4 +1,5 @@
-//! How much memory may be used when the user does not say: four fifths of what the machine or the control group gives.
+//! How much memory may be used when the user does not say: four fifths of what the machine, the control group or the
+//! shell gives.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,6 +12,7 @@ pub(super) fn default_max_memory_bytes() -> u64 {
     let limits = [
         physical_bytes(&read("/proc/meminfo")),
         control_group_bytes(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup")),
+        address_space_bytes(&read("/proc/self/limits"), &read("/proc/self/status")),
     ];
     limits.into_iter().flatten().min().unwrap_or(FALLBACK) / 5 * 4
 }
@@ -24,6 +26,15 @@ fn physical_bytes(meminfo: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
     let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kilobytes * 1024)
+}
+
+/// What is left of the address space that `ulimit -v` allows, from `/proc/self/limits` and `/proc/self/status`.
+fn address_space_bytes(limits: &str, status: &str) -> Option<u64> {
+    let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    let limit: u64 = limit.split_whitespace().next()?.parse().ok()?;
+    let used = status.lines().find_map(|line| line.strip_prefix("VmSize:"));
+    let used: u64 = used.and_then(|used| used.split_whitespace().next()?.parse().ok()).unwrap_or(0);
+    Some(limit.saturating_sub(used * 1024))
 }
 
 /// The least limit of this process's control group and those around it, version 2 (`memory.max`) or 1.
@@ -79,6 +90,16 @@ mod tests {
         fs::write(mount.path().join("memory/job/memory.limit_in_bytes"), "31457280\n").unwrap();
         let memberships = "5:cpu,cpuacct:/x\n4:memory:/job\n";
         assert_eq!(control_group_bytes(memberships, mount.path()), Some(31_457_280));
+    }
+
+    #[test]
+    fn the_address_space_is_what_the_shell_leaves() {
+        let limits = "Max locked memory         8388608   8388608   bytes\n\
+                      Max address space         100000000 unlimited bytes\n";
+        assert_eq!(address_space_bytes(limits, "VmSize:\t   10000 kB\n"), Some(89_760_000));
+        assert_eq!(address_space_bytes(limits, "VmSize: 1000000 kB"), Some(0));
+        let unlimited = "Max address space         unlimited            unlimited            bytes";
+        assert_eq!(address_space_bytes(unlimited, "VmSize: 1 kB"), None);
     }
 
     #[test]

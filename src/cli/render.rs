@@ -1,6 +1,7 @@
 //! `rayframe render`.
 
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
@@ -9,8 +10,8 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::output::SOFTWARE;
-use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output};
-use crate::sequence::{self, Plan, SequenceJob, Summary};
+use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
+use crate::sequence::{self, Plan, SequenceJob, Summary, triangle_count};
 
 use super::render_args::RenderArgs;
 use super::render_job::{RenderJob, render_job};
@@ -30,9 +31,16 @@ pub(super) fn run(args: &RenderArgs) -> Ending {
 
 fn render(args: &RenderArgs) -> Result<Ending> {
     // Find everything that can go wrong before the first frame.
-    let RenderJob { sequence: job, warnings, environment } = render_job(args)?;
+    let RenderJob { sequence: job, warnings, environment, inputs } = render_job(args)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     let plan = Plan::new(&job)?;
+    refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
+    if triangle_count(&job.scene, &job.selection.roots) == 0 {
+        print_warning(&format!(
+            "{}: the scene draws no triangles; only what surrounds it is seen",
+            job.scene.path.display()
+        ));
+    }
     if !args.quiet {
         print_note(&understood(&job, &environment));
     }
@@ -62,6 +70,30 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
         _ => Ok(finish(summary, job.keep_going)),
     }
+}
+
+/// No file may be written over another one of this run, or over what it reads.
+fn refuse_collisions(plan: &Plan, stats: Option<&Path>, inputs: &[PathBuf]) -> Result<()> {
+    let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
+    let frames = plan.frames.iter().flat_map(|frame| [Some(&frame.path), frame.preview_path.as_ref()]);
+    let frames = frames.flatten().map(|path| (path.as_path(), "will hold a frame", "-o"));
+    let stats = stats.map(|path| (path, "will hold the statistics", "--stats"));
+    for (path, purpose, option) in frames.chain(stats) {
+        if let Some(other) = names.insert(place(path), purpose) {
+            return Err(Error::usage(format!(
+                "{option}: \"{}\" {other} and cannot be written to as well; choose another name",
+                path.display()
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The file that `path` names however it is written; links are followed as far as the folder.
+fn place(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let absolute = || std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    folder.canonicalize().unwrap_or_else(|_| absolute()).join(path.file_name().unwrap_or_default())
 }
 
 /// The exit code; with `--keep-going` every failure has been named already.

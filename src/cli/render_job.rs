@@ -1,6 +1,7 @@
 //! From the options that were typed to the job that is meant. After this nothing parses text.
 
 use std::ffi::OsStr;
+use std::path::PathBuf;
 
 use crate::bvh::{BuildSettings, BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
@@ -31,6 +32,8 @@ pub(super) struct RenderJob {
     pub(super) warnings: Vec<Warning>,
     /// The environment in words; empty when there is none.
     pub(super) environment: String,
+    /// Files that are read and must not be written over: the scene, and the environment's picture.
+    pub(super) inputs: Vec<PathBuf>,
 }
 
 /// What can be understood without the scene.
@@ -56,6 +59,10 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let (selection, selection_warnings) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
         environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
+    let mut inputs = vec![args.scene.clone()];
+    if let Some(EnvironmentSource::File(path, _)) = wishes.environment {
+        inputs.push(path);
+    }
     let warnings = [scene.warnings.clone(), selection_warnings, environment_warnings].concat();
 
     let duration = duration_seconds(&scene, &selection);
@@ -87,7 +94,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         strict: args.strict,
         max_memory_bytes,
     };
-    Ok(RenderJob { sequence, warnings, environment: description })
+    Ok(RenderJob { sequence, warnings, environment: description, inputs })
 }
 
 fn understand(args: &RenderArgs) -> Result<Wishes> {

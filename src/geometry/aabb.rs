@@ -53,15 +53,6 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// Half the surface area, the quantity that surface area heuristics compare; zero for an empty box.
-    pub fn half_area(&self) -> f32 {
-        if self.is_empty() {
-            return 0.0;
-        }
-        let e = self.extent();
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
-
     /// The surface area, computed so that it cannot overflow; zero for an empty box.
     pub fn area(&self) -> f64 {
         if self.is_empty() {

@@ -5,8 +5,8 @@ use std::io::Read;
 use std::ops::Range;
 use std::path::Path;
 
-use super::context::{Context, readable_bytes};
-use crate::error::{Error, Result};
+use super::context::Context;
+use crate::error::{Error, Result, readable_bytes};
 
 const GLB_MAGIC: &[u8; 4] = b"glTF";
 const GLB_HEADER_BYTES: usize = 12;
@@ -69,8 +69,8 @@ pub(super) fn read_regular(
             pointer,
             format!(
                 "has {}, more than the {} that can be read",
-                readable_bytes(metadata.len()),
-                readable_bytes(limit_bytes)
+                readable_bytes(metadata.len().into()),
+                readable_bytes(limit_bytes.into())
             ),
         ));
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::error::{Error, Result, Warning};
+use crate::error::{Error, Result, Warning, readable_bytes};
 
 /// State of one import.
 #[derive(Debug)]
@@ -96,8 +96,8 @@ impl<'a> Context<'a> {
             pointer,
             format!(
                 "needs about {}, more than the limit of {}; raise it with --max-memory",
-                readable_bytes(total_bytes),
-                readable_bytes(self.limit_bytes)
+                readable_bytes(total_bytes.into()),
+                readable_bytes(self.limit_bytes.into())
             ),
         )
     }
@@ -113,14 +113,4 @@ impl<'a> Context<'a> {
     pub(super) fn into_warnings(self) -> Vec<Warning> {
         self.warnings
     }
-}
-
-/// `bytes` with a decimal unit, for messages.
-pub(super) fn readable_bytes(bytes: u64) -> String {
-    const UNITS: [(&str, f64); 4] = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
-    let value = bytes as f64;
-    UNITS
-        .iter()
-        .find(|(_, size)| value >= *size)
-        .map_or_else(|| format!("{bytes} bytes"), |(unit, size)| format!("{:.1} {unit}", value / size))
 }

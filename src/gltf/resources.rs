@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::container::read_regular;
-use super::context::{Context, readable_bytes};
+use super::context::Context;
 use super::document::Document;
 use super::uri::{self, Uri, UriError};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, readable_bytes};
 
 /// Fetches resources and hashes everything that was read, in the order it was asked for.
 pub(super) struct Resources {
@@ -111,7 +111,7 @@ impl Resources {
                 format!(
                     "\"{}\" is too large, {} of memory are left; raise --max-memory",
                     relative.display(),
-                    readable_bytes(limit_bytes)
+                    readable_bytes(limit_bytes.into())
                 ),
             ),
             other => other,

@@ -47,16 +47,27 @@ pub fn probe_folder(path: &Path) -> Result<()> {
     let folder = folder_of(path);
     fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
         path: folder.to_owned(),
-        message: format!("the output folder cannot be created: {error}"),
+        message: format!("the output folder cannot be created: {error}; choose another place"),
     })?;
-    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_file()) {
-        return Err(Error::CannotCreate {
-            path: path.to_owned(),
-            message: "there is something of this name that is not a file; choose another name with -o"
-                .to_owned(),
-        });
-    }
+    check_name(path)?;
     create_temporary(path).map(drop)
+}
+
+/// Makes sure that a file of this name could stand in its folder, which may still be missing.
+///
+/// # Errors
+/// [`Error::CannotCreate`] when something that is not a regular file has the name, or the system takes no such name.
+pub fn check_name(path: &Path) -> Result<()> {
+    let cannot = |message: String| Err(Error::CannotCreate { path: path.to_owned(), message });
+    match fs::metadata(path) {
+        Ok(metadata) if !metadata.is_file() => {
+            cannot("there is something of this name that is not a file; choose another name".to_owned())
+        }
+        Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
+            cannot(format!("the file cannot be created: {error}; choose another name"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Removes what runs that are gone left of half-written `paths`. Only a courtesy: failures are ignored.
@@ -90,7 +101,7 @@ fn create_temporary(path: &Path) -> Result<NamedTempFile> {
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
     builder.tempfile_in(folder_of(path)).map_err(|error| Error::CannotCreate {
         path: path.to_owned(),
-        message: format!("the file cannot be created: {}", without_path(&error)),
+        message: format!("the file cannot be created: {}; choose another place", without_path(&error)),
     })
 }
 
@@ -182,7 +193,8 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
 
 /// The system's words without the name of the temporary, which means nothing to the user.
 fn without_path(error: &io::Error) -> String {
-    error.get_ref().and_then(|inner| inner.source()).map_or_else(|| error.to_string(), ToString::to_string)
+    let text = error.to_string();
+    text.split_once(" at path ").map_or(text.as_str(), |(words, _)| words).to_owned()
 }
 
 #[cfg(test)]
@@ -225,6 +237,22 @@ mod tests {
         let below_a_file = folder.path().join("file");
         fs::write(&below_a_file, "").unwrap();
         assert_eq!(probe_folder(&below_a_file.join("a.exr")).unwrap_err().exit_code(), 73);
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_is_impossible_is_found_early_and_told_without_the_temporary() {
+        let folder = tempfile::tempdir().unwrap();
+        // One byte more than NAME_MAX.
+        let too_long = folder.path().join("n".repeat(256));
+        assert_eq!(check_name(&too_long).unwrap_err().exit_code(), 73);
+        assert_eq!(probe_folder(&too_long).unwrap_err().exit_code(), 73);
+        // Nobody may create files in /proc.
+        let error = probe_folder(Path::new("/proc/a.exr")).unwrap_err();
+        assert!(
+            error.to_string().starts_with("/proc/a.exr: ") && !error.to_string().contains(".tmp"),
+            "{error}"
+        );
     }
 
     #[cfg(target_os = "linux")]

@@ -7,7 +7,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder as _};
 
 use super::decode_exr;
-use crate::error::{Error, Result, Warning};
+use crate::error::{Error, Result, Warning, readable_bytes};
 
 /// A linear picture of the surroundings as stored, nothing projected yet.
 #[derive(Clone, Debug)]
@@ -43,13 +43,7 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
 }
 
 fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
-    let image = decode_exr(bytes, max_memory_bytes).map_err(|message| {
-        if message.contains("--max-memory") {
-            Error::refused(path, "", message)
-        } else {
-            Error::invalid(path, "", message)
-        }
-    })?;
+    let image = decode_exr(path, bytes, max_memory_bytes)?;
     Ok(EnvironmentPixels {
         width: image.size.0,
         height: image.size.1,
@@ -65,8 +59,10 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let (width, height) = decoder.dimensions();
     let needed = u64::from(width) * u64::from(height) * 28;
     if needed > max_memory_bytes {
-        let message =
-            format!("{width}x{height} pixels need {} MB, more than --max-memory allows", needed / 1_000_000);
+        let message = format!(
+            "{width}x{height} pixels need {}, more than --max-memory allows",
+            readable_bytes(needed.into())
+        );
         return Err(Error::refused(path, "", message));
     }
     let image = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgb32f();

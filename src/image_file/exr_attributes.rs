@@ -5,6 +5,7 @@ use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{IntegerBounds, Vec2};
 
 use super::RgbaPixels;
+use crate::color::REC709;
 
 /// Name of the attribute that holds [`FrameAttributes::render_hash`].
 pub(super) const RENDER_HASH: &str = "renderHash";
@@ -36,12 +37,12 @@ impl FrameAttributes {
         let (width, height) = pixels.picture_size;
         let mut attributes =
             ImageAttributes::new(IntegerBounds::new((0, 0), (width as usize, height as usize)));
-        // ITU-R BT.709: primaries and D65 white.
+        let xy = |point: glam::Vec2| Vec2(point.x, point.y);
         attributes.chromaticities = Some(Chromaticities {
-            red: Vec2(0.64, 0.33),
-            green: Vec2(0.30, 0.60),
-            blue: Vec2(0.15, 0.06),
-            white: Vec2(0.3127, 0.3290),
+            red: xy(REC709.red),
+            green: xy(REC709.green),
+            blue: xy(REC709.blue),
+            white: xy(REC709.white),
         });
         attributes
     }

@@ -12,6 +12,7 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
 use super::StoredFrame;
 use super::exr_attributes::RENDER_HASH;
+use crate::error::{Error, readable_bytes};
 
 /// A decoded OpenEXR picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,12 +23,23 @@ pub struct ExrImage {
     pub pixels: Vec<[f32; 4]>,
 }
 
-/// Decodes the first flat layer with R, G and B, or with Y, and any numeric type.
+/// Decodes the first flat layer with R, G and B, or with Y, and any numeric type, of the content `bytes` of the file
+/// `path`.
 ///
 /// # Errors
-/// One line that says what is wrong; also when the pixels would take more than `max_memory_bytes`.
-pub fn decode_exr(bytes: &[u8], max_memory_bytes: u64) -> Result<ExrImage, String> {
-    refuse_large(bytes, max_memory_bytes)?;
+/// [`Error::Invalid`] when it is not such a picture; [`Error::Refused`] when the pixels would take more than
+/// `max_memory_bytes`.
+pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<ExrImage, Error> {
+    let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
+    if needed > u128::from(max_memory_bytes) {
+        let message =
+            format!("decoding needs up to {}, more than --max-memory allows", readable_bytes(needed));
+        return Err(Error::refused(path, "", message));
+    }
+    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+}
+
+fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -72,8 +84,8 @@ fn stored_frame(header: &Header) -> StoredFrame {
     }
 }
 
-/// Looks at the header alone, so that a lying size costs nothing.
-fn refuse_large(bytes: &[u8], max_memory_bytes: u64) -> Result<(), String> {
+/// What decoding needs, from the header alone, so that a lying size costs nothing.
+fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
     let reader = exr::block::read(Cursor::new(bytes), false)
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
     let samples = |header: &Header| {
@@ -81,11 +93,7 @@ fn refuse_large(bytes: &[u8], max_memory_bytes: u64) -> Result<(), String> {
         width * height * header.channels.list.len() as u128
     };
     // Four bytes a sample as decoded, and sixteen a pixel as handed on.
-    let needed: u128 = reader.headers().iter().map(|header| samples(header) * 20).sum();
-    if needed > u128::from(max_memory_bytes) {
-        return Err(format!("decoding needs up to {} MB, more than --max-memory allows", needed / 1_000_000));
-    }
-    Ok(())
+    Ok(reader.headers().iter().map(|header| samples(header) * 20).sum())
 }
 
 fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {

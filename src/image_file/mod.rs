@@ -11,7 +11,7 @@ mod png_text;
 mod png_write;
 mod texture_decode;
 
-pub use atomic::{probe_folder, remove_stale_temporaries, write_atomically};
+pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use exr_attributes::FrameAttributes;
 pub use exr_read::{ExrImage, decode_exr, inspect_exr};

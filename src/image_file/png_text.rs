@@ -81,8 +81,7 @@ mod tests {
 
     #[test]
     fn the_hash_is_found_again_and_damage_is_noticed() {
-        let mut png = crate::image_file::encode_png((2, 1), &[[255, 0, 0, 255], [0, 0, 0, 0]], None).unwrap();
-        insert_render_hash(&mut png, "00ff");
+        let png = crate::image_file::encode_png((2, 1), &[[255, 0, 0, 255], [0, 0, 0, 0]], "00ff").unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
         std::fs::write(&path, &png).unwrap();

@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// [`Error::Internal`] when there is another number of pixels than `size` says.
-pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]], render_hash: Option<&str>) -> Result<Vec<u8>> {
+pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]], render_hash: &str) -> Result<Vec<u8>> {
     let mut png = Vec::new();
     let encoder = PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive);
     if size.0 as usize * size.1 as usize != pixels.len() {
@@ -19,9 +19,7 @@ pub fn encode_png(size: (u32, u32), pixels: &[[u8; 4]], render_hash: Option<&str
     encoder
         .write_image(pixels.as_flattened(), size.0, size.1, ExtendedColorType::Rgba8)
         .map_err(|error| internal(&error.to_string()))?;
-    if let Some(hash) = render_hash {
-        insert_render_hash(&mut png, hash);
-    }
+    insert_render_hash(&mut png, render_hash);
     Ok(png)
 }
 

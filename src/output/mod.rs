@@ -8,4 +8,4 @@ mod picture;
 
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
 pub use exposure::auto_exposure_ev;
-pub use picture::{PreviewLook, exr_file, png_file, preview_file};
+pub use picture::{PreviewLook, exr_file, png_file};

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use crate::color::{ToneCurve, linear_to_srgb};
+use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
 use crate::image_file::{FrameAttributes, RgbaPixels, encode_exr, encode_png, half_from_f32};
@@ -28,21 +28,21 @@ pub fn exr_file(film: &Film, attributes: &FrameAttributes) -> Result<Vec<u8>> {
     encode_exr(&pixels, attributes)
 }
 
-/// The PNG file of a frame, with what it was made from.
-pub fn png_file(film: &Film, look: PreviewLook, render_hash: &str) -> Result<Vec<u8>> {
-    let size = (film.window.width(), film.window.height());
-    encode_png(size, &display_pixels(&film.pixels, look), Some(render_hash))
-}
-
-/// The preview beside an EXR file, made from that file's pixels.
-pub fn preview_file(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> Result<Vec<u8>> {
-    encode_png(size, &display_pixels(pixels, look), None)
+/// A tone-mapped PNG file of linear pixels, with what they were made from: a frame of its own, or the preview beside an
+/// EXR file, made from that file's pixels.
+pub fn png_file(
+    size: (u32, u32),
+    pixels: &[[f32; 4]],
+    look: PreviewLook,
+    render_hash: &str,
+) -> Result<Vec<u8>> {
+    encode_png(size, &display_pixels(pixels, look), render_hash)
 }
 
 /// sRGB with straight alpha. Values are rounded to halves first, so that a preview made while rendering and one made
 /// from the stored EXR are the same.
 fn display_pixels(pixels: &[[f32; 4]], look: PreviewLook) -> Vec<[u8; 4]> {
-    let gain = libm::exp2f(look.exposure_ev);
+    let gain = exposure_scale(look.exposure_ev);
     pixels
         .iter()
         .map(|pixel| display_pixel(pixel.map(|value| half_from_f32(value).to_f32()), gain, look.tone))
@@ -53,13 +53,8 @@ fn display_pixel([r, g, b, alpha]: [f32; 4], gain: f32, tone: ToneCurve) -> [u8;
     // Light without coverage (a glow over nothing) is shown as it is.
     let straight = if alpha > 0.0 { 1.0 / alpha } else { 1.0 };
     let color = tone.apply(Vec3::new(r, g, b) * (straight * gain));
-    let [r, g, b] = color.to_array().map(|value| to_byte(linear_to_srgb(value)));
-    [r, g, b, to_byte(alpha)]
-}
-
-/// The nearest of 256 levels; what is not a number becomes 0.
-fn to_byte(value: f32) -> u8 {
-    (value * 255.0 + 0.5) as u8
+    let [r, g, b] = color.to_array().map(linear_to_srgb8);
+    [r, g, b, (alpha * 255.0 + 0.5) as u8]
 }
 
 #[cfg(test)]

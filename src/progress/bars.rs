@@ -9,7 +9,7 @@ use crate::sequence::SequenceEvent;
 use super::Verbosity;
 use super::eta::{Eta, duration_text};
 use super::plain::{exposure_text, kept_text, phases_text, summary_text};
-use super::print::one_line;
+use super::print::{one_line, print_note};
 
 /// Steps of the frame bar.
 const FRAME_STEPS: u64 = 1000;
@@ -71,7 +71,8 @@ impl Bars {
             SequenceEvent::Finished(summary) => {
                 self.frame.finish_and_clear();
                 self.sequence.finish_and_clear();
-                self.line(&summary_text(summary, eta.total));
+                // The bars are gone; a line of theirs would not end the terminal's line.
+                print_note(&summary_text(summary, eta.total));
             }
             SequenceEvent::FrameKept(_) | SequenceEvent::FrameProgress(_) => {}
         }
@@ -82,6 +83,11 @@ impl Bars {
         if let Some(seconds) = eta.remaining_seconds() {
             self.sequence.set_message(format!("eta {}", duration_text(seconds)));
         }
+    }
+
+    /// Whether the terminal cannot show bars, such as one that cannot move its cursor.
+    pub(super) fn is_hidden(&self) -> bool {
+        self.all.is_hidden()
     }
 
     /// A line above the bars.

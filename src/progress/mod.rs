@@ -9,8 +9,6 @@ mod json;
 mod plain;
 mod print;
 
-use std::io::IsTerminal as _;
-
 use crate::sequence::SequenceEvent;
 
 use bars::Bars;
@@ -64,15 +62,15 @@ enum Form {
 impl Reporter {
     /// A reporter for one run.
     pub fn new(style: ProgressStyle, verbosity: Verbosity) -> Self {
-        let has_terminal = std::io::stderr().is_terminal();
         let form = match style {
             ProgressStyle::Json => Form::Json(JsonLines::default()),
             ProgressStyle::None => Form::Silent,
             _ if verbosity.is_quiet => Form::Silent,
-            // Bars hide themselves where there is no terminal; lines do not.
-            ProgressStyle::Auto | ProgressStyle::Bar if has_terminal => Form::Bars(Bars::new(verbosity)),
-            ProgressStyle::Auto | ProgressStyle::Bar | ProgressStyle::Plain => {
-                Form::Plain(PlainLines::new(verbosity))
+            ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity)),
+            ProgressStyle::Auto | ProgressStyle::Bar => {
+                // Bars hide themselves in pipes and on terminals that cannot show them; lines do not.
+                let bars = Bars::new(verbosity);
+                if bars.is_hidden() { Form::Plain(PlainLines::new(verbosity)) } else { Form::Bars(bars) }
             }
         };
         Self { form, verbosity }

@@ -55,7 +55,10 @@ impl PlainLines {
 }
 
 pub(super) fn kept_text(kept: usize) -> String {
-    format!("{kept} frames are there already and are kept")
+    match kept {
+        1 => "1 frame is there already and is kept".to_owned(),
+        _ => format!("{kept} frames are there already and are kept"),
+    }
 }
 
 pub(super) fn exposure_text(ev: f32) -> String {

@@ -49,8 +49,7 @@ impl Picture {
             pointer: String::new(),
             source,
         })?;
-        let image = image_file::decode_exr(&bytes, MAX_MEMORY_BYTES)
-            .map_err(|message| Error::invalid(path, "", message))?;
+        let image = image_file::decode_exr(path, &bytes, MAX_MEMORY_BYTES)?;
         Ok(Self { size: image.size, pixels: image.pixels })
     }
 

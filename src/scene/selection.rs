@@ -153,8 +153,9 @@ fn resolve_camera(
                     return Ok(CameraChoice::Node(node));
                 }
             }
-            let names = scene.cameras.iter().map(|camera| camera.name.as_deref());
-            let index = find("camera", "--camera", choice, names)?;
+            let names: Vec<_> =
+                (0..scene.cameras.len()).map(|camera| camera_or_node_name(scene, &placed, camera)).collect();
+            let index = find("camera", "--camera", choice, names.iter().copied())?;
             let node = placed.iter().find(|(camera, _)| camera.index() == index);
             match node {
                 Some(&(_, node)) => Ok(CameraChoice::Node(node)),
@@ -165,6 +166,17 @@ fn resolve_camera(
             }
         }
     }
+}
+
+/// The camera's own name, else that of the first node that holds it.
+fn camera_or_node_name<'a>(
+    scene: &'a Scene,
+    placed: &[(CameraIndex, NodeIndex)],
+    camera: usize,
+) -> Option<&'a str> {
+    let node = placed.iter().find(|(placed, _)| placed.index() == camera);
+    let node_name = || scene.nodes[node?.1.index()].name.as_deref();
+    scene.cameras[camera].name.as_deref().or_else(node_name)
 }
 
 /// The cameras on nodes that `roots` reach, by camera, then by node.
@@ -307,6 +319,12 @@ mod tests {
         let message = ask(camera(Choice::Name("nobody".to_owned())));
         assert!(message.contains("#0 \"loose\", #1 \"used\""), "{message}");
         assert!(ask(camera(Choice::Name("loose".to_owned()))).contains("not placed"));
+        // A camera without a name is listed under that of its node.
+        let mut unnamed = scene();
+        unnamed.cameras[1].name = None;
+        let request = camera(Choice::Name("nobody".to_owned()));
+        let message = Selection::resolve(&request, &unnamed).unwrap_err().to_string();
+        assert!(message.contains("#1 \"object 1\""), "{message}");
         assert!(ask(camera(Choice::Index(2))).contains("no camera #2"));
         let clips = ClipChoice::One(Choice::Name("z".to_owned()));
         let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });

@@ -43,11 +43,39 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
             None => return Decision::Keep,
             Some(why) => why.to_owned(),
         },
-        Err(why) => format!("not a whole frame ({why})"),
+        Err(why) => not_whole(&why),
     };
     match job.existing {
         ExistingFiles::Protect => Decision::InTheWay(why),
         ExistingFiles::Resume | ExistingFiles::Overwrite => Decision::Render,
+    }
+}
+
+/// Why the file `path`, which is about to become the preview of a frame with `render_hash`, may not be replaced.
+///
+/// A preview of the same frame in another look or crop may.
+pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &str) -> Option<String> {
+    if job.existing != ExistingFiles::Protect || !path.is_file() {
+        return None;
+    }
+    match inspect_png(path) {
+        Err(why) => Some(not_whole(&why)),
+        Ok(stored) => other_origin(&stored, render_hash).map(str::to_owned),
+    }
+}
+
+fn not_whole(why: &str) -> String {
+    format!("not a whole frame ({why})")
+}
+
+/// Why a whole file was made from something else.
+fn other_origin(stored: &StoredFrame, render_hash: &str) -> Option<&'static str> {
+    match &stored.render_hash {
+        None => Some("made by another program"),
+        Some(hash) if hash != render_hash => {
+            Some("made from another scene, other settings or by another version")
+        }
+        Some(_) => None,
     }
 }
 
@@ -62,12 +90,5 @@ fn difference(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Opt
         }
         OutputFormat::Png => stored.size == (window.width(), window.height()),
     };
-    match &stored.render_hash {
-        None => Some("made by another program"),
-        Some(hash) if hash != render_hash => {
-            Some("made from another scene, other settings or by another version")
-        }
-        Some(_) if !same_window => Some("another crop of the picture"),
-        Some(_) => None,
-    }
+    other_origin(stored, render_hash).or((!same_window).then_some("another crop of the picture"))
 }

@@ -12,7 +12,7 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
 use crate::film::Film;
 use crate::image_file::{decode_exr, write_atomically};
-use crate::output::{PreviewLook, exr_file, frame_attributes, png_file, preview_file};
+use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
 use crate::render::{RenderInput, RenderStatistics, render_frame};
 
 use super::exposure::exposure_ev;
@@ -214,7 +214,7 @@ impl<'a> FrameLoop<'a> {
     fn write(&self, planned: &PlannedFrame, film: &Film, look: PreviewLook) -> Result<Vec<u8>> {
         let size = (film.window.width(), film.window.height());
         let file = match self.job.output.format() {
-            OutputFormat::Png => png_file(film, look, &planned.render_hash)?,
+            OutputFormat::Png => png_file(size, &film.pixels, look, &planned.render_hash)?,
             OutputFormat::Exr => {
                 let attributes = frame_attributes(
                     planned.frame,
@@ -227,7 +227,8 @@ impl<'a> FrameLoop<'a> {
             }
         };
         if let Some(preview_path) = &planned.preview_path {
-            write_atomically(preview_path, &preview_file(size, &film.pixels, look)?)?;
+            let preview = png_file(size, &film.pixels, look, &planned.render_hash)?;
+            write_atomically(preview_path, &preview)?;
         }
         write_atomically(&planned.path, &file)?;
         Ok(file)
@@ -240,7 +241,7 @@ impl<'a> FrameLoop<'a> {
         };
         let look = self.look()?;
         let (size, pixels) = read_frame(&planned.path, self.job.max_memory_bytes)?;
-        write_atomically(preview_path, &preview_file(size, &pixels, look)?)
+        write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
     }
 }
 
@@ -252,7 +253,7 @@ fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
         pointer: String::new(),
         source,
     })?;
-    let image = decode_exr(&bytes, max_memory_bytes).map_err(|message| Error::invalid(path, "", message))?;
+    let image = decode_exr(path, &bytes, max_memory_bytes)?;
     Ok((image.size, image.pixels))
 }
 

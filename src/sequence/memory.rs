@@ -1,7 +1,7 @@
 //! What rendering will need, estimated before anything is allocated.
 
 use crate::bvh::Split;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, readable_bytes};
 
 use super::SequenceJob;
 use super::job::triangle_count;
@@ -14,7 +14,7 @@ const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100;
 const BYTES_A_REFERENCE: u128 = 120;
 
 /// Bytes that the frames of `job` need beyond the scene itself, on the high side.
-pub fn estimated_bytes(job: &SequenceJob) -> u128 {
+fn estimated_bytes(job: &SequenceJob) -> u128 {
     let window = &job.render.window;
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
@@ -39,13 +39,9 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
         return refuse(format!(
             "{width}x{height} pixels and {triangles} triangles need about {}, but only {} may be used; ask for a smaller \
              picture or --split off, or raise --max-memory",
-            gigabytes(needed),
-            gigabytes(u128::from(job.max_memory_bytes))
+            readable_bytes(needed),
+            readable_bytes(job.max_memory_bytes.into())
         ));
     }
     Ok(())
-}
-
-fn gigabytes(bytes: u128) -> String {
-    format!("{:.1} GB", bytes as f64 / 1e9)
 }

@@ -22,7 +22,6 @@ pub use existing::ExistingFiles;
 pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
-pub use memory::estimated_bytes;
 pub use pattern::{OutputFormat, OutputPattern};
 pub use plan::{Plan, PlannedFrame};
 pub use rate::FrameRate;

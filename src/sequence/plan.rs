@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, remove_stale_temporaries};
+use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 
-use super::existing::{Decision, decide};
+use super::existing::{Decision, decide, preview_in_the_way};
 use super::{OutputFormat, SequenceJob, memory, render_hash};
 
 /// One frame and its files.
@@ -62,8 +62,9 @@ impl Plan {
             paths.extend(frame.preview_path.clone());
         }
         for path in &paths {
-            // One file a folder tells about the folder; each name must still be free of folders and devices.
-            if folders.insert(path.parent().map(Path::to_owned)) || path.exists() {
+            // One file a folder tells about the folder.
+            check_name(path)?;
+            if folders.insert(path.parent().map(Path::to_owned)) {
                 probe_folder(path)?;
             }
         }
@@ -95,26 +96,26 @@ fn check_names(job: &SequenceJob) -> Result<()> {
     Ok(())
 }
 
-fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Decision) {
+/// The frame, and the file that is in its way and why.
+fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<(PathBuf, String)>) {
     let path = job.output.path(frame);
+    let preview_path = job.preview.then(|| path.with_extension("png"));
     let render_hash = render_hash(job, frame);
     let decision = decide(job, &path, &render_hash);
-    let planned = PlannedFrame {
-        frame,
-        time_seconds: job.rate.time_seconds(frame),
-        preview_path: job.preview.then(|| path.with_extension("png")),
-        path,
-        render_hash,
-        is_done: decision == Decision::Keep,
+    let is_done = decision == Decision::Keep;
+    let in_the_way = match (decision, &preview_path) {
+        (Decision::InTheWay(why), _) => Some((path.clone(), why)),
+        (_, Some(preview)) => {
+            preview_in_the_way(job, preview, &render_hash).map(|why| (preview.clone(), why))
+        }
+        (_, None) => None,
     };
-    (planned, decision)
+    let time_seconds = job.rate.time_seconds(frame);
+    (PlannedFrame { frame, time_seconds, path, preview_path, render_hash, is_done }, in_the_way)
 }
 
-fn refuse_what_is_in_the_way(planned: &[(PlannedFrame, Decision)]) -> Result<()> {
-    let mut in_the_way = planned.iter().filter_map(|(frame, decision)| match decision {
-        Decision::InTheWay(why) => Some((&frame.path, why)),
-        Decision::Render | Decision::Keep => None,
-    });
+fn refuse_what_is_in_the_way(planned: &[(PlannedFrame, Option<(PathBuf, String)>)]) -> Result<()> {
+    let mut in_the_way = planned.iter().filter_map(|(_, in_the_way)| in_the_way.as_ref());
     let Some((path, why)) = in_the_way.next() else {
         return Ok(());
     };

@@ -61,7 +61,7 @@ fn file_key(job: &SequenceJob) -> serde_json::Value {
                 Exposure::Ev(ev) => json!(ev.to_bits()),
             };
             json!({
-                "png": format!("{:?}", job.tone),
+                "png": job.tone.name(),
                 "exposure": exposure,
                 "crop": [window.x0, window.y0, window.x1, window.y1],
             })

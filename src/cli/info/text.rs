@@ -62,7 +62,11 @@ fn meshes(report: &Report) -> Vec<String> {
 }
 
 fn materials(report: &Report) -> Vec<String> {
-    numbered(&report.materials, |material| (material.name.as_deref(), material.features.join(", ")))
+    numbered(&report.materials, |material| {
+        let features =
+            if material.features.is_empty() { "plain".to_owned() } else { material.features.join(", ") };
+        (material.name.as_deref(), features)
+    })
 }
 
 fn textures(report: &Report) -> Vec<String> {

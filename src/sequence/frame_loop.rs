@@ -129,7 +129,7 @@ impl<'a> FrameLoop<'a> {
             environment: &self.job.environment,
         };
         let on_event = self.on_event;
-        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(share));
+        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
         let (film, rays) = render_frame(&input, &self.job.render, self.cancel, &on_progress)?;
         seconds.trace = rays.trace_seconds;
         self.examine(planned, &tree, &rays)?;

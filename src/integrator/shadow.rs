@@ -92,7 +92,7 @@ fn through_surfaces(
 fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
     let straight = world.settings.glass_shadows == GlassShadows::Straight;
     let shape = world.posed.frame.shape(hit.primitive);
-    straight.then(|| Medium::inside(world.posed, shape)).flatten()
+    straight.then(|| world.interiors.medium(shape)).flatten()
 }
 
 /// (1 − α) + α · transmission · (1 − F) · base colour. The way is not bent, so the Fresnel factor is always the one of

@@ -21,6 +21,7 @@ use media::Interiors;
 pub use camera::CameraRays;
 pub use media::{MediaStack, Medium, VolumeId};
 pub use path_ray::{Footprint, PathClass, PathRay};
+pub use shadow::PASS_THROUGH_LIMIT;
 
 /// How volumes and thin glass darken what is behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -11,8 +11,8 @@ use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{SurfacePoint, alpha_at, material_at};
 
-/// See-through surfaces that one shadow ray may pass.
-pub(super) const PASS_THROUGH_LIMIT: u32 = 256;
+/// See-through surfaces that one ray may pass.
+pub const PASS_THROUGH_LIMIT: u32 = 256;
 
 /// How a surface stands in the way of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,6 +12,7 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
 use crate::film::Film;
 use crate::image_file::{decode_exr, write_atomically};
+use crate::integrator::PASS_THROUGH_LIMIT;
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
 use crate::render::{RenderInput, RenderStatistics, render_frame};
 
@@ -188,10 +189,9 @@ impl<'a> FrameLoop<'a> {
             ));
         }
         if rays.integrator.pass_through_limit_reached > 0 {
-            self.warn(
-                "some samples met more than 256 see-through surfaces; what lies behind them is missing"
-                    .to_owned(),
-            );
+            self.warn(format!(
+                "some samples met more than {PASS_THROUGH_LIMIT} see-through surfaces; what lies behind them is missing"
+            ));
         }
         if tree.budget_reached {
             self.warn(format!(

@@ -43,7 +43,7 @@ pub fn exposure_scale(stops: f32) -> f32 {
 }
 
 /// Encodes linear light for an sRGB display; 0 to 1 both ways, numbers outside follow the same two pieces.
-pub fn linear_to_srgb(linear: f32) -> f32 {
+fn linear_to_srgb(linear: f32) -> f32 {
     let linear = f64::from(linear);
     let encoded =
         if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 };

@@ -133,11 +133,6 @@ impl Bsdf {
         Some(Vec3::new(-wo.x * bend, -wo.y * bend, -cosine).normalize())
     }
 
-    /// 0 mirror to 1 dull.
-    pub fn roughness(&self) -> f32 {
-        self.roughness
-    }
-
     /// The cosine beyond the surface, or `None` at total internal reflection.
     fn refracted_cosine(&self, cosine: f32) -> Option<f32> {
         let sine_squared = 1.0 - cosine * cosine;

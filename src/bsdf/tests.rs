@@ -9,7 +9,6 @@ use super::*;
 fn material(metallic: f32, roughness: f32, transmission: f32, thin: bool) -> MaterialSample {
     MaterialSample {
         base_color: Vec3::ONE,
-        alpha: 1.0,
         metallic,
         roughness,
         occlusion: 1.0,

@@ -46,9 +46,8 @@ const SMALLEST_MARGIN: f32 = 1.0e-37;
 /// A ray as the kernels use it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LaneRay {
-    /// Indices of the near planes in a node; the far plane of an axis is its other one.
-    near: [usize; 3],
-    far: [usize; 3],
+    /// Axes along which the ray runs towards smaller coordinates.
+    backward: [bool; 3],
     near_origin: [f32; 3],
     far_origin: [f32; 3],
     near_reciprocal: [f32; 3],
@@ -99,8 +98,7 @@ impl LaneRay {
 
         let padding = ray.origin.abs().max_element() * BOX_PADDING;
         let mut prepared = Self {
-            near: [0; 3],
-            far: [0; 3],
+            backward: [false; 3],
             near_origin: [0.0; 3],
             far_origin: [0.0; 3],
             near_reciprocal: [0.0; 3],
@@ -122,14 +120,26 @@ impl LaneRay {
             } else {
                 SMALLEST_COMPONENT.copysign(direction[axis])
             };
-            prepared.near[axis] = if backward { 3 + axis } else { axis };
-            prepared.far[axis] = if backward { axis } else { 3 + axis };
+            prepared.backward[axis] = backward;
             prepared.near_origin[axis] = ray.origin[axis] + outward;
             prepared.far_origin[axis] = ray.origin[axis] - outward;
             prepared.near_reciprocal[axis] = (1.0 / component) * (1.0 - SLACK);
             prepared.far_reciprocal[axis] = (1.0 / component) * (1.0 + SLACK);
         }
         prepared
+    }
+
+    /// Index in [`WideNode::planes`] of the plane of `axis` that the ray meets first. It is made from a flag rather than
+    /// stored, so that the compiler sees that it is in range.
+    #[inline(always)]
+    fn near_plane(&self, axis: usize) -> usize {
+        axis + 3 * usize::from(self.backward[axis])
+    }
+
+    /// Index of the other plane of `axis`.
+    #[inline(always)]
+    fn far_plane(&self, axis: usize) -> usize {
+        axis + 3 * usize::from(!self.backward[axis])
     }
 }
 
@@ -155,10 +165,10 @@ impl Lanes for Scalar {
         let mut mask = 0;
         for (lane, distance) in distances.iter_mut().enumerate() {
             let near = |axis: usize| {
-                (node.planes[ray.near[axis]][lane] - ray.near_origin[axis]) * ray.near_reciprocal[axis]
+                (node.planes[ray.near_plane(axis)][lane] - ray.near_origin[axis]) * ray.near_reciprocal[axis]
             };
             let far = |axis: usize| {
-                (node.planes[ray.far[axis]][lane] - ray.far_origin[axis]) * ray.far_reciprocal[axis]
+                (node.planes[ray.far_plane(axis)][lane] - ray.far_origin[axis]) * ray.far_reciprocal[axis]
             };
             let entry = larger(larger(near(0), near(1)), larger(near(2), ray.lower));
             let exit = smaller(smaller(far(0), far(1)), smaller(far(2), upper));

@@ -10,8 +10,8 @@
 //! clipping contains each box that k steps of Algorithm 4 make from it, so a triangle makes at most 2ᵏ references for the
 //! smallest k whose halved box does not exceed SA_max. A histogram of these areas gives the bound for all SA_max at
 //! once. Diagonal triangles fill less than the bound, so corrections by what a sample of the triangles
-//! makes follow. All counts are
-//! integers and all sums have a fixed order: the outcome does not depend on the number of threads.
+//! makes follow. All counts are integers and all sums have a fixed order: the outcome does not depend on the number of
+//! threads.
 
 use rayon::prelude::*;
 
@@ -25,6 +25,10 @@ use crate::geometry::Aabb;
 const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
 /// The average box's share of the scene's area above which `Split::Auto` does nothing.
 const SHARE_BEYOND_SPLITTING: f64 = 0.25;
+/// Boxes met by a line beyond [`OVERLAP_WORTH_SPLITTING`] at which `Split::Auto` aims at one reference more a triangle.
+const OVERLAP_SCALE: f64 = 118.0;
+/// How the references beyond one a triangle grow with that excess.
+const OVERLAP_EXPONENT: f64 = 0.57;
 /// Halvings that the histogram follows; 2⁴⁰ references are beyond any budget.
 const MOST_HALVINGS: u32 = 40;
 /// How often the bound is corrected.
@@ -103,7 +107,7 @@ fn automatic_aim(measures: &Measures, budget: f64) -> u64 {
     if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING || share > SHARE_BEYOND_SPLITTING {
         return measures.triangles;
     }
-    let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / 118.0, 0.57);
+    let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / OVERLAP_SCALE, OVERLAP_EXPONENT);
     (measures.triangles as f64 * ratio.min(budget)) as u64
 }
 

@@ -187,13 +187,15 @@ fn sampler(context: &Context, document: &Document, texture: &json::Texture, inde
             return Err(context.invalid(format!("{pointer}/magFilter"), "must be 9728 or 9729"));
         }
     };
-    let (minify, mipmap) = match &sampler.min_filter {
-        None | Some(Checked::Valid(MinFilter::LinearMipmapLinear)) => (Filter::Linear, Some(Filter::Linear)),
-        Some(Checked::Valid(MinFilter::Nearest)) => (Filter::Nearest, None),
-        Some(Checked::Valid(MinFilter::Linear)) => (Filter::Linear, None),
-        Some(Checked::Valid(MinFilter::NearestMipmapNearest)) => (Filter::Nearest, Some(Filter::Nearest)),
-        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => (Filter::Linear, Some(Filter::Nearest)),
-        Some(Checked::Valid(MinFilter::NearestMipmapLinear)) => (Filter::Nearest, Some(Filter::Linear)),
+    // The filter within a level; there is only the full image.
+    let minify = match &sampler.min_filter {
+        None
+        | Some(Checked::Valid(
+            MinFilter::Linear | MinFilter::LinearMipmapNearest | MinFilter::LinearMipmapLinear,
+        )) => Filter::Linear,
+        Some(Checked::Valid(
+            MinFilter::Nearest | MinFilter::NearestMipmapNearest | MinFilter::NearestMipmapLinear,
+        )) => Filter::Nearest,
         Some(Checked::Invalid) => {
             let message = "must be 9728, 9729 or one of 9984 to 9987";
             return Err(context.invalid(format!("{pointer}/minFilter"), message));
@@ -204,6 +206,5 @@ fn sampler(context: &Context, document: &Document, texture: &json::Texture, inde
         wrap_v: wrap(&sampler.wrap_t, "wrapT")?,
         magnify,
         minify,
-        mipmap,
     })
 }

@@ -31,11 +31,6 @@ impl CameraRays {
         Self { camera: *camera, resolution, half_size, footprint, time_seconds }
     }
 
-    /// Half the width and height of what the picture shows: at distance one in perspective, else in metres.
-    pub fn half_size(&self) -> Vec2 {
-        self.half_size
-    }
-
     /// The ray through `position`, in pixels from the picture's top left corner, for sample `sample` of a batch.
     pub fn ray(&self, position: Vec2, media: &MediaStack, sample: u32) -> PathRay {
         let ndc = (position / self.resolution) * 2.0 - Vec2::ONE;

@@ -5,7 +5,35 @@ use glam::Vec3;
 
 use crate::frame::{Frame, PosedLight};
 use crate::geometry::Ray;
-use crate::scene::{Environment, Light, LightKind};
+use crate::scene::{Environment, LightKind};
+
+/// A light with everything computed that does not depend on the point it shines on.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct PreparedLight {
+    color: Vec3,
+    intensity: f32,
+    emitter: Emitter,
+}
+
+/// Where light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Emitter {
+    /// Parallel light from the direction of a unit vector.
+    Distant { wi: Vec3 },
+    /// A point, with the cone of a spot.
+    Placed { position: Vec3, range: Option<f32>, cone: Option<Cone> },
+}
+
+/// The cone of a spot, by the cosine of the angle from its axis: 1 inside the inner cone, 0 outside the outer one, the
+/// squared ramp of the cosine in between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Cone {
+    /// Unit vector in which the light shines.
+    axis: Vec3,
+    cos_outer: f32,
+    /// What the ramp grows for each unit of the cosine.
+    slope: f32,
+}
 
 /// Light that arrives at a point if nothing is in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,49 +45,71 @@ pub(super) struct Incidence {
 }
 
 /// The frame's lights times `light_scale`, then the environment's key light.
-pub(super) fn gather(frame: &Frame, environment: &Environment, light_scale: f32) -> Vec<PosedLight> {
-    let scaled = frame.lights.iter().cloned().map(|mut posed| {
-        posed.light.intensity *= light_scale;
-        posed
-    });
-    let key = environment.key_light().map(|key| PosedLight {
-        position: Vec3::ZERO,
-        direction: -key.direction_to_light,
-        light: Light {
-            name: None,
-            color: key.irradiance,
-            intensity: 1.0,
-            range: None,
-            kind: LightKind::Directional,
-        },
+pub(super) fn gather(frame: &Frame, environment: &Environment, light_scale: f32) -> Vec<PreparedLight> {
+    let scaled = frame.lights.iter().map(|posed| PreparedLight::new(posed, light_scale));
+    let key = environment.key_light().map(|key| PreparedLight {
+        color: key.irradiance,
+        intensity: 1.0,
+        emitter: Emitter::Distant { wi: key.direction_to_light },
     });
     scaled.chain(key).collect()
 }
 
-/// What `posed` sends to `point`; `None` where that is nothing.
-pub(super) fn incidence(posed: &PosedLight, point: Vec3) -> Option<Incidence> {
-    let light = &posed.light;
-    let (wi, strength) = match light.kind {
-        LightKind::Directional => (-posed.direction, 1.0),
-        LightKind::Point => towards(posed, point)?,
-        LightKind::Spot { inner_cone_radians, outer_cone_radians } => {
-            let (wi, strength) = towards(posed, point)?;
-            let cos = -posed.direction.dot(wi);
-            (wi, strength * cone_falloff(cos, inner_cone_radians, outer_cone_radians))
+impl PreparedLight {
+    fn new(posed: &PosedLight, light_scale: f32) -> Self {
+        let PosedLight { position, direction, ref light } = *posed;
+        let placed = |cone| Emitter::Placed { position, range: light.range, cone };
+        let emitter = match light.kind {
+            LightKind::Directional => Emitter::Distant { wi: -direction },
+            LightKind::Point => placed(None),
+            LightKind::Spot { inner_cone_radians, outer_cone_radians } => {
+                placed(Some(Cone::new(direction, inner_cone_radians, outer_cone_radians)))
+            }
+        };
+        Self { color: light.color, intensity: light.intensity * light_scale, emitter }
+    }
+
+    /// What the light sends to `point`; `None` where that is nothing.
+    pub(super) fn incidence(&self, point: Vec3) -> Option<Incidence> {
+        let (wi, strength) = match self.emitter {
+            Emitter::Distant { wi } => (wi, 1.0),
+            Emitter::Placed { position, range, cone } => {
+                let (wi, strength) = towards(position, range, point)?;
+                (wi, strength * cone.map_or(1.0, |cone| cone.falloff(-cone.axis.dot(wi))))
+            }
+        };
+        let irradiance = self.color * (self.intensity * strength);
+        (irradiance.max_element() > 0.0).then_some(Incidence { wi, irradiance })
+    }
+
+    /// What a shadow ray of the light reaches over to end at `point`; zero where it starts there.
+    pub(super) fn shadow_span(&self, point: Vec3) -> Vec3 {
+        match self.emitter {
+            Emitter::Distant { .. } => Vec3::ZERO,
+            Emitter::Placed { position, .. } => point - position,
         }
-    };
-    let irradiance = light.color * (light.intensity * strength);
-    (irradiance.max_element() > 0.0).then_some(Incidence { wi, irradiance })
+    }
+
+    /// The ray between `end`, just off the surface, and the light. It starts at the light where the light has a place, so
+    /// that rays of many points share their origin.
+    pub(super) fn shadow_ray(&self, end: Vec3) -> Ray {
+        match self.emitter {
+            Emitter::Distant { wi } => Ray::new(end, wi),
+            Emitter::Placed { position, .. } => {
+                Ray { origin: position, direction: end - position, t_min: 0.0, t_max: 1.0 }
+            }
+        }
+    }
 }
 
-/// Direction to a light at a place, and 1/d² with the fade-out of its range.
-fn towards(posed: &PosedLight, point: Vec3) -> Option<(Vec3, f32)> {
-    let to_light = posed.position - point;
+/// Direction to a light at `position`, and 1/d² with the fade-out of its range.
+fn towards(position: Vec3, range: Option<f32>, point: Vec3) -> Option<(Vec3, f32)> {
+    let to_light = position - point;
     let distance_squared = to_light.dot(to_light);
     if !(distance_squared > 0.0 && distance_squared.is_finite()) {
         return None;
     }
-    let fade = match posed.light.range {
+    let fade = match range {
         Some(range) => {
             let ratio = distance_squared / (range * range);
             let fade = 1.0 - ratio * ratio;
@@ -70,71 +120,59 @@ fn towards(posed: &PosedLight, point: Vec3) -> Option<(Vec3, f32)> {
     Some((to_light / libm::sqrtf(distance_squared), fade / distance_squared))
 }
 
-/// 1 inside the inner cone, 0 outside the outer one, squared ramp of the cosine in between.
-fn cone_falloff(cos: f32, inner_radians: f32, outer_radians: f32) -> f32 {
-    let (cos_inner, cos_outer) = (libm::cosf(inner_radians), libm::cosf(outer_radians));
-    let width = cos_inner - cos_outer;
-    let scale = 1.0 / if width > 0.001 { width } else { 0.001 };
-    let ramp = ((cos - cos_outer) * scale).clamp(0.0, 1.0);
-    ramp * ramp
-}
-
-/// What a shadow ray of the light reaches over to end at `point`; zero where it starts there.
-pub(super) fn shadow_span(posed: &PosedLight, point: Vec3) -> Vec3 {
-    match posed.light.kind {
-        LightKind::Directional => Vec3::ZERO,
-        LightKind::Point | LightKind::Spot { .. } => point - posed.position,
+impl Cone {
+    fn new(axis: Vec3, inner_radians: f32, outer_radians: f32) -> Self {
+        let cos_outer = libm::cosf(outer_radians);
+        let width = libm::cosf(inner_radians) - cos_outer;
+        Self { axis, cos_outer, slope: 1.0 / if width > 0.001 { width } else { 0.001 } }
     }
-}
 
-/// The ray between `end`, just off the surface, and the light. It starts at the light where the light has a place, so that
-/// rays of many points share their origin.
-pub(super) fn shadow_ray(posed: &PosedLight, end: Vec3) -> Ray {
-    match posed.light.kind {
-        LightKind::Directional => Ray::new(end, -posed.direction),
-        LightKind::Point | LightKind::Spot { .. } => {
-            Ray { origin: posed.position, direction: end - posed.position, t_min: 0.0, t_max: 1.0 }
-        }
+    fn falloff(&self, cos: f32) -> f32 {
+        let ramp = ((cos - self.cos_outer) * self.slope).clamp(0.0, 1.0);
+        ramp * ramp
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Light;
 
-    fn light(kind: LightKind, range: Option<f32>) -> PosedLight {
+    fn light(kind: LightKind, range: Option<f32>) -> PreparedLight {
         let light = Light { name: None, color: Vec3::new(1.0, 0.5, 0.0), intensity: 8.0, range, kind };
-        PosedLight { position: Vec3::new(0.0, 2.0, 0.0), direction: Vec3::NEG_Y, light }
+        let posed = PosedLight { position: Vec3::new(0.0, 2.0, 0.0), direction: Vec3::NEG_Y, light };
+        PreparedLight::new(&posed, 1.0)
     }
 
     #[test]
     fn a_point_light_falls_off_with_the_square() {
         // 8 cd at 2 m: 8 / 4 = 2 lux.
-        let arriving = incidence(&light(LightKind::Point, None), Vec3::ZERO).unwrap();
+        let arriving = light(LightKind::Point, None).incidence(Vec3::ZERO).unwrap();
         assert_eq!(arriving, Incidence { wi: Vec3::Y, irradiance: Vec3::new(2.0, 1.0, 0.0) });
     }
 
     #[test]
     fn the_range_fades_smoothly_to_nothing() {
         // d / range = 1/2: 1 − 1/16 = 15/16.
-        let arriving = incidence(&light(LightKind::Point, Some(4.0)), Vec3::ZERO).unwrap();
+        let arriving = light(LightKind::Point, Some(4.0)).incidence(Vec3::ZERO).unwrap();
         assert!((arriving.irradiance.x - 2.0 * 15.0 / 16.0).abs() < 1e-6);
-        assert_eq!(incidence(&light(LightKind::Point, Some(2.0)), Vec3::ZERO), None);
+        assert_eq!(light(LightKind::Point, Some(2.0)).incidence(Vec3::ZERO), None);
     }
 
     #[test]
     fn a_spot_is_full_inside_dark_outside_and_squared_between() {
         let (inner, outer) = (0.3_f32, 0.8_f32);
-        assert_eq!(cone_falloff(libm::cosf(0.2), inner, outer), 1.0);
-        assert_eq!(cone_falloff(libm::cosf(0.9), inner, outer), 0.0);
+        let cone = Cone::new(Vec3::NEG_Y, inner, outer);
+        assert_eq!(cone.falloff(libm::cosf(0.2)), 1.0);
+        assert_eq!(cone.falloff(libm::cosf(0.9)), 0.0);
         let middle = f32::midpoint(libm::cosf(inner), libm::cosf(outer));
-        assert!((cone_falloff(middle, inner, outer) - 0.25).abs() < 1e-5);
+        assert!((cone.falloff(middle) - 0.25).abs() < 1e-5);
         // Equal angles make a hard edge, never a division by zero.
-        assert_eq!(cone_falloff(0.99, 0.5, 0.5), 1.0);
+        assert_eq!(Cone::new(Vec3::NEG_Y, 0.5, 0.5).falloff(0.99), 1.0);
     }
 
     #[test]
     fn a_point_at_the_light_receives_nothing_rather_than_infinity() {
-        assert_eq!(incidence(&light(LightKind::Point, None), Vec3::new(0.0, 2.0, 0.0)), None);
+        assert_eq!(light(LightKind::Point, None).incidence(Vec3::new(0.0, 2.0, 0.0)), None);
     }
 }

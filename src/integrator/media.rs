@@ -6,7 +6,7 @@ use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
 use crate::frame::{Shape, is_volume};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{PosedScene, alpha_at};
-use crate::scene::{MaterialIndex, NodeIndex};
+use crate::scene::{Material, MaterialIndex, NodeIndex};
 
 /// Which closed surface a volume belongs to: the primitives of one node that share a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,19 +28,41 @@ pub struct Medium {
     pub extinction: Vec3,
 }
 
-impl Medium {
-    /// The inside of `shape`, if its material bounds a volume.
-    pub fn inside(posed: PosedScene<'_>, shape: &Shape) -> Option<Self> {
-        let material = &posed.frame.materials[shape.material.index()];
-        let volume = material.volume.filter(|_| is_volume(material))?;
-        let extinction = volume.attenuation_color.map(|color| extinction(color, volume.attenuation_distance));
-        Some(Self {
-            volume: VolumeId { node: shape.node, material: shape.material },
-            ior: material.ior,
-            extinction,
-        })
+/// What fills the volumes that a frame's materials bound, by [`MaterialIndex`]: found once, asked at every hit.
+#[derive(Clone, Debug)]
+pub(super) struct Interiors(Vec<Option<Interior>>);
+
+#[derive(Clone, Copy, Debug)]
+struct Interior {
+    ior: f32,
+    extinction: Vec3,
+}
+
+impl Interiors {
+    /// The insides of `materials`.
+    pub(super) fn of(materials: &[Material]) -> Self {
+        let interior = |material: &Material| {
+            let volume = material.volume.filter(|_| is_volume(material))?;
+            let distance = volume.attenuation_distance;
+            let extinction = volume.attenuation_color.map(|color| extinction(color, distance));
+            Some(Interior { ior: material.ior, extinction })
+        };
+        Self(materials.iter().map(interior).collect())
     }
 
+    /// The inside of `shape`, if its material bounds a volume.
+    pub(super) fn medium(&self, shape: &Shape) -> Option<Medium> {
+        let Interior { ior, extinction } = self.0[shape.material.index()]?;
+        let volume = VolumeId { node: shape.node, material: shape.material };
+        Some(Medium { volume, ior, extinction })
+    }
+
+    fn any(&self) -> bool {
+        self.0.iter().any(Option::is_some)
+    }
+}
+
+impl Medium {
     /// Beer–Lambert: what is left of light after `distance` metres, which may be infinite.
     pub fn transmittance(&self, distance: f32) -> Vec3 {
         self.extinction
@@ -97,10 +119,10 @@ impl MediaStack {
 
     /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
     /// first was entered last.
-    pub fn around(posed: PosedScene<'_>, bvh: &Bvh, position: Vec3) -> Self {
+    pub(super) fn around(posed: PosedScene<'_>, bvh: &Bvh, interiors: &Interiors, position: Vec3) -> Self {
         /// A slanted direction, so that axis-aligned edges and vertices are not met.
         const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
-        if !posed.frame.materials.iter().any(is_volume) {
+        if !interiors.any() {
             return Self::default();
         }
         let ray = Ray::new(position, DIRECTION);
@@ -108,7 +130,7 @@ impl MediaStack {
         let mut after = None;
         while let Some(hit) = next_surface(posed, bvh, &ray, after) {
             after = Some(hit.order());
-            if let Some(medium) = Medium::inside(posed, posed.frame.shape(hit.primitive)) {
+            if let Some(medium) = interiors.medium(posed.frame.shape(hit.primitive)) {
                 count_crossing(&mut crossings, medium, &hit);
             }
         }

@@ -12,13 +12,16 @@ mod shadow;
 pub mod whitted;
 
 use crate::bvh::Bvh;
-use crate::frame::PosedLight;
 use crate::interaction::PosedScene;
 use crate::scene::{Environment, Projection};
+
+use lights::PreparedLight;
+use media::Interiors;
 
 pub use camera::CameraRays;
 pub use media::{MediaStack, Medium, VolumeId};
 pub use path_ray::{Footprint, PathClass, PathRay};
+pub use shadow::PASS_THROUGH_LIMIT;
 
 /// How volumes and thin glass darken what is behind them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +54,9 @@ pub struct World<'a> {
     /// What surrounds the scene.
     pub environment: &'a Environment,
     /// The frame's lights, scaled, and the environment's key light.
-    pub lights: Vec<PosedLight>,
+    lights: Vec<PreparedLight>,
+    /// What fills the frame's volumes.
+    interiors: Interiors,
     /// The volumes that the camera is in, outermost first.
     pub camera_media: MediaStack,
     /// Settings.
@@ -59,7 +64,7 @@ pub struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    /// Gathers lights and finds the volumes that the camera is in. `light_scale` multiplies the frame's own lights.
+    /// Prepares lights and volumes, and finds the volumes that the camera is in. `light_scale` multiplies the frame's own lights.
     pub fn new(
         posed: PosedScene<'a>,
         bvh: &'a Bvh,
@@ -68,9 +73,10 @@ impl<'a> World<'a> {
         settings: IntegratorSettings,
     ) -> Self {
         let camera_position = posed.frame.camera.world_from_camera.w_axis.truncate();
-        let camera_media = MediaStack::around(posed, bvh, camera_position);
+        let interiors = Interiors::of(&posed.frame.materials);
+        let camera_media = MediaStack::around(posed, bvh, &interiors, camera_position);
         let lights = lights::gather(posed.frame, environment, light_scale);
-        Self { posed, bvh, environment, lights, camera_media, settings }
+        Self { posed, bvh, environment, lights, interiors, camera_media, settings }
     }
 
     /// A camera ray in the volumes that it starts in: those around the camera, unless parallel rays start beside it.
@@ -79,7 +85,8 @@ impl<'a> World<'a> {
             Projection::Perspective { .. } => ray,
             Projection::Orthographic { .. } => {
                 let start = ray.ray.at(ray.ray.t_min);
-                PathRay { media: MediaStack::around(self.posed, self.bvh, start), ..ray }
+                let media = MediaStack::around(self.posed, self.bvh, &self.interiors, start);
+                PathRay { media, ..ray }
             }
         }
     }

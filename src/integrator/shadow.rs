@@ -11,8 +11,8 @@ use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{SurfacePoint, alpha_at, material_at};
 
-/// See-through surfaces that one shadow ray may pass.
-pub(super) const PASS_THROUGH_LIMIT: u32 = 256;
+/// See-through surfaces that one ray may pass.
+pub const PASS_THROUGH_LIMIT: u32 = 256;
 
 /// How a surface stands in the way of light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +92,7 @@ fn through_surfaces(
 fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
     let straight = world.settings.glass_shadows == GlassShadows::Straight;
     let shape = world.posed.frame.shape(hit.primitive);
-    straight.then(|| Medium::inside(world.posed, shape)).flatten()
+    straight.then(|| world.interiors.medium(shape)).flatten()
 }
 
 /// (1 − α) + α · transmission · (1 − F) · base colour. The way is not bent, so the Fresnel factor is always the one of

@@ -33,7 +33,6 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
     };
     MaterialSample {
         base_color: base.truncate(),
-        alpha: coverage(material, alpha_at_corners(posed, point.shape, point.corners, point.weights)),
         metallic: material.metallic * metallic_roughness.z,
         roughness: material.roughness * metallic_roughness.y,
         occlusion,

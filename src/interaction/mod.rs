@@ -25,13 +25,11 @@ pub struct PosedScene<'a> {
     pub frame: &'a Frame,
 }
 
-/// A material's values at one point, textures applied.
+/// A material's values at one point, textures applied; coverage is asked of [`alpha_at`] alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaterialSample {
     /// Linear base colour.
     pub base_color: Vec3,
-    /// Coverage after the alpha mode: 1 for opaque materials and for what a mask keeps.
-    pub alpha: f32,
     /// 0 dielectric to 1 metal.
     pub metallic: f32,
     /// 0 mirror to 1 dull; the GGX α is its square.

@@ -35,7 +35,7 @@ impl Bars {
 
     pub(super) fn tell(&self, event: SequenceEvent<'_>) {
         // Comes from many threads and needs nothing but the bar.
-        if let SequenceEvent::FrameProgress(share) = event {
+        if let SequenceEvent::FrameProgress(_, share) = event {
             self.frame.set_position((share * FRAME_STEPS as f32) as u64);
             return;
         }
@@ -74,7 +74,7 @@ impl Bars {
                 // The bars are gone; a line of theirs would not end the terminal's line.
                 print_note(&summary_text(summary, eta.total));
             }
-            SequenceEvent::FrameKept(_) | SequenceEvent::FrameProgress(_) => {}
+            SequenceEvent::FrameKept(_) | SequenceEvent::FrameProgress(..) => {}
         }
     }
 

@@ -25,7 +25,7 @@ pub(super) struct JsonLines {
 
 impl JsonLines {
     pub(super) fn tell(&self, event: SequenceEvent<'_>) {
-        if let SequenceEvent::FrameProgress(_) = event
+        if let SequenceEvent::FrameProgress(..) = event
             && !self.is_time_for_progress()
         {
             return;
@@ -55,7 +55,9 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
         SequenceEvent::ExposureFound(ev) => ("exposure", json!({"ev": ev})),
         SequenceEvent::FrameKept(frame) => ("frame_skipped", frame_json(frame)),
         SequenceEvent::FrameStarted(frame) => ("frame_start", frame_json(frame)),
-        SequenceEvent::FrameProgress(share) => ("progress", json!({"share": share})),
+        SequenceEvent::FrameProgress(frame, share) => {
+            ("progress", json!({"frame": frame.frame, "share": share}))
+        }
         SequenceEvent::FrameWritten(report) => {
             let mut line = serde_json::to_value(report).unwrap_or_default();
             add_percent_path(&mut line, &report.path);
@@ -114,6 +116,17 @@ mod tests {
     use super::*;
     use std::path::PathBuf;
 
+    fn planned(path: PathBuf) -> PlannedFrame {
+        PlannedFrame {
+            frame: 7,
+            time_seconds: 0.0,
+            path,
+            preview_path: None,
+            render_hash: String::new(),
+            is_done: false,
+        }
+    }
+
     #[test]
     fn every_line_names_schema_and_event() {
         let line = json_line(SequenceEvent::Started { to_render: 3, kept: 1 });
@@ -123,18 +136,18 @@ mod tests {
         assert_eq!(line["interrupted"], false);
     }
 
+    #[test]
+    fn progress_names_its_frame() {
+        let frame = planned("a.exr".into());
+        let line = json_line(SequenceEvent::FrameProgress(&frame, 0.5));
+        assert_eq!(line.to_string(), r#"{"event":"progress","frame":7,"schema":1,"share":0.5}"#);
+    }
+
     #[cfg(unix)]
     #[test]
     fn names_that_are_not_unicode_are_given_without_loss() {
         use std::os::unix::ffi::OsStrExt as _;
-        let frame = PlannedFrame {
-            frame: 1,
-            time_seconds: 0.0,
-            path: PathBuf::from(std::ffi::OsStr::from_bytes(b"a\xff")),
-            preview_path: None,
-            render_hash: String::new(),
-            is_done: false,
-        };
+        let frame = planned(std::ffi::OsStr::from_bytes(b"a\xff").into());
         assert_eq!(json_line(SequenceEvent::FrameStarted(&frame))["path_percent"], "a%FF");
     }
 }

@@ -49,7 +49,7 @@ impl PlainLines {
             SequenceEvent::Finished(summary) => print_note(&summary_text(summary, eta.total)),
             SequenceEvent::FrameKept(_)
             | SequenceEvent::FrameStarted(_)
-            | SequenceEvent::FrameProgress(_) => {}
+            | SequenceEvent::FrameProgress(..) => {}
         }
     }
 }

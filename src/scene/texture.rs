@@ -24,8 +24,6 @@ pub struct Sampler {
     pub magnify: Filter,
     /// Between texels, where a pixel covers more than a texel.
     pub minify: Filter,
-    /// Between mipmap levels; `None` uses only the full image.
-    pub mipmap: Option<Filter>,
 }
 
 /// What happens outside the unit interval.

@@ -20,8 +20,8 @@ pub enum SequenceEvent<'a> {
     FrameKept(&'a PlannedFrame),
     /// A frame begins.
     FrameStarted(&'a PlannedFrame),
-    /// A share of the frame's picture is finished, 0 to 1. Comes from worker threads.
-    FrameProgress(f32),
+    /// A share of a frame's picture is finished, 0 to 1. Comes from worker threads.
+    FrameProgress(&'a PlannedFrame, f32),
     /// A frame is on disk.
     FrameWritten(&'a FrameReport),
     /// A frame could not be made.

@@ -12,6 +12,7 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
 use crate::film::Film;
 use crate::image_file::{decode_exr, write_atomically};
+use crate::integrator::PASS_THROUGH_LIMIT;
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
 use crate::render::{RenderInput, RenderStatistics, render_frame};
 
@@ -129,7 +130,7 @@ impl<'a> FrameLoop<'a> {
             environment: &self.job.environment,
         };
         let on_event = self.on_event;
-        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(share));
+        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
         let (film, rays) = render_frame(&input, &self.job.render, self.cancel, &on_progress)?;
         seconds.trace = rays.trace_seconds;
         self.examine(planned, &tree, &rays)?;
@@ -188,10 +189,9 @@ impl<'a> FrameLoop<'a> {
             ));
         }
         if rays.integrator.pass_through_limit_reached > 0 {
-            self.warn(
-                "some samples met more than 256 see-through surfaces; what lies behind them is missing"
-                    .to_owned(),
-            );
+            self.warn(format!(
+                "some samples met more than {PASS_THROUGH_LIMIT} see-through surfaces; what lies behind them is missing"
+            ));
         }
         if tree.budget_reached {
             self.warn(format!(

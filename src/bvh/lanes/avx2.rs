@@ -58,9 +58,11 @@ fn slab(plane: &[f32; WIDTH], origin: f32, reciprocal: f32) -> __m256 {
 #[inline]
 #[target_feature(enable = "avx2")]
 fn enter(node: &WideNode, ray: &LaneRay, upper: f32) -> Entered {
-    let near =
-        |axis: usize| slab(&node.planes[ray.near[axis]], ray.near_origin[axis], ray.near_reciprocal[axis]);
-    let far = |axis: usize| slab(&node.planes[ray.far[axis]], ray.far_origin[axis], ray.far_reciprocal[axis]);
+    let near = |axis: usize| {
+        slab(&node.planes[ray.near_plane(axis)], ray.near_origin[axis], ray.near_reciprocal[axis])
+    };
+    let far =
+        |axis: usize| slab(&node.planes[ray.far_plane(axis)], ray.far_origin[axis], ray.far_reciprocal[axis]);
     let entry =
         _mm256_max_ps(_mm256_max_ps(near(0), near(1)), _mm256_max_ps(near(2), _mm256_set1_ps(ray.lower)));
     let exit = _mm256_min_ps(_mm256_min_ps(far(0), far(1)), _mm256_min_ps(far(2), _mm256_set1_ps(upper)));

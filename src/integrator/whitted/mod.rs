@@ -12,7 +12,7 @@ mod shade;
 
 use glam::Vec3;
 
-use super::{IntegratorStatistics, MediaStack, PathClass, PathRay, World, shadow};
+use super::{IntegratorStatistics, MediaStack, PASS_THROUGH_LIMIT, PathClass, PathRay, World, shadow};
 use crate::bvh::{Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::interaction::alpha_at;
@@ -106,7 +106,7 @@ impl Tracer<'_, '_> {
         let mut through = 1.0_f32;
         let mut after = None;
         let mut touching = ray.touching;
-        for _ in 0..shadow::PASS_THROUGH_LIMIT {
+        for _ in 0..PASS_THROUGH_LIMIT {
             let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
             let next = touching
                 .take()

@@ -6,8 +6,8 @@ use super::{LEAST_WEIGHT, ShadowTask, Tracer};
 use crate::bsdf::Bsdf;
 use crate::bvh::{Hit, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::{Footprint, MediaStack, Medium, PathClass, PathRay, lights};
-use crate::interaction::{MaterialSample, PosedScene, SurfacePoint, alpha_at, material_at};
+use crate::integrator::{Footprint, MediaStack, Medium, PathClass, PathRay};
+use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -44,7 +44,11 @@ impl Tracer<'_, '_> {
         self.add(ray, weight * material.emission);
 
         let behind = self.behind(ray, &point, &material);
-        let bsdf = Bsdf::new(&material, ior_before(ray, posed, &point), ior_behind(&material, &behind.media));
+        let bsdf = Bsdf::new(
+            &material,
+            ior_before(ray, self.world.interiors.medium(point.shape), point.facing),
+            ior_behind(&material, &behind.media),
+        );
         let world_from_local = local_frame(point.shading_normal);
         let wo = world_from_local.transpose() * point.wo;
         let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
@@ -63,18 +67,18 @@ impl Tracer<'_, '_> {
     /// Punctual lights, each behind a shadow ray.
     fn light(&mut self, shading: &Shading<'_, '_>) {
         for light in &self.world.lights {
-            let Some(incidence) = lights::incidence(light, shading.point.position) else { continue };
+            let Some(incidence) = light.incidence(shading.point.position) else { continue };
             let wi = shading.world_from_local.transpose() * incidence.wi;
             let scattered = shading.bsdf.evaluate(shading.wo, wi) * wi.z.abs();
             let contribution = shading.weight * scattered * incidence.irradiance;
             if contribution.max_element() > 0.0 {
-                let span = lights::shadow_span(light, shading.point.position);
+                let span = light.shadow_span(shading.point.position);
                 let end = if wi.z > 0.0 {
                     shading.point.shadow_end_outside(span)
                 } else {
                     shading.point.shadow_end_inside(span)
                 };
-                let ray = lights::shadow_ray(light, end);
+                let ray = light.shadow_ray(end);
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
                     if span == Vec3::ZERO { shading.ray.media.clone() } else { MediaStack::default() };
@@ -149,7 +153,7 @@ impl Tracer<'_, '_> {
     fn behind(&mut self, ray: &PathRay, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
         let posed = self.world.posed;
         let mut behind = Behind { media: ray.media.clone(), touching: None };
-        let medium = Medium::inside(posed, point.shape);
+        let medium = self.world.interiors.medium(point.shape);
         if let Some(medium) = medium {
             behind.media.cross(medium, point.facing);
         } else if material.transmission == 0.0 {
@@ -168,7 +172,7 @@ impl Tracer<'_, '_> {
                 continue;
             }
             let flags = posed.frame.flags[hit.primitive as usize];
-            match Medium::inside(posed, shape) {
+            match self.world.interiors.medium(shape) {
                 Some(medium) => behind.media.cross(medium, hit.facing),
                 None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
                 None => {
@@ -191,9 +195,9 @@ struct Behind {
 
 /// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not
 /// closed and the ray never entered.
-fn ior_before(ray: &PathRay, posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> f32 {
-    match Medium::inside(posed, point.shape) {
-        Some(medium) if point.facing == Facing::Back && !ray.media.holds(medium.volume) => medium.ior,
+fn ior_before(ray: &PathRay, inside: Option<Medium>, facing: Facing) -> f32 {
+    match inside {
+        Some(medium) if facing == Facing::Back && !ray.media.holds(medium.volume) => medium.ior,
         _ => ray.media.ior(),
     }
 }

@@ -209,9 +209,7 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        let mut nearest = Nearest::<_, true>::new(ray, after, filter);
-        self.walk(ray, &mut nearest, counters);
-        nearest.best
+        self.nearest(ray, Nearest::<_, true>::new(ray, after, filter), counters)
     }
 
     /// The first hit of `ray` after `after` on either side of any triangle that `filter` lets count. Here `filter` is
@@ -223,9 +221,7 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        let mut nearest = Nearest::<_, false>::new(ray, after, filter);
-        self.walk(ray, &mut nearest, counters);
-        nearest.best
+        self.nearest(ray, Nearest::<_, false>::new(ray, after, filter), counters)
     }
 
     /// Whether any triangle, from either side, meets `ray`; filtered ones only where `filter` says so.
@@ -240,6 +236,17 @@ impl Bvh {
         let mut any = Any::new(ray, filter);
         self.walk(ray, &mut any, counters);
         any.found
+    }
+
+    #[inline]
+    fn nearest<F: Fn(&Hit) -> bool, const CULL: bool>(
+        &self,
+        ray: &Ray,
+        mut nearest: Nearest<F, CULL>,
+        counters: &mut TraversalCounters,
+    ) -> Option<Hit> {
+        self.walk(ray, &mut nearest, counters);
+        nearest.best
     }
 
     #[inline]

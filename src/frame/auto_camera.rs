@@ -56,16 +56,11 @@ fn frame_bounds(bounds: Aabb, aspect_ratio: f32) -> PosedCamera {
     let tan_x = tan_y * aspect_ratio;
 
     // The front face of the bounds is the widest in perspective; it must fit both ways.
-    let fit = larger(half.y / tan_y, half.x / tan_x);
-    let largest = larger(larger(half.x, half.y), half.z);
-    let distance = if fit > 0.0 { fit } else { larger(largest, 1.0) };
+    let fit = (half.y / tan_y).max(half.x / tan_x);
+    let distance = if fit > 0.0 { fit } else { half.max_element().max(1.0) };
     let position = Vec3::new(center.x, center.y, bounds.max.z + distance);
     let projection = Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.0, z_far: None };
     PosedCamera { world_from_camera: Mat4::from_translation(position), projection }
-}
-
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 #[cfg(test)]

@@ -86,21 +86,10 @@ mod tests {
     use super::super::picture::{direction_from_uv, uv_from_direction};
     use super::*;
 
-    fn picture_of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Picture {
-        let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
-        for row in 0..width / 2 {
-            for column in 0..width {
-                let direction = direction_from_uv(picture.texel_uv(column, row));
-                picture.pixels.push(radiance(direction).to_array());
-            }
-        }
-        picture
-    }
-
     #[test]
     fn uniform_light_gives_pi() {
         for width in [64, 128, 256] {
-            let result = irradiance_picture(&picture_of(width, |_| Vec3::new(1.0, 2.0, 0.0)));
+            let result = irradiance_picture(&Picture::of(width, |_| Vec3::new(1.0, 2.0, 0.0)));
             for pixel in &result.pixels {
                 assert!((pixel[0] - std::f32::consts::PI).abs() < 1e-4);
                 assert!((pixel[1] - 2.0 * std::f32::consts::PI).abs() < 2e-4);
@@ -112,7 +101,7 @@ mod tests {
     #[test]
     fn low_harmonics_have_their_known_factors() {
         // A cosine lobe scales linear functions by 2π/3 and x² − 1/3 by π/4 (Ramamoorthi and Hanrahan 2001, equation 8).
-        let result = irradiance_picture(&picture_of(256, |d| {
+        let result = irradiance_picture(&Picture::of(256, |d| {
             Vec3::new(1.0 + 0.5 * d.x, 1.0 - 0.8 * d.z, 1.0 + d.y * d.y - 1.0 / 3.0)
         }));
         for index in 0..200 {
@@ -132,7 +121,7 @@ mod tests {
     #[test]
     fn a_small_sun_gives_its_cosine() {
         // A texel of radiance L and solid angle Ω far away gives L Ω cos θ, and nothing below the horizon.
-        let mut picture = picture_of(256, |_| Vec3::ZERO);
+        let mut picture = Picture::of(256, |_| Vec3::ZERO);
         let (column, row) = (77, 40);
         let sun = direction_from_uv(picture.texel_uv(column, row));
         picture.pixels[row * 256 + column] = [1e4; 3];

@@ -31,6 +31,19 @@ pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
 }
 
 impl Picture {
+    /// A picture `width` texels wide of what is seen in each texel's direction.
+    #[cfg(test)]
+    pub(super) fn of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Self {
+        let mut picture = Self { width, height: width / 2, pixels: Vec::new() };
+        for row in 0..width / 2 {
+            for column in 0..width {
+                let direction = direction_from_uv(picture.texel_uv(column, row));
+                picture.pixels.push(radiance(direction).to_array());
+            }
+        }
+        picture
+    }
+
     /// The centre of a texel in picture coordinates.
     pub(super) fn texel_uv(&self, column: usize, row: usize) -> Vec2 {
         Vec2::new((column as f32 + 0.5) / self.width as f32, (row as f32 + 0.5) / self.height as f32)

@@ -146,17 +146,6 @@ fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample]) -> Vec3
 mod tests {
     use super::*;
 
-    fn picture_of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Picture {
-        let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
-        for row in 0..width / 2 {
-            for column in 0..width {
-                let direction = direction_from_uv(picture.texel_uv(column, row));
-                picture.pixels.push(radiance(direction).to_array());
-            }
-        }
-        picture
-    }
-
     /// The slow twin: every texel of the picture, weighted by D(h) cos θ_l and its solid angle. With the view along the normal
     /// the density of mirrored directions is D / 4, and cos² θ_h = (1 + cos θ_l) / 2.
     fn mean_by_quadrature(picture: &Picture, direction: Vec3, alpha: f32) -> Vec3 {
@@ -184,7 +173,7 @@ mod tests {
 
     #[test]
     fn uniform_light_stays_itself() {
-        let pyramid = Pyramid::new(&picture_of(64, |_| Vec3::new(1.0, 0.5, 0.0)));
+        let pyramid = Pyramid::new(&Picture::of(64, |_| Vec3::new(1.0, 0.5, 0.0)));
         for picture in prefiltered_pictures(&pyramid) {
             for pixel in &picture.pixels {
                 assert!((Vec3::from_array(*pixel) - Vec3::new(1.0, 0.5, 0.0)).abs().max_element() < 1e-5);
@@ -195,7 +184,7 @@ mod tests {
     #[test]
     fn lobes_agree_with_quadrature() {
         let sun = Vec3::new(0.4, 0.7, -0.6).normalize();
-        let source = picture_of(256, |d| {
+        let source = Picture::of(256, |d| {
             let glow = libm::expf(60.0 * (d.dot(sun) - 1.0)) * 20.0;
             Vec3::new(glow + 0.2, if d.y > 0.0 { 1.0 } else { 0.1 }, 1.0 + d.x)
         });

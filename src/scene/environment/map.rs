@@ -33,7 +33,6 @@ struct Tables {
     irradiance: Picture,
     /// Under lobes of roughness 1/8, 2/8, … 1.
     prefiltered: Vec<Picture>,
-    negative_pixels: usize,
     is_lit: bool,
 }
 
@@ -45,8 +44,7 @@ impl EnvironmentMap {
     ///
     /// # Errors
     /// [`Error::Invalid`] for an empty picture, a wrong number of pixels, or a value that is not finite or absurdly large;
-    /// [`Error::Refused`] for more than 2^27 pixels; [`Error::Usage`] for a rotation that is not finite. Negative values become 0;
-    /// see [`EnvironmentMap::negative_pixels`].
+    /// [`Error::Refused`] for more than 2^27 pixels; [`Error::Usage`] for a rotation that is not finite. Negative values become 0.
     pub fn new(
         path: &Path,
         width: u32,
@@ -61,24 +59,18 @@ impl EnvironmentMap {
                 path.display()
             )));
         }
-        let negative_pixels = check_values(path, width, &mut pixels)?;
+        check_values(path, width, &mut pixels)?;
         let picture = Picture { width: width as usize, height: height as usize, pixels };
         let pyramid = Pyramid::new(&picture);
         let tables = Tables {
             irradiance: irradiance_picture(pyramid.at_most(256)),
             prefiltered: prefiltered_pictures(&pyramid),
-            negative_pixels,
             is_lit: picture.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
             picture,
         };
         // Whole turns are taken off in degrees, where that is exact.
         let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
         Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation })
-    }
-
-    /// How many pixels had a negative channel, which was set to 0.
-    pub fn negative_pixels(&self) -> usize {
-        self.tables.negative_pixels
     }
 
     /// Columns and rows of the picture.
@@ -148,8 +140,7 @@ fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result
     Ok(())
 }
 
-fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<usize> {
-    let mut negative_pixels = 0;
+fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<()> {
     for (index, pixel) in pixels.iter_mut().enumerate() {
         if pixel.iter().any(|value| !value.is_finite() || *value > MAX_RADIANCE) {
             let (column, row) = (index % width as usize, index / width as usize);
@@ -162,11 +153,10 @@ fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<usiz
                 ),
             ));
         }
-        negative_pixels += usize::from(pixel.iter().any(|value| *value < 0.0));
         // Also turns −0 into 0.
         *pixel = pixel.map(|value| if value > 0.0 { value } else { 0.0 });
     }
-    Ok(negative_pixels)
+    Ok(())
 }
 
 #[cfg(test)]
@@ -237,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_pictures_are_refused_and_negative_light_is_counted() {
+    fn bad_pictures_are_refused_and_negative_light_is_none() {
         assert!(matches!(map(0, 4, vec![], 0.0), Err(Error::Invalid { .. })));
         assert!(matches!(map(2, 2, vec![[0.0; 3]; 3], 0.0), Err(Error::Invalid { .. })));
         assert!(matches!(map(1 << 20, 1 << 20, vec![], 0.0), Err(Error::Refused { .. })));
@@ -247,7 +237,7 @@ mod tests {
             assert!(message.contains("(1, 0)") && message.contains("sky.hdr"), "{message}");
         }
         let dark = map(2, 1, vec![[-1.0, 0.0, 0.0], [0.0; 3]], 0.0).unwrap();
-        assert_eq!((dark.negative_pixels(), dark.is_lit()), (1, false));
+        assert!(!dark.is_lit());
         assert_eq!(dark.radiance(Vec3::X), Vec3::ZERO);
         let blinding = map(2, 1, vec![[1e30; 3]; 2], 0.0).unwrap();
         assert!(blinding.irradiance(Vec3::Y).is_finite() && blinding.prefiltered(Vec3::Y, 1.0).is_finite());

@@ -39,7 +39,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["-a", "-f", "1"], "--frames"),
         (&["-j", "0"], "--step"),
         (&["--fps", "0"], "--fps"),
-        (&["-o", "a.jpg"], ".exr"),
+        (&["-o", "a.jpg"], "\".jpg\" cannot be written"),
+        (&["-o", ""], "empty"),
         (&["-o", "out/"], "folder"),
         (&["-r", "0x10"], "pixel"),
         (&["-r", "8x8", "-W", "8"], "--width"),
@@ -184,6 +185,6 @@ fn terminals_that_cannot_show_bars_get_lines() {
             return;
         };
         assert_eq!(shown.contains('\u{1b}'), has_bars, "{shown:?}");
-        assert!(shown.ends_with("s\r\n") && shown.contains("1 of 1 frames written"), "{shown:?}");
+        assert!(shown.ends_with("s\r\n") && shown.contains("1 frame written to a.exr in "), "{shown:?}");
     }
 }

@@ -18,13 +18,14 @@ pub(super) struct RenderArgs {
     /// The scene: .glb or .gltf
     pub(super) scene: PathBuf,
 
-    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format [default: <scene>.####.exr]
+    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format
+    /// [default: <scene>.####.exr in the current folder, <scene>.exr for a still]
     #[arg(short, long, visible_alias = "outfile", value_name = "PATTERN", help_heading = "Output")]
     pub(super) output: Option<OsString>,
     /// Tone-mapped previews beside the EXR files
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub(super) preview: Option<PreviewFormat>,
-    /// Keep whole frames of the same scene, settings and version; render all others
+    /// Keep whole frames of the same scene, settings and version; replace all others
     #[arg(long, conflicts_with = "overwrite", help_heading = "Output")]
     pub(super) resume: bool,
     /// Render every frame, whatever is there

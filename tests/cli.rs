@@ -18,6 +18,8 @@ fn assert_fails(arguments: &[&str], code: i32, word: &str) {
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
     assert!(message.contains(word), "{arguments:?}: {message}");
     assert!(output.stdout.is_empty());
+    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    assert!(message.starts_with("rayframe: error: "), "{arguments:?}: {message}");
 }
 
 #[test]
@@ -31,7 +33,11 @@ fn help_and_version_go_to_the_standard_output() {
 
 #[test]
 fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
-    assert_fails(&[], 2, "Usage");
+    let nothing = rayframe(&[]);
+    assert_eq!(nothing.status.code(), Some(2));
+    assert!(stderr(&nothing).contains("Usage"));
+    assert_fails(&["robot.glb"], 2, "rayframe render robot.glb");
+    assert_fails(&["rendr"], 2, "'render'");
     assert_fails(&["render"], 2, "SCENE");
     for (options, word) in [
         (&["-f", "10-1"][..], "backwards"),
@@ -47,7 +53,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["-W", "0"], "--width"),
         (&["--scale", "0%"], "scale"),
         (&["--crop", "5,5,5,9"], "crop"),
-        (&["--samples", "0"], "--samples"),
+        (&["--samples", "0"], "write a whole number from 1 to 65536"),
+        (&["--samplse", "1"], "'--samples'"),
         (&["--exposure", "bright"], "stops"),
         (&["--env", "1,2"], "R,G,B"),
         (&["--split", "0"], "area"),
@@ -56,7 +63,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--resume", "--overwrite"], "--overwrite"),
         (&["-q", "-v"], "--verbose"),
         (&["--integrator", "path"], "whitted"),
-        (&["-t", "0"], "--threads"),
+        (&["-t", "many"], "write a whole number from 1 to 65535"),
+        (&["-s", "x"], "--start"),
         (&["--layers", "depth"], "--layers"),
     ] {
         let arguments = [&["render", "no-such-file.glb"], options].concat();

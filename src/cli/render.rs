@@ -15,7 +15,7 @@ use crate::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_c
 
 use super::render_args::RenderArgs;
 use super::render_job::{RenderJob, render_job};
-use super::understood::understood;
+use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
 
 /// Renders what `args` ask for.
@@ -31,7 +31,8 @@ pub(super) fn run(args: &RenderArgs) -> Ending {
 
 fn render(args: &RenderArgs) -> Result<Ending> {
     // Find everything that can go wrong before the first frame.
-    let RenderJob { sequence: job, warnings, environment, inputs } = render_job(args)?;
+    let RenderJob { sequence: job, choices, warnings, environment, inputs } = render_job(args)?;
+    settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     let plan = Plan::new(&job)?;
     refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
@@ -46,6 +47,9 @@ fn render(args: &RenderArgs) -> Result<Ending> {
     }
     if !args.quiet {
         print_note(&understood(&job, &environment));
+        if let Some(note) = after_the_end(&job) {
+            print_note(&note);
+        }
     }
     if args.dry_run {
         print_plan(&plan);

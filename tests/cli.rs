@@ -196,3 +196,42 @@ fn terminals_that_cannot_show_bars_get_lines() {
         assert!(shown.ends_with("s\r\n") && shown.contains("1 frame written to a.exr in "), "{shown:?}");
     }
 }
+
+#[test]
+fn a_clip_that_is_left_out_is_a_choice_and_nothing_to_be_strict_about() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/morph/weights.gltf");
+    let mut document: serde_json::Value = serde_json::from_slice(&std::fs::read(scene).unwrap()).unwrap();
+    // The same clip again moves what the first one moves.
+    let clip = document["animations"][0].clone();
+    document["animations"].as_array_mut().unwrap().push(clip);
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("twice.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+
+    let output = rayframe(&["render", scene, "-f", "30", "--strict", "--dry-run"]);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("rayframe: warning: ") && said.contains("is left out"), "{said}");
+    // Frame 30 is behind the last of 24.
+    assert!(said.contains("frame 30 lies after the animation's end (24) and shows its last pose"), "{said}");
+
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("left out:\n  /animations/1: ") && !shown.contains("not supported:"), "{shown}");
+}
+
+#[test]
+fn a_wrong_environment_names_its_option() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, content: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let scene = path("a.gltf", br#"{"asset": {"version": "2.0"}}"#);
+    let map = path("sky.hdr", b"\xff\xfe");
+    assert_fails(&["render", &scene, "--env", "white"], 66, "R,G,B, studio or none");
+    assert_fails(&["render", &scene, "--env", &format!("{map}@abc")], 2, "number of degrees");
+    assert_fails(&["render", &map], 65, "an environment goes after --env");
+    assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
+}

@@ -18,6 +18,8 @@ fn assert_fails(arguments: &[&str], code: i32, word: &str) {
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
     assert!(message.contains(word), "{arguments:?}: {message}");
     assert!(output.stdout.is_empty());
+    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    assert!(message.starts_with("rayframe: error: "), "{arguments:?}: {message}");
 }
 
 #[test]
@@ -31,7 +33,11 @@ fn help_and_version_go_to_the_standard_output() {
 
 #[test]
 fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
-    assert_fails(&[], 2, "Usage");
+    let nothing = rayframe(&[]);
+    assert_eq!(nothing.status.code(), Some(2));
+    assert!(stderr(&nothing).contains("Usage"));
+    assert_fails(&["robot.glb"], 2, "rayframe render robot.glb");
+    assert_fails(&["rendr"], 2, "'render'");
     assert_fails(&["render"], 2, "SCENE");
     for (options, word) in [
         (&["-f", "10-1"][..], "backwards"),
@@ -39,14 +45,16 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["-a", "-f", "1"], "--frames"),
         (&["-j", "0"], "--step"),
         (&["--fps", "0"], "--fps"),
-        (&["-o", "a.jpg"], ".exr"),
+        (&["-o", "a.jpg"], "\".jpg\" cannot be written"),
+        (&["-o", ""], "empty"),
         (&["-o", "out/"], "folder"),
         (&["-r", "0x10"], "pixel"),
         (&["-r", "8x8", "-W", "8"], "--width"),
         (&["-W", "0"], "--width"),
         (&["--scale", "0%"], "scale"),
         (&["--crop", "5,5,5,9"], "crop"),
-        (&["--samples", "0"], "--samples"),
+        (&["--samples", "0"], "write a whole number from 1 to 65536"),
+        (&["--samplse", "1"], "'--samples'"),
         (&["--exposure", "bright"], "stops"),
         (&["--env", "1,2"], "R,G,B"),
         (&["--split", "0"], "area"),
@@ -55,7 +63,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--resume", "--overwrite"], "--overwrite"),
         (&["-q", "-v"], "--verbose"),
         (&["--integrator", "path"], "whitted"),
-        (&["-t", "0"], "--threads"),
+        (&["-t", "many"], "write a whole number from 1 to 65535"),
+        (&["-s", "x"], "--start"),
         (&["--layers", "depth"], "--layers"),
     ] {
         let arguments = [&["render", "no-such-file.glb"], options].concat();
@@ -184,6 +193,45 @@ fn terminals_that_cannot_show_bars_get_lines() {
             return;
         };
         assert_eq!(shown.contains('\u{1b}'), has_bars, "{shown:?}");
-        assert!(shown.ends_with("s\r\n") && shown.contains("1 of 1 frames written"), "{shown:?}");
+        assert!(shown.ends_with("s\r\n") && shown.contains("1 frame written to a.exr in "), "{shown:?}");
     }
+}
+
+#[test]
+fn a_clip_that_is_left_out_is_a_choice_and_nothing_to_be_strict_about() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/morph/weights.gltf");
+    let mut document: serde_json::Value = serde_json::from_slice(&std::fs::read(scene).unwrap()).unwrap();
+    // The same clip again moves what the first one moves.
+    let clip = document["animations"][0].clone();
+    document["animations"].as_array_mut().unwrap().push(clip);
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("twice.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+
+    let output = rayframe(&["render", scene, "-f", "30", "--strict", "--dry-run"]);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("rayframe: warning: ") && said.contains("is left out"), "{said}");
+    // Frame 30 is behind the last of 24.
+    assert!(said.contains("frame 30 lies after the animation's end (24) and shows its last pose"), "{said}");
+
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("left out:\n  /animations/1: ") && !shown.contains("not supported:"), "{shown}");
+}
+
+#[test]
+fn a_wrong_environment_names_its_option() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str, content: &[u8]| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, content).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let scene = path("a.gltf", br#"{"asset": {"version": "2.0"}}"#);
+    let map = path("sky.hdr", b"\xff\xfe");
+    assert_fails(&["render", &scene, "--env", "white"], 66, "R,G,B, studio or none");
+    assert_fails(&["render", &scene, "--env", &format!("{map}@abc")], 2, "number of degrees");
+    assert_fails(&["render", &map], 65, "an environment goes after --env");
+    assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
 }

@@ -106,7 +106,10 @@ fn whole_frames_of_the_same_things_are_kept() {
         "{message}"
     );
 
+    // Resuming replaces what is not whole, and says so; what is missing replaces nothing.
     job.existing = ExistingFiles::Resume;
+    let replaced = Plan::new(&job).unwrap().replaced;
+    assert_eq!(replaced.iter().map(|file| &file.path).collect::<Vec<_>>(), [&job.output.path(2)]);
     let summary = render(&job).unwrap();
     assert_eq!(summary.kept, [3]);
     assert!(std::fs::read(job.output.path(1)).unwrap() == first);

@@ -54,7 +54,7 @@ pub(super) fn load(
 }
 
 fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
-    let bytes = read_regular_file(path, max_memory_bytes)?;
+    let bytes = read_regular_file(path, max_memory_bytes).map_err(|error| explained(error, path))?;
     let digest = Sha256::digest(&bytes);
     let digest: Vec<String> = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     let pixels = read_environment(path, &bytes, max_memory_bytes)?;
@@ -68,6 +68,24 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
         },
         warnings: pixels.warnings,
     })
+}
+
+/// Adds what can be written where the file is missing.
+fn explained(error: Error, path: &Path) -> Error {
+    let Error::Missing { pointer, source, .. } = error else {
+        return error;
+    };
+    let turned = path.to_str().and_then(|text| text.rsplit_once('@'));
+    if let Some((file, degrees)) = turned
+        && Path::new(file).is_file()
+    {
+        return Error::usage(format!(
+            "--env: after {file}@ stands the number of degrees to turn it by, not \"{degrees}\""
+        ));
+    }
+    let forms = "--env takes a .hdr or .exr file, R,G,B, studio or none";
+    let source = std::io::Error::new(source.kind(), format!("{source}; {forms}"));
+    Error::Missing { path: path.to_owned(), pointer, source }
 }
 
 /// The whole of a file that is one: devices and pipes may never end.

@@ -13,6 +13,7 @@ mod understood;
 use std::ffi::OsString;
 use std::panic::catch_unwind;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
 use crate::error::{Error, Result, Warning};
@@ -49,11 +50,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
     let ran = catch_unwind(|| {
         let cli = match Cli::try_parse_from(arguments) {
             Ok(cli) => cli,
-            Err(error) => {
-                // Help and version come this way too, and end with 0.
-                let _ = error.print();
-                return Ending::Code(u8::try_from(error.exit_code()).unwrap_or(2));
-            }
+            Err(error) => return not_understood(&error),
         };
         match cli.command {
             Command::Render(args) => render::run(&args),
@@ -64,6 +61,41 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
         print_error("internal error: the program panicked; this is a bug worth reporting");
         Ending::Code(70)
     })
+}
+
+/// Prints why the command line does not parse: in one line, except for help and version, which come this way too.
+fn not_understood(error: &clap::Error) -> Ending {
+    match error.kind() {
+        ErrorKind::DisplayHelp
+        | ErrorKind::DisplayVersion
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+        }
+        _ => print_error(&parse_error_text(error)),
+    }
+    Ending::Code(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
+/// The message and its tip, without the usage that follows.
+fn parse_error_text(error: &clap::Error) -> String {
+    if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
+        && [".glb", ".gltf"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
+    {
+        return format!("what to do with \"{word}\"? Write: rayframe render {word}");
+    }
+    let rendered = error.render().to_string();
+    let lines = rendered.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut text = String::new();
+    for line in lines.take_while(|line| !line.starts_with("Usage: ") && !line.starts_with("For more")) {
+        let (separator, line) = match (line.strip_prefix("tip: "), text.is_empty()) {
+            (Some(tip), _) => ("; ", tip),
+            (None, true) => ("", line.strip_prefix("error: ").unwrap_or(line)),
+            (None, false) => (" ", line),
+        };
+        text.push_str(separator);
+        text.push_str(line);
+    }
+    text
 }
 
 fn ending(result: Result<()>) -> Ending {
@@ -86,7 +118,11 @@ fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool
         Some(first) if is_strict => Err(Error::unsupported(
             path,
             first.pointer.clone(),
-            format!("{} (--strict refuses {} warnings)", first.message, unique.len()),
+            format!(
+                "{} (--strict refuses {})",
+                first.message,
+                understood::counted(unique.len() as u64, "warning")
+            ),
         )),
         _ => Ok(()),
     }

@@ -30,6 +30,24 @@ pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
+/// A whole number from `least` to `most`.
+pub(super) fn whole<T: TryFrom<i64>>(text: &str, least: i64, most: i64) -> Result<T, String> {
+    let number = text.parse().ok().filter(|number| (least..=most).contains(number));
+    number
+        .and_then(|number: i64| T::try_from(number).ok())
+        .ok_or_else(|| format!("write a whole number from {least} to {most}"))
+}
+
+/// A number of pixels, samples or frames; at least 1.
+pub(super) fn count(text: &str) -> Result<u32, String> {
+    whole(text, 1, i32::MAX.into())
+}
+
+/// A frame number.
+pub(super) fn frame(text: &str) -> Result<i32, String> {
+    whole(text, i32::MIN.into(), i32::MAX.into())
+}
+
 /// `50%` or `0.5`, as a factor.
 pub(super) fn scale(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
@@ -189,6 +207,17 @@ mod tests {
         for text in ["1,2,1,4", "1,2,3", "1,2,3,4,5", "a,2,3,4", "-1,0,1,1"] {
             assert!(crop(text).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn counts_have_ends() {
+        assert_eq!(whole(" 7".trim(), 1, 9), Ok(7_u16));
+        assert_eq!(frame("-5"), Ok(-5));
+        for text in ["0", "10", "-1", "1.5", "many", "", "99999999999999999999"] {
+            let error = whole::<u16>(text, 1, 9).unwrap_err();
+            assert_eq!(error, "write a whole number from 1 to 9", "{text}");
+        }
+        assert!(count("0").is_err() && count("2147483648").is_err() && frame("2147483648").is_err());
     }
 
     #[test]

@@ -11,11 +11,11 @@ use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::output::SOFTWARE;
 use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
-use crate::sequence::{self, Plan, SequenceJob, Summary, triangle_count};
+use crate::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::render_args::RenderArgs;
 use super::render_job::{RenderJob, render_job};
-use super::understood::understood;
+use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
 
 /// Renders what `args` ask for.
@@ -31,7 +31,8 @@ pub(super) fn run(args: &RenderArgs) -> Ending {
 
 fn render(args: &RenderArgs) -> Result<Ending> {
     // Find everything that can go wrong before the first frame.
-    let RenderJob { sequence: job, warnings, environment, inputs } = render_job(args)?;
+    let RenderJob { sequence: job, choices, warnings, environment, inputs } = render_job(args)?;
+    settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     let plan = Plan::new(&job)?;
     refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
@@ -41,8 +42,14 @@ fn render(args: &RenderArgs) -> Result<Ending> {
             job.scene.path.display()
         ));
     }
+    if let Some(warning) = replacing_text(&plan.replaced) {
+        print_warning(&warning);
+    }
     if !args.quiet {
         print_note(&understood(&job, &environment));
+        if let Some(note) = after_the_end(&job) {
+            print_note(&note);
+        }
     }
     if args.dry_run {
         print_plan(&plan);
@@ -59,7 +66,7 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
-    let reporter = Reporter::new(args.progress.into(), verbosity);
+    let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
     let summary = sequence::run(&job, &plan, &cancel, &|event| reporter.tell(event));
 
     // Say how it went.
@@ -70,6 +77,18 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
         _ => Ok(finish(summary, job.keep_going)),
     }
+}
+
+/// What resuming is about to throw away; `None` when nothing.
+fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
+    let first = replaced.first()?;
+    let example = format!("\"{}\" is {}", first.path.display(), first.why);
+    Some(match replaced.len() {
+        1 => format!("--resume: 1 file made from something else will be replaced: {example}"),
+        count => {
+            format!("--resume: {count} files made from something else will be replaced; the first, {example}")
+        }
+    })
 }
 
 /// No file may be written over another one of this run, or over what it reads.

@@ -18,13 +18,14 @@ pub(super) struct RenderArgs {
     /// The scene: .glb or .gltf
     pub(super) scene: PathBuf,
 
-    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format [default: <scene>.####.exr]
+    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format
+    /// [default: <scene>.####.exr in the current folder, <scene>.exr for a still]
     #[arg(short, long, visible_alias = "outfile", value_name = "PATTERN", help_heading = "Output")]
     pub(super) output: Option<OsString>,
     /// Tone-mapped previews beside the EXR files
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub(super) preview: Option<PreviewFormat>,
-    /// Keep whole frames of the same scene, settings and version; render all others
+    /// Keep whole frames of the same scene, settings and version; replace all others
     #[arg(long, conflicts_with = "overwrite", help_heading = "Output")]
     pub(super) resume: bool,
     /// Render every frame, whatever is there
@@ -46,6 +47,7 @@ pub(super) struct RenderArgs {
         long,
         value_name = "FRAME",
         allow_negative_numbers = true,
+        value_parser = options::frame,
         conflicts_with = "frames",
         help_heading = "Frames"
     )]
@@ -56,12 +58,13 @@ pub(super) struct RenderArgs {
         long,
         value_name = "FRAME",
         allow_negative_numbers = true,
+        value_parser = options::frame,
         conflicts_with = "frames",
         help_heading = "Frames"
     )]
     pub(super) end: Option<i32>,
     /// Every so many frames
-    #[arg(short = 'j', long, value_name = "FRAMES", conflicts_with = "frames", value_parser = clap::value_parser!(i32).range(1..), help_heading = "Frames")]
+    #[arg(short = 'j', long, value_name = "FRAMES", conflicts_with = "frames", value_parser = |text: &str| options::whole::<i32>(text, 1, i32::MAX.into()), help_heading = "Frames")]
     pub(super) step: Option<i32>,
     /// Frames a second; fractions such as 24000/1001 are exact
     #[arg(long, value_name = "RATE", default_value = "24", help_heading = "Frames")]
@@ -74,10 +77,10 @@ pub(super) struct RenderArgs {
     #[arg(short, long, value_name = "WxH", value_parser = options::resolution, conflicts_with_all = ["width", "height"], help_heading = "Picture")]
     pub(super) resolution: Option<(u32, u32)>,
     /// Width in pixels; the height follows from the camera unless given
-    #[arg(short = 'W', long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Picture")]
+    #[arg(short = 'W', long, value_name = "PIXELS", value_parser = options::count, help_heading = "Picture")]
     pub(super) width: Option<u32>,
     /// Height in pixels; the width follows from the camera unless given
-    #[arg(short = 'H', long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..), help_heading = "Picture")]
+    #[arg(short = 'H', long, value_name = "PIXELS", value_parser = options::count, help_heading = "Picture")]
     pub(super) height: Option<u32>,
     /// Scales the resolution
     #[arg(long, value_name = "PERCENT", value_parser = options::scale, help_heading = "Picture")]
@@ -86,10 +89,10 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = options::crop, help_heading = "Picture")]
     pub(super) crop: Option<PixelWindow>,
     /// Samples a pixel
-    #[arg(long, visible_aliases = ["aa", "spp"], value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=65536), help_heading = "Picture")]
+    #[arg(long, visible_aliases = ["aa", "spp"], value_name = "N", default_value_t = 4, value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
     pub(super) samples: u32,
     /// Deepest reflection or refraction
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(0..=1024), help_heading = "Picture")]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 0, 1024), help_heading = "Picture")]
     pub(super) depth: u32,
     /// How light is followed
     #[arg(long, value_name = "NAME", default_value = "whitted", help_heading = "Picture")]
@@ -134,7 +137,7 @@ pub(super) struct RenderArgs {
     pub(super) strict: bool,
 
     /// Threads [default: all cores]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = "Work")]
+    #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u16>(text, 1, 65535), help_heading = "Work")]
     pub(super) threads: Option<u16>,
     /// Most memory to use, such as 8G [default: 80 % of what there is]
     #[arg(long, value_name = "SIZE", value_parser = options::memory_size, help_heading = "Work")]

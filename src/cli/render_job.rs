@@ -28,6 +28,8 @@ const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
 pub(super) struct RenderJob {
     /// What to do.
     pub(super) sequence: SequenceJob,
+    /// What was left out by choice, which `--strict` has nothing against.
+    pub(super) choices: Vec<Warning>,
     /// What is not honoured.
     pub(super) warnings: Vec<Warning>,
     /// The environment in words; empty when there is none.
@@ -56,14 +58,14 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let wishes = understand(args)?;
     let max_memory_bytes = wishes.max_memory_bytes;
     let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
-    let (selection, selection_warnings) = Selection::resolve(&selection_request(args), &scene)?;
+    let (selection, choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
         environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
     let mut inputs = vec![args.scene.clone()];
     if let Some(EnvironmentSource::File(path, _)) = wishes.environment {
         inputs.push(path);
     }
-    let warnings = [scene.warnings.clone(), selection_warnings, environment_warnings].concat();
+    let warnings = [scene.warnings.clone(), environment_warnings].concat();
 
     let duration = duration_seconds(&scene, &selection);
     let frames = wishes.frames.resolve(wishes.rate.last_frame(duration)).map_err(Error::usage)?;
@@ -94,7 +96,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         strict: args.strict,
         max_memory_bytes,
     };
-    Ok(RenderJob { sequence, warnings, environment: description, inputs })
+    Ok(RenderJob { sequence, choices, warnings, environment: description, inputs })
 }
 
 fn understand(args: &RenderArgs) -> Result<Wishes> {

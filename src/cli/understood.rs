@@ -14,14 +14,25 @@ pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
     };
     let environment = if environment.is_empty() { String::new() } else { format!(", {environment}") };
     format!(
-        "{}: {} → {} at {} fps, {}, {width}x{height}{crop}, {} triangles{environment}",
+        "{}: {} → {} at {} fps, {}, {width}x{height}{crop}, {}{environment}",
         file_name(&job.scene),
         clips_text(&job.scene, &job.selection),
         frames_text(&job.frames),
         job.rate,
         camera_text(&job.scene, &job.selection),
-        grouped(triangle_count(&job.scene, &job.selection.roots)),
+        counted(triangle_count(&job.scene, &job.selection.roots), "triangle"),
     )
+}
+
+/// `frames 84-100 lie after the animation's end (82) and show its last pose`; `None` where none do or nothing moves.
+pub(super) fn after_the_end(job: &SequenceJob) -> Option<String> {
+    let last = job.rate.last_frame(duration_seconds(&job.scene, &job.selection));
+    let after: Vec<i64> = job.frames.iter().copied().filter(|&frame| frame > last).collect();
+    if after.is_empty() || job.selection.clips.is_empty() {
+        return None;
+    }
+    let (lie, show) = if after.len() == 1 { ("lies", "shows") } else { ("lie", "show") };
+    Some(format!("{} {lie} after the animation's end ({last}) and {show} its last pose", frames_text(&after)))
 }
 
 fn file_name(scene: &Scene) -> String {
@@ -97,6 +108,11 @@ pub(super) fn grouped(number: u64) -> String {
     text
 }
 
+/// `1 part` or `2 parts`.
+pub(super) fn counted(count: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped(count), if count == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,5 +133,7 @@ mod tests {
         assert_eq!(grouped(7), "7");
         assert_eq!(grouped(7936), "7 936");
         assert_eq!(grouped(1_234_567), "1 234 567");
+        assert_eq!(counted(1, "part"), "1 part");
+        assert_eq!(counted(1000, "part"), "1 000 parts");
     }
 }

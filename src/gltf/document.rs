@@ -1,5 +1,7 @@
 //! The JSON document: parsed with bounded nesting, repaired where exporters deviate without ambiguity, then typed.
 
+use std::path::Path;
+
 use gltf::json::{Asset, Root};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Number, Value};
@@ -23,12 +25,11 @@ pub(super) struct Document {
 impl Document {
     /// Parses JSON text.
     pub(super) fn parse(context: &mut Context, json: &[u8]) -> Result<Self> {
-        let text = std::str::from_utf8(json)
-            .map_err(|error| context.invalid("", format!("is neither a GLB nor UTF-8 text: {error}")))?;
+        let text = std::str::from_utf8(json).map_err(|_| context.invalid("", not_gltf(context.path)))?;
         context.charge(parsed_bytes(json), "")?;
         // serde_json bounds the nesting depth, so that walking the value cannot exhaust the stack.
-        let mut value: Value = serde_json::from_str(text)
-            .map_err(|error| context.invalid("", format!("is not valid JSON: {error}")))?;
+        let mut value: Value =
+            serde_json::from_str(text).map_err(|error| context.invalid("", not_json(text, &error)))?;
         if !value.is_object() {
             return Err(context.invalid("", "is not a glTF file: the JSON is not an object"));
         }
@@ -43,6 +44,23 @@ impl Document {
     /// The raw object behind element `index` of the top-level array `array`.
     pub(super) fn element(&self, array: &str, index: usize) -> Option<Raw<'_>> {
         Raw::at(&self.value, format!("/{array}/{index}"))
+    }
+}
+
+/// For a file that is no text.
+fn not_gltf(path: &Path) -> String {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let hint =
+        if extension == "hdr" || extension == "exr" { " (an environment goes after --env)" } else { "" };
+    format!("is not a glTF file; name a .glb or .gltf{hint}")
+}
+
+/// For text that does not parse.
+fn not_json(text: &str, error: &serde_json::Error) -> String {
+    if text.trim_start().starts_with('{') {
+        format!("is not valid JSON: {error}")
+    } else {
+        format!("is not a glTF file: it is not valid JSON ({error}); name a .glb or .gltf")
     }
 }
 

@@ -1,6 +1,7 @@
 //! Two bars on a terminal: the sequence, and the frame at hand.
 
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -13,6 +14,8 @@ use super::print::{one_line, print_note};
 
 /// Steps of the frame bar.
 const FRAME_STEPS: u64 = 1000;
+/// Shortest time between two estimates within a frame.
+const ETA_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Bars on the standard error stream.
 #[derive(Debug)]
@@ -21,35 +24,54 @@ pub(super) struct Bars {
     all: MultiProgress,
     sequence: ProgressBar,
     frame: ProgressBar,
-    eta: Mutex<Eta>,
+    output: String,
+    times: Mutex<Times>,
+}
+
+/// What the estimate is made from.
+#[derive(Debug, Default)]
+struct Times {
+    eta: Eta,
+    frame_started: Option<Instant>,
+    last_estimate: Option<Instant>,
 }
 
 impl Bars {
-    pub(super) fn new(verbosity: Verbosity) -> Self {
+    pub(super) fn new(verbosity: Verbosity, output: &str) -> Self {
         let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
         let sequence = all.add(ProgressBar::new(0).with_style(style("frames {bar:40} {pos}/{len} {msg}")));
         let frame =
             all.add(ProgressBar::new(FRAME_STEPS).with_style(style("{prefix:6} {bar:40} {percent} %")));
-        Self { verbosity, all, sequence, frame, eta: Mutex::default() }
+        Self { verbosity, all, sequence, frame, output: output.to_owned(), times: Mutex::default() }
     }
 
     pub(super) fn tell(&self, event: SequenceEvent<'_>) {
-        // Comes from many threads and needs nothing but the bar.
+        // Comes from many threads; only the estimate locks, and seldom.
         if let SequenceEvent::FrameProgress(_, share) = event {
             self.frame.set_position((share * FRAME_STEPS as f32) as u64);
+            self.estimate(share);
             return;
         }
-        let mut eta = self.eta.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut times = self.times.lock().unwrap_or_else(PoisonError::into_inner);
+        let times = &mut *times;
+        let eta = &mut times.eta;
         match event {
             SequenceEvent::Started { to_render, kept } => {
                 eta.total = to_render;
                 self.sequence.set_length(to_render as u64);
-                if kept > 0 {
-                    self.line(&kept_text(kept));
+                if let Some(text) = kept_text(kept, to_render) {
+                    self.line(&text);
                 }
             }
-            SequenceEvent::ExposureFound(ev) => self.line(&exposure_text(ev)),
+            SequenceEvent::ExposureFound { ev, is_automatic } => {
+                if is_automatic {
+                    self.line(&exposure_text(ev));
+                }
+                // Finding it is no part of the frame.
+                times.frame_started = Some(Instant::now());
+            }
             SequenceEvent::FrameStarted(frame) => {
+                times.frame_started = Some(Instant::now());
                 self.frame.set_position(0);
                 self.frame.set_prefix(frame.frame.to_string());
             }
@@ -58,21 +80,21 @@ impl Bars {
                 if self.verbosity.is_verbose {
                     self.line(&format!("{}:{}", report.path.display(), phases_text(report)));
                 }
-                self.advance(&eta);
+                self.advance(eta);
             }
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
                     self.line(&format!("rayframe: error: frame {}: {error}", frame.frame));
                 }
-                self.advance(&eta);
+                self.advance(eta);
             }
             SequenceEvent::Warned(warning) => self.line(&format!("rayframe: warning: {warning}")),
             SequenceEvent::Finished(summary) => {
                 self.frame.finish_and_clear();
                 self.sequence.finish_and_clear();
                 // The bars are gone; a line of theirs would not end the terminal's line.
-                print_note(&summary_text(summary, eta.total));
+                print_note(&summary_text(summary, eta.total, &self.output));
             }
             SequenceEvent::FrameKept(_) | SequenceEvent::FrameProgress(..) => {}
         }
@@ -81,8 +103,27 @@ impl Bars {
     fn advance(&self, eta: &Eta) {
         self.sequence.set_position(eta.done as u64);
         if let Some(seconds) = eta.remaining_seconds() {
-            self.sequence.set_message(format!("eta {}", duration_text(seconds)));
+            self.show_eta(seconds);
         }
+    }
+
+    /// The estimate while a frame is under way. Comes from many threads; one that would have to wait has nothing to add.
+    fn estimate(&self, share: f32) {
+        let Ok(mut times) = self.times.try_lock() else {
+            return;
+        };
+        if times.last_estimate.is_some_and(|last| last.elapsed() < ETA_INTERVAL) {
+            return;
+        }
+        let elapsed = times.frame_started.map(|started| started.elapsed());
+        if let Some(seconds) = elapsed.and_then(|elapsed| times.eta.remaining_within(share, elapsed)) {
+            times.last_estimate = Some(Instant::now());
+            self.show_eta(seconds);
+        }
+    }
+
+    fn show_eta(&self, seconds: f64) {
+        self.sequence.set_message(format!("eta {}", duration_text(seconds)));
     }
 
     /// Whether the terminal cannot show bars, such as one that cannot move its cursor.

@@ -1,9 +1,12 @@
 //! How long the rest will take.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 /// Frames that are looked back on.
 const WINDOW: usize = 9;
+/// A frame tells how long it takes once this share of it is finished.
+const TELLING_SHARE: f64 = 0.05;
 
 /// Frames done and to do, and how long the last ones took.
 #[derive(Debug, Default)]
@@ -28,10 +31,23 @@ impl Eta {
     /// Seconds until all frames are rendered: the median of the last frames for each that is left. One slow frame, such
     /// as the first with cold caches, does not spoil it.
     pub(super) fn remaining_seconds(&self) -> Option<f64> {
+        Some(self.median_seconds()? * self.total.saturating_sub(self.done) as f64)
+    }
+
+    /// The same within a frame that began `elapsed` ago and of which `share` is finished: what is left of it at its own
+    /// pace, and the frames after it. The first frame stands for all others.
+    pub(super) fn remaining_within(&self, share: f32, elapsed: Duration) -> Option<f64> {
+        let share = f64::from(share);
+        let own = (share > TELLING_SHARE).then(|| elapsed.as_secs_f64() / share);
+        let usual = self.median_seconds();
+        let after_this = self.total.saturating_sub(self.done + 1) as f64;
+        Some(own.or(usual)? * (1.0 - share) + usual.or(own)? * after_this)
+    }
+
+    fn median_seconds(&self) -> Option<f64> {
         let mut sorted: Vec<f64> = self.recent_seconds.iter().copied().collect();
         sorted.sort_by(f64::total_cmp);
-        let median = sorted.get(sorted.len() / 2)?;
-        Some(median * self.total.saturating_sub(self.done) as f64)
+        sorted.get(sorted.len() / 2).copied()
     }
 }
 
@@ -58,6 +74,22 @@ mod tests {
         }
         // Seven frames are left at a median of 2 s.
         assert_eq!(eta.remaining_seconds(), Some(14.0));
+    }
+
+    #[test]
+    fn a_frame_tells_how_long_the_rest_takes() {
+        let mut eta = Eta { total: 3, ..Eta::default() };
+        let second = Duration::from_secs(1);
+        // Too early to tell, then a quarter in one second: three more for this frame, four for each of two others.
+        assert_eq!(eta.remaining_within(0.03, second), None);
+        assert_eq!(eta.remaining_within(0.25, second), Some(3.0 + 8.0));
+        eta.frame_done(6.0);
+        // Early in the second frame the median of 6 s stands for it; later its own pace does.
+        assert_eq!(eta.remaining_within(0.0, second), Some(12.0));
+        assert_eq!(eta.remaining_within(0.5, second), Some(1.0 + 6.0));
+        // A still has nothing after it.
+        let still = Eta { total: 1, ..Eta::default() };
+        assert_eq!(still.remaining_within(0.5, second), Some(1.0));
     }
 
     #[test]

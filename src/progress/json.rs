@@ -52,7 +52,9 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
         SequenceEvent::Started { to_render, kept } => {
             ("start", json!({"to_render": to_render, "kept": kept}))
         }
-        SequenceEvent::ExposureFound(ev) => ("exposure", json!({"ev": ev})),
+        SequenceEvent::ExposureFound { ev, is_automatic } => {
+            ("exposure", json!({"ev": ev, "automatic": is_automatic}))
+        }
         SequenceEvent::FrameKept(frame) => ("frame_skipped", frame_json(frame)),
         SequenceEvent::FrameStarted(frame) => ("frame_start", frame_json(frame)),
         SequenceEvent::FrameProgress(frame, share) => {

@@ -60,17 +60,21 @@ enum Form {
 }
 
 impl Reporter {
-    /// A reporter for one run.
-    pub fn new(style: ProgressStyle, verbosity: Verbosity) -> Self {
+    /// A reporter for one run whose files are called `output`, with `####` for the frame number.
+    pub fn new(style: ProgressStyle, verbosity: Verbosity, output: &str) -> Self {
         let form = match style {
             ProgressStyle::Json => Form::Json(JsonLines::default()),
             ProgressStyle::None => Form::Silent,
             _ if verbosity.is_quiet => Form::Silent,
-            ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity)),
+            ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity, output)),
             ProgressStyle::Auto | ProgressStyle::Bar => {
                 // Bars hide themselves in pipes and on terminals that cannot show them; lines do not.
-                let bars = Bars::new(verbosity);
-                if bars.is_hidden() { Form::Plain(PlainLines::new(verbosity)) } else { Form::Bars(bars) }
+                let bars = Bars::new(verbosity, output);
+                if bars.is_hidden() {
+                    Form::Plain(PlainLines::new(verbosity, output))
+                } else {
+                    Form::Bars(bars)
+                }
             }
         };
         Self { form, verbosity }

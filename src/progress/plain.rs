@@ -11,12 +11,13 @@ use super::{Verbosity, print_error, print_note, print_warning};
 #[derive(Debug)]
 pub(super) struct PlainLines {
     verbosity: Verbosity,
+    output: String,
     eta: Mutex<Eta>,
 }
 
 impl PlainLines {
-    pub(super) fn new(verbosity: Verbosity) -> Self {
-        Self { verbosity, eta: Mutex::default() }
+    pub(super) fn new(verbosity: Verbosity, output: &str) -> Self {
+        Self { verbosity, output: output.to_owned(), eta: Mutex::default() }
     }
 
     pub(super) fn tell(&self, event: SequenceEvent<'_>) {
@@ -24,11 +25,11 @@ impl PlainLines {
         match event {
             SequenceEvent::Started { to_render, kept } => {
                 eta.total = to_render;
-                if kept > 0 {
-                    print_note(&kept_text(kept));
+                if let Some(text) = kept_text(kept, to_render) {
+                    print_note(&text);
                 }
             }
-            SequenceEvent::ExposureFound(ev) => print_note(&exposure_text(ev)),
+            SequenceEvent::ExposureFound { ev, is_automatic: true } => print_note(&exposure_text(ev)),
             SequenceEvent::FrameKept(frame) if self.verbosity.is_verbose => {
                 print_note(&format!("frame {} kept {}", frame.frame, frame.path.display()));
             }
@@ -46,23 +47,28 @@ impl PlainLines {
                 }
             }
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
-            SequenceEvent::Finished(summary) => print_note(&summary_text(summary, eta.total)),
-            SequenceEvent::FrameKept(_)
+            SequenceEvent::Finished(summary) => {
+                print_note(&summary_text(summary, eta.total, &self.output));
+            }
+            SequenceEvent::ExposureFound { .. }
+            | SequenceEvent::FrameKept(_)
             | SequenceEvent::FrameStarted(_)
             | SequenceEvent::FrameProgress(..) => {}
         }
     }
 }
 
-pub(super) fn kept_text(kept: usize) -> String {
-    match kept {
-        1 => "1 frame is there already and is kept".to_owned(),
-        _ => format!("{kept} frames are there already and are kept"),
+/// What is kept, said before the work on the others begins.
+pub(super) fn kept_text(kept: usize, to_render: usize) -> Option<String> {
+    match (kept, to_render) {
+        (0, _) | (_, 0) => None,
+        (1, _) => Some("1 frame is there already and is kept".to_owned()),
+        _ => Some(format!("{kept} frames are there already and are kept")),
     }
 }
 
 pub(super) fn exposure_text(ev: f32) -> String {
-    format!("previews: --exposure {ev}")
+    format!("exposure {ev} stops, chosen automatically (--exposure {ev} keeps it)")
 }
 
 /// `frame 12 (3/240) written out/f.0012.exr 3.2 s, eta 12 min 40 s`.
@@ -107,9 +113,25 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
     )
 }
 
-/// The last line of a run.
-pub(super) fn summary_text(summary: &Summary, total: usize) -> String {
-    let written = summary.written.len();
+/// The last line of a run of `total` frames whose files are called `output`:
+/// `8 frames written to out/demo.####.exr in 24.7 s`.
+pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> String {
+    let frames = |count: usize| if count == 1 { "frame" } else { "frames" };
+    if total == 0 && summary.failed.is_empty() && !summary.is_interrupted {
+        return match summary.kept.len() {
+            1 => "the frame was there already".to_owned(),
+            kept => format!("all {kept} frames were there already"),
+        };
+    }
+    let written = match summary.written.len() {
+        count if count == total => format!("{count} {}", frames(count)),
+        count => format!("{count} of {total} {}", frames(total)),
+    };
+    let place = match summary.written.as_slice() {
+        [] => String::new(),
+        [report] => format!(" to {}", report.path.display()),
+        _ => format!(" to {output}"),
+    };
     let counted = |count: usize, what: &str| match count {
         0 => String::new(),
         _ => format!(", {count} {what}"),
@@ -120,9 +142,24 @@ pub(super) fn summary_text(summary: &Summary, total: usize) -> String {
         ""
     };
     format!(
-        "{written} of {total} frames written in {}{}{}{stopped}",
+        "{written} written{place} in {}{}{}{stopped}",
         duration_text(summary.seconds),
         counted(summary.kept.len(), "kept"),
         counted(summary.failed.len(), "failed"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_line_says_what_was_made_of_what_was_asked_for() {
+        let kept = |kept: &[i64]| Summary { kept: kept.to_vec(), ..Summary::default() };
+        assert_eq!(summary_text(&kept(&[1, 2, 3, 4]), 0, "a.#.exr"), "all 4 frames were there already");
+        assert_eq!(summary_text(&kept(&[1]), 0, "a.exr"), "the frame was there already");
+        let stopped = Summary { is_interrupted: true, seconds: 2.0, ..kept(&[1]) };
+        let text = summary_text(&stopped, 3, "a.#.exr");
+        assert!(text.starts_with("0 of 3 frames written in 2.0 s, 1 kept; stopped"), "{text}");
+    }
 }

@@ -14,8 +14,13 @@ pub enum SequenceEvent<'a> {
         /// Frames that are there already.
         kept: usize,
     },
-    /// The exposure of all tone-mapped files, stops.
-    ExposureFound(f32),
+    /// The exposure of all tone-mapped files is known.
+    ExposureFound {
+        /// Stops.
+        ev: f32,
+        /// Whether it was found by looking at the animation.
+        is_automatic: bool,
+    },
     /// A frame that was there already stays.
     FrameKept(&'a PlannedFrame),
     /// A frame begins.

@@ -25,7 +25,7 @@ pub(super) enum Decision {
     Render,
     /// The file is as it should be.
     Keep,
-    /// A file that may not be replaced has the name; why it is not the frame.
+    /// Another file has the name; why it is not the frame.
     InTheWay(String),
 }
 
@@ -45,17 +45,14 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
         },
         Err(why) => not_whole(&why),
     };
-    match job.existing {
-        ExistingFiles::Protect => Decision::InTheWay(why),
-        ExistingFiles::Resume | ExistingFiles::Overwrite => Decision::Render,
-    }
+    Decision::InTheWay(why)
 }
 
-/// Why the file `path`, which is about to become the preview of a frame with `render_hash`, may not be replaced.
+/// Why the file `path`, which is about to become the preview of a frame with `render_hash`, is something else.
 ///
-/// A preview of the same frame in another look or crop may.
+/// A preview of the same frame in another look or crop is not.
 pub(super) fn preview_in_the_way(job: &SequenceJob, path: &Path, render_hash: &str) -> Option<String> {
-    if job.existing != ExistingFiles::Protect || !path.is_file() {
+    if job.existing == ExistingFiles::Overwrite || !path.is_file() {
         return None;
     }
     match inspect_png(path) {

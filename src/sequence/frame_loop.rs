@@ -21,7 +21,7 @@ use super::posed_frames::PosedFrames;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
 use super::{
-    FailedFrame, FrameReport, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent,
+    Exposure, FailedFrame, FrameReport, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent,
     SequenceJob, Summary, TreeReport,
 };
 
@@ -161,7 +161,8 @@ impl<'a> FrameLoop<'a> {
         let is_needed = self.job.preview || self.job.output.format() == OutputFormat::Png;
         let exposure_ev = if is_needed { exposure_ev(self.job, self.cancel)? } else { 0.0 };
         if is_needed {
-            (self.on_event)(SequenceEvent::ExposureFound(exposure_ev));
+            let is_automatic = self.job.exposure == Exposure::Auto;
+            (self.on_event)(SequenceEvent::ExposureFound { ev: exposure_ev, is_automatic });
         }
         let tone = self.job.tone;
         Ok(*self.look.insert(PreviewLook { exposure_ev, tone }))

@@ -60,6 +60,11 @@ impl FrameSpec {
             Self::All => (0, last_frame, 1),
             Self::Range { start, end, step } => (start.unwrap_or(0), end.unwrap_or(last_frame), *step),
         };
+        if let Self::Range { start: Some(start), end: None, .. } = self
+            && first > last
+        {
+            return Err(format!("--start {start} lies beyond the animation's last frame, {last}; add --end"));
+        }
         if first > last {
             return Err(format!("no frame lies from {first} to {last}; check --start and --end"));
         }
@@ -182,7 +187,8 @@ mod tests {
         assert_eq!(range(Some(4), None, 1).unwrap(), [4, 5, 6]);
         assert_eq!(range(None, Some(1), 1).unwrap(), [0, 1]);
         assert_eq!(range(Some(-2), Some(3), 2).unwrap(), [-2, 0, 2]);
-        assert!(range(Some(7), None, 1).is_err());
+        assert!(range(Some(7), None, 1).unwrap_err().contains("last frame, 6"));
+        assert!(range(Some(7), Some(5), 1).unwrap_err().contains("from 7 to 5"));
         assert!(range(None, None, 0).is_err());
         assert!(FrameSpec::All.resolve(i64::from(i32::MAX)).is_err());
     }

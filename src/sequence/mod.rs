@@ -23,7 +23,7 @@ pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
 pub use pattern::{OutputFormat, OutputPattern};
-pub use plan::{Plan, PlannedFrame};
+pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use rate::FrameRate;
 pub use render_hash::render_hash;
 pub use statistics::{FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};

@@ -74,6 +74,15 @@ impl OutputPattern {
         self.parts.iter().any(|part| matches!(part, Part::Frame { .. }))
     }
 
+    /// The name for people, with `####` for the frame number.
+    pub fn shown(&self) -> String {
+        let part = |part: &Part| match part {
+            Part::Literal(text) => text.display().to_string(),
+            Part::Frame { width } => "#".repeat(*width),
+        };
+        self.parts.iter().map(part).collect()
+    }
+
     /// The file of `frame`.
     pub fn path(&self, frame: i64) -> PathBuf {
         let mut path = OsString::new();
@@ -122,6 +131,9 @@ fn closed_place(bytes: &[u8], end: u8) -> Option<(usize, usize)> {
 
 fn format_of(path: &Path) -> Result<OutputFormat, String> {
     let shown = path.display();
+    if path.as_os_str().is_empty() {
+        return Err("the name is empty; write one such as shot.####.exr".to_owned());
+    }
     if path.as_os_str().as_encoded_bytes().ends_with(b"/") || path.file_name().is_none() {
         return Err(format!("\"{shown}\" names a folder; add a file name such as shot.####.exr"));
     }
@@ -129,7 +141,8 @@ fn format_of(path: &Path) -> Result<OutputFormat, String> {
     match extension.to_str() {
         Some("exr") => Ok(OutputFormat::Exr),
         Some("png") => Ok(OutputFormat::Png),
-        _ => Err(format!("\"{shown}\" has no extension that is known; end it with .exr or .png")),
+        Some("") => Err(format!("\"{shown}\" has no extension; end it with .exr or .png")),
+        _ => Err(format!("\".{}\" cannot be written; end it with .exr or .png", extension.display())),
     }
 }
 

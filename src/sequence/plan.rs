@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 
 use super::existing::{Decision, decide, preview_in_the_way};
-use super::{OutputFormat, SequenceJob, memory, render_hash};
+use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
 
 /// One frame and its files.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +33,17 @@ pub struct PlannedFrame {
 pub struct Plan {
     /// The frames.
     pub frames: Vec<PlannedFrame>,
+    /// Files made from something else that frames and previews will replace, as resuming allows.
+    pub replaced: Vec<ReplacedFile>,
+}
+
+/// A file that is there before the run and is not what its name will hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReplacedFile {
+    /// The file.
+    pub path: PathBuf,
+    /// What it is instead, to be read after "is".
+    pub why: String,
 }
 
 impl Plan {
@@ -45,9 +56,12 @@ impl Plan {
         memory::check(job)?;
         check_names(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
-        refuse_what_is_in_the_way(&planned)?;
-        let frames = planned.into_iter().map(|(frame, _)| frame).collect();
-        Ok(Self { frames })
+        let (frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
+        let replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
+        if job.existing == ExistingFiles::Protect {
+            refuse_to_replace(&replaced)?;
+        }
+        Ok(Self { frames, replaced })
     }
 
     /// Creates the folders, makes sure that files can be written there, and removes what dead runs left half written.
@@ -97,29 +111,27 @@ fn check_names(job: &SequenceJob) -> Result<()> {
 }
 
 /// The frame, and the file that is in its way and why.
-fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<(PathBuf, String)>) {
+fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFile>) {
     let path = job.output.path(frame);
     let preview_path = job.preview.then(|| path.with_extension("png"));
     let render_hash = render_hash(job, frame);
     let decision = decide(job, &path, &render_hash);
     let is_done = decision == Decision::Keep;
     let in_the_way = match (decision, &preview_path) {
-        (Decision::InTheWay(why), _) => Some((path.clone(), why)),
-        (_, Some(preview)) => {
-            preview_in_the_way(job, preview, &render_hash).map(|why| (preview.clone(), why))
-        }
+        (Decision::InTheWay(why), _) => Some(ReplacedFile { path: path.clone(), why }),
+        (_, Some(preview)) => preview_in_the_way(job, preview, &render_hash)
+            .map(|why| ReplacedFile { path: preview.clone(), why }),
         (_, None) => None,
     };
     let time_seconds = job.rate.time_seconds(frame);
     (PlannedFrame { frame, time_seconds, path, preview_path, render_hash, is_done }, in_the_way)
 }
 
-fn refuse_what_is_in_the_way(planned: &[(PlannedFrame, Option<(PathBuf, String)>)]) -> Result<()> {
-    let mut in_the_way = planned.iter().filter_map(|(_, in_the_way)| in_the_way.as_ref());
-    let Some((path, why)) = in_the_way.next() else {
+fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {
+    let [ReplacedFile { path, why }, others @ ..] = in_the_way else {
         return Ok(());
     };
-    let others = match in_the_way.count() {
+    let others = match others.len() {
         0 => String::new(),
         count => format!(" (and {count} more)"),
     };

@@ -71,6 +71,9 @@ fn a_foreign_frame_is_not_replaced_unasked() {
         std::fs::write(&path, "yesterday's picture").unwrap();
         let ending = stage.render("bad.gltf", &[&options[..], &[flag]].concat());
         assert_eq!(ending.code, Some(0), "{flag}: {}", ending.said);
+        let warns =
+            ending.said.contains("1 file made from something else will be replaced: \"out/a.0002.exr\"");
+        assert_eq!(warns, flag == "--resume", "{}", ending.said);
         assert!(is_exr(&path) && is_exr(&path.with_file_name("a.0003.exr")), "{flag}");
     }
 }

@@ -5,7 +5,8 @@ use serde::Serialize;
 use crate::error::Warning;
 use crate::gltf::{Support, extension_support};
 use crate::scene::{
-    AlphaMode, Filter, Image, LightKind, Material, Projection, Scene, Selection, Texels, Texture, WrapMode,
+    AlphaMode, Filter, Image, LightKind, Material, Node, Projection, Scene, Selection, Texels, Texture,
+    WrapMode,
 };
 use crate::sequence::{FrameRate, duration_seconds, triangle_count};
 
@@ -27,6 +28,8 @@ pub(super) struct Report {
     pub(super) skins: usize,
     pub(super) extensions: Vec<ExtensionReport>,
     pub(super) rendered: RenderedReport,
+    /// Clips that are not rendered, and why.
+    pub(super) left_out: Vec<WarningReport>,
     pub(super) not_supported: Vec<WarningReport>,
 }
 
@@ -50,6 +53,8 @@ pub(super) struct MeshReport {
 #[derive(Debug, Serialize)]
 pub(super) struct MaterialReport {
     pub(super) name: Option<String>,
+    /// Whether it is that of primitives without one; reported only where there are such.
+    pub(super) is_default: bool,
     pub(super) features: Vec<&'static str>,
 }
 
@@ -107,7 +112,8 @@ pub(super) struct WarningReport {
 }
 
 impl Report {
-    pub(super) fn new(scene: &Scene, selection: &Selection, warnings: &[Warning]) -> Self {
+    /// `left_out` says which clips `selection` leaves out, and why.
+    pub(super) fn new(scene: &Scene, selection: &Selection, left_out: &[Warning]) -> Self {
         let seconds = duration_seconds(scene, selection);
         Self {
             schema: 1,
@@ -115,7 +121,7 @@ impl Report {
             scenes: scenes(scene),
             nodes: scene.nodes.len(),
             meshes: scene.meshes.iter().map(mesh).collect(),
-            materials: scene.materials.iter().map(material).collect(),
+            materials: materials(scene),
             textures: scene.textures.iter().map(|item| texture(scene, item)).collect(),
             clips: clips(scene),
             cameras: cameras(scene),
@@ -129,7 +135,8 @@ impl Report {
                 camera: camera_text(scene, selection),
                 triangles: triangle_count(scene, &selection.roots),
             },
-            not_supported: not_supported(scene.warnings.iter().chain(warnings)),
+            left_out: warnings(left_out),
+            not_supported: warnings(&scene.warnings),
         }
     }
 }
@@ -155,7 +162,20 @@ fn mesh(mesh: &crate::scene::Mesh) -> MeshReport {
     }
 }
 
-fn material(material: &Material) -> MaterialReport {
+/// All materials of the file, and the default one after them where a primitive needs it.
+fn materials(scene: &Scene) -> Vec<MaterialReport> {
+    let Some((last, own)) = scene.materials.split_last() else {
+        return Vec::new();
+    };
+    let mut primitives = scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut reports: Vec<_> = own.iter().map(|item| material(item, false)).collect();
+    if primitives.any(|part| part.material.index() == own.len()) {
+        reports.push(material(last, true));
+    }
+    reports
+}
+
+fn material(material: &Material, is_default: bool) -> MaterialReport {
     let textured = [
         material.base_color_texture.is_some(),
         material.metallic_roughness_texture.is_some(),
@@ -175,6 +195,7 @@ fn material(material: &Material) -> MaterialReport {
     ];
     MaterialReport {
         name: material.name.clone(),
+        is_default,
         features: features.iter().filter(|(is, _)| *is).map(|&(_, name)| name).collect(),
     }
 }
@@ -224,28 +245,35 @@ fn clips(scene: &Scene) -> Vec<ClipReport> {
 }
 
 fn cameras(scene: &Scene) -> Vec<CameraReport> {
+    let holds = |node: &Node, index| node.camera.is_some_and(|camera| camera.index() == index);
     let report = |(index, camera): (usize, &crate::scene::Camera)| CameraReport {
-        name: camera.name.clone(),
+        name: camera.name.clone().or_else(|| holder_name(scene, |node| holds(node, index))),
         kind: match camera.projection {
             Projection::Perspective { .. } => "perspective",
             Projection::Orthographic { .. } => "orthographic",
         },
-        is_placed: scene.nodes.iter().any(|node| node.camera.is_some_and(|camera| camera.index() == index)),
+        is_placed: scene.nodes.iter().any(|node| holds(node, index)),
     };
     scene.cameras.iter().enumerate().map(report).collect()
 }
 
 fn lights(scene: &Scene) -> Vec<LightReport> {
+    let holds = |node: &Node, index| node.light.is_some_and(|light| light.index() == index);
     let report = |(index, light): (usize, &crate::scene::Light)| LightReport {
-        name: light.name.clone(),
+        name: light.name.clone().or_else(|| holder_name(scene, |node| holds(node, index))),
         kind: match light.kind {
             LightKind::Directional => "directional",
             LightKind::Point => "point",
             LightKind::Spot { .. } => "spot",
         },
-        is_placed: scene.nodes.iter().any(|node| node.light.is_some_and(|light| light.index() == index)),
+        is_placed: scene.nodes.iter().any(|node| holds(node, index)),
     };
     scene.lights.iter().enumerate().map(report).collect()
+}
+
+/// The name of the first node that `holds` something, for things without a name of their own.
+fn holder_name(scene: &Scene, holds: impl Fn(&Node) -> bool) -> Option<String> {
+    scene.nodes.iter().find(|node| holds(node))?.name.clone()
 }
 
 fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
@@ -266,8 +294,8 @@ fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
     named.into_iter().map(report).collect()
 }
 
-fn not_supported<'a>(warnings: impl Iterator<Item = &'a Warning>) -> Vec<WarningReport> {
-    let unique: std::collections::BTreeSet<_> = warnings.collect();
+fn warnings(warnings: &[Warning]) -> Vec<WarningReport> {
+    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
     let report = |warning: &Warning| WarningReport {
         pointer: warning.pointer.clone(),
         message: warning.message.clone(),

@@ -1,14 +1,21 @@
 //! The report for people.
 
-use super::super::understood::{grouped, quoted};
-use super::report::Report;
+use super::super::understood::{counted, grouped, quoted};
+use super::report::{Report, WarningReport};
 
 /// Sections with one line an item; empty sections are left out.
 pub(super) fn text(report: &Report) -> String {
     let mut lines = vec![report.file.clone()];
     let sections = [
         ("scenes", scenes(report)),
-        ("nodes", vec![format!("{} nodes, {} skins", report.nodes, report.skins)]),
+        (
+            "nodes",
+            vec![format!(
+                "{}, {}",
+                counted(report.nodes as u64, "node"),
+                counted(report.skins as u64, "skin")
+            )],
+        ),
         ("meshes", meshes(report)),
         ("materials", materials(report)),
         ("textures", textures(report)),
@@ -17,7 +24,8 @@ pub(super) fn text(report: &Report) -> String {
         ("lights", lights(report)),
         ("extensions", extensions(report)),
         ("will be rendered", vec![rendered(report)]),
-        ("not supported", not_supported(report)),
+        ("left out", warnings(&report.left_out)),
+        ("not supported", warnings(&report.not_supported)),
     ];
     for (title, items) in sections {
         if !items.is_empty() {
@@ -40,7 +48,7 @@ fn numbered<T>(items: &[T], line: impl Fn(&T) -> (Option<&str>, String)) -> Vec<
 fn scenes(report: &Report) -> Vec<String> {
     numbered(&report.scenes, |scene| {
         let default = if scene.is_default { ", the default" } else { "" };
-        (scene.name.as_deref(), format!("{} triangles{default}", grouped(scene.triangles)))
+        (scene.name.as_deref(), format!("{}{default}", counted(scene.triangles, "triangle")))
     })
 }
 
@@ -48,14 +56,15 @@ fn meshes(report: &Report) -> Vec<String> {
     numbered(&report.meshes, |mesh| {
         let morph = match mesh.morph_targets {
             0 => String::new(),
-            count => format!(", {count} morph targets"),
+            count => format!(", {}", counted(count as u64, "morph target")),
         };
         let skin = if mesh.is_skinned { ", skinned" } else { "" };
         let facts = format!(
-            "{} triangles, {} vertices in {} parts{morph}{skin}",
-            grouped(mesh.triangles as u64),
+            "{}, {} {} in {}{morph}{skin}",
+            counted(mesh.triangles as u64, "triangle"),
             grouped(mesh.vertices as u64),
-            mesh.primitives,
+            if mesh.vertices == 1 { "vertex" } else { "vertices" },
+            counted(mesh.primitives as u64, "part"),
         );
         (mesh.name.as_deref(), facts)
     })
@@ -65,7 +74,8 @@ fn materials(report: &Report) -> Vec<String> {
     numbered(&report.materials, |material| {
         let features =
             if material.features.is_empty() { "plain".to_owned() } else { material.features.join(", ") };
-        (material.name.as_deref(), features)
+        let default = if material.is_default { "(default) " } else { "" };
+        (material.name.as_deref(), format!("{default}{features}"))
     })
 }
 
@@ -79,7 +89,7 @@ fn textures(report: &Report) -> Vec<String> {
 
 fn clips(report: &Report) -> Vec<String> {
     numbered(&report.clips, |clip| {
-        (clip.name.as_deref(), format!("{} s, {} channels", clip.seconds, clip.channels))
+        (clip.name.as_deref(), format!("{} s, {}", clip.seconds, counted(clip.channels as u64, "channel")))
     })
 }
 
@@ -112,15 +122,16 @@ fn rendered(report: &Report) -> String {
     let clips: Vec<_> = rendered.clips.iter().map(|clip| format!("#{clip}")).collect();
     let clips = match clips.len() {
         0 => "no clip".to_owned(),
+        1 => format!("clip {}", clips.join("")),
         _ => format!("clips {}", clips.join(" ")),
     };
-    format!("{clips}, {frames}, {}, {} triangles", rendered.camera, grouped(rendered.triangles))
+    format!("{clips}, {frames}, {}, {}", rendered.camera, counted(rendered.triangles, "triangle"))
 }
 
-fn not_supported(report: &Report) -> Vec<String> {
-    let line = |warning: &super::report::WarningReport| match warning.pointer.as_str() {
+fn warnings(warnings: &[WarningReport]) -> Vec<String> {
+    let line = |warning: &WarningReport| match warning.pointer.as_str() {
         "" => warning.message.clone(),
         pointer => format!("{pointer}: {}", warning.message),
     };
-    report.not_supported.iter().map(line).collect()
+    warnings.iter().map(line).collect()
 }

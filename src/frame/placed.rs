@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3, Vec4};
 
 use super::auto_camera;
-use super::transform::unit_or_zero;
+use crate::geometry::unit;
 use crate::scene::{CameraChoice, Light, NodeIndex, Projection, Scene, Selection};
 
 /// A light in world space.
@@ -45,8 +45,7 @@ impl Default for PosedCamera {
 pub(super) fn light(scene: &Scene, node: NodeIndex, world: &[Mat4]) -> Option<PosedLight> {
     let light = scene.lights[scene.nodes[node.index()].light?.index()].clone();
     let matrix = &world[node.index()];
-    let direction = unit_or_zero(-matrix.z_axis.truncate());
-    let direction = if direction == Vec3::ZERO { Vec3::NEG_Z } else { direction };
+    let direction = unit(-matrix.z_axis.truncate()).unwrap_or(Vec3::NEG_Z);
     Some(PosedLight { position: matrix.w_axis.truncate(), direction, light })
 }
 
@@ -69,11 +68,9 @@ pub(super) fn camera(scene: &Scene, selection: &Selection, world: &[Mat4]) -> Po
 
 /// The nearest rotation and translation: scale never changes what a camera sees.
 fn without_scale(matrix: &Mat4) -> Mat4 {
-    let backward = unit_or_zero(matrix.z_axis.truncate());
-    let backward = if backward == Vec3::ZERO { Vec3::Z } else { backward };
+    let backward = unit(matrix.z_axis.truncate()).unwrap_or(Vec3::Z);
     let up = matrix.y_axis.truncate();
-    let right = unit_or_zero(up.cross(backward));
-    let right = if right == Vec3::ZERO { backward.any_orthonormal_vector() } else { right };
+    let right = unit(up.cross(backward)).unwrap_or_else(|| backward.any_orthonormal_vector());
     let up = backward.cross(right);
     let position = matrix.w_axis.truncate();
     Mat4::from_cols(right.extend(0.0), up.extend(0.0), backward.extend(0.0), Vec4::from((position, 1.0)))

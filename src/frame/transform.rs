@@ -2,6 +2,7 @@
 
 use glam::{Mat3, Mat4, Vec3};
 
+use crate::geometry::unit;
 use crate::scene::{LocalTransform, NodeIndex, Scene, Selection};
 
 /// Multiplies local transforms down the hierarchy, parents first.
@@ -53,29 +54,13 @@ impl SurfaceMap {
 
     /// A unit normal, or zero where the map flattens the surface.
     pub(super) fn normal(&self, normal: Vec3) -> Vec3 {
-        unit_or_zero(self.cofactors * normal * self.handedness)
+        unit(self.cofactors * normal * self.handedness).unwrap_or(Vec3::ZERO)
     }
 
     /// A unit tangent, or zero.
     pub(super) fn tangent(&self, tangent: Vec3) -> Vec3 {
-        unit_or_zero(self.linear * tangent)
+        unit(self.linear * tangent).unwrap_or(Vec3::ZERO)
     }
-}
-
-/// `v` at unit length; zero where it has none that can be told.
-pub(super) fn unit_or_zero(v: Vec3) -> Vec3 {
-    // Scaling by the largest component first keeps the square from overflowing or vanishing.
-    let largest = v.abs().max_element();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return Vec3::ZERO;
-    }
-    let scaled = v * (1.0 / largest);
-    if scaled.is_finite() {
-        return scaled / libm::sqrtf(scaled.dot(scaled));
-    }
-    // The reciprocal of a subnormal overflows; divide instead.
-    let scaled = v / largest;
-    scaled / libm::sqrtf(scaled.dot(scaled))
 }
 
 #[cfg(test)]
@@ -97,6 +82,5 @@ mod tests {
         assert_eq!(SurfaceMap::new(Mat3::ZERO).normal(Vec3::Y), Vec3::ZERO);
         let tiny = SurfaceMap::new(Mat3::from_diagonal(Vec3::splat(1e-18)));
         assert!(tiny.normal(Vec3::Y).abs_diff_eq(Vec3::Y, 1e-6));
-        assert!(unit_or_zero(Vec3::new(1e-42, 0.0, 0.0)).abs_diff_eq(Vec3::X, 1e-6));
     }
 }

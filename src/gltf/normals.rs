@@ -3,6 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use super::context::Context;
+use crate::geometry::unit;
 
 /// Makes `normals` unit length. A vertex whose stored normal has no direction gets that of the triangles around it.
 pub(super) fn normalize(
@@ -58,30 +59,9 @@ pub(super) fn face_normal(positions: &[Vec3], triangle: &[u32; 3]) -> Vec3 {
     }
 }
 
-/// `vector` with length one; none if it has no direction. Exact for any finite length.
-fn unit(vector: Vec3) -> Option<Vec3> {
-    let largest = vector.abs().max_element();
-    if largest == 0.0 || !largest.is_finite() {
-        return None;
-    }
-    // Dividing by a subnormal could overflow; multiplying first keeps the quotient finite.
-    let scaled = if largest < 1e-30 { vector * 1e30 / (largest * 1e30) } else { vector / largest };
-    Some(scaled / scaled.length())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lengths_from_subnormal_to_huge_are_normalized() {
-        for length in [1e-45_f32, 1e-38, 1e-20, 1.0, 1e20, 3e38] {
-            assert_eq!(unit(Vec3::new(0.0, -length, 0.0)), Some(Vec3::NEG_Y));
-        }
-        let long = unit(Vec3::splat(3e38)).unwrap();
-        assert!((long.length() - 1.0).abs() < 1e-6);
-        assert_eq!(unit(Vec3::ZERO), None);
-    }
 
     #[test]
     fn zero_normals_come_from_triangles() {

@@ -5,25 +5,11 @@ use glam::{Vec2, Vec3};
 use super::texture_lookup::{self, Encoding};
 use super::{PosedScene, SurfacePoint};
 use crate::frame::PosedVertex;
-use crate::geometry::Triangle;
+use crate::geometry::{Triangle, unit};
 use crate::scene::NormalTexture;
 
 /// Halvings of the interval that bending searches; the angle is then exact to about 2⁻²⁰.
 const BEND_STEPS: usize = 20;
-
-/// `v` at unit length, or +Y where it has none.
-pub(super) fn unit(v: Vec3) -> Vec3 {
-    unit_or(v, Vec3::Y)
-}
-
-fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
-    let largest = v.abs().max_element();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return fallback;
-    }
-    let scaled = v / largest;
-    scaled / libm::sqrtf(scaled.dot(scaled))
-}
 
 /// Unit normal of the front face and twice the area; in f64, so that slivers and huge triangles keep a normal.
 pub(super) fn of_triangle(triangle: &Triangle) -> (Vec3, f32) {
@@ -46,7 +32,8 @@ pub(super) fn shading_normal(
             + of(&vertices[1]) * point.weights[1]
             + of(&vertices[2]) * point.weights[2]
     };
-    let normal = if smooth { unit_or(sum(|vertex| vertex.normal), front_normal) } else { front_normal };
+    let normal =
+        if smooth { unit(sum(|vertex| vertex.normal)).unwrap_or(front_normal) } else { front_normal };
     let shading = match &posed.frame.materials[point.shape.material.index()].normal_texture {
         Some(map) => mapped(
             posed,
@@ -75,14 +62,13 @@ fn mapped(
     let (tangent, handedness) =
         if tangent == Vec3::ZERO { tangent_from_uvs(posed, point, map) } else { (tangent, handedness) };
     // The interpolated frame is made orthogonal again; without any tangent the map cannot say anything.
-    let tangent = unit_or(tangent - normal * normal.dot(tangent), Vec3::ZERO);
-    if tangent == Vec3::ZERO {
+    let Some(tangent) = unit(tangent - normal * normal.dot(tangent)) else {
         return normal;
-    }
+    };
     let bitangent = normal.cross(tangent) * handedness;
     let local = Vec2::new(2.0 * texel.x - 1.0, 2.0 * texel.y - 1.0) * map.scale;
     let perturbed = tangent * local.x + bitangent * local.y + normal * (2.0 * texel.z - 1.0);
-    unit_or(perturbed, normal)
+    unit(perturbed).unwrap_or(normal)
 }
 
 /// The direction in which u grows on this triangle, for primitives whose tangents are missing. The bitangent is the
@@ -112,17 +98,18 @@ pub(super) fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
     if good(shading) {
         return shading;
     }
+    let between = |share: f32| unit(shading * (1.0 - share) + geometric * share).unwrap_or(geometric);
     let (mut bad_share, mut good_share) = (0.0, 1.0);
     for _ in 0..BEND_STEPS {
         let share = (bad_share + good_share) * 0.5;
-        let normal = unit_or(shading * (1.0 - share) + geometric * share, geometric);
+        let normal = between(share);
         if good(normal) {
             good_share = share;
         } else {
             bad_share = share;
         }
     }
-    unit_or(shading * (1.0 - good_share) + geometric * good_share, geometric)
+    between(good_share)
 }
 
 #[cfg(test)]

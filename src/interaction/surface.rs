@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::{PosedScene, normal};
 use crate::bvh::Hit;
 use crate::frame::{PosedVertex, Shape};
-use crate::geometry::{Facing, Ray, Triangle};
+use crate::geometry::{Facing, Ray, Triangle, unit};
 use crate::scene::TextureRef;
 
 /// A point of a surface, seen from one side.
@@ -48,7 +48,7 @@ impl<'a> SurfacePoint<'a> {
         let [a, b, c] = triangle.vertices;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let position = interpolated([a, b, c], hit);
-        let wo = -normal::unit(ray.direction);
+        let wo = -unit(ray.direction).unwrap_or(Vec3::Y);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let (front_normal, doubled_area) = normal::of_triangle(triangle);
         let corners = corner_indices(posed, shape, hit.primitive);

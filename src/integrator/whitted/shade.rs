@@ -167,7 +167,7 @@ impl Tracer<'_, '_> {
         while let Some(hit) = self.world.bvh.closest_surface(&probe, after, there, &mut self.counters) {
             after = Some(hit.order());
             let shape = posed.frame.shape(hit.primitive);
-            // This surface itself, and its neighbour where the ray meets their common edge.
+            // This surface itself, or a neighbour beside whose edge the point lies.
             if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
                 continue;
             }

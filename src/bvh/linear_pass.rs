@@ -5,8 +5,9 @@
 //! sibling (Vuillemin, "A Unifying Look at Data Structures", CACM 1980). It gives what Karras 2012 finds node by node
 //! ([`super::lbvh`], [`super::fit`]), with fewer reads and without atomics.
 //!
-//! The node that divides a range after place `i` has index `i`, so that parts of the range can be built in parallel
-//! without knowing of each other. Ranges of at most [`LEAF_SIZE`] references get no node: they become leaves anyway.
+//! A range of n places owns the n − 1 node indices from its first place on, so that parts of it can be built in parallel
+//! without knowing of each other. Ranges of at most [`LEAF_SIZE`] references get no node: they become leaves anyway. So a
+//! task needs few of its indices, and takes the first of them, children before parents.
 
 use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, Subtree, scaled_area};
 use super::morton::MortonOrder;
@@ -111,6 +112,7 @@ impl Pass<'_> {
         let mut area_sum = 0.0;
         let mut stack = [(u64::MAX, Subtree::leaf(Aabb::EMPTY, first)); MOST_WAITING];
         let mut waiting = 0;
+        let mut nodes = (first as u32..).zip(nodes);
         let mut fetched = [(Aabb::EMPTY, u64::MAX); BATCH];
         for batch in (first..=last).step_by(BATCH) {
             let end = (batch + BATCH - 1).min(last);
@@ -124,7 +126,7 @@ impl Pass<'_> {
                 while waiting > 0 && stack[waiting - 1].0 < difference {
                     waiting -= 1;
                     let left = &stack[waiting].1;
-                    current = self.join(left, &current, (first, place), nodes);
+                    current = self.join(left, &current, place, &mut nodes);
                     area_sum += f64::from(scaled_area(&current.bounds, self.scale));
                 }
                 stack[waiting] = (difference, current);
@@ -134,22 +136,24 @@ impl Pass<'_> {
         (stack[0].1, area_sum)
     }
 
-    /// The subtree of two neighbours, of which the right one ends at `last`; `nodes` start at `first`.
+    /// The subtree of two neighbours, of which the right one ends at `last`; a new node is the next of `nodes`.
     #[inline(always)]
-    fn join(
+    fn join<'a>(
         &self,
         left: &Subtree,
         right: &Subtree,
-        (first, last): (usize, usize),
-        nodes: &mut [Pair],
+        last: usize,
+        nodes: &mut impl Iterator<Item = (u32, &'a mut Pair)>,
     ) -> Subtree {
         let count = left.count + right.count;
-        if count <= self.leaf_size {
-            return left.joined(right, (last + 1 - count as usize) as u32 | PLACES);
+        let mut child = (last + 1 - count as usize) as u32 | PLACES;
+        if count > self.leaf_size
+            && let Some((index, node)) = nodes.next()
+        {
+            *node = Pair::of(left, right);
+            child = index;
         }
-        let split = last - right.count as usize;
-        nodes[split - first] = Pair::of(left, right);
-        left.joined(right, split as u32)
+        left.joined(right, child)
     }
 }
 
@@ -198,23 +202,27 @@ mod tests {
                 let mut expected = RadixTree::default();
                 expected.link(&keys, &CancelFlag::new()).unwrap();
 
-                // A left child is named after its last place, which is the name of a node here.
-                let split = |node: u32| expected.nodes[node as usize].children[0] & !LEAF;
-                let word = |child: u32| if child & LEAF == 0 { split(child) } else { child & !LEAF | PLACES };
-                for (i, node) in expected.nodes.iter().enumerate() {
-                    let [first, last] = node.range;
-                    let gamma = split(i as u32);
-                    let pair = &tree.nodes[gamma as usize];
-                    assert_eq!(pair.children, node.children.map(word));
-                    assert_eq!(pair.counts, [gamma - first + 1, last - gamma]);
-                    assert_eq!(pair.bounds[0], union_of(&references[first as usize..=gamma as usize]));
-                    assert_eq!(pair.bounds[1], union_of(&references[gamma as usize + 1..=last as usize]));
+                // Walk both from the root.
+                let mut todo = if n > 1 { vec![(tree.root.unwrap().child, 0)] } else { Vec::new() };
+                let mut seen = 0;
+                while let Some((child, expected_child)) = todo.pop() {
+                    assert_eq!(child & PLACES != 0, expected_child & LEAF != 0);
+                    if child & PLACES != 0 {
+                        assert_eq!(child & !PLACES, expected_child & !LEAF);
+                        continue;
+                    }
+                    seen += 1;
+                    let (pair, node) =
+                        (&tree.nodes[child as usize], &expected.nodes[expected_child as usize]);
+                    let [first, last] = node.range.map(|place| place as usize);
+                    let middle = first + pair.counts[0] as usize;
+                    assert_eq!(pair.bounds[0], union_of(&references[first..middle]));
+                    assert_eq!(pair.bounds[1], union_of(&references[middle..=last]));
+                    todo.extend((0..2).map(|side| (pair.children[side], node.children[side])));
                 }
+                assert_eq!(seen, expected.nodes.len());
                 let root = tree.root.map(|root| (root.bounds, root.count));
                 assert_eq!(root, (n > 0).then(|| (union_of(&references), n as u32)));
-                if n > 1 {
-                    assert_eq!(tree.root.unwrap().child, split(0));
-                }
             }
         }
     }
@@ -222,8 +230,8 @@ mod tests {
     #[test]
     fn small_ranges_are_rows_of_places() {
         let (codes, references) = input(5000, !0 >> 1);
-        let (whole, short) = (built(&codes, &references, 1), built(&codes, &references, LEAF_SIZE));
-        assert_eq!(whole.area_sum, short.area_sum);
+        let short = built(&codes, &references, LEAF_SIZE);
+        assert_eq!(built(&codes, &references, 1).area_sum, short.area_sum);
         // In order, rows follow each other without gaps.
         let mut todo = vec![(short.root.unwrap().child, 5000)];
         let mut next_place = 0;
@@ -234,8 +242,7 @@ mod tests {
                 next_place += count;
                 continue;
             }
-            let (pair, expected) = (&short.nodes[child as usize], &whole.nodes[child as usize]);
-            assert_eq!((pair.bounds, pair.counts), (expected.bounds, expected.counts));
+            let pair = &short.nodes[child as usize];
             todo.extend([1, 0].map(|side| (pair.children[side], pair.counts[side])));
         }
         assert_eq!(next_place, 5000);

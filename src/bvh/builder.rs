@@ -9,8 +9,8 @@ use super::morton::MortonOrder;
 use super::references::{Input, Reference};
 use super::wide::WideTree;
 use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Structure, karras,
-    linear_pass, split_clip, splits,
+    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Structure, cost_model,
+    karras, linear_pass, ploc, split_clip, splits,
 };
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
@@ -23,6 +23,7 @@ pub struct Builder {
     order: MortonOrder,
     tree: BinaryTree,
     karras: karras::Scratch,
+    ploc: ploc::Scratch,
     collapse: collapse::Scratch,
 }
 
@@ -47,7 +48,7 @@ impl Builder {
         let simd = if settings.simd.is_supported() { settings.simd } else { SimdLevel::Scalar };
         match settings.builder {
             BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
-            BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras => {
+            BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras | BuilderKind::Ploc => {
                 let input = Input { triangles, flags, cancel };
                 let mut wide = match recycled {
                     Some(Bvh { structure: Structure::Wide(wide), .. }) => wide,
@@ -80,13 +81,16 @@ impl Builder {
 
         // The binary tree.
         let built = match settings.builder {
-            BuilderKind::Karras => BuilderKind::Karras,
-            _ => BuilderKind::Lbvh,
+            BuilderKind::Auto => cost_model::choose(measures.count, settings.expected_rays),
+            named => named,
         };
         let Self { references, order, tree, .. } = self;
         match built {
             BuilderKind::Karras => {
                 karras::build(tree, order, references, &mut self.karras, (scale, cancel))?;
+            }
+            BuilderKind::Ploc => {
+                ploc::build(tree, order, references, &mut self.ploc, (scale, cancel))?;
             }
             _ => linear_pass::build(tree, order, references, scale, cancel)?,
         }

@@ -38,11 +38,22 @@ pub(super) struct Source<'a> {
     pub(super) has_copies: bool,
 }
 
-/// Nodes of each task, kept between builds.
+/// Memory kept between builds.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     top: Vec<WideNode>,
-    parts: Vec<Vec<WideNode>>,
+    parts: Vec<Grown>,
+}
+
+/// What a task makes.
+#[derive(Debug, Default)]
+struct Grown {
+    /// Nodes with indices from zero on.
+    nodes: Vec<WideNode>,
+    /// Triangles and places of each leaf.
+    leaves: Vec<(u8, u8)>,
+    /// The triangles of all leaves.
+    primitives: Vec<u32>,
 }
 
 /// What of the binary tree becomes one child.
@@ -62,13 +73,13 @@ struct Open {
     lane: usize,
 }
 
-/// A task: a subtree, its nodes with indices from zero on, and the words of its leaves.
+/// A task: a subtree, what becomes of it, and the words of its leaves.
 struct Part<'a> {
     source: Source<'a>,
-    nodes: &'a mut Vec<WideNode>,
+    grown: &'a mut Grown,
     words: &'a mut [f32],
-    /// Place of the first of the words.
-    first_place: usize,
+    /// Where the next leaf goes.
+    place: usize,
 }
 
 impl WideTree {
@@ -109,7 +120,7 @@ impl WideTree {
                 None => self.root = word,
             }
             offsets.push(first as u32);
-            first += part.len();
+            first += part.nodes.len();
         }
 
         self.nodes.resize(first, WideNode::EMPTY);
@@ -117,12 +128,12 @@ impl WideTree {
         copy.clone_from_slice(top);
         let mut targets = Vec::with_capacity(parts.len());
         for part in parts {
-            let (target, after) = rest.split_at_mut(part.len());
+            let (target, after) = rest.split_at_mut(part.nodes.len());
             targets.push(target);
             rest = after;
         }
         targets.into_par_iter().zip(parts).zip(offsets).for_each(|((target, part), offset)| {
-            target.clone_from_slice(part);
+            target.clone_from_slice(&part.nodes);
             for child in target.iter_mut().flat_map(|node| &mut node.children) {
                 *child = moved(*child, offset);
             }
@@ -143,16 +154,15 @@ fn grow_parts(
     scratch: &mut Scratch,
 ) -> Result<Vec<u32>, Cancelled> {
     if scratch.parts.len() < open.len() {
-        scratch.parts.resize_with(open.len(), Vec::new);
+        scratch.parts.resize_with(open.len(), Grown::default);
     }
     let mut first_place = 0;
     let mut rest = words;
     let mut parts = Vec::with_capacity(open.len());
-    for (open, nodes) in open.iter().zip(&mut scratch.parts) {
+    for (open, grown) in open.iter().zip(&mut scratch.parts) {
         let count = open.branch.count as usize;
         let (words, after) = rest.split_at_mut(count * WORDS_A_PLACE);
-        nodes.clear();
-        parts.push((open.branch, Part { source, nodes, words, first_place }));
+        parts.push((open.branch, Part { source, grown, words, place: first_place }));
         first_place += count;
         rest = after;
     }
@@ -160,8 +170,10 @@ fn grow_parts(
         .into_par_iter()
         .map(|(branch, mut part)| {
             source.input.cancel.check()?;
-            let mut place = part.first_place;
-            Ok(part.grow(&branch, &mut place))
+            part.grown.clear();
+            let root = part.grow(&branch);
+            part.write_leaves();
+            Ok(root)
         })
         .collect()
 }
@@ -257,33 +269,53 @@ impl Source<'_> {
 }
 
 impl Part<'_> {
-    /// Collapses a branch, whose places start at `place`; gives its child word.
-    fn grow(&mut self, branch: &Branch, place: &mut usize) -> u32 {
+    /// Collapses a branch; gives its child word.
+    fn grow(&mut self, branch: &Branch) -> u32 {
         if branch.count <= LEAF_SIZE {
-            let word = self.write(branch, *place);
-            *place += branch.count as usize;
-            return word;
+            return self.leaf(branch);
         }
-        let index = self.nodes.len();
-        self.nodes.push(WideNode::EMPTY);
+        let index = self.grown.nodes.len();
+        self.grown.nodes.push(WideNode::EMPTY);
         let (children, count) = self.source.children(branch);
         for (lane, child) in children[..count].iter().enumerate() {
-            let word = self.grow(child, place);
-            self.nodes[index].put(lane, word, &child.bounds);
+            let word = self.grow(child);
+            self.grown.nodes[index].put(lane, word, &child.bounds);
         }
         index as u32
     }
 
-    /// Writes a leaf.
-    fn write(&mut self, branch: &Branch, place: usize) -> u32 {
+    /// Lists a leaf; gives its child word.
+    fn leaf(&mut self, branch: &Branch) -> u32 {
         let (primitives, count) = self.source.triangles_of(branch);
+        self.grown.primitives.extend_from_slice(&primitives[..count]);
+        self.grown.leaves.push((count as u8, branch.count as u8));
+        let first = self.place;
+        self.place += branch.count as usize;
+        Leaf::new(first, count).word()
+    }
+
+    /// Fills the words. Having all leaves listed, the waits for their triangles overlap.
+    fn write_leaves(self) {
         let Input { triangles, flags, .. } = self.source.input;
-        let first = (place - self.first_place) * WORDS_A_PLACE;
-        let triangles = primitives[..count].iter().map(|&primitive| {
-            let at = primitive as usize;
-            (triangles[at].vertices, Tag::new(primitive, flags[at]))
-        });
-        write_leaf(&mut self.words[first..first + count * WORDS_A_PLACE], triangles);
-        Leaf::new(place, count).word()
+        let mut words = self.words;
+        let mut primitives = self.grown.primitives.as_slice();
+        for &(count, places) in &self.grown.leaves {
+            let (leaf, primitives_after) = primitives.split_at(count as usize);
+            let (out, words_after) = words.split_at_mut(places as usize * WORDS_A_PLACE);
+            let tagged = leaf.iter().map(|&primitive| {
+                let at = primitive as usize;
+                (triangles[at].vertices, Tag::new(primitive, flags[at]))
+            });
+            write_leaf(&mut out[..count as usize * WORDS_A_PLACE], tagged);
+            (primitives, words) = (primitives_after, words_after);
+        }
+    }
+}
+
+impl Grown {
+    fn clear(&mut self) {
+        self.nodes.clear();
+        self.leaves.clear();
+        self.primitives.clear();
     }
 }

@@ -8,13 +8,16 @@
 mod binary_tree;
 mod brute_force;
 mod builder;
+mod clusters;
 mod collapse;
+mod cost_model;
 mod fit;
 mod karras;
 mod lanes;
 mod lbvh;
 mod linear_pass;
 mod morton;
+mod ploc;
 mod query;
 mod radix_sort;
 mod references;
@@ -22,6 +25,7 @@ mod split_budget;
 mod split_clip;
 mod split_threshold;
 mod splits;
+mod sweep;
 mod traverse;
 mod validate;
 mod wide;
@@ -101,6 +105,9 @@ pub enum BuilderKind {
     Lbvh,
     /// Karras' radix tree, node by node as in the paper.
     Karras,
+    /// Neighbours in Morton order merged upward, under a top divided by the surface area heuristic: a better tree for
+    /// some more time.
+    Ploc,
     /// No hierarchy: every ray tests every triangle. The slow twin for tests.
     BruteForce,
 }
@@ -125,6 +132,8 @@ pub struct BuildSettings {
     pub split: Split,
     /// Most references a triangle on average that splitting may make.
     pub reference_budget: f32,
+    /// Rays that will be traced, of all kinds: many are worth a better tree ([`BuilderKind::Auto`]).
+    pub expected_rays: u64,
     /// Lanes that traversal uses.
     pub simd: SimdLevel,
 }
@@ -202,6 +211,8 @@ impl Default for BuildSettings {
             builder: BuilderKind::Auto,
             split: Split::Auto,
             reference_budget: 4.0,
+            // A picture of a million pixels with a shadow ray and a mirror ray each.
+            expected_rays: 3 << 20,
             simd: SimdLevel::best(),
         }
     }

@@ -98,7 +98,7 @@ impl Builder {
 
         // The tree that rays walk.
         let has_copies = measures.count != gathered.triangles;
-        let source = Source { tree, order, references, input, scale, has_copies };
+        let source = Source { tree, input, scale, has_copies };
         wide.collapse(source, &mut self.collapse)?;
         let widen_seconds = lap.seconds();
 

@@ -10,7 +10,7 @@ use super::references::{Input, Reference};
 use super::wide::WideTree;
 use super::{
     BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Structure, cost_model,
-    karras, linear_pass, ploc, split_clip, splits,
+    karras, linear_pass, ploc, splits,
 };
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
@@ -18,7 +18,7 @@ use crate::geometry::Triangle;
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]
 pub struct Builder {
-    split: split_clip::Scratch,
+    split: splits::Scratch,
     references: Vec<Reference>,
     order: MortonOrder,
     tree: BinaryTree,

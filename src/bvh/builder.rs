@@ -115,7 +115,6 @@ impl Builder {
             split_seconds,
             sort_seconds,
             tree_seconds,
-            improve_seconds: 0.0,
             widen_seconds,
         })
     }

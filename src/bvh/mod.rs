@@ -186,8 +186,6 @@ pub struct BuildStatistics {
     pub sort_seconds: f64,
     /// Seconds of building the binary tree with its boxes.
     pub tree_seconds: f64,
-    /// Seconds of making a better tree of it.
-    pub improve_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
 }

@@ -10,6 +10,7 @@
 use std::time::Instant;
 
 use super::references::{Input, Measures, Reference, gather_whole, measure};
+use super::wide::MOST_REFERENCES;
 use super::{BuildSettings, Split, split_clip, split_priority, split_threshold};
 use crate::cancel::Cancelled;
 
@@ -64,7 +65,7 @@ pub(super) fn gather(
 
     // Their parts.
     let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
-    let limit = (whole.count as f64 * budget) as u64;
+    let limit = ((whole.count as f64 * budget) as u64).min(MOST_REFERENCES as u64);
     match settings.split {
         Split::Area(area) if area < f32::INFINITY => {
             let threshold = split_threshold::gather_by_area(
@@ -77,7 +78,7 @@ pub(super) fn gather(
             (gathered.sa_max, gathered.budget_reached) = (threshold.sa_max, threshold.budget_reached);
         }
         Split::Auto if automatic_aim(&whole, budget) > whole.count as u64 => {
-            let aim = automatic_aim(&whole, budget) as usize;
+            let aim = automatic_aim(&whole, budget).min(limit) as usize;
             split_priority::split(input, &whole, aim, &mut scratch.priority, references)?;
         }
         _ => return Ok(gathered),

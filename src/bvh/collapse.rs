@@ -20,6 +20,9 @@ const SMALLEST_TASK: u32 = 2048;
 /// Otherwise a task is this part of all references.
 const TASKS: u32 = 64;
 
+/// Leaves whose triangles are fetched at once.
+const LEAVES_A_BATCH: usize = 16;
+
 /// What the collapse reads.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
@@ -269,28 +272,44 @@ impl Part<'_> {
 
     /// Lists a leaf; gives its child word.
     fn leaf(&mut self, branch: &Branch) -> u32 {
-        let (primitives, count) = self.source.triangles_of(branch);
-        self.grown.primitives.extend_from_slice(&primitives[..count]);
+        let count = if branch.child & PLACES != 0 && !self.source.has_copies {
+            let first = (branch.child & !PLACES) as usize;
+            let row = &self.source.tree.primitives[first..first + branch.count as usize];
+            self.grown.primitives.extend_from_slice(row);
+            row.len()
+        } else {
+            let (primitives, count) = self.source.triangles_of(branch);
+            self.grown.primitives.extend_from_slice(&primitives[..count]);
+            count
+        };
         self.grown.leaves.push((count as u8, branch.count as u8));
         let first = self.place;
         self.place += branch.count as usize;
         Leaf::new(first, count).word()
     }
 
-    /// Fills the words. Having all leaves listed, the waits for their triangles overlap.
+    /// Fills the words. Triangles are fetched for some leaves at once, so that the waits for them overlap.
     fn write_leaves(self) {
         let Input { triangles, flags, .. } = self.source.input;
         let mut words = self.words;
         let mut primitives = self.grown.primitives.as_slice();
-        for &(count, places) in &self.grown.leaves {
-            let (leaf, primitives_after) = primitives.split_at(count as usize);
-            let (out, words_after) = words.split_at_mut(places as usize * WORDS_A_PLACE);
-            let tagged = leaf.iter().map(|&primitive| {
+        let mut fetched = Vec::with_capacity(LEAVES_A_BATCH * WIDTH);
+        for leaves in self.grown.leaves.chunks(LEAVES_A_BATCH) {
+            let count = leaves.iter().map(|&(count, _)| count as usize).sum();
+            let (batch, primitives_after) = primitives.split_at(count);
+            primitives = primitives_after;
+            fetched.clear();
+            fetched.extend(batch.iter().map(|&primitive| {
                 let at = primitive as usize;
                 (triangles[at].vertices, Tag::new(primitive, flags[at]))
-            });
-            write_leaf(&mut out[..count as usize * WORDS_A_PLACE], tagged);
-            (primitives, words) = (primitives_after, words_after);
+            }));
+            let mut rest = fetched.as_slice();
+            for &(count, places) in leaves {
+                let (leaf, rest_after) = rest.split_at(count as usize);
+                let (out, words_after) = words.split_at_mut(places as usize * WORDS_A_PLACE);
+                write_leaf(&mut out[..leaf.len() * WORDS_A_PLACE], leaf.iter().copied());
+                (rest, words) = (rest_after, words_after);
+            }
         }
     }
 }

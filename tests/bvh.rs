@@ -467,7 +467,9 @@ fn homogeneous_meshes_are_not_split() {
 
 #[test]
 fn the_tree_is_named_and_chosen_by_what_rays_are_expected() {
-    let triangles = soup(5000, 0.05, &mut Random(6));
+    // Among small ones stand large ones.
+    let mut triangles = soup(5000, 0.05, &mut Random(6));
+    triangles.extend(soup(50, 2.0, &mut Random(7)));
     let flags = vec![PrimitiveFlags::default(); triangles.len()];
     for (expected_rays, built) in [(0, BuilderKind::Lbvh), (1 << 30, BuilderKind::Ploc)] {
         let settings = BuildSettings { expected_rays, ..BuildSettings::default() };

@@ -81,7 +81,7 @@ impl Builder {
 
         // The binary tree.
         let built = match settings.builder {
-            BuilderKind::Auto => cost_model::choose(measures.count, settings.expected_rays),
+            BuilderKind::Auto => cost_model::choose(&measures, settings.expected_rays),
             named => named,
         };
         let Self { references, order, tree, .. } = self;

@@ -269,7 +269,8 @@ impl Bvh {
         counters.rays += rays.len() as u64;
         match &self.structure {
             Structure::Wide(tree) => {
-                traverse::closest_hits(self.level, tree, rays, &filter, hits, counters);
+                let batch = traverse::Batch { level: self.level, tree, rays, filter: &filter };
+                traverse::closest_hits(batch, hits, counters);
             }
             Structure::BruteForce(list) => {
                 for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
@@ -293,7 +294,8 @@ impl Bvh {
         counters.rays += rays.len() as u64;
         match &self.structure {
             Structure::Wide(tree) => {
-                traverse::occluded_rays(self.level, tree, rays, &filter, occluded, counters);
+                let batch = traverse::Batch { level: self.level, tree, rays, filter: &filter };
+                traverse::occluded_rays(batch, occluded, counters);
             }
             Structure::BruteForce(list) => {
                 for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {

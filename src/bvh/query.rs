@@ -115,8 +115,9 @@ impl Judge<'_> {
     #[inline(always)]
     pub(super) fn meet_surely(&self, Place { leaf, lane }: Place) -> Hit {
         let triangles = self.tree.triangles(leaf);
-        let hit = ShearedRay::new(self.ray).meet_surely(&triangles.corners(lane as usize));
-        Hit::of(hit, triangles.tag(lane as usize).primitive())
+        let ray = ShearedRay::new(self.ray);
+        let corners = triangles.corners_in_order(lane as usize, ray.axes());
+        Hit::of(ray.meet_surely(corners), triangles.tag(lane as usize).primitive())
     }
 }
 

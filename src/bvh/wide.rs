@@ -172,6 +172,13 @@ impl<'a> Triangles<'a> {
         [Vec3::new(at(0), at(1), at(2)), Vec3::new(at(3), at(4), at(5)), Vec3::new(at(6), at(7), at(8))]
     }
 
+    /// The corners of a triangle, their coordinates in the order of `axes`.
+    #[inline(always)]
+    pub(super) fn corners_in_order(&self, lane: usize, axes: [usize; 3]) -> [[f32; 3]; 3] {
+        let at = |component: usize| self.words[component * self.count + lane];
+        [axes.map(at), axes.map(|axis| at(3 + axis)), axes.map(|axis| at(6 + axis))]
+    }
+
     /// Id and flags of a triangle.
     #[inline(always)]
     pub(super) fn tag(&self, lane: usize) -> Tag {

@@ -120,10 +120,22 @@ impl ShearedRay {
         (hit.t > self.t_min && hit.t < self.t_max && hit.t >= f32::MIN_POSITIVE).then_some(hit)
     }
 
-    /// The hit with a triangle that [`ShearedRay::meet`] is known to accept, to the same bits.
-    #[inline]
-    pub fn meet_surely(&self, corners: &[Vec3; 3]) -> TriangleHit {
-        let [a, b, c] = [self.sheared(corners[0]), self.sheared(corners[1]), self.sheared(corners[2])];
+    /// The axes that corners are given in to [`ShearedRay::meet_surely`]: two lateral ones and the depth.
+    #[inline(always)]
+    pub fn axes(&self) -> [usize; 3] {
+        self.axes
+    }
+
+    /// The hit with a triangle that [`ShearedRay::meet`] is known to accept, to the same bits. The coordinates of
+    /// the corners are in the order of [`ShearedRay::axes`].
+    #[inline(always)]
+    pub fn meet_surely(&self, corners: [[f32; 3]; 3]) -> TriangleHit {
+        let [kx, ky, kz] = self.axes;
+        let origin = [self.origin[kx], self.origin[ky], self.origin[kz]];
+        let [a, b, c] = corners.map(|corner| {
+            let [x, y, z] = [0, 1, 2].map(|i| f64::from(corner[i]) - origin[i]);
+            [x - self.shear[0] * z, y - self.shear[1] * z, z]
+        });
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];

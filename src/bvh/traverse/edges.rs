@@ -19,7 +19,8 @@
 //!
 //! `t` is the mean of the depths weighted by the edge functions, over the direction's component. Errors of the weights
 //! move it by at most `Σ|δ|·span/|det| ≤ 2·margin·span/|det|`, where `span` is the range of depths; sums, products and
-//! quotients by at most `2⁻²⁰` of the largest depth, which includes the last rounding of the true `t`.
+//! quotients by at most `2⁻²⁰` of the largest depth, which includes the last rounding of the true `t`; and products that
+//! underflow by less than [`SMALLEST_MARGIN`] over the determinant.
 
 use fearless_simd::{Simd, SimdFloat, prelude::*};
 
@@ -29,6 +30,8 @@ const EDGE_MARGIN: f32 = 1.0 / (1 << 17) as f32;
 const LATERAL_FLOOR: f32 = 1.0 / (1 << 22) as f32;
 /// Added to margins for products that underflow.
 const SMALLEST_MARGIN: f32 = 1.0e-37;
+/// With smaller margins nothing is sure: edge functions times depths may underflow.
+const SMALLEST_SURE_MARGIN: f32 = 1.0e-25;
 /// With larger margins nothing is sure.
 const LARGEST_MARGIN: f32 = 1.0e30;
 /// Larger determinants count as not finite.
@@ -69,7 +72,7 @@ fn bits<S: Simd>(mask: impl SimdMask<S>) -> u32 {
 impl<V> Edges<V> {
     /// Evaluates the edge functions of the triangles `[a, b, c]`.
     #[inline(always)]
-    pub(super) fn new<S: Simd>(simd: S, [a, b, c]: [Corner<V>; 3]) -> Self
+    pub(super) fn new<S: Simd>([a, b, c]: [Corner<V>; 3]) -> Self
     where
         V: SimdFloat<S, Element = f32>,
     {
@@ -92,8 +95,9 @@ impl<V> Edges<V> {
         let below = lowest.simd_lt(-margin);
         let above = highest.simd_gt(margin);
         let beside = below & above & finite;
-        let inside = (lowest.simd_gt(margin) | highest.simd_lt(-margin)) & finite;
-        let _ = simd;
+        let inside = (lowest.simd_gt(margin) | highest.simd_lt(-margin))
+            & finite
+            & margin.simd_gt(SMALLEST_SURE_MARGIN);
         Self { possible: !bits(beside), sure: bits(inside), functions: [u, v, w], det, margin, largest_depth }
     }
 
@@ -118,7 +122,8 @@ impl<V> Edges<V> {
         let one_over_det = V::splat(simd, 1.0) / self.det;
         let t = (u * a + v * b + w * c) * one_over_det * reciprocal;
         let weights = (self.margin + self.margin) * span * one_over_det.abs();
-        let error = (weights + self.largest_depth * DEPTH_ERROR) * reciprocal.abs();
+        let underflow = one_over_det.abs() * SMALLEST_MARGIN;
+        let error = (weights + self.largest_depth * DEPTH_ERROR + underflow) * reciprocal.abs();
         Distances { near: t - error, far: t + error }
     }
 }

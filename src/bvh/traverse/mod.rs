@@ -17,6 +17,31 @@ mod tile_query;
 
 use fearless_simd::{Level, Simd, dispatch};
 
+/// Runs a task at the levels that tiles are compiled for, which have eight lanes or more, or many registers; false at others,
+/// where single rays serve as well.
+macro_rules! wide_dispatch {
+    ($level:expr, $simd:ident => $task:expr) => {
+        match $level {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $task,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $task,
+            ),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $task,
+            ),
+            _ => false,
+        }
+    };
+}
+
 use super::query::{Any, BatchFilter, Judge, Nearest, Visitor};
 use super::wide::{Leaf, WideTree};
 use super::{Hit, TraversalCounters};
@@ -33,129 +58,169 @@ const NARROW: f32 = 0.06;
 /// Rays that spread more than this over a unit of depth have little in common.
 const WIDE: f32 = 1.0;
 
-/// Walks the judge's tree with its ray.
+/// Walks the judge's tree with its ray. Eight lanes are all that a single ray uses, so AVX2 serves it best.
 pub(super) fn walk<V: Visitor>(
     level: Level,
     judge: &Judge,
     visitor: &mut V,
     counters: &mut TraversalCounters,
 ) {
+    let level = level.as_avx2().map_or(level, Level::Avx2);
     dispatch!(level, simd => single::walk(simd, judge, visitor, counters));
 }
 
-/// Finds the first visible hits of a batch.
-pub(super) fn closest_hits(
-    level: Level,
-    tree: &WideTree,
-    rays: &[Ray],
-    filter: BatchFilter,
-    hits: &mut [Option<Hit>],
-    counters: &mut TraversalCounters,
-) {
-    dispatch!(level, simd => {
-        let mut tile = Tile::EMPTY;
-        let mut first = 0;
-        for (rays, hits) in rays.chunks(TILE).zip(hits.chunks_mut(TILE)) {
-            let filter = |ray: usize, hit: &Hit| filter(first + ray, hit);
-            closest_hits_of_tile(simd, tree, &mut tile, rays, &filter, hits, counters);
-            first += rays.len();
-        }
-    });
+/// A batch of rays for one tree.
+#[derive(Clone, Copy)]
+pub(super) struct Batch<'a> {
+    /// What runs.
+    pub(super) level: Level,
+    /// The tree.
+    pub(super) tree: &'a WideTree,
+    /// The rays.
+    pub(super) rays: &'a [Ray],
+    /// Asked about hits with filtered triangles.
+    pub(super) filter: BatchFilter<'a>,
 }
 
-#[inline(always)]
-fn closest_hits_of_tile<S: Simd>(
-    simd: S,
-    tree: &WideTree,
-    tile: &mut Tile,
-    rays: &[Ray],
-    filter: BatchFilter,
-    hits: &mut [Option<Hit>],
-    counters: &mut TraversalCounters,
-) {
-    let mut visitor = NearestOfTile { tree, rays, from: None, filter };
-    if is_bundle(simd, tree, tile, rays) {
-        packet::walk(simd, tree, tile, refinement(tile), &mut visitor, counters);
-        visitor.finish(simd, tile, hits);
-        return;
-    }
-    let bundles = Bundles::new(rays);
-    let mut sorted = [None; TILE];
-    for range in bundles.ranges() {
-        let (rays, from) = (&bundles.rays[range.clone()], &bundles.from[range.clone()]);
-        if is_bundle(simd, tree, tile, rays) {
-            let mut visitor = NearestOfTile { tree, rays, from: Some(from), filter };
-            packet::walk(simd, tree, tile, refinement(tile), &mut visitor, counters);
-            visitor.finish(simd, tile, &mut sorted[..rays.len()]);
-            for (&from, hit) in from.iter().zip(&sorted) {
-                hits[usize::from(from)] = *hit;
-            }
+/// Finds the first visible hits of a batch.
+pub(super) fn closest_hits(batch: Batch, hits: &mut [Option<Hit>], counters: &mut TraversalCounters) {
+    let mut tile = Tile::EMPTY;
+    for (part, hits) in batch.parts().zip(hits.chunks_mut(TILE)) {
+        if part.hits_of_tile(&mut tile, None, hits, counters) {
             continue;
         }
-        for (ray, &from) in rays.iter().zip(from) {
-            let from = usize::from(from);
-            let judge = Judge { tree, ray };
-            let filter = |hit: &Hit| filter(from, hit);
-            let mut nearest = Nearest::<true>::new(ray, None, &filter);
-            single::walk(simd, &judge, &mut nearest, counters);
-            hits[from] = nearest.finish(&judge);
+        let bundles = Bundles::new(part.rays);
+        let mut sorted = [None; TILE];
+        for range in bundles.ranges() {
+            let (rays, from) = (&bundles.rays[range.clone()], &bundles.from[range]);
+            let bundle = Batch { rays, ..part.batch };
+            let bundle = Part { batch: bundle, rays, first: part.first };
+            let sorted = &mut sorted[..rays.len()];
+            if !bundle.hits_of_tile(&mut tile, Some(from), sorted, counters) {
+                bundle.hits_one_by_one(from, sorted, counters);
+            }
+            for (&from, hit) in from.iter().zip(sorted) {
+                hits[usize::from(from)] = *hit;
+            }
         }
     }
 }
 
 /// Finds which rays of a batch meet anything.
-pub(super) fn occluded_rays(
-    level: Level,
-    tree: &WideTree,
-    rays: &[Ray],
-    filter: BatchFilter,
-    occluded: &mut [bool],
-    counters: &mut TraversalCounters,
-) {
-    dispatch!(level, simd => {
-        let mut tile = Tile::EMPTY;
-        let mut first = 0;
-        for (rays, occluded) in rays.chunks(TILE).zip(occluded.chunks_mut(TILE)) {
-            let filter = |ray: usize, hit: &Hit| filter(first + ray, hit);
-            occluded_rays_of_tile(simd, tree, &mut tile, rays, &filter, occluded, counters);
-            first += rays.len();
+pub(super) fn occluded_rays(batch: Batch, occluded: &mut [bool], counters: &mut TraversalCounters) {
+    let mut tile = Tile::EMPTY;
+    for (part, occluded) in batch.parts().zip(occluded.chunks_mut(TILE)) {
+        if !part.occlusion_of_tile(&mut tile, occluded, counters) {
+            for (i, (ray, occluded)) in part.rays.iter().zip(occluded).enumerate() {
+                let filter = |hit: &Hit| (batch.filter)(part.first + i, hit);
+                let mut any = Any::new(ray, &filter);
+                walk(batch.level, &Judge { tree: batch.tree, ray }, &mut any, counters);
+                *occluded = any.found;
+            }
         }
-    });
+    }
+}
+
+/// Up to [`TILE`] rays of a batch.
+struct Part<'a> {
+    batch: Batch<'a>,
+    rays: &'a [Ray],
+    /// The subscript of the first in the batch.
+    first: usize,
+}
+
+impl<'a> Batch<'a> {
+    fn parts(self) -> impl Iterator<Item = Part<'a>> {
+        let parts = self.rays.chunks(TILE).enumerate();
+        parts.map(move |(i, rays)| Part { batch: self, rays, first: i * TILE })
+    }
+}
+
+impl Part<'_> {
+    /// Traces the rays as a tile, if that is worth it. Rays that were sorted come `from` other subscripts.
+    fn hits_of_tile(
+        &self,
+        tile: &mut Tile,
+        from: Option<&[u8]>,
+        hits: &mut [Option<Hit>],
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let Batch { level, tree, filter, .. } = self.batch;
+        if !self.is_worth_a_tile() {
+            return false;
+        }
+        let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
+        let mut visitor = NearestOfTile { tree, rays: self.rays, from, filter: &filter };
+        wide_dispatch!(level, simd => closest_hits_of_tile(simd, tile, &mut visitor, hits, counters))
+    }
+
+    fn hits_one_by_one(
+        &self,
+        from: &[u8],
+        hits: &mut [Option<Hit>],
+        counters: &mut TraversalCounters,
+    ) {
+        for ((ray, &from), hit) in self.rays.iter().zip(from).zip(hits) {
+            let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(from), hit);
+            let judge = Judge { tree: self.batch.tree, ray };
+            let mut nearest = Nearest::<true>::new(ray, None, &filter);
+            walk(self.batch.level, &judge, &mut nearest, counters);
+            *hit = nearest.finish(&judge);
+        }
+    }
+
+    fn occlusion_of_tile(
+        &self,
+        tile: &mut Tile,
+        occluded: &mut [bool],
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let Batch { level, tree, filter, .. } = self.batch;
+        if !self.is_worth_a_tile() {
+            return false;
+        }
+        let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
+        let mut visitor = AnyOfTile::new(tree, self.rays, &filter);
+        wide_dispatch!(level, simd => occlusion_of_tile(simd, tile, &mut visitor, occluded, counters))
+    }
+
+    fn is_worth_a_tile(&self) -> bool {
+        self.rays.len() >= SMALLEST_TILE && Leaf::of(self.batch.tree.root).is_none()
+    }
 }
 
 #[inline(always)]
-fn occluded_rays_of_tile<S: Simd>(
+fn closest_hits_of_tile<S: Simd>(
     simd: S,
-    tree: &WideTree,
     tile: &mut Tile,
-    rays: &[Ray],
-    filter: BatchFilter,
+    visitor: &mut NearestOfTile,
+    hits: &mut [Option<Hit>],
+    counters: &mut TraversalCounters,
+) -> bool {
+    let is_bundle = tile.fill(simd, visitor.rays) && tile.frustum.spread() < WIDE;
+    if is_bundle {
+        packet::walk(simd, visitor.tree, tile, refinement(tile), visitor, counters);
+        visitor.finish(simd, tile, hits);
+    }
+    is_bundle
+}
+
+#[inline(always)]
+fn occlusion_of_tile<S: Simd>(
+    simd: S,
+    tile: &mut Tile,
+    visitor: &mut AnyOfTile,
     occluded: &mut [bool],
     counters: &mut TraversalCounters,
-) {
-    if is_bundle(simd, tree, tile, rays) {
-        let mut visitor = AnyOfTile::new(tree, rays, filter);
-        packet::walk(simd, tree, tile, refinement(tile), &mut visitor, counters);
+) -> bool {
+    let is_bundle = tile.fill(simd, visitor.rays) && tile.frustum.spread() < WIDE;
+    if is_bundle {
+        packet::walk(simd, visitor.tree, tile, refinement(tile), visitor, counters);
         for (i, occluded) in occluded.iter_mut().enumerate() {
             *occluded = visitor.is_occluded(i);
         }
-        return;
     }
-    for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
-        let filter = |hit: &Hit| filter(i, hit);
-        let mut any = Any::new(ray, &filter);
-        single::walk(simd, &Judge { tree, ray }, &mut any, counters);
-        *occluded = any.found;
-    }
-}
-
-/// Makes a tile of the rays if that is worth it.
-#[inline(always)]
-fn is_bundle<S: Simd>(simd: S, tree: &WideTree, tile: &mut Tile, rays: &[Ray]) -> bool {
-    rays.len() >= SMALLEST_TILE
-        && Leaf::of(tree.root).is_none()
-        && tile.fill(simd, rays)
-        && tile.frustum.spread() < WIDE
+    is_bundle
 }
 
 fn refinement(tile: &Tile) -> Refine {

@@ -264,7 +264,7 @@ impl Tile {
             ];
         }
         let depths = [sheared[0][2], sheared[1][2], sheared[2][2]];
-        (Edges::new(simd, sheared), depths)
+        (Edges::new(sheared), depths)
     }
 }
 

@@ -66,7 +66,9 @@ pub(super) fn walk<S: Simd, V: Visitor>(
     counters: &mut TraversalCounters,
 ) {
     let tree = judge.tree;
-    if tree.root == NO_CHILD {
+    // A ray that is no ray meets nothing.
+    let is_ray = judge.ray.direction.is_finite() && judge.ray.origin.is_finite();
+    if tree.root == NO_CHILD || !is_ray {
         return;
     }
     let ray = LaneRay::new(judge.ray, visitor.lower());
@@ -190,7 +192,7 @@ impl LaneRay {
             self.corner(simd, triangles, 2),
         ];
         let depths = [corners[0][2], corners[1][2], corners[2][2]];
-        (Edges::new(simd, corners), depths)
+        (Edges::new(corners), depths)
     }
 
     /// Shows a leaf's triangles to the visitor; true if it has seen enough.

@@ -17,6 +17,8 @@ pub(super) const TILE: usize = LANES * VECTORS;
 
 /// Smallest direction component, in units of the one along the depth.
 const SMALLEST_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
+/// Origin coordinates are below this.
+const LARGEST_ORIGIN: f32 = 1.0e30;
 /// The direction component along the depth lies between these.
 const ORDINARY: std::ops::Range<f32> = 1.0e-10..1.0e10;
 
@@ -99,22 +101,31 @@ impl Tile {
     /// Copies the rays lane by lane. Spare lanes repeat the last ray, but end before they start.
     #[inline(always)]
     fn transpose(&mut self, rays: &[Ray]) {
-        for (lane, ray) in rays.iter().enumerate() {
-            self.put(lane, ray, ray.t_max);
-        }
-        for lane in rays.len()..self.vectors() * LANES {
-            self.put(lane, &rays[rays.len() - 1], f32::NEG_INFINITY);
+        let last = &rays[rays.len() - 1];
+        for v in 0..self.vectors() {
+            let first = v * LANES;
+            if let Some(rays) = rays.get(first..).and_then(<[Ray]>::first_chunk::<LANES>) {
+                for (i, ray) in rays.iter().enumerate() {
+                    self.put(v, i, ray, ray.t_max);
+                }
+            } else {
+                for i in 0..LANES {
+                    match rays.get(first + i) {
+                        Some(ray) => self.put(v, i, ray, ray.t_max),
+                        None => self.put(v, i, last, f32::NEG_INFINITY),
+                    }
+                }
+            }
         }
         self.leaf = [[0; LANES]; VECTORS];
     }
 
     #[inline(always)]
-    fn put(&mut self, lane: usize, ray: &Ray, end: f32) {
-        let (v, i) = (lane / LANES % VECTORS, lane % LANES);
-        for axis in 0..3 {
-            self.origin[axis][v][i] = ray.origin[axis];
-            self.direction[axis][v][i] = ray.direction[axis];
-        }
+    fn put(&mut self, v: usize, i: usize, ray: &Ray, end: f32) {
+        let [x, y, z] = ray.origin.to_array();
+        (self.origin[0][v][i], self.origin[1][v][i], self.origin[2][v][i]) = (x, y, z);
+        let [x, y, z] = ray.direction.to_array();
+        (self.direction[0][v][i], self.direction[1][v][i], self.direction[2][v][i]) = (x, y, z);
         self.lower[v][i] = positive_lower(ray.t_min);
         self.near[v][i] = end;
         self.far[v][i] = end;
@@ -138,6 +149,9 @@ impl Tile {
             let over_z = f32x16::splat(simd, 1.0) / z;
             over_z.store_array(&mut self.reciprocal[kz][v]);
             let mut fit = along.simd_ge(ORDINARY.start) & along.simd_lt(ORDINARY.end);
+            for origin in &self.origin {
+                fit &= f32x16::load_array_ref(simd, &origin[v]).abs().simd_lt(LARGEST_ORIGIN);
+            }
             let mut own_depth = fit;
             for (lateral, axis) in [kx, ky].into_iter().enumerate() {
                 let component = f32x16::load_array_ref(simd, &self.direction[axis][v]);

@@ -42,13 +42,13 @@ impl<'a> NearestOfTile<'a> {
         for (v, hits) in hits.chunks_mut(LANES).enumerate() {
             let resolved = Resolved::new(simd, self.tree, tile, v);
             for (i, hit) in hits.iter_mut().enumerate() {
-                *hit = tile.place(v, i).map(|place| {
-                    if tile.own_depth[v] >> i & 1 != 0 {
-                        resolved.hit(i)
-                    } else {
-                        self.judge(v * LANES + i).meet_surely(place)
-                    }
-                });
+                *hit = resolved.hit(i);
+            }
+            let mut rest = resolved.lanes() & !tile.own_depth[v];
+            while rest != 0 {
+                let i = rest.trailing_zeros() as usize;
+                rest &= rest - 1;
+                hits[i] = tile.place(v, i).map(|place| self.judge(v * LANES + i).meet_surely(place));
             }
         }
     }

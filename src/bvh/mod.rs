@@ -23,6 +23,7 @@ mod radix_sort;
 mod references;
 mod split_budget;
 mod split_clip;
+mod split_cut;
 mod split_priority;
 mod split_threshold;
 mod splits;

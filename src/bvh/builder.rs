@@ -9,11 +9,12 @@ use super::morton::MortonOrder;
 use super::references::{Input, Reference};
 use super::wide::WideTree;
 use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Structure, cost_model,
-    karras, linear_pass, ploc, splits,
+    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, Structure, cost_model, karras,
+    linear_pass, ploc, splits,
 };
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
+use fearless_simd::Level;
 
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]
@@ -45,9 +46,9 @@ impl Builder {
     ) -> Result<Bvh, Cancelled> {
         debug_assert_eq!(triangles.len(), flags.len());
         cancel.check()?;
-        let simd = if settings.simd.is_supported() { settings.simd } else { SimdLevel::Scalar };
+        let level = settings.simd.level();
         match settings.builder {
-            BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
+            BuilderKind::BruteForce => Ok(brute_force(triangles, flags, level)),
             BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras | BuilderKind::Ploc => {
                 let input = Input { triangles, flags, cancel };
                 let mut wide = match recycled {
@@ -55,7 +56,7 @@ impl Builder {
                     _ => WideTree::default(),
                 };
                 let statistics = self.build_wide(input, settings, &mut wide)?;
-                Ok(Bvh { structure: Structure::Wide(wide), simd, statistics })
+                Ok(Bvh { structure: Structure::Wide(wide), level, statistics })
             }
         }
     }
@@ -128,7 +129,7 @@ impl Lap {
     }
 }
 
-fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel) -> Bvh {
+fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], level: Level) -> Bvh {
     let list = TriangleList::new(triangles, flags);
     let statistics = BuildStatistics {
         built: BuilderKind::BruteForce,
@@ -139,5 +140,5 @@ fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel
         bytes: list.bytes(),
         ..BuildStatistics::default()
     };
-    Bvh { structure: Structure::BruteForce(list), simd, statistics }
+    Bvh { structure: Structure::BruteForce(list), level, statistics }
 }

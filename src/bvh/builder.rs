@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use fearless_simd::Level;
+
 use super::binary_tree::BinaryTree;
 use super::brute_force::TriangleList;
 use super::collapse::{self, Source};
@@ -14,7 +16,6 @@ use super::{
 };
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
-use fearless_simd::Level;
 
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]

@@ -42,7 +42,7 @@ pub(super) struct BinaryTree {
     pub(super) primitives: Vec<u32>,
     /// The whole tree, unless there are no references.
     pub(super) root: Option<Subtree>,
-    /// Sum of the surface areas of all nodes, in units of [`area`].
+    /// Sum of the surface areas of all nodes, in units of [`scaled_area`].
     pub(super) area_sum: f64,
 }
 

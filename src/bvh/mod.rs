@@ -23,6 +23,7 @@ mod references;
 mod simd;
 mod split_budget;
 mod split_clip;
+mod split_cut;
 mod split_priority;
 mod split_threshold;
 mod splits;

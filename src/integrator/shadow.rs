@@ -41,6 +41,11 @@ impl ShadowBatch {
         self.rays.len() as u32 - 1
     }
 
+    /// Whether there are no rays.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rays.is_empty()
+    }
+
     /// Looks for solid surfaces along all rays.
     pub(super) fn trace(&mut self, world: &World<'_>, counters: &mut TraversalCounters) {
         let Self { rays, is_occluded, is_tinted, crossings } = self;
@@ -163,4 +168,42 @@ fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
         Vec3::ZERO
     };
     Vec3::splat(1.0 - alpha) + glass * alpha
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+    use crate::integrator::whitted::tests::with_world;
+    use crate::scene::Environment;
+
+    #[test]
+    fn collected_surfaces_darken_as_those_found_one_by_one() {
+        for scene in ["material/nested_glass", "material/alpha_blend_stack", "material/glass_shadow"] {
+            with_world(scene, &Environment::None, |world, camera| {
+                // Camera rays that end at some distance, in a fixed pattern, are as good as shadow rays.
+                let (mut batch, mut counters) = (ShadowBatch::default(), TraversalCounters::default());
+                for index in 0..768_u32 {
+                    let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
+                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel) });
+                }
+                batch.trace(world, &mut counters);
+                let mut tinted = 0;
+                for index in 0..768_u32 {
+                    let ray = batch.rays[index as usize];
+                    let (left, _) = batch.transmittance(world, index, MediaStack::default(), &mut counters);
+                    if batch.is_occluded[index as usize] {
+                        assert_eq!(left, Vec3::ZERO);
+                        continue;
+                    }
+                    let one_by_one = |after| next_surface(world, &ray, after, &mut counters);
+                    let (slow, _) = through_surfaces(world, &ray, MediaStack::default(), one_by_one);
+                    assert_eq!(left, slow, "{scene}: ray {index}");
+                    tinted += u32::from(left != Vec3::ONE);
+                }
+                assert!(tinted > 20, "{scene}: {tinted}");
+            });
+        }
+    }
 }

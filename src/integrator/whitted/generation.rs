@@ -24,6 +24,11 @@ impl Route {
         let longest = 1 << BOUNCES;
         Self(if route < 2 * longest { route } else { longest | (route % longest) })
     }
+
+    /// A small number, different for every route.
+    pub(super) fn subscript(self) -> usize {
+        usize::from(self.0)
+    }
 }
 
 /// Where a ray lies in its generation.
@@ -53,7 +58,7 @@ struct Group {
 impl Generation {
     /// Adds a ray behind all others.
     pub(super) fn push(&mut self, route: Route, ray: Ray, path: Path) {
-        let subscript = usize::from(route.0);
+        let subscript = route.subscript();
         if subscript >= self.groups.len() {
             self.groups.resize_with(subscript + 1, Group::default);
         }
@@ -96,13 +101,13 @@ impl Generation {
 
     /// A ray and its path.
     pub(super) fn ray(&self, place: Place) -> (&Ray, &Path) {
-        let group = &self.groups[usize::from(place.route.0)];
+        let group = &self.groups[place.route.subscript()];
         (&group.rays[place.index as usize], &group.paths[place.index as usize])
     }
 
     /// What [`Generation::find_hits`] found.
     pub(super) fn hit(&self, place: Place) -> Option<Hit> {
-        self.groups[usize::from(place.route.0)].hits[place.index as usize]
+        self.groups[place.route.subscript()].hits[place.index as usize]
     }
 }
 

@@ -4,7 +4,7 @@
 //! their weights, which are the next generation. Every sample sums weight · radiance in generation order, and within one
 //! in the order of its own rays, so that a sample's value does not depend on what else is in the batch.
 //!
-//! The hierarchy is asked in batches of one kind: closest hits by how rays came about, shadow rays by light. Neighbours in
+//! The hierarchy is asked in batches of one kind: closest hits by how rays came about, shadow rays by light, too. Neighbours in
 //! a batch are neighbours on screen as far as the camera rays were.
 //!
 //! There is no hidden ambient term and nothing is random. What is left open by the material model is settled here:
@@ -111,4 +111,4 @@ fn seconds_since(start: Instant) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

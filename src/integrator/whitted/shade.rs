@@ -107,7 +107,8 @@ impl Tracer<'_, '_> {
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
                     if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
-                self.shadows.push(subscript, ray, shading.path.sample, (contribution, media));
+                let source = (shading.route, subscript);
+                self.shadows.push(source, ray, shading.path.sample, (contribution, media));
             }
         }
     }

@@ -27,8 +27,12 @@ fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize])
     tracer.trace(subscripts.len()).to_vec()
 }
 
-/// Calls `check` with a tracer of the world that `scene` shows one second after its start.
-fn with_tracer(scene: &str, environment: &Environment, check: impl FnOnce(&mut Tracer<'_, '_>, &CameraRays)) {
+/// Calls `check` with the world that `scene` shows one second after its start.
+pub(in crate::integrator) fn with_world(
+    scene: &str,
+    environment: &Environment,
+    check: impl FnOnce(&World<'_>, &CameraRays),
+) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene).with_extension("gltf");
     let scene = import(&path, &ImportOptions::default()).unwrap();
     let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
@@ -40,7 +44,7 @@ fn with_tracer(scene: &str, environment: &Environment, check: impl FnOnce(&mut T
         IntegratorSettings { max_depth: 7, glass_shadows: GlassShadows::Straight, show_background: true };
     let posed = PosedScene { scene: &scene, frame: &frame };
     let world = World::new(posed, &bvh, environment, 1.0, settings);
-    check(&mut Tracer::new(&world), &CameraRays::new(&frame.camera, SIZE, 1.0));
+    check(&world, &CameraRays::new(&frame.camera, SIZE, 1.0));
 }
 
 #[test]
@@ -53,7 +57,8 @@ fn samples_are_the_same_alone_and_among_others() {
         ("light/two_lights_shadows", Environment::None),
         ("camera/orthographic", Environment::Studio),
     ] {
-        with_tracer(scene, &environment, |tracer, camera| {
+        with_world(scene, &environment, |world, camera| {
+            let tracer = &mut Tracer::new(world);
             let all: Vec<usize> = (0..SAMPLES).collect();
             let together = trace(tracer, camera, &all);
             assert!(together.iter().any(|value| value.radiance != together[0].radiance), "{scene} is empty");
@@ -81,7 +86,8 @@ fn samples_are_the_same_alone_and_among_others() {
 
 #[test]
 fn every_batch_is_counted_once() {
-    with_tracer("demo/whitted_1980", &Environment::None, |tracer, camera| {
+    with_world("demo/whitted_1980", &Environment::None, |world, camera| {
+        let tracer = &mut Tracer::new(world);
         let all: Vec<usize> = (0..SAMPLES).collect();
         trace(tracer, camera, &all);
         let once = tracer.take_statistics();

@@ -239,7 +239,7 @@ fn equals_brute_force_whatever_the_settings() {
             assert!(hits * 20 > rays.len(), "{name}: only {hits} rays hit");
         }
         for split in [Split::Off, Split::Auto, Split::Area(1.0e-3), Split::Area(1.0e-30)] {
-            for simd in [SimdLevel::Scalar, SimdLevel::Avx2] {
+            for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
                 let fast = build(&triangles, &flags, &settings(BuilderKind::Lbvh, split, simd));
                 fast.validate(&triangles, &flags).unwrap();
                 for (ray, expected) in rays.iter().zip(&expected) {
@@ -248,6 +248,72 @@ fn equals_brute_force_whatever_the_settings() {
             }
         }
     }
+}
+
+/// Bundles as an integrator makes them: from one point over a small square, back to it, and mirrored by a bent surface.
+fn bundles(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
+    let finite = triangles.iter().filter(|t| t.vertices.iter().all(|p| p.is_finite()));
+    let bounds = finite.fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
+    let (center, reach) =
+        if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.extent().max_element()) };
+    let mut bundles = Vec::new();
+    for i in 0..60 {
+        let origin = center + random.point() * reach * [0.2, 1.5][i % 2];
+        let aim = if triangles.is_empty() {
+            center
+        } else {
+            triangles[random.below(triangles.len())].vertices[i % 3]
+        };
+        let along = if aim.is_finite() { aim - origin } else { center - origin };
+        let side = along.any_orthogonal_vector();
+        let up = along.cross(side).normalize_or_zero() * side.length();
+        let spread = [0.002, 0.05, 0.5, 3.0][i / 2 % 4];
+        let n = [64, 200, 5, 17][i % 4];
+        let bundle = (0..n).map(|k| {
+            let (x, y) = ((k % 8) as f32 / 4.0 - 1.0, (k / 8 % 8) as f32 / 4.0 - 1.0);
+            let direction = along + (side * x + up * y) * spread;
+            match i % 3 {
+                0 => Ray::new(origin, direction),
+                1 => Ray { t_min: 0.01, t_max: 1.0, ..Ray::new(origin, direction) },
+                _ => Ray::new(origin + side * (x * 0.1), direction),
+            }
+        });
+        bundles.push(bundle.collect());
+    }
+    bundles
+}
+
+#[test]
+fn batches_equal_single_rays() {
+    let mut random = Random(6);
+    let mut hits = 0;
+    for (name, triangles) in inputs() {
+        let flags = flags(triangles.len());
+        let bundles = bundles(&triangles, &mut random);
+        let slow =
+            build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
+        for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+            let fast = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, simd));
+            for rays in &bundles {
+                let counters = &mut TraversalCounters::default();
+                let mut closest = vec![None; rays.len()];
+                let mut occluded = vec![false; rays.len()];
+                // The filter is told which ray asks: every third one sees other parts.
+                let filter = |i: usize, hit: &Hit| opaque_part(hit) != i.is_multiple_of(3);
+                fast.closest_hits(rays, filter, &mut closest, counters);
+                fast.occluded_rays(rays, filter, &mut occluded, counters);
+                assert_eq!(counters.rays, 2 * rays.len() as u64);
+                for (i, ray) in rays.iter().enumerate() {
+                    let expected = slow.closest_hit(ray, None, |hit| filter(i, hit), counters);
+                    assert_eq!(closest[i], expected, "{name} {simd:?} {i} {ray:?}");
+                    let expected = slow.occluded(ray, |hit| filter(i, hit), counters);
+                    assert_eq!(occluded[i], expected, "{name} {simd:?} {i} {ray:?}");
+                    hits += usize::from(expected);
+                }
+            }
+        }
+    }
+    assert!(hits > 5000, "{hits}");
 }
 
 #[test]

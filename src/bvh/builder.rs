@@ -8,13 +8,14 @@ use super::fit::FittedBoxes;
 use super::lbvh::RadixTree;
 use super::radix_sort::Keyed;
 use super::split_clip::{self, Input, Reference};
+use super::split_threshold;
 use super::wide::WideTree;
 use super::{
     BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, Structure, morton, radix_sort,
 };
-use super::{SimdLevel, split_threshold};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
+use fearless_simd::Level;
 
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]
@@ -45,9 +46,9 @@ impl Builder {
     ) -> Result<Bvh, Cancelled> {
         debug_assert_eq!(triangles.len(), flags.len());
         cancel.check()?;
-        let simd = if settings.simd.is_supported() { settings.simd } else { SimdLevel::Scalar };
+        let level = settings.simd.level();
         match settings.builder {
-            BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
+            BuilderKind::BruteForce => Ok(brute_force(triangles, flags, level)),
             BuilderKind::Auto | BuilderKind::Lbvh => {
                 let input = Input { triangles, flags, cancel };
                 let mut wide = match recycled {
@@ -55,7 +56,7 @@ impl Builder {
                     _ => WideTree::default(),
                 };
                 let statistics = self.build_wide(input, settings, &mut wide)?;
-                Ok(Bvh { structure: Structure::Wide(wide), simd, statistics })
+                Ok(Bvh { structure: Structure::Wide(wide), level, statistics })
             }
         }
     }
@@ -118,7 +119,7 @@ impl Lap {
     }
 }
 
-fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel) -> Bvh {
+fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], level: Level) -> Bvh {
     let list = TriangleList::new(triangles, flags);
     let statistics = BuildStatistics {
         triangles: list.len(),
@@ -128,5 +129,5 @@ fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel
         bytes: list.bytes(),
         ..BuildStatistics::default()
     };
-    Bvh { structure: Structure::BruteForce(list), simd, statistics }
+    Bvh { structure: Structure::BruteForce(list), level, statistics }
 }

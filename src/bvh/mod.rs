@@ -9,11 +9,11 @@ mod brute_force;
 mod builder;
 mod collapse;
 mod fit;
-mod lanes;
 mod lbvh;
 mod morton;
 mod query;
 mod radix_sort;
+mod simd;
 mod split_budget;
 mod split_clip;
 mod split_threshold;
@@ -24,10 +24,10 @@ mod wide;
 use crate::geometry::{Facing, Ray};
 
 pub use builder::Builder;
+pub use simd::SimdLevel;
 
 use brute_force::TriangleList;
-use query::{Any, Nearest, Visitor};
-use traverse::Walk;
+use query::{Any, Judge, Nearest};
 use wide::WideTree;
 
 /// What traversal must know of a triangle besides its corners.
@@ -121,15 +121,6 @@ pub struct BuildSettings {
     pub simd: SimdLevel,
 }
 
-/// Instruction sets that traversal can use; each gives the same answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum SimdLevel {
-    /// Plain Rust, on every machine.
-    Scalar,
-    /// x86-64 with AVX2: eight lanes.
-    Avx2,
-}
-
 /// What a query did, summed over rays by the caller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalCounters {
@@ -174,7 +165,7 @@ pub struct BuildStatistics {
 #[derive(Debug)]
 pub struct Bvh {
     structure: Structure,
-    simd: SimdLevel,
+    level: fearless_simd::Level,
     statistics: BuildStatistics,
 }
 
@@ -210,7 +201,7 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        self.nearest(ray, Nearest::<_, true>::new(ray, after, filter), counters)
+        self.nearest(ray, Nearest::<true>::new(ray, after, &filter), counters)
     }
 
     /// The first hit of `ray` after `after` on either side of any triangle that `filter` lets count. Here `filter` is
@@ -222,7 +213,7 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        self.nearest(ray, Nearest::<_, false>::new(ray, after, filter), counters)
+        self.nearest(ray, Nearest::<false>::new(ray, after, &filter), counters)
     }
 
     /// Whether any triangle, from either side, meets `ray`; filtered ones only where `filter` says so.
@@ -234,8 +225,12 @@ impl Bvh {
         filter: impl Fn(&Hit) -> bool,
         counters: &mut TraversalCounters,
     ) -> bool {
-        let mut any = Any::new(ray, filter);
-        self.walk(ray, &mut any, counters);
+        counters.rays += 1;
+        let mut any = Any::new(ray, &filter);
+        match &self.structure {
+            Structure::Wide(tree) => traverse::walk(self.level, &Judge { tree, ray }, &mut any, counters),
+            Structure::BruteForce(list) => list.walk(ray, &mut any, counters),
+        }
         any.found
     }
 
@@ -249,8 +244,19 @@ impl Bvh {
         hits: &mut [Option<Hit>],
         counters: &mut TraversalCounters,
     ) {
-        for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
-            *hit = self.closest_hit(ray, None, |hit| filter(i, hit), counters);
+        counters.rays += rays.len() as u64;
+        match &self.structure {
+            Structure::Wide(tree) => {
+                traverse::closest_hits(self.level, tree, rays, &filter, hits, counters);
+            }
+            Structure::BruteForce(list) => {
+                for (i, (ray, hit)) in rays.iter().zip(hits).enumerate() {
+                    let filter = |hit: &Hit| filter(i, hit);
+                    let mut nearest = Nearest::<true>::new(ray, None, &filter);
+                    list.walk(ray, &mut nearest, counters);
+                    *hit = nearest.exact();
+                }
+            }
         }
     }
 
@@ -262,28 +268,39 @@ impl Bvh {
         occluded: &mut [bool],
         counters: &mut TraversalCounters,
     ) {
-        for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
-            *occluded = self.occluded(ray, |hit| filter(i, hit), counters);
+        counters.rays += rays.len() as u64;
+        match &self.structure {
+            Structure::Wide(tree) => {
+                traverse::occluded_rays(self.level, tree, rays, &filter, occluded, counters);
+            }
+            Structure::BruteForce(list) => {
+                for (i, (ray, occluded)) in rays.iter().zip(occluded).enumerate() {
+                    let filter = |hit: &Hit| filter(i, hit);
+                    let mut any = Any::new(ray, &filter);
+                    list.walk(ray, &mut any, counters);
+                    *occluded = any.found;
+                }
+            }
         }
     }
 
-    #[inline]
-    fn nearest<F: Fn(&Hit) -> bool, const CULL: bool>(
+    fn nearest<const CULL: bool>(
         &self,
         ray: &Ray,
-        mut nearest: Nearest<F, CULL>,
+        mut nearest: Nearest<CULL>,
         counters: &mut TraversalCounters,
     ) -> Option<Hit> {
-        self.walk(ray, &mut nearest, counters);
-        nearest.best
-    }
-
-    #[inline]
-    fn walk(&self, ray: &Ray, visitor: &mut impl Visitor, counters: &mut TraversalCounters) {
         counters.rays += 1;
         match &self.structure {
-            Structure::Wide(tree) => lanes::dispatch(self.simd, Walk { tree, ray, visitor }, counters),
-            Structure::BruteForce(list) => list.walk(ray, visitor, counters),
+            Structure::Wide(tree) => {
+                let judge = Judge { tree, ray };
+                traverse::walk(self.level, &judge, &mut nearest, counters);
+                nearest.finish(&judge)
+            }
+            Structure::BruteForce(list) => {
+                list.walk(ray, &mut nearest, counters);
+                nearest.exact()
+            }
         }
     }
 }

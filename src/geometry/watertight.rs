@@ -106,7 +106,7 @@ impl ShearedRay {
             }
         }
 
-        // Edge-on, or too close to it to know where.
+        // Edge-on, or too close to it to know where; denormal distances count as zero.
         let det = u + v + w;
         let sum = products.iter().fold(0.0, |sum, product| sum + product.abs());
         let reach = [a[0], a[1], b[0], b[1], c[0], c[1]].iter().fold(0.0_f64, |reach, x| reach.max(x.abs()));
@@ -116,17 +116,30 @@ impl ShearedRay {
             return None;
         }
 
-        // Distance, rounded once; denormal ones count as zero.
-        let t = ((u * a[2] + v * b[2] + w * c[2]) / (det * self.direction_z)) as f32;
-        if !(t > self.t_min && t < self.t_max && t >= f32::MIN_POSITIVE) {
-            return None;
-        }
-        Some(TriangleHit {
-            t,
+        let hit = self.place([a, b, c], [u, v, w]);
+        (hit.t > self.t_min && hit.t < self.t_max && hit.t >= f32::MIN_POSITIVE).then_some(hit)
+    }
+
+    /// The hit with a triangle that [`ShearedRay::meet`] is known to accept, to the same bits.
+    #[inline]
+    pub fn meet_surely(&self, corners: &[Vec3; 3]) -> TriangleHit {
+        let [a, b, c] = [self.sheared(corners[0]), self.sheared(corners[1]), self.sheared(corners[2])];
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        self.place([a, b, c], [u, v, w])
+    }
+
+    /// Where the line meets a triangle of these sheared corners and edge functions. The distance is rounded once.
+    #[inline(always)]
+    fn place(&self, [a, b, c]: [[f64; 3]; 3], [u, v, w]: [f64; 3]) -> TriangleHit {
+        let det = u + v + w;
+        TriangleHit {
+            t: ((u * a[2] + v * b[2] + w * c[2]) / (det * self.direction_z)) as f32,
             u: (v / det) as f32,
             v: (w / det) as f32,
             facing: if det > 0.0 { Facing::Front } else { Facing::Back },
-        })
+        }
     }
 
     /// The point relative to the origin, sheared so that the ray runs along z.

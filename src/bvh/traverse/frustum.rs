@@ -1,0 +1,178 @@
+//! What bounds all rays of a tile: a range of origins and of slopes along the depth axis.
+//!
+//! Source: the interval arithmetic is Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005; here it
+//! tests eight boxes at once. Where a box spans the depths `[d₀, d₁]` before the nearest and farthest origin, lateral
+//! coordinates of the rays there lie between `min o + min(s·d₀, s·d₁)` with the least slope and the same maximum with the largest.
+//!
+//! Slopes are widened by 2⁻¹⁹ of themselves and boxes by 2⁻²⁰ of the largest origin coordinate: the latter is twice the
+//! padding that the definition of a hit asks for, and together they cover some four roundings of each step.
+
+use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
+
+use super::tile::{LANES, Tile};
+use crate::bvh::wide::{WIDTH, WideNode};
+use crate::geometry::BOX_PADDING;
+
+/// Widening of slopes.
+const SLOPE_SLACK: f32 = 1.0 / (1 << 19) as f32;
+/// What an entry distance is multiplied with before it is compared with an exit: a slab's distances are off by at most three
+/// roundings, this takes off 32.
+pub(super) const ENTRY_SLACK: f32 = 1.0 - 1.0 / (1 << 19) as f32;
+
+/// Bounds of a tile's rays.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Frustum {
+    axes: [usize; 3],
+    /// Whether depths grow towards smaller coordinates.
+    backward: bool,
+    /// Lowest and highest origins.
+    origin: [[f32; 3]; 2],
+    /// Least and largest lateral movement a unit of depth.
+    slope: [[f32; 2]; 2],
+    /// Least ray parameter a unit of each axis; zero where rays run both ways.
+    rate: [f32; 3],
+    /// Axes along which all rays run towards smaller coordinates.
+    falling: [bool; 3],
+    /// Boxes count as larger by this.
+    pub(super) padding: f32,
+}
+
+/// Boxes by plane: min x, y, z, max x, y, z.
+pub(super) type Planes = [[f32; WIDTH]; 6];
+
+/// Boxes that some rays may enter.
+pub(super) struct Reached {
+    /// One bit a box.
+    pub(super) mask: u32,
+    /// No ray enters it before.
+    pub(super) distances: [f32; WIDTH],
+}
+
+impl Frustum {
+    /// Bounds nothing.
+    pub(super) const EMPTY: Self = Self {
+        axes: [0, 1, 2],
+        backward: false,
+        origin: [[0.0; 3]; 2],
+        slope: [[0.0; 2]; 2],
+        rate: [0.0; 3],
+        falling: [false; 3],
+        padding: 0.0,
+    };
+
+    /// Bounds the rays of a tile whose shears and reciprocals are computed.
+    #[inline(always)]
+    pub(super) fn around<S: Simd>(simd: S, tile: &Tile) -> Self {
+        let kz = tile.axes[2];
+        let backward = tile.reciprocal[kz][0][0] < 0.0;
+        let mut frustum = Self { axes: tile.axes, backward, ..Self::EMPTY };
+        let mut largest = 0.0_f32;
+        let used = tile.vectors();
+        for axis in 0..3 {
+            let [low, high] = range(simd, &tile.origin[axis][..used]);
+            frustum.origin[0][axis] = low;
+            frustum.origin[1][axis] = high;
+            largest = largest.max(-low).max(high);
+            let [low, high] = range(simd, &tile.reciprocal[axis][..used]);
+            frustum.falling[axis] = high < 0.0;
+            frustum.rate[axis] = if low > 0.0 {
+                low
+            } else if high < 0.0 {
+                -high
+            } else {
+                0.0
+            };
+        }
+        frustum.padding = largest * (2.0 * BOX_PADDING);
+        for lateral in 0..2 {
+            let [low, high] = range(simd, &tile.shear[lateral][..used]);
+            let [low, high] = if backward { [-high, -low] } else { [low, high] };
+            frustum.slope[0][lateral] = low - low.abs() * SLOPE_SLACK;
+            frustum.slope[1][lateral] = high + high.abs() * SLOPE_SLACK;
+        }
+        frustum
+    }
+
+    /// Whether all rays start at the same point.
+    pub(super) fn has_one_origin(&self) -> bool {
+        self.origin[0] == self.origin[1]
+    }
+
+    /// The widest lateral range of the rays a unit of depth beyond their origins.
+    pub(super) fn spread(&self) -> f32 {
+        (self.slope[1][0] - self.slope[0][0]).max(self.slope[1][1] - self.slope[0][1])
+    }
+
+    /// Which children of a node any ray may enter at or before `upper`.
+    #[inline(always)]
+    pub(super) fn enter<S: Simd>(&self, simd: S, node: &WideNode, upper: f32) -> Reached {
+        self.reach(simd, &node.planes, upper)
+    }
+
+    /// Which boxes any ray may enter at or before `upper`.
+    #[inline(always)]
+    pub(super) fn reach<S: Simd>(&self, simd: S, planes: &Planes, upper: f32) -> Reached {
+        let [kx, ky, kz] = self.axes;
+        let zero = f32x8::splat(simd, 0.0);
+        // Depths at which the boxes begin before the farthest and end before the nearest origin.
+        let (begin, end) = if self.backward {
+            let nearest = f32x8::splat(simd, self.origin[0][kz] - self.padding);
+            let farthest = f32x8::splat(simd, self.origin[1][kz] + self.padding);
+            (nearest - load(simd, planes, 3 + kz), farthest - load(simd, planes, kz))
+        } else {
+            let nearest = self.origin[1][kz] + self.padding;
+            let farthest = self.origin[0][kz] - self.padding;
+            (load(simd, planes, kz) - nearest, load(simd, planes, 3 + kz) - farthest)
+        };
+        let begin = begin.max(zero);
+        let (beside_x, entry_x) = self.lateral(simd, planes, 0, kx, begin, end);
+        let (beside_y, entry_y) = self.lateral(simd, planes, 1, ky, begin, end);
+        let entry = (begin * self.rate[kz]).max(entry_x).max(entry_y);
+        let hit = end.simd_ge(zero)
+            & beside_x
+            & beside_y
+            & (entry * ENTRY_SLACK).simd_le(f32x8::splat(simd, upper));
+        Reached { mask: hit.to_bitmask() as u32, distances: entry.into() }
+    }
+
+    /// Which boxes overlap the rays along one lateral axis, and the least parameter there.
+    #[inline(always)]
+    fn lateral<S: Simd>(
+        &self,
+        simd: S,
+        planes: &Planes,
+        lateral: usize,
+        axis: usize,
+        begin: f32x8<S>,
+        end: f32x8<S>,
+    ) -> (fearless_simd::mask32x8<S>, f32x8<S>) {
+        let (low, high) = (load(simd, planes, axis), load(simd, planes, 3 + axis));
+        let (least, largest) = (self.slope[0][lateral], self.slope[1][lateral]);
+        let lowest_origin = self.origin[0][axis] - self.padding;
+        let highest_origin = self.origin[1][axis] + self.padding;
+        let lowest = if least < 0.0 { end } else { begin } * least + lowest_origin;
+        let highest = if largest > 0.0 { end } else { begin } * largest + highest_origin;
+        let overlap = low.simd_le(highest) & high.simd_ge(lowest);
+        let ahead =
+            if self.falling[axis] { f32x8::splat(simd, lowest_origin) - high } else { low - highest_origin };
+        (overlap, ahead * self.rate[axis])
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, planes: &Planes, plane: usize) -> f32x8<S> {
+    f32x8::load_array_ref(simd, &planes[plane])
+}
+
+/// Least and largest number of a row.
+#[inline(always)]
+fn range<S: Simd>(simd: S, rows: &[[f32; LANES]]) -> [f32; 2] {
+    let mut low = f32x16::load_array_ref(simd, &rows[0]);
+    let mut high = low;
+    for lanes in &rows[1..] {
+        let lanes = f32x16::load_array_ref(simd, lanes);
+        low = low.min(lanes);
+        high = high.max(lanes);
+    }
+    [low.reduce_min(), high.reduce_max()]
+}

@@ -1,0 +1,156 @@
+//! The kernels of all levels against each other and against the definition of a hit.
+
+use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
+use glam::Vec3;
+
+use super::single::LaneRay;
+use crate::bvh::wide::{Leaf, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
+use crate::bvh::{PrimitiveFlags, SimdLevel};
+use crate::geometry::{Aabb, BOX_PADDING, Ray, Triangle};
+
+struct Random(u32);
+
+impl Random {
+    fn signed(&mut self) -> f32 {
+        self.0 = self.0.wrapping_mul(747796405).wrapping_add(2891336453);
+        (self.0 >> 8) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    fn point(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+}
+
+/// What both kernels say of one ray: entered boxes and where; possible and sure triangles, back sides, and bounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Verdict {
+    entered: (u32, [u32; WIDTH]),
+    possible: u32,
+    sure: u32,
+    back: u32,
+    near: [f32; WIDTH],
+    far: [f32; WIDTH],
+}
+
+#[inline(always)]
+fn judge<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> Verdict {
+    let lane_ray = LaneRay::new(ray, ray.t_min);
+    let entered = lane_ray.enter(simd, node, upper * lane_ray.scale);
+    let (edges, depths) = lane_ray.edges(simd, &tree.triangles(Leaf::new(0, COUNT)));
+    let lanes = (1 << COUNT) - 1;
+    let distances = edges.distances(simd, depths, f32x8::splat(simd, lane_ray.depth_reciprocal));
+    let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (distances.near.into(), distances.far.into());
+    let sure = edges.sure & lanes;
+    let only_sure =
+        |bounds: [f32; WIDTH]| std::array::from_fn(|i| if sure >> i & 1 != 0 { bounds[i] } else { 0.0 });
+    Verdict {
+        entered: (entered.mask, entered.distances.map(f32::to_bits)),
+        possible: edges.possible & lanes,
+        sure,
+        back: edges.back() & sure,
+        near: only_sure(near),
+        far: only_sure(far),
+    }
+}
+
+const COUNT: usize = 7;
+
+/// Triangles of many shapes near `target` in one leaf, and a node of their boxes.
+fn leaf(random: &mut Random, target: Vec3, size: f32) -> (WideNode, WideTree, Vec<Triangle>) {
+    let triangles: Vec<Triangle> = (0..COUNT)
+        .map(|i| {
+            let thin = [1.0, 1.0e-3, 1.0e-5, 0.0][i % 4];
+            let (a, b) = (target + random.point() * size, target + random.point() * size);
+            let c = (a + b) * 0.5 + random.point() * size * thin;
+            Triangle { vertices: [a, b, c] }
+        })
+        .collect();
+    let mut node = WideNode::EMPTY;
+    for (lane, triangle) in triangles.iter().enumerate() {
+        let padding = triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE;
+        node.put(lane, lane as u32, &triangle.bounds().grown(padding));
+    }
+    let mut tree = WideTree::default();
+    tree.words.resize(COUNT * WORDS_A_PLACE + WIDTH, 0.0);
+    let tagged = |i: usize| (triangles[i].vertices, Tag::new(i as u32, PrimitiveFlags::default()));
+    write_leaf(&mut tree.words[..COUNT * WORDS_A_PLACE], (0..COUNT).map(tagged));
+    (node, tree, triangles)
+}
+
+#[test]
+fn levels_agree_with_each_other_and_with_the_definition() {
+    let mut random = Random(1);
+    let (mut hits, mut sure_hits) = (0, 0);
+    for i in 0..60_000 {
+        let scale = [1.0, 1.0e3, 1.0e30, 1.0e-30, 1.0e-18, 1.0e19][i % 6];
+        let size = [1.0, 1.0e-4, 100.0][i / 6 % 3];
+        let target = random.point() * scale;
+        let (node, tree, triangles) = leaf(&mut random, target, size * scale.min(1.0e36));
+        let corner = triangles[i % COUNT].vertices[i % 3];
+        let aim = [corner, (triangles[i % COUNT].bounds()).center(), target][i / 18 % 3];
+        let mut origin = random.point() * scale * [1.0, 10.0][i % 2];
+        if i % 11 == 0 {
+            origin.x = aim.x;
+        }
+        let mut direction = aim - origin;
+        if i % 13 == 0 {
+            direction /= direction.abs().max_element();
+        }
+        let ray = Ray::new(origin, direction);
+        let verdict = judge_at(SimdLevel::Scalar, &node, &tree, &ray, 2.0);
+        for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+            assert_eq!(judge_at(level, &node, &tree, &ray, 2.0), verdict, "{level:?} {ray:?}");
+        }
+
+        for (lane, triangle) in triangles.iter().enumerate() {
+            let (possible, sure) = (verdict.possible >> lane & 1 != 0, verdict.sure >> lane & 1 != 0);
+            assert!(possible || !sure);
+            let hit = if triangle.is_degenerate() { None } else { triangle.intersect(&ray) };
+            let Some(hit) = hit else {
+                // What surely meets the line is missed by the ray only because it ends or has not begun.
+                assert!(!sure || verdict.near[lane] <= f32::MIN_POSITIVE, "{ray:?} misses {triangle:?}");
+                continue;
+            };
+            hits += 1;
+            assert!(possible, "{ray:?} passes over {triangle:?}");
+            if sure {
+                sure_hits += 1;
+                assert!(verdict.near[lane] <= hit.t && hit.t <= verdict.far[lane], "{verdict:?} {hit:?}");
+                assert_eq!(verdict.back >> lane & 1 != 0, hit.facing == crate::geometry::Facing::Back);
+            }
+            // The box is entered by the hit's distance, not later.
+            let at_hit = judge_at(SimdLevel::Scalar, &node, &tree, &ray, hit.t).entered;
+            assert!(at_hit.0 >> lane & 1 == 1, "{ray:?} misses the box of {triangle:?}");
+        }
+    }
+    assert!(hits > 20_000 && sure_hits > 10_000, "{hits} {sure_hits}");
+}
+
+fn judge_at(level: SimdLevel, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> Verdict {
+    dispatch!(level.level(), simd => judge(simd, node, tree, ray, upper))
+}
+
+#[test]
+fn triangles_far_from_the_ray_are_passed_over() {
+    let mut random = Random(2);
+    let (node, tree, _) = leaf(&mut random, Vec3::new(50.0, 0.0, 0.0), 1.0);
+    let ray = Ray::new(Vec3::new(0.0, 0.0, -10.0), Vec3::Z);
+    assert_eq!(judge_at(SimdLevel::Scalar, &node, &tree, &ray, f32::INFINITY).possible, 0);
+}
+
+#[test]
+fn a_ray_in_a_face_of_a_box_enters_it() {
+    // No component of these differences is anything but zero on the face: 0·∞ must not lose the box.
+    let mut node = WideNode::EMPTY;
+    let unit = Aabb { min: Vec3::ZERO, max: Vec3::ONE };
+    node.put(0, 0, &unit);
+    let enter = |ray: &Ray| dispatch!(SimdLevel::Scalar.level(), simd => LaneRay::new(ray, 0.0).enter(simd, &node, f32::INFINITY));
+    for x in [0.0, -0.0, 0.5, 1.0] {
+        for zero in [0.0, -0.0] {
+            let entered = enter(&Ray::new(Vec3::new(x, 0.5, -1.0), Vec3::new(zero, zero, 1.0)));
+            assert_eq!(entered.mask, 1);
+            assert!((entered.distances[0] - 1.0).abs() < 1.0e-5);
+        }
+    }
+    assert_eq!(enter(&Ray::new(Vec3::new(1.1, 0.5, -1.0), Vec3::Z)).mask, 0);
+}

@@ -1,0 +1,156 @@
+//! Up to 64 rays side by side, number by number, with what the kernels need of each.
+
+use fearless_simd::{Simd, f32x16, prelude::*};
+
+use super::edges::LARGEST_SHEAR;
+use super::frustum::Frustum;
+use crate::bvh::query::{Place, positive_lower};
+use crate::bvh::wide::Leaf;
+use crate::geometry::{Ray, dominant_axes};
+
+/// Lanes of a vector.
+pub(super) const LANES: usize = 16;
+/// Vectors of a tile.
+pub(super) const VECTORS: usize = 4;
+/// Rays of a tile.
+pub(super) const TILE: usize = LANES * VECTORS;
+
+/// Smallest direction component, in units of the one along the depth.
+const SMALLEST_COMPONENT: f32 = 1.0 / (1 << 30) as f32;
+/// The direction component along the depth lies between these.
+const ORDINARY: std::ops::Range<f32> = 1.0e-10..1.0e10;
+
+/// One number a ray.
+pub(super) type Row = [[f32; LANES]; VECTORS];
+
+/// Rays that run into the same octant pair, closely enough that one axis serves all as depth.
+#[repr(align(64))]
+pub(super) struct Tile {
+    /// Origins, by axis.
+    pub(super) origin: [Row; 3],
+    /// Directions, by axis.
+    pub(super) direction: [Row; 3],
+    /// One over the direction's components, none of which counts as zero.
+    pub(super) reciprocal: [Row; 3],
+    /// The two lateral components over the one along the depth.
+    pub(super) shear: [Row; 2],
+    /// Hits at or before this do not count.
+    pub(super) lower: Row,
+    /// The first hit so far is not nearer than this; before there is one, the ray's end. Spare lanes have −∞.
+    pub(super) near: Row,
+    /// The first hit so far is not farther than this.
+    pub(super) far: Row,
+    /// The triangles of the first hits so far: their leaf, zero if there is none, and their lane there.
+    pub(super) leaf: [[u32; LANES]; VECTORS],
+    /// See `leaf`.
+    pub(super) lane: [[u32; LANES]; VECTORS],
+    /// Two lateral axes and the depth, in the order that keeps windings.
+    pub(super) axes: [usize; 3],
+    /// Rays whose own depth axis is the tile's, by vector.
+    pub(super) own_depth: [u32; VECTORS],
+    /// Bounds all rays.
+    pub(super) frustum: Frustum,
+    /// How many rays there are.
+    pub(super) count: usize,
+}
+
+impl Tile {
+    /// No rays.
+    pub(super) const EMPTY: Self = Self {
+        origin: [[[0.0; LANES]; VECTORS]; 3],
+        direction: [[[0.0; LANES]; VECTORS]; 3],
+        reciprocal: [[[0.0; LANES]; VECTORS]; 3],
+        shear: [[[0.0; LANES]; VECTORS]; 2],
+        lower: [[0.0; LANES]; VECTORS],
+        near: [[0.0; LANES]; VECTORS],
+        far: [[0.0; LANES]; VECTORS],
+        leaf: [[0; LANES]; VECTORS],
+        lane: [[0; LANES]; VECTORS],
+        axes: [0, 1, 2],
+        own_depth: [0; VECTORS],
+        frustum: Frustum::EMPTY,
+        count: 0,
+    };
+
+    /// Takes up to [`TILE`] rays; false if they are no bundle that one depth axis serves.
+    #[inline(always)]
+    pub(super) fn fill<S: Simd>(&mut self, simd: S, rays: &[Ray]) -> bool {
+        let Some(first) = rays.first() else { return false };
+        self.count = rays.len();
+        self.axes = dominant_axes(first.direction);
+        self.transpose(rays);
+        self.prepare(simd, first.direction[self.axes[2]]) && {
+            self.frustum = Frustum::around(simd, self);
+            true
+        }
+    }
+
+    /// How many vectors hold rays.
+    #[inline(always)]
+    pub(super) fn vectors(&self) -> usize {
+        self.count.div_ceil(LANES).min(VECTORS)
+    }
+
+    /// Whether all rays start at the same point.
+    pub(super) fn has_one_origin(&self) -> bool {
+        self.frustum.has_one_origin()
+    }
+
+    /// Copies the rays lane by lane. Spare lanes repeat the last ray, but end before they start.
+    #[inline(always)]
+    fn transpose(&mut self, rays: &[Ray]) {
+        for (lane, ray) in rays.iter().enumerate() {
+            self.put(lane, ray, ray.t_max);
+        }
+        for lane in rays.len()..self.vectors() * LANES {
+            self.put(lane, &rays[rays.len() - 1], f32::NEG_INFINITY);
+        }
+        self.leaf = [[0; LANES]; VECTORS];
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, ray: &Ray, end: f32) {
+        let (v, i) = (lane / LANES % VECTORS, lane % LANES);
+        for axis in 0..3 {
+            self.origin[axis][v][i] = ray.origin[axis];
+            self.direction[axis][v][i] = ray.direction[axis];
+        }
+        self.lower[v][i] = positive_lower(ray.t_min);
+        self.near[v][i] = end;
+        self.far[v][i] = end;
+    }
+
+    /// The triangle of a ray's first hit so far.
+    #[inline(always)]
+    pub(super) fn place(&self, vector: usize, lane: usize) -> Option<Place> {
+        let leaf = Leaf::of(self.leaf[vector][lane])?;
+        Some(Place { leaf, lane: self.lane[vector][lane] })
+    }
+
+    /// Computes shears and reciprocals; false if a ray does not fit the depth axis of a ray with the component `depth`.
+    #[inline(always)]
+    fn prepare<S: Simd>(&mut self, simd: S, depth: f32) -> bool {
+        let [kx, ky, kz] = self.axes;
+        let mut fits = true;
+        for v in 0..self.vectors() {
+            let z = f32x16::load_array_ref(simd, &self.direction[kz][v]);
+            let along = z * 1.0_f32.copysign(depth);
+            let over_z = f32x16::splat(simd, 1.0) / z;
+            over_z.store_array(&mut self.reciprocal[kz][v]);
+            let mut fit = along.simd_ge(ORDINARY.start) & along.simd_lt(ORDINARY.end);
+            let mut own_depth = fit;
+            for (lateral, axis) in [kx, ky].into_iter().enumerate() {
+                let component = f32x16::load_array_ref(simd, &self.direction[axis][v]);
+                let shear = component * over_z;
+                shear.store_array(&mut self.shear[lateral][v]);
+                fit &= shear.abs().simd_le(LARGEST_SHEAR);
+                own_depth &= component.abs().simd_lt(along);
+                let clamped = component.abs().max(along * SMALLEST_COMPONENT).copysign(component);
+                (f32x16::splat(simd, 1.0) / clamped).store_array(&mut self.reciprocal[axis][v]);
+            }
+            self.own_depth[v] = own_depth.to_bitmask() as u32;
+            fits &= fit.all_true();
+        }
+        fits
+    }
+}

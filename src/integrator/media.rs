@@ -1,5 +1,7 @@
 //! Closed volumes that a ray is in: a stack that entering pushes and leaving restores.
 
+use std::rc::Rc;
+
 use glam::Vec3;
 
 use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
@@ -81,13 +83,24 @@ fn extinction(color: f32, distance: f32) -> f32 {
 }
 
 /// The volumes that a point is in; the last entered one fills the space.
+///
+/// Every ray has one and nearly all are empty, so that empty ones must cost nothing and others are shared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MediaStack(Vec<Medium>);
+pub struct MediaStack(Option<Rc<[Medium]>>);
 
 impl MediaStack {
+    /// The last of `volumes` was entered last.
+    pub(super) fn new(volumes: Vec<Medium>) -> Self {
+        Self((!volumes.is_empty()).then(|| volumes.into()))
+    }
+
+    fn volumes(&self) -> &[Medium] {
+        self.0.as_deref().unwrap_or_default()
+    }
+
     /// The medium that fills the space; `None` is empty space.
     pub fn current(&self) -> Option<&Medium> {
-        self.0.last()
+        self.volumes().last()
     }
 
     /// Index of refraction of the space.
@@ -102,28 +115,35 @@ impl MediaStack {
 
     /// Whether the stack holds this volume.
     pub fn holds(&self, volume: VolumeId) -> bool {
-        self.0.iter().any(|medium| medium.volume == volume)
+        self.volumes().iter().any(|medium| medium.volume == volume)
     }
 
     /// Passes through the surface of `medium`: a front face enters, a back face leaves.
     pub fn cross(&mut self, medium: Medium, facing: Facing) {
+        let mut volumes = self.volumes().to_vec();
         match facing {
-            Facing::Front => self.0.push(medium),
+            Facing::Front => volumes.push(medium),
             Facing::Back => {
-                if let Some(last) = self.0.iter().rposition(|held| held.volume == medium.volume) {
-                    self.0.remove(last);
+                if let Some(last) = volumes.iter().rposition(|held| held.volume == medium.volume) {
+                    volumes.remove(last);
                 }
             }
         }
+        *self = Self::new(volumes);
     }
 
     /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
     /// first was entered last.
-    pub(super) fn around(posed: PosedScene<'_>, bvh: &Bvh, interiors: &Interiors, position: Vec3) -> Self {
+    pub(super) fn around(
+        posed: PosedScene<'_>,
+        bvh: &Bvh,
+        interiors: &Interiors,
+        position: Vec3,
+    ) -> Vec<Medium> {
         /// A slanted direction, so that axis-aligned edges and vertices are not met.
         const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
         if !interiors.any() {
-            return Self::default();
+            return Vec::new();
         }
         let ray = Ray::new(position, DIRECTION);
         let mut crossings: Vec<Crossing> = Vec::new();
@@ -136,7 +156,7 @@ impl MediaStack {
         }
         crossings.retain(|crossing| crossing.leaves > crossing.enters);
         crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
-        Self(crossings.into_iter().map(|crossing| crossing.medium).collect())
+        crossings.into_iter().map(|crossing| crossing.medium).collect()
     }
 }
 

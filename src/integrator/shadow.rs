@@ -4,9 +4,10 @@ use std::cell::Cell;
 
 use glam::Vec3;
 
+use super::crossings::Crossings;
 use super::{GlassShadows, MediaStack, Medium, World};
 use crate::bsdf::Bsdf;
-use crate::bvh::{Hit, TraversalCounters};
+use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{SurfacePoint, alpha_at, material_at};
@@ -22,27 +23,74 @@ enum Blocking {
     Absent,
 }
 
-/// The share of light along `ray`, which starts in `media`, that arrives; zero as soon as one solid surface is in between.
-/// The flag is set where more see-through surfaces were met than are followed; the rest is then taken as dark.
-pub(super) fn transmittance(
-    world: &World<'_>,
-    ray: &Ray,
-    media: MediaStack,
-    counters: &mut TraversalCounters,
-) -> (Vec3, bool) {
-    let see_through = Cell::new(false);
-    let solid = |hit: &Hit| match blocking(world, hit) {
-        Blocking::Solid => true,
-        Blocking::SeeThrough => {
-            see_through.set(true);
-            false
-        }
-        Blocking::Absent => false,
-    };
-    if world.bvh.occluded(ray, solid, counters) {
-        return (Vec3::ZERO, false);
+/// Shadow rays of one kind, traced together.
+#[derive(Debug, Default)]
+pub(super) struct ShadowBatch {
+    rays: Vec<Ray>,
+    is_occluded: Vec<bool>,
+    /// Whether something see-through was met; known where nothing solid was.
+    is_tinted: Vec<Cell<bool>>,
+    /// What was met there.
+    crossings: Crossings,
+}
+
+impl ShadowBatch {
+    /// Adds a ray and gives its subscript.
+    pub(super) fn push(&mut self, ray: Ray) -> u32 {
+        self.rays.push(ray);
+        self.rays.len() as u32 - 1
     }
-    if see_through.get() { through_surfaces(world, ray, media, counters) } else { (Vec3::ONE, false) }
+
+    /// Whether there are no rays.
+    pub(super) fn is_empty(&self) -> bool {
+        self.rays.is_empty()
+    }
+
+    /// Looks for solid surfaces along all rays.
+    pub(super) fn trace(&mut self, world: &World<'_>, counters: &mut TraversalCounters) {
+        let Self { rays, is_occluded, is_tinted, crossings } = self;
+        crossings.clear();
+        is_occluded.resize(rays.len(), false);
+        is_tinted.clear();
+        is_tinted.resize(rays.len(), Cell::new(false));
+        let solid = |index: usize, hit: &Hit| match blocking(world, hit) {
+            Blocking::Solid => true,
+            Blocking::SeeThrough => {
+                is_tinted[index].set(true);
+                crossings.add(index, hit);
+                false
+            }
+            Blocking::Absent => false,
+        };
+        world.bvh.occluded_rays(rays, solid, is_occluded, counters);
+        crossings.sort(|index| !is_occluded[index]);
+    }
+
+    /// The share of light along a ray, which starts in `media`, that arrives; zero where one solid surface is in between.
+    /// The flag is set where more see-through surfaces were met than are followed; the rest is then taken as dark.
+    pub(super) fn transmittance(
+        &self,
+        world: &World<'_>,
+        index: u32,
+        media: MediaStack,
+        counters: &mut TraversalCounters,
+    ) -> (Vec3, bool) {
+        let ray = &self.rays[index as usize];
+        if self.is_occluded[index as usize] {
+            (Vec3::ZERO, false)
+        } else if !self.is_tinted[index as usize].get() {
+            (Vec3::ONE, false)
+        } else if self.crossings.is_overfull() {
+            through_surfaces(world, ray, media, |after| next_surface(world, ray, after, counters))
+        } else {
+            through_surfaces(world, ray, media, self.crossings.along(index))
+        }
+    }
+
+    /// Forgets all rays, not the memory.
+    pub(super) fn clear(&mut self) {
+        self.rays.clear();
+    }
 }
 
 fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
@@ -56,20 +104,31 @@ fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
     if alpha < 1.0 || clear_glass { Blocking::SeeThrough } else { Blocking::Solid }
 }
 
-/// Multiplies what each see-through surface and the volumes between them leave, in order along the ray.
+/// The slow twin of what a batch collects: asks for one surface after the other.
+fn next_surface(
+    world: &World<'_>,
+    ray: &Ray,
+    after: Option<HitOrder>,
+    counters: &mut TraversalCounters,
+) -> Option<Hit> {
+    let there = |hit: &Hit| blocking(world, hit) != Blocking::Absent;
+    world.bvh.closest_surface(ray, after, there, counters)
+}
+
+/// Multiplies what each see-through surface and the volumes between them leave, in order along the ray. `next` gives the
+/// first surface after another.
 fn through_surfaces(
     world: &World<'_>,
     ray: &Ray,
     mut media: MediaStack,
-    counters: &mut TraversalCounters,
+    mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) -> (Vec3, bool) {
     let length = libm::sqrtf(ray.direction.dot(ray.direction));
     let mut left = Vec3::ONE;
     let mut reached_t = ray.t_min;
     let mut after = None;
     for _ in 0..PASS_THROUGH_LIMIT {
-        let there = |hit: &Hit| blocking(world, hit) != Blocking::Absent;
-        let Some(hit) = world.bvh.closest_surface(ray, after, there, counters) else {
+        let Some(hit) = next(after) else {
             return (left * media.transmittance((ray.t_max - reached_t) * length), false);
         };
         after = Some(hit.order());
@@ -109,4 +168,42 @@ fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
         Vec3::ZERO
     };
     Vec3::splat(1.0 - alpha) + glass * alpha
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec2;
+
+    use super::*;
+    use crate::integrator::whitted::tests::with_world;
+    use crate::scene::Environment;
+
+    #[test]
+    fn collected_surfaces_darken_as_those_found_one_by_one() {
+        for scene in ["material/nested_glass", "material/alpha_blend_stack", "material/glass_shadow"] {
+            with_world(scene, &Environment::None, |world, camera| {
+                // Camera rays that end at some distance, in a fixed pattern, are as good as shadow rays.
+                let (mut batch, mut counters) = (ShadowBatch::default(), TraversalCounters::default());
+                for index in 0..768_u32 {
+                    let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
+                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel) });
+                }
+                batch.trace(world, &mut counters);
+                let mut tinted = 0;
+                for index in 0..768_u32 {
+                    let ray = batch.rays[index as usize];
+                    let (left, _) = batch.transmittance(world, index, MediaStack::default(), &mut counters);
+                    if batch.is_occluded[index as usize] {
+                        assert_eq!(left, Vec3::ZERO);
+                        continue;
+                    }
+                    let one_by_one = |after| next_surface(world, &ray, after, &mut counters);
+                    let (slow, _) = through_surfaces(world, &ray, MediaStack::default(), one_by_one);
+                    assert_eq!(left, slow, "{scene}: ray {index}");
+                    tinted += u32::from(left != Vec3::ONE);
+                }
+                assert!(tinted > 10, "{scene}: {tinted}");
+            });
+        }
+    }
 }

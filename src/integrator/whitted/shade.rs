@@ -2,11 +2,13 @@
 
 use glam::{Mat3, Vec3};
 
-use super::{LEAST_WEIGHT, ShadowTask, Tracer};
-use crate::bsdf::Bsdf;
-use crate::bvh::{Hit, PrimitiveFlags};
+use super::generation::{Generation, Route};
+use super::sight::Sight;
+use super::{LEAST_WEIGHT, Tracer};
+use crate::bsdf::{Albedos, Bsdf};
+use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::{Footprint, MediaStack, Medium, PathClass, PathRay};
+use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass, World};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
@@ -16,10 +18,15 @@ const DULL_ROUGHNESS: f32 = 0.4;
 
 /// A surface with its lobes, seen by one ray.
 struct Shading<'p, 'a> {
-    ray: &'p PathRay,
+    /// How the ray came about.
+    route: Route,
+    ray: &'p Ray,
+    path: &'p Path,
     point: &'p SurfacePoint<'a>,
     material: MaterialSample,
     bsdf: Bsdf,
+    /// Of the lobes, as seen by the ray.
+    albedos: Albedos,
     /// Columns are tangent, bitangent and normal.
     world_from_local: Mat3,
     wo: Vec3,
@@ -32,41 +39,59 @@ struct Shading<'p, 'a> {
 }
 
 impl Tracer<'_, '_> {
-    pub(super) fn shade(&mut self, ray: &PathRay, hit: &Hit, share: f32) {
+    /// Shades everything that a generation sees, in order.
+    pub(super) fn shade_sights(&mut self, generation: &Generation) {
+        let mut sights = std::mem::take(&mut self.sights);
+        for sight in sights.drain(..) {
+            self.shade(generation, &sight);
+        }
+        self.sights = sights;
+    }
+
+    fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
         let posed = self.world.posed;
-        let point = SurfacePoint::new(posed, &ray.ray, hit, ray.footprint.width_at(hit.t));
+        let (ray, path) = generation.ray(*place);
+        let point = SurfacePoint::new(posed, ray, hit, path.footprint.width_at(hit.t));
         let material = material_at(posed, &point);
-        let weight = ray.weight * ray.media.transmittance(hit.t) * share;
+        let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
-            self.add(ray, weight * material.base_color);
+            self.add(path, weight * material.base_color);
             return;
         }
-        self.add(ray, weight * material.emission);
+        self.add(path, weight * material.emission);
 
-        let behind = self.behind(ray, &point, &material);
+        let behind = self.behind(path, &point, &material);
         let bsdf = Bsdf::new(
             &material,
-            ior_before(ray, self.world.interiors.medium(point.shape), point.facing),
+            ior_before(path, self.world.interiors.medium(point.shape), point.facing),
             ior_behind(&material, &behind.media),
         );
         let world_from_local = local_frame(point.shading_normal);
         let wo = world_from_local.transpose() * point.wo;
         let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
-        let shading =
-            Shading { ray, point: &point, material, bsdf, world_from_local, wo, weight, behind, sharpness };
+        let shading = Shading {
+            route: place.route,
+            ray,
+            path,
+            point: &point,
+            albedos: bsdf.albedos(wo.z),
+            material,
+            bsdf,
+            world_from_local,
+            wo,
+            weight,
+            behind,
+            sharpness,
+        };
         self.light(&shading);
         self.environment(&shading);
         self.mirror(&shading);
         self.refract(&shading);
     }
 
-    fn add(&mut self, ray: &PathRay, radiance: Vec3) {
-        self.values[ray.sample as usize].radiance += radiance;
-    }
-
     /// Punctual lights, each behind a shadow ray.
     fn light(&mut self, shading: &Shading<'_, '_>) {
-        for light in &self.world.lights {
+        for (subscript, light) in self.world.lights.iter().enumerate() {
             let Some(incidence) = light.incidence(shading.point.position) else { continue };
             let wi = shading.world_from_local.transpose() * incidence.wi;
             let scattered = shading.bsdf.evaluate(shading.wo, wi) * wi.z.abs();
@@ -81,8 +106,9 @@ impl Tracer<'_, '_> {
                 let ray = light.shadow_ray(end);
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
-                    if span == Vec3::ZERO { shading.ray.media.clone() } else { MediaStack::default() };
-                self.shadows.push(ShadowTask { sample: shading.ray.sample, ray, media, contribution });
+                    if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
+                let source = (shading.route, subscript);
+                self.shadows.push(source, ray, shading.path.sample, (contribution, media));
             }
         }
     }
@@ -90,35 +116,41 @@ impl Tracer<'_, '_> {
     /// Diffuse light from all around, and what rough lobes see of it; unoccluded but for the occlusion map.
     fn environment(&mut self, shading: &Shading<'_, '_>) {
         let environment = self.world.environment;
-        let Shading { point, material, bsdf, wo, .. } = shading;
+        let Shading { point, material, bsdf, albedos, wo, .. } = shading;
         let irradiance = environment.irradiance(point.shading_normal);
-        let mut radiance = bsdf.diffuse_albedo(wo.z) * irradiance * std::f32::consts::FRAC_1_PI;
+        let mut radiance = albedos.diffuse * irradiance * std::f32::consts::FRAC_1_PI;
         let dull = 1.0 - shading.sharpness;
         if dull > 0.0 {
             let mirrored = mirror_direction(point);
-            radiance +=
-                bsdf.specular_albedo(wo.z) * environment.prefiltered(mirrored, material.roughness) * dull;
-            let through = bsdf.transmission_albedo(wo.z);
-            if let Some(direction) = bsdf.refract(*wo).filter(|_| through != Vec3::ZERO) {
+            radiance += albedos.specular * environment.prefiltered(mirrored, material.roughness) * dull;
+            let through = albedos.transmission;
+            if through != Vec3::ZERO
+                && let Some(direction) = bsdf.refract(*wo)
+            {
                 let direction = shading.world_from_local * direction;
                 radiance += through * environment.prefiltered(direction, material.roughness) * dull;
             }
         }
-        self.add(shading.ray, shading.weight * radiance * material.occlusion);
+        self.add(shading.path, shading.weight * radiance * material.occlusion);
     }
 
     fn mirror(&mut self, shading: &Shading<'_, '_>) {
-        let weight = shading.weight * shading.bsdf.specular_albedo(shading.wo.z) * shading.sharpness;
-        let ray = Ray::new(shading.point.origin_outside(), mirror_direction(shading.point));
-        self.send(shading, ray, weight, PathClass::Reflection);
+        let weight = shading.weight * shading.albedos.specular * shading.sharpness;
+        if self.may_send(shading.path, weight) {
+            let ray = Ray::new(shading.point.origin_outside(), mirror_direction(shading.point));
+            self.send(shading, ray, weight, PathClass::Reflection);
+        }
     }
 
     fn refract(&mut self, shading: &Shading<'_, '_>) {
-        let weight = shading.weight * shading.bsdf.transmission_albedo(shading.wo.z) * shading.sharpness;
+        let weight = shading.weight * shading.albedos.transmission * shading.sharpness;
         if weight == Vec3::ZERO {
             return;
         }
         let Some(direction) = shading.bsdf.refract(shading.wo) else { return };
+        if !self.may_send(shading.path, weight) {
+            return;
+        }
         // Thin walls and equal media leave the direction exactly as it was.
         let unbent = direction == -shading.wo;
         let direction =
@@ -127,32 +159,38 @@ impl Tracer<'_, '_> {
         self.send(shading, ray, weight, PathClass::Refraction);
     }
 
-    /// Makes a child ray, unless it would be too deep or too faint.
-    fn send(&mut self, shading: &Shading<'_, '_>, ray: Ray, weight: Vec3, class: PathClass) {
+    /// Whether a child of `parent` would count, and is neither too deep nor too faint; else its weight is lost.
+    fn may_send(&mut self, parent: &Path, weight: Vec3) -> bool {
         let largest = weight.max_element();
         if largest == 0.0 {
-            return;
+            return false;
         }
-        let parent = shading.ray;
         if parent.depth >= self.world.settings.max_depth || largest < LEAST_WEIGHT {
             self.statistics.dropped_weight += f64::from(largest);
-            return;
+            return false;
         }
-        let travelled = (shading.point.position - parent.ray.origin).length();
+        true
+    }
+
+    /// Makes a child ray.
+    fn send(&mut self, shading: &Shading<'_, '_>, ray: Ray, weight: Vec3, class: PathClass) {
+        let parent = shading.path;
+        let travelled = (shading.point.position - shading.ray.origin).length();
         let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
         let (media, touching) = match class {
             PathClass::Refraction => (shading.behind.media.clone(), shading.behind.touching),
             PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
         };
         let depth = parent.depth + 1;
-        self.children.push(PathRay { ray, footprint, media, touching, weight, class, depth, ..*parent });
+        let path = Path { footprint, media, touching, weight, class, depth, ..*parent };
+        self.children.push(shading.route.then(class), ray, path);
     }
 
     /// What lies behind a surface that lets light through. A refracted ray starts beyond every face that touches this one,
     /// so all of their volumes are crossed here, up to the first surface that is none.
-    fn behind(&mut self, ray: &PathRay, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
+    fn behind(&mut self, path: &Path, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
         let posed = self.world.posed;
-        let mut behind = Behind { media: ray.media.clone(), touching: None };
+        let mut behind = Behind { media: path.media.clone(), touching: None };
         let medium = self.world.interiors.medium(point.shape);
         if let Some(medium) = medium {
             behind.media.cross(medium, point.facing);
@@ -163,25 +201,52 @@ impl Tracer<'_, '_> {
         let start = point.origin_outside();
         let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
         let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
-        let mut after = None;
-        while let Some(hit) = self.world.bvh.closest_surface(&probe, after, there, &mut self.counters) {
-            after = Some(hit.order());
-            let shape = posed.frame.shape(hit.primitive);
-            // This surface itself, or a neighbour beside whose edge the point lies.
-            if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
-                continue;
+        let (bvh, touching) = (self.world.bvh, &mut self.touching);
+        touching.clear();
+        let collect = |hit: &Hit| {
+            if there(hit) {
+                touching.add(0, hit);
             }
-            let flags = posed.frame.flags[hit.primitive as usize];
-            match self.world.interiors.medium(shape) {
-                Some(medium) => behind.media.cross(medium, hit.facing),
-                None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
-                None => {
-                    behind.touching = Some(Hit { t: 0.0, ..hit });
-                    break;
-                }
-            }
+            false
+        };
+        if bvh.occluded(&probe, collect, &mut self.counters) || touching.is_overfull() {
+            // Solid surfaces were not collected: one query for each.
+            let one = |after| bvh.closest_surface(&probe, after, there, &mut self.counters);
+            cross_touching(self.world, &mut behind, point, one);
+        } else {
+            touching.sort(|_| true);
+            cross_touching(self.world, &mut behind, point, touching.along(0));
         }
         behind
+    }
+}
+
+/// Crosses the volumes that touch at `point` behind its own, up to the first surface that is none. `next` gives the
+/// surfaces between the two sides.
+fn cross_touching(
+    world: &World<'_>,
+    behind: &mut Behind,
+    point: &SurfacePoint<'_>,
+    mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
+) {
+    let frame = world.posed.frame;
+    let mut after = None;
+    while let Some(hit) = next(after) {
+        after = Some(hit.order());
+        let shape = frame.shape(hit.primitive);
+        // This surface itself, or a neighbour beside whose edge the point lies.
+        if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
+            continue;
+        }
+        let flags = frame.flags[hit.primitive as usize];
+        match world.interiors.medium(shape) {
+            Some(medium) => behind.media.cross(medium, hit.facing),
+            None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
+            None => {
+                behind.touching = Some(Hit { t: 0.0, ..hit });
+                break;
+            }
+        }
     }
 }
 
@@ -195,10 +260,10 @@ struct Behind {
 
 /// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not
 /// closed and the ray never entered.
-fn ior_before(ray: &PathRay, inside: Option<Medium>, facing: Facing) -> f32 {
+fn ior_before(path: &Path, inside: Option<Medium>, facing: Facing) -> f32 {
     match inside {
-        Some(medium) if facing == Facing::Back && !ray.media.holds(medium.volume) => medium.ior,
-        _ => ray.media.ior(),
+        Some(medium) if facing == Facing::Back && !path.media.holds(medium.volume) => medium.ior,
+        _ => path.media.ior(),
     }
 }
 

@@ -1,0 +1,82 @@
+//! Light that arrives unless something is in its way: found while shading, asked about in batches, added in order.
+
+use std::time::Instant;
+
+use glam::Vec3;
+
+use super::generation::Route;
+use super::{Tracer, seconds_since};
+use crate::geometry::Ray;
+use crate::integrator::MediaStack;
+use crate::integrator::shadow::ShadowBatch;
+
+/// The shadow rays of a generation.
+#[derive(Debug)]
+pub(super) struct Shadows {
+    lights: usize,
+    /// By route of the surface's ray and by light: rays of one lamp start together, and what was seen along one route
+    /// lies together.
+    batches: Vec<ShadowBatch>,
+    tasks: Vec<Task>,
+}
+
+/// Light that reaches the eye if nothing is in its way.
+#[derive(Debug)]
+struct Task {
+    sample: u32,
+    batch: u32,
+    /// Subscript of the ray in its batch.
+    ray: u32,
+    contribution: Vec3,
+    /// The volumes that the ray starts in, as far as they are known.
+    media: MediaStack,
+}
+
+impl Shadows {
+    /// No rays, for so many lights.
+    pub(super) fn new(lights: usize) -> Self {
+        Self { lights, batches: Vec::new(), tasks: Vec::new() }
+    }
+
+    /// Adds a task behind all others.
+    pub(super) fn push(
+        &mut self,
+        (route, light): (Route, usize),
+        ray: Ray,
+        sample: u32,
+        (contribution, media): (Vec3, MediaStack),
+    ) {
+        let batch = route.subscript() * self.lights + light;
+        if batch >= self.batches.len() {
+            self.batches.resize_with(batch + 1, ShadowBatch::default);
+        }
+        let ray = self.batches[batch].push(ray);
+        self.tasks.push(Task { sample, batch: batch as u32, ray, contribution, media });
+    }
+}
+
+impl Tracer<'_, '_> {
+    /// Adds what arrives of the light that shading found.
+    pub(super) fn trace_shadows(&mut self) {
+        let Shadows { batches, tasks, .. } = &mut self.shadows;
+
+        // Solid surfaces, batch by batch
+        let start = Instant::now();
+        for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
+            batch.trace(self.world, &mut self.counters);
+        }
+        self.statistics.query_seconds += seconds_since(start);
+
+        // See-through ones and the sums, in the order of tasks
+        self.statistics.shadow_rays += tasks.len() as u64;
+        for Task { sample, batch, ray, contribution, media } in tasks.drain(..) {
+            let batch = &batches[batch as usize];
+            let (left, limit_reached) = batch.transmittance(self.world, ray, media, &mut self.counters);
+            self.statistics.pass_through_limit_reached += u64::from(limit_reached);
+            self.values[sample as usize].radiance += contribution * left;
+        }
+        for batch in batches {
+            batch.clear();
+        }
+    }
+}

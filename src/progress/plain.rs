@@ -34,7 +34,7 @@ impl PlainLines {
                 print_note(&format!("frame {} kept {}", frame.frame, frame.path.display()));
             }
             SequenceEvent::FrameWritten(report) => {
-                eta.frame_done(report.seconds.total);
+                eta.frame_done(report.seconds.period);
                 print_note(&written_text(report, &eta));
                 if self.verbosity.is_verbose {
                     print_note(&phases_text(report));
@@ -83,7 +83,7 @@ pub(super) fn written_text(report: &FrameReport, eta: &Eta) -> String {
         eta.done,
         eta.total,
         report.path.display(),
-        duration_text(report.seconds.total),
+        duration_text(report.seconds.period),
     )
 }
 
@@ -97,6 +97,7 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
         ("link", seconds.link),
         ("fit", seconds.fit),
         ("widen", seconds.widen),
+        ("wait", seconds.wait),
         ("trace", seconds.trace),
         ("write", seconds.write),
     ]

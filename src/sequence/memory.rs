@@ -6,8 +6,9 @@ use crate::error::{Error, Result, readable_bytes};
 use super::SequenceJob;
 use super::job::triangle_count;
 
-/// A pixel: film (16 bytes), halves before and after compression (8 each), a preview (4).
-const BYTES_A_PIXEL: u128 = 36;
+/// A pixel: a film that is traced and its tiles (16 bytes each); a film that is written (16), its halves before and after
+/// compression (8 each), its preview before and after (4 each).
+const BYTES_A_PIXEL: u128 = 72;
 /// A posed triangle in this frame and in the last one: corners, flags and attributes.
 const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100;
 /// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.

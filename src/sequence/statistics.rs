@@ -9,9 +9,9 @@ use crate::cancel::Cancelled;
 use crate::error::{Error, Result};
 use crate::render::RenderStatistics;
 
-/// Seconds of each phase of a frame.
+/// Seconds of each phase of a frame. Phases share the machine with the writing of the frame before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "each field is the phase of its name")]
+#[expect(missing_docs, reason = "each of the first fields is the phase of its name")]
 pub struct Phases {
     pub pose: f64,
     pub split: f64,
@@ -19,9 +19,15 @@ pub struct Phases {
     pub link: f64,
     pub fit: f64,
     pub widen: f64,
+    /// Waiting until the frame before the last was written.
+    pub wait: f64,
     pub trace: f64,
+    /// Encoding this frame and writing it, beside the frame after it.
     pub write: f64,
+    /// From the frame's beginning until it was on disk.
     pub total: f64,
+    /// What the frame added to the run: from the end of the frame before, or its own beginning, until it was on disk.
+    pub period: f64,
 }
 
 /// The hierarchy of a frame.

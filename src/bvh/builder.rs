@@ -7,10 +7,11 @@ use super::collapse::Source;
 use super::fit::FittedBoxes;
 use super::lbvh::RadixTree;
 use super::radix_sort::Keyed;
+use super::refit::{Attempt, Refitter};
 use super::split_clip::{self, Input, Reference};
 use super::wide::WideTree;
 use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, Structure, morton, radix_sort,
+    BuildSettings, BuildStatistics, BuilderKind, Bvh, Origin, PrimitiveFlags, Structure, morton, radix_sort,
 };
 use super::{SimdLevel, split_threshold};
 use crate::cancel::{CancelFlag, Cancelled};
@@ -50,14 +51,41 @@ impl Builder {
             BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
             BuilderKind::Auto | BuilderKind::Lbvh => {
                 let input = Input { triangles, flags, cancel };
-                let mut wide = match recycled {
-                    Some(Bvh { structure: Structure::Wide(wide), .. }) => wide,
-                    _ => WideTree::default(),
-                };
-                let statistics = self.build_wide(input, settings, &mut wide)?;
-                Ok(Bvh { structure: Structure::Wide(wide), simd, statistics })
+                self.refit_or_build(input, settings, simd, recycled)
             }
         }
+    }
+
+    /// Fits the recycled tree to triangles that moved, or builds another in its place.
+    fn refit_or_build(
+        &mut self,
+        input: Input,
+        settings: &BuildSettings,
+        simd: SimdLevel,
+        recycled: Option<Bvh>,
+    ) -> Result<Bvh, Cancelled> {
+        let mut lap = Lap(Instant::now());
+        let (mut wide, mut refitter, last) = match recycled {
+            Some(Bvh { structure: Structure::Wide(wide), refitter, statistics, .. }) => {
+                (wide, refitter, statistics)
+            }
+            _ => (WideTree::default(), Refitter::default(), BuildStatistics::default()),
+        };
+        let attempt = refitter.attempt(&mut wide, &last, input, settings)?;
+        let refit_seconds = lap.seconds();
+        let statistics = match attempt {
+            Attempt::Refitted { cost, built_cost } => BuildStatistics {
+                origin: Origin::Refitted((cost / built_cost) as f32),
+                refit_seconds,
+                ..last.without_seconds()
+            },
+            Attempt::Rebuild(reason) => {
+                refitter.forget();
+                let built = self.build_wide(input, settings, &mut wide)?;
+                BuildStatistics { origin: Origin::Built(reason), refit_seconds, ..built }
+            }
+        };
+        Ok(Bvh { structure: Structure::Wide(wide), simd, statistics, refitter })
     }
 
     fn build_wide(
@@ -106,6 +134,7 @@ impl Builder {
             link_seconds,
             fit_seconds,
             widen_seconds,
+            ..BuildStatistics::default()
         })
     }
 }
@@ -128,5 +157,5 @@ fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel
         bytes: list.bytes(),
         ..BuildStatistics::default()
     };
-    Bvh { structure: Structure::BruteForce(list), simd, statistics }
+    Bvh { structure: Structure::BruteForce(list), simd, statistics, refitter: Refitter::default() }
 }

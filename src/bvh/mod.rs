@@ -14,6 +14,7 @@ mod lbvh;
 mod morton;
 mod query;
 mod radix_sort;
+mod refit;
 mod split_budget;
 mod split_clip;
 mod split_threshold;
@@ -24,9 +25,11 @@ mod wide;
 use crate::geometry::{Facing, Ray};
 
 pub use builder::Builder;
+pub use refit::Reason;
 
 use brute_force::TriangleList;
 use query::{Any, Nearest, Visitor};
+use refit::Refitter;
 use traverse::Walk;
 use wide::WideTree;
 
@@ -108,6 +111,17 @@ pub enum Split {
     Area(f32),
 }
 
+/// Whether the last frame's hierarchy is fitted to triangles that moved instead of building another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refit {
+    /// Never.
+    Off,
+    /// Where it costs the frame's rays less than it saves.
+    Auto,
+    /// While the SAH cost is at most this many times what it was when the hierarchy was built.
+    UpTo(f32),
+}
+
 /// Settings of [`Builder::build`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildSettings {
@@ -119,6 +133,10 @@ pub struct BuildSettings {
     pub reference_budget: f32,
     /// Lanes that traversal uses.
     pub simd: SimdLevel,
+    /// Whether a recycled hierarchy is refitted.
+    pub refit: Refit,
+    /// Rays of all kinds that will be traced, about.
+    pub expected_rays: u64,
 }
 
 /// Instruction sets that traversal can use; each gives the same answers.
@@ -141,9 +159,20 @@ pub struct TraversalCounters {
     pub triangles: u64,
 }
 
+/// How a hierarchy came to fit its triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// It was built for them.
+    Built(Reason),
+    /// The last frame's was fitted to them; its SAH cost over what it was when it was built.
+    Refitted(f32),
+}
+
 /// What was built and how long each phase took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BuildStatistics {
+    /// Built or refitted, and why.
+    pub origin: Origin,
     /// Triangles that are not hidden.
     pub triangles: usize,
     /// Boxes over which the hierarchy was built; `references / triangles` is R of Ernst and Greiner.
@@ -168,6 +197,28 @@ pub struct BuildStatistics {
     pub fit_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
+    /// Seconds of refitting, also where it came to nothing.
+    pub refit_seconds: f64,
+}
+
+impl BuildStatistics {
+    /// The same of a hierarchy that took no time to build.
+    fn without_seconds(&self) -> Self {
+        Self {
+            split_seconds: 0.0,
+            sort_seconds: 0.0,
+            link_seconds: 0.0,
+            fit_seconds: 0.0,
+            widen_seconds: 0.0,
+            ..*self
+        }
+    }
+}
+
+impl Default for Origin {
+    fn default() -> Self {
+        Self::Built(Reason::First)
+    }
 }
 
 /// A hierarchy over one frame's triangles.
@@ -176,6 +227,7 @@ pub struct Bvh {
     structure: Structure,
     simd: SimdLevel,
     statistics: BuildStatistics,
+    refitter: Refitter,
 }
 
 #[derive(Debug)]
@@ -191,6 +243,8 @@ impl Default for BuildSettings {
             split: Split::Auto,
             reference_budget: 4.0,
             simd: SimdLevel::best(),
+            refit: Refit::Auto,
+            expected_rays: 1 << 22,
         }
     }
 }

@@ -200,7 +200,7 @@ fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSetti
 }
 
 fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSettings {
-    BuildSettings { builder, split, simd, reference_budget: 4.0 }
+    BuildSettings { builder, split, simd, ..BuildSettings::default() }
 }
 
 /// A filter as alpha masks are: by where on the triangle the hit is.

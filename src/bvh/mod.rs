@@ -5,19 +5,24 @@
 //! Whatever the settings, a query gives the same answer to the last bit: what a hit is, is defined in
 //! [`crate::geometry`], and of hits with equal `t` the lowest primitive id wins.
 
+mod binary_tree;
 mod brute_force;
 mod builder;
 mod collapse;
 mod fit;
+mod karras;
 mod lanes;
 mod lbvh;
+mod linear_pass;
 mod morton;
 mod query;
 mod radix_sort;
+mod references;
 mod refit;
 mod split_budget;
 mod split_clip;
 mod split_threshold;
+mod splits;
 mod traverse;
 mod validate;
 mod wide;
@@ -90,12 +95,15 @@ pub struct HitOrder {
 }
 
 /// How the hierarchy is built. The answers of queries do not depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuilderKind {
-    /// What is fastest for the frame; at present the same as `Lbvh`.
+    /// What is fastest for the frame.
+    #[default]
     Auto,
-    /// Karras' radix tree over Morton codes.
+    /// Karras' radix tree over Morton codes, by a pass that gives the same tree faster.
     Lbvh,
+    /// Karras' radix tree, node by node as in the paper.
+    Karras,
     /// No hierarchy: every ray tests every triangle. The slow twin for tests.
     BruteForce,
 }
@@ -171,6 +179,8 @@ pub enum Origin {
 /// What was built and how long each phase took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BuildStatistics {
+    /// Which hierarchy it is; never `Auto`.
+    pub built: BuilderKind,
     /// Built or refitted, and why.
     pub origin: Origin,
     /// Triangles that are not hidden.
@@ -187,14 +197,16 @@ pub struct BuildStatistics {
     pub sah_cost: f32,
     /// Bytes of the traversal structure.
     pub bytes: usize,
-    /// Seconds of early split clipping (or plain boxes).
+    /// Seconds of the boxes of whole triangles.
+    pub bounds_seconds: f64,
+    /// Seconds of splitting.
     pub split_seconds: f64,
     /// Seconds of Morton codes and sorting.
     pub sort_seconds: f64,
-    /// Seconds of linking the radix tree.
-    pub link_seconds: f64,
-    /// Seconds of fitting boxes bottom-up.
-    pub fit_seconds: f64,
+    /// Seconds of building the binary tree with its boxes.
+    pub tree_seconds: f64,
+    /// Seconds of making a better tree of it.
+    pub improve_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
     /// Seconds of refitting, also where it came to nothing.
@@ -205,10 +217,11 @@ impl BuildStatistics {
     /// The same of a hierarchy that took no time to build.
     fn without_seconds(&self) -> Self {
         Self {
+            bounds_seconds: 0.0,
             split_seconds: 0.0,
             sort_seconds: 0.0,
-            link_seconds: 0.0,
-            fit_seconds: 0.0,
+            tree_seconds: 0.0,
+            improve_seconds: 0.0,
             widen_seconds: 0.0,
             ..*self
         }

@@ -92,10 +92,12 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
     let seconds = &report.seconds;
     let milliseconds = [
         ("pose", seconds.pose),
+        ("refit", seconds.refit),
+        ("bounds", seconds.bounds),
         ("split", seconds.split),
         ("sort", seconds.sort),
-        ("link", seconds.link),
-        ("fit", seconds.fit),
+        ("tree", seconds.tree),
+        ("improve", seconds.improve),
         ("widen", seconds.widen),
         ("wait", seconds.wait),
         ("trace", seconds.trace),
@@ -104,7 +106,9 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
     .map(|(name, value)| format!("{name} {:.1} ms", value * 1e3))
     .join(", ");
     format!(
-        "  {milliseconds}; {} triangles, {} references, depth {}; {:.2} million rays/s, {:.1} nodes and {:.1} triangles a ray",
+        "  {milliseconds}; {} {}: {} triangles, {} references, depth {}; {:.2} million rays/s, {:.1} nodes and {:.1} triangles a ray",
+        report.tree.builder,
+        report.tree.made,
         report.tree.triangles,
         report.tree.references,
         report.tree.depth,

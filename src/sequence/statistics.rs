@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::bvh::BuildStatistics;
+use crate::bvh::{BuildStatistics, BuilderKind, Origin, Reason};
 use crate::cancel::Cancelled;
 use crate::error::{Error, Result};
 use crate::render::RenderStatistics;
@@ -14,10 +14,18 @@ use crate::render::RenderStatistics;
 #[expect(missing_docs, reason = "each of the first fields is the phase of its name")]
 pub struct Phases {
     pub pose: f64,
+    /// Fitting the last frame's hierarchy to this one, also where it came to nothing.
+    pub refit: f64,
+    /// Boxes of triangles.
+    pub bounds: f64,
     pub split: f64,
+    /// Morton codes and their order.
     pub sort: f64,
-    pub link: f64,
-    pub fit: f64,
+    /// The binary tree.
+    pub tree: f64,
+    /// Making it a better one.
+    pub improve: f64,
+    /// The collapse to the tree that rays walk.
     pub widen: f64,
     /// Waiting until the frame before the last was written.
     pub wait: f64,
@@ -45,8 +53,16 @@ pub struct TreeReport {
     pub sah_cost: f32,
     /// Bytes of the traversal structure.
     pub bytes: usize,
-    /// Whether the last frame's hierarchy still fitted.
-    pub is_reused: bool,
+    /// The same over the number of triangles.
+    pub bytes_per_triangle: f64,
+    /// Which hierarchy it is: `lbvh`, `karras` or `brute`.
+    pub builder: &'static str,
+    /// How it came to fit the frame: `built`, `refitted`, or `reused` as it was.
+    pub made: &'static str,
+    /// Why, in words.
+    pub why: &'static str,
+    /// For a refitted tree, its SAH cost over what it was when it was built.
+    pub decay: Option<f32>,
 }
 
 /// The rays of a frame.
@@ -145,6 +161,13 @@ fn permanence(error: &Error) -> u8 {
 
 impl TreeReport {
     pub(super) fn new(statistics: &BuildStatistics, is_reused: bool) -> Self {
+        let (made, why, decay) = match statistics.origin {
+            _ if is_reused => ("reused", "no triangle moved", None),
+            Origin::Refitted(decay) => {
+                ("refitted", "the rays pay less for a worn tree than for a new one", Some(decay))
+            }
+            Origin::Built(reason) => ("built", why_built(reason), None),
+        };
         Self {
             triangles: statistics.triangles,
             references: statistics.references,
@@ -152,8 +175,48 @@ impl TreeReport {
             depth: statistics.depth,
             sah_cost: statistics.sah_cost,
             bytes: statistics.bytes,
-            is_reused,
+            bytes_per_triangle: statistics.bytes as f64 / statistics.triangles.max(1) as f64,
+            builder: builder_name(statistics.built),
+            made,
+            why,
+            decay,
         }
+    }
+}
+
+impl Phases {
+    /// What building or refitting took.
+    pub(super) fn of_build(pose: f64, statistics: &BuildStatistics) -> Self {
+        Self {
+            pose,
+            refit: statistics.refit_seconds,
+            bounds: statistics.bounds_seconds,
+            split: statistics.split_seconds,
+            sort: statistics.sort_seconds,
+            tree: statistics.tree_seconds,
+            improve: statistics.improve_seconds,
+            widen: statistics.widen_seconds,
+            ..Self::default()
+        }
+    }
+}
+
+fn why_built(reason: Reason) -> &'static str {
+    match reason {
+        Reason::First => "there was none to refit",
+        Reason::OtherTriangles => "other triangles take part, or some are split",
+        Reason::Decayed => "refitted it would cost the rays more",
+        Reason::Pausing => "refitting has not paid lately",
+    }
+}
+
+/// As `--bvh` calls it.
+fn builder_name(builder: BuilderKind) -> &'static str {
+    match builder {
+        BuilderKind::Auto => "auto",
+        BuilderKind::Lbvh => "lbvh",
+        BuilderKind::Karras => "karras",
+        BuilderKind::BruteForce => "brute",
     }
 }
 

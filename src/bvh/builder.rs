@@ -73,8 +73,8 @@ impl Builder {
         let attempt = refitter.attempt(&mut wide, &last, input, settings)?;
         let refit_seconds = lap.seconds();
         let statistics = match attempt {
-            Attempt::Refitted { cost, built_cost } => BuildStatistics {
-                origin: Origin::Refitted((cost / built_cost) as f32),
+            Attempt::Refitted { decay } => BuildStatistics {
+                origin: Origin::Refitted(decay as f32),
                 refit_seconds,
                 ..last.without_seconds()
             },

@@ -126,7 +126,7 @@ pub enum Refit {
     Off,
     /// Where it costs the frame's rays less than it saves.
     Auto,
-    /// While the SAH cost is at most this many times what it was when the hierarchy was built.
+    /// While the SAH cost is at most this many times the least since the hierarchy was built.
     UpTo(f32),
 }
 
@@ -172,7 +172,7 @@ pub struct TraversalCounters {
 pub enum Origin {
     /// It was built for them.
     Built(Reason),
-    /// The last frame's was fitted to them; its SAH cost over what it was when it was built.
+    /// The last frame's was fitted to them; its SAH cost over the least since it was built.
     Refitted(f32),
 }
 

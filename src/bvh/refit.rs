@@ -3,13 +3,13 @@
 //! The tree keeps its shape; leaves get the corners of now, and boxes follow from the leaves up. That is possible while the
 //! tree has exactly the triangles that take part, each in one leaf: not where triangles were split, nor where one was hidden,
 //! shown, or lost its area. It keeps being good while triangles keep their neighbours. The quality watch compares the
-//! tree's surface area heuristic cost with what it was when the tree was built.
+//! tree's surface area heuristic cost with the least that it was since the tree was built.
 //!
 //! # When refitting pays
 //!
 //! Refitting saves [`SAVED_NANOSECONDS_A_TRIANGLE`] and costs every ray of the frame what the tree got worse. The SAH cost
 //! counts the nodes and leaves that a long ray meets, at about [`NANOSECONDS_A_STEP`] each. So a refitted tree of cost `C`
-//! over `n` triangles is kept for `r` rays if `r (C − C_built) step ≤ n saved`. A tree that fails is built anew, and the
+//! over `n` triangles is kept for `r` rays if `r (C − C_least) step ≤ n saved`. A tree that fails is built anew, and the
 //! time of the attempt is lost; therefore the number of frames until the next attempt doubles with each failure, up to
 //! [`LONGEST_PAUSE`], and an attempt that succeeds ends that.
 
@@ -45,8 +45,8 @@ pub(super) struct Refitter {
     /// The box of each leaf, at its first place.
     leaf_boxes: Vec<Aabb>,
     boxes: Vec<NodeBox>,
-    /// The SAH cost of the tree as it was built; `None` until it is asked for.
-    built_cost: Option<f64>,
+    /// The least SAH cost of the tree since it was built, which another tree would have, too; `None` until it is asked for.
+    least_cost: Option<f64>,
     /// Frames to be built before the next attempt.
     pause: u32,
     /// What `pause` becomes when the next attempt fails.
@@ -56,8 +56,8 @@ pub(super) struct Refitter {
 /// What came of an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Attempt {
-    /// The tree fits; its SAH cost now and when it was built.
-    Refitted { cost: f64, built_cost: f64 },
+    /// The tree fits; its SAH cost over the least since it was built.
+    Refitted { decay: f64 },
     /// Another tree must be built.
     Rebuild(Reason),
 }
@@ -97,7 +97,7 @@ impl Refitter {
     /// Another tree was built.
     pub(super) fn forget(&mut self) {
         self.counts.clear();
-        self.built_cost = None;
+        self.least_cost = None;
     }
 
     /// Fits `tree`, which was built as `built` tells, to the triangles of now, or tells why not. Then it is of no use.
@@ -120,12 +120,12 @@ impl Refitter {
             self.pause -= 1;
             return Ok(Attempt::Rebuild(Reason::Pausing));
         }
-        let built_cost = match self.built_cost {
+        let least_cost = match self.least_cost {
             Some(cost) => cost,
             None => {
                 self.list_leaves(tree);
                 self.boxes.resize_with(tree.nodes.len(), NodeBox::default);
-                *self.built_cost.insert(self.fit_boxes(tree).cost_a_ray())
+                *self.least_cost.insert(self.fit_boxes(tree).cost_a_ray())
             }
         };
 
@@ -141,7 +141,7 @@ impl Refitter {
         // Boxes of nodes, and what they are worth.
         let cost = self.fit_boxes(tree).cost_a_ray();
         // Costs that are no numbers fail, too.
-        let pays = cost <= most_cost(built_cost, traced, settings);
+        let pays = cost <= most_cost(least_cost, traced, settings);
         if !pays {
             self.pause = self.next_pause;
             self.next_pause = (2 * self.next_pause).clamp(1, LONGEST_PAUSE);
@@ -150,7 +150,8 @@ impl Refitter {
         let nodes = tree.nodes.par_iter_mut().with_min_len(NODES_A_TASK);
         nodes.for_each(|node| self.store_boxes(node));
         self.next_pause = 0;
-        Ok(Attempt::Refitted { cost, built_cost })
+        self.least_cost = Some(if cost < least_cost { cost } else { least_cost });
+        Ok(Attempt::Refitted { decay: cost / least_cost })
     }
 
     /// Finds out where leaves begin, and their boxes.
@@ -301,13 +302,13 @@ impl NodeBox {
 }
 
 /// The highest cost of a refitted tree that is kept.
-fn most_cost(built_cost: f64, triangles: usize, settings: &BuildSettings) -> f64 {
+fn most_cost(least_cost: f64, triangles: usize, settings: &BuildSettings) -> f64 {
     match settings.refit {
         Refit::Off => 0.0,
-        Refit::UpTo(factor) => built_cost * f64::from(factor),
+        Refit::UpTo(factor) => least_cost * f64::from(factor),
         Refit::Auto => {
             let saved = triangles as f64 * SAVED_NANOSECONDS_A_TRIANGLE;
-            built_cost + saved / (settings.expected_rays.max(1) as f64 * NANOSECONDS_A_STEP)
+            least_cost + saved / (settings.expected_rays.max(1) as f64 * NANOSECONDS_A_STEP)
         }
     }
 }
@@ -475,6 +476,22 @@ mod tests {
         let gentle: Vec<_> = (0..4).map(|i| sheet(i as f32 * 0.05)).collect();
         let gentle = origins(&gentle, &settings(Refit::UpTo(1.5)));
         assert!(gentle[1..].iter().all(|origin| matches!(origin, Origin::Refitted(_))), "{gentle:?}");
+    }
+
+    #[test]
+    fn a_tree_is_measured_by_its_best_frame() {
+        // Triangles that shrink make the tree better than it was when it was built; growing again is seen at once.
+        let shrunk = |scale: f32| -> Vec<Triangle> {
+            let shrink = |t: &Triangle| {
+                let center = (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3.0;
+                Triangle { vertices: t.vertices.map(|p| center + (p - center) * scale) }
+            };
+            sheet(0.0).iter().map(shrink).collect()
+        };
+        let frames = [shrunk(1.0), shrunk(0.3), shrunk(1.0)];
+        let origins = origins(&frames, &settings(Refit::UpTo(1.01)));
+        assert!(matches!(origins[1], Origin::Refitted(factor) if factor < 1.0), "{origins:?}");
+        assert_eq!(origins[2], Origin::Built(Reason::Decayed));
     }
 
     #[test]

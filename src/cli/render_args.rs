@@ -149,7 +149,7 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "auto|off|AREA", default_value = "auto", allow_negative_numbers = true, value_parser = options::split, help_heading = "Work")]
     pub(super) split: Split,
     /// Whether the last frame's hierarchy is fitted to triangles that moved: where it pays, never, or while its cost is at
-    /// most FACTOR times what it was when it was built; never changes the picture
+    /// most FACTOR times the least since it was built; never changes the picture
     #[arg(long, value_name = "auto|off|FACTOR", default_value = "auto", value_parser = options::refit, help_heading = "Work")]
     pub(super) refit: Refit,
     /// Instructions to use; never changes the picture

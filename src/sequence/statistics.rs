@@ -61,7 +61,7 @@ pub struct TreeReport {
     pub made: &'static str,
     /// Why, in words.
     pub why: &'static str,
-    /// For a refitted tree, its SAH cost over what it was when it was built.
+    /// For a refitted tree, its SAH cost over the least since it was built.
     pub decay: Option<f32>,
 }
 

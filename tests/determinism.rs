@@ -204,7 +204,7 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
 /// However worn the tree, refitting gives the files of building each frame's own; and it does refit.
 #[test]
 fn refitting_does_not_show() {
-    for scene in ["demo/whitted_1980", "skin/two_bone_strip", "morph/morph_then_skin"] {
+    for scene in ["demo/whitted_1980", "skin/two_bone_strip"] {
         let shot = Shot { scene, frame: 0, options: &[] };
         let folder = tempfile::tempdir().unwrap();
         let stats = folder.path().join("stats.json");

@@ -19,9 +19,9 @@ use rayon::prelude::*;
 
 use super::references::{Input, is_traced};
 use super::wide::{Leaf, NO_CHILD, Tag, Triangles, WIDTH, WORDS_A_PLACE, WideNode, WideTree};
-use super::{BuildSettings, BuildStatistics, Refit};
+use super::{BuildSettings, BuildStatistics, PrimitiveFlags, Refit};
 use crate::cancel::Cancelled;
-use crate::geometry::{Aabb, BOX_PADDING};
+use crate::geometry::{Aabb, BOX_PADDING, Triangle};
 use glam::Vec3;
 
 /// What building a tree costs beyond refitting one. Measured: 45 to 15 for the LBVH of 70 thousand to a million triangles.
@@ -108,7 +108,6 @@ impl Refitter {
         input: Input,
         settings: &BuildSettings,
     ) -> Result<Attempt, Cancelled> {
-        let Input { triangles, flags, .. } = input;
         let traced = built.triangles;
         if settings.refit == Refit::Off || tree.nodes.is_empty() {
             return Ok(Attempt::Rebuild(Reason::First));
@@ -120,21 +119,8 @@ impl Refitter {
             self.pause -= 1;
             return Ok(Attempt::Rebuild(Reason::Pausing));
         }
-        let least_cost = match self.least_cost {
-            Some(cost) => cost,
-            None => {
-                self.list_leaves(tree);
-                self.boxes.resize_with(tree.nodes.len(), NodeBox::default);
-                *self.least_cost.insert(self.fit_boxes(tree).cost_a_ray())
-            }
-        };
-
-        // The same triangles as before?
-        let are_others_out = || {
-            let taking_part = triangles.par_iter().zip(flags).with_min_len(PLACES_A_TASK);
-            taking_part.filter(|(triangle, flags)| is_traced(triangle, **flags)).count() == traced
-        };
-        if (triangles.len() != traced && !are_others_out()) || !self.move_triangles(tree, input)? {
+        let least_cost = self.cost_before(tree);
+        if !has_as_many(input, traced) || !self.move_triangles(tree, input)? {
             return Ok(Attempt::Rebuild(Reason::OtherTriangles));
         }
 
@@ -152,6 +138,16 @@ impl Refitter {
         self.next_pause = 0;
         self.least_cost = Some(if cost < least_cost { cost } else { least_cost });
         Ok(Attempt::Refitted { decay: cost / least_cost })
+    }
+
+    /// The least SAH cost so far; measured when it is first asked for.
+    fn cost_before(&mut self, tree: &WideTree) -> f64 {
+        if let Some(cost) = self.least_cost {
+            return cost;
+        }
+        self.list_leaves(tree);
+        self.boxes.resize_with(tree.nodes.len(), NodeBox::default);
+        self.fit_boxes(tree).cost_a_ray()
     }
 
     /// Finds out where leaves begin, and their boxes.
@@ -301,6 +297,14 @@ impl NodeBox {
     }
 }
 
+/// Whether `traced` triangles take part.
+fn has_as_many(Input { triangles, flags, .. }: Input, traced: usize) -> bool {
+    let takes_part = |(triangle, flags): &(&Triangle, &PrimitiveFlags)| is_traced(triangle, **flags);
+    let taking_part = triangles.par_iter().zip(flags).with_min_len(PLACES_A_TASK).filter(takes_part);
+    // Where all have to, the tree's own tell.
+    triangles.len() == traced || taking_part.count() == traced
+}
+
 /// The highest cost of a refitted tree that is kept.
 fn most_cost(least_cost: f64, triangles: usize, settings: &BuildSettings) -> f64 {
     match settings.refit {
@@ -319,9 +323,9 @@ fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
     let mut bounds = Aabb::EMPTY;
     for lane in 0..count {
         let primitive = Triangles::new(words, count).tag(lane).primitive();
-        let triangle = input.triangles[primitive as usize];
-        let flags = input.flags[primitive as usize];
-        if !is_traced(&triangle, flags) {
+        let triangle = input.triangles.get(primitive as usize)?;
+        let flags = *input.flags.get(primitive as usize)?;
+        if !is_traced(triangle, flags) {
             return None;
         }
         let [a, b, c] = triangle.vertices;
@@ -339,9 +343,9 @@ fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::{Builder, Bvh, Hit, Origin, PrimitiveFlags, Split, Structure, TraversalCounters};
+    use crate::bvh::{Builder, Bvh, Hit, Origin, Split, Structure, TraversalCounters};
     use crate::cancel::CancelFlag;
-    use crate::geometry::{Ray, Triangle};
+    use crate::geometry::Ray;
 
     const ROWS: usize = 40;
 
@@ -515,7 +519,9 @@ mod tests {
         assert_eq!(bvh.statistics().origin, other);
         let bvh = build(&whole, &flags, &always, Some(bvh));
         assert_eq!(bvh.statistics().origin, other);
-        let bvh = build(&whole[1..], &flags[1..], &always, Some(bvh));
+        // As many as before, but the last of the tree's is gone.
+        let fewer = whole.len() - 1;
+        let bvh = build(&whole[..fewer], &plain(&whole)[..fewer], &always, Some(bvh));
         assert_eq!(bvh.statistics().origin, other);
         let bvh = build(&[], &[], &always, Some(bvh));
         assert_eq!(bvh.statistics().triangles, 0);

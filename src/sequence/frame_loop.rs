@@ -191,14 +191,14 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             (camera, film.resolution),
         );
         let format = self.job.output.format();
-        Ok(HandedOver::Traced(TracedFrame {
+        Ok(HandedOver::Traced(Box::new(TracedFrame {
             planned,
             started,
             seconds,
             tree: TreeReport::new(&tree, is_reused),
             rays: RayReport::new(&rays),
             encoded: Picture { planned, film, attributes, look, format }.encode_in(self.pool),
-        }))
+        })))
     }
 
     /// Traces the frame that is posed.

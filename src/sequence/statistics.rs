@@ -203,7 +203,7 @@ impl Phases {
 
 fn why_built(reason: Reason) -> &'static str {
     match reason {
-        Reason::First => "there was none to refit",
+        Reason::First => "there was none that may be refitted",
         Reason::OtherTriangles => "other triangles take part, or some are split",
         Reason::Decayed => "refitted it would cost the rays more",
         Reason::Pausing => "refitting has not paid lately",

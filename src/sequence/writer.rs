@@ -32,7 +32,7 @@ const NAP: Duration = Duration::from_millis(1);
 /// What the loop hands over about each frame.
 pub(super) enum HandedOver<'a> {
     /// It is traced; its files are being encoded.
-    Traced(TracedFrame<'a>),
+    Traced(Box<TracedFrame<'a>>),
     /// It was there already. Its preview is made anew if a look is given.
     Kept(&'a PlannedFrame, Option<PreviewLook>),
     /// It could not be made.
@@ -161,8 +161,8 @@ impl Writer<'_> {
     }
 
     /// Writes a frame's files. The preview comes first: where the frame is, all is.
-    fn write(&self, frame: TracedFrame<'_>, last_settled: Option<Instant>) -> Result<FrameReport> {
-        let TracedFrame { planned, started, mut seconds, tree, rays, encoded } = frame;
+    fn write(&self, frame: Box<TracedFrame<'_>>, last_settled: Option<Instant>) -> Result<FrameReport> {
+        let TracedFrame { planned, started, mut seconds, tree, rays, encoded } = *frame;
         let encoded = encoded.recv().unwrap_or_else(|_| {
             Err(Error::Internal { message: format!("frame {}: the encoder is gone", planned.frame) })
         });

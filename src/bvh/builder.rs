@@ -10,8 +10,8 @@ use super::references::{Input, Reference};
 use super::refit::{Attempt, Refitter};
 use super::wide::WideTree;
 use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, Origin, PrimitiveFlags, SimdLevel, Structure, karras,
-    linear_pass, split_clip, splits,
+    BuildSettings, BuildStatistics, BuilderKind, Bvh, Origin, PrimitiveFlags, SimdLevel, Structure,
+    cost_model, karras, linear_pass, ploc, splits,
 };
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
@@ -19,11 +19,12 @@ use crate::geometry::Triangle;
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]
 pub struct Builder {
-    split: split_clip::Scratch,
+    split: splits::Scratch,
     references: Vec<Reference>,
     order: MortonOrder,
     tree: BinaryTree,
     karras: karras::Scratch,
+    ploc: ploc::Scratch,
     collapse: collapse::Scratch,
 }
 
@@ -48,7 +49,7 @@ impl Builder {
         let simd = if settings.simd.is_supported() { settings.simd } else { SimdLevel::Scalar };
         match settings.builder {
             BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
-            BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras => {
+            BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras | BuilderKind::Ploc => {
                 let input = Input { triangles, flags, cancel };
                 self.refit_or_build(input, settings, simd, recycled)
             }
@@ -108,13 +109,16 @@ impl Builder {
 
         // The binary tree.
         let built = match settings.builder {
-            BuilderKind::Karras => BuilderKind::Karras,
-            _ => BuilderKind::Lbvh,
+            BuilderKind::Auto => cost_model::choose(&measures, settings.expected_rays),
+            named => named,
         };
         let Self { references, order, tree, .. } = self;
         match built {
             BuilderKind::Karras => {
                 karras::build(tree, order, references, &mut self.karras, (scale, cancel))?;
+            }
+            BuilderKind::Ploc => {
+                ploc::build(tree, order, references, &mut self.ploc, (scale, cancel))?;
             }
             _ => linear_pass::build(tree, order, references, scale, cancel)?,
         }
@@ -122,7 +126,7 @@ impl Builder {
 
         // The tree that rays walk.
         let has_copies = measures.count != gathered.triangles;
-        let source = Source { tree, order, references, input, scale, has_copies };
+        let source = Source { tree, input, scale, has_copies };
         wide.collapse(source, &mut self.collapse)?;
         let widen_seconds = lap.seconds();
 
@@ -139,7 +143,6 @@ impl Builder {
             split_seconds,
             sort_seconds,
             tree_seconds,
-            improve_seconds: 0.0,
             widen_seconds,
             ..BuildStatistics::default()
         })

@@ -10,8 +10,7 @@
 use rayon::prelude::*;
 
 use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, scaled_area};
-use super::morton::MortonOrder;
-use super::references::{Input, Reference};
+use super::references::Input;
 use super::wide::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
@@ -21,16 +20,15 @@ const SMALLEST_TASK: u32 = 2048;
 /// Otherwise a task is this part of all references.
 const TASKS: u32 = 64;
 
+/// Leaves whose triangles are fetched at once.
+const LEAVES_A_BATCH: usize = 16;
+
 /// What the collapse reads.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     /// The binary tree.
     pub(super) tree: &'a BinaryTree,
-    /// Names the references at the tree's places.
-    pub(super) order: &'a MortonOrder,
-    /// The references.
-    pub(super) references: &'a [Reference],
-    /// Their triangles.
+    /// The triangles.
     pub(super) input: Input<'a>,
     /// For areas.
     pub(super) scale: f32,
@@ -38,10 +36,22 @@ pub(super) struct Source<'a> {
     pub(super) has_copies: bool,
 }
 
-/// Nodes of each task, kept between builds.
+/// Memory kept between builds.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
-    parts: Vec<Vec<WideNode>>,
+    top: Vec<WideNode>,
+    parts: Vec<Grown>,
+}
+
+/// What a task makes.
+#[derive(Debug, Default)]
+struct Grown {
+    /// Nodes with indices from zero on.
+    nodes: Vec<WideNode>,
+    /// Triangles and places of each leaf.
+    leaves: Vec<(u8, u8)>,
+    /// The triangles of all leaves.
+    primitives: Vec<u32>,
 }
 
 /// What of the binary tree becomes one child.
@@ -61,29 +71,32 @@ struct Open {
     lane: usize,
 }
 
-/// A task: a subtree, its nodes with indices from zero on, and the words of its leaves.
+/// A task: a subtree, what becomes of it, and the words of its leaves.
 struct Part<'a> {
     source: Source<'a>,
-    nodes: &'a mut Vec<WideNode>,
+    grown: &'a mut Grown,
     words: &'a mut [f32],
-    /// Place of the first of the words.
-    first_place: usize,
+    /// Where the next leaf goes.
+    place: usize,
 }
 
 impl WideTree {
     /// Collapses the binary tree into this one, whose memory is used again.
     pub(super) fn collapse(&mut self, source: Source, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
-        self.nodes.clear();
-        self.words.resize(source.order.len() * WORDS_A_PLACE + WIDTH, 0.0);
-        let Some(root) = source.tree.root else { return Ok(()) };
+        scratch.top.clear();
+        self.words.resize(source.tree.primitives.len() * WORDS_A_PLACE + WIDTH, 0.0);
+        let Some(root) = source.tree.root else {
+            self.nodes.clear();
+            return Ok(());
+        };
 
         // The top by itself, then the subtrees below in parallel.
         let task = (root.count / TASKS).max(SMALLEST_TASK);
         let root = source.branch(&Pair::of(&root, &root), 0);
         let mut open = Vec::new();
         if root.count > task {
-            self.root = source.open_top(root, task, &mut self.nodes, &mut open);
+            self.root = source.open_top(root, task, &mut scratch.top, &mut open);
         } else {
             open.push(Open { branch: root, node: 0, lane: 0 });
         }
@@ -94,33 +107,33 @@ impl WideTree {
 
     /// Puts the nodes of all parts behind those of the top.
     fn join(&mut self, open: &[Open], roots: &[u32], scratch: &mut Scratch) {
-        let parts = &mut scratch.parts[..open.len()];
-        let mut first = self.nodes.len();
+        let Scratch { top, parts } = scratch;
+        let parts = &parts[..open.len()];
+        let mut first = top.len();
         let mut offsets = Vec::with_capacity(parts.len());
-        for ((open, part), &root) in open.iter().zip(&*parts).zip(roots) {
+        for ((open, part), &root) in open.iter().zip(parts).zip(roots) {
             let word = moved(root, first as u32);
-            match self.nodes.get_mut(open.node) {
+            match top.get_mut(open.node) {
                 Some(node) => node.children[open.lane] = word,
                 None => self.root = word,
             }
-            offsets.push(first);
-            first += part.len();
+            offsets.push(first as u32);
+            first += part.nodes.len();
         }
-        let top = self.nodes.len();
+
         self.nodes.resize(first, WideNode::EMPTY);
-        let mut tail = &mut self.nodes[top..];
+        let (copy, mut rest) = self.nodes.split_at_mut(top.len());
+        copy.clone_from_slice(top);
         let mut targets = Vec::with_capacity(parts.len());
-        for part in &*parts {
-            let (target, after) = tail.split_at_mut(part.len());
+        for part in parts {
+            let (target, after) = rest.split_at_mut(part.nodes.len());
             targets.push(target);
-            tail = after;
+            rest = after;
         }
         targets.into_par_iter().zip(parts).zip(offsets).for_each(|((target, part), offset)| {
-            for (to, from) in target.iter_mut().zip(part.iter()) {
-                *to = from.clone();
-                for child in &mut to.children {
-                    *child = moved(*child, offset as u32);
-                }
+            target.clone_from_slice(&part.nodes);
+            for child in target.iter_mut().flat_map(|node| &mut node.children) {
+                *child = moved(*child, offset);
             }
         });
     }
@@ -139,16 +152,15 @@ fn grow_parts(
     scratch: &mut Scratch,
 ) -> Result<Vec<u32>, Cancelled> {
     if scratch.parts.len() < open.len() {
-        scratch.parts.resize_with(open.len(), Vec::new);
+        scratch.parts.resize_with(open.len(), Grown::default);
     }
     let mut first_place = 0;
     let mut rest = words;
     let mut parts = Vec::with_capacity(open.len());
-    for (open, nodes) in open.iter().zip(&mut scratch.parts) {
+    for (open, grown) in open.iter().zip(&mut scratch.parts) {
         let count = open.branch.count as usize;
         let (words, after) = rest.split_at_mut(count * WORDS_A_PLACE);
-        nodes.clear();
-        parts.push((open.branch, Part { source, nodes, words, first_place }));
+        parts.push((open.branch, Part { source, grown, words, place: first_place }));
         first_place += count;
         rest = after;
     }
@@ -156,8 +168,10 @@ fn grow_parts(
         .into_par_iter()
         .map(|(branch, mut part)| {
             source.input.cancel.check()?;
-            let mut place = part.first_place;
-            Ok(part.grow(&branch, &mut place))
+            part.grown.clear();
+            let root = part.grow(&branch);
+            part.write_leaves();
+            Ok(root)
         })
         .collect()
 }
@@ -228,8 +242,8 @@ impl Source<'_> {
                 waiting += 2;
                 continue;
             }
-            for place in child & !PLACES..(child & !PLACES) + references {
-                let primitive = self.primitive(place);
+            let first = (child & !PLACES) as usize;
+            for &primitive in &self.tree.primitives[first..first + references as usize] {
                 if !self.has_copies || !found[..count].contains(&primitive) {
                     found[count] = primitive;
                     count += 1;
@@ -238,48 +252,72 @@ impl Source<'_> {
         }
         (found, count)
     }
-
-    /// The triangle of the reference at a place.
-    #[inline(always)]
-    fn primitive(&self, place: u32) -> u32 {
-        let index = self.order.index(place as usize);
-        if self.references.len() == self.input.triangles.len() && !self.has_copies {
-            // None is left out and none is split.
-            index
-        } else {
-            self.references[index as usize].primitive
-        }
-    }
 }
 
 impl Part<'_> {
-    /// Collapses a branch, whose places start at `place`; gives its child word.
-    fn grow(&mut self, branch: &Branch, place: &mut usize) -> u32 {
+    /// Collapses a branch; gives its child word.
+    fn grow(&mut self, branch: &Branch) -> u32 {
         if branch.count <= LEAF_SIZE {
-            let word = self.write(branch, *place);
-            *place += branch.count as usize;
-            return word;
+            return self.leaf(branch);
         }
-        let index = self.nodes.len();
-        self.nodes.push(WideNode::EMPTY);
+        let index = self.grown.nodes.len();
+        self.grown.nodes.push(WideNode::EMPTY);
         let (children, count) = self.source.children(branch);
         for (lane, child) in children[..count].iter().enumerate() {
-            let word = self.grow(child, place);
-            self.nodes[index].put(lane, word, &child.bounds);
+            let word = self.grow(child);
+            self.grown.nodes[index].put(lane, word, &child.bounds);
         }
         index as u32
     }
 
-    /// Writes a leaf.
-    fn write(&mut self, branch: &Branch, place: usize) -> u32 {
-        let (primitives, count) = self.source.triangles_of(branch);
+    /// Lists a leaf; gives its child word.
+    fn leaf(&mut self, branch: &Branch) -> u32 {
+        let count = if branch.child & PLACES != 0 && !self.source.has_copies {
+            let first = (branch.child & !PLACES) as usize;
+            let row = &self.source.tree.primitives[first..first + branch.count as usize];
+            self.grown.primitives.extend_from_slice(row);
+            row.len()
+        } else {
+            let (primitives, count) = self.source.triangles_of(branch);
+            self.grown.primitives.extend_from_slice(&primitives[..count]);
+            count
+        };
+        self.grown.leaves.push((count as u8, branch.count as u8));
+        let first = self.place;
+        self.place += branch.count as usize;
+        Leaf::new(first, count).word()
+    }
+
+    /// Fills the words. Triangles are fetched for some leaves at once, so that the waits for them overlap.
+    fn write_leaves(self) {
         let Input { triangles, flags, .. } = self.source.input;
-        let first = (place - self.first_place) * WORDS_A_PLACE;
-        let triangles = primitives[..count].iter().map(|&primitive| {
-            let at = primitive as usize;
-            (triangles[at].vertices, Tag::new(primitive, flags[at]))
-        });
-        write_leaf(&mut self.words[first..first + count * WORDS_A_PLACE], triangles);
-        Leaf::new(place, count).word()
+        let mut words = self.words;
+        let mut primitives = self.grown.primitives.as_slice();
+        let mut fetched = Vec::with_capacity(LEAVES_A_BATCH * WIDTH);
+        for leaves in self.grown.leaves.chunks(LEAVES_A_BATCH) {
+            let count = leaves.iter().map(|&(count, _)| count as usize).sum();
+            let (batch, primitives_after) = primitives.split_at(count);
+            primitives = primitives_after;
+            fetched.clear();
+            fetched.extend(batch.iter().map(|&primitive| {
+                let at = primitive as usize;
+                (triangles[at].vertices, Tag::new(primitive, flags[at]))
+            }));
+            let mut rest = fetched.as_slice();
+            for &(count, places) in leaves {
+                let (leaf, rest_after) = rest.split_at(count as usize);
+                let (out, words_after) = words.split_at_mut(places as usize * WORDS_A_PLACE);
+                write_leaf(&mut out[..leaf.len() * WORDS_A_PLACE], leaf.iter().copied());
+                (rest, words) = (rest_after, words_after);
+            }
+        }
+    }
+}
+
+impl Grown {
+    fn clear(&mut self) {
+        self.nodes.clear();
+        self.leaves.clear();
+        self.primitives.clear();
     }
 }

@@ -5,8 +5,9 @@
 //! sibling (Vuillemin, "A Unifying Look at Data Structures", CACM 1980). It gives what Karras 2012 finds node by node
 //! ([`super::lbvh`], [`super::fit`]), with fewer reads and without atomics.
 //!
-//! The node that divides a range after place `i` has index `i`, so that parts of the range can be built in parallel
-//! without knowing of each other. Ranges of at most [`LEAF_SIZE`] references get no node: they become leaves anyway.
+//! A range of n places owns the n node indices from its first place on, so that parts of it can be built in parallel
+//! without knowing of each other. Ranges of at most [`LEAF_SIZE`] references get no node: they become leaves anyway. So a
+//! task needs few of its indices, and takes the first of them, children before parents.
 
 use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, Subtree, scaled_area};
 use super::morton::MortonOrder;
@@ -35,6 +36,9 @@ struct Pass<'a> {
     cancel: &'a CancelFlag,
 }
 
+/// A range's part of the nodes and of the triangles, one of each a place.
+type Slots<'a> = (&'a mut [Pair], &'a mut [u32]);
+
 /// A range's tree and the sum of its nodes' areas.
 type Built = Result<(Subtree, f64), Cancelled>;
 
@@ -57,34 +61,35 @@ fn build_with(
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     let count = order.len();
-    *tree = BinaryTree { nodes: std::mem::take(&mut tree.nodes), ..BinaryTree::default() };
-    tree.nodes.resize(count.saturating_sub(1), Pair::NONE);
+    tree.reset(count, count);
     if count == 0 {
         return Ok(());
     }
     let task = (count / TASKS).max(SMALLEST_TASK);
     let pass = Pass { order, references, scale, task, leaf_size, cancel };
-    let (root, area_sum) = pass.build(0, count - 1, &mut tree.nodes)?;
+    let (root, area_sum) = pass.build(0, count - 1, (&mut tree.nodes, &mut tree.primitives))?;
     (tree.root, tree.area_sum) = (Some(root), area_sum);
     Ok(())
 }
 
 impl Pass<'_> {
-    /// Builds the range from `first` to `last`; `nodes` are those with the indices from `first` on.
-    fn build(&self, first: usize, last: usize, nodes: &mut [Pair]) -> Built {
+    /// Builds the range from `first` to `last`, whose nodes and triangles are given.
+    fn build(&self, first: usize, last: usize, (nodes, primitives): Slots) -> Built {
         self.cancel.check()?;
         if last - first < self.task {
-            return Ok(self.scan(first, last, nodes));
+            return Ok(self.scan(first, last, (nodes, primitives)));
         }
         let split = self.split(first, last);
-        let (left, rest) = nodes.split_at_mut(split - first);
-        let Some((node, right)) = rest.split_first_mut() else {
-            return Ok(self.scan(first, last, left));
-        };
-        let (left, right) =
-            rayon::join(|| self.build(first, split, left), || self.build(split + 1, last, right));
+        let left_count = split + 1 - first;
+        let (left_nodes, right_nodes) = nodes.split_at_mut(left_count);
+        let (left_primitives, right_primitives) = primitives.split_at_mut(left_count);
+        let (left, right) = rayon::join(
+            || self.build(first, split, (left_nodes, left_primitives)),
+            || self.build(split + 1, last, (right_nodes, right_primitives)),
+        );
         let ((left, left_area), (right, right_area)) = (left?, right?);
-        *node = Pair::of(&left, &right);
+        // The left part needs one node less than it has places.
+        nodes[left_count - 1] = Pair::of(&left, &right);
         let joined = left.joined(&right, split as u32);
         Ok((joined, left_area + right_area + f64::from(scaled_area(&joined.bounds, self.scale))))
     }
@@ -107,15 +112,19 @@ impl Pass<'_> {
     }
 
     /// Builds a range from left to right.
-    fn scan(&self, first: usize, last: usize, nodes: &mut [Pair]) -> (Subtree, f64) {
+    fn scan(&self, first: usize, last: usize, (nodes, primitives): Slots) -> (Subtree, f64) {
         let mut area_sum = 0.0;
         let mut stack = [(u64::MAX, Subtree::leaf(Aabb::EMPTY, first)); MOST_WAITING];
         let mut waiting = 0;
+        let mut nodes = (first as u32..).zip(nodes);
         let mut fetched = [(Aabb::EMPTY, u64::MAX); BATCH];
         for batch in (first..=last).step_by(BATCH) {
             let end = (batch + BATCH - 1).min(last);
-            for (place, (bounds, difference)) in (batch..=end).zip(&mut fetched) {
-                *bounds = self.references[self.order.index(place) as usize].bounds;
+            let primitives = &mut primitives[batch - first..=end - first];
+            for ((place, primitive), (bounds, difference)) in (batch..=end).zip(primitives).zip(&mut fetched)
+            {
+                let reference = &self.references[self.order.index(place) as usize];
+                (*bounds, *primitive) = (reference.bounds, reference.primitive);
                 // Behind the last one everything ends.
                 *difference = if place == last { u64::MAX } else { self.order.difference(place) };
             }
@@ -124,7 +133,7 @@ impl Pass<'_> {
                 while waiting > 0 && stack[waiting - 1].0 < difference {
                     waiting -= 1;
                     let left = &stack[waiting].1;
-                    current = self.join(left, &current, (first, place), nodes);
+                    current = self.join(left, &current, place, &mut nodes);
                     area_sum += f64::from(scaled_area(&current.bounds, self.scale));
                 }
                 stack[waiting] = (difference, current);
@@ -134,22 +143,24 @@ impl Pass<'_> {
         (stack[0].1, area_sum)
     }
 
-    /// The subtree of two neighbours, of which the right one ends at `last`; `nodes` start at `first`.
+    /// The subtree of two neighbours, of which the right one ends at `last`; a new node is the next of `nodes`.
     #[inline(always)]
-    fn join(
+    fn join<'a>(
         &self,
         left: &Subtree,
         right: &Subtree,
-        (first, last): (usize, usize),
-        nodes: &mut [Pair],
+        last: usize,
+        nodes: &mut impl Iterator<Item = (u32, &'a mut Pair)>,
     ) -> Subtree {
         let count = left.count + right.count;
-        if count <= self.leaf_size {
-            return left.joined(right, (last + 1 - count as usize) as u32 | PLACES);
+        let mut child = (last + 1 - count as usize) as u32 | PLACES;
+        if count > self.leaf_size
+            && let Some((index, node)) = nodes.next()
+        {
+            *node = Pair::of(left, right);
+            child = index;
         }
-        let split = last - right.count as usize;
-        nodes[split - first] = Pair::of(left, right);
-        left.joined(right, split as u32)
+        left.joined(right, child)
     }
 }
 
@@ -198,23 +209,27 @@ mod tests {
                 let mut expected = RadixTree::default();
                 expected.link(&keys, &CancelFlag::new()).unwrap();
 
-                // A left child is named after its last place, which is the name of a node here.
-                let split = |node: u32| expected.nodes[node as usize].children[0] & !LEAF;
-                let word = |child: u32| if child & LEAF == 0 { split(child) } else { child & !LEAF | PLACES };
-                for (i, node) in expected.nodes.iter().enumerate() {
-                    let [first, last] = node.range;
-                    let gamma = split(i as u32);
-                    let pair = &tree.nodes[gamma as usize];
-                    assert_eq!(pair.children, node.children.map(word));
-                    assert_eq!(pair.counts, [gamma - first + 1, last - gamma]);
-                    assert_eq!(pair.bounds[0], union_of(&references[first as usize..=gamma as usize]));
-                    assert_eq!(pair.bounds[1], union_of(&references[gamma as usize + 1..=last as usize]));
+                // Walk both from the root.
+                let mut todo = if n > 1 { vec![(tree.root.unwrap().child, 0)] } else { Vec::new() };
+                let mut seen = 0;
+                while let Some((child, expected_child)) = todo.pop() {
+                    assert_eq!(child & PLACES != 0, expected_child & LEAF != 0);
+                    if child & PLACES != 0 {
+                        assert_eq!(child & !PLACES, expected_child & !LEAF);
+                        continue;
+                    }
+                    seen += 1;
+                    let (pair, node) =
+                        (&tree.nodes[child as usize], &expected.nodes[expected_child as usize]);
+                    let [first, last] = node.range.map(|place| place as usize);
+                    let middle = first + pair.counts[0] as usize;
+                    assert_eq!(pair.bounds[0], union_of(&references[first..middle]));
+                    assert_eq!(pair.bounds[1], union_of(&references[middle..=last]));
+                    todo.extend((0..2).map(|side| (pair.children[side], node.children[side])));
                 }
+                assert_eq!(seen, expected.nodes.len());
                 let root = tree.root.map(|root| (root.bounds, root.count));
                 assert_eq!(root, (n > 0).then(|| (union_of(&references), n as u32)));
-                if n > 1 {
-                    assert_eq!(tree.root.unwrap().child, split(0));
-                }
             }
         }
     }
@@ -222,8 +237,8 @@ mod tests {
     #[test]
     fn small_ranges_are_rows_of_places() {
         let (codes, references) = input(5000, !0 >> 1);
-        let (whole, short) = (built(&codes, &references, 1), built(&codes, &references, LEAF_SIZE));
-        assert_eq!(whole.area_sum, short.area_sum);
+        let short = built(&codes, &references, LEAF_SIZE);
+        assert_eq!(built(&codes, &references, 1).area_sum, short.area_sum);
         // In order, rows follow each other without gaps.
         let mut todo = vec![(short.root.unwrap().child, 5000)];
         let mut next_place = 0;
@@ -234,8 +249,7 @@ mod tests {
                 next_place += count;
                 continue;
             }
-            let (pair, expected) = (&short.nodes[child as usize], &whole.nodes[child as usize]);
-            assert_eq!((pair.bounds, pair.counts), (expected.bounds, expected.counts));
+            let pair = &short.nodes[child as usize];
             todo.extend([1, 0].map(|side| (pair.children[side], pair.counts[side])));
         }
         assert_eq!(next_place, 5000);
@@ -247,7 +261,7 @@ mod tests {
         let results = [1, 2, 3, 8].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let tree = pool.install(|| built(&codes, &references, LEAF_SIZE));
-            (tree.nodes, tree.root, tree.area_sum.to_bits())
+            (tree.nodes, tree.primitives, tree.root, tree.area_sum.to_bits())
         });
         assert!(results.iter().all(|result| *result == results[0]));
     }

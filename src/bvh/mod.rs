@@ -8,21 +8,26 @@
 mod binary_tree;
 mod brute_force;
 mod builder;
+mod clusters;
 mod collapse;
+mod cost_model;
 mod fit;
 mod karras;
 mod lanes;
 mod lbvh;
 mod linear_pass;
 mod morton;
+mod ploc;
 mod query;
 mod radix_sort;
 mod references;
 mod refit;
 mod split_budget;
 mod split_clip;
+mod split_priority;
 mod split_threshold;
 mod splits;
+mod sweep;
 mod traverse;
 mod validate;
 mod wide;
@@ -104,6 +109,9 @@ pub enum BuilderKind {
     Lbvh,
     /// Karras' radix tree, node by node as in the paper.
     Karras,
+    /// Neighbours in Morton order merged upward, under a top divided by the surface area heuristic: a better tree for
+    /// some more time.
+    Ploc,
     /// No hierarchy: every ray tests every triangle. The slow twin for tests.
     BruteForce,
 }
@@ -139,12 +147,12 @@ pub struct BuildSettings {
     pub split: Split,
     /// Most references a triangle on average that splitting may make.
     pub reference_budget: f32,
+    /// Rays that will be traced, of all kinds: many are worth a better tree ([`BuilderKind::Auto`]).
+    pub expected_rays: u64,
     /// Lanes that traversal uses.
     pub simd: SimdLevel,
     /// Whether a recycled hierarchy is refitted.
     pub refit: Refit,
-    /// Rays of all kinds that will be traced, about.
-    pub expected_rays: u64,
 }
 
 /// Instruction sets that traversal can use; each gives the same answers.
@@ -205,8 +213,6 @@ pub struct BuildStatistics {
     pub sort_seconds: f64,
     /// Seconds of building the binary tree with its boxes.
     pub tree_seconds: f64,
-    /// Seconds of making a better tree of it.
-    pub improve_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
     /// Seconds of refitting, also where it came to nothing.
@@ -221,7 +227,6 @@ impl BuildStatistics {
             split_seconds: 0.0,
             sort_seconds: 0.0,
             tree_seconds: 0.0,
-            improve_seconds: 0.0,
             widen_seconds: 0.0,
             ..*self
         }
@@ -255,9 +260,10 @@ impl Default for BuildSettings {
             builder: BuilderKind::Auto,
             split: Split::Auto,
             reference_budget: 4.0,
+            // A picture of a million pixels with a shadow ray and a mirror ray each.
+            expected_rays: 3 << 20,
             simd: SimdLevel::best(),
             refit: Refit::Auto,
-            expected_rays: 1 << 22,
         }
     }
 }

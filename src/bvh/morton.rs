@@ -32,6 +32,7 @@ const SHORT_RUN: usize = 24;
 pub(super) struct Grid {
     origin: [f64; 3],
     cells_a_metre: f64,
+    metres_a_cell: f64,
 }
 
 /// References sorted by code; those with equal codes keep their order.
@@ -162,8 +163,19 @@ impl Grid {
         Self {
             origin: min.to_array(),
             // Of points that are all alike, each is in the first cell.
+            metres_a_cell: extent / f64::from(1_u32 << BITS_AN_AXIS),
             cells_a_metre: if extent > 0.0 { f64::from(1_u32 << BITS_AN_AXIS) / extent } else { 0.0 },
         }
+    }
+
+    /// The plane between `low` and `high` on an axis that divides the grid first, and how many levels of the grid are above it.
+    pub(super) fn first_plane(&self, axis: usize, low: f32, high: f32) -> Option<(f32, u32)> {
+        let origin = self.origin[axis];
+        let cell = |x: f32| ((f64::from(x) - origin) * self.cells_a_metre) as i32;
+        let (low, high) = (cell(low), cell(high));
+        let bit = (low ^ high).checked_ilog2().filter(|_| low >= 0)?;
+        let plane = origin + f64::from(high >> bit << bit) * self.metres_a_cell;
+        Some((plane as f32, (BITS_AN_AXIS - 1).saturating_sub(bit)))
     }
 
     /// The code of the cell that holds `point`: the bits of its three coordinates interleaved, x first.

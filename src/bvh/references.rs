@@ -49,6 +49,8 @@ pub(super) struct Measures {
     pub(super) centers: Aabb,
     /// Sum of their surface areas, square metres.
     pub(super) area_sum: f64,
+    /// Sum of the squares of those areas.
+    pub(super) area_square_sum: f64,
 }
 
 impl Reference {
@@ -83,7 +85,8 @@ impl<'a> Input<'a> {
 
 impl Measures {
     /// Of no references.
-    pub(super) const NONE: Self = Self { count: 0, bounds: Aabb::EMPTY, centers: Aabb::EMPTY, area_sum: 0.0 };
+    pub(super) const NONE: Self =
+        Self { count: 0, bounds: Aabb::EMPTY, centers: Aabb::EMPTY, area_sum: 0.0, area_square_sum: 0.0 };
 
     /// Takes in one more.
     #[inline(always)]
@@ -91,7 +94,13 @@ impl Measures {
         self.count += 1;
         self.bounds = self.bounds.union(*bounds);
         self.centers = self.centers.union_point(bounds.center());
-        self.area_sum += f64::from(2.0 * scaled_area(bounds, 1.0));
+        self.add_area(f64::from(2.0 * scaled_area(bounds, 1.0)));
+    }
+
+    #[inline(always)]
+    fn add_area(&mut self, area: f64) {
+        self.area_sum += area;
+        self.area_square_sum += area * area;
     }
 
     /// Of all `references`, measured in chunks.
@@ -102,10 +111,14 @@ impl Measures {
             total.bounds = total.bounds.union(chunk.bounds);
             total.centers = total.centers.union(chunk.centers);
             total.area_sum += chunk.area_sum;
+            total.area_square_sum += chunk.area_square_sum;
         }
         // Areas beyond the reach of f32 are added once more, slowly.
         if !ORDINARY_AREAS.contains(&total.area_sum) {
-            total.area_sum = references.iter().map(|reference| reference.bounds.area()).sum();
+            (total.area_sum, total.area_square_sum) = (0.0, 0.0);
+            for reference in references {
+                total.add_area(reference.bounds.area());
+            }
         }
         total
     }
@@ -114,6 +127,12 @@ impl Measures {
     pub(super) fn scale(&self) -> f32 {
         let extent = (self.bounds.max.as_dvec3() - self.bounds.min.as_dvec3()).max_element();
         if extent > 0.0 { extent.recip() as f32 } else { 1.0 }
+    }
+
+    /// How uneven the areas are: the mean of their squares over the square of their mean, one if all are the same.
+    pub(super) fn unevenness(&self) -> f64 {
+        let square = self.area_sum * self.area_sum;
+        if square > 0.0 { self.count as f64 * self.area_square_sum / square } else { 1.0 }
     }
 
     /// How many boxes a line through the box around all of them meets on average.
@@ -243,5 +262,11 @@ mod tests {
         assert_eq!((measures.count, measures.area_sum), (2, 12.0));
         assert_eq!(measures.centers, Aabb { min: Vec3::splat(0.5), max: Vec3::new(2.5, 0.5, 0.5) });
         assert_eq!(measures.overlap(), 12.0 / 14.0);
+        assert_eq!(measures.unevenness(), 1.0);
+        // With a third one of ten times the area, 60: (36 + 36 + 3600) / 3 over (72 / 3)².
+        let large =
+            Reference { bounds: Aabb { min: Vec3::ZERO, max: Vec3::splat(libm::sqrtf(10.0)) }, primitive: 0 };
+        let unevenness = measure(&[cube(0.0), cube(2.0), large]).unevenness();
+        assert!((unevenness - 1224.0 / 576.0).abs() < 1.0e-6);
     }
 }

@@ -7,7 +7,7 @@
 //!
 //! # When refitting pays
 //!
-//! Refitting saves [`SAVED_NANOSECONDS_A_TRIANGLE`] and costs every ray of the frame what the tree got worse. The SAH cost
+//! Refitting saves [`SAVED_NANOSECONDS_A_TRIANGLE`], and more where a better tree was built, and costs every ray of the frame what the tree got worse. The SAH cost
 //! counts the nodes and leaves that a long ray meets, at about [`NANOSECONDS_A_STEP`] each. So a refitted tree of cost `C`
 //! over `n` triangles is kept for `r` rays if `r (C − C_least) step ≤ n saved`. A tree that fails is built anew, and the
 //! time of the attempt is lost; therefore the number of frames until the next attempt doubles with each failure, up to
@@ -19,13 +19,15 @@ use rayon::prelude::*;
 
 use super::references::{Input, is_traced};
 use super::wide::{Leaf, NO_CHILD, Tag, Triangles, WIDTH, WORDS_A_PLACE, WideNode, WideTree};
-use super::{BuildSettings, BuildStatistics, PrimitiveFlags, Refit};
+use super::{BuildSettings, BuildStatistics, BuilderKind, PrimitiveFlags, Refit};
 use crate::cancel::Cancelled;
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
 use glam::Vec3;
 
-/// What building a tree costs beyond refitting one. Measured: 45 to 15 for the LBVH of 70 thousand to a million triangles.
+/// What building the LBVH costs beyond refitting, by measure: some 45 against 15.
 const SAVED_NANOSECONDS_A_TRIANGLE: f64 = 30.0;
+/// What merging clusters costs beyond the LBVH.
+const SAVED_MERGING_NANOSECONDS_A_TRIANGLE: f64 = 30.0;
 /// What a ray's visit of a node or a leaf costs, with the shading that goes with it.
 const NANOSECONDS_A_STEP: f64 = 12.0;
 /// Most frames that are built without an attempt to refit after attempts that failed.
@@ -127,7 +129,7 @@ impl Refitter {
         // Boxes of nodes, and what they are worth.
         let cost = self.fit_boxes(tree).cost_a_ray();
         // Costs that are no numbers fail, too.
-        let pays = cost <= most_cost(least_cost, traced, settings);
+        let pays = cost <= most_cost(least_cost, built, settings);
         if !pays {
             self.pause = self.next_pause;
             self.next_pause = (2 * self.next_pause).clamp(1, LONGEST_PAUSE);
@@ -306,12 +308,14 @@ fn has_as_many(Input { triangles, flags, .. }: Input, traced: usize) -> bool {
 }
 
 /// The highest cost of a refitted tree that is kept.
-fn most_cost(least_cost: f64, triangles: usize, settings: &BuildSettings) -> f64 {
+fn most_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings) -> f64 {
     match settings.refit {
         Refit::Off => 0.0,
         Refit::UpTo(factor) => least_cost * f64::from(factor),
         Refit::Auto => {
-            let saved = triangles as f64 * SAVED_NANOSECONDS_A_TRIANGLE;
+            let merging =
+                if built.built == BuilderKind::Ploc { SAVED_MERGING_NANOSECONDS_A_TRIANGLE } else { 0.0 };
+            let saved = built.triangles as f64 * (SAVED_NANOSECONDS_A_TRIANGLE + merging);
             least_cost + saved / (settings.expected_rays.max(1) as f64 * NANOSECONDS_A_STEP)
         }
     }
@@ -423,6 +427,17 @@ mod tests {
         let lanes = tree.nodes.iter().flat_map(|node| (0..WIDTH).map(|lane| node.bounds(lane)));
         let root = (0..WIDTH).fold(Aabb::EMPTY, |all, lane| all.union(tree.nodes[0].bounds(lane)));
         1.0 + lanes.map(|bounds| bounds.area()).sum::<f64>() / root.area()
+    }
+
+    #[test]
+    fn every_builders_tree_can_be_refitted() {
+        for builder in [BuilderKind::Auto, BuilderKind::Lbvh, BuilderKind::Karras, BuilderKind::Ploc] {
+            let always = BuildSettings { builder, ..settings(Refit::UpTo(f32::INFINITY)) };
+            let frames = [sheet(0.0), sheet(0.3)];
+            let first = build(&frames[0], &plain(&frames[0]), &always, None);
+            let second = build(&frames[1], &plain(&frames[1]), &always, Some(first));
+            assert!(matches!(second.statistics().origin, Origin::Refitted(_)), "{builder:?}");
+        }
     }
 
     #[test]
@@ -558,7 +573,10 @@ mod tests {
     fn rays_decide_what_a_refitted_tree_may_cost() {
         // 1000 triangles save 30 µs; at 12 ns a step that is 2500 steps, 25 for each of 100 rays.
         let with_rays = |expected_rays| BuildSettings { expected_rays, ..settings(Refit::Auto) };
-        assert_eq!(most_cost(10.0, 1000, &with_rays(100)), 35.0);
+        // Merged clusters save twice that.
+        let of = |built| BuildStatistics { built, triangles: 1000, ..BuildStatistics::default() };
+        assert_eq!(most_cost(10.0, &of(BuilderKind::Lbvh), &with_rays(100)), 35.0);
+        assert_eq!(most_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 60.0);
         let frames = [sheet(0.0), sheet(1.0)];
         assert!(matches!(origins(&frames, &with_rays(1000))[1], Origin::Refitted(_)));
         assert_eq!(origins(&frames, &with_rays(10_000_000))[1], Origin::Built(Reason::Decayed));

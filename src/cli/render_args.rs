@@ -211,10 +211,12 @@ choices! {
     }
     /// Builders.
     BvhArg {
-        /// What is fastest
+        /// What is fastest for the triangles and rays at hand
         Auto,
         /// Karras' radix tree, by a faster pass that gives the same tree
         Lbvh,
+        /// A better tree for some more time, by merging neighbours
+        Ploc,
         /// Karras' radix tree, node by node as in the paper
         Karras,
         /// None: every ray tests every triangle

@@ -163,6 +163,7 @@ fn build_settings(args: &RenderArgs, simd: SimdLevel) -> BuildSettings {
         builder: match args.bvh {
             BvhArg::Auto => BuilderKind::Auto,
             BvhArg::Lbvh => BuilderKind::Lbvh,
+            BvhArg::Ploc => BuilderKind::Ploc,
             BvhArg::Karras => BuilderKind::Karras,
             BvhArg::Brute => BuilderKind::BruteForce,
         },

@@ -97,7 +97,6 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
         ("split", seconds.split),
         ("sort", seconds.sort),
         ("tree", seconds.tree),
-        ("improve", seconds.improve),
         ("widen", seconds.widen),
         ("wait", seconds.wait),
         ("trace", seconds.trace),

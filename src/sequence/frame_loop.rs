@@ -195,7 +195,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             planned,
             started,
             seconds,
-            tree: TreeReport::new(&tree, is_reused),
+            tree: TreeReport::new(&tree, self.job.build.builder, is_reused),
             rays: RayReport::new(&rays),
             encoded: Picture { planned, film, attributes, look, format }.encode_in(self.pool),
         })))

@@ -23,8 +23,6 @@ pub struct Phases {
     pub sort: f64,
     /// The binary tree.
     pub tree: f64,
-    /// Making it a better one.
-    pub improve: f64,
     /// The collapse to the tree that rays walk.
     pub widen: f64,
     /// Waiting until the frame before the last was written.
@@ -55,8 +53,10 @@ pub struct TreeReport {
     pub bytes: usize,
     /// The same over the number of triangles.
     pub bytes_per_triangle: f64,
-    /// Which hierarchy it is: `lbvh`, `karras` or `brute`.
+    /// Which hierarchy it is: `lbvh`, `ploc`, `karras` or `brute`.
     pub builder: &'static str,
+    /// Which one was asked for; `auto` leaves it to the number of rays and the triangles' sizes.
+    pub asked_for: &'static str,
     /// How it came to fit the frame: `built`, `refitted`, or `reused` as it was.
     pub made: &'static str,
     /// Why, in words.
@@ -160,7 +160,7 @@ fn permanence(error: &Error) -> u8 {
 }
 
 impl TreeReport {
-    pub(super) fn new(statistics: &BuildStatistics, is_reused: bool) -> Self {
+    pub(super) fn new(statistics: &BuildStatistics, asked_for: BuilderKind, is_reused: bool) -> Self {
         let (made, why, decay) = match statistics.origin {
             _ if is_reused => ("reused", "no triangle moved", None),
             Origin::Refitted(decay) => {
@@ -177,6 +177,7 @@ impl TreeReport {
             bytes: statistics.bytes,
             bytes_per_triangle: statistics.bytes as f64 / statistics.triangles.max(1) as f64,
             builder: builder_name(statistics.built),
+            asked_for: builder_name(asked_for),
             made,
             why,
             decay,
@@ -194,7 +195,6 @@ impl Phases {
             split: statistics.split_seconds,
             sort: statistics.sort_seconds,
             tree: statistics.tree_seconds,
-            improve: statistics.improve_seconds,
             widen: statistics.widen_seconds,
             ..Self::default()
         }
@@ -216,6 +216,7 @@ fn builder_name(builder: BuilderKind) -> &'static str {
         BuilderKind::Auto => "auto",
         BuilderKind::Lbvh => "lbvh",
         BuilderKind::Karras => "karras",
+        BuilderKind::Ploc => "ploc",
         BuilderKind::BruteForce => "brute",
     }
 }

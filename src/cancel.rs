@@ -5,7 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A shared flag; clones see the same state.
 #[derive(Clone, Debug, Default)]
-pub struct CancelFlag(Arc<AtomicBool>);
+pub struct CancelFlag {
+    own: Arc<AtomicBool>,
+    /// A flag that counts as this one's as well.
+    outer: Option<Arc<AtomicBool>>,
+}
 
 /// The work was given up because the [`CancelFlag`] was raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -18,14 +22,22 @@ impl CancelFlag {
         Self::default()
     }
 
+    /// A flag for part of the work: raised by itself or with this one, which it never raises.
+    #[must_use]
+    pub fn inner(&self) -> Self {
+        debug_assert!(self.outer.is_none(), "flags nest once");
+        Self { own: Arc::default(), outer: Some(Arc::clone(&self.own)) }
+    }
+
     /// Asks the work that polls this flag to stop.
     pub fn raise(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.own.store(true, Ordering::Relaxed);
     }
 
     /// Whether the work should stop.
     pub fn is_raised(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        let is_up = |flag: &Arc<AtomicBool>| flag.load(Ordering::Relaxed);
+        is_up(&self.own) || self.outer.as_ref().is_some_and(is_up)
     }
 
     /// `Err(Cancelled)` once the flag is raised, for use with `?`.
@@ -35,6 +47,21 @@ impl CancelFlag {
 
     /// The flag as the plain atomic that signal handlers store into.
     pub fn as_atomic(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.0)
+        Arc::clone(&self.own)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inner_flag_follows_the_outer_one_and_not_the_other_way_round() {
+        let outer = CancelFlag::new();
+        let (first, second) = (outer.inner(), outer.inner());
+        first.raise();
+        assert_eq!((outer.is_raised(), first.is_raised(), second.is_raised()), (false, true, false));
+        outer.raise();
+        assert_eq!((outer.is_raised(), second.is_raised()), (true, true));
     }
 }

@@ -58,6 +58,7 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--exposure", "bright"], "stops"),
         (&["--env", "1,2"], "R,G,B"),
         (&["--split", "0"], "area"),
+        (&["--refit", "0.5"], "a factor of at least 1"),
         (&["--max-memory", "much"], "8GiB"),
         (&["--light-scale", "-1"], "light-scale"),
         (&["--resume", "--overwrite"], "--overwrite"),

@@ -201,6 +201,31 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     }
 }
 
+/// However worn the tree, refitting gives the files of building each frame's own; and it does refit.
+#[test]
+fn refitting_does_not_show() {
+    for scene in ["demo/whitted_1980", "skin/two_bone_strip"] {
+        let shot = Shot { scene, frame: 0, options: &[] };
+        let folder = tempfile::tempdir().unwrap();
+        let stats = folder.path().join("stats.json");
+        let options = |name: &str, refit: &'static str| {
+            let output = folder.path().join(name).join("a.####.exr");
+            let stats = stats.to_str().unwrap();
+            rayframe(&shot, &output, &[&["-f", "0-20x5", "--refit", refit, "--stats", stats], TINY].concat());
+            output.parent().unwrap().to_owned()
+        };
+        let built = options("built", "off");
+        let refitted = options("refitted", "inf");
+        let stats: serde_json::Value = serde_json::from_slice(&std::fs::read(&stats).unwrap()).unwrap();
+        let made = stats["frames"].as_array().unwrap().iter().map(|frame| &frame["tree"]["made"]);
+        assert_eq!(made.skip(1).collect::<Vec<_>>(), ["refitted"; 4], "{scene}");
+        for frame in [0, 5, 10, 15, 20] {
+            let name = format!("a.{frame:04}.exr");
+            assert_same_bytes(&built.join(&name), &refitted.join(&name), &format!("{scene} {name}"));
+        }
+    }
+}
+
 /// Lost frames and broken ones are made again, be it in another way, with the bytes they had.
 #[test]
 fn a_resumed_sequence_is_the_whole_one() {

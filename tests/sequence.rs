@@ -194,14 +194,14 @@ fn what_can_fail_fails_before_the_first_frame() {
     too_large.render.window = PixelWindow::full(65536, 65536);
     let error = Plan::new(&too_large).unwrap_err();
     assert_eq!(error.exit_code(), 77);
-    // 2³² pixels of 36 bytes against 2³⁰ bytes.
-    assert!(error.to_string().contains("154.6 GB, but only 1.1 GB"), "{error}");
+    // 2³² pixels of 72 bytes against 2³⁰ bytes.
+    assert!(error.to_string().contains("309.2 GB, but only 1.1 GB"), "{error}");
     // Amounts below a gigabyte are told apart.
     too_large.render.resolution = (1000, 1000);
     too_large.render.window = PixelWindow::full(1000, 1000);
     too_large.max_memory_bytes = 20_000_000;
     let error = Plan::new(&too_large).unwrap_err();
-    assert!(error.to_string().contains("36.0 MB, but only 20.0 MB"), "{error}");
+    assert!(error.to_string().contains("72.0 MB, but only 20.0 MB"), "{error}");
     std::fs::write(folder.path().join("file"), "").unwrap();
     assert_eq!(render(&job(folder.path(), "file/a.exr", &[1])).unwrap_err().exit_code(), 73);
     assert_eq!(names(folder.path()), ["file"]);
@@ -224,6 +224,79 @@ fn a_failed_frame_stops_the_run_unless_told_otherwise() {
     let summary = run_with_an_obstacle(&job);
     assert_eq!((summary.written.len(), summary.kept.len(), summary.failed.len()), (1, 1, 1));
     assert_eq!(names(folder.path()), ["a.01.exr", "a.02.exr", "a.03.exr"]);
+    assert_eq!(summary.outcome().unwrap_err().exit_code(), 74);
+}
+
+#[test]
+fn the_loop_is_one_frame_ahead_of_the_disk_at_most() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(folder.path(), "a.##.exr", &[0, 1, 2, 3, 4, 5, 6, 7]);
+    let too_early = Mutex::new(Vec::new());
+    let summary = run(&job, &Plan::new(&job).unwrap(), &CancelFlag::new(), &|event| {
+        if let SequenceEvent::FrameProgress(planned, _) = event
+            && planned.frame >= 2
+            && !job.output.path(planned.frame - 2).is_file()
+        {
+            too_early.lock().unwrap().push(planned.frame);
+        }
+    });
+    assert_eq!(too_early.into_inner().unwrap(), [0_i64; 0]);
+    assert_eq!(names(folder.path()).len(), 8);
+    // What frames add to the run is no more than the run.
+    let periods: f64 = summary.written.iter().map(|report| report.seconds.period).sum();
+    assert!(periods > 0.0 && periods <= summary.seconds);
+    assert!(summary.written.iter().all(|report| report.seconds.period <= report.seconds.total));
+}
+
+#[test]
+fn frames_end_in_their_order_whatever_becomes_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut job = job(folder.path(), "a.##.exr", &[1]);
+    render(&job).unwrap();
+    job.frames = vec![4, 1, 2, 3, 5];
+    job.keep_going = true;
+    let plan = Plan::new(&job).unwrap();
+    std::fs::create_dir_all(job.output.path(2).join("x")).unwrap();
+    for threads in [1, 2, 4] {
+        for frame in [4, 5] {
+            let _ = std::fs::remove_file(job.output.path(frame));
+        }
+        let ends = Mutex::new(Vec::new());
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let summary = pool.install(|| {
+            run(&job, &plan, &CancelFlag::new(), &|event| {
+                let end = match event {
+                    SequenceEvent::FrameStarted(frame) if frame.frame == 3 => panic!("a bug in frame three"),
+                    SequenceEvent::FrameWritten(report) => (report.frame, "written"),
+                    SequenceEvent::FrameKept(frame) => (frame.frame, "kept"),
+                    SequenceEvent::FrameFailed(frame, _) => (frame.frame, "failed"),
+                    _ => return,
+                };
+                ends.lock().unwrap().push(end);
+            })
+        });
+        let expected = [(4, "written"), (1, "kept"), (2, "failed"), (3, "failed"), (5, "written")];
+        assert_eq!(ends.into_inner().unwrap(), expected, "{threads} threads");
+        assert_eq!(summary.failed.iter().map(|failed| failed.frame).collect::<Vec<_>>(), [2, 3]);
+    }
+}
+
+#[test]
+fn a_frame_that_cannot_be_written_stops_the_one_after_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let job = job(folder.path(), "a.##.exr", &[1, 2, 3, 4, 5, 6]);
+    let plan = Plan::new(&job).unwrap();
+    std::fs::create_dir_all(job.output.path(1).join("x")).unwrap();
+    let cancel = CancelFlag::new();
+    let summary = run(&job, &plan, &cancel, &|event| {
+        // A bug in the next frame is not what ended the run.
+        if let SequenceEvent::FrameStarted(frame) = event {
+            assert!(frame.frame != 2, "a bug in frame two");
+        }
+    });
+    assert_eq!(summary.failed.iter().map(|failed| failed.frame).collect::<Vec<_>>(), [1]);
+    assert!(!summary.is_interrupted && !cancel.is_raised());
+    assert_eq!(names(folder.path()), ["a.01.exr"]);
     assert_eq!(summary.outcome().unwrap_err().exit_code(), 74);
 }
 

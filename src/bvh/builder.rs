@@ -9,9 +9,10 @@ use super::brute_force::TriangleList;
 use super::collapse::{self, Source};
 use super::morton::MortonOrder;
 use super::references::{Input, Reference};
+use super::refit::{Attempt, Refitter};
 use super::wide::WideTree;
 use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, Structure, cost_model, karras,
+    BuildSettings, BuildStatistics, BuilderKind, Bvh, Origin, PrimitiveFlags, Structure, cost_model, karras,
     linear_pass, ploc, splits,
 };
 use crate::cancel::{CancelFlag, Cancelled};
@@ -52,14 +53,41 @@ impl Builder {
             BuilderKind::BruteForce => Ok(brute_force(triangles, flags, level)),
             BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras | BuilderKind::Ploc => {
                 let input = Input { triangles, flags, cancel };
-                let mut wide = match recycled {
-                    Some(Bvh { structure: Structure::Wide(wide), .. }) => wide,
-                    _ => WideTree::default(),
-                };
-                let statistics = self.build_wide(input, settings, &mut wide)?;
-                Ok(Bvh { structure: Structure::Wide(wide), level, statistics })
+                self.refit_or_build(input, settings, level, recycled)
             }
         }
+    }
+
+    /// Fits the recycled tree to triangles that moved, or builds another in its place.
+    fn refit_or_build(
+        &mut self,
+        input: Input,
+        settings: &BuildSettings,
+        level: Level,
+        recycled: Option<Bvh>,
+    ) -> Result<Bvh, Cancelled> {
+        let mut lap = Lap(Instant::now());
+        let (mut wide, mut refitter, last) = match recycled {
+            Some(Bvh { structure: Structure::Wide(wide), refitter, statistics, .. }) => {
+                (wide, refitter, statistics)
+            }
+            _ => (WideTree::default(), Refitter::default(), BuildStatistics::default()),
+        };
+        let attempt = refitter.attempt(&mut wide, &last, input, settings)?;
+        let refit_seconds = lap.seconds();
+        let statistics = match attempt {
+            Attempt::Refitted { decay } => BuildStatistics {
+                origin: Origin::Refitted(decay as f32),
+                refit_seconds,
+                ..last.without_seconds()
+            },
+            Attempt::Rebuild(reason) => {
+                refitter.forget();
+                let built = self.build_wide(input, settings, &mut wide)?;
+                BuildStatistics { origin: Origin::Built(reason), refit_seconds, ..built }
+            }
+        };
+        Ok(Bvh { structure: Structure::Wide(wide), level, statistics, refitter })
     }
 
     fn build_wide(
@@ -118,6 +146,7 @@ impl Builder {
             sort_seconds,
             tree_seconds,
             widen_seconds,
+            ..BuildStatistics::default()
         })
     }
 }
@@ -141,5 +170,5 @@ fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], level: Level) -
         bytes: list.bytes(),
         ..BuildStatistics::default()
     };
-    Bvh { structure: Structure::BruteForce(list), level, statistics }
+    Bvh { structure: Structure::BruteForce(list), level, statistics, refitter: Refitter::default() }
 }

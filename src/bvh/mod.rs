@@ -20,6 +20,7 @@ mod ploc;
 mod query;
 mod radix_sort;
 mod references;
+mod refit;
 mod simd;
 mod split_budget;
 mod split_clip;
@@ -35,10 +36,12 @@ mod wide;
 use crate::geometry::{Facing, Ray};
 
 pub use builder::Builder;
+pub use refit::Reason;
 pub use simd::SimdLevel;
 
 use brute_force::TriangleList;
 use query::{Any, Judge, Nearest};
+use refit::Refitter;
 use wide::WideTree;
 
 /// What traversal must know of a triangle besides its corners.
@@ -125,6 +128,17 @@ pub enum Split {
     Area(f32),
 }
 
+/// Whether the last frame's hierarchy is fitted to triangles that moved instead of building another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refit {
+    /// Never.
+    Off,
+    /// Where it costs the frame's rays less than it saves.
+    Auto,
+    /// While the SAH cost is at most this many times the least since the hierarchy was built.
+    UpTo(f32),
+}
+
 /// Settings of [`Builder::build`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildSettings {
@@ -138,6 +152,8 @@ pub struct BuildSettings {
     pub expected_rays: u64,
     /// Lanes that traversal uses.
     pub simd: SimdLevel,
+    /// Whether a recycled hierarchy is refitted.
+    pub refit: Refit,
 }
 
 /// What a query did, summed over rays by the caller.
@@ -151,11 +167,22 @@ pub struct TraversalCounters {
     pub triangles: u64,
 }
 
+/// How a hierarchy came to fit its triangles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Origin {
+    /// It was built for them.
+    Built(Reason),
+    /// The last frame's was fitted to them; its SAH cost over the least since it was built.
+    Refitted(f32),
+}
+
 /// What was built and how long each phase took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BuildStatistics {
     /// Which hierarchy it is; never `Auto`.
     pub built: BuilderKind,
+    /// Built or refitted, and why.
+    pub origin: Origin,
     /// Triangles that are not hidden.
     pub triangles: usize,
     /// Boxes over which the hierarchy was built; `references / triangles` is R of Ernst and Greiner.
@@ -180,6 +207,28 @@ pub struct BuildStatistics {
     pub tree_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
+    /// Seconds of refitting, also where it came to nothing.
+    pub refit_seconds: f64,
+}
+
+impl BuildStatistics {
+    /// The same of a hierarchy that took no time to build.
+    fn without_seconds(&self) -> Self {
+        Self {
+            bounds_seconds: 0.0,
+            split_seconds: 0.0,
+            sort_seconds: 0.0,
+            tree_seconds: 0.0,
+            widen_seconds: 0.0,
+            ..*self
+        }
+    }
+}
+
+impl Default for Origin {
+    fn default() -> Self {
+        Self::Built(Reason::First)
+    }
 }
 
 /// A hierarchy over one frame's triangles.
@@ -188,6 +237,7 @@ pub struct Bvh {
     structure: Structure,
     level: fearless_simd::Level,
     statistics: BuildStatistics,
+    refitter: Refitter,
 }
 
 #[derive(Debug)]
@@ -205,6 +255,7 @@ impl Default for BuildSettings {
             // A picture of a million pixels with a shadow ray and a mirror ray each.
             expected_rays: 3 << 20,
             simd: SimdLevel::best(),
+            refit: Refit::Auto,
         }
     }
 }

@@ -151,6 +151,12 @@ impl Tag {
 }
 
 impl<'a> Triangles<'a> {
+    /// The triangles of a leaf of `count` whose first word is that of `words`.
+    #[inline(always)]
+    pub(super) fn new(words: &'a [f32], count: usize) -> Self {
+        Self { words, count }
+    }
+
     /// How many there are.
     #[inline(always)]
     pub(super) fn count(&self) -> usize {

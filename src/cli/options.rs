@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
-use crate::bvh::Split;
+use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
 use crate::scene::{CameraRequest, Choice, ClipChoice};
 
@@ -101,6 +101,18 @@ pub(super) fn split(text: &str) -> Result<Split, String> {
         _ => match text.parse::<f32>() {
             Ok(area) if area > 0.0 && area.is_finite() => Ok(Split::Area(area)),
             _ => Err("write auto, off, or an area in square metres above 0".to_owned()),
+        },
+    }
+}
+
+/// `auto`, `off` or a factor.
+pub(super) fn refit(text: &str) -> Result<Refit, String> {
+    match text {
+        "auto" => Ok(Refit::Auto),
+        "off" => Ok(Refit::Off),
+        _ => match text.parse::<f32>() {
+            Ok(factor) if factor >= 1.0 => Ok(Refit::UpTo(factor)),
+            _ => Err("write auto, off, or a factor of at least 1".to_owned()),
         },
     }
 }

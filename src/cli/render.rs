@@ -159,7 +159,7 @@ fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result
         .collect();
     let (width, height) = job.render.resolution;
     let statistics = json!({
-        "schema": 1,
+        "schema": 2,
         "software": SOFTWARE,
         "scene": job.scene.path.to_string_lossy(),
         "resolution": [width, height],

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::bvh::Split;
+use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
 use crate::progress::ProgressStyle;
 
@@ -148,6 +148,10 @@ pub(super) struct RenderArgs {
     /// Splits triangles whose boxes exceed an area in square metres; never changes the picture
     #[arg(long, value_name = "auto|off|AREA", default_value = "auto", allow_negative_numbers = true, value_parser = options::split, help_heading = "Work")]
     pub(super) split: Split,
+    /// Whether the last frame's hierarchy is fitted to triangles that moved: where it pays, never, or while its cost is at
+    /// most FACTOR times the least since it was built; never changes the picture
+    #[arg(long, value_name = "auto|off|FACTOR", default_value = "auto", value_parser = options::refit, help_heading = "Work")]
+    pub(super) refit: Refit,
     /// Instructions to use; never changes the picture
     #[arg(long, value_name = "LEVEL", default_value = "best", help_heading = "Work")]
     pub(super) simd: SimdArg,
@@ -207,10 +211,14 @@ choices! {
     }
     /// Builders.
     BvhArg {
-        /// What is fastest
+        /// What is fastest for the triangles and rays at hand
         Auto,
-        /// Karras' radix tree
+        /// Karras' radix tree, by a faster pass that gives the same tree
         Lbvh,
+        /// A better tree for some more time, by merging neighbours
+        Ploc,
+        /// Karras' radix tree, node by node as in the paper
+        Karras,
         /// None: every ray tests every triangle
         #[value(hide = true)]
         Brute,

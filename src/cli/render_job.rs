@@ -163,10 +163,13 @@ fn build_settings(args: &RenderArgs, simd: SimdLevel) -> BuildSettings {
         builder: match args.bvh {
             BvhArg::Auto => BuilderKind::Auto,
             BvhArg::Lbvh => BuilderKind::Lbvh,
+            BvhArg::Ploc => BuilderKind::Ploc,
+            BvhArg::Karras => BuilderKind::Karras,
             BvhArg::Brute => BuilderKind::BruteForce,
         },
         split: args.split,
         simd,
+        refit: args.refit,
         ..BuildSettings::default()
     }
 }

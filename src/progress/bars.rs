@@ -76,7 +76,7 @@ impl Bars {
                 self.frame.set_prefix(frame.frame.to_string());
             }
             SequenceEvent::FrameWritten(report) => {
-                eta.frame_done(report.seconds.total);
+                eta.frame_done(report.seconds.period);
                 if self.verbosity.is_verbose {
                     self.line(&format!("{}:{}", report.path.display(), phases_text(report)));
                 }

@@ -34,7 +34,7 @@ impl PlainLines {
                 print_note(&format!("frame {} kept {}", frame.frame, frame.path.display()));
             }
             SequenceEvent::FrameWritten(report) => {
-                eta.frame_done(report.seconds.total);
+                eta.frame_done(report.seconds.period);
                 print_note(&written_text(report, &eta));
                 if self.verbosity.is_verbose {
                     print_note(&phases_text(report));
@@ -83,7 +83,7 @@ pub(super) fn written_text(report: &FrameReport, eta: &Eta) -> String {
         eta.done,
         eta.total,
         report.path.display(),
-        duration_text(report.seconds.total),
+        duration_text(report.seconds.period),
     )
 }
 
@@ -92,18 +92,22 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
     let seconds = &report.seconds;
     let milliseconds = [
         ("pose", seconds.pose),
+        ("refit", seconds.refit),
+        ("bounds", seconds.bounds),
         ("split", seconds.split),
         ("sort", seconds.sort),
-        ("link", seconds.link),
-        ("fit", seconds.fit),
+        ("tree", seconds.tree),
         ("widen", seconds.widen),
+        ("wait", seconds.wait),
         ("trace", seconds.trace),
         ("write", seconds.write),
     ]
     .map(|(name, value)| format!("{name} {:.1} ms", value * 1e3))
     .join(", ");
     format!(
-        "  {milliseconds}; {} triangles, {} references, depth {}; {:.2} million rays/s, {:.1} nodes and {:.1} triangles a ray",
+        "  {milliseconds}; {} {}: {} triangles, {} references, depth {}; {:.2} million rays/s, {:.1} nodes and {:.1} triangles a ray",
+        report.tree.builder,
+        report.tree.made,
         report.tree.triangles,
         report.tree.references,
         report.tree.depth,

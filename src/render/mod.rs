@@ -75,6 +75,20 @@ pub fn render_frame(
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<(Film, RenderStatistics), Cancelled> {
+    let mut film = Film::new(settings.resolution, settings.window);
+    let statistics = render_frame_into(&mut film, input, settings, cancel, on_progress)?;
+    Ok((film, statistics))
+}
+
+/// [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter.
+pub fn render_frame_into(
+    film: &mut Film,
+    input: &RenderInput<'_>,
+    settings: &RenderSettings,
+    cancel: &CancelFlag,
+    on_progress: &(dyn Fn(f32) + Sync),
+) -> Result<RenderStatistics, Cancelled> {
+    debug_assert!(film.resolution == settings.resolution && film.window == settings.window);
     let start = Instant::now();
     let posed = PosedScene { scene: input.scene, frame: input.frame };
     let integrator_settings = IntegratorSettings {
@@ -101,7 +115,6 @@ pub fn render_frame(
         .collect::<Result<_, Cancelled>>()?;
 
     // The film, in tile order
-    let mut film = Film::new(settings.resolution, settings.window);
     let mut statistics = RenderStatistics::default();
     for (tile, (pixels, tile_statistics)) in tiles.iter().zip(&rendered) {
         film.place(*tile, pixels);
@@ -109,7 +122,7 @@ pub fn render_frame(
     }
     statistics.non_finite_pixels = film.blacken_non_finite();
     statistics.trace_seconds = start.elapsed().as_secs_f64();
-    Ok((film, statistics))
+    Ok(statistics)
 }
 
 /// Cuts a window along a grid that is fixed in the whole picture, row by row.

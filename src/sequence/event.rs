@@ -4,7 +4,10 @@ use crate::error::{Error, Warning};
 
 use super::{FrameReport, PlannedFrame, Summary};
 
-/// One thing that happened. Events come from one thread at a time, except [`SequenceEvent::FrameProgress`].
+/// One thing that happened.
+///
+/// The last event of a frame (kept, written or failed) comes in the order of frames. It may come while the next frame is
+/// under way, and then from another thread.
 #[derive(Clone, Copy, Debug)]
 pub enum SequenceEvent<'a> {
     /// Work begins.

@@ -1,31 +1,37 @@
-//! The loop over frames: pose, build, render, write.
+//! The loop over frames: pose, build, trace, and hand over to be written.
+//!
+//! While a frame is encoded and written, the next one is posed, built and traced. There are two films, so that the loop is
+//! never further ahead than that.
 
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
 use std::time::Instant;
 
-use sha2::{Digest as _, Sha256};
+use rayon::Scope;
 
 use crate::bvh::BuildStatistics;
-use crate::cancel::CancelFlag;
+use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result, Warning};
 use crate::film::Film;
-use crate::image_file::{decode_exr, write_atomically};
 use crate::integrator::PASS_THROUGH_LIMIT;
-use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
-use crate::render::{RenderInput, RenderStatistics, render_frame};
+use crate::output::{PreviewLook, frame_attributes};
+use crate::render::{RenderInput, RenderStatistics, render_frame_into};
 
 use super::exposure::exposure_ev;
 use super::posed_frames::PosedFrames;
-use super::render_hash::hex;
-use super::statistics::peak_memory_bytes;
+use super::writer::{HandedOver, Picture, TracedFrame, Writer, receive_working};
 use super::{
-    Exposure, FailedFrame, FrameReport, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent,
-    SequenceJob, Summary, TreeReport,
+    Exposure, FailedFrame, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
+    Summary, TreeReport,
 };
 
-/// Renders the frames of `plan` in order, on the current rayon pool, and writes each as soon as it is finished.
+/// Films in use: one is traced, one is written.
+const FILMS: usize = 2;
+
+/// Renders the frames of `plan` in order, on the current rayon pool, and writes each as soon as it is finished, which
+/// overlaps the frame after it.
 ///
 /// A panic in a frame fails that frame alone. The first failure ends the run unless `job.keep_going`; a raised `cancel`
 /// ends it within a second. Frames that are written stay in every case.
@@ -36,93 +42,174 @@ pub fn run(
     on_event: &(dyn Fn(SequenceEvent<'_>) + Sync),
 ) -> Summary {
     let start = Instant::now();
-    let mut summary = Summary::default();
     on_event(SequenceEvent::Started {
         to_render: plan.remaining(),
         kept: plan.frames.len() - plan.remaining(),
     });
-    let mut frame_loop = FrameLoop::new(job, cancel, on_event);
-    for planned in &plan.frames {
-        if cancel.is_raised() {
-            summary.is_interrupted = true;
-            break;
-        }
-        match frame_loop.guarded(planned) {
-            Ok(Some(report)) => {
-                on_event(SequenceEvent::FrameWritten(&report));
-                summary.written.push(report);
-            }
-            Ok(None) => {
-                on_event(SequenceEvent::FrameKept(planned));
-                summary.kept.push(planned.frame);
-            }
-            Err(Error::Interrupted(_)) => {
-                summary.is_interrupted = true;
-                break;
-            }
-            Err(error) => {
-                on_event(SequenceEvent::FrameFailed(planned, &error));
-                let frame = planned.frame;
-                summary.failed.push(FailedFrame { frame, error });
-                if !job.keep_going {
-                    break;
-                }
-            }
-        }
-    }
+    let stop = cancel.inner();
+    let mut summary = render_and_write(job, plan, (cancel, &stop), on_event);
     summary.seconds = start.elapsed().as_secs_f64();
     on_event(SequenceEvent::Finished(&summary));
     summary
 }
 
-/// What lives from frame to frame.
-struct FrameLoop<'a> {
+/// The loop on this thread, the writer on one of its own.
+fn render_and_write<'a>(
     job: &'a SequenceJob,
-    cancel: &'a CancelFlag,
+    plan: &'a Plan,
+    (cancel, stop): (&'a CancelFlag, &'a CancelFlag),
     on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
+) -> Summary {
+    let (hand_over, handed_over) = channel();
+    let (spent_films, films) = channel();
+    for _ in 0..FILMS {
+        let _ = spent_films.send(Film::new(job.render.resolution, job.render.window));
+    }
+    let (settled, when_settled) = channel::<()>();
+    let writer = Writer { job, cancel, stop, on_event, spent_films };
+    rayon::in_place_scope(|pool| {
+        thread::scope(|threads| {
+            let settle = move || {
+                // Dropped at the end, which is what it is for.
+                let _settled = settled;
+                writer.settle(handed_over)
+            };
+            let writing = match thread::Builder::new().spawn_scoped(threads, settle) {
+                Ok(writing) => writing,
+                Err(error) => return no_thread(plan, &error),
+            };
+            let frame_loop = FrameLoop {
+                job,
+                stop,
+                on_event,
+                pool,
+                hand_over,
+                films,
+                film: None,
+                look: None,
+                posed: PosedFrames::default(),
+                warned: Vec::new(),
+            };
+            let reached_the_end = frame_loop.go(plan);
+            let _ = receive_working(&when_settled);
+            let mut summary = writing.join().unwrap_or_else(|payload| resume_unwind(payload));
+            summary.is_interrupted |= !reached_the_end;
+            // The failure came first, and stopped the rest.
+            summary.is_interrupted &= job.keep_going || summary.failed.is_empty();
+            summary
+        })
+    })
+}
+
+/// What lives from frame to frame.
+struct FrameLoop<'a, 's, 'p> {
+    job: &'a SequenceJob,
+    stop: &'a CancelFlag,
+    on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
+    pool: &'s Scope<'p>,
+    hand_over: Sender<HandedOver<'a>>,
+    films: Receiver<Film>,
+    /// The film of the frame at hand.
+    film: Option<Film>,
     look: Option<PreviewLook>,
     posed: PosedFrames,
     warned: Vec<Warning>,
 }
 
-impl<'a> FrameLoop<'a> {
-    fn new(
-        job: &'a SequenceJob,
-        cancel: &'a CancelFlag,
-        on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
-    ) -> Self {
-        Self { job, cancel, on_event, look: None, posed: PosedFrames::default(), warned: Vec::new() }
+impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
+    /// All frames up to the last one, the first failure, or a raised flag; tells whether there was no flag.
+    fn go(mut self, plan: &'a Plan) -> bool {
+        for planned in &plan.frames {
+            if self.stop.is_raised() {
+                return false;
+            }
+            let handed_over = match self.guarded(planned) {
+                Ok(handed_over) => handed_over,
+                Err(Error::Interrupted(_)) => return false,
+                Err(error) => HandedOver::Failed(planned, error),
+            };
+            let is_last = matches!(handed_over, HandedOver::Failed(..)) && !self.job.keep_going;
+            if self.hand_over.send(handed_over).is_err() {
+                // The writer has ended the run.
+                return false;
+            }
+            if is_last {
+                break;
+            }
+        }
+        true
     }
 
-    /// One frame with panics turned into errors; `None` when it was there already.
-    fn guarded(&mut self, planned: &PlannedFrame) -> Result<Option<FrameReport>> {
+    /// One frame with panics turned into errors.
+    fn guarded(&mut self, planned: &'a PlannedFrame) -> Result<HandedOver<'a>> {
         catch_unwind(AssertUnwindSafe(|| self.one(planned))).unwrap_or_else(|payload| {
             // What the panic left half made must not reach the next frame.
             self.posed = PosedFrames::default();
-            Err(Error::Internal {
-                message: format!("frame {}: {}", planned.frame, panic_message(payload.as_ref())),
-            })
+            Err(panic_error(planned.frame, payload.as_ref()))
         })
     }
 
-    fn one(&mut self, planned: &PlannedFrame) -> Result<Option<FrameReport>> {
+    fn one(&mut self, planned: &'a PlannedFrame) -> Result<HandedOver<'a>> {
         if planned.is_done {
-            self.renew_preview(planned)?;
-            return Ok(None);
+            let look = if planned.preview_path.is_some() { Some(self.look()?) } else { None };
+            return Ok(HandedOver::Kept(planned, look));
         }
         (self.on_event)(SequenceEvent::FrameStarted(planned));
-        let start = Instant::now();
+        let started = Instant::now();
         let mut seconds = Phases::default();
 
         // Pose the scene and build its hierarchy, unless the last one still fits.
         let look = self.look()?;
-        let is_reused = self.posed.advance(self.job, planned.time_seconds, self.cancel, &mut seconds)?;
+        let is_reused = self.posed.advance(self.job, planned.time_seconds, self.stop, &mut seconds)?;
+
+        // Wait until the frame before the last is written.
+        let waiting = Instant::now();
+        let mut film = match self.film.take() {
+            Some(film) => film,
+            None => receive_working(&self.films).ok_or(Cancelled)?,
+        };
+        seconds.wait = waiting.elapsed().as_secs_f64();
+
+        // Trace.
+        let traced = self.trace(planned, &mut film);
+        let (tree, rays) = match traced {
+            Ok(statistics) => statistics,
+            Err(error) => {
+                self.film = Some(film);
+                return Err(error);
+            }
+        };
+        seconds.trace = rays.trace_seconds;
+
+        // Hand over.
+        let camera = &self.posed.current.camera;
+        let attributes = frame_attributes(
+            planned.frame,
+            planned.time_seconds,
+            self.job.rate.as_exr_rational(),
+            &planned.render_hash,
+            (camera, film.resolution),
+        );
+        let format = self.job.output.format();
+        Ok(HandedOver::Traced(Box::new(TracedFrame {
+            planned,
+            started,
+            seconds,
+            tree: TreeReport::new(&tree, self.job.build.builder, is_reused),
+            rays: RayReport::new(&rays),
+            encoded: Picture { planned, film, attributes, look, format }.encode_in(self.pool),
+        })))
+    }
+
+    /// Traces the frame that is posed.
+    fn trace(
+        &mut self,
+        planned: &PlannedFrame,
+        film: &mut Film,
+    ) -> Result<(BuildStatistics, RenderStatistics)> {
         let Some(bvh) = &self.posed.bvh else {
             return Err(Error::Internal { message: "there is no hierarchy to trace".to_owned() });
         };
-        let tree = bvh.statistics();
-
-        // Trace.
         let input = RenderInput {
             scene: &self.job.scene,
             frame: &self.posed.current,
@@ -131,26 +218,10 @@ impl<'a> FrameLoop<'a> {
         };
         let on_event = self.on_event;
         let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
-        let (film, rays) = render_frame(&input, &self.job.render, self.cancel, &on_progress)?;
-        seconds.trace = rays.trace_seconds;
+        let tree = bvh.statistics();
+        let rays = render_frame_into(film, &input, &self.job.render, self.stop, &on_progress)?;
         self.examine(planned, &tree, &rays)?;
-
-        // Write.
-        let writing = Instant::now();
-        let file = self.write(planned, &film, look)?;
-        seconds.write = writing.elapsed().as_secs_f64();
-        seconds.total = start.elapsed().as_secs_f64();
-        Ok(Some(FrameReport {
-            frame: planned.frame,
-            time_seconds: planned.time_seconds,
-            path: planned.path.clone(),
-            sha256: hex(&Sha256::digest(&file)),
-            bytes: file.len(),
-            seconds,
-            tree: TreeReport::new(&tree, is_reused),
-            rays: RayReport::new(&rays),
-            peak_memory_bytes: peak_memory_bytes(),
-        }))
+        Ok((tree, rays))
     }
 
     /// How tone-mapped files look; found once, and only when there are any.
@@ -159,7 +230,7 @@ impl<'a> FrameLoop<'a> {
             return Ok(look);
         }
         let is_needed = self.job.preview || self.job.output.format() == OutputFormat::Png;
-        let exposure_ev = if is_needed { exposure_ev(self.job, self.cancel)? } else { 0.0 };
+        let exposure_ev = if is_needed { exposure_ev(self.job, self.stop)? } else { 0.0 };
         if is_needed {
             let is_automatic = self.job.exposure == Exposure::Auto;
             (self.on_event)(SequenceEvent::ExposureFound { ev: exposure_ev, is_automatic });
@@ -210,58 +281,22 @@ impl<'a> FrameLoop<'a> {
             self.warned.push(warning);
         }
     }
-
-    /// Writes the frame's files and returns the first one's bytes. The preview comes first: where the frame is, all is.
-    fn write(&self, planned: &PlannedFrame, film: &Film, look: PreviewLook) -> Result<Vec<u8>> {
-        let size = (film.window.width(), film.window.height());
-        let file = match self.job.output.format() {
-            OutputFormat::Png => png_file(size, &film.pixels, look, &planned.render_hash)?,
-            OutputFormat::Exr => {
-                let attributes = frame_attributes(
-                    planned.frame,
-                    planned.time_seconds,
-                    self.job.rate.as_exr_rational(),
-                    &planned.render_hash,
-                    (&self.posed.current.camera, film.resolution),
-                );
-                exr_file(film, &attributes)?
-            }
-        };
-        if let Some(preview_path) = &planned.preview_path {
-            let preview = png_file(size, &film.pixels, look, &planned.render_hash)?;
-            write_atomically(preview_path, &preview)?;
-        }
-        write_atomically(&planned.path, &file)?;
-        Ok(file)
-    }
-
-    /// Makes the preview of a frame that is kept, from its file.
-    fn renew_preview(&mut self, planned: &PlannedFrame) -> Result<()> {
-        let Some(preview_path) = &planned.preview_path else {
-            return Ok(());
-        };
-        let look = self.look()?;
-        let (size, pixels) = read_frame(&planned.path, self.job.max_memory_bytes)?;
-        write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
-    }
 }
 
-type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
-
-fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Missing {
-        path: path.to_owned(),
-        pointer: String::new(),
-        source,
-    })?;
-    let image = decode_exr(path, &bytes, max_memory_bytes)?;
-    Ok((image.size, image.pixels))
+/// The summary of a run whose writer cannot even begin.
+fn no_thread(plan: &Plan, error: &std::io::Error) -> Summary {
+    let message = format!("the threads cannot be started: {error}");
+    let frame = plan.frames.first().map_or(0, |planned| planned.frame);
+    let failed = vec![FailedFrame { frame, error: Error::Internal { message } }];
+    Summary { failed, ..Summary::default() }
 }
 
-fn panic_message(payload: &(dyn Any + Send)) -> String {
+/// What a panic while `frame` was made is told as.
+pub(super) fn panic_error(frame: i64, payload: &(dyn Any + Send)) -> Error {
     let text = payload
         .downcast_ref::<&str>()
         .map(ToString::to_string)
         .or_else(|| payload.downcast_ref::<String>().cloned());
-    text.unwrap_or_else(|| "a worker panicked".to_owned())
+    let text = text.unwrap_or_else(|| "a worker panicked".to_owned());
+    Error::Internal { message: format!("frame {frame}: {text}") }
 }

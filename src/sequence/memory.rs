@@ -6,10 +6,11 @@ use crate::error::{Error, Result, readable_bytes};
 use super::SequenceJob;
 use super::job::triangle_count;
 
-/// A pixel: film (16 bytes), halves before and after compression (8 each), a preview (4).
-const BYTES_A_PIXEL: u128 = 36;
-/// A posed triangle in this frame and in the last one: corners, flags and attributes.
-const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100;
+/// A pixel: a film that is traced and its tiles (16 bytes each); a film that is written (16), its halves before and after
+/// compression (8 each), its preview before and after (4 each).
+const BYTES_A_PIXEL: u128 = 72;
+/// A posed triangle in this frame and in the last one: corners, flags and attributes; and what refitting keeps of its leaf.
+const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
 /// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
 const BYTES_A_REFERENCE: u128 = 120;
 

@@ -16,6 +16,7 @@ mod posed_frames;
 mod rate;
 mod render_hash;
 mod statistics;
+mod writer;
 
 pub use event::SequenceEvent;
 pub use existing::ExistingFiles;

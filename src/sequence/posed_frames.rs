@@ -2,13 +2,17 @@
 
 use std::time::Instant;
 
-use crate::bvh::{Builder, Bvh};
+use crate::bvh::{BuildSettings, Builder, Bvh};
 use crate::cancel::CancelFlag;
 use crate::error::Result;
 use crate::frame::Frame;
 use crate::geometry::Triangle;
+use crate::render::RenderSettings;
 
 use super::{Phases, SequenceJob};
+
+/// Reflected and refracted rays that a sample takes on average in an ordinary scene.
+const TYPICAL_BOUNCES: u32 = 1;
 
 /// The frame at hand, the one before, and the hierarchy over the one before.
 #[derive(Default)]
@@ -31,22 +35,28 @@ impl PosedFrames {
         let posing = Instant::now();
         std::mem::swap(&mut self.current, &mut self.previous);
         self.current.pose(&job.scene, &job.selection, time_seconds);
-        seconds.pose = posing.elapsed().as_secs_f64();
+        *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
 
         if self.bvh.is_some() && has_same_triangles(&self.current, &self.previous) {
             return Ok(true);
         }
         let recycled = self.bvh.take();
-        let Frame { triangles, flags, .. } = &self.current;
-        let bvh = self.builder.build(triangles, flags, &job.build, cancel, recycled)?;
-        let phases = bvh.statistics();
-        seconds.split = phases.bounds_seconds + phases.split_seconds;
-        seconds.sort = phases.sort_seconds;
-        seconds.link = phases.tree_seconds;
-        seconds.widen = phases.widen_seconds;
+        let Frame { triangles, flags, lights, .. } = &self.current;
+        let settings = BuildSettings { expected_rays: expected_rays(&job.render, lights.len()), ..job.build };
+        let bvh = self.builder.build(triangles, flags, &settings, cancel, recycled)?;
+        *seconds = Phases::of_build(seconds.pose, &bvh.statistics());
         self.bvh = Some(bvh);
         Ok(false)
     }
+}
+
+/// About how many rays a frame takes: for each sample the camera's, one to each light from what it meets, and those of
+/// one reflection or refraction where these are asked for.
+fn expected_rays(render: &RenderSettings, lights: usize) -> u64 {
+    let pixels = u64::from(render.window.width()) * u64::from(render.window.height());
+    let bounces = u64::from(render.max_depth.min(TYPICAL_BOUNCES));
+    let rays_a_sample = 1 + lights as u64 + bounces;
+    pixels.saturating_mul(u64::from(render.samples)).saturating_mul(rays_a_sample)
 }
 
 /// Whether both frames have the same triangles to the last bit.
@@ -60,7 +70,25 @@ fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::PixelWindow;
+    use crate::render::GlassShadows;
     use glam::Vec3;
+
+    #[test]
+    fn rays_are_counted_by_pixels_samples_and_lights() {
+        let render = RenderSettings {
+            resolution: (100, 50),
+            window: PixelWindow { x0: 10, y0: 0, x1: 30, y1: 10 },
+            samples: 4,
+            max_depth: 8,
+            glass_shadows: GlassShadows::Straight,
+            light_scale: 1.0,
+            show_background: true,
+        };
+        // 20 x 10 pixels of 4 samples: camera, three lights, one bounce; without bounces a ray less.
+        assert_eq!(expected_rays(&render, 3), 800 * 5);
+        assert_eq!(expected_rays(&RenderSettings { max_depth: 0, ..render }, 3), 800 * 4);
+    }
 
     #[test]
     fn a_zero_of_the_other_sign_is_another_triangle() {

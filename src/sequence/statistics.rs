@@ -4,24 +4,36 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::bvh::BuildStatistics;
+use crate::bvh::{BuildStatistics, BuilderKind, Origin, Reason};
 use crate::cancel::Cancelled;
 use crate::error::{Error, Result};
 use crate::render::RenderStatistics;
 
-/// Seconds of each phase of a frame.
+/// Seconds of each phase of a frame. Phases share the machine with the writing of the frame before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-#[expect(missing_docs, reason = "each field is the phase of its name")]
+#[expect(missing_docs, reason = "each of the first fields is the phase of its name")]
 pub struct Phases {
     pub pose: f64,
+    /// Fitting the last frame's hierarchy to this one, also where it came to nothing.
+    pub refit: f64,
+    /// Boxes of triangles.
+    pub bounds: f64,
     pub split: f64,
+    /// Morton codes and their order.
     pub sort: f64,
-    pub link: f64,
-    pub fit: f64,
+    /// The binary tree.
+    pub tree: f64,
+    /// The collapse to the tree that rays walk.
     pub widen: f64,
+    /// Waiting until the frame before the last was written.
+    pub wait: f64,
     pub trace: f64,
+    /// Encoding this frame and writing it, beside the frame after it.
     pub write: f64,
+    /// From the frame's beginning until it was on disk.
     pub total: f64,
+    /// What the frame added to the run: from the end of the frame before, or its own beginning, until it was on disk.
+    pub period: f64,
 }
 
 /// The hierarchy of a frame.
@@ -39,8 +51,18 @@ pub struct TreeReport {
     pub sah_cost: f32,
     /// Bytes of the traversal structure.
     pub bytes: usize,
-    /// Whether the last frame's hierarchy still fitted.
-    pub is_reused: bool,
+    /// The same over the number of triangles.
+    pub bytes_per_triangle: f64,
+    /// Which hierarchy it is: `lbvh`, `ploc`, `karras` or `brute`.
+    pub builder: &'static str,
+    /// Which one was asked for; `auto` leaves it to the number of rays and the triangles' sizes.
+    pub asked_for: &'static str,
+    /// How it came to fit the frame: `built`, `refitted`, or `reused` as it was.
+    pub made: &'static str,
+    /// Why, in words.
+    pub why: &'static str,
+    /// For a refitted tree, its SAH cost over the least since it was built.
+    pub decay: Option<f32>,
 }
 
 /// The rays of a frame.
@@ -140,7 +162,14 @@ fn permanence(error: &Error) -> u8 {
 }
 
 impl TreeReport {
-    pub(super) fn new(statistics: &BuildStatistics, is_reused: bool) -> Self {
+    pub(super) fn new(statistics: &BuildStatistics, asked_for: BuilderKind, is_reused: bool) -> Self {
+        let (made, why, decay) = match statistics.origin {
+            _ if is_reused => ("reused", "no triangle moved", None),
+            Origin::Refitted(decay) => {
+                ("refitted", "the rays pay less for a worn tree than for a new one", Some(decay))
+            }
+            Origin::Built(reason) => ("built", why_built(reason), None),
+        };
         Self {
             triangles: statistics.triangles,
             references: statistics.references,
@@ -148,8 +177,49 @@ impl TreeReport {
             depth: statistics.depth,
             sah_cost: statistics.sah_cost,
             bytes: statistics.bytes,
-            is_reused,
+            bytes_per_triangle: statistics.bytes as f64 / statistics.triangles.max(1) as f64,
+            builder: builder_name(statistics.built),
+            asked_for: builder_name(asked_for),
+            made,
+            why,
+            decay,
         }
+    }
+}
+
+impl Phases {
+    /// What building or refitting took.
+    pub(super) fn of_build(pose: f64, statistics: &BuildStatistics) -> Self {
+        Self {
+            pose,
+            refit: statistics.refit_seconds,
+            bounds: statistics.bounds_seconds,
+            split: statistics.split_seconds,
+            sort: statistics.sort_seconds,
+            tree: statistics.tree_seconds,
+            widen: statistics.widen_seconds,
+            ..Self::default()
+        }
+    }
+}
+
+fn why_built(reason: Reason) -> &'static str {
+    match reason {
+        Reason::First => "there was none that may be refitted",
+        Reason::OtherTriangles => "other triangles take part, or some are split",
+        Reason::Decayed => "refitted it would cost the rays more",
+        Reason::Pausing => "refitting has not paid lately",
+    }
+}
+
+/// As `--bvh` calls it.
+fn builder_name(builder: BuilderKind) -> &'static str {
+    match builder {
+        BuilderKind::Auto => "auto",
+        BuilderKind::Lbvh => "lbvh",
+        BuilderKind::Karras => "karras",
+        BuilderKind::Ploc => "ploc",
+        BuilderKind::BruteForce => "brute",
     }
 }
 

@@ -41,8 +41,9 @@ fn judge<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f
     let distances = edges.distances(simd, depths, f32x8::splat(simd, lane_ray.depth_reciprocal));
     let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (distances.near.into(), distances.far.into());
     let sure = edges.sure & lanes;
-    let only_sure =
-        |bounds: [f32; WIDTH]| std::array::from_fn(|i| if sure >> i & 1 != 0 && bounds[i].is_finite() { bounds[i] } else { 0.0 });
+    let only_sure = |bounds: [f32; WIDTH]| {
+        std::array::from_fn(|i| if sure >> i & 1 != 0 && bounds[i].is_finite() { bounds[i] } else { 0.0 })
+    };
     Verdict {
         entered: (entered.mask, entered.distances.map(f32::to_bits)),
         possible: edges.possible & lanes,

@@ -154,12 +154,7 @@ impl Part<'_> {
         wide_dispatch!(level, simd => closest_hits_of_tile(simd, tile, &mut visitor, hits, counters))
     }
 
-    fn hits_one_by_one(
-        &self,
-        from: &[u8],
-        hits: &mut [Option<Hit>],
-        counters: &mut TraversalCounters,
-    ) {
+    fn hits_one_by_one(&self, from: &[u8], hits: &mut [Option<Hit>], counters: &mut TraversalCounters) {
         for ((ray, &from), hit) in self.rays.iter().zip(from).zip(hits) {
             let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(from), hit);
             let judge = Judge { tree: self.batch.tree, ray };

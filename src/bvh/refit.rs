@@ -1,0 +1,584 @@
+//! Fitting the last frame's wide tree to triangles that moved, instead of building another.
+//!
+//! The tree keeps its shape; leaves get the corners of now, and boxes follow from the leaves up. That is possible while the
+//! tree has exactly the triangles that take part, each in one leaf: not where triangles were split, nor where one was hidden,
+//! shown, or lost its area. It keeps being good while triangles keep their neighbours. The quality watch compares the
+//! tree's surface area heuristic cost with the least that it was since the tree was built.
+//!
+//! # When refitting pays
+//!
+//! Refitting saves [`SAVED_NANOSECONDS_A_TRIANGLE`], and more where a better tree was built, and costs every ray of the frame what the tree got worse. The SAH cost
+//! counts the nodes and leaves that a long ray meets, at about [`NANOSECONDS_A_STEP`] each. So a refitted tree of cost `C`
+//! over `n` triangles is kept for `r` rays if `r (C − C_least) step ≤ n saved`. A tree that fails is built anew, and the
+//! time of the attempt is lost; therefore the number of frames until the next attempt doubles with each failure, up to
+//! [`LONGEST_PAUSE`], and an attempt that succeeds ends that.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+
+use rayon::prelude::*;
+
+use super::references::{Input, is_traced};
+use super::wide::{Leaf, NO_CHILD, Tag, Triangles, WIDTH, WORDS_A_PLACE, WideNode, WideTree};
+use super::{BuildSettings, BuildStatistics, BuilderKind, PrimitiveFlags, Refit};
+use crate::cancel::Cancelled;
+use crate::geometry::{Aabb, BOX_PADDING, Triangle};
+use glam::Vec3;
+
+/// What building the LBVH costs beyond refitting, by measure: some 45 against 15.
+const SAVED_NANOSECONDS_A_TRIANGLE: f64 = 30.0;
+/// What merging clusters costs beyond the LBVH.
+const SAVED_MERGING_NANOSECONDS_A_TRIANGLE: f64 = 30.0;
+/// What a ray's visit of a node or a leaf costs, with the shading that goes with it.
+const NANOSECONDS_A_STEP: f64 = 12.0;
+/// Most frames that are built without an attempt to refit after attempts that failed.
+const LONGEST_PAUSE: u32 = 64;
+
+/// Places whose triangles are one task.
+const PLACES_A_TASK: usize = 1 << 12;
+const NODES_A_TASK: usize = 1 << 8;
+/// Levels of the wide tree whose children are tasks of their own.
+const PARALLEL_LEVELS: u32 = 4;
+
+/// What refitting knows of a tree, and its memory.
+#[derive(Debug, Default)]
+pub(super) struct Refitter {
+    /// How many triangles each leaf has, at its first place.
+    counts: Vec<u8>,
+    /// The box of each leaf, at its first place.
+    leaf_boxes: Vec<Aabb>,
+    boxes: Vec<NodeBox>,
+    /// The least SAH cost of the tree since it was built, which another tree would have, too; `None` until it is asked for.
+    least_cost: Option<f64>,
+    /// Frames to be built before the next attempt.
+    pause: u32,
+    /// What `pause` becomes when the next attempt fails.
+    next_pause: u32,
+}
+
+/// What came of an attempt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Attempt {
+    /// The tree fits; its SAH cost over the least since it was built.
+    Refitted { decay: f64 },
+    /// Another tree must be built.
+    Rebuild(Reason),
+}
+
+/// Why a tree is built rather than refitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// There is none, or it may not be refitted.
+    First,
+    /// Other triangles take part than before, or some are split.
+    OtherTriangles,
+    /// Refitted it would cost rays more than building costs.
+    Decayed,
+    /// Refitting has not paid in the last frames.
+    Pausing,
+}
+
+/// The box of a node, written by one task and read by another.
+#[derive(Debug, Default)]
+struct NodeBox([AtomicU32; 6]);
+
+/// Leaves that stand together, and the places of their boxes.
+struct LeafTask<'a> {
+    counts: &'a [u8],
+    boxes: &'a mut [Aabb],
+    words: &'a mut [f32],
+}
+
+/// Box and cost of a subtree; the cost is in square metres.
+#[derive(Clone, Copy)]
+struct Fitted {
+    bounds: Aabb,
+    cost: f64,
+}
+
+impl Refitter {
+    /// Another tree was built.
+    pub(super) fn forget(&mut self) {
+        self.counts.clear();
+        self.least_cost = None;
+    }
+
+    /// Fits `tree`, which was built as `built` tells, to the triangles of now, or tells why not. Then it is of no use.
+    pub(super) fn attempt(
+        &mut self,
+        tree: &mut WideTree,
+        built: &BuildStatistics,
+        input: Input,
+        settings: &BuildSettings,
+    ) -> Result<Attempt, Cancelled> {
+        let traced = built.triangles;
+        if settings.refit == Refit::Off || tree.nodes.is_empty() {
+            return Ok(Attempt::Rebuild(Reason::First));
+        }
+        if built.references != traced {
+            return Ok(Attempt::Rebuild(Reason::OtherTriangles));
+        }
+        if self.pause > 0 {
+            self.pause -= 1;
+            return Ok(Attempt::Rebuild(Reason::Pausing));
+        }
+        let least_cost = self.cost_before(tree);
+        if !has_as_many(input, traced) || !self.move_triangles(tree, input)? {
+            return Ok(Attempt::Rebuild(Reason::OtherTriangles));
+        }
+
+        // Boxes of nodes, and what they are worth.
+        let cost = self.fit_boxes(tree).cost_a_ray();
+        // Costs that are no numbers fail, too.
+        let pays = cost <= most_cost(least_cost, built, settings);
+        if !pays {
+            self.pause = self.next_pause;
+            self.next_pause = (2 * self.next_pause).clamp(1, LONGEST_PAUSE);
+            return Ok(Attempt::Rebuild(Reason::Decayed));
+        }
+        let nodes = tree.nodes.par_iter_mut().with_min_len(NODES_A_TASK);
+        nodes.for_each(|node| self.store_boxes(node));
+        self.next_pause = 0;
+        self.least_cost = Some(if cost < least_cost { cost } else { least_cost });
+        Ok(Attempt::Refitted { decay: cost / least_cost })
+    }
+
+    /// The least SAH cost so far; measured when it is first asked for.
+    fn cost_before(&mut self, tree: &WideTree) -> f64 {
+        if let Some(cost) = self.least_cost {
+            return cost;
+        }
+        self.list_leaves(tree);
+        self.boxes.resize_with(tree.nodes.len(), NodeBox::default);
+        self.fit_boxes(tree).cost_a_ray()
+    }
+
+    /// Finds out where leaves begin, and their boxes.
+    fn list_leaves(&mut self, tree: &WideTree) {
+        self.counts.clear();
+        self.counts.resize(tree.places(), 0);
+        self.leaf_boxes.resize(tree.places(), Aabb::EMPTY);
+        for node in &tree.nodes {
+            for (lane, &child) in node.children.iter().enumerate().filter(|&(_, &child)| child != NO_CHILD) {
+                if let Some(leaf) = Leaf::of(child) {
+                    self.counts[leaf.first()] = leaf.count() as u8;
+                    self.leaf_boxes[leaf.first()] = node.bounds(lane);
+                }
+            }
+        }
+    }
+
+    /// Gives the leaves the corners of `triangles`; false if one of theirs no longer takes part.
+    fn move_triangles(&mut self, tree: &mut WideTree, input: Input) -> Result<bool, Cancelled> {
+        let mut tasks = Vec::new();
+        let mut counts = self.counts.as_slice();
+        let mut boxes = self.leaf_boxes.as_mut_slice();
+        let mut words = tree.words.as_mut_slice();
+        while !counts.is_empty() {
+            // A task ends where a leaf begins.
+            let end = counts.len().min(PLACES_A_TASK);
+            let rest = counts[end..].iter().position(|&count| count > 0);
+            let places = rest.map_or(counts.len(), |rest| end + rest);
+            let task;
+            (task, counts, boxes, words) = LeafTask::split_off(places, counts, boxes, words);
+            tasks.push(task);
+        }
+        let is_possible = AtomicBool::new(true);
+        tasks.into_par_iter().try_for_each(|task| {
+            input.cancel.check()?;
+            if !task.run(input) {
+                is_possible.store(false, Ordering::Relaxed);
+            }
+            Ok(())
+        })?;
+        Ok(is_possible.into_inner())
+    }
+
+    /// Finds the boxes of all nodes from those of their leaves.
+    fn fit_boxes(&self, tree: &WideTree) -> Fitted {
+        self.fit_node(tree, tree.root, 0)
+    }
+
+    fn fit_node(&self, tree: &WideTree, index: u32, level: u32) -> Fitted {
+        let children = &tree.nodes[index as usize].children;
+        let fit_lane = |&child: &u32| {
+            if child == NO_CHILD {
+                return Fitted::NONE;
+            }
+            match Leaf::of(child) {
+                Some(leaf) => {
+                    let bounds = self.leaf_boxes[leaf.first()];
+                    Fitted { bounds, cost: bounds.area() }
+                }
+                None => self.fit_node(tree, child, level + 1),
+            }
+        };
+        let join = |all: Fitted, lane: Fitted| all.joined(&lane.bounds, lane.cost);
+        // Summed in the order of lanes, whoever found them.
+        let lanes = if level < PARALLEL_LEVELS {
+            let mut lanes = [Fitted::NONE; WIDTH];
+            lanes.par_iter_mut().zip(children).for_each(|(lane, child)| *lane = fit_lane(child));
+            lanes.into_iter().fold(Fitted::NONE, join)
+        } else {
+            children.iter().map(fit_lane).fold(Fitted::NONE, join)
+        };
+        self.boxes[index as usize].store(&lanes.bounds);
+        Fitted { cost: lanes.cost + lanes.bounds.area(), ..lanes }
+    }
+
+    /// Gives a node the boxes of its children.
+    fn store_boxes(&self, node: &mut WideNode) {
+        for lane in 0..WIDTH {
+            let child = node.children[lane];
+            if child != NO_CHILD {
+                let bounds = match Leaf::of(child) {
+                    Some(leaf) => self.leaf_boxes[leaf.first()],
+                    None => self.boxes[child as usize].load(),
+                };
+                node.put(lane, child, &bounds);
+            }
+        }
+    }
+}
+
+impl<'a> LeafTask<'a> {
+    /// The leaves of the first `places`, and what is left.
+    fn split_off(
+        places: usize,
+        counts: &'a [u8],
+        boxes: &'a mut [Aabb],
+        words: &'a mut [f32],
+    ) -> (Self, &'a [u8], &'a mut [Aabb], &'a mut [f32]) {
+        let (counts, other_counts) = counts.split_at(places);
+        let (boxes, other_boxes) = boxes.split_at_mut(places);
+        let (words, other_words) = words.split_at_mut(places * WORDS_A_PLACE);
+        (Self { counts, boxes, words }, other_counts, other_boxes, other_words)
+    }
+
+    /// Moves the triangles and finds the boxes of their leaves; false if one no longer takes part.
+    fn run(self, input: Input) -> bool {
+        for (place, &count) in self.counts.iter().enumerate().filter(|&(_, &count)| count > 0) {
+            let count = usize::from(count);
+            let words = &mut self.words[place * WORDS_A_PLACE..][..count * WORDS_A_PLACE];
+            match move_leaf(words, count, input) {
+                Some(bounds) => self.boxes[place] = bounds,
+                None => return false,
+            }
+        }
+        true
+    }
+}
+
+impl Fitted {
+    /// Nothing.
+    const NONE: Self = Self { bounds: Aabb::EMPTY, cost: 0.0 };
+
+    /// Both together.
+    fn joined(&self, bounds: &Aabb, cost: f64) -> Self {
+        Self { bounds: self.bounds.union(*bounds), cost: self.cost + cost }
+    }
+
+    /// The surface area heuristic cost: the nodes and leaves that a line through the root's box meets on average.
+    fn cost_a_ray(&self) -> f64 {
+        let area = self.bounds.area();
+        if area > 0.0 { self.cost / area } else { f64::INFINITY }
+    }
+}
+
+impl NodeBox {
+    fn store(&self, bounds: &Aabb) {
+        let planes = bounds.min.to_array().into_iter().chain(bounds.max.to_array());
+        for (slot, plane) in self.0.iter().zip(planes) {
+            slot.store(plane.to_bits(), Ordering::Relaxed);
+        }
+    }
+
+    fn load(&self) -> Aabb {
+        let [x0, y0, z0, x1, y1, z1] =
+            self.0.each_ref().map(|slot| f32::from_bits(slot.load(Ordering::Relaxed)));
+        Aabb { min: Vec3::new(x0, y0, z0), max: Vec3::new(x1, y1, z1) }
+    }
+}
+
+/// Whether `traced` triangles take part.
+fn has_as_many(Input { triangles, flags, .. }: Input, traced: usize) -> bool {
+    let takes_part = |(triangle, flags): &(&Triangle, &PrimitiveFlags)| is_traced(triangle, **flags);
+    let taking_part = triangles.par_iter().zip(flags).with_min_len(PLACES_A_TASK).filter(takes_part);
+    // Where all have to, the tree's own tell.
+    triangles.len() == traced || taking_part.count() == traced
+}
+
+/// The highest cost of a refitted tree that is kept.
+fn most_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings) -> f64 {
+    match settings.refit {
+        Refit::Off => 0.0,
+        Refit::UpTo(factor) => least_cost * f64::from(factor),
+        Refit::Auto => {
+            let merging =
+                if built.built == BuilderKind::Ploc { SAVED_MERGING_NANOSECONDS_A_TRIANGLE } else { 0.0 };
+            let saved = built.triangles as f64 * (SAVED_NANOSECONDS_A_TRIANGLE + merging);
+            least_cost + saved / (settings.expected_rays.max(1) as f64 * NANOSECONDS_A_STEP)
+        }
+    }
+}
+
+/// New corners and flags for the triangles of a leaf, and the box around them, grown as the definition of a hit asks;
+/// `None` if one of them takes no part any more.
+fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
+    let mut bounds = Aabb::EMPTY;
+    for lane in 0..count {
+        let primitive = Triangles::new(words, count).tag(lane).primitive();
+        let triangle = input.triangles.get(primitive as usize)?;
+        let flags = *input.flags.get(primitive as usize)?;
+        if !is_traced(triangle, flags) {
+            return None;
+        }
+        let [a, b, c] = triangle.vertices;
+        let tag = Tag::new(primitive, flags).word();
+        let components = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, tag];
+        for (row, value) in words.chunks_exact_mut(count).zip(components) {
+            row[lane] = value;
+        }
+        bounds = bounds.union(triangle.bounds());
+    }
+    let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
+    Some(bounds.grown(magnitude * BOX_PADDING + f32::MIN_POSITIVE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::{Builder, Bvh, Hit, Origin, Split, Structure, TraversalCounters};
+    use crate::cancel::CancelFlag;
+    use crate::geometry::Ray;
+
+    const ROWS: usize = 40;
+
+    /// A sheet that is more and more twisted about the vertical.
+    fn sheet(twist: f32) -> Vec<Triangle> {
+        let corner = |i: usize, j: usize| {
+            let (u, v) = (i as f32 / ROWS as f32 - 0.5, j as f32 / ROWS as f32 - 0.5);
+            let (sin, cos) = (libm::sinf(twist * v), libm::cosf(twist * v));
+            Vec3::new(u * cos, v, u * sin + 0.1 * v * v)
+        };
+        let quads = (0..ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j)));
+        let triangles = quads.flat_map(|(i, j)| {
+            let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+            [Triangle { vertices: [a, b, c] }, Triangle { vertices: [a, c, d] }]
+        });
+        triangles.collect()
+    }
+
+    /// The triangles of the sheet in another order.
+    fn scrambled(seed: usize) -> Vec<Triangle> {
+        let sheet = sheet(0.0);
+        // 1009 is a prime that does not divide the count, so that every triangle is taken once.
+        (0..sheet.len()).map(|i| sheet[(i * 1009 + seed) % sheet.len()]).collect()
+    }
+
+    fn settings(refit: Refit) -> BuildSettings {
+        BuildSettings { split: Split::Off, refit, ..BuildSettings::default() }
+    }
+
+    fn build(
+        triangles: &[Triangle],
+        flags: &[PrimitiveFlags],
+        settings: &BuildSettings,
+        last: Option<Bvh>,
+    ) -> Bvh {
+        let bvh = Builder::default().build(triangles, flags, settings, &CancelFlag::new(), last).unwrap();
+        bvh.validate(triangles, flags).unwrap();
+        bvh
+    }
+
+    fn plain(triangles: &[Triangle]) -> Vec<PrimitiveFlags> {
+        vec![PrimitiveFlags::default(); triangles.len()]
+    }
+
+    fn origins(frames: &[Vec<Triangle>], settings: &BuildSettings) -> Vec<Origin> {
+        let mut last = None;
+        let step = |triangles: &Vec<Triangle>| {
+            let bvh = build(triangles, &plain(triangles), settings, last.take());
+            let origin = bvh.statistics().origin;
+            last = Some(bvh);
+            origin
+        };
+        frames.iter().map(step).collect()
+    }
+
+    fn hits(bvh: &Bvh) -> Vec<Option<Hit>> {
+        let target = |i: i32| Vec3::new((i % 31) as f32 / 31.0 - 0.5, (i % 37) as f32 / 37.0 - 0.5, 0.0);
+        let rays = (0..500).map(|i| {
+            let origin = Vec3::new((i % 7) as f32 - 3.0, (i % 5) as f32 - 2.0, 2.0);
+            Ray::new(origin, target(i) - origin)
+        });
+        let mut counters = TraversalCounters::default();
+        rays.map(|ray| bvh.closest_hit(&ray, None, |_| true, &mut counters)).collect()
+    }
+
+    fn tree(bvh: &Bvh) -> &WideTree {
+        match &bvh.structure {
+            Structure::Wide(tree) => tree,
+            Structure::BruteForce(_) => panic!("there is a tree"),
+        }
+    }
+
+    /// Areas of all boxes over that of the root, walked in any order.
+    fn plain_cost(tree: &WideTree) -> f64 {
+        let lanes = tree.nodes.iter().flat_map(|node| (0..WIDTH).map(|lane| node.bounds(lane)));
+        let root = (0..WIDTH).fold(Aabb::EMPTY, |all, lane| all.union(tree.nodes[0].bounds(lane)));
+        1.0 + lanes.map(|bounds| bounds.area()).sum::<f64>() / root.area()
+    }
+
+    #[test]
+    fn every_builders_tree_can_be_refitted() {
+        for builder in [BuilderKind::Auto, BuilderKind::Lbvh, BuilderKind::Karras, BuilderKind::Ploc] {
+            let always = BuildSettings { builder, ..settings(Refit::UpTo(f32::INFINITY)) };
+            let frames = [sheet(0.0), sheet(0.3)];
+            let first = build(&frames[0], &plain(&frames[0]), &always, None);
+            let second = build(&frames[1], &plain(&frames[1]), &always, Some(first));
+            assert!(matches!(second.statistics().origin, Origin::Refitted(_)), "{builder:?}");
+        }
+    }
+
+    #[test]
+    fn a_refitted_tree_gives_the_hits_of_a_new_one_to_the_bit() {
+        let always = settings(Refit::UpTo(f32::INFINITY));
+        let mut last = None;
+        for step in 0..8 {
+            let triangles = sheet(step as f32 * 0.7);
+            let flags = plain(&triangles);
+            let refitted = build(&triangles, &flags, &always, last.take());
+            assert_eq!(matches!(refitted.statistics().origin, Origin::Refitted(_)), step > 0);
+            let built = build(&triangles, &flags, &settings(Refit::Off), None);
+            let expected = hits(&built);
+            assert_eq!(hits(&refitted), expected);
+            assert!(expected.iter().flatten().count() > 50);
+            last = Some(refitted);
+        }
+    }
+
+    #[test]
+    fn threads_do_not_matter_and_the_cost_is_the_sum_over_all_boxes() {
+        let frames = [sheet(0.0), sheet(0.5), sheet(2.0)];
+        let always = settings(Refit::UpTo(f32::INFINITY));
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| origins(&frames, &always))
+        };
+        let expected = run(1);
+        assert!([2, 8].into_iter().all(|threads| run(threads) == expected));
+
+        let first = build(&frames[0], &plain(&frames[0]), &always, None);
+        let built_cost = plain_cost(tree(&first));
+        let refitted = build(&frames[2], &plain(&frames[2]), &always, Some(first));
+        let Origin::Refitted(factor) = refitted.statistics().origin else { panic!("it is refitted") };
+        let expected = plain_cost(tree(&refitted)) / built_cost;
+        assert!((f64::from(factor) / expected - 1.0).abs() < 1.0e-5, "{factor} is not {expected}");
+        assert!(factor > 1.05);
+    }
+
+    #[test]
+    fn the_watch_sees_scrambling_and_waits_longer_each_time() {
+        let frames: Vec<_> = (0..8).map(scrambled).collect();
+        let reasons = [
+            Reason::First,
+            Reason::Decayed,
+            Reason::Decayed,
+            Reason::Pausing,
+            Reason::Decayed,
+            Reason::Pausing,
+            Reason::Pausing,
+            Reason::Decayed,
+        ];
+        assert_eq!(origins(&frames, &settings(Refit::UpTo(1.5))), reasons.map(Origin::Built));
+        // The same triangles moving a little stay.
+        let gentle: Vec<_> = (0..4).map(|i| sheet(i as f32 * 0.05)).collect();
+        let gentle = origins(&gentle, &settings(Refit::UpTo(1.5)));
+        assert!(gentle[1..].iter().all(|origin| matches!(origin, Origin::Refitted(_))), "{gentle:?}");
+    }
+
+    #[test]
+    fn a_tree_is_measured_by_its_best_frame() {
+        // Triangles that shrink make the tree better than it was when it was built; growing again is seen at once.
+        let shrunk = |scale: f32| -> Vec<Triangle> {
+            let shrink = |t: &Triangle| {
+                let center = (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3.0;
+                Triangle { vertices: t.vertices.map(|p| center + (p - center) * scale) }
+            };
+            sheet(0.0).iter().map(shrink).collect()
+        };
+        let frames = [shrunk(1.0), shrunk(0.3), shrunk(1.0)];
+        let origins = origins(&frames, &settings(Refit::UpTo(1.01)));
+        assert!(matches!(origins[1], Origin::Refitted(factor) if factor < 1.0), "{origins:?}");
+        assert_eq!(origins[2], Origin::Built(Reason::Decayed));
+    }
+
+    #[test]
+    fn other_triangles_need_another_tree() {
+        let always = settings(Refit::UpTo(f32::INFINITY));
+        let whole = sheet(0.0);
+        let mut flat = sheet(0.1);
+        flat[70].vertices[2] = flat[70].vertices[0];
+        let mut flags = plain(&whole);
+        flags[9] = PrimitiveFlags::HIDDEN;
+        let other = Origin::Built(Reason::OtherTriangles);
+
+        // A triangle loses its area, stays without while others move, and gets it back; one is hidden; one is gone.
+        let bvh = build(&whole, &plain(&whole), &always, None);
+        let bvh = build(&flat, &plain(&flat), &always, Some(bvh));
+        assert_eq!(bvh.statistics().origin, other);
+        flat[500].vertices[0].x += 0.01;
+        let bvh = build(&flat, &plain(&flat), &always, Some(bvh));
+        assert!(matches!(bvh.statistics().origin, Origin::Refitted(_)));
+        let bvh = build(&whole, &plain(&whole), &always, Some(bvh));
+        assert_eq!(bvh.statistics().origin, other);
+        let bvh = build(&whole, &flags, &always, Some(bvh));
+        assert_eq!(bvh.statistics().origin, other);
+        // As many as before, but the last of the tree's is gone.
+        let fewer = whole.len() - 1;
+        let bvh = build(&whole[..fewer], &plain(&whole)[..fewer], &always, Some(bvh));
+        assert_eq!(bvh.statistics().origin, other);
+        let bvh = build(&[], &[], &always, Some(bvh));
+        assert_eq!(bvh.statistics().triangles, 0);
+        assert_eq!(
+            build(&whole, &flags, &always, Some(bvh)).statistics().origin,
+            Origin::Built(Reason::First)
+        );
+    }
+
+    #[test]
+    fn split_triangles_are_not_refitted() {
+        let split = BuildSettings { split: Split::Area(0.001), ..settings(Refit::UpTo(f32::INFINITY)) };
+        let origins = origins(&[sheet(0.0), sheet(0.1)], &split);
+        assert_eq!(origins[1], Origin::Built(Reason::OtherTriangles));
+    }
+
+    #[test]
+    fn flags_of_now_count() {
+        let always = settings(Refit::UpTo(f32::INFINITY));
+        // Every second triangle shows its back.
+        let mut triangles = sheet(0.0);
+        triangles.iter_mut().step_by(2).for_each(|triangle| triangle.vertices.swap(1, 2));
+        let single_sided = vec![PrimitiveFlags::SINGLE_SIDED; triangles.len()];
+        let bvh = build(&triangles, &plain(&triangles), &always, None);
+        let seen = hits(&bvh).iter().flatten().count();
+        let bvh = build(&triangles, &single_sided, &always, Some(bvh));
+        assert!(matches!(bvh.statistics().origin, Origin::Refitted(_)));
+        let expected = hits(&build(&triangles, &single_sided, &settings(Refit::Off), None));
+        assert_eq!(hits(&bvh), expected);
+        assert_ne!(expected.iter().flatten().count(), seen);
+    }
+
+    #[test]
+    fn rays_decide_what_a_refitted_tree_may_cost() {
+        // 1000 triangles save 30 µs; at 12 ns a step that is 2500 steps, 25 for each of 100 rays.
+        let with_rays = |expected_rays| BuildSettings { expected_rays, ..settings(Refit::Auto) };
+        // Merged clusters save twice that.
+        let of = |built| BuildStatistics { built, triangles: 1000, ..BuildStatistics::default() };
+        assert_eq!(most_cost(10.0, &of(BuilderKind::Lbvh), &with_rays(100)), 35.0);
+        assert_eq!(most_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 60.0);
+        let frames = [sheet(0.0), sheet(1.0)];
+        assert!(matches!(origins(&frames, &with_rays(1000))[1], Origin::Refitted(_)));
+        assert_eq!(origins(&frames, &with_rays(10_000_000))[1], Origin::Built(Reason::Decayed));
+    }
+}

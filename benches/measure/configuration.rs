@@ -1,0 +1,29 @@
+//! The combinations of builder and splitting that are measured.
+
+use rayframe::bvh::{BuildSettings, BuilderKind, Split};
+
+/// A row of the table of configurations.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Configuration {
+    /// As it stands in tables and files.
+    pub(crate) name: &'static str,
+    builder: BuilderKind,
+    split: Split,
+}
+
+/// All that are measured.
+pub(crate) const CONFIGURATIONS: [Configuration; 3] = [
+    // The paper's algorithm without splits.
+    Configuration { name: "lbvh", builder: BuilderKind::Lbvh, split: Split::Off },
+    // The same over split triangles.
+    Configuration { name: "lbvh-split", builder: BuilderKind::Lbvh, split: Split::Auto },
+    // What `rayframe render` does.
+    Configuration { name: "auto", builder: BuilderKind::Auto, split: Split::Auto },
+];
+
+impl Configuration {
+    /// Settings of the builder.
+    pub(crate) fn settings(&self) -> BuildSettings {
+        BuildSettings { builder: self.builder, split: self.split, ..BuildSettings::default() }
+    }
+}

@@ -33,15 +33,6 @@ pub(crate) enum Nodes {
     Compressed(CwBvh),
 }
 
-/// A structure and what it cost.
-pub(crate) struct Built {
-    pub(crate) tree: Tree,
-    /// With fresh memory.
-    pub(crate) build_seconds: f64,
-    /// With memory kept, where the library offers to keep it; from triangles to a structure that rays can walk.
-    pub(crate) rebuild_seconds: f64,
-}
-
 /// What is kept between builds.
 #[derive(Default)]
 struct Builder {
@@ -61,8 +52,9 @@ pub(crate) fn triangles(triangles: &[rayframe::geometry::Triangle]) -> Vec<Trian
     triangles.iter().map(convert).collect()
 }
 
-/// Builds on the threads of `pool`, first freshly, then again and again.
-pub(crate) fn measure(triangles: &[Triangle], preset: &Preset, pool: &ThreadPool) -> Built {
+/// A structure, and seconds: of the first build, and of the best of more with memory kept where the library offers to keep it,
+/// from triangles to a structure that rays can walk; on the threads of `pool`.
+pub(crate) fn measure(triangles: &[Triangle], preset: &Preset, pool: &ThreadPool) -> (Tree, [f64; 2]) {
     pool.install(|| {
         let mut builder = Builder::default();
         let (mut tree, build_seconds) = wall_seconds(|| builder.build(triangles, preset));
@@ -73,7 +65,7 @@ pub(crate) fn measure(triangles: &[Triangle], preset: &Preset, pool: &ThreadPool
             (tree, seconds) = wall_seconds(|| builder.build(triangles, preset));
             rebuild_seconds = rebuild_seconds.min(seconds);
         }
-        Built { tree, build_seconds, rebuild_seconds }
+        (tree, [build_seconds, rebuild_seconds])
     })
 }
 

@@ -25,8 +25,9 @@ pub(crate) struct Preset {
     pub(crate) layout: Layout,
 }
 
-/// Every effort of the library as both structures, the middle ones with splits too; `slow` always splits.
-pub(crate) fn presets() -> Vec<Preset> {
+/// Every effort of the library as both structures, the middle ones with splits too (`slow` always splits): those that are
+/// wanted by name.
+pub(crate) fn presets(wanted: impl Fn(&str) -> bool) -> Vec<Preset> {
     let mut presets = Vec::new();
     for (layout, prefix) in [(Layout::Binary, "bvh2"), (Layout::Compressed, "cwbvh")] {
         let split = |params| BvhBuildParams { pre_split: true, ..params };
@@ -40,7 +41,7 @@ pub(crate) fn presets() -> Vec<Preset> {
             ("slow", BvhBuildParams::slow_build()),
         ];
         let named = |(effort, params)| Preset { name: format!("{prefix}-{effort}"), params, layout };
-        presets.extend(efforts.map(named));
+        presets.extend(efforts.map(named).into_iter().filter(|preset| wanted(&preset.name)));
     }
     presets
 }

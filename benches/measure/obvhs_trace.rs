@@ -4,8 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use obvhs::ray::{Ray, RayHit};
 
-use crate::chunks::processor_seconds;
-use crate::clock::best_seconds;
+use crate::chunks::{best_seconds, processor_seconds};
 use crate::obvhs_build::{Nodes, Tree};
 use crate::ray_set::{Query, RaySet};
 

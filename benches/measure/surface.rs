@@ -26,10 +26,4 @@ impl Surface {
         let largest = on_plane.abs().max_element().max(hit.t);
         Self { position: on_plane + normal * (OFFSET * largest), normal }
     }
-
-    /// The ray between `light` and the point, from the light; `None` where the light is behind the surface.
-    pub(crate) fn lit_from(&self, light: Vec3) -> Option<Ray> {
-        let direction = self.position - light;
-        (direction.dot(self.normal) < 0.0).then_some(Ray { origin: light, direction, t_min: 0.0, t_max: 1.0 })
-    }
 }

@@ -7,8 +7,7 @@ use glam::Vec3;
 use rayframe::bvh::{Bvh, TraversalCounters};
 use rayframe::geometry::Ray;
 
-use crate::chunks::processor_seconds;
-use crate::clock::best_seconds;
+use crate::chunks::{best_seconds, processor_seconds};
 use crate::ray_set::Query;
 
 /// Measurements, of which the best counts.

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use crate::Result;
 use crate::configuration::CONFIGURATIONS;
 use crate::folder::Subject;
+use crate::hierarchy::hierarchy;
 use crate::ray_set::Query;
 use crate::trace::BATCH;
 
@@ -38,13 +39,13 @@ pub(crate) fn differences(subject: &Subject, sample: usize, out: &mut impl Write
     let questions = questions(subject);
     let [plain, ..] = CONFIGURATIONS;
     let settings = BuildSettings { simd: SimdLevel::Scalar, ..plain.settings() };
-    let bvh = subject.soup.bvh(&settings)?;
+    let bvh = hierarchy(&subject.soup, &settings)?;
     let expected: Vec<_> = questions.iter().map(|asked| answers(&bvh, asked, Way::Single)).collect();
     let mut differing = brute_force(subject, sample, (&questions, &expected), out)?;
     for configuration in &CONFIGURATIONS {
         for level in LEVELS.into_iter().filter(|level| level.is_supported()) {
             let settings = BuildSettings { simd: level, ..configuration.settings() };
-            let bvh = subject.soup.bvh(&settings)?;
+            let bvh = hierarchy(&subject.soup, &settings)?;
             for way in [Way::Single, Way::Batches] {
                 for (asked, expected) in questions.iter().zip(&expected) {
                     let wrong = count(&answers(&bvh, asked, way), expected);
@@ -82,7 +83,7 @@ fn brute_force(
     out: &mut impl Write,
 ) -> Result<usize> {
     let settings = BuildSettings { builder: BuilderKind::BruteForce, ..BuildSettings::default() };
-    let bvh = subject.soup.bvh(&settings)?;
+    let bvh = hierarchy(&subject.soup, &settings)?;
     let mut differing = 0;
     for (asked, expected) in questions.iter().zip(expected) {
         let step = (asked.rays.len() * questions.len()).div_ceil(sample.max(1)).max(1);

@@ -37,6 +37,8 @@ mod chunks;
 mod clock;
 #[path = "../measure/configuration.rs"]
 mod configuration;
+#[path = "../measure/hierarchy.rs"]
+mod hierarchy;
 #[path = "../measure/obvhs_build.rs"]
 mod obvhs_build;
 #[path = "../measure/obvhs_preset.rs"]
@@ -45,6 +47,8 @@ mod obvhs_preset;
 mod obvhs_trace;
 #[path = "../measure/ray_set.rs"]
 mod ray_set;
+#[path = "../measure/soup.rs"]
+mod soup;
 #[path = "../measure/surface.rs"]
 mod surface;
 #[path = "../measure/trace.rs"]
@@ -97,7 +101,7 @@ fn measure_scene(subject: &Subject, threads: usize, options: &Options, table: &m
             ours::measure(subject, configuration, &pool, table)?;
         }
     }
-    for preset in obvhs_preset::presets().iter().filter(|preset| options.wants(&preset.name)) {
+    for preset in &obvhs_preset::presets(|name| options.wants(name)) {
         if options.wants_library("obvhs") {
             announce(obvhs_preset::LIBRARY, &preset.name)?;
             theirs::measure(subject, preset, &pool, table)?;

@@ -4,7 +4,7 @@ use rayframe::bvh::{Bvh, TraversalCounters};
 use rayon::ThreadPool;
 
 use crate::Result;
-use crate::build::Built;
+use crate::build::{self, Cost};
 use crate::configuration::Configuration;
 use crate::folder::{FRAME_SETS, Subject};
 use crate::product;
@@ -21,18 +21,18 @@ pub(crate) fn measure(
 ) -> Result<()> {
     let threads = pool.current_num_threads();
     let key = Key { library: "rayframe", scene: &subject.name, configuration: configuration.name, threads };
-    let built = subject.soup.measure(&configuration.settings(), pool)?;
-    write_build(&built, key, table)?;
+    let (bvh, cost) = build::measure(&subject.soup, &configuration.settings(), pool)?;
+    write_build(&cost, key, table)?;
 
-    let mut frame_ms = [built.rebuild_seconds * 1e3; 2];
+    let mut frame_ms = [cost.rebuild_seconds * 1e3; 2];
     for (place, set) in subject.sets.iter().enumerate().filter(|(_, set)| !set.rays.is_empty()) {
-        let single = trace::single(&built.bvh, &set.rays, set.query, threads);
-        let packet = trace::batches(&built.bvh, set.batched(), set.query, threads);
+        let single = trace::single(&bvh, &set.rays, set.query, threads);
+        let packet = trace::batches(&bvh, set.batched(), set.query, threads);
         table.row(key, &format!("hits:{}", set.name), single.hits as f64)?;
         write_trace(&single, key, &format!("{}:single", set.name), table)?;
         write_trace(&packet, key, &format!("{}:packet", set.name), table)?;
         if set.from_light.is_some() {
-            let surface = trace::batches(&built.bvh, &set.rays, Query::Occluded, threads);
+            let surface = trace::batches(&bvh, &set.rays, Query::Occluded, threads);
             write_trace(&surface, key, &format!("{}:packet_surface", set.name), table)?;
         }
         if place < FRAME_SETS {
@@ -43,16 +43,16 @@ pub(crate) fn measure(
     table.row(key, "frame_ms:single", frame_ms[0])?;
     table.row(key, "frame_ms:packet", frame_ms[1])?;
     if configuration.name == "auto" {
-        write_product(subject, configuration, &built.bvh, pool, (key, table))?;
+        write_product(subject, configuration, &bvh, pool, (key, table))?;
     }
     Ok(())
 }
 
-fn write_build(built: &Built, key: Key<'_>, table: &mut Table) -> Result<()> {
-    let tree = built.fastest;
+fn write_build(cost: &Cost, key: Key<'_>, table: &mut Table) -> Result<()> {
+    let tree = cost.fastest;
     let a_triangle = 1.0 / tree.triangles.max(1) as f64;
-    table.row(key, "build_ms", built.build_seconds * 1e3)?;
-    table.row(key, "rebuild_ms", built.rebuild_seconds * 1e3)?;
+    table.row(key, "build_ms", cost.build_seconds * 1e3)?;
+    table.row(key, "rebuild_ms", cost.rebuild_seconds * 1e3)?;
     table.row(key, "references", tree.references as f64 * a_triangle)?;
     table.row(key, "sah", f64::from(tree.sah_cost))?;
     table.row(key, "bytes_per_triangle", tree.bytes as f64 * a_triangle)?;

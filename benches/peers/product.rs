@@ -20,9 +20,10 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use crate::Result;
-use crate::build::Soup;
 use crate::folder::{FRAME_SETS, Subject, View};
+use crate::hierarchy::hierarchy;
 use crate::ray_set::Query;
+use crate::soup::Soup;
 use crate::surface::Surface;
 use crate::trace;
 
@@ -49,7 +50,7 @@ pub(crate) fn compare(
     let (scene, selection) = stage(&subject.soup, &subject.view);
     let frame = Frame::at(&scene, &selection, 0.0);
     let soup = Soup { triangles: frame.triangles.clone(), flags: frame.flags.clone() };
-    let built = pool.install(|| soup.bvh(settings))?;
+    let built = pool.install(|| hierarchy(&soup, settings))?;
     let input = RenderInput { scene: &scene, frame: &frame, bvh: &built, environment: &Environment::None };
     let threads = pool.current_num_threads();
     let mut render_ms = f64::INFINITY;
@@ -88,11 +89,13 @@ fn rays_ms(subject: &Subject, bvh: &Bvh, rendered: &RenderStatistics, threads: u
     seconds * 1e3
 }
 
-/// Shadow rays of what mirror rays hit, in their order.
+/// Shadow rays from the light to what mirror rays hit and it shines on, in their order.
 fn second_shadows(subject: &Subject, bvh: &Bvh) -> Vec<Ray> {
     let ray = |ray: &Ray| {
         let hit = bvh.closest_hit(ray, None, |_| true, &mut TraversalCounters::default())?;
-        Surface::new(&subject.soup.triangles, ray, &hit).lit_from(subject.view.light)
+        let surface = Surface::new(&subject.soup.triangles, ray, &hit);
+        let (origin, direction) = (subject.view.light, surface.position - subject.view.light);
+        (direction.dot(surface.normal) < 0.0).then_some(Ray { origin, direction, t_min: 0.0, t_max: 1.0 })
     };
     subject.sets[FRAME_SETS - 1].rays.par_iter().filter_map(ray).collect()
 }

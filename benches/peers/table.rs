@@ -26,7 +26,7 @@ impl Table {
 
     pub(crate) fn row(&mut self, key: Key<'_>, metric: &str, value: f64) -> Result<()> {
         let Key { library, scene, configuration, threads } = key;
-        let line = format!("{library},{scene},{configuration},{threads},{metric},{value}");
+        let line = format!("{library},{scene},{configuration},{threads},{metric},{value:.6}");
         match &mut self.0 {
             Some(file) => writeln!(file, "{line}")?,
             None => writeln!(std::io::stdout(), "{line}")?,

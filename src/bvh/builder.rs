@@ -3,11 +3,12 @@
 use std::time::Instant;
 
 use super::brute_force::TriangleList;
+use super::collapse::Source;
 use super::fit::FittedBoxes;
 use super::lbvh::RadixTree;
 use super::radix_sort::Keyed;
 use super::split_clip::{self, Input, Reference};
-use super::wide::{Source, WideTree};
+use super::wide::WideTree;
 use super::{
     BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, Structure, morton, radix_sort,
 };

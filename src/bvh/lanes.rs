@@ -26,7 +26,7 @@ mod avx2;
 #[cfg(test)]
 mod tests;
 
-use super::wide::{TrianglePack, WIDTH, WideNode};
+use super::wide::{Triangles, WIDTH, WideNode};
 use super::{SimdLevel, TraversalCounters};
 use crate::geometry::{BOX_PADDING, Ray, dominant_axes};
 
@@ -75,7 +75,7 @@ pub(super) trait Lanes {
     /// Which children are entered at or before `upper`.
     fn enter(node: &WideNode, ray: &LaneRay, upper: f32) -> Entered;
     /// Which triangles of a pack may be hit, one bit each.
-    fn candidates(pack: &TrianglePack, ray: &LaneRay) -> u32;
+    fn candidates(pack: &Triangles<'_>, ray: &LaneRay) -> u32;
 }
 
 /// A computation that is compiled once a level; implementations are `#[inline(always)]`.
@@ -179,14 +179,14 @@ impl Lanes for Scalar {
     }
 
     #[inline(always)]
-    fn candidates(pack: &TrianglePack, ray: &LaneRay) -> u32 {
+    fn candidates(pack: &Triangles<'_>, ray: &LaneRay) -> u32 {
         let [kx, ky, kz] = ray.axes;
         let mut mask = 0;
         for lane in 0..WIDTH {
             let corner = |i: usize| {
-                let z = pack.corners[i][kz][lane] - ray.origin[kz];
-                let x = (pack.corners[i][kx][lane] - ray.origin[kx]) - ray.shear[0] * z;
-                let y = (pack.corners[i][ky][lane] - ray.origin[ky]) - ray.shear[1] * z;
+                let z = pack.lanes(i, kz)[lane] - ray.origin[kz];
+                let x = (pack.lanes(i, kx)[lane] - ray.origin[kx]) - ray.shear[0] * z;
+                let y = (pack.lanes(i, ky)[lane] - ray.origin[ky]) - ray.shear[1] * z;
                 (x, y, z)
             };
             let (ax, ay, az) = corner(0);
@@ -206,7 +206,7 @@ impl Lanes for Scalar {
                 && margin < LARGEST_MARGIN;
             mask |= u32::from(!outside) << lane;
         }
-        mask & ((1 << pack.count) - 1)
+        mask & ((1 << pack.count()) - 1)
     }
 }
 

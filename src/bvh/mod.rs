@@ -7,6 +7,7 @@
 
 mod brute_force;
 mod builder;
+mod collapse;
 mod fit;
 mod lanes;
 mod lbvh;

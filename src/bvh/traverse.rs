@@ -7,9 +7,8 @@
 //! The stack is an array that covers ordinary trees, and grows on the heap beyond it: no node is ever lost.
 
 use super::lanes::{LaneRay, LaneTask, Lanes};
-use super::lbvh::LEAF;
 use super::query::Visitor;
-use super::wide::{NO_CHILD, WIDTH, WideNode, WideTree};
+use super::wide::{Leaf, NO_CHILD, WIDTH, WideNode, WideTree};
 use super::{Hit, TraversalCounters};
 use crate::geometry::{Ray, ShearedRay};
 
@@ -51,28 +50,29 @@ impl<V: Visitor> LaneTask for Walk<'_, V> {
         let mut current = Pending::new(0.0, tree.root);
         loop {
             let child = current.child();
-            if child & LEAF == 0 {
+            if let Some(leaf) = Leaf::of(child) {
+                let pack = tree.triangles(leaf);
+                counters.triangles += pack.count() as u64;
+                let mut mask = L::candidates(&pack, &lane_ray);
+                while mask != 0 {
+                    let lane = mask.trailing_zeros() as usize;
+                    mask &= mask - 1;
+                    let Some(hit) = sheared_ray.meet(&pack.corners(lane)) else {
+                        continue;
+                    };
+                    let tag = pack.tag(lane);
+                    let hit = Hit::of(hit, tag.primitive());
+                    if visitor.offer(&hit, tag.flags()) {
+                        return;
+                    }
+                }
+            } else {
                 let node = &tree.nodes[child as usize];
                 counters.nodes += 1;
                 let entered = L::enter(node, &lane_ray, visitor.upper() * lane_ray.scale);
                 if let Some(next) = nearest_first::<V>(node, entered.mask, &entered.distances, &mut stack) {
                     current = next;
                     continue;
-                }
-            } else {
-                let pack = &tree.leaves[(child & !LEAF) as usize];
-                counters.triangles += u64::from(pack.count);
-                let mut mask = L::candidates(pack, &lane_ray);
-                while mask != 0 {
-                    let lane = mask.trailing_zeros() as usize;
-                    mask &= mask - 1;
-                    let Some(hit) = sheared_ray.meet(&pack.triangle(lane)) else {
-                        continue;
-                    };
-                    let hit = Hit::of(hit, pack.primitives[lane]);
-                    if visitor.offer(&hit, pack.flags[lane]) {
-                        return;
-                    }
                 }
             }
 

@@ -1,8 +1,7 @@
 //! The invariants of a finished hierarchy, for tests and for doubts.
 
-use super::lbvh::LEAF;
 use super::split_clip::is_traced;
-use super::wide::{NO_CHILD, WIDTH, WideTree};
+use super::wide::{Leaf, NO_CHILD, WIDTH, WideTree};
 use super::{Bvh, PrimitiveFlags, Structure};
 use crate::geometry::{Aabb, Triangle};
 
@@ -20,7 +19,7 @@ impl Bvh {
 
 fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -> Result<(), String> {
     let mut node_visits = vec![0_u32; tree.nodes.len()];
-    let mut leaf_visits = vec![0_u32; tree.leaves.len()];
+    let mut place_visits = vec![0_u32; tree.places()];
     let mut covered = vec![Aabb::EMPTY; triangles.len()];
     let everything = Aabb { min: glam::Vec3::NEG_INFINITY, max: glam::Vec3::INFINITY };
     let mut todo = vec![(tree.root, everything)];
@@ -28,12 +27,12 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -
         if child == NO_CHILD {
             continue;
         }
-        if child & LEAF != 0 {
-            let leaf = (child & !LEAF) as usize;
-            leaf_visits[leaf] += 1;
+        if let Some(leaf) = Leaf::of(child) {
+            let triangles_of_leaf = tree.triangles(leaf);
             check_leaf(tree, leaf, triangles)?;
-            for &primitive in &tree.leaves[leaf].primitives[..tree.leaves[leaf].count as usize] {
-                let covered = &mut covered[primitive as usize];
+            for lane in 0..leaf.count() {
+                place_visits[leaf.first() + lane] += 1;
+                let covered = &mut covered[triangles_of_leaf.tag(lane).primitive() as usize];
                 *covered = covered.union(bounds);
             }
             continue;
@@ -49,8 +48,8 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -
         }
     }
 
-    if node_visits.iter().chain(&leaf_visits).any(|&visits| visits != 1) {
-        return Err("a node or leaf is not reached exactly once".to_owned());
+    if node_visits.iter().any(|&visits| visits != 1) || place_visits.iter().any(|&visits| visits > 1) {
+        return Err("a node is not reached exactly once, or two leaves overlap".to_owned());
     }
     for (primitive, ((triangle, &flags), covered)) in triangles.iter().zip(flags).zip(&covered).enumerate() {
         if is_traced(triangle, flags) == covered.is_empty() {
@@ -63,18 +62,15 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[PrimitiveFlags]) -
     Ok(())
 }
 
-fn check_leaf(tree: &WideTree, leaf: usize, triangles: &[Triangle]) -> Result<(), String> {
-    let pack = &tree.leaves[leaf];
-    let count = pack.count as usize;
-    if count == 0 || count > WIDTH {
-        return Err(format!("leaf {leaf} has {count} triangles"));
-    }
-    for (lane, &primitive) in pack.primitives[..count].iter().enumerate() {
-        if pack.primitives[..lane].contains(&primitive) {
-            return Err(format!("leaf {leaf} has triangle {primitive} twice"));
+fn check_leaf(tree: &WideTree, leaf: Leaf, triangles: &[Triangle]) -> Result<(), String> {
+    let inside = tree.triangles(leaf);
+    for lane in 0..leaf.count() {
+        let primitive = inside.tag(lane).primitive();
+        if (0..lane).any(|other| inside.tag(other).primitive() == primitive) {
+            return Err(format!("{leaf:?} has triangle {primitive} twice"));
         }
-        if triangles[primitive as usize].vertices != pack.triangle(lane) {
-            return Err(format!("leaf {leaf} has other corners for triangle {primitive}"));
+        if triangles[primitive as usize].vertices != inside.corners(lane) {
+            return Err(format!("{leaf:?} has other corners for triangle {primitive}"));
         }
     }
     Ok(())

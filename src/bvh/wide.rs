@@ -1,264 +1,192 @@
 //! The tree that rays walk: eight children a node, up to eight triangles a leaf.
 //!
-//! Source: the collapse of a binary tree by opening the child of largest area first is Wald, Benthin, Boulos, "Getting
-//! Rid of Packets", RT 2008. Subtrees of at most eight references become leaves; copies of a triangle that
-//! splitting put into one leaf are kept once.
-
-use rayon::prelude::*;
+//! # Layout
+//!
+//! A node is 224 bytes: six rows of eight `f32`, the planes min x, y, z, max x, y, z of its children's boxes, and a row of
+//! eight child words. A child that is not there has the word [`NO_CHILD`] and a box that no ray enters. A clear top bit
+//! is the index of a node. A set top bit is a [`Leaf`]: three bits hold the number of its triangles less one, the other 28
+//! the place of the first.
+//!
+//! A place takes 40 bytes, ten words. The `n` triangles of a leaf that starts at place `p` fill words `10 p` to
+//! `10 p + 10 n`, component by component: `n` words for each of a.x, a.y, a.z, b.x, …, c.z, and `n` tags ([`Tag`]). So
+//! leaves of any size have no gaps, and one load takes a component of all their triangles. A load of eight may read
+//! into what follows; eight spare words end the array.
 
 use super::PrimitiveFlags;
-use super::fit::FittedBoxes;
-use super::lbvh::{LEAF, RadixTree};
-use super::radix_sort::Keyed;
-use super::split_clip::Reference;
-use crate::cancel::{CancelFlag, Cancelled};
-use crate::geometry::{Aabb, Triangle};
+use crate::geometry::Aabb;
 use glam::Vec3;
 
-/// Children a node and triangles a leaf.
+/// Children a node, and most triangles a leaf.
 pub(super) const WIDTH: usize = 8;
 /// A child that is not there; its box is entered by no ray.
 pub(super) const NO_CHILD: u32 = u32::MAX;
+/// Most triangles, and references, that the words of nodes and leaves can number.
+pub(super) const MOST_REFERENCES: usize = (1 << PLACE_BITS) - WIDTH;
+/// Words of a place in the leaves.
+pub(super) const WORDS_A_PLACE: usize = 10;
 
-/// Subtrees of fewer references than this are one task.
-const SMALLEST_TASK: u32 = 2048;
-/// Otherwise a task is this part of all references.
-const TASKS: u32 = 64;
-const LEAVES_A_CHUNK: usize = 1 << 10;
+/// Set in child words of leaves.
+const LEAF: u32 = 1 << 31;
+const PLACE_BITS: u32 = 28;
+const PLACE_MASK: u32 = (1 << PLACE_BITS) - 1;
+/// Set in all tags, so that they are no denormal numbers where they are read beyond a leaf.
+const TAG: u32 = 1 << 30;
 
 /// Boxes of up to eight children, by plane: min x, y, z, max x, y, z.
 #[derive(Clone, Debug)]
-#[repr(C, align(64))]
+#[repr(C, align(32))]
 pub(super) struct WideNode {
     /// The planes of all children.
     pub(super) planes: [[f32; WIDTH]; 6],
-    /// Index of a node, of a leaf if [`LEAF`] is set, or [`NO_CHILD`].
+    /// Index of a node, the word of a [`Leaf`], or [`NO_CHILD`].
     pub(super) children: [u32; WIDTH],
 }
 
-/// A leaf: up to eight triangles, lane by lane.
-#[derive(Clone, Debug)]
-#[repr(C, align(32))]
-pub(super) struct TrianglePack {
-    /// By corner, axis, lane.
-    pub(super) corners: [[[f32; WIDTH]; 3]; 3],
-    /// Ids of the triangles.
-    pub(super) primitives: [u32; WIDTH],
-    /// Flags of the triangles.
-    pub(super) flags: [PrimitiveFlags; WIDTH],
-    /// How many there are.
-    pub(super) count: u32,
+/// The child word of a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Leaf(u32);
+
+/// Id and flags of a triangle in one word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Tag(u32);
+
+/// The triangles of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangles<'a> {
+    /// From the first word of the leaf on.
+    words: &'a [f32],
+    count: usize,
 }
 
 /// The wide tree.
 #[derive(Debug)]
 pub(super) struct WideTree {
-    /// Child index of the root.
+    /// Child word of the root.
     pub(super) root: u32,
-    /// Inner nodes.
+    /// Inner nodes; children come after their parents.
     pub(super) nodes: Vec<WideNode>,
-    /// Leaves.
-    pub(super) leaves: Vec<TrianglePack>,
-}
-
-/// What the collapse reads.
-#[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
-    /// The binary tree.
-    pub(super) tree: &'a RadixTree,
-    /// Its boxes.
-    pub(super) boxes: &'a FittedBoxes,
-    /// Its leaves in order.
-    pub(super) keys: &'a [Keyed],
-    /// The references of the leaves.
-    pub(super) references: &'a [Reference],
+    /// The words of all leaves and [`WIDTH`] spare ones.
+    pub(super) words: Vec<f32>,
 }
 
 impl Default for WideTree {
     fn default() -> Self {
-        Self { root: NO_CHILD, nodes: Vec::new(), leaves: Vec::new() }
+        Self { root: NO_CHILD, nodes: Vec::new(), words: vec![0.0; WIDTH] }
     }
 }
 
-/// Part of the wide tree whose inner indices start at zero; leaves are ranges of keys.
-#[derive(Default)]
-struct Part {
-    nodes: Vec<WideNode>,
-    leaves: Vec<[u32; 2]>,
-    /// Subtrees left to other tasks: binary node, and the node and lane that wait for it.
-    open: Vec<(u32, usize, usize)>,
-}
-
 impl WideTree {
-    /// Collapses the binary tree into this one, whose memory is used again.
-    pub(super) fn collapse(
-        &mut self,
-        source: Source,
-        triangles: &[Triangle],
-        flags: &[PrimitiveFlags],
-        cancel: &CancelFlag,
-    ) -> Result<(), Cancelled> {
-        self.root = NO_CHILD;
-        self.nodes.clear();
-        let count = source.keys.len() as u32;
-        if count == 0 {
-            self.leaves.clear();
-            return Ok(());
-        }
-        if source.is_leaf_sized(source.root()) {
-            self.root = LEAF;
-            return self.fill_leaves(source, &[[0, count - 1]], triangles, flags, cancel);
-        }
+    /// The triangles of a leaf.
+    #[inline(always)]
+    pub(super) fn triangles(&self, leaf: Leaf) -> Triangles<'_> {
+        Triangles { words: &self.words[WORDS_A_PLACE * leaf.first()..], count: leaf.count() }
+    }
 
-        // The top by itself, then the subtrees below in parallel.
-        let task = (count / TASKS).max(SMALLEST_TASK);
-        let mut top = Part::default();
-        top.grow(source, source.root(), task);
-        let parts: Vec<Part> = top
-            .open
-            .par_iter()
-            .map(|&(root, ..)| {
-                cancel.check()?;
-                let mut part = Part::default();
-                part.grow(source, root, 0);
-                Ok(part)
-            })
-            .collect::<Result<_, _>>()?;
-
-        // Join: nodes and leaves of the parts follow those of the top.
-        let mut leaves = std::mem::take(&mut top.leaves);
-        let mut first_node = top.nodes.len() as u32;
-        for (&(_, node, lane), part) in top.open.iter().zip(&parts) {
-            top.nodes[node].children[lane] = first_node;
-            first_node += part.nodes.len() as u32;
-        }
-        self.root = 0;
-        self.nodes.append(&mut top.nodes);
-        for mut part in parts {
-            let (node_offset, leaf_offset) = (self.nodes.len() as u32, leaves.len() as u32);
-            for child in part.nodes.iter_mut().flat_map(|node| &mut node.children) {
-                if *child != NO_CHILD {
-                    *child += if *child & LEAF == 0 { node_offset } else { leaf_offset };
-                }
-            }
-            self.nodes.append(&mut part.nodes);
-            leaves.append(&mut part.leaves);
-        }
-        self.fill_leaves(source, &leaves, triangles, flags, cancel)
+    /// How many places the leaves have.
+    pub(super) fn places(&self) -> usize {
+        self.words.len() / WORDS_A_PLACE
     }
 
     /// Bytes of the arrays.
     pub(super) fn bytes(&self) -> usize {
-        size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
-    }
-
-    fn fill_leaves(
-        &mut self,
-        source: Source,
-        ranges: &[[u32; 2]],
-        triangles: &[Triangle],
-        flags: &[PrimitiveFlags],
-        cancel: &CancelFlag,
-    ) -> Result<(), Cancelled> {
-        self.leaves.resize(ranges.len(), TrianglePack::EMPTY);
-        self.leaves.par_chunks_mut(LEAVES_A_CHUNK).zip(ranges.par_chunks(LEAVES_A_CHUNK)).try_for_each(
-            |(packs, ranges)| {
-                cancel.check()?;
-                for (pack, &[first, last]) in packs.iter_mut().zip(ranges) {
-                    *pack = TrianglePack::EMPTY;
-                    for key in &source.keys[first as usize..=last as usize] {
-                        let primitive = source.references[key.index as usize].primitive;
-                        let triangle = &triangles[primitive as usize];
-                        pack.add(primitive, triangle, flags[primitive as usize]);
-                    }
-                }
-                Ok(())
-            },
-        )
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.words.as_slice())
     }
 }
 
-impl Source<'_> {
-    fn root(&self) -> u32 {
-        if self.tree.nodes.is_empty() { LEAF } else { 0 }
+impl Leaf {
+    /// The leaf of the `count` places from `first` on.
+    pub(super) fn new(first: usize, count: usize) -> Self {
+        debug_assert!((1..=WIDTH).contains(&count) && first <= MOST_REFERENCES);
+        Self(LEAF | ((count - 1) as u32) << PLACE_BITS | first as u32)
     }
 
-    fn range(&self, node: u32) -> [u32; 2] {
-        if node & LEAF == 0 { self.tree.nodes[node as usize].range } else { [node & !LEAF; 2] }
+    /// The leaf of a child word, unless it is a node's. The word is not [`NO_CHILD`].
+    #[inline(always)]
+    pub(super) fn of(child: u32) -> Option<Self> {
+        (child & LEAF != 0).then_some(Self(child))
     }
 
-    fn size(&self, node: u32) -> u32 {
-        let [first, last] = self.range(node);
-        last - first + 1
+    /// The child word.
+    pub(super) fn word(self) -> u32 {
+        self.0
     }
 
-    fn is_leaf_sized(&self, node: u32) -> bool {
-        self.size(node) <= WIDTH as u32
+    /// Its first place.
+    #[inline(always)]
+    pub(super) fn first(self) -> usize {
+        (self.0 & PLACE_MASK) as usize
     }
 
-    fn bounds(&self, node: u32) -> Aabb {
-        if node & LEAF == 0 {
-            self.boxes.bounds(node)
-        } else {
-            let key = self.keys[(node & !LEAF) as usize];
-            self.references[key.index as usize].bounds
-        }
-    }
-
-    /// Up to eight binary nodes that together hold what is below `node`, with their boxes.
-    fn children(&self, node: u32) -> ([(u32, Aabb); WIDTH], usize) {
-        let mut children = [(NO_CHILD, Aabb::EMPTY); WIDTH];
-        // Areas of the children that can be opened; negative for the others.
-        let mut areas = [-1.0_f64; WIDTH];
-        let mut put = |slot: usize, child: u32, areas: &mut [f64; WIDTH]| {
-            let bounds = self.bounds(child);
-            children[slot] = (child, bounds);
-            areas[slot] = if self.is_leaf_sized(child) { -1.0 } else { bounds.area() };
-        };
-        let mut open = node;
-        let mut slot = 0;
-        let mut count = 1;
-        let mut inside = [NO_CHILD; WIDTH];
-        loop {
-            let [left, right] = self.tree.nodes[open as usize].children;
-            put(slot, left, &mut areas);
-            put(count, right, &mut areas);
-            (inside[slot], inside[count]) = (left, right);
-            count += 1;
-            if count == WIDTH {
-                break;
-            }
-            slot = (0..count).fold(0, |a, b| if areas[b] > areas[a] { b } else { a });
-            if areas[slot] < 0.0 {
-                break;
-            }
-            open = inside[slot];
-        }
-        (children, count)
+    /// How many triangles it has, 1 to [`WIDTH`].
+    #[inline(always)]
+    pub(super) fn count(self) -> usize {
+        (self.0 >> PLACE_BITS & 7) as usize + 1
     }
 }
 
-impl Part {
-    /// Collapses the subtree of `root`, which is too large for a leaf; leaves subtrees of at most `task` references open.
-    fn grow(&mut self, source: Source, root: u32, task: u32) {
-        let mut todo = vec![(root, 0)];
-        self.nodes.push(WideNode::EMPTY);
-        while let Some((binary, wide)) = todo.pop() {
-            let (children, count) = source.children(binary);
-            for (lane, &(child, bounds)) in children[..count].iter().enumerate() {
-                let index = if source.is_leaf_sized(child) {
-                    self.leaves.push(source.range(child));
-                    (self.leaves.len() - 1) as u32 | LEAF
-                } else if source.size(child) <= task {
-                    self.open.push((child, wide, lane));
-                    NO_CHILD
-                } else {
-                    self.nodes.push(WideNode::EMPTY);
-                    todo.push((child, self.nodes.len() - 1));
-                    (self.nodes.len() - 1) as u32
-                };
-                self.nodes[wide].put(lane, index, &bounds);
-            }
+impl Tag {
+    /// Packs an id below 2²⁸ with its flags.
+    pub(super) fn new(primitive: u32, flags: PrimitiveFlags) -> Self {
+        debug_assert!(primitive <= PLACE_MASK);
+        let kept = u32::from(flags.0 & (PrimitiveFlags::SINGLE_SIDED.0 | PrimitiveFlags::FILTERED.0));
+        Self(TAG | kept << PLACE_BITS | primitive)
+    }
+
+    /// The tag as it stands among the words of a leaf.
+    pub(super) fn word(self) -> f32 {
+        f32::from_bits(self.0)
+    }
+
+    /// Index of the triangle.
+    #[inline(always)]
+    pub(super) fn primitive(self) -> u32 {
+        self.0 & PLACE_MASK
+    }
+
+    /// Flags of the triangle that rays ask for.
+    #[inline(always)]
+    pub(super) fn flags(self) -> PrimitiveFlags {
+        PrimitiveFlags((self.0 >> PLACE_BITS) as u8 & 3)
+    }
+}
+
+impl<'a> Triangles<'a> {
+    /// How many there are.
+    #[inline(always)]
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// One axis of one corner of all triangles; lanes beyond the last hold anything.
+    #[inline(always)]
+    pub(super) fn lanes(&self, corner: usize, axis: usize) -> &'a [f32; WIDTH] {
+        const NONE: &[f32; WIDTH] = &[0.0; WIDTH];
+        let start = (3 * corner + axis) * self.count;
+        self.words.get(start..).and_then(<[f32]>::first_chunk).unwrap_or(NONE)
+    }
+
+    /// The corners of a triangle.
+    #[inline(always)]
+    pub(super) fn corners(&self, lane: usize) -> [Vec3; 3] {
+        let at = |component: usize| self.words[component * self.count + lane];
+        [Vec3::new(at(0), at(1), at(2)), Vec3::new(at(3), at(4), at(5)), Vec3::new(at(6), at(7), at(8))]
+    }
+
+    /// Id and flags of a triangle.
+    #[inline(always)]
+    pub(super) fn tag(&self, lane: usize) -> Tag {
+        Tag(self.words[9 * self.count + lane].to_bits())
+    }
+}
+
+/// Writes triangles, in order, to the words of their leaf, of which there are [`WORDS_A_PLACE`] a triangle.
+pub(super) fn write_leaf(words: &mut [f32], triangles: impl ExactSizeIterator<Item = ([Vec3; 3], Tag)>) {
+    let count = triangles.len();
+    debug_assert_eq!(words.len(), count * WORDS_A_PLACE);
+    for (lane, (corners, tag)) in triangles.enumerate() {
+        let components = corners.iter().flat_map(|corner| corner.to_array()).chain([tag.word()]);
+        for (component, value) in components.enumerate() {
+            words[component * count + lane] = value;
         }
     }
 }
@@ -290,37 +218,5 @@ impl WideNode {
     pub(super) fn bounds(&self, lane: usize) -> Aabb {
         let [x0, y0, z0, x1, y1, z1] = self.planes.map(|plane| plane[lane]);
         Aabb { min: Vec3::new(x0, y0, z0), max: Vec3::new(x1, y1, z1) }
-    }
-}
-
-impl TrianglePack {
-    /// No triangles.
-    pub(super) const EMPTY: Self = Self {
-        corners: [[[0.0; WIDTH]; 3]; 3],
-        primitives: [u32::MAX; WIDTH],
-        flags: [PrimitiveFlags(0); WIDTH],
-        count: 0,
-    };
-
-    /// Adds a triangle unless it is here already.
-    pub(super) fn add(&mut self, primitive: u32, triangle: &Triangle, flags: PrimitiveFlags) {
-        let lane = self.count as usize;
-        if self.primitives[..lane].contains(&primitive) {
-            return;
-        }
-        self.primitives[lane] = primitive;
-        self.flags[lane] = flags;
-        for (corner, vertex) in self.corners.iter_mut().zip(&triangle.vertices) {
-            for axis in 0..3 {
-                corner[axis][lane] = vertex[axis];
-            }
-        }
-        self.count += 1;
-    }
-
-    /// The corners of a triangle.
-    #[inline(always)]
-    pub(super) fn triangle(&self, lane: usize) -> [Vec3; 3] {
-        self.corners.each_ref().map(|axes| Vec3::new(axes[0][lane], axes[1][lane], axes[2][lane]))
     }
 }

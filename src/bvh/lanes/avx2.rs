@@ -8,7 +8,7 @@ use std::arch::x86_64::{
 
 use super::{
     EDGE_MARGIN, Entered, LARGEST_MARGIN, LATERAL_FLOOR, LaneRay, LaneTask, Lanes, SMALLEST_MARGIN,
-    TrianglePack, WIDTH, WideNode,
+    Triangles, WIDTH, WideNode,
 };
 use crate::bvh::TraversalCounters;
 
@@ -36,7 +36,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn candidates(pack: &TrianglePack, ray: &LaneRay) -> u32 {
+    fn candidates(pack: &Triangles<'_>, ray: &LaneRay) -> u32 {
         // SAFETY: as above.
         unsafe { candidates(pack, ray) }
     }
@@ -81,9 +81,9 @@ fn absolute(x: __m256) -> __m256 {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn sheared(pack: &TrianglePack, ray: &LaneRay, corner: usize) -> [__m256; 3] {
+fn sheared(pack: &Triangles<'_>, ray: &LaneRay, corner: usize) -> [__m256; 3] {
     let relative =
-        |axis: usize| _mm256_sub_ps(load(&pack.corners[corner][axis]), _mm256_set1_ps(ray.origin[axis]));
+        |axis: usize| _mm256_sub_ps(load(pack.lanes(corner, axis)), _mm256_set1_ps(ray.origin[axis]));
     let [kx, ky, kz] = ray.axes;
     let z = relative(kz);
     let x = _mm256_sub_ps(relative(kx), _mm256_mul_ps(_mm256_set1_ps(ray.shear[0]), z));
@@ -100,7 +100,7 @@ fn difference(a: __m256, b: __m256, c: __m256, d: __m256) -> __m256 {
 
 #[inline]
 #[target_feature(enable = "avx2")]
-fn candidates(pack: &TrianglePack, ray: &LaneRay) -> u32 {
+fn candidates(pack: &Triangles<'_>, ray: &LaneRay) -> u32 {
     let [ax, ay, az] = sheared(pack, ray, 0);
     let [bx, by, bz] = sheared(pack, ray, 1);
     let [cx, cy, cz] = sheared(pack, ray, 2);
@@ -123,5 +123,5 @@ fn candidates(pack: &TrianglePack, ray: &LaneRay) -> u32 {
     let above = _mm256_cmp_ps::<_CMP_GT_OQ>(highest, margin);
     let sure = _mm256_cmp_ps::<_CMP_LT_OQ>(margin, _mm256_set1_ps(LARGEST_MARGIN));
     let outside = _mm256_movemask_ps(_mm256_and_ps(_mm256_and_ps(below, above), sure)) as u32;
-    !outside & ((1 << pack.count) - 1)
+    !outside & ((1 << pack.count()) - 1)
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bvh::PrimitiveFlags;
+use crate::bvh::wide::{Leaf, Tag, WORDS_A_PLACE, WideTree, write_leaf};
 use crate::geometry::{Aabb, Triangle};
 use glam::Vec3;
 
@@ -19,7 +20,7 @@ impl Random {
 }
 
 /// Both kernels of a level for one ray.
-struct Kernels<'a>(&'a WideNode, &'a TrianglePack, &'a LaneRay, f32);
+struct Kernels<'a>(&'a WideNode, &'a Triangles<'a>, &'a LaneRay, f32);
 
 impl LaneTask for Kernels<'_> {
     type Output = (u32, [u32; WIDTH], u32);
@@ -33,8 +34,8 @@ impl LaneTask for Kernels<'_> {
 }
 
 /// A pack of triangles of many shapes near `target`, and a node of their boxes.
-fn pack(random: &mut Random, target: Vec3, size: f32) -> (WideNode, TrianglePack, Vec<Triangle>) {
-    let (mut node, mut pack) = (WideNode::EMPTY, TrianglePack::EMPTY);
+fn pack(random: &mut Random, target: Vec3, size: f32) -> (WideNode, WideTree, Vec<Triangle>) {
+    let mut node = WideNode::EMPTY;
     let triangles: Vec<Triangle> = (0..7)
         .map(|i| {
             let thin = [1.0, 1.0e-3, 1.0e-5, 0.0][i % 4];
@@ -44,11 +45,14 @@ fn pack(random: &mut Random, target: Vec3, size: f32) -> (WideNode, TrianglePack
         })
         .collect();
     for (lane, triangle) in triangles.iter().enumerate() {
-        pack.add(lane as u32, triangle, PrimitiveFlags::default());
         let padding = triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE;
         node.put(lane, lane as u32, &triangle.bounds().grown(padding));
     }
-    (node, pack, triangles)
+    let mut tree = WideTree::default();
+    tree.words.resize(7 * WORDS_A_PLACE + WIDTH, 0.0);
+    let tagged = |i: usize| (triangles[i].vertices, Tag::new(i as u32, PrimitiveFlags::default()));
+    write_leaf(&mut tree.words[..7 * WORDS_A_PLACE], (0..7).map(tagged));
+    (node, tree, triangles)
 }
 
 #[test]
@@ -59,7 +63,8 @@ fn levels_agree_and_no_hit_is_passed_over() {
         let scale = [1.0, 1.0e3, 1.0e30, 1.0e-30, 1.0e-18, 1.0e19][i % 6];
         let size = [1.0, 1.0e-4, 100.0][i / 6 % 3];
         let target = random.point() * scale;
-        let (node, pack, triangles) = pack(&mut random, target, size * scale.min(1.0e36));
+        let (node, tree, triangles) = pack(&mut random, target, size * scale.min(1.0e36));
+        let pack = tree.triangles(Leaf::new(0, 7));
         let corner = triangles[i % 7].vertices[i % 3];
         let aim = [corner, (triangles[i % 7].bounds()).center(), target][i / 18 % 3];
         let mut origin = random.point() * scale * [1.0, 10.0][i % 2];
@@ -96,9 +101,9 @@ fn levels_agree_and_no_hit_is_passed_over() {
 #[test]
 fn triangles_far_from_the_ray_are_passed_over() {
     let mut random = Random(2);
-    let (_, pack, _) = pack(&mut random, Vec3::new(50.0, 0.0, 0.0), 1.0);
+    let (_, tree, _) = pack(&mut random, Vec3::new(50.0, 0.0, 0.0), 1.0);
     let ray = LaneRay::new(&Ray::new(Vec3::new(0.0, 0.0, -10.0), Vec3::Z), 0.0);
-    assert_eq!(Scalar::candidates(&pack, &ray), 0);
+    assert_eq!(Scalar::candidates(&tree.triangles(Leaf::new(0, 7)), &ray), 0);
 }
 
 #[test]

@@ -10,10 +10,11 @@
 //! * `triangles`: triangles that are not hidden, in the last frame;
 //! * `references`: boxes that the hierarchy is built over, after early split clipping;
 //! * `pose`: animation, node matrices, morphing, skinning, and triangles in world space;
-//! * `split`: boxes of triangles, and early split clipping of those that are too large;
+//! * `bounds`: boxes of triangles;
+//! * `split`: boxes of parts of those that are split;
 //! * `sort`: Morton codes and the radix sort;
-//! * `link`: Karras' radix tree;
-//! * `fit`: its boxes, bottom-up;
+//! * `tree`: the binary tree with its boxes;
+//! * `improve`: making a better tree of it;
 //! * `widen`: the collapse to the wide tree that rays walk;
 //! * `trace`: tracing and shading all samples;
 //! * `write`: encoding the EXR file and writing it under a temporary name, with the syncing to disk and the renaming;
@@ -44,7 +45,8 @@ const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_198
 /// Samples a pixel, as `rayframe render` takes by default.
 const SAMPLES: u32 = 4;
 /// Columns that are medians over frames.
-const TIMES: [&str; 9] = ["pose", "split", "sort", "link", "fit", "widen", "trace", "write", "total"];
+const TIMES: [&str; 10] =
+    ["pose", "bounds", "split", "sort", "tree", "improve", "widen", "trace", "write", "total"];
 
 /// What was typed.
 struct Options {
@@ -189,10 +191,11 @@ impl Cost {
     fn new(tree: BuildStatistics, rays: &RenderStatistics, (pose, write, total): (f64, f64, f64)) -> Self {
         let seconds = [
             pose,
+            tree.bounds_seconds,
             tree.split_seconds,
             tree.sort_seconds,
-            tree.link_seconds,
-            tree.fit_seconds,
+            tree.tree_seconds,
+            tree.improve_seconds,
             tree.widen_seconds,
             rays.trace_seconds,
             write,

@@ -1,7 +1,7 @@
 //! The slow twin of every hierarchy: each ray tests each triangle by the definition of a hit.
 
 use super::query::Visitor;
-use super::split_clip::is_traced;
+use super::references::is_traced;
 use super::{Hit, PrimitiveFlags, TraversalCounters};
 use crate::geometry::{Ray, Triangle};
 

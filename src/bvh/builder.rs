@@ -2,17 +2,16 @@
 
 use std::time::Instant;
 
+use super::binary_tree::BinaryTree;
 use super::brute_force::TriangleList;
-use super::collapse::Source;
-use super::fit::FittedBoxes;
-use super::lbvh::RadixTree;
-use super::radix_sort::Keyed;
-use super::split_clip::{self, Input, Reference};
+use super::collapse::{self, Source};
+use super::morton::MortonOrder;
+use super::references::{Input, Reference};
 use super::wide::WideTree;
 use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, Structure, morton, radix_sort,
+    BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Structure, cost_model,
+    karras, linear_pass, ploc, split_clip, splits,
 };
-use super::{SimdLevel, split_threshold};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
 
@@ -21,10 +20,11 @@ use crate::geometry::Triangle;
 pub struct Builder {
     split: split_clip::Scratch,
     references: Vec<Reference>,
-    keys: Vec<Keyed>,
-    sort: Vec<Keyed>,
-    tree: RadixTree,
-    boxes: FittedBoxes,
+    order: MortonOrder,
+    tree: BinaryTree,
+    karras: karras::Scratch,
+    ploc: ploc::Scratch,
+    collapse: collapse::Scratch,
 }
 
 /// Measures the seconds of one phase after the other.
@@ -34,7 +34,7 @@ impl Builder {
     /// Builds the hierarchy of `triangles`, in parallel on the current rayon pool.
     ///
     /// `flags` has one entry a triangle. Hidden and degenerate triangles are left out; ids are places in `triangles`,
-    /// of which there are fewer than 2³¹. Memory of `recycled`, the last frame's hierarchy, is used again.
+    /// of which there are fewer than 2²⁸. Memory of `recycled`, the last frame's hierarchy, is used again.
     pub fn build(
         &mut self,
         triangles: &[Triangle],
@@ -48,7 +48,7 @@ impl Builder {
         let simd = if settings.simd.is_supported() { settings.simd } else { SimdLevel::Scalar };
         match settings.builder {
             BuilderKind::BruteForce => Ok(brute_force(triangles, flags, simd)),
-            BuilderKind::Auto | BuilderKind::Lbvh => {
+            BuilderKind::Auto | BuilderKind::Lbvh | BuilderKind::Karras | BuilderKind::Ploc => {
                 let input = Input { triangles, flags, cancel };
                 let mut wide = match recycled {
                     Some(Bvh { structure: Structure::Wide(wide), .. }) => wide,
@@ -66,45 +66,56 @@ impl Builder {
         settings: &BuildSettings,
         wide: &mut WideTree,
     ) -> Result<BuildStatistics, Cancelled> {
-        let Input { triangles, flags, cancel } = input;
         let mut lap = Lap(Instant::now());
+        let cancel = input.cancel;
 
         // Boxes of triangles, or of their parts.
-        let threshold =
-            split_threshold::gather_references(input, settings, &mut self.split, &mut self.references)?;
-        let split_seconds = lap.seconds();
+        let gathered = splits::gather(input, settings, &mut self.split, &mut self.references)?;
+        let measures = gathered.measures;
+        let scale = measures.scale();
+        let split_seconds = lap.seconds() - gathered.bounds_seconds;
 
         // Morton order.
-        morton::codes(&self.references, &mut self.keys, cancel)?;
-        radix_sort::sort(&mut self.keys, &mut self.sort, cancel)?;
+        self.order.sort(&self.references, &measures.centers, cancel)?;
         let sort_seconds = lap.seconds();
 
-        // Radix tree.
-        self.tree.link(&self.keys, cancel)?;
-        let link_seconds = lap.seconds();
-
-        // Its boxes.
-        self.boxes.fit(&self.tree, &self.keys, &self.references, cancel)?;
-        let fit_seconds = lap.seconds();
+        // The binary tree.
+        let built = match settings.builder {
+            BuilderKind::Auto => cost_model::choose(measures.count, settings.expected_rays),
+            named => named,
+        };
+        let Self { references, order, tree, .. } = self;
+        match built {
+            BuilderKind::Karras => {
+                karras::build(tree, order, references, &mut self.karras, (scale, cancel))?;
+            }
+            BuilderKind::Ploc => {
+                ploc::build(tree, order, references, &mut self.ploc, (scale, cancel))?;
+            }
+            _ => linear_pass::build(tree, order, references, scale, cancel)?,
+        }
+        let tree_seconds = lap.seconds();
 
         // The tree that rays walk.
-        let source =
-            Source { tree: &self.tree, boxes: &self.boxes, keys: &self.keys, references: &self.references };
-        wide.collapse(source, triangles, flags, cancel)?;
+        let has_copies = measures.count != gathered.triangles;
+        let source = Source { tree, order, references, input, scale, has_copies };
+        wide.collapse(source, &mut self.collapse)?;
         let widen_seconds = lap.seconds();
 
         Ok(BuildStatistics {
-            triangles: split_clip::count_triangles(&self.references),
-            references: self.references.len(),
-            sa_max: threshold.sa_max as f32,
-            budget_reached: threshold.budget_reached,
-            depth: self.boxes.depth(),
-            sah_cost: self.boxes.sah_cost(self.references.len()),
+            built,
+            triangles: gathered.triangles,
+            references: measures.count,
+            sa_max: gathered.sa_max as f32,
+            budget_reached: gathered.budget_reached,
+            depth: self.tree.depth(),
+            sah_cost: self.tree.sah_cost(&measures),
             bytes: wide.bytes(),
+            bounds_seconds: gathered.bounds_seconds,
             split_seconds,
             sort_seconds,
-            link_seconds,
-            fit_seconds,
+            tree_seconds,
+            improve_seconds: 0.0,
             widen_seconds,
         })
     }
@@ -121,6 +132,7 @@ impl Lap {
 fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], simd: SimdLevel) -> Bvh {
     let list = TriangleList::new(triangles, flags);
     let statistics = BuildStatistics {
+        built: BuilderKind::BruteForce,
         triangles: list.len(),
         references: list.len(),
         sa_max: f32::INFINITY,

@@ -3,17 +3,18 @@
 //! Source: the collapse by opening the child of largest area first is Wald, Benthin, Boulos, "Getting
 //! Rid of Packets", RT 2008. Subtrees of at most eight references become leaves; copies of a triangle that
 //! splitting put into one leaf are kept once.
+//!
+//! A subtree of n references owns n places of the leaves, so tasks know where to write without knowing of each other. Their
+//! nodes, whose number shows only at the end, are moved behind those of the top.
 
 use rayon::prelude::*;
 
-use super::PrimitiveFlags;
-use super::fit::FittedBoxes;
-use super::lbvh::{LEAF, RadixTree};
-use super::radix_sort::Keyed;
-use super::split_clip::Reference;
+use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, scaled_area};
+use super::morton::MortonOrder;
+use super::references::{Input, Reference};
 use super::wide::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
-use crate::cancel::{CancelFlag, Cancelled};
-use crate::geometry::{Aabb, Triangle};
+use crate::cancel::Cancelled;
+use crate::geometry::Aabb;
 
 /// Subtrees of fewer references than this are one task.
 const SMALLEST_TASK: u32 = 2048;
@@ -24,204 +25,297 @@ const TASKS: u32 = 64;
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     /// The binary tree.
-    pub(super) tree: &'a RadixTree,
-    /// Its boxes.
-    pub(super) boxes: &'a FittedBoxes,
-    /// Its leaves in order.
-    pub(super) keys: &'a [Keyed],
-    /// The references of the leaves.
+    pub(super) tree: &'a BinaryTree,
+    /// Names the references at the tree's places.
+    pub(super) order: &'a MortonOrder,
+    /// The references.
     pub(super) references: &'a [Reference],
+    /// Their triangles.
+    pub(super) input: Input<'a>,
+    /// For areas.
+    pub(super) scale: f32,
+    /// Whether a triangle may have several references.
+    pub(super) has_copies: bool,
 }
 
-/// Part of the wide tree whose inner indices start at zero. A leaf starts at the place of its first key.
-#[derive(Default)]
-struct Part {
+/// Memory kept between builds.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    top: Vec<WideNode>,
+    parts: Vec<Grown>,
+}
+
+/// What a task makes.
+#[derive(Debug, Default)]
+struct Grown {
+    /// Nodes with indices from zero on.
     nodes: Vec<WideNode>,
-    /// First and last key of each leaf.
-    leaves: Vec<[u32; 2]>,
-    /// Subtrees left to other tasks: binary node, and the node and lane that wait for it.
-    open: Vec<(u32, usize, usize)>,
+    /// Triangles and places of each leaf.
+    leaves: Vec<(u8, u8)>,
+    /// The triangles of all leaves.
+    primitives: Vec<u32>,
+}
+
+/// What of the binary tree becomes one child.
+#[derive(Clone, Copy)]
+struct Branch {
+    bounds: Aabb,
+    child: u32,
+    count: u32,
+    /// Negative if it becomes a leaf.
+    area: f32,
+}
+
+/// A subtree left to a task, and the node and lane that wait for it.
+struct Open {
+    branch: Branch,
+    node: usize,
+    lane: usize,
+}
+
+/// A task: a subtree, what becomes of it, and the words of its leaves.
+struct Part<'a> {
+    source: Source<'a>,
+    grown: &'a mut Grown,
+    words: &'a mut [f32],
+    /// Where the next leaf goes.
+    place: usize,
 }
 
 impl WideTree {
     /// Collapses the binary tree into this one, whose memory is used again.
-    pub(super) fn collapse(
-        &mut self,
-        source: Source,
-        triangles: &[Triangle],
-        flags: &[PrimitiveFlags],
-        cancel: &CancelFlag,
-    ) -> Result<(), Cancelled> {
+    pub(super) fn collapse(&mut self, source: Source, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
-        self.nodes.clear();
-        let count = source.keys.len() as u32;
-        self.words.clear();
-        self.words.resize(count as usize * WORDS_A_PLACE + WIDTH, 0.0);
-        if count == 0 {
+        scratch.top.clear();
+        self.words.resize(source.order.len() * WORDS_A_PLACE + WIDTH, 0.0);
+        let Some(root) = source.tree.root else {
+            self.nodes.clear();
             return Ok(());
-        }
-        if source.is_leaf_sized(source.root()) {
-            self.root = source.leaf([0, count - 1]).word();
-            self.fill_leaves(source, &[[0, count - 1]], triangles, flags);
-            return Ok(());
-        }
+        };
 
         // The top by itself, then the subtrees below in parallel.
-        let task = (count / TASKS).max(SMALLEST_TASK);
-        let mut top = Part::default();
-        top.grow(source, source.root(), task);
-        let parts: Vec<Part> = top
-            .open
-            .par_iter()
-            .map(|&(root, ..)| {
-                cancel.check()?;
-                let mut part = Part::default();
-                part.grow(source, root, 0);
-                Ok(part)
-            })
-            .collect::<Result<_, _>>()?;
-
-        // Join: nodes and leaves of the parts follow those of the top.
-        let mut leaves = std::mem::take(&mut top.leaves);
-        let mut first_node = top.nodes.len() as u32;
-        for (&(_, node, lane), part) in top.open.iter().zip(&parts) {
-            top.nodes[node].children[lane] = first_node;
-            first_node += part.nodes.len() as u32;
+        let task = (root.count / TASKS).max(SMALLEST_TASK);
+        let root = source.branch(&Pair::of(&root, &root), 0);
+        let mut open = Vec::new();
+        if root.count > task {
+            self.root = source.open_top(root, task, &mut scratch.top, &mut open);
+        } else {
+            open.push(Open { branch: root, node: 0, lane: 0 });
         }
-        self.root = 0;
-        self.nodes.append(&mut top.nodes);
-        for mut part in parts {
-            let node_offset = self.nodes.len() as u32;
-            for child in part.nodes.iter_mut().flat_map(|node| &mut node.children) {
-                if *child != NO_CHILD && Leaf::of(*child).is_none() {
-                    *child += node_offset;
-                }
-            }
-            self.nodes.append(&mut part.nodes);
-            leaves.append(&mut part.leaves);
-        }
-        self.fill_leaves(source, &leaves, triangles, flags);
+        let roots = grow_parts(source, &open, &mut self.words, scratch)?;
+        self.join(&open, &roots, scratch);
         Ok(())
     }
 
-    fn fill_leaves(
-        &mut self,
-        source: Source,
-        ranges: &[[u32; 2]],
-        triangles: &[Triangle],
-        flags: &[PrimitiveFlags],
-    ) {
-        for &range in ranges {
-            let (primitives, count) = source.primitives(range);
-            let start = range[0] as usize * WORDS_A_PLACE;
-            let words = &mut self.words[start..start + count * WORDS_A_PLACE];
-            let triangles = primitives[..count].iter().map(|&primitive| {
-                (triangles[primitive as usize].vertices, Tag::new(primitive, flags[primitive as usize]))
-            });
-            write_leaf(words, triangles);
+    /// Puts the nodes of all parts behind those of the top.
+    fn join(&mut self, open: &[Open], roots: &[u32], scratch: &mut Scratch) {
+        let Scratch { top, parts } = scratch;
+        let parts = &parts[..open.len()];
+        let mut first = top.len();
+        let mut offsets = Vec::with_capacity(parts.len());
+        for ((open, part), &root) in open.iter().zip(parts).zip(roots) {
+            let word = moved(root, first as u32);
+            match top.get_mut(open.node) {
+                Some(node) => node.children[open.lane] = word,
+                None => self.root = word,
+            }
+            offsets.push(first as u32);
+            first += part.nodes.len();
         }
+
+        self.nodes.resize(first, WideNode::EMPTY);
+        let (copy, mut rest) = self.nodes.split_at_mut(top.len());
+        copy.clone_from_slice(top);
+        let mut targets = Vec::with_capacity(parts.len());
+        for part in parts {
+            let (target, after) = rest.split_at_mut(part.nodes.len());
+            targets.push(target);
+            rest = after;
+        }
+        targets.into_par_iter().zip(parts).zip(offsets).for_each(|((target, part), offset)| {
+            target.clone_from_slice(&part.nodes);
+            for child in target.iter_mut().flat_map(|node| &mut node.children) {
+                *child = moved(*child, offset);
+            }
+        });
     }
 }
 
+/// A child word after the nodes of its part have moved by `offset`.
+fn moved(child: u32, offset: u32) -> u32 {
+    if child == NO_CHILD || Leaf::of(child).is_some() { child } else { child + offset }
+}
+
+/// Grows the open subtrees, whose places follow each other; gives their child words.
+fn grow_parts(
+    source: Source,
+    open: &[Open],
+    words: &mut [f32],
+    scratch: &mut Scratch,
+) -> Result<Vec<u32>, Cancelled> {
+    if scratch.parts.len() < open.len() {
+        scratch.parts.resize_with(open.len(), Grown::default);
+    }
+    let mut first_place = 0;
+    let mut rest = words;
+    let mut parts = Vec::with_capacity(open.len());
+    for (open, grown) in open.iter().zip(&mut scratch.parts) {
+        let count = open.branch.count as usize;
+        let (words, after) = rest.split_at_mut(count * WORDS_A_PLACE);
+        parts.push((open.branch, Part { source, grown, words, place: first_place }));
+        first_place += count;
+        rest = after;
+    }
+    parts
+        .into_par_iter()
+        .map(|(branch, mut part)| {
+            source.input.cancel.check()?;
+            part.grown.clear();
+            let root = part.grow(&branch);
+            part.write_leaves();
+            Ok(root)
+        })
+        .collect()
+}
+
 impl Source<'_> {
-    fn root(&self) -> u32 {
-        if self.tree.nodes.is_empty() { LEAF } else { 0 }
+    /// One child of a node.
+    #[inline(always)]
+    fn branch(&self, pair: &Pair, side: usize) -> Branch {
+        let (bounds, count) = (pair.bounds[side], pair.counts[side]);
+        let area = if count <= LEAF_SIZE { -1.0 } else { scaled_area(&bounds, self.scale) };
+        Branch { bounds, child: pair.children[side], count, area }
     }
 
-    fn range(&self, node: u32) -> [u32; 2] {
-        if node & LEAF == 0 { self.tree.nodes[node as usize].range } else { [node & !LEAF; 2] }
-    }
-
-    fn size(&self, node: u32) -> u32 {
-        let [first, last] = self.range(node);
-        last - first + 1
-    }
-
-    fn is_leaf_sized(&self, node: u32) -> bool {
-        self.size(node) <= WIDTH as u32
-    }
-
-    /// The triangles of a leaf-sized range, each once, and how many there are.
-    fn primitives(&self, [first, last]: [u32; 2]) -> ([u32; WIDTH], usize) {
-        let mut primitives = [u32::MAX; WIDTH];
-        let mut count = 0;
-        for key in &self.keys[first as usize..=last as usize] {
-            let primitive = self.references[key.index as usize].primitive;
-            if !primitives[..count].contains(&primitive) {
-                primitives[count] = primitive;
-                count += 1;
-            }
-        }
-        (primitives, count)
-    }
-
-    fn leaf(&self, range: [u32; 2]) -> Leaf {
-        Leaf::new(range[0] as usize, self.primitives(range).1)
-    }
-
-    fn bounds(&self, node: u32) -> Aabb {
-        if node & LEAF == 0 {
-            self.boxes.bounds(node)
-        } else {
-            let key = self.keys[(node & !LEAF) as usize];
-            self.references[key.index as usize].bounds
-        }
-    }
-
-    /// Up to eight binary nodes that together hold what is below `node`, with their boxes.
-    fn children(&self, node: u32) -> ([(u32, Aabb); WIDTH], usize) {
-        let mut children = [(NO_CHILD, Aabb::EMPTY); WIDTH];
-        // Areas of the children that can be opened; negative for the others.
-        let mut areas = [-1.0_f64; WIDTH];
-        let mut put = |slot: usize, child: u32, areas: &mut [f64; WIDTH]| {
-            let bounds = self.bounds(child);
-            children[slot] = (child, bounds);
-            areas[slot] = if self.is_leaf_sized(child) { -1.0 } else { bounds.area() };
-        };
-        let mut open = node;
-        let mut slot = 0;
+    /// Up to eight branches that together hold what is below `branch`, which is too large for a leaf.
+    #[inline(always)]
+    fn children(&self, branch: &Branch) -> ([Branch; WIDTH], usize) {
+        let mut children = [*branch; WIDTH];
         let mut count = 1;
-        let mut inside = [NO_CHILD; WIDTH];
+        let mut slot = 0;
         loop {
-            let [left, right] = self.tree.nodes[open as usize].children;
-            put(slot, left, &mut areas);
-            put(count, right, &mut areas);
-            (inside[slot], inside[count]) = (left, right);
+            let pair = &self.tree.nodes[children[slot].child as usize];
+            children[slot] = self.branch(pair, 0);
+            children[count] = self.branch(pair, 1);
             count += 1;
             if count == WIDTH {
                 break;
             }
-            slot = (0..count).fold(0, |a, b| if areas[b] > areas[a] { b } else { a });
-            if areas[slot] < 0.0 {
+            slot = (0..count).fold(0, |a, b| if children[b].area > children[a].area { b } else { a });
+            if children[slot].area < 0.0 {
                 break;
             }
-            open = inside[slot];
         }
         (children, count)
     }
-}
 
-impl Part {
-    /// Collapses the subtree of `root`, which is too large for a leaf; leaves subtrees of at most `task` references open.
-    fn grow(&mut self, source: Source, root: u32, task: u32) {
-        let mut todo = vec![(root, 0)];
-        self.nodes.push(WideNode::EMPTY);
-        while let Some((binary, wide)) = todo.pop() {
-            let (children, count) = source.children(binary);
-            for (lane, &(child, bounds)) in children[..count].iter().enumerate() {
-                let index = if source.is_leaf_sized(child) {
-                    self.leaves.push(source.range(child));
-                    source.leaf(source.range(child)).word()
-                } else if source.size(child) <= task {
-                    self.open.push((child, wide, lane));
-                    NO_CHILD
-                } else {
-                    self.nodes.push(WideNode::EMPTY);
-                    todo.push((child, self.nodes.len() - 1));
-                    (self.nodes.len() - 1) as u32
-                };
-                self.nodes[wide].put(lane, index, &bounds);
+    /// Collapses what has more than `task` references, and lists the rest in the order of its places.
+    fn open_top(&self, branch: Branch, task: u32, nodes: &mut Vec<WideNode>, open: &mut Vec<Open>) -> u32 {
+        let index = nodes.len();
+        nodes.push(WideNode::EMPTY);
+        let (children, count) = self.children(&branch);
+        for (lane, &branch) in children[..count].iter().enumerate() {
+            let word = if branch.count > task {
+                self.open_top(branch, task, nodes, open)
+            } else {
+                open.push(Open { branch, node: index, lane });
+                NO_CHILD
+            };
+            nodes[index].put(lane, word, &branch.bounds);
+        }
+        index as u32
+    }
+
+    /// Lists the triangles below a branch of at most [`LEAF_SIZE`] references, each once.
+    #[inline(always)]
+    fn triangles_of(&self, branch: &Branch) -> ([u32; WIDTH], usize) {
+        let mut found = [0; WIDTH];
+        let mut count = 0;
+        let mut todo = [(0, 0); WIDTH];
+        todo[0] = (branch.child, branch.count);
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let (child, references) = todo[waiting];
+            if child & PLACES == 0 {
+                let pair = &self.tree.nodes[child as usize];
+                todo[waiting] = (pair.children[1], pair.counts[1]);
+                todo[waiting + 1] = (pair.children[0], pair.counts[0]);
+                waiting += 2;
+                continue;
+            }
+            for place in child & !PLACES..(child & !PLACES) + references {
+                let primitive = self.primitive(place);
+                if !self.has_copies || !found[..count].contains(&primitive) {
+                    found[count] = primitive;
+                    count += 1;
+                }
             }
         }
+        (found, count)
+    }
+
+    /// The triangle of the reference at a place.
+    #[inline(always)]
+    fn primitive(&self, place: u32) -> u32 {
+        let index = self.order.index(place as usize);
+        if self.references.len() == self.input.triangles.len() && !self.has_copies {
+            // None is left out and none is split.
+            index
+        } else {
+            self.references[index as usize].primitive
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Collapses a branch; gives its child word.
+    fn grow(&mut self, branch: &Branch) -> u32 {
+        if branch.count <= LEAF_SIZE {
+            return self.leaf(branch);
+        }
+        let index = self.grown.nodes.len();
+        self.grown.nodes.push(WideNode::EMPTY);
+        let (children, count) = self.source.children(branch);
+        for (lane, child) in children[..count].iter().enumerate() {
+            let word = self.grow(child);
+            self.grown.nodes[index].put(lane, word, &child.bounds);
+        }
+        index as u32
+    }
+
+    /// Lists a leaf; gives its child word.
+    fn leaf(&mut self, branch: &Branch) -> u32 {
+        let (primitives, count) = self.source.triangles_of(branch);
+        self.grown.primitives.extend_from_slice(&primitives[..count]);
+        self.grown.leaves.push((count as u8, branch.count as u8));
+        let first = self.place;
+        self.place += branch.count as usize;
+        Leaf::new(first, count).word()
+    }
+
+    /// Fills the words. Having all leaves listed, the waits for their triangles overlap.
+    fn write_leaves(self) {
+        let Input { triangles, flags, .. } = self.source.input;
+        let mut words = self.words;
+        let mut primitives = self.grown.primitives.as_slice();
+        for &(count, places) in &self.grown.leaves {
+            let (leaf, primitives_after) = primitives.split_at(count as usize);
+            let (out, words_after) = words.split_at_mut(places as usize * WORDS_A_PLACE);
+            let tagged = leaf.iter().map(|&primitive| {
+                let at = primitive as usize;
+                (triangles[at].vertices, Tag::new(primitive, flags[at]))
+            });
+            write_leaf(&mut out[..count as usize * WORDS_A_PLACE], tagged);
+            (primitives, words) = (primitives_after, words_after);
+        }
+    }
+}
+
+impl Grown {
+    fn clear(&mut self) {
+        self.nodes.clear();
+        self.leaves.clear();
+        self.primitives.clear();
     }
 }

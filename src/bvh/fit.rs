@@ -11,9 +11,8 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::lbvh::{LEAF, NO_PARENT, RadixTree};
-use super::radix_sort::Keyed;
-use super::split_clip::Reference;
+use super::lbvh::{Keyed, LEAF, NO_PARENT, RadixTree};
+use super::references::Reference;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
@@ -26,7 +25,7 @@ struct FittedNode {
     visits: AtomicU32,
     /// Levels below; a leaf has none.
     height: AtomicU32,
-    /// Sum of the surface areas of all nodes and leaves below and of this node, as `f64` bits.
+    /// Sum of the surface areas of this node and all internal nodes below, as `f64` bits.
     area_sum: AtomicU64,
 }
 
@@ -77,14 +76,9 @@ impl FittedBoxes {
         self.nodes.first().map_or(0, |root| root.load().height)
     }
 
-    /// Surface area heuristic cost of a tree of `leaves` leaves, where visiting a node and testing a leaf both cost
-    /// one: the areas of all boxes over the area of the root's. Where that is zero every box counts in full.
-    pub(super) fn sah_cost(&self, leaves: usize) -> f32 {
-        let Some(root) = self.nodes.first().map(FittedNode::load) else {
-            return leaves as f32;
-        };
-        let area = root.bounds.area();
-        if area > 0.0 { (root.area_sum / area) as f32 } else { (self.nodes.len() + leaves) as f32 }
+    /// Sum of the surface areas of all internal nodes.
+    pub(super) fn inner_area_sum(&self) -> f64 {
+        self.nodes.first().map_or(0.0, |root| root.load().area_sum)
     }
 
     /// Carries a leaf's box upward, up to the first node whose other child is not done.
@@ -113,7 +107,7 @@ impl FittedBoxes {
 
 impl Subtree {
     fn leaf(bounds: Aabb) -> Self {
-        Self { bounds, height: 0, area_sum: bounds.area() }
+        Self { bounds, height: 0, area_sum: 0.0 }
     }
 
     /// The subtree with both under one node; which one comes first makes no difference to a bit.
@@ -154,7 +148,6 @@ impl FittedNode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::radix_sort;
 
     /// A tree over boxes at scrambled places, and its parts.
     fn fitted(n: u32, pool: &rayon::ThreadPool) -> (RadixTree, FittedBoxes, Vec<Keyed>, Vec<Reference>) {
@@ -173,7 +166,7 @@ mod tests {
         let (mut tree, mut boxes) = (RadixTree::default(), FittedBoxes::default());
         let cancel = CancelFlag::new();
         pool.install(|| {
-            radix_sort::sort(&mut keys, &mut Vec::new(), &cancel).unwrap();
+            keys.sort_by_key(|key| key.code);
             tree.link(&keys, &cancel).unwrap();
             boxes.fit(&tree, &keys, &references, &cancel).unwrap();
         });
@@ -202,15 +195,15 @@ mod tests {
             .iter()
             .map(|pool| {
                 let (tree, boxes, ..) = fitted(50_000, pool);
-                (tree.nodes, boxes.depth(), boxes.sah_cost(50_000).to_bits())
+                (tree.nodes, boxes.depth(), boxes.inner_area_sum().to_bits())
             })
             .collect();
         assert!(results.iter().all(|result| *result == results[0]));
     }
 
     #[test]
-    fn cost_and_depth_of_two_unit_cubes() {
-        // Two leaves of area 6 under a root of 2 x 1 x 1, area 10: (10 + 6 + 6) / 10.
+    fn area_and_depth_of_two_unit_cubes() {
+        // The root is 2 x 1 x 1.
         let cube = |x: f32| Reference {
             bounds: Aabb { min: Vec3::X * x, max: Vec3::X * x + Vec3::ONE },
             primitive: x as u32,
@@ -221,6 +214,6 @@ mod tests {
         tree.link(&keys, &CancelFlag::new()).unwrap();
         boxes.fit(&tree, &keys, &references, &CancelFlag::new()).unwrap();
         assert_eq!(boxes.depth(), 1);
-        assert!((boxes.sah_cost(2) - 2.2).abs() < 1.0e-6);
+        assert_eq!(boxes.inner_area_sum(), 10.0);
     }
 }

@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use super::radix_sort::Keyed;
 use crate::cancel::{CancelFlag, Cancelled};
 
 const CHUNK: usize = 1 << 13;
@@ -17,6 +16,15 @@ const CHUNK: usize = 1 << 13;
 pub(super) const LEAF: u32 = 1 << 31;
 /// The parent of the root.
 pub(super) const NO_PARENT: u32 = u32::MAX;
+
+/// A code and the index of the reference it belongs to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Keyed {
+    /// Morton code.
+    pub(super) code: u64,
+    /// Index into the references.
+    pub(super) index: u32,
+}
 
 /// An internal node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

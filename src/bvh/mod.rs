@@ -5,18 +5,27 @@
 //! Whatever the settings, a query gives the same answer to the last bit: what a hit is, is defined in
 //! [`crate::geometry`], and of hits with equal `t` the lowest primitive id wins.
 
+mod binary_tree;
 mod brute_force;
 mod builder;
+mod clusters;
 mod collapse;
+mod cost_model;
 mod fit;
+mod karras;
 mod lanes;
 mod lbvh;
+mod linear_pass;
 mod morton;
+mod ploc;
 mod query;
 mod radix_sort;
+mod references;
 mod split_budget;
 mod split_clip;
 mod split_threshold;
+mod splits;
+mod sweep;
 mod traverse;
 mod validate;
 mod wide;
@@ -87,12 +96,18 @@ pub struct HitOrder {
 }
 
 /// How the hierarchy is built. The answers of queries do not depend on it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuilderKind {
-    /// What is fastest for the frame; at present the same as `Lbvh`.
+    /// What is fastest for the frame.
+    #[default]
     Auto,
-    /// Karras' radix tree over Morton codes.
+    /// Karras' radix tree over Morton codes, by a pass that gives the same tree faster.
     Lbvh,
+    /// Karras' radix tree, node by node as in the paper.
+    Karras,
+    /// Neighbours in Morton order merged upward, under a top divided by the surface area heuristic: a better tree for
+    /// some more time.
+    Ploc,
     /// No hierarchy: every ray tests every triangle. The slow twin for tests.
     BruteForce,
 }
@@ -117,6 +132,8 @@ pub struct BuildSettings {
     pub split: Split,
     /// Most references a triangle on average that splitting may make.
     pub reference_budget: f32,
+    /// Rays that will be traced, of all kinds: many are worth a better tree ([`BuilderKind::Auto`]).
+    pub expected_rays: u64,
     /// Lanes that traversal uses.
     pub simd: SimdLevel,
 }
@@ -144,6 +161,8 @@ pub struct TraversalCounters {
 /// What was built and how long each phase took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BuildStatistics {
+    /// Which hierarchy it is; never `Auto`.
+    pub built: BuilderKind,
     /// Triangles that are not hidden.
     pub triangles: usize,
     /// Boxes over which the hierarchy was built; `references / triangles` is R of Ernst and Greiner.
@@ -158,14 +177,16 @@ pub struct BuildStatistics {
     pub sah_cost: f32,
     /// Bytes of the traversal structure.
     pub bytes: usize,
-    /// Seconds of early split clipping (or plain boxes).
+    /// Seconds of the boxes of whole triangles.
+    pub bounds_seconds: f64,
+    /// Seconds of splitting.
     pub split_seconds: f64,
     /// Seconds of Morton codes and sorting.
     pub sort_seconds: f64,
-    /// Seconds of linking the radix tree.
-    pub link_seconds: f64,
-    /// Seconds of fitting boxes bottom-up.
-    pub fit_seconds: f64,
+    /// Seconds of building the binary tree with its boxes.
+    pub tree_seconds: f64,
+    /// Seconds of making a better tree of it.
+    pub improve_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
 }
@@ -190,6 +211,8 @@ impl Default for BuildSettings {
             builder: BuilderKind::Auto,
             split: Split::Auto,
             reference_budget: 4.0,
+            // A picture of a million pixels with a shadow ray and a mirror ray each.
+            expected_rays: 3 << 20,
             simd: SimdLevel::best(),
         }
     }

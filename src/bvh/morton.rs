@@ -1,57 +1,162 @@
-//! Morton codes of box centres.
+//! References in the Morton order of their boxes' centres.
 //!
 //! Source: the order is Morton's (1966); its use for building hierarchies is Lauterbach et al., "Fast BVH Construction
 //! on GPUs", Eurographics 2009. Codes have 63 bits, 21 an axis, over a cubic grid.
+//!
+//! A radix sort moves the upper 36 bits of a code and the 28-bit index of its reference as one word. Where codes agree in
+//! the upper bits, which is rare unless small dense objects stand in a large scene, the lower 27 bits decide afterwards.
+
+use std::sync::atomic::Ordering;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::radix_sort::Keyed;
-use super::split_clip::Reference;
+use super::radix_sort::{self, Key, load};
+use super::references::Reference;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
-const CHUNK: usize = 1 << 14;
+const CHUNK: usize = 1 << 12;
 const BITS_AN_AXIS: u32 = 21;
+/// Bits of a key that hold the index of a reference; above them are the upper bits of its code.
+const INDEX_BITS: u32 = 28;
+const INDEX_MASK: u64 = (1 << INDEX_BITS) - 1;
+/// Bits of a code that are not in its key.
+const LOWER_BITS: u32 = 3 * BITS_AN_AXIS - (u64::BITS - INDEX_BITS);
+const LOWER_MASK: u64 = (1 << LOWER_BITS) - 1;
+/// Runs of keys with equal upper bits up to this length are sorted by insertion.
+const SHORT_RUN: usize = 24;
 
 /// A cubic grid of 2²¹ cells an axis.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
+pub(super) struct Grid {
     origin: [f64; 3],
     cells_a_metre: f64,
 }
 
-/// Fills `keys` with the code and index of every reference.
-pub(super) fn codes(
-    references: &[Reference],
-    keys: &mut Vec<Keyed>,
-    cancel: &CancelFlag,
-) -> Result<(), Cancelled> {
-    let centers = references
-        .par_chunks(CHUNK)
-        .map(|chunk| {
-            chunk.iter().fold(Aabb::EMPTY, |all, reference| all.union_point(reference.bounds.center()))
-        })
-        .reduce(|| Aabb::EMPTY, Aabb::union);
-    let grid = Grid::around(&centers);
+/// References sorted by code; those with equal codes keep their order.
+#[derive(Debug, Default)]
+pub(super) struct MortonOrder {
+    keys: Vec<Key>,
+    /// Codes of the references, in the references' order.
+    codes: Vec<u64>,
+    scratch: radix_sort::Scratch,
+}
 
-    keys.clear();
-    keys.resize(references.len(), Keyed::default());
-    keys.par_chunks_mut(CHUNK).zip(references.par_chunks(CHUNK)).enumerate().try_for_each(
-        |(chunk, (keys, references))| {
+impl MortonOrder {
+    /// Sorts `references`, whose centres lie in `centers`.
+    pub(super) fn sort(
+        &mut self,
+        references: &[Reference],
+        centers: &Aabb,
+        cancel: &CancelFlag,
+    ) -> Result<(), Cancelled> {
+        let grid = Grid::around(centers);
+        self.keys.resize_with(references.len(), Key::default);
+        self.codes.resize(references.len(), 0);
+        let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.codes.par_chunks_mut(CHUNK));
+        chunks.zip(references.par_chunks(CHUNK)).enumerate().for_each(
+            |(chunk, ((keys, codes), references))| {
+                let outputs = keys.iter_mut().zip(codes);
+                for (index, ((key, code), reference)) in (chunk * CHUNK..).zip(outputs.zip(references)) {
+                    *code = grid.code(reference.bounds.center());
+                    *key.get_mut() = *code >> LOWER_BITS << INDEX_BITS | index as u64;
+                }
+            },
+        );
+        radix_sort::sort(&mut self.keys, INDEX_BITS..u64::BITS, &mut self.scratch, cancel)?;
+        self.settle_runs(cancel)
+    }
+
+    /// How many references there are.
+    pub(super) fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Index of the reference at a place of the order.
+    #[inline(always)]
+    pub(super) fn index(&self, place: usize) -> u32 {
+        (load(&self.keys[place]) & INDEX_MASK) as u32
+    }
+
+    /// Code of the reference at a place of the order.
+    #[inline(always)]
+    pub(super) fn code(&self, place: usize) -> u64 {
+        self.codes[self.index(place) as usize]
+    }
+
+    /// How much the keys at `place` and the next one differ: comparing these numbers compares the first bits in which codes
+    /// differ, and below all of them, for equal codes, the first bits in which places differ (Karras 2012, section 4).
+    #[inline(always)]
+    pub(super) fn difference(&self, place: usize) -> u64 {
+        const CODES: u64 = 1 << 63;
+        let upper = (load(&self.keys[place]) ^ load(&self.keys[place + 1])) >> INDEX_BITS;
+        if upper != 0 {
+            return upper << LOWER_BITS | CODES;
+        }
+        match self.code(place) ^ self.code(place + 1) {
+            0 => (place ^ (place + 1)) as u64,
+            lower => lower | CODES,
+        }
+    }
+
+    /// Sorts runs of keys that agree in their upper bits by the lower ones.
+    fn settle_runs(&mut self, cancel: &CancelFlag) -> Result<(), Cancelled> {
+        let Self { keys, codes, .. } = self;
+        let keys = keys.as_slice();
+        (0..keys.len().div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
             cancel.check()?;
-            for (i, (key, reference)) in keys.iter_mut().zip(references).enumerate() {
-                *key =
-                    Keyed { code: grid.code(reference.bounds.center()), index: (chunk * CHUNK + i) as u32 };
+            // A chunk settles the runs that start in it.
+            let mut place = chunk * CHUNK;
+            let end = keys.len().min(place + CHUNK);
+            if place > 0 {
+                place += keys[place - 1..end].windows(2).take_while(|pair| are_in_one_run(pair)).count();
+            }
+            while place < end {
+                let run = keys[place..].windows(2).take_while(|pair| are_in_one_run(pair)).count() + 1;
+                if run > 1 {
+                    settle(&keys[place..place + run], codes);
+                }
+                place += run;
             }
             Ok(())
-        },
-    )
+        })
+    }
+}
+
+fn are_in_one_run(pair: &[Key]) -> bool {
+    (load(&pair[0]) ^ load(&pair[1])) >> INDEX_BITS == 0
+}
+
+/// Sorts a run by the lower bits of its codes, then by index.
+fn settle(run: &[Key], codes: &[u64]) {
+    let upper = load(&run[0]) & !INDEX_MASK;
+    let lower_first = |key: &Key| {
+        let index = load(key) & INDEX_MASK;
+        (codes[index as usize] & LOWER_MASK) << INDEX_BITS | index
+    };
+    let put = |place: usize, sorted: u64| run[place].store(upper | sorted & INDEX_MASK, Ordering::Relaxed);
+    if run.len() > SHORT_RUN {
+        let mut sorted: Vec<u64> = run.iter().map(lower_first).collect();
+        sorted.sort_unstable();
+        sorted.into_iter().enumerate().for_each(|(place, key)| put(place, key));
+        return;
+    }
+    let mut sorted = [0; SHORT_RUN];
+    for (count, key) in run.iter().map(lower_first).enumerate() {
+        let mut place = count;
+        while place > 0 && sorted[place - 1] > key {
+            sorted[place] = sorted[place - 1];
+            place -= 1;
+        }
+        sorted[place] = key;
+    }
+    sorted[..run.len()].iter().enumerate().for_each(|(place, &key)| put(place, key));
 }
 
 impl Grid {
     /// The grid whose first cell starts at the lowest corner of `bounds` and whose cube holds all of it.
-    fn around(bounds: &Aabb) -> Self {
+    pub(super) fn around(bounds: &Aabb) -> Self {
         let min = bounds.min.as_dvec3();
         let extent = (bounds.max.as_dvec3() - min).max_element();
         Self {
@@ -62,19 +167,23 @@ impl Grid {
     }
 
     /// The code of the cell that holds `point`: the bits of its three coordinates interleaved, x first.
-    fn code(&self, point: Vec3) -> u64 {
+    #[inline(always)]
+    pub(super) fn code(&self, point: Vec3) -> u64 {
+        // Added to a number from 0 to 2²¹, it leaves the nearest whole number in the lowest bits.
+        const WHOLE: f64 = (1_u64 << 52) as f64;
+        const LAST: f64 = ((1 << BITS_AN_AXIS) - 1) as f64;
         let mut code = 0;
         for axis in 0..3 {
             let cell = (f64::from(point[axis]) - self.origin[axis]) * self.cells_a_metre;
-            // The conversion saturates, at zero for what is negative.
-            let cell = (cell as u64).min((1 << BITS_AN_AXIS) - 1);
-            code |= spread(cell) << (2 - axis);
+            let cell = if cell < LAST { cell } else { LAST };
+            code |= spread((cell + WHOLE).to_bits()) << (2 - axis);
         }
         code
     }
 }
 
 /// The low 21 bits with two zeros before each.
+#[inline(always)]
 fn spread(value: u64) -> u64 {
     let mut x = value & 0x1f_ffff;
     x = (x | x << 32) & 0x001f_0000_0000_ffff;
@@ -85,8 +194,57 @@ fn spread(value: u64) -> u64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// References in order of given codes, as they are.
+    pub(in crate::bvh) fn order_of(codes: &[u64]) -> MortonOrder {
+        let key = |(i, code): (usize, &u64)| Key::new(code >> LOWER_BITS << INDEX_BITS | i as u64);
+        MortonOrder {
+            keys: codes.iter().enumerate().map(key).collect(),
+            codes: codes.to_vec(),
+            scratch: radix_sort::Scratch::default(),
+        }
+    }
+
+    fn check(codes: &[u64]) {
+        let mut expected: Vec<u32> = (0..codes.len() as u32).collect();
+        expected.sort_by_key(|&index| codes[index as usize]);
+        for threads in [1, 2, 3, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut order = order_of(codes);
+            let cancel = CancelFlag::new();
+            pool.install(|| {
+                radix_sort::sort(&mut order.keys, INDEX_BITS..u64::BITS, &mut order.scratch, &cancel)
+                    .unwrap();
+                order.settle_runs(&cancel).unwrap();
+            });
+            let sorted: Vec<u32> = (0..order.len()).map(|place| order.index(place)).collect();
+            assert!(sorted == expected, "{threads} threads, {} codes", codes.len());
+        }
+    }
+
+    #[test]
+    fn equals_the_stable_comparison_sort() {
+        let scrambled = |i: u64| (i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 1;
+        for n in [0, 1, 2, 100, 30_000] {
+            // Codes all over; codes that differ in lower bits alone; codes in long and short runs; equal ones.
+            for mask in [!0 >> 1, LOWER_MASK, 3 << 50 | LOWER_MASK, 0xffff << 22 | 3, 1, 0] {
+                check(&(0..n).map(|i| scrambled(i) & mask).collect::<Vec<_>>());
+            }
+        }
+    }
+
+    #[test]
+    fn differences_compare_like_first_differing_bits() {
+        let codes = [0, 1, 1, 1, 5, 1 << 30, 1 << 62];
+        let order = order_of(&codes);
+        let differences: Vec<u64> = (0..6).map(|place| order.difference(place)).collect();
+        // Places 1, 2, 3 have equal codes: 1 ^ 2 = 3, 2 ^ 3 = 1.
+        assert_eq!(differences[1..3], [3, 1]);
+        assert!(differences[2] < differences[0] && differences[0] < differences[3]);
+        assert!(differences[3] < differences[4] && differences[4] < differences[5]);
+    }
 
     #[test]
     fn spreading_places_every_bit() {

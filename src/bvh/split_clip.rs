@@ -5,67 +5,19 @@
 //! half gets its own box. Departures: the recursion is an explicit stack; each half's box is found by clipping the
 //! part of the triangle that its parent holds; a box is not cut where the plane is not strictly inside it.
 //!
-//! Every reference's box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit
-//! asks ([`crate::geometry::ShearedRay`]). Which SA_max is used is decided in [`super::split_threshold`].
+//! Which SA_max is used is decided in [`super::split_threshold`].
 
 use rayon::prelude::*;
 
-use super::PrimitiveFlags;
+use super::references::{Input, Reference, padding};
 use super::split_budget::Budget;
-use crate::cancel::{CancelFlag, Cancelled};
-use crate::geometry::{Aabb, BOX_PADDING, Triangle, TrianglePart};
-
-/// Triangles a task works on.
-pub(super) const CHUNK: usize = 1 << 11;
-
-/// A box that a triangle, or a part of one, lies in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Reference {
-    /// The box.
-    pub(super) bounds: Aabb,
-    /// Index of the triangle.
-    pub(super) primitive: u32,
-}
-
-/// The triangles to build over.
-#[derive(Clone, Copy)]
-pub(super) struct Input<'a> {
-    /// All triangles of the frame.
-    pub(super) triangles: &'a [Triangle],
-    /// Their flags.
-    pub(super) flags: &'a [PrimitiveFlags],
-    /// Polled.
-    pub(super) cancel: &'a CancelFlag,
-}
+use crate::cancel::Cancelled;
+use crate::geometry::{Aabb, Triangle, TrianglePart};
 
 /// Memory kept between builds.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     chunks: Vec<Vec<Reference>>,
-}
-
-impl<'a> Input<'a> {
-    /// The visible triangles of a chunk, with their indices.
-    pub(super) fn chunk(&self, chunk: usize) -> impl Iterator<Item = (u32, &'a Triangle)> + use<'a> {
-        let first = chunk * CHUNK;
-        let last = self.triangles.len().min(first + CHUNK);
-        let triangles = self.triangles[first..last].iter();
-        triangles
-            .zip(&self.flags[first..last])
-            .enumerate()
-            .filter(|(_, (triangle, flags))| is_traced(triangle, **flags))
-            .map(move |(i, (triangle, _))| ((first + i) as u32, triangle))
-    }
-
-    /// How many chunks there are.
-    pub(super) fn chunks(&self) -> usize {
-        self.triangles.len().div_ceil(CHUNK)
-    }
-}
-
-/// Whether a triangle takes part: it is not hidden and a ray can hit it.
-pub(super) fn is_traced(triangle: &Triangle, flags: PrimitiveFlags) -> bool {
-    !flags.has(PrimitiveFlags::HIDDEN) && !triangle.is_degenerate()
 }
 
 /// Fills `references` with the boxes of all visible triangles, in the triangles' order whatever the number of threads.
@@ -90,7 +42,7 @@ pub(super) fn gather(
             return;
         }
         for (primitive, triangle) in input.chunk(chunk) {
-            let padding = triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE;
+            let padding = padding(triangle);
             split(triangle, sa_max, |bounds| {
                 part.push(Reference { bounds: bounds.grown(padding), primitive });
                 share.spend()
@@ -109,11 +61,6 @@ pub(super) fn gather(
         references.extend_from_slice(part);
     }
     Ok(true)
-}
-
-/// How many triangles the references belong to; those of one triangle stand together.
-pub(super) fn count_triangles(references: &[Reference]) -> usize {
-    references.chunk_by(|a, b| a.primitive == b.primitive).count()
 }
 
 /// Algorithm 4: gives the box of every part to `emit`, until it returns false.
@@ -152,6 +99,8 @@ fn halves(part: &TrianglePart) -> Option<[Option<TrianglePart>; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::PrimitiveFlags;
+    use crate::cancel::CancelFlag;
     use glam::Vec3;
 
     /// The slow twin: the recursion of the paper.

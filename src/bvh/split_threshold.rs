@@ -1,10 +1,6 @@
 //! Which SA_max early split clipping uses.
 //!
-//! Splitting pays where boxes overlap massively, and does harm elsewhere. `E`, the sum of the triangles' box areas over the
-//! area of the scene's box, is the number of boxes that a line through the scene meets on average. [`Split::Auto`]
-//! splits nothing while `E ≤ 16`, nor where the average box takes more than a quarter of the scene's area, since a few cuts then
-//! cannot set the triangles apart (identical ones, say), and otherwise aims at `R = min(budget, 1 + ((E − 16) / 118)^0.57)` references a
-//! triangle. [`Split::Area`] is used as it is unless it makes more references than the budget; then the budget is the aim.
+//! [`super::Split::Area`] is used as it is unless it makes more references than the budget; then the budget is the aim.
 //!
 //! An aim becomes an SA_max through an upper bound of the number of references: a box that is halved k times without
 //! clipping contains each box that k steps of Algorithm 4 make from it, so a triangle makes at most 2ᵏ references for the
@@ -15,20 +11,11 @@
 
 use rayon::prelude::*;
 
+use super::references::{Input, Reference};
 use super::split_budget::Budget;
-use super::split_clip::{Input, Reference, Scratch, gather, split};
-use super::{BuildSettings, Split};
+use super::split_clip::{Scratch, gather, split};
 use crate::cancel::Cancelled;
-use crate::geometry::Aabb;
 
-/// The number of boxes met by a line below which `Split::Auto` does nothing.
-const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
-/// The average box's share of the scene's area above which `Split::Auto` does nothing.
-const SHARE_BEYOND_SPLITTING: f64 = 0.25;
-/// Boxes met by a line beyond [`OVERLAP_WORTH_SPLITTING`] at which `Split::Auto` aims at one reference more a triangle.
-const OVERLAP_SCALE: f64 = 118.0;
-/// How the references beyond one a triangle grow with that excess.
-const OVERLAP_EXPONENT: f64 = 0.57;
 /// Halvings that the histogram follows; 2⁴⁰ references are beyond any budget.
 const MOST_HALVINGS: u32 = 40;
 /// How often the bound is corrected.
@@ -53,88 +40,51 @@ pub(super) struct Threshold {
     pub(super) budget_reached: bool,
 }
 
-/// Sums over the visible triangles.
+/// How many visible triangles there are and the area of the largest box of one.
 #[derive(Clone, Copy)]
 struct Measures {
     triangles: u64,
-    bounds: Aabb,
-    area_sum: f64,
     largest_area: f64,
 }
 
-/// Fills `references` with the boxes that `settings` ask for.
-pub(super) fn gather_references(
+/// Fills `references` with the boxes that `sa_max` asks for, or if those are more than `limit`, with nearly so many.
+pub(super) fn gather_by_area(
     input: Input,
-    settings: &BuildSettings,
+    sa_max: f64,
+    limit: u64,
     scratch: &mut Scratch,
     references: &mut Vec<Reference>,
 ) -> Result<Threshold, Cancelled> {
-    let mut gather_all = |sa_max, limit| gather(input, sa_max, limit, scratch, references);
-    let explicit = match settings.split {
-        Split::Area(area) if !area.is_nan() => f64::from(area),
-        _ => f64::INFINITY,
-    };
-    let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
-    if explicit == f64::INFINITY && settings.split != Split::Auto {
-        gather_all(f64::INFINITY, u64::MAX)?;
-        return Ok(Threshold { sa_max: f64::INFINITY, budget_reached: false });
+    if gather(input, sa_max, limit, scratch, references)? {
+        return Ok(Threshold { sa_max, budget_reached: false });
     }
-
-    // As asked, if that is within the budget.
-    let measures = measure(input)?;
-    let limit = (measures.triangles as f64 * budget) as u64;
-    let is_auto = settings.split == Split::Auto;
-    if !is_auto && gather_all(explicit, limit)? {
-        return Ok(Threshold { sa_max: explicit, budget_reached: false });
-    }
-
-    // What comes near the aim; or what is sure to keep within it.
-    let aim = if is_auto { automatic_aim(&measures, budget) } else { limit };
+    // What comes near the limit; or what is sure to keep within it.
+    let explicit = sa_max;
     let mut sa_max = f64::INFINITY;
-    for candidate in thresholds_for(input, &measures, aim)? {
-        sa_max = if is_auto { candidate } else { candidate.max(explicit) };
-        if gather_all(sa_max, limit)? {
+    for candidate in thresholds_for(input, &measure(input)?, limit)? {
+        sa_max = candidate.max(explicit);
+        if gather(input, sa_max, limit, scratch, references)? {
             break;
         }
     }
-    Ok(Threshold { sa_max, budget_reached: !is_auto })
-}
-
-/// How many references [`Split::Auto`] aims at.
-fn automatic_aim(measures: &Measures, budget: f64) -> u64 {
-    let overlap = measures.area_sum / measures.bounds.area();
-    let share = overlap / measures.triangles as f64;
-    if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING || share > SHARE_BEYOND_SPLITTING {
-        return measures.triangles;
-    }
-    let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / OVERLAP_SCALE, OVERLAP_EXPONENT);
-    (measures.triangles as f64 * ratio.min(budget)) as u64
+    Ok(Threshold { sa_max, budget_reached: true })
 }
 
 fn measure(input: Input) -> Result<Measures, Cancelled> {
-    let none = Measures { triangles: 0, bounds: Aabb::EMPTY, area_sum: 0.0, largest_area: 0.0 };
-    let chunks: Vec<Measures> = (0..input.chunks())
+    let none = Measures { triangles: 0, largest_area: 0.0 };
+    let both = |a: Measures, b: Measures| Measures {
+        triangles: a.triangles + b.triangles,
+        largest_area: a.largest_area.max(b.largest_area),
+    };
+    (0..input.chunks())
         .into_par_iter()
         .map(|chunk| {
             input.cancel.check()?;
             Ok(input.chunk(chunk).fold(none, |sum, (_, triangle)| {
-                let bounds = triangle.bounds();
-                let area = bounds.area();
-                Measures {
-                    triangles: sum.triangles + 1,
-                    bounds: sum.bounds.union(bounds),
-                    area_sum: sum.area_sum + area,
-                    largest_area: sum.largest_area.max(area),
-                }
+                both(sum, Measures { triangles: 1, largest_area: triangle.bounds().area() })
             }))
         })
-        .collect::<Result<_, _>>()?;
-    Ok(chunks.iter().fold(none, |sum, chunk| Measures {
-        triangles: sum.triangles + chunk.triangles,
-        bounds: sum.bounds.union(chunk.bounds),
-        area_sum: sum.area_sum + chunk.area_sum,
-        largest_area: sum.largest_area.max(chunk.largest_area),
-    }))
+        .try_reduce(|| none, |a, b| Ok(both(a, b)))
 }
 
 /// References that `sa_max` makes and triangles, in every `stride`-th chunk; of the former at most `limit`.
@@ -234,103 +184,4 @@ fn sa_max_of(histogram: &[u64], measures: &Measures, aim: u64) -> f64 {
     }
     let top = measures.largest_area.to_bits();
     f64::from_bits(top.saturating_sub((bin as u64) << (52 - BINS_AN_OCTAVE_LOG2)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::bvh::{PrimitiveFlags, SimdLevel};
-    use crate::cancel::CancelFlag;
-    use crate::geometry::Triangle;
-    use glam::Vec3;
-
-    /// Long thin diagonal triangles through a unit cube: they overlap massively.
-    fn bars(n: usize) -> Vec<Triangle> {
-        let mut state = 3_u32;
-        let mut random = || {
-            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
-        (0..n)
-            .map(|_| {
-                let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
-                Triangle { vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)] }
-            })
-            .collect()
-    }
-
-    fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Threshold, usize) {
-        let flags = vec![PrimitiveFlags::default(); triangles.len()];
-        let cancel = CancelFlag::new();
-        let input = Input { triangles, flags: &flags, cancel: &cancel };
-        let settings = BuildSettings {
-            split,
-            reference_budget: budget,
-            simd: SimdLevel::Scalar,
-            ..BuildSettings::default()
-        };
-        let mut references = Vec::new();
-        let threshold =
-            gather_references(input, &settings, &mut Scratch::default(), &mut references).unwrap();
-        (threshold, references.len())
-    }
-
-    #[test]
-    fn scattered_triangles_are_not_split() {
-        // 1000 small triangles in a large box: E is far below 16.
-        let triangles: Vec<Triangle> = (0..1000)
-            .map(|i| {
-                let p = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
-                Triangle { vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1] }
-            })
-            .collect();
-        assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);
-    }
-
-    #[test]
-    fn triangles_that_no_cut_sets_apart_are_not_split() {
-        let triangles = vec![Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::ONE] }; 1000];
-        assert_eq!(chosen(&triangles, Split::Auto, 4.0), (chosen(&triangles, Split::Off, 4.0).0, 1000));
-    }
-
-    #[test]
-    fn auto_comes_near_its_aim() {
-        let triangles = bars(2000);
-        let (threshold, count) = chosen(&triangles, Split::Auto, 4.0);
-        assert!(!threshold.budget_reached);
-        // The mean extents of such boxes are a third of the cube's, so E is about 2000 / 9 and the aim about 2.4.
-        let ratio = count as f64 / 2000.0;
-        assert!((2.0..=2.5).contains(&ratio), "{ratio}");
-        // A smaller budget is kept.
-        let ratio = chosen(&triangles, Split::Auto, 1.5).1 as f64 / 2000.0;
-        assert!((1.2..=1.5).contains(&ratio), "{ratio}");
-    }
-
-    #[test]
-    fn a_tiny_area_keeps_to_the_budget() {
-        let triangles = bars(2000);
-        for area in [1.0e-9, 1.0e-30, 0.0] {
-            let (threshold, count) = chosen(&triangles, Split::Area(area), 3.0);
-            assert!(threshold.budget_reached);
-            assert!((4000..=6000).contains(&count), "{count}");
-        }
-        let one = &triangles[..1];
-        assert!(chosen(one, Split::Area(1.0e-30), 4.0).1 <= 4);
-        assert_eq!(chosen(one, Split::Area(1.0e-30), f32::NAN).1, 1);
-    }
-
-    #[test]
-    fn an_area_within_the_budget_is_used_as_it_is() {
-        let (threshold, count) = chosen(&bars(500), Split::Area(1.0), 4.0);
-        assert_eq!((threshold.sa_max, threshold.budget_reached), (1.0, false));
-        assert!(count > 500);
-        assert_eq!(chosen(&bars(500), Split::Area(f32::NAN), 4.0).1, 500);
-    }
-
-    #[test]
-    fn no_triangles_need_no_threshold() {
-        for split in [Split::Off, Split::Auto, Split::Area(0.0)] {
-            assert_eq!(chosen(&[], split, 4.0).1, 0);
-        }
-    }
 }

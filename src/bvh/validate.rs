@@ -1,6 +1,6 @@
 //! The invariants of a finished hierarchy, for tests and for doubts.
 
-use super::split_clip::is_traced;
+use super::references::is_traced;
 use super::wide::{Leaf, NO_CHILD, WIDTH, WideTree};
 use super::{Bvh, PrimitiveFlags, Structure};
 use crate::geometry::{Aabb, Triangle};

@@ -180,12 +180,14 @@ impl<'a> Triangles<'a> {
 }
 
 /// Writes triangles, in order, to the words of their leaf, of which there are [`WORDS_A_PLACE`] a triangle.
+#[inline(always)]
 pub(super) fn write_leaf(words: &mut [f32], triangles: impl ExactSizeIterator<Item = ([Vec3; 3], Tag)>) {
     let count = triangles.len();
     debug_assert_eq!(words.len(), count * WORDS_A_PLACE);
     for (lane, (corners, tag)) in triangles.enumerate() {
-        let components = corners.iter().flat_map(|corner| corner.to_array()).chain([tag.word()]);
-        for (component, value) in components.enumerate() {
+        let [a, b, c] = corners;
+        let values = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, tag.word()];
+        for (component, value) in values.into_iter().enumerate() {
             words[component * count + lane] = value;
         }
     }

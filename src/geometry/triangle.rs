@@ -57,7 +57,29 @@ impl Triangle {
     }
 
     /// Whether no ray can hit it: its area is zero (repeated or collinear corners) or a coordinate is not finite.
+    #[inline]
     pub fn is_degenerate(&self) -> bool {
+        !self.is_plainly_proper() && self.is_exactly_degenerate()
+    }
+
+    /// A quick test that ordinary triangles pass and degenerate ones never do: a component of the normal is finite
+    /// and larger by far than what rounding to `f32` can make of zero.
+    #[inline]
+    fn is_plainly_proper(&self) -> bool {
+        // Three roundings of 2⁻²⁴ each make up a product; below the second number they are not relative.
+        const RELATIVE: f32 = 1.0 / (1 << 20) as f32;
+        const ABSOLUTE: f32 = 1.0e-36;
+        let [a, b, c] = self.vertices;
+        let (ab, ac) = (b - a, c - a);
+        let plus = Vec3::new(ab.y * ac.z, ab.z * ac.x, ab.x * ac.y);
+        let minus = Vec3::new(ab.z * ac.y, ab.x * ac.z, ab.y * ac.x);
+        let normal = (plus - minus).abs();
+        let rounding = (plus.abs() + minus.abs()) * RELATIVE + Vec3::splat(ABSOLUTE);
+        // Infinite and undefined coordinates make the sum so.
+        normal.cmpgt(rounding).any() && normal.element_sum() < f32::INFINITY
+    }
+
+    fn is_exactly_degenerate(&self) -> bool {
         let [a, b, c] = self.vertices.map(as_f64);
         let (ab, ac) = (b - a, c - a);
         // Rounded products of exactly collinear edges are equal, so that their difference is exactly zero.
@@ -80,6 +102,33 @@ fn as_f64(point: Vec3) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_quick_test_passes_no_degenerate_triangle() {
+        let mut state = 1_u32;
+        let mut random = || {
+            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        let mut proper = 0;
+        for i in 0..20_000 {
+            let scale = [1.0, 1.0e-20, 1.0e-38, 1.0e19, 3.0e38][i % 5];
+            let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
+            // A third corner in line with the others but for rounding, or anywhere, or no number.
+            let c = match i % 4 {
+                0 => a + (b - a) * 0.5,
+                1 => b + (b - a) * random(),
+                2 => Vec3::new(random(), random(), random()),
+                _ => Vec3::new(random(), [f32::NAN, f32::INFINITY][i % 2], random()),
+            };
+            let triangle = Triangle { vertices: [a, b, c].map(|p| p * scale) };
+            if triangle.is_plainly_proper() {
+                proper += 1;
+                assert!(!triangle.is_exactly_degenerate(), "{triangle:?}");
+            }
+        }
+        assert!(proper > 2000, "{proper}");
+    }
 
     #[test]
     fn degenerate_means_no_area_or_not_finite() {

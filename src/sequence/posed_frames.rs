@@ -40,10 +40,10 @@ impl PosedFrames {
         let Frame { triangles, flags, .. } = &self.current;
         let bvh = self.builder.build(triangles, flags, &job.build, cancel, recycled)?;
         let phases = bvh.statistics();
-        seconds.split = phases.split_seconds;
+        seconds.split = phases.bounds_seconds + phases.split_seconds;
         seconds.sort = phases.sort_seconds;
-        seconds.link = phases.link_seconds;
-        seconds.fit = phases.fit_seconds;
+        seconds.link = phases.tree_seconds;
+        seconds.fit = phases.improve_seconds;
         seconds.widen = phases.widen_seconds;
         self.bvh = Some(bvh);
         Ok(false)

@@ -1,0 +1,106 @@
+//! The binary tree that builders make and [`super::collapse`] reads.
+
+use super::wide::WIDTH;
+use crate::geometry::Aabb;
+
+/// Set in a child word that names references in a row, by the place of the first.
+pub(super) const PLACES: u32 = 1 << 31;
+/// Subtrees of at most this many references become one leaf of the wide tree.
+pub(super) const LEAF_SIZE: u32 = WIDTH as u32;
+
+/// An inner node: the boxes of both children, what they are, and how many references each has. One cache line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(super) struct Pair {
+    /// Boxes of the children.
+    pub(super) bounds: [Aabb; 2],
+    /// Index of a node; or, with [`PLACES`] set, the first of the child's places.
+    pub(super) children: [u32; 2],
+    /// References of the children.
+    pub(super) counts: [u32; 2],
+}
+
+/// A finished subtree, without its place in the tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Subtree {
+    /// Its box.
+    pub(super) bounds: Aabb,
+    /// Its child word.
+    pub(super) child: u32,
+    /// Its references.
+    pub(super) count: u32,
+    /// Levels of nodes below.
+    pub(super) height: u32,
+}
+
+/// A binary tree over places of a [`super::morton::MortonOrder`].
+#[derive(Debug, Default)]
+pub(super) struct BinaryTree {
+    /// Inner nodes; some may not belong to the tree.
+    pub(super) nodes: Vec<Pair>,
+    /// The whole tree, unless there are no references.
+    pub(super) root: Option<Subtree>,
+    /// Sum of the surface areas of all nodes, in units of [`area`].
+    pub(super) area_sum: f64,
+}
+
+impl Pair {
+    /// A place that is not yet filled.
+    pub(super) const NONE: Self = Self { bounds: [Aabb::EMPTY; 2], children: [u32::MAX; 2], counts: [0; 2] };
+
+    /// The node of two subtrees.
+    #[inline(always)]
+    pub(super) fn of(left: &Subtree, right: &Subtree) -> Self {
+        Self {
+            bounds: [left.bounds, right.bounds],
+            children: [left.child, right.child],
+            counts: [left.count, right.count],
+        }
+    }
+}
+
+impl Subtree {
+    /// A single reference.
+    #[inline(always)]
+    pub(super) fn leaf(bounds: Aabb, place: usize) -> Self {
+        Self { bounds, child: place as u32 | PLACES, count: 1, height: 0 }
+    }
+
+    /// Both under the node `child`.
+    #[inline(always)]
+    pub(super) fn joined(&self, other: &Self, child: u32) -> Self {
+        Self {
+            bounds: self.bounds.union(other.bounds),
+            child,
+            count: self.count + other.count,
+            height: 1 + self.height.max(other.height),
+        }
+    }
+}
+
+impl BinaryTree {
+    /// Levels below the root; a single reference has none.
+    pub(super) fn depth(&self) -> u32 {
+        self.root.map_or(0, |root| root.height)
+    }
+
+    /// Surface area heuristic cost where visiting a node and testing a reference both cost one: the areas of all boxes over
+    /// that of the root's. Where that is zero every box counts in full.
+    pub(super) fn sah_cost(&self, measures: &super::references::Measures) -> f32 {
+        let scene = measures.bounds.area();
+        let metres = f64::from(measures.scale()).recip();
+        let inner = 2.0 * self.area_sum * metres * metres;
+        if scene > 0.0 {
+            ((inner + measures.area_sum) / scene) as f32
+        } else {
+            (2 * measures.count).saturating_sub(1) as f32
+        }
+    }
+}
+
+/// Half the surface area of a box whose edges are multiplied by `scale`, so that it neither overflows nor underflows.
+#[inline(always)]
+pub(super) fn scaled_area(bounds: &Aabb, scale: f32) -> f32 {
+    let e = bounds.extent() * scale;
+    e.x * e.y + e.y * e.z + e.z * e.x
+}

@@ -1,0 +1,247 @@
+//! The boxes that a hierarchy is built over, one for each triangle that takes part.
+//!
+//! Every box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit asks
+//! ([`crate::geometry::ShearedRay`]). Splitting makes more boxes: [`super::split_clip`], [`super::split_priority`].
+
+use fearless_simd::{Level, Simd, dispatch};
+use rayon::prelude::*;
+
+use super::PrimitiveFlags;
+use super::binary_tree::scaled_area;
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::geometry::{Aabb, BOX_PADDING, Triangle};
+
+/// Sums of areas that single precision cannot have spoiled.
+const ORDINARY_AREAS: std::ops::Range<f64> = 1.0e-20..1.0e30;
+
+/// Triangles, or references, that a task works on.
+pub(super) const CHUNK: usize = 1 << 11;
+
+/// A box that a triangle, or a part of one, lies in. One cache line holds two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(32))]
+pub(super) struct Reference {
+    /// The box.
+    pub(super) bounds: Aabb,
+    /// Index of the triangle.
+    pub(super) primitive: u32,
+}
+
+/// The triangles to build over.
+#[derive(Clone, Copy)]
+pub(super) struct Input<'a> {
+    /// All triangles of the frame.
+    pub(super) triangles: &'a [Triangle],
+    /// Their flags.
+    pub(super) flags: &'a [PrimitiveFlags],
+    /// Polled.
+    pub(super) cancel: &'a CancelFlag,
+}
+
+/// Sums over references.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Measures {
+    /// How many there are.
+    pub(super) count: usize,
+    /// The box around all of them.
+    pub(super) bounds: Aabb,
+    /// The box around their centres.
+    pub(super) centers: Aabb,
+    /// Sum of their surface areas, square metres.
+    pub(super) area_sum: f64,
+}
+
+impl Reference {
+    /// A place that is not yet filled.
+    pub(super) const NONE: Self = Self { bounds: Aabb::EMPTY, primitive: u32::MAX };
+
+    /// The box of a whole triangle.
+    #[inline(always)]
+    fn of(triangle: &Triangle, primitive: u32) -> Self {
+        Self { bounds: triangle.bounds().grown(padding(triangle)), primitive }
+    }
+}
+
+impl<'a> Input<'a> {
+    /// The visible triangles of a chunk, with their indices.
+    pub(super) fn chunk(&self, chunk: usize) -> impl Iterator<Item = (u32, &'a Triangle)> + use<'a> {
+        let first = chunk * CHUNK;
+        let last = self.triangles.len().min(first + CHUNK);
+        let triangles = self.triangles[first..last].iter();
+        triangles
+            .zip(&self.flags[first..last])
+            .enumerate()
+            .filter(|(_, (triangle, flags))| is_traced(triangle, **flags))
+            .map(move |(i, (triangle, _))| ((first + i) as u32, triangle))
+    }
+
+    /// How many chunks there are.
+    pub(super) fn chunks(&self) -> usize {
+        self.triangles.len().div_ceil(CHUNK)
+    }
+}
+
+impl Measures {
+    /// Of no references.
+    pub(super) const NONE: Self = Self { count: 0, bounds: Aabb::EMPTY, centers: Aabb::EMPTY, area_sum: 0.0 };
+
+    /// Takes in one more.
+    #[inline(always)]
+    fn add(&mut self, bounds: &Aabb) {
+        self.count += 1;
+        self.bounds = self.bounds.union(*bounds);
+        self.centers = self.centers.union_point(bounds.center());
+        self.area_sum += f64::from(2.0 * scaled_area(bounds, 1.0));
+    }
+
+    /// Of all `references`, measured in chunks.
+    fn total(chunks: &[Self], references: &[Reference]) -> Self {
+        let mut total = Self::NONE;
+        for chunk in chunks {
+            total.count += chunk.count;
+            total.bounds = total.bounds.union(chunk.bounds);
+            total.centers = total.centers.union(chunk.centers);
+            total.area_sum += chunk.area_sum;
+        }
+        // Areas beyond the reach of f32 are added once more, slowly.
+        if !ORDINARY_AREAS.contains(&total.area_sum) {
+            total.area_sum = references.iter().map(|reference| reference.bounds.area()).sum();
+        }
+        total
+    }
+
+    /// What lengths are multiplied by so that products of two neither overflow nor underflow: the scene becomes one long.
+    pub(super) fn scale(&self) -> f32 {
+        let extent = (self.bounds.max.as_dvec3() - self.bounds.min.as_dvec3()).max_element();
+        if extent > 0.0 { extent.recip() as f32 } else { 1.0 }
+    }
+
+    /// How many boxes a line through the box around all of them meets on average.
+    pub(super) fn overlap(&self) -> f64 {
+        let scene = self.bounds.area();
+        if scene > 0.0 { self.area_sum / scene } else { 0.0 }
+    }
+}
+
+/// Whether a triangle takes part: it is not hidden and a ray can hit it.
+#[inline(always)]
+pub(super) fn is_traced(triangle: &Triangle, flags: PrimitiveFlags) -> bool {
+    !flags.has(PrimitiveFlags::HIDDEN) && !triangle.is_degenerate()
+}
+
+/// By how much the box of a triangle, or of a part of it, is grown.
+#[inline(always)]
+pub(super) fn padding(triangle: &Triangle) -> f32 {
+    triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE
+}
+
+/// Fills `references` with the boxes of all visible triangles, in their order, and measures them.
+pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Result<Measures, Cancelled> {
+    references.resize(input.triangles.len(), Reference::NONE);
+    let level = Level::new();
+    let chunks: Vec<Measures> = references
+        .par_chunks_mut(CHUNK)
+        .enumerate()
+        .map(|(chunk, out)| {
+            input.cancel.check()?;
+            Ok(dispatch!(level, simd => gather_chunk(simd, input, chunk * CHUNK, out)))
+        })
+        .collect::<Result<_, _>>()?;
+
+    // Close the gaps that triangles left out leave.
+    let mut kept = 0;
+    for (chunk, measures) in chunks.iter().enumerate() {
+        let first = chunk * CHUNK;
+        if kept != first {
+            references.copy_within(first..first + measures.count, kept);
+        }
+        kept += measures.count;
+    }
+    references.truncate(kept);
+    Ok(Measures::total(&chunks, references))
+}
+
+/// Fills `out` from its start with the boxes of the visible triangles from `first` on.
+#[inline(always)]
+fn gather_chunk<S: Simd>(_: S, input: Input, first: usize, out: &mut [Reference]) -> Measures {
+    let last = first + out.len();
+    let mut measures = Measures::NONE;
+    let triangles = input.triangles[first..last].iter().zip(&input.flags[first..last]);
+    for (primitive, (triangle, &flags)) in (first as u32..).zip(triangles) {
+        let reference = Reference::of(triangle, primitive);
+        if is_traced(triangle, flags) {
+            out[measures.count] = reference;
+            measures.add(&reference.bounds);
+        }
+    }
+    measures
+}
+
+/// Measures boxes.
+pub(super) fn measure(references: &[Reference]) -> Measures {
+    let measure_chunk = |chunk: &[Reference]| {
+        let mut measures = Measures::NONE;
+        for reference in chunk {
+            measures.add(&reference.bounds);
+        }
+        measures
+    };
+    let chunks: Vec<Measures> = references.par_chunks(CHUNK).map(measure_chunk).collect();
+    Measures::total(&chunks, references)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    /// Triangles of which some are hidden and some have no area.
+    fn with_gaps(n: usize) -> (Vec<Triangle>, Vec<PrimitiveFlags>) {
+        let triangles = (0..n)
+            .map(|i| {
+                let corner = Vec3::new(i as f32, (i % 17) as f32, -(i as f32));
+                let second = if i % 5 == 0 { corner } else { corner + Vec3::X };
+                Triangle { vertices: [corner, second, corner + Vec3::Y] }
+            })
+            .collect();
+        let hidden = |i| if i % 7 == 0 { PrimitiveFlags::HIDDEN } else { PrimitiveFlags::SINGLE_SIDED };
+        (triangles, (0..n).map(hidden).collect())
+    }
+
+    #[test]
+    fn leaves_out_what_takes_no_part_for_any_number_of_threads() {
+        for n in [0, 1, 2, 100, 10_000] {
+            let (triangles, flags) = with_gaps(n);
+            let expected: Vec<Reference> = (0..n)
+                .filter(|i| i % 5 != 0 && i % 7 != 0)
+                .map(|i| Reference::of(&triangles[i], i as u32))
+                .collect();
+            for threads in [1, 2, 3, 8] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let cancel = CancelFlag::new();
+                let input = Input { triangles: &triangles, flags: &flags, cancel: &cancel };
+                let mut references = vec![Reference::NONE; 5];
+                let measures = pool.install(|| gather_whole(input, &mut references)).unwrap();
+                assert_eq!(references, expected);
+                assert_eq!(measures.count, expected.len());
+                assert_eq!(
+                    measures.bounds,
+                    expected.iter().fold(Aabb::EMPTY, |all, reference| all.union(reference.bounds))
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn two_unit_cubes_are_measured() {
+        // Each has area 6; together they are 3 x 1 x 1, area 14; their centres are 2 apart.
+        let cube = |x: f32| Reference {
+            bounds: Aabb { min: Vec3::X * x, max: Vec3::X * x + Vec3::ONE },
+            primitive: 0,
+        };
+        let measures = measure(&[cube(0.0), cube(2.0)]);
+        assert_eq!((measures.count, measures.area_sum), (2, 12.0));
+        assert_eq!(measures.centers, Aabb { min: Vec3::splat(0.5), max: Vec3::new(2.5, 0.5, 0.5) });
+        assert_eq!(measures.overlap(), 12.0 / 14.0);
+    }
+}

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Footprint, MediaStack, PathClass, PathRay};
+use super::{Footprint, MediaStack, Path, PathClass};
 use crate::frame::PosedCamera;
 use crate::geometry::Ray;
 use crate::scene::Projection;
@@ -31,8 +31,8 @@ impl CameraRays {
         Self { camera: *camera, resolution, half_size, footprint, time_seconds }
     }
 
-    /// The ray through `position`, in pixels from the picture's top left corner, for sample `sample` of a batch.
-    pub fn ray(&self, position: Vec2, media: &MediaStack, sample: u32) -> PathRay {
+    /// The ray through `position`, in pixels from the picture's top left corner.
+    pub fn ray(&self, position: Vec2) -> Ray {
         let ndc = (position / self.resolution) * 2.0 - Vec2::ONE;
         let on_plane = Vec2::new(ndc.x, -ndc.y) * self.half_size;
         let (origin, direction, clip) = match self.camera.projection {
@@ -48,17 +48,20 @@ impl CameraRays {
             }
         };
         let world_from_camera = &self.camera.world_from_camera;
-        let ray = Ray {
+        Ray {
             origin: world_from_camera.transform_point3(origin),
             direction: world_from_camera.transform_vector3(direction),
             t_min: clip.0,
             t_max: clip.1,
-        };
-        PathRay {
-            ray,
+        }
+    }
+
+    /// The path of a ray that starts in `media`, for sample `sample` of a batch.
+    pub fn path(&self, media: MediaStack, sample: u32) -> Path {
+        Path {
             time_seconds: self.time_seconds,
             footprint: self.footprint,
-            media: media.clone(),
+            media,
             touching: None,
             weight: Vec3::ONE,
             class: PathClass::Camera,
@@ -82,11 +85,11 @@ mod tests {
     fn the_top_left_corner_is_up_and_left() {
         let camera = PosedCamera { projection: perspective(None), ..PosedCamera::default() };
         let rays = CameraRays::new(&camera, (4, 2), 0.0);
-        let corner = rays.ray(Vec2::ZERO, &MediaStack::default(), 0).ray;
+        let corner = rays.ray(Vec2::ZERO);
         assert!(corner.direction.abs_diff_eq(Vec3::new(-2.0, 1.0, -1.0).normalize(), 1e-6));
         // The near plane at 0.1 is 0.1 · |(−2, 1, −1)| along this ray.
         assert!((corner.t_min - 0.1 * libm::sqrtf(6.0)).abs() < 1e-6);
-        let middle = rays.ray(Vec2::new(2.0, 1.0), &MediaStack::default(), 0).ray;
+        let middle = rays.ray(Vec2::new(2.0, 1.0));
         assert_eq!(middle.direction, Vec3::NEG_Z);
     }
 }

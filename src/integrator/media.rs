@@ -1,5 +1,7 @@
 //! Closed volumes that a ray is in: a stack that entering pushes and leaving restores.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
@@ -81,13 +83,23 @@ fn extinction(color: f32, distance: f32) -> f32 {
 }
 
 /// The volumes that a point is in; the last entered one fills the space.
+///
+/// Every ray has one and nearly all are empty, so that empty ones must cost nothing and others are shared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MediaStack(Vec<Medium>);
+pub struct MediaStack(Option<Arc<[Medium]>>);
 
 impl MediaStack {
+    fn new(volumes: Vec<Medium>) -> Self {
+        Self((!volumes.is_empty()).then(|| volumes.into()))
+    }
+
+    fn volumes(&self) -> &[Medium] {
+        self.0.as_deref().unwrap_or_default()
+    }
+
     /// The medium that fills the space; `None` is empty space.
     pub fn current(&self) -> Option<&Medium> {
-        self.0.last()
+        self.volumes().last()
     }
 
     /// Index of refraction of the space.
@@ -102,19 +114,21 @@ impl MediaStack {
 
     /// Whether the stack holds this volume.
     pub fn holds(&self, volume: VolumeId) -> bool {
-        self.0.iter().any(|medium| medium.volume == volume)
+        self.volumes().iter().any(|medium| medium.volume == volume)
     }
 
     /// Passes through the surface of `medium`: a front face enters, a back face leaves.
     pub fn cross(&mut self, medium: Medium, facing: Facing) {
+        let mut volumes = self.volumes().to_vec();
         match facing {
-            Facing::Front => self.0.push(medium),
+            Facing::Front => volumes.push(medium),
             Facing::Back => {
-                if let Some(last) = self.0.iter().rposition(|held| held.volume == medium.volume) {
-                    self.0.remove(last);
+                if let Some(last) = volumes.iter().rposition(|held| held.volume == medium.volume) {
+                    volumes.remove(last);
                 }
             }
         }
+        *self = Self::new(volumes);
     }
 
     /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
@@ -136,7 +150,7 @@ impl MediaStack {
         }
         crossings.retain(|crossing| crossing.leaves > crossing.enters);
         crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
-        Self(crossings.into_iter().map(|crossing| crossing.medium).collect())
+        Self::new(crossings.into_iter().map(|crossing| crossing.medium).collect())
     }
 }
 

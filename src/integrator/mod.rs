@@ -7,11 +7,12 @@
 mod camera;
 mod lights;
 mod media;
-mod path_ray;
+mod path;
 mod shadow;
 pub mod whitted;
 
 use crate::bvh::Bvh;
+use crate::geometry::Ray;
 use crate::interaction::PosedScene;
 use crate::scene::{Environment, Projection};
 
@@ -20,7 +21,7 @@ use media::Interiors;
 
 pub use camera::CameraRays;
 pub use media::{MediaStack, Medium, VolumeId};
-pub use path_ray::{Footprint, PathClass, PathRay};
+pub use path::{Footprint, Path, PathClass};
 pub use shadow::PASS_THROUGH_LIMIT;
 
 /// How volumes and thin glass darken what is behind them.
@@ -58,7 +59,7 @@ pub struct World<'a> {
     /// What fills the frame's volumes.
     interiors: Interiors,
     /// The volumes that the camera is in, outermost first.
-    pub camera_media: MediaStack,
+    camera_media: MediaStack,
     /// Settings.
     pub settings: IntegratorSettings,
 }
@@ -79,14 +80,12 @@ impl<'a> World<'a> {
         Self { posed, bvh, environment, lights, interiors, camera_media, settings }
     }
 
-    /// A camera ray in the volumes that it starts in: those around the camera, unless parallel rays start beside it.
-    pub fn with_media(&self, ray: PathRay) -> PathRay {
+    /// The volumes that a camera ray starts in: those around the camera, unless parallel rays start beside it.
+    pub fn media_around_start(&self, ray: &Ray) -> MediaStack {
         match self.posed.frame.camera.projection {
-            Projection::Perspective { .. } => ray,
+            Projection::Perspective { .. } => self.camera_media.clone(),
             Projection::Orthographic { .. } => {
-                let start = ray.ray.at(ray.ray.t_min);
-                let media = MediaStack::around(self.posed, self.bvh, &self.interiors, start);
-                PathRay { media, ..ray }
+                MediaStack::around(self.posed, self.bvh, &self.interiors, ray.at(ray.t_min))
             }
         }
     }
@@ -111,10 +110,13 @@ pub struct IntegratorStatistics {
     pub dropped_weight: f64,
     /// Rays whose chain of see-through surfaces reached its limit.
     pub pass_through_limit_reached: u64,
+    /// Seconds inside the hierarchy's batch queries, summed over threads. Single rays behind see-through surfaces and
+    /// the probes of what touches glass are not counted.
+    pub query_seconds: f64,
 }
 
 impl IntegratorStatistics {
-    /// Adds another batch; call in a fixed order, since one of the sums is in floating point.
+    /// Adds another batch; call in a fixed order, since one of the counts is in floating point.
     pub fn add(&mut self, other: &Self) {
         self.camera_rays += other.camera_rays;
         self.reflection_rays += other.reflection_rays;
@@ -124,5 +126,6 @@ impl IntegratorStatistics {
         self.triangles += other.triangles;
         self.dropped_weight += other.dropped_weight;
         self.pass_through_limit_reached += other.pass_through_limit_reached;
+        self.query_seconds += other.query_seconds;
     }
 }

@@ -22,27 +22,62 @@ enum Blocking {
     Absent,
 }
 
-/// The share of light along `ray`, which starts in `media`, that arrives; zero as soon as one solid surface is in between.
-/// The flag is set where more see-through surfaces were met than are followed; the rest is then taken as dark.
-pub(super) fn transmittance(
-    world: &World<'_>,
-    ray: &Ray,
-    media: MediaStack,
-    counters: &mut TraversalCounters,
-) -> (Vec3, bool) {
-    let see_through = Cell::new(false);
-    let solid = |hit: &Hit| match blocking(world, hit) {
-        Blocking::Solid => true,
-        Blocking::SeeThrough => {
-            see_through.set(true);
-            false
-        }
-        Blocking::Absent => false,
-    };
-    if world.bvh.occluded(ray, solid, counters) {
-        return (Vec3::ZERO, false);
+/// Shadow rays of one kind, traced together.
+#[derive(Debug, Default)]
+pub(super) struct ShadowBatch {
+    rays: Vec<Ray>,
+    is_occluded: Vec<bool>,
+    /// Whether something see-through was met; known where nothing solid was.
+    is_tinted: Vec<Cell<bool>>,
+}
+
+impl ShadowBatch {
+    /// Adds a ray and gives its subscript.
+    pub(super) fn push(&mut self, ray: Ray) -> u32 {
+        self.rays.push(ray);
+        self.rays.len() as u32 - 1
     }
-    if see_through.get() { through_surfaces(world, ray, media, counters) } else { (Vec3::ONE, false) }
+
+    /// Looks for solid surfaces along all rays.
+    pub(super) fn trace(&mut self, world: &World<'_>, counters: &mut TraversalCounters) {
+        let Self { rays, is_occluded, is_tinted } = self;
+        is_occluded.resize(rays.len(), false);
+        is_tinted.clear();
+        is_tinted.resize(rays.len(), Cell::new(false));
+        let solid = |index: usize, hit: &Hit| match blocking(world, hit) {
+            Blocking::Solid => true,
+            Blocking::SeeThrough => {
+                is_tinted[index].set(true);
+                false
+            }
+            Blocking::Absent => false,
+        };
+        world.bvh.occluded_rays(rays, solid, is_occluded, counters);
+    }
+
+    /// The share of light along a ray, which starts in `media`, that arrives; zero where one solid surface is in between.
+    /// The flag is set where more see-through surfaces were met than are followed; the rest is then taken as dark.
+    pub(super) fn transmittance(
+        &self,
+        world: &World<'_>,
+        index: u32,
+        media: MediaStack,
+        counters: &mut TraversalCounters,
+    ) -> (Vec3, bool) {
+        let index = index as usize;
+        if self.is_occluded[index] {
+            (Vec3::ZERO, false)
+        } else if self.is_tinted[index].get() {
+            through_surfaces(world, &self.rays[index], media, counters)
+        } else {
+            (Vec3::ONE, false)
+        }
+    }
+
+    /// Forgets all rays, not the memory.
+    pub(super) fn clear(&mut self) {
+        self.rays.clear();
+    }
 }
 
 fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {

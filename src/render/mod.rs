@@ -4,25 +4,24 @@
 //! depend on threads, tile order or the window that is rendered. Files and sequences are not known here.
 
 mod sampling;
+mod tile;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-use glam::Vec2;
 use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{Film, PixelWindow};
 use crate::frame::Frame;
-use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World, whitted};
+use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World};
 use crate::interaction::PosedScene;
 use crate::scene::{Environment, Scene};
 
 pub use crate::integrator::GlassShadows;
 
-/// Pixels along the side of a tile.
-const TILE_SIZE: u32 = 16;
+use tile::{RenderedTile, TILE_SIZE, TileRenderer};
 
 /// What decides the picture besides the frame itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,13 +87,13 @@ pub fn render_frame(
     let offsets = sampling::pixel_offsets(settings.samples);
 
     // Tiles, each by one task
+    let renderer = || TileRenderer::new(&world, &camera, &offsets);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
-    let rendered: Vec<(Vec<[f32; 4]>, IntegratorStatistics)> = tiles
+    let rendered: Vec<RenderedTile> = tiles
         .par_iter()
-        .map(|tile| {
-            cancel.check()?;
-            let result = render_tile(&world, &camera, &offsets, *tile);
+        .map_init(renderer, |renderer, tile| {
+            let result = renderer.render(*tile, cancel)?;
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             on_progress(done as f32 / tiles.len() as f32);
             Ok(result)
@@ -125,32 +124,6 @@ fn tiles(window: PixelWindow) -> Vec<PixelWindow> {
             y1: (y.saturating_add(TILE_SIZE)).min(window.y1),
         })
         .collect()
-}
-
-fn render_tile(
-    world: &World<'_>,
-    camera: &CameraRays,
-    offsets: &[Vec2],
-    tile: PixelWindow,
-) -> (Vec<[f32; 4]>, IntegratorStatistics) {
-    let pixels =
-        (tile.y0..tile.y1).flat_map(|y| (tile.x0..tile.x1).map(move |x| Vec2::new(x as f32, y as f32)));
-    let positions = pixels.flat_map(|corner| offsets.iter().map(move |&offset| corner + offset));
-    let rays: Vec<_> = positions
-        .enumerate()
-        .map(|(i, position)| world.with_media(camera.ray(position, &world.camera_media, i as u32)))
-        .collect();
-    let samples = rays.len();
-    let (values, statistics) = whitted::trace(world, rays, samples);
-    let scale = 1.0 / offsets.len() as f32;
-    let pixels = values.chunks_exact(offsets.len()).map(|samples| {
-        let sum = samples.iter().fold([0.0; 4], |[r, g, b, a], sample| {
-            let [sr, sg, sb] = sample.radiance.to_array();
-            [r + sr, g + sg, b + sb, a + sample.coverage]
-        });
-        sum.map(|channel| channel * scale)
-    });
-    (pixels.collect(), statistics)
 }
 
 #[cfg(test)]

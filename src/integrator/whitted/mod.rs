@@ -4,18 +4,29 @@
 //! their weights, which are the next generation. Every sample sums weight · radiance in generation order, and within one
 //! in the order of its own rays, so that a sample's value does not depend on what else is in the batch.
 //!
+//! The hierarchy is asked in batches of one kind: closest hits by how rays came about, shadow rays by light. Neighbours in
+//! a batch are neighbours on screen as far as the camera rays were.
+//!
 //! There is no hidden ambient term and nothing is random. What is left open by the material model is settled here:
 //! smooth lobes are followed by mirror and refraction rays, rough ones look the environment up, and in between the two
 //! are blended by roughness.
 
+mod generation;
 mod shade;
+mod shadows;
+mod sight;
+
+use std::time::Instant;
 
 use glam::Vec3;
 
-use super::{IntegratorStatistics, MediaStack, PASS_THROUGH_LIMIT, PathClass, PathRay, World, shadow};
-use crate::bvh::{Hit, TraversalCounters};
+use super::{IntegratorStatistics, Path, World};
+use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
-use crate::interaction::alpha_at;
+
+use generation::{Generation, Route};
+use shadows::Shadows;
+use sight::Sight;
 
 /// Rays whose weight is below this are black.
 const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
@@ -29,130 +40,71 @@ pub struct SampleValue {
     pub coverage: f32,
 }
 
-/// A surface that a ray sees.
-struct Sight {
-    /// Subscript of the ray in its generation.
-    ray: usize,
-    hit: Hit,
-    /// Share of the ray that see-through surfaces in front and the surface's own coverage leave.
-    share: f32,
-}
-
-/// Light that reaches the eye if nothing is in its way.
-struct ShadowTask {
-    sample: u32,
-    ray: Ray,
-    /// The volumes that the ray starts in, as far as they are known.
-    media: MediaStack,
-    contribution: Vec3,
-}
-
-/// One batch while it is traced.
-struct Tracer<'w, 'a> {
+/// Traces batches of samples, one after the other in the same memory.
+#[derive(Debug)]
+pub struct Tracer<'w, 'a> {
     world: &'w World<'a>,
     values: Vec<SampleValue>,
-    shadows: Vec<ShadowTask>,
-    children: Vec<PathRay>,
+    /// What is traced next.
+    generation: Generation,
+    children: Generation,
+    sights: Vec<Sight>,
+    shadows: Shadows,
     counters: TraversalCounters,
     statistics: IntegratorStatistics,
 }
 
-/// Traces camera rays; `rays[i].sample` is a subscript below `samples` of the result.
-pub fn trace(
-    world: &World<'_>,
-    rays: Vec<PathRay>,
-    samples: usize,
-) -> (Vec<SampleValue>, IntegratorStatistics) {
-    let mut tracer = Tracer {
-        world,
-        values: vec![SampleValue::default(); samples],
-        shadows: Vec::new(),
-        children: Vec::new(),
-        counters: TraversalCounters::default(),
-        statistics: IntegratorStatistics::default(),
-    };
-    let mut generation = rays;
-    while !generation.is_empty() {
-        let sights = tracer.closest_hits(&generation);
-        for sight in &sights {
-            tracer.shade(&generation[sight.ray], &sight.hit, sight.share);
+impl<'w, 'a> Tracer<'w, 'a> {
+    /// A tracer without rays.
+    pub fn new(world: &'w World<'a>) -> Self {
+        Self {
+            world,
+            values: Vec::new(),
+            generation: Generation::default(),
+            children: Generation::default(),
+            sights: Vec::new(),
+            shadows: Shadows::new(world.lights.len()),
+            counters: TraversalCounters::default(),
+            statistics: IntegratorStatistics::default(),
         }
-        tracer.trace_shadows();
-        generation = std::mem::take(&mut tracer.children);
     }
-    tracer.statistics.nodes = tracer.counters.nodes;
-    tracer.statistics.triangles = tracer.counters.triangles;
-    (tracer.values, tracer.statistics)
+
+    /// Adds a camera ray to the next batch; `path.sample` is a subscript of the result. Neighbours on screen should be
+    /// neighbours in the batch.
+    pub fn push(&mut self, ray: Ray, path: Path) {
+        self.generation.push(Route::CAMERA, ray, path);
+    }
+
+    /// Traces the rays that were added, and all that follow from them, for `samples` values.
+    pub fn trace(&mut self, samples: usize) -> &[SampleValue] {
+        self.values.clear();
+        self.values.resize(samples, SampleValue::default());
+        let mut generation = std::mem::take(&mut self.generation);
+        while !generation.is_empty() {
+            self.find_sights(&mut generation);
+            self.shade_sights(&generation);
+            self.trace_shadows();
+            generation.clear();
+            std::mem::swap(&mut generation, &mut self.children);
+        }
+        self.generation = generation;
+        &self.values
+    }
+
+    /// What all batches since the last call did.
+    pub fn take_statistics(&mut self) -> IntegratorStatistics {
+        let TraversalCounters { nodes, triangles, .. } = std::mem::take(&mut self.counters);
+        IntegratorStatistics { nodes, triangles, ..std::mem::take(&mut self.statistics) }
+    }
+
+    fn add(&mut self, path: &Path, radiance: Vec3) {
+        self.values[path.sample as usize].radiance += radiance;
+    }
 }
 
-impl Tracer<'_, '_> {
-    /// Everything that a generation sees, in the order of rays and along each ray.
-    fn closest_hits(&mut self, generation: &[PathRay]) -> Vec<Sight> {
-        let mut sights = Vec::with_capacity(generation.len());
-        for (index, ray) in generation.iter().enumerate() {
-            match ray.class {
-                PathClass::Camera => self.statistics.camera_rays += 1,
-                PathClass::Reflection => self.statistics.reflection_rays += 1,
-                PathClass::Refraction => self.statistics.refraction_rays += 1,
-            }
-            self.follow(index, ray, &mut sights);
-        }
-        sights
-    }
-
-    /// Follows one ray through see-through surfaces up to the first solid one or out of the scene.
-    fn follow(&mut self, index: usize, ray: &PathRay, sights: &mut Vec<Sight>) {
-        let posed = self.world.posed;
-        let mut through = 1.0_f32;
-        let mut after = None;
-        let mut touching = ray.touching;
-        for _ in 0..PASS_THROUGH_LIMIT {
-            let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
-            let next = touching
-                .take()
-                .or_else(|| self.world.bvh.closest_hit(&ray.ray, after, there, &mut self.counters));
-            let Some(hit) = next else {
-                return self.escape(ray, through);
-            };
-            after = Some(hit.order());
-            let alpha = alpha_at(posed, &hit);
-            sights.push(Sight { ray: index, hit, share: through * alpha });
-            through *= 1.0 - alpha;
-            if ray.weight.max_element() * through < LEAST_WEIGHT {
-                self.statistics.dropped_weight += f64::from(ray.weight.max_element() * through);
-                return self.cover(ray, 1.0);
-            }
-        }
-        self.statistics.pass_through_limit_reached += 1;
-        self.cover(ray, 1.0);
-    }
-
-    /// What is left of a ray leaves the scene.
-    fn escape(&mut self, ray: &PathRay, through: f32) {
-        if ray.class == PathClass::Camera && !self.world.settings.show_background {
-            return self.cover(ray, 1.0 - through);
-        }
-        let weight = ray.weight * ray.media.transmittance(f32::INFINITY) * through;
-        self.values[ray.sample as usize].radiance +=
-            weight * self.world.environment.radiance(ray.ray.direction);
-        self.cover(ray, 1.0);
-    }
-
-    fn cover(&mut self, ray: &PathRay, coverage: f32) {
-        if ray.class == PathClass::Camera {
-            self.values[ray.sample as usize].coverage = coverage;
-        }
-    }
-
-    fn trace_shadows(&mut self) {
-        let mut tasks = std::mem::take(&mut self.shadows);
-        for task in tasks.drain(..) {
-            self.statistics.shadow_rays += 1;
-            let (left, limit_reached) =
-                shadow::transmittance(self.world, &task.ray, task.media, &mut self.counters);
-            self.statistics.pass_through_limit_reached += u64::from(limit_reached);
-            self.values[task.sample as usize].radiance += task.contribution * left;
-        }
-        self.shadows = tasks;
-    }
+fn seconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64()
 }
+
+#[cfg(test)]
+mod tests;

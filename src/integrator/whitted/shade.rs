@@ -2,11 +2,13 @@
 
 use glam::{Mat3, Vec3};
 
-use super::{LEAST_WEIGHT, ShadowTask, Tracer};
+use super::generation::{Generation, Route};
+use super::sight::Sight;
+use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::Bsdf;
 use crate::bvh::{Hit, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::{Footprint, MediaStack, Medium, PathClass, PathRay};
+use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
@@ -16,7 +18,10 @@ const DULL_ROUGHNESS: f32 = 0.4;
 
 /// A surface with its lobes, seen by one ray.
 struct Shading<'p, 'a> {
-    ray: &'p PathRay,
+    /// How the ray came about.
+    route: Route,
+    ray: &'p Ray,
+    path: &'p Path,
     point: &'p SurfacePoint<'a>,
     material: MaterialSample,
     bsdf: Bsdf,
@@ -32,41 +37,60 @@ struct Shading<'p, 'a> {
 }
 
 impl Tracer<'_, '_> {
-    pub(super) fn shade(&mut self, ray: &PathRay, hit: &Hit, share: f32) {
+    /// Shades everything that a generation sees, in order.
+    pub(super) fn shade_sights(&mut self, generation: &Generation) {
+        let mut sights = std::mem::take(&mut self.sights);
+        for sight in sights.drain(..) {
+            self.shade(generation, &sight);
+        }
+        self.sights = sights;
+    }
+
+    fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
         let posed = self.world.posed;
-        let point = SurfacePoint::new(posed, &ray.ray, hit, ray.footprint.width_at(hit.t));
+        let (ray, path) = generation.ray(*place);
+        let point = SurfacePoint::new(posed, ray, hit, path.footprint.width_at(hit.t));
         let material = material_at(posed, &point);
-        let weight = ray.weight * ray.media.transmittance(hit.t) * share;
+        let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
-            self.add(ray, weight * material.base_color);
+            self.add(path, weight * material.base_color);
             return;
         }
-        self.add(ray, weight * material.emission);
+        self.add(path, weight * material.emission);
 
-        let behind = self.behind(ray, &point, &material);
+        let behind = self.behind(path, &point, &material);
         let bsdf = Bsdf::new(
             &material,
-            ior_before(ray, self.world.interiors.medium(point.shape), point.facing),
+            ior_before(path, self.world.interiors.medium(point.shape), point.facing),
             ior_behind(&material, &behind.media),
         );
         let world_from_local = local_frame(point.shading_normal);
         let wo = world_from_local.transpose() * point.wo;
         let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
-        let shading =
-            Shading { ray, point: &point, material, bsdf, world_from_local, wo, weight, behind, sharpness };
+        let point = &point;
+        let route = place.route;
+        let shading = Shading {
+            route,
+            ray,
+            path,
+            point,
+            material,
+            bsdf,
+            world_from_local,
+            wo,
+            weight,
+            behind,
+            sharpness,
+        };
         self.light(&shading);
         self.environment(&shading);
         self.mirror(&shading);
         self.refract(&shading);
     }
 
-    fn add(&mut self, ray: &PathRay, radiance: Vec3) {
-        self.values[ray.sample as usize].radiance += radiance;
-    }
-
     /// Punctual lights, each behind a shadow ray.
     fn light(&mut self, shading: &Shading<'_, '_>) {
-        for light in &self.world.lights {
+        for (subscript, light) in self.world.lights.iter().enumerate() {
             let Some(incidence) = light.incidence(shading.point.position) else { continue };
             let wi = shading.world_from_local.transpose() * incidence.wi;
             let scattered = shading.bsdf.evaluate(shading.wo, wi) * wi.z.abs();
@@ -81,8 +105,8 @@ impl Tracer<'_, '_> {
                 let ray = light.shadow_ray(end);
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
-                    if span == Vec3::ZERO { shading.ray.media.clone() } else { MediaStack::default() };
-                self.shadows.push(ShadowTask { sample: shading.ray.sample, ray, media, contribution });
+                    if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
+                self.shadows.push(subscript, ray, shading.path.sample, (contribution, media));
             }
         }
     }
@@ -104,7 +128,7 @@ impl Tracer<'_, '_> {
                 radiance += through * environment.prefiltered(direction, material.roughness) * dull;
             }
         }
-        self.add(shading.ray, shading.weight * radiance * material.occlusion);
+        self.add(shading.path, shading.weight * radiance * material.occlusion);
     }
 
     fn mirror(&mut self, shading: &Shading<'_, '_>) {
@@ -133,26 +157,27 @@ impl Tracer<'_, '_> {
         if largest == 0.0 {
             return;
         }
-        let parent = shading.ray;
+        let parent = shading.path;
         if parent.depth >= self.world.settings.max_depth || largest < LEAST_WEIGHT {
             self.statistics.dropped_weight += f64::from(largest);
             return;
         }
-        let travelled = (shading.point.position - parent.ray.origin).length();
+        let travelled = (shading.point.position - shading.ray.origin).length();
         let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
         let (media, touching) = match class {
             PathClass::Refraction => (shading.behind.media.clone(), shading.behind.touching),
             PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
         };
         let depth = parent.depth + 1;
-        self.children.push(PathRay { ray, footprint, media, touching, weight, class, depth, ..*parent });
+        let path = Path { footprint, media, touching, weight, class, depth, ..*parent };
+        self.children.push(shading.route.then(class), ray, path);
     }
 
     /// What lies behind a surface that lets light through. A refracted ray starts beyond every face that touches this one,
     /// so all of their volumes are crossed here, up to the first surface that is none.
-    fn behind(&mut self, ray: &PathRay, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
+    fn behind(&mut self, path: &Path, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
         let posed = self.world.posed;
-        let mut behind = Behind { media: ray.media.clone(), touching: None };
+        let mut behind = Behind { media: path.media.clone(), touching: None };
         let medium = self.world.interiors.medium(point.shape);
         if let Some(medium) = medium {
             behind.media.cross(medium, point.facing);
@@ -195,10 +220,10 @@ struct Behind {
 
 /// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not
 /// closed and the ray never entered.
-fn ior_before(ray: &PathRay, inside: Option<Medium>, facing: Facing) -> f32 {
+fn ior_before(path: &Path, inside: Option<Medium>, facing: Facing) -> f32 {
     match inside {
-        Some(medium) if facing == Facing::Back && !ray.media.holds(medium.volume) => medium.ior,
-        _ => ray.media.ior(),
+        Some(medium) if facing == Facing::Back && !path.media.holds(medium.volume) => medium.ior,
+        _ => path.media.ior(),
     }
 }
 

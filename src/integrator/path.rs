@@ -1,27 +1,24 @@
-//! A ray with everything that shading must know about how it got there.
+//! What shading must know about a ray besides the segment: how it got there and what it counts for.
 
 use glam::Vec3;
 
 use super::MediaStack;
 use crate::bvh::Hit;
-use crate::geometry::Ray;
 
-/// A branch of Whitted's tree.
+/// A branch of Whitted's tree, up to its last ray. That ray's direction has unit length, so that its `t` is in metres.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PathRay {
-    /// The segment; its direction has unit length, so that `t` is in metres.
-    pub ray: Ray,
+pub struct Path {
     /// Seconds since the start of the animation.
     pub time_seconds: f32,
-    /// How wide the ray is.
+    /// How wide the last ray is.
     pub footprint: Footprint,
-    /// The closed volumes that the ray starts in.
+    /// The closed volumes that the last ray starts in.
     pub media: MediaStack,
-    /// A surface that touches the one that the ray comes through: it is met first, at `t` = 0.
+    /// A surface that touches the one that the last ray comes through: it is met first, at `t` = 0.
     pub touching: Option<Hit>,
-    /// What the radiance that the ray finds counts for.
+    /// What the radiance that the last ray finds counts for.
     pub weight: Vec3,
-    /// What made the ray.
+    /// What made the last ray.
     pub class: PathClass,
     /// Reflections and refractions so far.
     pub depth: u32,

@@ -1,0 +1,84 @@
+//! What the rays of a generation see: surfaces, through see-through ones too, or what surrounds the scene.
+
+use std::time::Instant;
+
+use super::generation::{Generation, Place};
+use super::{LEAST_WEIGHT, Tracer, seconds_since};
+use crate::bvh::Hit;
+use crate::geometry::Ray;
+use crate::integrator::{PASS_THROUGH_LIMIT, Path, PathClass};
+use crate::interaction::alpha_at;
+
+/// A surface that a ray sees.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sight {
+    /// The ray.
+    pub(super) place: Place,
+    pub(super) hit: Hit,
+    /// Share of the ray that see-through surfaces in front and the surface's own coverage leave.
+    pub(super) share: f32,
+}
+
+impl Tracer<'_, '_> {
+    /// Finds everything that a generation sees, in the order of rays and along each ray.
+    pub(super) fn find_sights(&mut self, generation: &mut Generation) {
+        // First hits, all rays of a kind at once
+        let posed = self.world.posed;
+        let start = Instant::now();
+        generation.find_hits(self.world.bvh, |hit| alpha_at(posed, hit) > 0.0, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+
+        // What follows from them, ray by ray
+        self.sights.clear();
+        for &place in generation.in_order() {
+            let (ray, path) = generation.ray(place);
+            match path.class {
+                PathClass::Camera => self.statistics.camera_rays += 1,
+                PathClass::Reflection => self.statistics.reflection_rays += 1,
+                PathClass::Refraction => self.statistics.refraction_rays += 1,
+            }
+            let first = path.touching.or(generation.hit(place));
+            self.follow(place, (ray, path), first);
+        }
+    }
+
+    /// Follows one ray from its first hit through see-through surfaces up to a solid one or out of the scene.
+    fn follow(&mut self, place: Place, (ray, path): (&Ray, &Path), first: Option<Hit>) {
+        let posed = self.world.posed;
+        let weight = path.weight.max_element();
+        let mut through = 1.0_f32;
+        let mut next = first;
+        for _ in 0..PASS_THROUGH_LIMIT {
+            let Some(hit) = next else {
+                return self.escape(ray, path, through);
+            };
+            let alpha = alpha_at(posed, &hit);
+            self.sights.push(Sight { place, hit, share: through * alpha });
+            through *= 1.0 - alpha;
+            if weight * through < LEAST_WEIGHT {
+                self.statistics.dropped_weight += f64::from(weight * through);
+                return self.cover(path, 1.0);
+            }
+            let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
+            next = self.world.bvh.closest_hit(ray, Some(hit.order()), there, &mut self.counters);
+        }
+        self.statistics.pass_through_limit_reached += 1;
+        self.cover(path, 1.0);
+    }
+
+    /// What is left of a ray leaves the scene.
+    fn escape(&mut self, ray: &Ray, path: &Path, through: f32) {
+        if path.class == PathClass::Camera && !self.world.settings.show_background {
+            return self.cover(path, 1.0 - through);
+        }
+        let weight = path.weight * path.media.transmittance(f32::INFINITY) * through;
+        self.add(path, weight * self.world.environment.radiance(ray.direction));
+        self.cover(path, 1.0);
+    }
+
+    fn cover(&mut self, path: &Path, coverage: f32) {
+        if path.class == PathClass::Camera {
+            self.values[path.sample as usize].coverage = coverage;
+        }
+    }
+}

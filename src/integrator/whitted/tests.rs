@@ -1,0 +1,102 @@
+//! What a sample sees does not depend on what it is traced with.
+
+use std::path::Path;
+
+use glam::Vec2;
+
+use super::{SampleValue, Tracer};
+use crate::bvh::{BuildSettings, Builder};
+use crate::cancel::CancelFlag;
+use crate::frame::{Frame, resolve_auto_camera};
+use crate::gltf::{ImportOptions, import};
+use crate::integrator::{CameraRays, GlassShadows, IntegratorSettings, World};
+use crate::interaction::PosedScene;
+use crate::scene::{Environment, Selection, SelectionRequest};
+
+const SIZE: (u32, u32) = (16, 12);
+const SAMPLES: usize = (SIZE.0 * SIZE.1) as usize;
+
+/// Traces the samples at the pixels' middles that `subscripts` names, in that order, as one batch.
+fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize]) -> Vec<SampleValue> {
+    for (sample, subscript) in subscripts.iter().enumerate() {
+        let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
+        let ray = camera.ray(pixel + Vec2::splat(0.5));
+        let path = camera.path(tracer.world.media_around_start(&ray), sample as u32);
+        tracer.push(ray, path);
+    }
+    tracer.trace(subscripts.len()).to_vec()
+}
+
+/// Calls `check` with a tracer of the world that `scene` shows one second after its start.
+fn with_tracer(scene: &str, environment: &Environment, check: impl FnOnce(&mut Tracer<'_, '_>, &CameraRays)) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene).with_extension("gltf");
+    let scene = import(&path, &ImportOptions::default()).unwrap();
+    let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
+    let selection = resolve_auto_camera(&scene, selection, SIZE.0 as f32 / SIZE.1 as f32);
+    let frame = Frame::at(&scene, &selection, 1.0);
+    let (build, cancel) = (BuildSettings::default(), CancelFlag::new());
+    let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();
+    let settings =
+        IntegratorSettings { max_depth: 7, glass_shadows: GlassShadows::Straight, show_background: true };
+    let posed = PosedScene { scene: &scene, frame: &frame };
+    let world = World::new(posed, &bvh, environment, 1.0, settings);
+    check(&mut Tracer::new(&world), &CameraRays::new(&frame.camera, SIZE, 1.0));
+}
+
+#[test]
+fn samples_are_the_same_alone_and_among_others() {
+    for (scene, environment) in [
+        // Mirrors and glass; volumes in volumes; surfaces that are passed through; several lights; the studio's light.
+        ("demo/whitted_1980", Environment::None),
+        ("material/nested_glass", Environment::Studio),
+        ("material/alpha_blend_stack", Environment::None),
+        ("light/two_lights_shadows", Environment::None),
+        ("camera/orthographic", Environment::Studio),
+    ] {
+        with_tracer(scene, &environment, |tracer, camera| {
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let together = trace(tracer, camera, &all);
+            assert!(together.iter().any(|value| value.radiance != together[0].radiance), "{scene} is empty");
+
+            let alone: Vec<SampleValue> = all.iter().map(|one| trace(tracer, camera, &[*one])[0]).collect();
+            assert!(together == alone, "{scene}: one by one");
+
+            let backwards: Vec<usize> = all.iter().rev().copied().collect();
+            let mut turned = trace(tracer, camera, &backwards);
+            turned.reverse();
+            assert!(together == turned, "{scene}: backwards");
+
+            // 7 and 192 have no common factor: far pixels stand together, each once.
+            let scattered: Vec<usize> = all.iter().map(|i| i * 7 % SAMPLES).collect();
+            let mut values = vec![SampleValue::default(); SAMPLES];
+            for chunk in scattered.chunks(50) {
+                for (subscript, value) in chunk.iter().zip(trace(tracer, camera, chunk)) {
+                    values[*subscript] = value;
+                }
+            }
+            assert!(together == values, "{scene}: in far flung batches");
+        });
+    }
+}
+
+#[test]
+fn every_batch_is_counted_once() {
+    with_tracer("demo/whitted_1980", &Environment::None, |tracer, camera| {
+        let all: Vec<usize> = (0..SAMPLES).collect();
+        trace(tracer, camera, &all);
+        let once = tracer.take_statistics();
+        assert_eq!(once.camera_rays, SAMPLES as u64);
+        assert!(once.reflection_rays > 0 && once.refraction_rays > 0 && once.shadow_rays > 0);
+        assert!(once.query_seconds > 0.0);
+
+        for one in all {
+            trace(tracer, camera, &[one]);
+        }
+        let alone = tracer.take_statistics();
+        let rays = |of: crate::integrator::IntegratorStatistics| {
+            (of.camera_rays, of.reflection_rays, of.refraction_rays, of.shadow_rays)
+        };
+        assert_eq!(rays(once), rays(alone));
+        assert_eq!(rays(tracer.take_statistics()), (0, 0, 0, 0));
+    });
+}

@@ -12,11 +12,16 @@ pub(crate) struct Configuration {
 }
 
 /// All that are measured.
-pub(crate) const CONFIGURATIONS: [Configuration; 3] = [
-    // The paper's algorithm without splits.
+pub(crate) const CONFIGURATIONS: [Configuration; 6] = [
+    // The tree of the paper, by the faster pass.
     Configuration { name: "lbvh", builder: BuilderKind::Lbvh, split: Split::Off },
     // The same over split triangles.
     Configuration { name: "lbvh-split", builder: BuilderKind::Lbvh, split: Split::Auto },
+    // The paper's own algorithm.
+    Configuration { name: "karras", builder: BuilderKind::Karras, split: Split::Off },
+    // The better tree.
+    Configuration { name: "ploc", builder: BuilderKind::Ploc, split: Split::Off },
+    Configuration { name: "ploc-split", builder: BuilderKind::Ploc, split: Split::Auto },
     // What `rayframe render` does.
     Configuration { name: "auto", builder: BuilderKind::Auto, split: Split::Auto },
 ];

@@ -58,14 +58,9 @@ pub(crate) fn compare(
     for _ in 0..RUNS {
         let render = || render_frame(&input, &render_settings(), &CancelFlag::new(), &|_| ());
         (_, rendered) = pool.install(render)?;
-        render_ms = render_ms.min(query_seconds(&rendered) * 1e3);
+        render_ms = render_ms.min(rendered.integrator.query_seconds * 1e3 / threads as f64);
     }
     Ok(Compared { render_ms, rays_ms: rays_ms(subject, bvh, &rendered, threads) })
-}
-
-/// Seconds of ray queries, over threads.
-fn query_seconds(statistics: &RenderStatistics) -> f64 {
-    statistics.trace_seconds
 }
 
 /// What `rendered`'s rays cost in batches: the time of each of the benchmark's sets, times the ratio of their numbers.

@@ -27,7 +27,9 @@ native() { RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR="$root/target/nativ
 
 # Compile before anything is measured
 (cd "$root" && cargo bench --quiet --no-run --bench peers)
-(cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)
+if [ "${OBVHS_ROUNDS:-1}" -gt 0 ]; then
+  (cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)
+fi
 
 presets=()
 for preset in ${OBVHS_PRESETS:-}; do presets+=(--config "$preset"); done

@@ -19,7 +19,7 @@ set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 work=$(cd "$1" && pwd); shift
 scenes=${*:-bunny sponza kitchen arch stadium ico70k ico1m}
-rows=${CSV:-$work/ratios.csv}
+rows=$(realpath "${CSV:-$work/ratios.csv}")
 : > "$rows"
 
 bench() { (cd "$root" && cargo bench --quiet --bench peers -- "$work" --csv "$rows" "$@"); }

@@ -19,7 +19,7 @@ set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
 work=$(cd "$1" && pwd); shift
 scenes=${*:-bunny sponza kitchen arch stadium ico70k ico1m}
-rows=${CSV:-$work/ratios.csv}
+rows=$(realpath "${CSV:-$work/ratios.csv}")
 : > "$rows"
 
 bench() { (cd "$root" && cargo bench --quiet --bench peers -- "$work" --csv "$rows" "$@"); }
@@ -27,7 +27,9 @@ native() { RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR="$root/target/nativ
 
 # Compile before anything is measured
 (cd "$root" && cargo bench --quiet --no-run --bench peers)
-(cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)
+if [ "${OBVHS_ROUNDS:-1}" -gt 0 ]; then
+  (cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)
+fi
 
 presets=()
 for preset in ${OBVHS_PRESETS:-}; do presets+=(--config "$preset"); done

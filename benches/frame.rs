@@ -14,7 +14,6 @@
 //! * `split`: boxes of parts of those that are split;
 //! * `sort`: Morton codes and the radix sort;
 //! * `tree`: the binary tree with its boxes;
-//! * `improve`: making a better tree of it;
 //! * `widen`: the collapse to the wide tree that rays walk;
 //! * `trace`: tracing and shading all samples;
 //! * `write`: encoding the EXR file and writing it under a temporary name, with the syncing to disk and the renaming;
@@ -45,8 +44,7 @@ const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_198
 /// Samples a pixel, as `rayframe render` takes by default.
 const SAMPLES: u32 = 4;
 /// Columns that are medians over frames.
-const TIMES: [&str; 10] =
-    ["pose", "bounds", "split", "sort", "tree", "improve", "widen", "trace", "write", "total"];
+const TIMES: [&str; 9] = ["pose", "bounds", "split", "sort", "tree", "widen", "trace", "write", "total"];
 
 /// What was typed.
 struct Options {
@@ -195,7 +193,6 @@ impl Cost {
             tree.split_seconds,
             tree.sort_seconds,
             tree.tree_seconds,
-            tree.improve_seconds,
             tree.widen_seconds,
             rays.trace_seconds,
             write,

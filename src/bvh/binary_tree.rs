@@ -33,11 +33,13 @@ pub(super) struct Subtree {
     pub(super) height: u32,
 }
 
-/// A binary tree over places of a [`super::morton::MortonOrder`].
+/// A binary tree.
 #[derive(Debug, Default)]
 pub(super) struct BinaryTree {
     /// Inner nodes; some may not belong to the tree.
     pub(super) nodes: Vec<Pair>,
+    /// The triangles at the places.
+    pub(super) primitives: Vec<u32>,
     /// The whole tree, unless there are no references.
     pub(super) root: Option<Subtree>,
     /// Sum of the surface areas of all nodes, in units of [`area`].
@@ -79,6 +81,13 @@ impl Subtree {
 }
 
 impl BinaryTree {
+    /// Makes room for `nodes` nodes and `places` places, and forgets the last tree.
+    pub(super) fn reset(&mut self, nodes: usize, places: usize) {
+        self.nodes.resize(nodes, Pair::NONE);
+        self.primitives.resize(places, u32::MAX);
+        (self.root, self.area_sum) = (None, 0.0);
+    }
+
     /// Levels below the root; a single reference has none.
     pub(super) fn depth(&self) -> u32 {
         self.root.map_or(0, |root| root.height)

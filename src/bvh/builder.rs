@@ -10,7 +10,7 @@ use super::references::{Input, Reference};
 use super::wide::WideTree;
 use super::{
     BuildSettings, BuildStatistics, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Structure, cost_model,
-    karras, linear_pass, ploc, split_clip, splits,
+    karras, linear_pass, ploc, splits,
 };
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
@@ -18,7 +18,7 @@ use crate::geometry::Triangle;
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]
 pub struct Builder {
-    split: split_clip::Scratch,
+    split: splits::Scratch,
     references: Vec<Reference>,
     order: MortonOrder,
     tree: BinaryTree,
@@ -98,7 +98,7 @@ impl Builder {
 
         // The tree that rays walk.
         let has_copies = measures.count != gathered.triangles;
-        let source = Source { tree, order, references, input, scale, has_copies };
+        let source = Source { tree, input, scale, has_copies };
         wide.collapse(source, &mut self.collapse)?;
         let widen_seconds = lap.seconds();
 
@@ -115,7 +115,6 @@ impl Builder {
             split_seconds,
             sort_seconds,
             tree_seconds,
-            improve_seconds: 0.0,
             widen_seconds,
         })
     }

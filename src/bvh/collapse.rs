@@ -10,8 +10,7 @@
 use rayon::prelude::*;
 
 use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, scaled_area};
-use super::morton::MortonOrder;
-use super::references::{Input, Reference};
+use super::references::Input;
 use super::wide::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
@@ -26,11 +25,7 @@ const TASKS: u32 = 64;
 pub(super) struct Source<'a> {
     /// The binary tree.
     pub(super) tree: &'a BinaryTree,
-    /// Names the references at the tree's places.
-    pub(super) order: &'a MortonOrder,
-    /// The references.
-    pub(super) references: &'a [Reference],
-    /// Their triangles.
+    /// The triangles.
     pub(super) input: Input<'a>,
     /// For areas.
     pub(super) scale: f32,
@@ -87,7 +82,7 @@ impl WideTree {
     pub(super) fn collapse(&mut self, source: Source, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
         scratch.top.clear();
-        self.words.resize(source.order.len() * WORDS_A_PLACE + WIDTH, 0.0);
+        self.words.resize(source.tree.primitives.len() * WORDS_A_PLACE + WIDTH, 0.0);
         let Some(root) = source.tree.root else {
             self.nodes.clear();
             return Ok(());
@@ -244,8 +239,8 @@ impl Source<'_> {
                 waiting += 2;
                 continue;
             }
-            for place in child & !PLACES..(child & !PLACES) + references {
-                let primitive = self.primitive(place);
+            let first = (child & !PLACES) as usize;
+            for &primitive in &self.tree.primitives[first..first + references as usize] {
                 if !self.has_copies || !found[..count].contains(&primitive) {
                     found[count] = primitive;
                     count += 1;
@@ -253,18 +248,6 @@ impl Source<'_> {
             }
         }
         (found, count)
-    }
-
-    /// The triangle of the reference at a place.
-    #[inline(always)]
-    fn primitive(&self, place: u32) -> u32 {
-        let index = self.order.index(place as usize);
-        if self.references.len() == self.input.triangles.len() && !self.has_copies {
-            // None is left out and none is split.
-            index
-        } else {
-            self.references[index as usize].primitive
-        }
     }
 }
 

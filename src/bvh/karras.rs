@@ -60,6 +60,8 @@ pub(super) fn build(
         })
         .collect_into_vec(&mut tree.nodes);
 
+    tree.primitives.clear();
+    tree.primitives.extend(keys.iter().map(|key| references[key.index as usize].primitive));
     let root = if keys.len() == 1 { LEAF } else { 0 };
     tree.root = (!keys.is_empty()).then(|| Subtree {
         bounds: bounds(root),

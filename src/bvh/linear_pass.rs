@@ -5,7 +5,7 @@
 //! sibling (Vuillemin, "A Unifying Look at Data Structures", CACM 1980). It gives what Karras 2012 finds node by node
 //! ([`super::lbvh`], [`super::fit`]), with fewer reads and without atomics.
 //!
-//! A range of n places owns the n − 1 node indices from its first place on, so that parts of it can be built in parallel
+//! A range of n places owns the n node indices from its first place on, so that parts of it can be built in parallel
 //! without knowing of each other. Ranges of at most [`LEAF_SIZE`] references get no node: they become leaves anyway. So a
 //! task needs few of its indices, and takes the first of them, children before parents.
 
@@ -36,6 +36,9 @@ struct Pass<'a> {
     cancel: &'a CancelFlag,
 }
 
+/// A range's part of the nodes and of the triangles, one of each a place.
+type Slots<'a> = (&'a mut [Pair], &'a mut [u32]);
+
 /// A range's tree and the sum of its nodes' areas.
 type Built = Result<(Subtree, f64), Cancelled>;
 
@@ -58,34 +61,35 @@ fn build_with(
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     let count = order.len();
-    *tree = BinaryTree { nodes: std::mem::take(&mut tree.nodes), ..BinaryTree::default() };
-    tree.nodes.resize(count.saturating_sub(1), Pair::NONE);
+    tree.reset(count, count);
     if count == 0 {
         return Ok(());
     }
     let task = (count / TASKS).max(SMALLEST_TASK);
     let pass = Pass { order, references, scale, task, leaf_size, cancel };
-    let (root, area_sum) = pass.build(0, count - 1, &mut tree.nodes)?;
+    let (root, area_sum) = pass.build(0, count - 1, (&mut tree.nodes, &mut tree.primitives))?;
     (tree.root, tree.area_sum) = (Some(root), area_sum);
     Ok(())
 }
 
 impl Pass<'_> {
-    /// Builds the range from `first` to `last`; `nodes` are those with the indices from `first` on.
-    fn build(&self, first: usize, last: usize, nodes: &mut [Pair]) -> Built {
+    /// Builds the range from `first` to `last`, whose nodes and triangles are given.
+    fn build(&self, first: usize, last: usize, (nodes, primitives): Slots) -> Built {
         self.cancel.check()?;
         if last - first < self.task {
-            return Ok(self.scan(first, last, nodes));
+            return Ok(self.scan(first, last, (nodes, primitives)));
         }
         let split = self.split(first, last);
-        let (left, rest) = nodes.split_at_mut(split - first);
-        let Some((node, right)) = rest.split_first_mut() else {
-            return Ok(self.scan(first, last, left));
-        };
-        let (left, right) =
-            rayon::join(|| self.build(first, split, left), || self.build(split + 1, last, right));
+        let left_count = split + 1 - first;
+        let (left_nodes, right_nodes) = nodes.split_at_mut(left_count);
+        let (left_primitives, right_primitives) = primitives.split_at_mut(left_count);
+        let (left, right) = rayon::join(
+            || self.build(first, split, (left_nodes, left_primitives)),
+            || self.build(split + 1, last, (right_nodes, right_primitives)),
+        );
         let ((left, left_area), (right, right_area)) = (left?, right?);
-        *node = Pair::of(&left, &right);
+        // The left part needs one node less than it has places.
+        nodes[left_count - 1] = Pair::of(&left, &right);
         let joined = left.joined(&right, split as u32);
         Ok((joined, left_area + right_area + f64::from(scaled_area(&joined.bounds, self.scale))))
     }
@@ -108,7 +112,7 @@ impl Pass<'_> {
     }
 
     /// Builds a range from left to right.
-    fn scan(&self, first: usize, last: usize, nodes: &mut [Pair]) -> (Subtree, f64) {
+    fn scan(&self, first: usize, last: usize, (nodes, primitives): Slots) -> (Subtree, f64) {
         let mut area_sum = 0.0;
         let mut stack = [(u64::MAX, Subtree::leaf(Aabb::EMPTY, first)); MOST_WAITING];
         let mut waiting = 0;
@@ -116,8 +120,11 @@ impl Pass<'_> {
         let mut fetched = [(Aabb::EMPTY, u64::MAX); BATCH];
         for batch in (first..=last).step_by(BATCH) {
             let end = (batch + BATCH - 1).min(last);
-            for (place, (bounds, difference)) in (batch..=end).zip(&mut fetched) {
-                *bounds = self.references[self.order.index(place) as usize].bounds;
+            let primitives = &mut primitives[batch - first..=end - first];
+            for ((place, primitive), (bounds, difference)) in (batch..=end).zip(primitives).zip(&mut fetched)
+            {
+                let reference = &self.references[self.order.index(place) as usize];
+                (*bounds, *primitive) = (reference.bounds, reference.primitive);
                 // Behind the last one everything ends.
                 *difference = if place == last { u64::MAX } else { self.order.difference(place) };
             }
@@ -254,7 +261,7 @@ mod tests {
         let results = [1, 2, 3, 8].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let tree = pool.install(|| built(&codes, &references, LEAF_SIZE));
-            (tree.nodes, tree.root, tree.area_sum.to_bits())
+            (tree.nodes, tree.primitives, tree.root, tree.area_sum.to_bits())
         });
         assert!(results.iter().all(|result| *result == results[0]));
     }

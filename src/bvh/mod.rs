@@ -23,6 +23,7 @@ mod radix_sort;
 mod references;
 mod split_budget;
 mod split_clip;
+mod split_priority;
 mod split_threshold;
 mod splits;
 mod sweep;
@@ -185,8 +186,6 @@ pub struct BuildStatistics {
     pub sort_seconds: f64,
     /// Seconds of building the binary tree with its boxes.
     pub tree_seconds: f64,
-    /// Seconds of making a better tree of it.
-    pub improve_seconds: f64,
     /// Seconds of collapsing to the wide tree.
     pub widen_seconds: f64,
 }

@@ -166,6 +166,16 @@ impl Grid {
         }
     }
 
+    /// The plane between `low` and `high` on an axis that divides the grid first, and how many levels of the grid are above it.
+    pub(super) fn first_plane(&self, axis: usize, low: f32, high: f32) -> Option<(f32, u32)> {
+        let cell = |x: f32| (f64::from(x) - self.origin[axis]) * self.cells_a_metre;
+        let (low, high) = (cell(low) as u32, cell(high) as u32);
+        let bit = (low ^ high).checked_ilog2().filter(|_| high < 2 << BITS_AN_AXIS)?;
+        let first = high >> bit << bit;
+        let plane = self.origin[axis] + f64::from(first) / self.cells_a_metre;
+        Some((plane as f32, (BITS_AN_AXIS - 1).saturating_sub(bit)))
+    }
+
     /// The code of the cell that holds `point`: the bits of its three coordinates interleaved, x first.
     #[inline(always)]
     pub(super) fn code(&self, point: Vec3) -> u64 {

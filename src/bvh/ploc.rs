@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use super::binary_tree::{BinaryTree, Pair, Subtree};
+use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, Subtree};
 use super::clusters::{Clusters, NodeSink};
 use super::morton::MortonOrder;
 use super::references::Reference;
@@ -51,27 +51,40 @@ pub(super) fn build(
     let Scratch { chunks: clusters, left, joint, sweep } = scratch;
     clusters.resize_with(rayon::current_num_threads().max(clusters.len()), Mutex::default);
     left.resize(chunks * LEFT_OF_CHUNK, Subtree::leaf(Aabb::EMPTY, 0));
-    tree.nodes.resize(count + chunks * LEFT_OF_CHUNK, Pair::NONE);
+    tree.reset(count + chunks * LEFT_OF_CHUNK, count);
     let (chunk_nodes, joint_nodes) = tree.nodes.split_at_mut(count);
 
     // Chunks by themselves.
     let merged: Vec<(usize, f64)> = chunk_nodes
         .par_chunks_mut(CHUNK)
+        .zip(tree.primitives.par_chunks_mut(CHUNK))
         .zip(left.par_chunks_mut(LEFT_OF_CHUNK))
         .enumerate()
-        .map(|(chunk, (nodes, left))| {
+        .map(|(chunk, ((nodes, primitives), left))| {
             cancel.check()?;
             let first = chunk * CHUNK;
-            let places = first..first + nodes.len();
             let thread = rayon::current_thread_index().unwrap_or(0) % clusters.len();
             let mut clusters = clusters[thread].lock().unwrap_or_else(PoisonError::into_inner);
-            let bounds = |place: usize| references[order.index(place) as usize].bounds;
-            clusters.fill(places.map(|place| Subtree::leaf(bounds(place), place)));
-            let mut sink = NodeSink { nodes, first, area_sum: 0.0, scale };
+            let reference = |place: usize| &references[order.index(place) as usize];
+            let places = first..first + nodes.len();
+            clusters.fill(places.map(|place| Subtree::leaf(reference(place).bounds, place)));
+            let mut sink = NodeSink { nodes: &mut *nodes, first, area_sum: 0.0, scale };
             let target = clusters.len() / CHUNK_REDUCTION;
             clusters.merge_down_to(target, &mut sink);
-            left.iter_mut().zip(clusters.iter()).for_each(|(to, from)| *to = from);
-            Ok((clusters.len(), sink.area_sum))
+            let area_sum = sink.area_sum;
+
+            // Triangles in the order of the leaves.
+            let mut rows = Rows {
+                nodes,
+                first,
+                primitives,
+                filled: 0,
+                primitive_at: |place| reference(place).primitive,
+            };
+            for (to, from) in left.iter_mut().zip(clusters.iter()) {
+                *to = Subtree { child: rows.arrange(from.child, from.count), ..from };
+            }
+            Ok((clusters.len(), area_sum))
         })
         .collect::<Result<_, _>>()?;
 
@@ -88,4 +101,43 @@ pub(super) fn build(
     tree.root = sweep.build(joint.iter(), &mut sink);
     tree.area_sum = sink.area_sum;
     Ok(())
+}
+
+/// A chunk's triangles, laid out so that each leaf's stand in a row.
+struct Rows<'a, F> {
+    nodes: &'a mut [Pair],
+    /// Index of the first node, and first place.
+    first: usize,
+    primitives: &'a mut [u32],
+    /// How many places are filled.
+    filled: usize,
+    /// The triangle that a place of the Morton order has.
+    primitive_at: F,
+}
+
+impl<F: Fn(usize) -> u32> Rows<'_, F> {
+    /// Fills the next places with the triangles of a subtree; gives its new child word.
+    fn arrange(&mut self, child: u32, count: u32) -> u32 {
+        let start = self.filled;
+        if count > LEAF_SIZE {
+            let node = child as usize - self.first;
+            let Pair { children: [left, right], counts, .. } = self.nodes[node];
+            self.nodes[node].children = [self.arrange(left, counts[0]), self.arrange(right, counts[1])];
+            return child;
+        }
+        self.append(child);
+        (self.first + start) as u32 | PLACES
+    }
+
+    /// Fills the next places with the triangles of a small subtree.
+    fn append(&mut self, child: u32) {
+        if child & PLACES == 0 {
+            let [left, right] = self.nodes[child as usize - self.first].children;
+            self.append(left);
+            self.append(right);
+        } else {
+            self.primitives[self.filled] = (self.primitive_at)((child & !PLACES) as usize);
+            self.filled += 1;
+        }
+    }
 }

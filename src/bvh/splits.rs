@@ -10,8 +10,8 @@
 use std::time::Instant;
 
 use super::references::{Input, Measures, Reference, gather_whole, measure};
-use super::split_clip::Scratch;
-use super::{BuildSettings, Split, split_threshold};
+use super::wide::MOST_REFERENCES;
+use super::{BuildSettings, Split, split_clip, split_priority, split_threshold};
 use crate::cancel::Cancelled;
 
 /// The number of boxes met by a line below which `Split::Auto` does nothing.
@@ -22,6 +22,13 @@ const SHARE_BEYOND_SPLITTING: f64 = 0.25;
 const OVERLAP_SCALE: f64 = 118.0;
 /// How the references beyond one a triangle grow with that excess.
 const OVERLAP_EXPONENT: f64 = 0.57;
+
+/// Memory kept between builds.
+#[derive(Debug, Default)]
+pub(super) struct Scratch {
+    area: split_clip::Scratch,
+    priority: split_priority::Scratch,
+}
 
 /// What is known of the references.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,16 +65,21 @@ pub(super) fn gather(
 
     // Their parts.
     let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
-    let limit = (whole.count as f64 * budget) as u64;
+    let limit = ((whole.count as f64 * budget) as u64).min(MOST_REFERENCES as u64);
     match settings.split {
         Split::Area(area) if area < f32::INFINITY => {
-            let threshold =
-                split_threshold::gather_by_area(input, f64::from(area), limit, scratch, references)?;
+            let threshold = split_threshold::gather_by_area(
+                input,
+                f64::from(area),
+                limit,
+                &mut scratch.area,
+                references,
+            )?;
             (gathered.sa_max, gathered.budget_reached) = (threshold.sa_max, threshold.budget_reached);
         }
         Split::Auto if automatic_aim(&whole, budget) > whole.count as u64 => {
-            let aim = automatic_aim(&whole, budget);
-            split_threshold::gather_by_area(input, 0.0, aim, scratch, references)?;
+            let aim = automatic_aim(&whole, budget).min(limit) as usize;
+            split_priority::split(input, &whole, aim, &mut scratch.priority, references)?;
         }
         _ => return Ok(gathered),
     }

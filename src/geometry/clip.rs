@@ -107,13 +107,13 @@ impl Polygon {
 }
 
 /// The largest `f32` at or below `value`.
-fn rounded_down(value: f64) -> f32 {
+pub fn rounded_down(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
 /// The smallest `f32` at or above `value`.
-fn rounded_up(value: f64) -> f32 {
+pub fn rounded_up(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) < value { nearest.next_up() } else { nearest }
 }

@@ -12,7 +12,7 @@ mod unit;
 mod watertight;
 
 pub use aabb::Aabb;
-pub use clip::TrianglePart;
+pub use clip::{TrianglePart, rounded_down, rounded_up};
 pub use ray::Ray;
 pub use triangle::{Facing, Triangle, TriangleHit};
 pub use unit::unit;

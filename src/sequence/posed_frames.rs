@@ -43,7 +43,6 @@ impl PosedFrames {
         seconds.split = phases.bounds_seconds + phases.split_seconds;
         seconds.sort = phases.sort_seconds;
         seconds.link = phases.tree_seconds;
-        seconds.fit = phases.improve_seconds;
         seconds.widen = phases.widen_seconds;
         self.bvh = Some(bvh);
         Ok(false)

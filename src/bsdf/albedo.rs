@@ -59,8 +59,7 @@ pub(super) fn dielectric(cos_o: f32, roughness: f32, curve: &Dielectric) -> f32 
     let rest = plane(below) * (1.0 - share) + plane(below + 1) * share;
     let sharp = sharpness(roughness * ROUGHNESS_STEPS as f32);
     let exact = sharp * total * fresnel::exact(cos_o, curve.relative_ior) + rest;
-    let (offset, scale) = curve.stretch();
-    (total * offset + exact * scale).clamp(0.0, 1.0)
+    (total * curve.offset + exact * curve.scale).clamp(0.0, 1.0)
 }
 
 /// From 1 for smooth lobes down to 0; `place` is in steps of roughness.

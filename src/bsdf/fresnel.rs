@@ -8,15 +8,13 @@
 
 use glam::Vec3;
 
-/// The reflectance curve of one dielectric boundary, seen from one side.
+/// The reflectance curve of one dielectric boundary, seen from one side: `offset + scale ·` the exact curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Dielectric {
     /// Index of refraction beyond the boundary over the one before it; always positive.
     pub(super) relative_ior: f32,
-    /// Reflectance along the normal.
-    pub(super) f0: f32,
-    /// Reflectance at grazing angles.
-    pub(super) f90: f32,
+    pub(super) offset: f32,
+    pub(super) scale: f32,
 }
 
 impl Dielectric {
@@ -24,26 +22,25 @@ impl Dielectric {
     pub(super) fn between(ior_outside: f32, ior_inside: f32) -> Self {
         if ior_outside > 0.0 && ior_inside > 0.0 {
             let relative_ior = ior_inside / ior_outside;
-            Self { relative_ior, f0: reflectance_along_normal(relative_ior), f90: 1.0 }
+            Self::stretched(relative_ior, reflectance_along_normal(relative_ior), 1.0)
         } else {
-            Self { relative_ior: 1.0, f0: 1.0, f90: 1.0 }
+            Self::stretched(1.0, 1.0, 1.0)
         }
+    }
+
+    /// The exact curve of `relative_ior`, stretched so that it runs from `f0` along the normal to `f90` at grazing angles.
+    fn stretched(relative_ior: f32, f0: f32, f90: f32) -> Self {
+        let exact_f0 = reflectance_along_normal(relative_ior);
+        if exact_f0 >= 1.0 {
+            return Self { relative_ior, offset: f0, scale: 0.0 };
+        }
+        let scale = (f90 - f0) / (1.0 - exact_f0);
+        Self { relative_ior, offset: f0 - scale * exact_f0, scale }
     }
 
     /// F at an angle to the normal, or to the half vector of a rough lobe.
     pub(super) fn reflectance(&self, cosine: f32) -> f32 {
-        let (offset, scale) = self.stretch();
-        offset + scale * exact(cosine, self.relative_ior)
-    }
-
-    /// Offset and scale that take the exact curve of this relative index to the one from F0 to F90.
-    pub(super) fn stretch(&self) -> (f32, f32) {
-        let exact_f0 = reflectance_along_normal(self.relative_ior);
-        if exact_f0 >= 1.0 {
-            return (self.f0, 0.0);
-        }
-        let scale = (self.f90 - self.f0) / (1.0 - exact_f0);
-        (self.f0 - scale * exact_f0, scale)
+        self.offset + self.scale * exact(cosine, self.relative_ior)
     }
 }
 
@@ -136,7 +133,7 @@ mod tests {
 
     #[test]
     fn the_curve_runs_from_f0_to_f90() {
-        let curve = Dielectric { relative_ior: 1.5, f0: 0.02, f90: 0.5 };
+        let curve = Dielectric::stretched(1.5, 0.02, 0.5);
         assert!((curve.reflectance(1.0) - 0.02).abs() < 1e-6);
         assert!((curve.reflectance(0.0) - 0.5).abs() < 1e-6);
         // Schlick at 60°: (1 − 0.5)⁵ = 1/32.

@@ -46,6 +46,17 @@ pub struct BsdfSample {
     pub pdf: f32,
 }
 
+/// What the lobes do with uniform light, seen along one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Albedos {
+    /// [`Bsdf::specular_albedo`].
+    pub specular: Vec3,
+    /// [`Bsdf::diffuse_albedo`].
+    pub diffuse: Vec3,
+    /// [`Bsdf::transmission_albedo`].
+    pub transmission: Vec3,
+}
+
 impl Bsdf {
     /// The lobes of `material`; `ior_outside` is the index of refraction on the side of `wo`, `ior_inside` on the other.
     /// An index of 0, in the material or either side, makes the Fresnel factor one everywhere.
@@ -92,11 +103,37 @@ impl Bsdf {
         reflected * lobe + entering * ((1.0 - self.transmission) * FRAC_1_PI)
     }
 
+    /// All albedos at once, which share a part.
+    pub fn albedos(&self, cos_o: f32) -> Albedos {
+        let dielectric = self.dielectric_albedo(cos_o);
+        Albedos {
+            specular: self.specular_with(cos_o, dielectric),
+            diffuse: self.diffuse_with(dielectric),
+            transmission: self.transmission_with(cos_o, dielectric),
+        }
+    }
+
     /// E(θ_o): share of uniform light that the specular lobe reflects; its Fresnel factor where the surface is smooth.
     pub fn specular_albedo(&self, cos_o: f32) -> Vec3 {
+        self.specular_with(cos_o, self.dielectric_albedo(cos_o))
+    }
+
+    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. Times
+    /// irradiance over π it is the radiance sent out.
+    pub fn diffuse_albedo(&self, cos_o: f32) -> Vec3 {
+        self.diffuse_with(self.dielectric_albedo(cos_o))
+    }
+
+    /// Share of uniform light that passes through, base colour included: `transmission · (1 − F) · base colour` where the
+    /// surface is smooth. Zero where [`Bsdf::refract`] finds no way.
+    pub fn transmission_albedo(&self, cos_o: f32) -> Vec3 {
+        self.transmission_with(cos_o, self.dielectric_albedo(cos_o))
+    }
+
+    fn specular_with(&self, cos_o: f32, dielectric_albedo: f32) -> Vec3 {
         let mut sum = Vec3::ZERO;
         if self.metallic < 1.0 {
-            sum += Vec3::splat(self.dielectric_albedo(cos_o) * (1.0 - self.metallic));
+            sum += Vec3::splat(dielectric_albedo * (1.0 - self.metallic));
         }
         if self.metallic > 0.0 {
             let (total, grazing) = albedo::schlick_terms(cos_o, self.roughness);
@@ -106,20 +143,15 @@ impl Bsdf {
         sum
     }
 
-    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. Times
-    /// irradiance over π it is the radiance sent out.
-    pub fn diffuse_albedo(&self, cos_o: f32) -> Vec3 {
-        let share = (1.0 - self.metallic) * (1.0 - self.transmission);
-        self.albedo_below(cos_o, share)
+    fn diffuse_with(&self, dielectric_albedo: f32) -> Vec3 {
+        self.albedo_below(dielectric_albedo, (1.0 - self.metallic) * (1.0 - self.transmission))
     }
 
-    /// Share of uniform light that passes through, base colour included: `transmission · (1 − F) · base colour` where the
-    /// surface is smooth. Zero where [`Bsdf::refract`] finds no way.
-    pub fn transmission_albedo(&self, cos_o: f32) -> Vec3 {
+    fn transmission_with(&self, cos_o: f32, dielectric_albedo: f32) -> Vec3 {
         if !self.thin && self.refracted_cosine(cos_o).is_none() {
             return Vec3::ZERO;
         }
-        self.albedo_below(cos_o, (1.0 - self.metallic) * self.transmission)
+        self.albedo_below(dielectric_albedo, (1.0 - self.metallic) * self.transmission)
     }
 
     /// Where light seen along `wo` comes from on the other side, by Snell's law; straight on for thin walls. `None` at
@@ -141,15 +173,16 @@ impl Bsdf {
         (cosine_squared > 0.0).then(|| cosine_squared.sqrt())
     }
 
+    /// The specular lobe of the part that is no metal; not looked up where there is none.
     fn dielectric_albedo(&self, cos_o: f32) -> f32 {
-        albedo::dielectric(cos_o, self.roughness, &self.dielectric)
+        if self.metallic < 1.0 { albedo::dielectric(cos_o, self.roughness, &self.dielectric) } else { 1.0 }
     }
 
-    fn albedo_below(&self, cos_o: f32, share: f32) -> Vec3 {
+    fn albedo_below(&self, dielectric_albedo: f32, share: f32) -> Vec3 {
         if share == 0.0 {
             return Vec3::ZERO;
         }
-        self.base_color * (share * (1.0 - self.dielectric_albedo(cos_o)))
+        self.base_color * (share * (1.0 - dielectric_albedo))
     }
 
     /// Whether light is scattered through by a lobe, rather than by a refracted ray.

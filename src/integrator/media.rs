@@ -1,6 +1,6 @@
 //! Closed volumes that a ray is in: a stack that entering pushes and leaving restores.
 
-use std::sync::Arc;
+use std::rc::Rc;
 
 use glam::Vec3;
 
@@ -86,10 +86,11 @@ fn extinction(color: f32, distance: f32) -> f32 {
 ///
 /// Every ray has one and nearly all are empty, so that empty ones must cost nothing and others are shared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MediaStack(Option<Arc<[Medium]>>);
+pub struct MediaStack(Option<Rc<[Medium]>>);
 
 impl MediaStack {
-    fn new(volumes: Vec<Medium>) -> Self {
+    /// The last of `volumes` was entered last.
+    pub(super) fn new(volumes: Vec<Medium>) -> Self {
         Self((!volumes.is_empty()).then(|| volumes.into()))
     }
 
@@ -133,11 +134,16 @@ impl MediaStack {
 
     /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
     /// first was entered last.
-    pub(super) fn around(posed: PosedScene<'_>, bvh: &Bvh, interiors: &Interiors, position: Vec3) -> Self {
+    pub(super) fn around(
+        posed: PosedScene<'_>,
+        bvh: &Bvh,
+        interiors: &Interiors,
+        position: Vec3,
+    ) -> Vec<Medium> {
         /// A slanted direction, so that axis-aligned edges and vertices are not met.
         const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
         if !interiors.any() {
-            return Self::default();
+            return Vec::new();
         }
         let ray = Ray::new(position, DIRECTION);
         let mut crossings: Vec<Crossing> = Vec::new();
@@ -150,7 +156,7 @@ impl MediaStack {
         }
         crossings.retain(|crossing| crossing.leaves > crossing.enters);
         crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
-        Self::new(crossings.into_iter().map(|crossing| crossing.medium).collect())
+        crossings.into_iter().map(|crossing| crossing.medium).collect()
     }
 }
 

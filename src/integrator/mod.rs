@@ -5,6 +5,7 @@
 //! there is. It knows nothing of pixels, films or files.
 
 mod camera;
+mod crossings;
 mod lights;
 mod media;
 mod path;
@@ -59,7 +60,7 @@ pub struct World<'a> {
     /// What fills the frame's volumes.
     interiors: Interiors,
     /// The volumes that the camera is in, outermost first.
-    camera_media: MediaStack,
+    camera_media: Vec<Medium>,
     /// Settings.
     pub settings: IntegratorSettings,
 }
@@ -83,9 +84,10 @@ impl<'a> World<'a> {
     /// The volumes that a camera ray starts in: those around the camera, unless parallel rays start beside it.
     pub fn media_around_start(&self, ray: &Ray) -> MediaStack {
         match self.posed.frame.camera.projection {
-            Projection::Perspective { .. } => self.camera_media.clone(),
+            Projection::Perspective { .. } => MediaStack::new(self.camera_media.clone()),
             Projection::Orthographic { .. } => {
-                MediaStack::around(self.posed, self.bvh, &self.interiors, ray.at(ray.t_min))
+                let start = ray.at(ray.t_min);
+                MediaStack::new(MediaStack::around(self.posed, self.bvh, &self.interiors, start))
             }
         }
     }

@@ -4,9 +4,10 @@ use std::cell::Cell;
 
 use glam::Vec3;
 
+use super::crossings::Crossings;
 use super::{GlassShadows, MediaStack, Medium, World};
 use crate::bsdf::Bsdf;
-use crate::bvh::{Hit, TraversalCounters};
+use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{SurfacePoint, alpha_at, material_at};
@@ -29,6 +30,8 @@ pub(super) struct ShadowBatch {
     is_occluded: Vec<bool>,
     /// Whether something see-through was met; known where nothing solid was.
     is_tinted: Vec<Cell<bool>>,
+    /// What was met there.
+    crossings: Crossings,
 }
 
 impl ShadowBatch {
@@ -40,7 +43,8 @@ impl ShadowBatch {
 
     /// Looks for solid surfaces along all rays.
     pub(super) fn trace(&mut self, world: &World<'_>, counters: &mut TraversalCounters) {
-        let Self { rays, is_occluded, is_tinted } = self;
+        let Self { rays, is_occluded, is_tinted, crossings } = self;
+        crossings.clear();
         is_occluded.resize(rays.len(), false);
         is_tinted.clear();
         is_tinted.resize(rays.len(), Cell::new(false));
@@ -48,11 +52,13 @@ impl ShadowBatch {
             Blocking::Solid => true,
             Blocking::SeeThrough => {
                 is_tinted[index].set(true);
+                crossings.add(index, hit);
                 false
             }
             Blocking::Absent => false,
         };
         world.bvh.occluded_rays(rays, solid, is_occluded, counters);
+        crossings.sort(|index| !is_occluded[index]);
     }
 
     /// The share of light along a ray, which starts in `media`, that arrives; zero where one solid surface is in between.
@@ -64,13 +70,15 @@ impl ShadowBatch {
         media: MediaStack,
         counters: &mut TraversalCounters,
     ) -> (Vec3, bool) {
-        let index = index as usize;
-        if self.is_occluded[index] {
+        let ray = &self.rays[index as usize];
+        if self.is_occluded[index as usize] {
             (Vec3::ZERO, false)
-        } else if self.is_tinted[index].get() {
-            through_surfaces(world, &self.rays[index], media, counters)
-        } else {
+        } else if !self.is_tinted[index as usize].get() {
             (Vec3::ONE, false)
+        } else if self.crossings.is_overfull() {
+            through_surfaces(world, ray, media, |after| next_surface(world, ray, after, counters))
+        } else {
+            through_surfaces(world, ray, media, self.crossings.along(index))
         }
     }
 
@@ -91,20 +99,31 @@ fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
     if alpha < 1.0 || clear_glass { Blocking::SeeThrough } else { Blocking::Solid }
 }
 
-/// Multiplies what each see-through surface and the volumes between them leave, in order along the ray.
+/// The slow twin of what a batch collects: asks for one surface after the other.
+fn next_surface(
+    world: &World<'_>,
+    ray: &Ray,
+    after: Option<HitOrder>,
+    counters: &mut TraversalCounters,
+) -> Option<Hit> {
+    let there = |hit: &Hit| blocking(world, hit) != Blocking::Absent;
+    world.bvh.closest_surface(ray, after, there, counters)
+}
+
+/// Multiplies what each see-through surface and the volumes between them leave, in order along the ray. `next` gives the
+/// first surface after another.
 fn through_surfaces(
     world: &World<'_>,
     ray: &Ray,
     mut media: MediaStack,
-    counters: &mut TraversalCounters,
+    mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) -> (Vec3, bool) {
     let length = libm::sqrtf(ray.direction.dot(ray.direction));
     let mut left = Vec3::ONE;
     let mut reached_t = ray.t_min;
     let mut after = None;
     for _ in 0..PASS_THROUGH_LIMIT {
-        let there = |hit: &Hit| blocking(world, hit) != Blocking::Absent;
-        let Some(hit) = world.bvh.closest_surface(ray, after, there, counters) else {
+        let Some(hit) = next(after) else {
             return (left * media.transmittance((ray.t_max - reached_t) * length), false);
         };
         after = Some(hit.order());

@@ -24,13 +24,13 @@ pub(super) fn shading_normal(
     posed: PosedScene<'_>,
     point: &SurfacePoint<'_>,
     front_normal: Vec3,
-    vertices: &[PosedVertex; 3],
+    vertices: &[&PosedVertex; 3],
 ) -> Vec3 {
     let smooth = vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO);
     let sum = |of: fn(&PosedVertex) -> Vec3| {
-        of(&vertices[0]) * point.weights[0]
-            + of(&vertices[1]) * point.weights[1]
-            + of(&vertices[2]) * point.weights[2]
+        of(vertices[0]) * point.weights[0]
+            + of(vertices[1]) * point.weights[1]
+            + of(vertices[2]) * point.weights[2]
     };
     let normal =
         if smooth { unit(sum(|vertex| vertex.normal)).unwrap_or(front_normal) } else { front_normal };

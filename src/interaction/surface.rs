@@ -52,7 +52,7 @@ impl<'a> SurfacePoint<'a> {
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let (front_normal, doubled_area) = normal::of_triangle(triangle);
         let corners = corner_indices(posed, shape, hit.primitive);
-        let vertices = corners.map(|corner| frame.vertices[shape.first_vertex + corner as usize]);
+        let vertices = corners.map(|corner| &frame.vertices[shape.first_vertex + corner as usize]);
 
         let mut point = Self {
             shape,
@@ -141,7 +141,7 @@ fn offset_distance(normal: Vec3, position: Vec3, triangle: &Triangle) -> f32 {
 /// surface that the vertex normals suggest, so that flat facets of a smooth surface do not shadow themselves.
 ///
 /// Normals are taken on the side of `wo`, inside-out ones too; one that still looks below the triangle lifts nothing.
-fn terminator_free_point(point: &SurfacePoint<'_>, corners: [Vec3; 3], vertices: &[PosedVertex; 3]) -> Vec3 {
+fn terminator_free_point(point: &SurfacePoint<'_>, corners: [Vec3; 3], vertices: &[&PosedVertex; 3]) -> Vec3 {
     let up = point.geometric_normal;
     let weighted = vertices.iter().zip(point.weights).map(|(vertex, weight)| vertex.normal * weight);
     let side = if weighted.sum::<Vec3>().dot(up) < 0.0 { -1.0 } else { 1.0 };

@@ -53,6 +53,8 @@ pub struct RayReport {
     pub shadow: u64,
     /// Rays of all kinds a second of tracing and shading.
     pub per_second: f64,
+    /// Seconds inside the hierarchy's batch queries, summed over threads.
+    pub query_seconds: f64,
     /// Wide nodes visited a ray.
     pub nodes_per_ray: f64,
     /// Triangles tested a ray.
@@ -167,6 +169,7 @@ impl RayReport {
             refraction: statistics.integrator.refraction_rays,
             shadow: statistics.integrator.shadow_rays,
             per_second: if seconds > 0.0 { rays as f64 / seconds } else { 0.0 },
+            query_seconds: statistics.integrator.query_seconds,
             nodes_per_ray: per_ray(statistics.integrator.nodes),
             triangles_per_ray: per_ray(statistics.integrator.triangles),
             dropped_weight: statistics.integrator.dropped_weight,

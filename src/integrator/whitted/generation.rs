@@ -22,7 +22,7 @@ impl Route {
     pub(super) fn then(self, class: PathClass) -> Self {
         let route = self.0 << 1 | u8::from(class == PathClass::Refraction);
         let longest = 1 << BOUNCES;
-        Self(if route < 2 * longest { route } else { longest | route % longest })
+        Self(if route < 2 * longest { route } else { longest | (route % longest) })
     }
 }
 

@@ -20,6 +20,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::crossings::Crossings;
 use super::{IntegratorStatistics, Path, World};
 use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
@@ -50,6 +51,8 @@ pub struct Tracer<'w, 'a> {
     children: Generation,
     sights: Vec<Sight>,
     shadows: Shadows,
+    /// Surfaces that touch one that is being shaded.
+    touching: Crossings,
     counters: TraversalCounters,
     statistics: IntegratorStatistics,
 }
@@ -64,6 +67,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             children: Generation::default(),
             sights: Vec::new(),
             shadows: Shadows::new(world.lights.len()),
+            touching: Crossings::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),
         }

@@ -5,10 +5,10 @@ use glam::{Mat3, Vec3};
 use super::generation::{Generation, Route};
 use super::sight::Sight;
 use super::{LEAST_WEIGHT, Tracer};
-use crate::bsdf::Bsdf;
-use crate::bvh::{Hit, PrimitiveFlags};
+use crate::bsdf::{Albedos, Bsdf};
+use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass};
+use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass, World};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
@@ -25,6 +25,8 @@ struct Shading<'p, 'a> {
     point: &'p SurfacePoint<'a>,
     material: MaterialSample,
     bsdf: Bsdf,
+    /// Of the lobes, as seen by the ray.
+    albedos: Albedos,
     /// Columns are tangent, bitangent and normal.
     world_from_local: Mat3,
     wo: Vec3,
@@ -67,13 +69,12 @@ impl Tracer<'_, '_> {
         let world_from_local = local_frame(point.shading_normal);
         let wo = world_from_local.transpose() * point.wo;
         let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
-        let point = &point;
-        let route = place.route;
         let shading = Shading {
-            route,
+            route: place.route,
             ray,
             path,
-            point,
+            point: &point,
+            albedos: bsdf.albedos(wo.z),
             material,
             bsdf,
             world_from_local,
@@ -114,16 +115,17 @@ impl Tracer<'_, '_> {
     /// Diffuse light from all around, and what rough lobes see of it; unoccluded but for the occlusion map.
     fn environment(&mut self, shading: &Shading<'_, '_>) {
         let environment = self.world.environment;
-        let Shading { point, material, bsdf, wo, .. } = shading;
+        let Shading { point, material, bsdf, albedos, wo, .. } = shading;
         let irradiance = environment.irradiance(point.shading_normal);
-        let mut radiance = bsdf.diffuse_albedo(wo.z) * irradiance * std::f32::consts::FRAC_1_PI;
+        let mut radiance = albedos.diffuse * irradiance * std::f32::consts::FRAC_1_PI;
         let dull = 1.0 - shading.sharpness;
         if dull > 0.0 {
             let mirrored = mirror_direction(point);
-            radiance +=
-                bsdf.specular_albedo(wo.z) * environment.prefiltered(mirrored, material.roughness) * dull;
-            let through = bsdf.transmission_albedo(wo.z);
-            if let Some(direction) = bsdf.refract(*wo).filter(|_| through != Vec3::ZERO) {
+            radiance += albedos.specular * environment.prefiltered(mirrored, material.roughness) * dull;
+            let through = albedos.transmission;
+            if through != Vec3::ZERO
+                && let Some(direction) = bsdf.refract(*wo)
+            {
                 let direction = shading.world_from_local * direction;
                 radiance += through * environment.prefiltered(direction, material.roughness) * dull;
             }
@@ -132,17 +134,22 @@ impl Tracer<'_, '_> {
     }
 
     fn mirror(&mut self, shading: &Shading<'_, '_>) {
-        let weight = shading.weight * shading.bsdf.specular_albedo(shading.wo.z) * shading.sharpness;
-        let ray = Ray::new(shading.point.origin_outside(), mirror_direction(shading.point));
-        self.send(shading, ray, weight, PathClass::Reflection);
+        let weight = shading.weight * shading.albedos.specular * shading.sharpness;
+        if self.may_send(shading.path, weight) {
+            let ray = Ray::new(shading.point.origin_outside(), mirror_direction(shading.point));
+            self.send(shading, ray, weight, PathClass::Reflection);
+        }
     }
 
     fn refract(&mut self, shading: &Shading<'_, '_>) {
-        let weight = shading.weight * shading.bsdf.transmission_albedo(shading.wo.z) * shading.sharpness;
+        let weight = shading.weight * shading.albedos.transmission * shading.sharpness;
         if weight == Vec3::ZERO {
             return;
         }
         let Some(direction) = shading.bsdf.refract(shading.wo) else { return };
+        if !self.may_send(shading.path, weight) {
+            return;
+        }
         // Thin walls and equal media leave the direction exactly as it was.
         let unbent = direction == -shading.wo;
         let direction =
@@ -151,17 +158,22 @@ impl Tracer<'_, '_> {
         self.send(shading, ray, weight, PathClass::Refraction);
     }
 
-    /// Makes a child ray, unless it would be too deep or too faint.
-    fn send(&mut self, shading: &Shading<'_, '_>, ray: Ray, weight: Vec3, class: PathClass) {
+    /// Whether a child of `parent` would count, and is neither too deep nor too faint; else its weight is lost.
+    fn may_send(&mut self, parent: &Path, weight: Vec3) -> bool {
         let largest = weight.max_element();
         if largest == 0.0 {
-            return;
+            return false;
         }
-        let parent = shading.path;
         if parent.depth >= self.world.settings.max_depth || largest < LEAST_WEIGHT {
             self.statistics.dropped_weight += f64::from(largest);
-            return;
+            return false;
         }
+        true
+    }
+
+    /// Makes a child ray.
+    fn send(&mut self, shading: &Shading<'_, '_>, ray: Ray, weight: Vec3, class: PathClass) {
+        let parent = shading.path;
         let travelled = (shading.point.position - shading.ray.origin).length();
         let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
         let (media, touching) = match class {
@@ -188,25 +200,52 @@ impl Tracer<'_, '_> {
         let start = point.origin_outside();
         let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
         let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
-        let mut after = None;
-        while let Some(hit) = self.world.bvh.closest_surface(&probe, after, there, &mut self.counters) {
-            after = Some(hit.order());
-            let shape = posed.frame.shape(hit.primitive);
-            // This surface itself, or a neighbour beside whose edge the point lies.
-            if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
-                continue;
+        let (bvh, touching) = (self.world.bvh, &mut self.touching);
+        touching.clear();
+        let collect = |hit: &Hit| {
+            if there(hit) {
+                touching.add(0, hit);
             }
-            let flags = posed.frame.flags[hit.primitive as usize];
-            match self.world.interiors.medium(shape) {
-                Some(medium) => behind.media.cross(medium, hit.facing),
-                None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
-                None => {
-                    behind.touching = Some(Hit { t: 0.0, ..hit });
-                    break;
-                }
-            }
+            false
+        };
+        if bvh.occluded(&probe, collect, &mut self.counters) || touching.is_overfull() {
+            // Solid surfaces were not collected: one query for each.
+            let one = |after| bvh.closest_surface(&probe, after, there, &mut self.counters);
+            cross_touching(self.world, &mut behind, point, one);
+        } else {
+            touching.sort(|_| true);
+            cross_touching(self.world, &mut behind, point, touching.along(0));
         }
         behind
+    }
+}
+
+/// Crosses the volumes that touch at `point` behind its own, up to the first surface that is none. `next` gives the
+/// surfaces between the two sides.
+fn cross_touching(
+    world: &World<'_>,
+    behind: &mut Behind,
+    point: &SurfacePoint<'_>,
+    mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
+) {
+    let frame = world.posed.frame;
+    let mut after = None;
+    while let Some(hit) = next(after) {
+        after = Some(hit.order());
+        let shape = frame.shape(hit.primitive);
+        // This surface itself, or a neighbour beside whose edge the point lies.
+        if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
+            continue;
+        }
+        let flags = frame.flags[hit.primitive as usize];
+        match world.interiors.medium(shape) {
+            Some(medium) => behind.media.cross(medium, hit.facing),
+            None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
+            None => {
+                behind.touching = Some(Hit { t: 0.0, ..hit });
+                break;
+            }
+        }
     }
 }
 

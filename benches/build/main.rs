@@ -7,7 +7,7 @@
 //! * `fresh`: wall clock of the first build with a new builder;
 //! * `rebuild`: the best of six more, with the builder and the memory of the last structure kept; from triangles to a
 //!   structure that rays can walk;
-//! * `bounds`, `split`, `sort`, `tree`, `improve`, `widen`: phases of that best build (see [`rayframe::bvh::BuildStatistics`]);
+//! * `bounds`, `split`, `sort`, `tree`, `widen`: phases of that best build (see [`rayframe::bvh::BuildStatistics`]);
 //! * `Mtri/s`: triangles a second of `rebuild`;
 //! * `speedup`: `rebuild` on the first number of threads over this one;
 //! * `B/tri`, `depth`, `sah`: bytes a triangle of the structure; depth and surface area cost of the binary tree;
@@ -117,8 +117,7 @@ fn measure(subject: Subject, pools: &[ThreadPool], presets: &[Preset]) -> Result
 }
 
 fn heading(presets: &[Preset]) -> String {
-    let columns =
-        ["fresh", "rebuild", "bounds", "split", "sort", "tree", "improve", "widen", "Mtri/s", "speedup"];
+    let columns = ["fresh", "rebuild", "bounds", "split", "sort", "tree", "widen", "Mtri/s", "speedup"];
     let columns: Vec<_> = columns.iter().map(|name| format!("{name:>9}")).collect();
     let ratios: Vec<_> =
         presets.iter().map(|preset| format!("{:>14}", format!("/{}", preset.name))).collect();
@@ -137,7 +136,6 @@ fn row(key: (&str, &str, usize), cost: &Cost, speedup: f64, peers: &[f64]) -> St
         tree.split_seconds,
         tree.sort_seconds,
         tree.tree_seconds,
-        tree.improve_seconds,
         tree.widen_seconds,
     ];
     let times: Vec<_> = seconds.iter().map(|seconds| format!("{:>9.2}", seconds * 1e3)).collect();

@@ -1,0 +1,19 @@
+//! Triangles as builders take them.
+
+use rayframe::bvh::PrimitiveFlags;
+use rayframe::geometry::Triangle;
+
+/// Opaque, double-sided triangles.
+pub(crate) struct Soup {
+    /// World space.
+    pub(crate) triangles: Vec<Triangle>,
+    /// One a triangle.
+    pub(crate) flags: Vec<PrimitiveFlags>,
+}
+
+impl Soup {
+    pub(crate) fn new(triangles: Vec<Triangle>) -> Self {
+        let flags = vec![PrimitiveFlags::default(); triangles.len()];
+        Self { triangles, flags }
+    }
+}

@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# Embree's program, obvhs and Rayframe in turn on the same scenes and rays, and how many times faster Rayframe is.
+#
+#   benches/peers.sh WORKDIR [SCENE...]
+#
+# Environment:
+#   EMBREE         run_peer.sh, which builds the Embree program in WORKDIR, makes scenes and rays, measures, and appends to
+#                  WORKDIR/peers.csv; without it Embree is left out
+#   STORED         a table of single-ray speeds with rows of tinybvh and obvhs-native, from which tinybvh is estimated
+#   ROUNDS         how often all are measured in turn; of each figure the best counts (3)
+#   OBVHS_ROUNDS   in how many of the rounds obvhs takes part, which takes longest (1)
+#   OBVHS_PRESETS  which of its presets (all)
+#   CSV            where all rows of this run go (WORKDIR/ratios.csv; what it held before is lost)
+#
+# obvhs takes the SIMD that it is compiled for, so that it is measured in a second build for this machine
+# (RUSTFLAGS='-C target-cpu=native', in target/native). Rayframe is measured in the plain build, as users get it.
+set -euo pipefail
+[ $# -ge 1 ] || { sed -n '2,/^set/p' "$0" | sed '$d; s/^# \{0,1\}//'; exit 2; }
+root=$(cd "$(dirname "$0")/.." && pwd)
+work=$(cd "$1" && pwd); shift
+scenes=${*:-bunny sponza kitchen arch stadium ico70k ico1m}
+rows=$(realpath "${CSV:-$work/ratios.csv}")
+: > "$rows"
+
+bench() { (cd "$root" && cargo bench --quiet --bench peers -- "$work" --csv "$rows" "$@"); }
+native() { RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR="$root/target/native" bench "$@"; }
+
+# Compile before anything is measured
+(cd "$root" && cargo bench --quiet --no-run --bench peers)
+if [ "${OBVHS_ROUNDS:-1}" -gt 0 ]; then
+  (cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)
+fi
+
+presets=()
+for preset in ${OBVHS_PRESETS:-}; do presets+=(--config "$preset"); done
+
+for round in $(seq "${ROUNDS:-3}"); do
+  for scene in $scenes; do
+    echo "round $round: $scene" >&2
+    if [ -n "${EMBREE:-}" ]; then
+      before=$(wc -l < "$work/peers.csv" 2>/dev/null || echo 0)
+      "$EMBREE" "$work" "$scene" > /dev/null
+      tail -n "+$((before + 1))" "$work/peers.csv" >> "$rows"
+    fi
+    bench --lib rayframe "$scene"
+    if [ "$round" -le "${OBVHS_ROUNDS:-1}" ]; then native --lib obvhs "${presets[@]}" "$scene"; fi
+  done
+done
+
+awk -f "$root/benches/peers/ratios.awk" ${STORED:+"$STORED"} "$rows"

@@ -1,0 +1,111 @@
+//! Rayframe and obvhs on the scenes and rays that other tracers were measured on, by the same clocks:
+//! `cargo bench --bench peers -- WORKDIR --csv FILE [--lib rayframe|obvhs] [--config NAME] [--threads N] [SCENE…]`.
+//!
+//! WORKDIR holds `scenes/` and `rays/` (see `folder`). Rows `lib,scene,config,threads,metric,value` are appended to FILE, or
+//! printed. Reading and conversion are never measured. The metrics:
+//!
+//! * `build_ms`: wall clock of the first build, with a fresh builder;
+//! * `rebuild_ms`: the best of six more, with the builder and the memory of the last structure kept: everything from
+//!   triangles to a structure that rays can walk;
+//! * `references`, `bytes_per_triangle`: of the structure, a triangle; `sah`, `depth`: of the binary tree;
+//! * `mrays:SET:single`: millions of rays a second, one query a ray. Threads pull chunks of 8192 rays; the time is their
+//!   processor time, summed over threads, over their number; the best of three passes, or one that takes over half a second;
+//! * `mrays:SET:packet`: the same by batch queries of 256 consecutive rays. Batches of `shadow` start at the light, as in the
+//!   renderer (see `ray_set`); `mrays:shadow:packet_surface` are batches of the rays as they are in the file;
+//! * `hits:SET`: rays that hit something;
+//! * `nodes:SET:…`, `triangles:SET:…`: wide nodes visited and triangles tested, a ray;
+//! * `frame_ms:single`, `frame_ms:packet`: `rebuild_ms` and the times of primary, shadow and reflect;
+//! * `trace_ms:render`, `trace_ms:rays`, `trace_ms:ratio`: see `product`; for `auto` only.
+//!
+//! obvhs's rows have lib `obvhs`, or `obvhs-native` where the benchmark is compiled for the machine it runs on.
+//!
+//! With `--check [--sample N]` nothing is measured: answers are compared (see `check`), and any difference is an error.
+
+mod check;
+mod folder;
+mod options;
+mod ours;
+mod product;
+mod table;
+mod theirs;
+
+#[path = "../measure/build.rs"]
+mod build;
+#[path = "../measure/chunks.rs"]
+mod chunks;
+#[path = "../measure/clock.rs"]
+mod clock;
+#[path = "../measure/configuration.rs"]
+mod configuration;
+#[path = "../measure/hierarchy.rs"]
+mod hierarchy;
+#[path = "../measure/obvhs_build.rs"]
+mod obvhs_build;
+#[path = "../measure/obvhs_preset.rs"]
+mod obvhs_preset;
+#[path = "../measure/obvhs_trace.rs"]
+mod obvhs_trace;
+#[path = "../measure/ray_set.rs"]
+mod ray_set;
+#[path = "../measure/soup.rs"]
+mod soup;
+#[path = "../measure/surface.rs"]
+mod surface;
+#[path = "../measure/trace.rs"]
+mod trace;
+
+use std::error::Error;
+use std::io::Write as _;
+
+use configuration::CONFIGURATIONS;
+use folder::Subject;
+use options::Options;
+use table::Table;
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+fn main() -> Result<()> {
+    let options = Options::parse(std::env::args().skip(1))?;
+    if options.check { check_all(&options) } else { measure_all(&options) }
+}
+
+fn check_all(options: &Options) -> Result<()> {
+    let mut differing = 0;
+    for name in &options.scenes {
+        let subject = Subject::read(&options.folder, name)?;
+        differing += check::differences(&subject, options.sample, &mut std::io::stdout())?;
+    }
+    if differing == 0 { Ok(()) } else { Err(format!("{differing} answers differ").into()) }
+}
+
+fn measure_all(options: &Options) -> Result<()> {
+    let mut table = Table::append_to(options.csv.as_deref())?;
+    for name in &options.scenes {
+        let subject = Subject::read(&options.folder, name)?;
+        for &threads in &options.threads {
+            measure_scene(&subject, threads, options, &mut table)?;
+        }
+    }
+    Ok(())
+}
+
+/// Every configuration that is wanted, with a line on standard error for each.
+fn measure_scene(subject: &Subject, threads: usize, options: &Options, table: &mut Table) -> Result<()> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+    let announce = |library, name: &str| {
+        writeln!(std::io::stderr(), "{} {threads} threads {library} {name}", subject.name)
+    };
+    for configuration in CONFIGURATIONS.iter().filter(|configuration| options.wants(configuration.name)) {
+        if options.wants_library("rayframe") {
+            announce("rayframe", configuration.name)?;
+            ours::measure(subject, configuration, &pool, table)?;
+        }
+    }
+    for preset in &obvhs_preset::presets(|name| options.wants(name)) {
+        if options.wants_library("obvhs") {
+            announce(obvhs_preset::LIBRARY, &preset.name)?;
+            theirs::measure(subject, preset, &pool, table)?;
+        }
+    }
+    Ok(())
+}

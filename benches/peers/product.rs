@@ -1,0 +1,155 @@
+//! Whether the renderer traces as fast as the benchmark does: the same scene and camera through
+//! [`rayframe::render::render_frame`], and the rays that it traces as batches of the benchmark's own.
+//!
+//! The surface is half a mirror and half dull, so that every hit of the camera sends a mirror ray and, where the lamp is not
+//! behind it, a shadow ray; hits of mirror rays send only shadow rays. So the renderer's rays are the sets `primary`,
+//! `shadow` and `reflect`, and shadow rays of what `reflect` hits, which are made here.
+
+use glam::{Mat4, Vec3};
+use rayframe::bvh::{BuildSettings, Bvh, TraversalCounters};
+use rayframe::cancel::CancelFlag;
+use rayframe::film::PixelWindow;
+use rayframe::frame::Frame;
+use rayframe::geometry::{Ray, Triangle};
+use rayframe::render::{GlassShadows, RenderInput, RenderSettings, RenderStatistics, render_frame};
+use rayframe::scene::{
+    CameraChoice, Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh,
+    MeshIndex, Node, NodeIndex, Primitive, Projection, Scene, Selection,
+};
+use rayon::ThreadPool;
+use rayon::prelude::*;
+
+use crate::Result;
+use crate::folder::{FRAME_SETS, Subject, View};
+use crate::hierarchy::hierarchy;
+use crate::ray_set::Query;
+use crate::soup::Soup;
+use crate::surface::Surface;
+use crate::trace;
+
+/// Pixels along the side of the picture for which the rays were made.
+const SIDE: u32 = 1024;
+/// Pictures, of which the fastest counts.
+const RUNS: usize = 3;
+
+/// Milliseconds over threads.
+pub(crate) struct Compared {
+    /// Of the renderer's queries.
+    pub(crate) render_ms: f64,
+    /// Of as many rays of each kind in batches of the benchmark.
+    pub(crate) rays_ms: f64,
+}
+
+/// Renders `subject` and traces the same rays through `bvh`.
+pub(crate) fn compare(
+    subject: &Subject,
+    settings: &BuildSettings,
+    bvh: &Bvh,
+    pool: &ThreadPool,
+) -> Result<Compared> {
+    let (scene, selection) = stage(&subject.soup, &subject.view);
+    let frame = Frame::at(&scene, &selection, 0.0);
+    let soup = Soup { triangles: frame.triangles.clone(), flags: frame.flags.clone() };
+    let built = pool.install(|| hierarchy(&soup, settings))?;
+    let input = RenderInput { scene: &scene, frame: &frame, bvh: &built, environment: &Environment::None };
+    let threads = pool.current_num_threads();
+    let mut render_ms = f64::INFINITY;
+    let mut rendered = RenderStatistics::default();
+    for _ in 0..RUNS {
+        let render = || render_frame(&input, &render_settings(), &CancelFlag::new(), &|_| ());
+        (_, rendered) = pool.install(render)?;
+        render_ms = render_ms.min(rendered.integrator.query_seconds * 1e3 / threads as f64);
+    }
+    Ok(Compared { render_ms, rays_ms: rays_ms(subject, bvh, &rendered, threads) })
+}
+
+/// What `rendered`'s rays cost in batches: the time of each of the benchmark's sets, times the ratio of their numbers.
+fn rays_ms(subject: &Subject, bvh: &Bvh, rendered: &RenderStatistics, threads: usize) -> f64 {
+    let counts = &rendered.integrator;
+    let mirrored = second_shadows(subject, bvh);
+    let frame_sets = subject.sets[..FRAME_SETS].iter();
+    let mut sets: Vec<(Query, &[Ray])> = frame_sets.map(|set| (set.query, set.batched())).collect();
+    sets.push((Query::Occluded, &mirrored));
+    let shadows: usize =
+        sets.iter().filter(|(query, _)| *query == Query::Occluded).map(|(_, rays)| rays.len()).sum();
+    let wanted = [counts.camera_rays, 0, counts.reflection_rays];
+    let mut seconds = 0.0;
+    for (place, (query, rays)) in sets.into_iter().enumerate().filter(|(_, (_, rays))| !rays.is_empty()) {
+        let traced = trace::batches(bvh, rays, query, threads).seconds;
+        seconds += match query {
+            Query::Closest => traced * wanted[place] as f64 / rays.len() as f64,
+            Query::Occluded => traced * counts.shadow_rays as f64 / shadows as f64,
+        };
+    }
+    seconds * 1e3
+}
+
+/// Shadow rays from the light to what mirror rays hit and it shines on, in their order.
+fn second_shadows(subject: &Subject, bvh: &Bvh) -> Vec<Ray> {
+    let ray = |ray: &Ray| {
+        let hit = bvh.closest_hit(ray, None, |_| true, &mut TraversalCounters::default())?;
+        let surface = Surface::new(&subject.soup.triangles, ray, &hit);
+        let (origin, direction) = (subject.view.light, surface.position - subject.view.light);
+        (direction.dot(surface.normal) < 0.0).then_some(Ray { origin, direction, t_min: 0.0, t_max: 1.0 })
+    };
+    subject.sets[FRAME_SETS - 1].rays.par_iter().filter_map(ray).collect()
+}
+
+fn render_settings() -> RenderSettings {
+    RenderSettings {
+        resolution: (SIDE, SIDE),
+        window: PixelWindow::full(SIDE, SIDE),
+        samples: 1,
+        max_depth: 1,
+        glass_shadows: GlassShadows::Straight,
+        light_scale: 1.0,
+        show_background: true,
+    }
+}
+
+/// One mesh and one lamp under nodes without transforms, and the camera.
+fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
+    let light = Light { name: None, color: Vec3::ONE, intensity: 1.0, range: None, kind: LightKind::Point };
+    let material = Material { metallic: 0.5, roughness: 0.0, double_sided: true, ..Material::default() };
+    let at_light = Mat4::from_translation(view.light);
+    let nodes = vec![
+        Node { mesh: Some(MeshIndex(0)), ..Node::default() },
+        Node { light: Some(LightIndex(0)), local: LocalTransform::Matrix(at_light), ..Node::default() },
+    ];
+    let scene = Scene {
+        node_order: vec![NodeIndex(0), NodeIndex(1)],
+        nodes,
+        meshes: vec![Mesh { primitives: vec![primitive(&soup.triangles)], ..Mesh::default() }],
+        materials: vec![material],
+        lights: vec![light],
+        ..Scene::default()
+    };
+    let selection =
+        Selection { roots: vec![NodeIndex(0), NodeIndex(1)], clips: Vec::new(), camera: camera(view) };
+    (scene, selection)
+}
+
+fn primitive(triangles: &[Triangle]) -> Primitive {
+    Primitive {
+        positions: triangles.iter().flat_map(|triangle| triangle.vertices).collect(),
+        normals: None,
+        tangents: None,
+        uvs: Vec::new(),
+        colors: None,
+        influences: None,
+        triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
+        material: MaterialIndex(0),
+        targets: Vec::new(),
+    }
+}
+
+fn camera(view: &View) -> CameraChoice {
+    let forward = (view.target - view.eye).normalize();
+    let right = forward.cross(view.up).normalize();
+    let up = right.cross(forward);
+    let world_from_camera =
+        Mat4::from_cols(right.extend(0.0), up.extend(0.0), (-forward).extend(0.0), view.eye.extend(1.0));
+    let fov_y_radians = view.fov_y_radians;
+    let projection = Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.0, z_far: None };
+    CameraChoice::Fixed { world_from_camera, projection }
+}

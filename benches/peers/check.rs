@@ -18,7 +18,7 @@ use crate::ray_set::Query;
 use crate::trace::BATCH;
 
 /// All levels; those that the machine lacks are passed over.
-const LEVELS: [SimdLevel; 2] = [SimdLevel::Scalar, SimdLevel::Avx2];
+const LEVELS: [SimdLevel; 5] = SimdLevel::ALL;
 
 /// Rays and what is asked of them.
 struct Questions<'a> {

@@ -25,8 +25,8 @@ impl SimdLevel {
 
     /// The best level of the machine that runs.
     pub fn best() -> Self {
-        let supported = Self::ALL.into_iter().filter(|level| level.is_supported());
-        supported.last().unwrap_or(Self::Scalar)
+        let best = Self::ALL.into_iter().rfind(|level| level.is_supported());
+        best.unwrap_or(Self::Scalar)
     }
 
     /// Whether the machine that runs has this level; queries fall back to [`SimdLevel::Scalar`] where it has not.

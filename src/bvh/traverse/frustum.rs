@@ -112,7 +112,7 @@ impl Frustum {
     /// Which boxes any ray may enter at or before `upper`.
     #[inline(always)]
     pub(super) fn reach<S: Simd>(&self, simd: S, planes: &Planes, upper: f32) -> Reached {
-        let [kx, ky, kz] = self.axes;
+        let kz = self.axes[2];
         let zero = f32x8::splat(simd, 0.0);
         // Depths at which the boxes begin before the farthest and end before the nearest origin.
         let (begin, end) = if self.backward {
@@ -125,8 +125,8 @@ impl Frustum {
             (load(simd, planes, kz) - nearest, load(simd, planes, 3 + kz) - farthest)
         };
         let begin = begin.max(zero);
-        let (beside_x, entry_x) = self.lateral(simd, planes, 0, kx, begin, end);
-        let (beside_y, entry_y) = self.lateral(simd, planes, 1, ky, begin, end);
+        let (beside_x, entry_x) = self.lateral(simd, planes, 0, begin, end);
+        let (beside_y, entry_y) = self.lateral(simd, planes, 1, begin, end);
         let entry = (begin * self.rate[kz]).max(entry_x).max(entry_y);
         let hit = end.simd_ge(zero)
             & beside_x
@@ -142,10 +142,10 @@ impl Frustum {
         simd: S,
         planes: &Planes,
         lateral: usize,
-        axis: usize,
         begin: f32x8<S>,
         end: f32x8<S>,
     ) -> (fearless_simd::mask32x8<S>, f32x8<S>) {
+        let axis = self.axes[lateral];
         let (low, high) = (load(simd, planes, axis), load(simd, planes, 3 + axis));
         let (least, largest) = (self.slope[0][lateral], self.slope[1][lateral]);
         let lowest_origin = self.origin[0][axis] - self.padding;

@@ -2,6 +2,8 @@
 
 use std::process::{Command, Output, Stdio};
 
+use rayframe::bvh::SimdLevel;
+
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn rayframe(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_rayframe")).args(arguments).output().unwrap()
@@ -59,6 +61,7 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--env", "1,2"], "R,G,B"),
         (&["--split", "0"], "area"),
         (&["--refit", "0.5"], "a factor of at least 1"),
+        (&["--simd", "avx"], "--simd"),
         (&["--max-memory", "much"], "8GiB"),
         (&["--light-scale", "-1"], "light-scale"),
         (&["--resume", "--overwrite"], "--overwrite"),
@@ -71,6 +74,22 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         let arguments = [&["render", "no-such-file.glb"], options].concat();
         assert_fails(&arguments, 2, word);
     }
+}
+
+/// No machine has the instructions of both x86-64 and 64-bit ARM, so that some level is refused everywhere.
+#[test]
+fn instructions_that_the_machine_lacks_are_refused() {
+    for (name, level) in [
+        ("scalar", SimdLevel::Scalar),
+        ("sse4.2", SimdLevel::Sse42),
+        ("avx2", SimdLevel::Avx2),
+        ("avx512", SimdLevel::Avx512),
+        ("neon", SimdLevel::Neon),
+    ] {
+        let (code, word) = if level.is_supported() { (66, "no-such-file.glb") } else { (2, "--simd") };
+        assert_fails(&["render", "no-such-file.glb", "--simd", name], code, word);
+    }
+    assert_fails(&["render", "no-such-file.glb", "--simd", "best"], 66, "no-such-file.glb");
 }
 
 #[test]

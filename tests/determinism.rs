@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use rayframe::bvh::SimdLevel;
 use rayframe::image_file::{ExrImage, decode_exr};
 
 /// A scene as these tests render it.
@@ -156,8 +157,19 @@ fn one_scene_is_split_without_being_told() {
 
 #[test]
 fn instructions_do_not_show() {
-    assert_same_files(SIZE, &[&["--simd", "scalar"], &["--simd", "best", "--bvh", "lbvh"]]);
-    assert_same_files(SIZE, &[&["--simd", "scalar", "--split", "off", "--bvh", "lbvh", "-t", "3"]]);
+    let mut ways: Vec<&[&str]> = vec![
+        &["--simd", "scalar"],
+        &["--simd", "scalar", "--split", "off", "--bvh", "lbvh", "-t", "3"],
+        &["--simd", "best", "--bvh", "lbvh"],
+    ];
+    let levels: [(SimdLevel, &[&str]); 4] = [
+        (SimdLevel::Sse42, &["--simd", "sse4.2"]),
+        (SimdLevel::Avx2, &["--simd", "avx2"]),
+        (SimdLevel::Avx512, &["--simd", "avx512"]),
+        (SimdLevel::Neon, &["--simd", "neon"]),
+    ];
+    ways.extend(levels.into_iter().filter(|(level, _)| level.is_supported()).map(|(_, way)| way));
+    assert_same_files(SIZE, &ways);
 }
 
 #[test]

@@ -7,9 +7,9 @@
 //!
 //! # When refitting pays
 //!
-//! Refitting saves [`SAVED_NANOSECONDS_A_TRIANGLE`], and more where a better tree was built, and costs every ray of the frame what the tree got worse. The SAH cost
-//! counts the nodes and leaves that a long ray meets, at about [`NANOSECONDS_A_STEP`] each. So a refitted tree of cost `C`
-//! over `n` triangles is kept for `r` rays if `r (C − C_least) step ≤ n saved`. A tree that fails is built anew, and the
+//! Refitting saves [`SAVED_NANOSECONDS_A_TRIANGLE`], and more where a better tree was built, and costs every ray of the frame
+//! what the tree got worse. The SAH cost counts the nodes and leaves that a long ray meets, at about [`NANOSECONDS_A_STEP`]
+//! each. So a refitted tree of cost `C` over `n` triangles is kept for `r` rays if `r (C − C_least) step ≤ n saved`. A tree that fails is built anew, and the
 //! time of the attempt is lost; therefore the number of frames until the next attempt doubles with each failure, up to
 //! [`LONGEST_PAUSE`], and an attempt that succeeds ends that.
 

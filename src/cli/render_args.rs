@@ -229,8 +229,15 @@ choices! {
         Best,
         /// None
         Scalar,
-        /// Eight lanes
+        /// x86-64-v2, of 2008
+        #[value(name = "sse4.2")]
+        Sse42,
+        /// x86-64-v3, of 2013
         Avx2,
+        /// As of Ice Lake and Zen 4
+        Avx512,
+        /// 64-bit ARM
+        Neon,
     }
     /// Styles of progress.
     ProgressArg {

@@ -130,13 +130,15 @@ fn frame_spec(args: &RenderArgs) -> std::result::Result<FrameSpec, String> {
 }
 
 fn simd_level(arg: SimdArg) -> Result<SimdLevel> {
-    let best = SimdLevel::best();
     let level = match arg {
-        SimdArg::Best => best,
+        SimdArg::Best => SimdLevel::best(),
         SimdArg::Scalar => SimdLevel::Scalar,
+        SimdArg::Sse42 => SimdLevel::Sse42,
         SimdArg::Avx2 => SimdLevel::Avx2,
+        SimdArg::Avx512 => SimdLevel::Avx512,
+        SimdArg::Neon => SimdLevel::Neon,
     };
-    if level > best {
+    if !level.is_supported() {
         return Err(Error::usage("--simd: this machine lacks these instructions; leave the option out"));
     }
     Ok(level)

@@ -1,8 +1,8 @@
-//! The acceleration structure: early split clipping, Morton order, Karras' radix tree, and its traversal.
+//! The acceleration structure: split triangles, Morton order, Karras' radix tree or a merged one, refitting, and traversal.
 //!
-//! [`Builder::build`] turns a frame's triangles into a [`Bvh`]; three queries trace it. The builders know only boxes,
-//! the traversal knows only triangles and their [`PrimitiveFlags`]; neither knows what a material is.
-//! Whatever the settings, a query gives the same answer to the last bit: what a hit is, is defined in
+//! [`Builder::build`] turns a frame's triangles into a [`Bvh`]; three queries trace it ray by ray, two of them also by batch.
+//! The builders know only boxes, the traversal knows only triangles and their [`PrimitiveFlags`]; neither knows what a
+//! material is. Whatever the settings, a query gives the same answer to the last bit: what a hit is, is defined in
 //! [`crate::geometry`], and of hits with equal `t` the lowest primitive id wins.
 
 mod binary_tree;
@@ -117,12 +117,12 @@ pub enum BuilderKind {
     BruteForce,
 }
 
-/// Early split clipping: which triangles are split before the hierarchy is built.
+/// Which triangles are split before the hierarchy is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Split {
     /// None.
     Off,
-    /// Those whose box area exceeds a threshold chosen from the scene.
+    /// Where boxes overlap massively, those whose boxes waste most area (Karras and Aila 2013).
     Auto,
     /// Those whose box surface area exceeds this many square metres (SA_max of Ernst and Greiner 2007).
     Area(f32),
@@ -161,9 +161,9 @@ pub struct BuildSettings {
 pub struct TraversalCounters {
     /// Rays traced.
     pub rays: u64,
-    /// Wide nodes whose child boxes were tested.
+    /// Wide nodes whose child boxes were tested; rays that are traced together count one.
     pub nodes: u64,
-    /// Triangles tested.
+    /// Triangles tested; each counts one for up to sixteen rays that are traced together.
     pub triangles: u64,
 }
 
@@ -187,7 +187,7 @@ pub struct BuildStatistics {
     pub triangles: usize,
     /// Boxes over which the hierarchy was built; `references / triangles` is R of Ernst and Greiner.
     pub references: usize,
-    /// The SA_max that was used, square metres; infinite when nothing is split.
+    /// The SA_max that was used, square metres; infinite unless an area was asked for.
     pub sa_max: f32,
     /// Whether the reference budget raised an explicit SA_max.
     pub budget_reached: bool,

@@ -41,9 +41,9 @@ pub struct Phases {
 pub struct TreeReport {
     /// Triangles that are not hidden.
     pub triangles: usize,
-    /// Boxes after early split clipping.
+    /// Boxes after splitting.
     pub references: usize,
-    /// Area beyond which boxes were split, square metres; none when nothing was split.
+    /// Area beyond which boxes were split, square metres; none unless `--split AREA` asked for one.
     pub sa_max: Option<f32>,
     /// Levels of the binary tree.
     pub depth: u32,

@@ -191,7 +191,9 @@ impl<const CULL: bool> Visitor for Nearest<'_, CULL> {
     fn consider(&mut self, candidate: &Candidate, judge: &Judge) -> bool {
         let flags = candidate.tag.flags();
         if candidate.sure {
-            if candidate.near > self.far || CULL && candidate.back && flags.has(PrimitiveFlags::SINGLE_SIDED)
+            if candidate.near > self.far
+                || candidate.far < self.lower
+                || CULL && candidate.back && flags.has(PrimitiveFlags::SINGLE_SIDED)
             {
                 return false;
             }

@@ -18,7 +18,8 @@
 //! # Distances
 //!
 //! `t` is the mean of the depths weighted by the edge functions, over the direction's component. Errors of the weights
-//! move it by at most `Σ|δ|·span/|det| ≤ 2·margin·span/|det|`, where `span` is the range of depths; sums, products and
+//! move it by at most `Σ|δ|·span/|det|`, where `span` is the range of depths and each `|δ|` at most 52/128 of the margin, together
+//! less than 1.25 margins; sums, products and
 //! quotients by at most `2⁻²⁰` of the largest depth, which includes the last rounding of the true `t`; and products that
 //! underflow by less than [`SMALLEST_MARGIN`] over the determinant.
 
@@ -121,7 +122,7 @@ impl<V> Edges<V> {
         let span = a.max(b).max(c) - a.min(b).min(c);
         let one_over_det = V::splat(simd, 1.0) / self.det;
         let t = (u * a + v * b + w * c) * one_over_det * reciprocal;
-        let weights = (self.margin + self.margin) * span * one_over_det.abs();
+        let weights = self.margin * 1.25 * span * one_over_det.abs();
         let underflow = one_over_det.abs() * SMALLEST_MARGIN;
         let error = (weights + self.largest_depth * DEPTH_ERROR + underflow) * reciprocal.abs();
         Distances { near: t - error, far: t + error }

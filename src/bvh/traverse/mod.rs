@@ -56,8 +56,8 @@ use tile_query::{AnyOfTile, NearestOfTile};
 const SMALLEST_TILE: usize = 8;
 /// Tiles from one point that spread less than this over a unit of depth test boxes at leaves only.
 const NARROW: f32 = 0.06;
-/// Rays that spread more than this over a unit of depth have little in common.
-const WIDE: f32 = 1.0;
+/// Rays of many origins that spread more than this over a unit of depth have little in common.
+const WIDE: f32 = 1.4;
 
 /// Walks the judge's tree with its ray. Eight lanes are all that a single ray uses, so AVX2 serves it best.
 pub(super) fn walk<V: Visitor>(
@@ -93,10 +93,8 @@ pub(super) fn closest_hits(batch: Batch, hits: &mut [Option<Hit>], counters: &mu
         let bundles = Bundles::new(part.rays);
         let mut sorted = [None; TILE];
         for range in bundles.ranges() {
-            let (rays, from) = (&bundles.rays[range.clone()], &bundles.from[range]);
-            let bundle = Batch { rays, ..part.batch };
-            let bundle = Part { batch: bundle, rays, first: part.first };
-            let sorted = &mut sorted[..rays.len()];
+            let (bundle, from) = part.bundle(&bundles, range);
+            let sorted = &mut sorted[..from.len()];
             if !bundle.hits_of_tile(&mut tile, Some(from), sorted, counters) {
                 bundle.hits_one_by_one(from, sorted, counters);
             }
@@ -111,12 +109,19 @@ pub(super) fn closest_hits(batch: Batch, hits: &mut [Option<Hit>], counters: &mu
 pub(super) fn occluded_rays(batch: Batch, occluded: &mut [bool], counters: &mut TraversalCounters) {
     let mut tile = Tile::EMPTY;
     for (part, occluded) in batch.parts().zip(occluded.chunks_mut(TILE)) {
-        if !part.occlusion_of_tile(&mut tile, occluded, counters) {
-            for (i, (ray, occluded)) in part.rays.iter().zip(occluded).enumerate() {
-                let filter = |hit: &Hit| (batch.filter)(part.first + i, hit);
-                let mut any = Any::new(ray, &filter);
-                walk(batch.level, &Judge { tree: batch.tree, ray }, &mut any, counters);
-                *occluded = any.found;
+        if part.occlusion_of_tile(&mut tile, None, occluded, counters) {
+            continue;
+        }
+        let bundles = Bundles::new(part.rays);
+        let mut sorted = [false; TILE];
+        for range in bundles.ranges() {
+            let (bundle, from) = part.bundle(&bundles, range);
+            let sorted = &mut sorted[..from.len()];
+            if !bundle.occlusion_of_tile(&mut tile, Some(from), sorted, counters) {
+                bundle.occlusion_one_by_one(from, sorted, counters);
+            }
+            for (&from, is_occluded) in from.iter().zip(sorted) {
+                occluded[usize::from(from)] = *is_occluded;
             }
         }
     }
@@ -137,7 +142,16 @@ impl<'a> Batch<'a> {
     }
 }
 
-impl Part<'_> {
+impl<'a> Part<'a> {
+    /// The rays of a bundle, and their subscripts here.
+    fn bundle<'b>(&self, bundles: &'b Bundles, range: std::ops::Range<usize>) -> (Part<'b>, &'b [u8])
+    where
+        'a: 'b,
+    {
+        let rays = &bundles.rays[range.clone()];
+        (Part { batch: Batch { rays, ..self.batch }, rays, first: self.first }, &bundles.from[range])
+    }
+
     /// Traces the rays as a tile, if that is worth it. Rays that were sorted come `from` other subscripts.
     fn hits_of_tile(
         &self,
@@ -165,9 +179,19 @@ impl Part<'_> {
         }
     }
 
+    fn occlusion_one_by_one(&self, from: &[u8], occluded: &mut [bool], counters: &mut TraversalCounters) {
+        for ((ray, &from), occluded) in self.rays.iter().zip(from).zip(occluded) {
+            let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(from), hit);
+            let mut any = Any::new(ray, &filter);
+            walk(self.batch.level, &Judge { tree: self.batch.tree, ray }, &mut any, counters);
+            *occluded = any.found;
+        }
+    }
+
     fn occlusion_of_tile(
         &self,
         tile: &mut Tile,
+        from: Option<&[u8]>,
         occluded: &mut [bool],
         counters: &mut TraversalCounters,
     ) -> bool {
@@ -176,7 +200,7 @@ impl Part<'_> {
             return false;
         }
         let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
-        let mut visitor = AnyOfTile::new(tree, self.rays, &filter);
+        let mut visitor = AnyOfTile::new(tree, self.rays, from, &filter);
         wide_dispatch!(level, simd => occlusion_of_tile(simd, tile, &mut visitor, occluded, counters))
     }
 
@@ -193,7 +217,7 @@ fn closest_hits_of_tile<S: Simd>(
     hits: &mut [Option<Hit>],
     counters: &mut TraversalCounters,
 ) -> bool {
-    let is_bundle = tile.fill(simd, visitor.rays) && tile.frustum.spread() < WIDE;
+    let is_bundle = tile.fill(simd, visitor.rays) && is_narrow_enough(tile);
     if is_bundle {
         packet::walk(simd, visitor.tree, tile, refinement(tile), visitor, counters);
         visitor.finish(simd, tile, hits);
@@ -209,14 +233,19 @@ fn occlusion_of_tile<S: Simd>(
     occluded: &mut [bool],
     counters: &mut TraversalCounters,
 ) -> bool {
-    let is_bundle = tile.fill(simd, visitor.rays) && tile.frustum.spread() < WIDE;
+    let is_bundle = tile.fill(simd, visitor.rays) && is_narrow_enough(tile);
     if is_bundle {
-        packet::walk(simd, visitor.tree, tile, refinement(tile), visitor, counters);
+        packet::walk(simd, visitor.tree, tile, Refine::Nodes, visitor, counters);
         for (i, occluded) in occluded.iter_mut().enumerate() {
             *occluded = visitor.is_occluded(i);
         }
     }
     is_bundle
+}
+
+/// Rays from one point share the nodes around it however they spread.
+fn is_narrow_enough(tile: &Tile) -> bool {
+    tile.has_one_origin() || tile.frustum.spread() < WIDE
 }
 
 fn refinement(tile: &Tile) -> Refine {

@@ -72,19 +72,20 @@ pub(super) fn walk<S: Simd, V: Visitor>(
         return;
     }
     let ray = LaneRay::new(judge.ray, visitor.lower());
+    let (mut nodes, mut triangle_tests) = (0, 0);
     let mut stack = Stack::new();
     let mut current = Pending::new(0.0, tree.root);
     loop {
         let child = current.child();
         if let Some(leaf) = Leaf::of(child) {
             let triangles = tree.triangles(leaf);
-            counters.triangles += triangles.count() as u64;
+            triangle_tests += triangles.count() as u64;
             if ray.visit(simd, leaf, &triangles, judge, visitor) {
-                return;
+                break;
             }
         } else {
             let node = &tree.nodes[child as usize];
-            counters.nodes += 1;
+            nodes += 1;
             let entered = ray.enter(simd, node, visitor.upper() * ray.scale);
             if let Some(next) = stack.push_all::<V>(node, &entered) {
                 current = next;
@@ -94,14 +95,11 @@ pub(super) fn walk<S: Simd, V: Visitor>(
 
         // The next one that the best hit does not hide.
         let upper = visitor.upper() * ray.scale;
-        loop {
-            let Some(pending) = stack.pop() else { return };
-            if pending.distance() <= upper {
-                current = pending;
-                break;
-            }
-        }
+        let Some(pending) = stack.pop_within(upper) else { break };
+        current = pending;
     }
+    counters.nodes += nodes;
+    counters.triangles += triangle_tests;
 }
 
 impl LaneRay {

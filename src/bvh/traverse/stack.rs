@@ -61,42 +61,56 @@ impl Stack {
         let Some(second) = next() else {
             return Some(nearest);
         };
-        let mut rest = [second; WIDTH];
-        let mut count = 0;
-        let mut candidate = Some(second);
-        while let Some(pending) = candidate {
-            // Keep the others sorted, farthest first.
-            let mut far = pending;
-            if V::ORDERED && far < nearest {
-                std::mem::swap(&mut far, &mut nearest);
-            }
-            let mut place = count;
-            while V::ORDERED && place > 0 && rest[place - 1] < far {
-                rest[place] = rest[place - 1];
-                place -= 1;
-            }
-            rest[place] = far;
-            count += 1;
-            candidate = next();
+        let mut far = second;
+        if V::ORDERED && far < nearest {
+            std::mem::swap(&mut far, &mut nearest);
         }
-        for &pending in &rest[..count] {
-            self.push(pending);
+        let bottom = self.push(far);
+        while let Some(mut pending) = next() {
+            if V::ORDERED && pending < nearest {
+                std::mem::swap(&mut pending, &mut nearest);
+            }
+            self.insert::<V>(bottom, pending);
         }
         Some(nearest)
     }
 
+    /// Puts an entry on the stack and returns its place.
     #[inline(always)]
-    pub(super) fn push(&mut self, pending: Pending) {
+    fn push(&mut self, pending: Pending) -> usize {
         if self.len < SHALLOW {
             self.shallow[self.len] = pending;
             self.len += 1;
         } else {
             self.deep.push(pending);
         }
+        self.len - 1
+    }
+
+    /// Puts an entry among those from `bottom` up, farthest first if the order matters.
+    #[inline(always)]
+    fn insert<V: Visitor>(&mut self, bottom: usize, pending: Pending) {
+        let mut place = self.push(pending);
+        while V::ORDERED && place > bottom && self.deep.is_empty() && self.shallow[place - 1] < pending {
+            self.shallow[place] = self.shallow[place - 1];
+            place -= 1;
+            self.shallow[place] = pending;
+        }
+    }
+
+    /// The last entry that is not beyond `upper`; those after it are dropped.
+    #[inline(always)]
+    pub(super) fn pop_within(&mut self, upper: f32) -> Option<Pending> {
+        loop {
+            let pending = self.pop()?;
+            if pending.distance() <= upper {
+                return Some(pending);
+            }
+        }
     }
 
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> Option<Pending> {
+    fn pop(&mut self) -> Option<Pending> {
         if self.len == SHALLOW
             && let Some(pending) = self.deep.pop()
         {

@@ -29,6 +29,8 @@ pub(super) struct AnyOfTile<'a> {
     pub(super) tree: &'a WideTree,
     /// The rays.
     pub(super) rays: &'a [Ray],
+    /// The subscripts of the rays in their batch, if they are not their places here.
+    pub(super) from: Option<&'a [u8]>,
     /// Asked about filtered triangles, with the subscript of the ray.
     pub(super) filter: BatchFilter<'a>,
     /// Rays that meet something, by vector.
@@ -92,8 +94,8 @@ impl TileVisitor for NearestOfTile<'_> {
         let best_far = f32x16::load_array_ref(simd, &tile.far[v]);
         let lower = f32x16::load_array_ref(simd, &tile.lower[v]);
 
-        // Rays that surely see something nearer, or see through the back.
-        let mut settled = near.simd_gt(best_far).to_bitmask() as u32;
+        // Rays that surely see something nearer, begin behind it, or see through the back.
+        let mut settled = (near.simd_gt(best_far) | far.simd_lt(lower)).to_bitmask() as u32;
         if flags.has(PrimitiveFlags::SINGLE_SIDED) {
             settled |= sighting.back;
         }
@@ -135,8 +137,13 @@ impl TileVisitor for NearestOfTile<'_> {
 impl<'a> AnyOfTile<'a> {
     /// Nothing is found yet.
     #[inline(always)]
-    pub(super) fn new(tree: &'a WideTree, rays: &'a [Ray], filter: BatchFilter<'a>) -> Self {
-        Self { tree, rays, filter, found: [0; VECTORS] }
+    pub(super) fn new(
+        tree: &'a WideTree,
+        rays: &'a [Ray],
+        from: Option<&'a [u8]>,
+        filter: BatchFilter<'a>,
+    ) -> Self {
+        Self { tree, rays, from, filter, found: [0; VECTORS] }
     }
 
     /// Whether a ray meets something.
@@ -149,7 +156,8 @@ impl<'a> AnyOfTile<'a> {
     #[inline(never)]
     fn decide(&self, ray: usize, place: Place, tag: Tag) -> bool {
         let judge = Judge { tree: self.tree, ray: &self.rays[ray] };
-        let counts = |hit: &Hit| !tag.flags().has(PrimitiveFlags::FILTERED) || (self.filter)(ray, hit);
+        let subscript = self.from.map_or(ray, |from| usize::from(from[ray]));
+        let counts = |hit: &Hit| !tag.flags().has(PrimitiveFlags::FILTERED) || (self.filter)(subscript, hit);
         judge.meet(place).is_some_and(|hit| counts(&hit))
     }
 }

@@ -1,8 +1,8 @@
 //! Tracing rays through the wide tree: one at a time, or in tiles of neighbours.
 //!
 //! A batch of rays is cut into tiles of up to 64 that follow each other. A tile whose rays run about the same way is walked at
-//! once ([`packet`]). Rays of another one that look for their first hits are sorted by direction ([`bundles`]), and each bundle
-//! is tried as a tile of its own; what is no tile then, and shadow rays of such tiles, are single rays ([`single`]).
+//! once ([`packet`]). The rays of another one are sorted by direction ([`bundles`]), and each bundle is tried as a tile of its
+//! own; what is no tile then are single rays ([`single`]).
 
 mod bundles;
 mod edges;

@@ -27,7 +27,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rayframe::bvh::{BuildSettings, BuildStatistics, Builder, Bvh};
+use rayframe::bvh::{BuildSettings, BuildStatistics, Builder, Bvh, Refit};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
 use rayframe::frame::{Frame, resolve_auto_camera};
@@ -161,7 +161,7 @@ impl Subject {
 
         // Build.
         let Frame { triangles, flags, lights, .. } = &self.frame;
-        let build = BuildSettings::default();
+        let build = BuildSettings { refit: Refit::Off, ..BuildSettings::default() };
         let bvh = self.builder.build(triangles, flags, &build, &cancel, self.bvh.take())?;
 
         // Trace.

@@ -1,6 +1,6 @@
 //! The combinations of builder and splitting that are measured.
 
-use rayframe::bvh::{BuildSettings, BuilderKind, Split};
+use rayframe::bvh::{BuildSettings, BuilderKind, Refit, Split};
 
 /// A row of the table of configurations.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +29,8 @@ pub(crate) const CONFIGURATIONS: [Configuration; 6] = [
 impl Configuration {
     /// Settings of the builder.
     pub(crate) fn settings(&self) -> BuildSettings {
-        BuildSettings { builder: self.builder, split: self.split, ..BuildSettings::default() }
+        // The same triangles again and again would only ever be refitted.
+        let refit = Refit::Off;
+        BuildSettings { builder: self.builder, split: self.split, refit, ..BuildSettings::default() }
     }
 }

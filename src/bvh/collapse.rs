@@ -307,7 +307,6 @@ impl Part<'_> {
         let Input { triangles, flags, .. } = self.source.input;
         let mut words = self.words;
         let mut primitives = self.grown.primitives.as_slice();
-        let mut fetched = Vec::with_capacity(LEAVES_A_BATCH * WIDTH);
         for leaves in self.grown.leaves.chunks(LEAVES_A_BATCH) {
             let count = leaves.iter().map(|&(count, _)| count as usize).sum();
             let (batch, primitives_after) = primitives.split_at(count);
@@ -318,16 +317,15 @@ impl Part<'_> {
                 sum ^ a.x.to_bits() ^ c.z.to_bits()
             });
             black_box(touched);
-            fetched.clear();
-            fetched.extend(batch.iter().map(|&primitive| {
-                let at = primitive as usize;
-                (triangles[at].vertices, Tag::new(primitive, flags[at]))
-            }));
-            let mut rest = fetched.as_slice();
+            let mut rest = batch;
             for &(count, places) in leaves {
                 let (leaf, rest_after) = rest.split_at(count as usize);
                 let (out, words_after) = words.split_at_mut(places as usize * WORDS_A_PLACE);
-                write_leaf(&mut out[..leaf.len() * WORDS_A_PLACE], leaf.iter().copied());
+                let triangle = |&primitive: &u32| {
+                    let at = primitive as usize;
+                    (triangles[at].vertices, Tag::new(primitive, flags[at]))
+                };
+                write_leaf(&mut out[..leaf.len() * WORDS_A_PLACE], leaf.iter().map(triangle));
                 (rest, words) = (rest_after, words_after);
             }
         }

@@ -23,7 +23,7 @@ const SMALLEST_TASK: u32 = 2048;
 const TASKS: u32 = 64;
 
 /// Leaves whose triangles are fetched at once.
-const LEAVES_A_BATCH: usize = 16;
+const LEAVES_A_BATCH: usize = 32;
 
 /// What the collapse reads.
 #[derive(Clone, Copy)]
@@ -185,7 +185,7 @@ impl Source<'_> {
     fn fetch_nodes(&self, branch: &Branch) {
         if branch.child & PLACES == 0 {
             let last = branch.child as usize;
-            let first = last.saturating_sub(branch.count as usize / 4);
+            let first = last.saturating_sub(branch.count as usize / 5);
             let sum = self.tree.nodes[first..=last].iter().fold(0, |sum, pair| sum ^ pair.counts[0]);
             black_box(sum);
         }

@@ -20,7 +20,7 @@ const SMALLEST_TASK: usize = 1 << 12;
 /// Otherwise a task is this part of all references.
 const TASKS: usize = 32;
 /// Boxes fetched at once, so that their cache misses overlap.
-const BATCH: usize = 64;
+const BATCH: usize = 128;
 /// Differences on the stack shrink by a bit an entry: 63 of codes and 28 of places.
 const MOST_WAITING: usize = 96;
 

@@ -195,13 +195,27 @@ impl<'a> Triangles<'a> {
 /// Writes triangles, in order, to the words of their leaf, of which there are [`WORDS_A_PLACE`] a triangle.
 #[inline(always)]
 pub(super) fn write_leaf(words: &mut [f32], triangles: impl ExactSizeIterator<Item = ([Vec3; 3], Tag)>) {
-    let count = triangles.len();
-    debug_assert_eq!(words.len(), count * WORDS_A_PLACE);
-    for (lane, (corners, tag)) in triangles.enumerate() {
-        let [a, b, c] = corners;
+    debug_assert_eq!(words.len(), triangles.len() * WORDS_A_PLACE);
+    match triangles.len() {
+        1 => write_rows::<1>(words, triangles),
+        2 => write_rows::<2>(words, triangles),
+        3 => write_rows::<3>(words, triangles),
+        4 => write_rows::<4>(words, triangles),
+        5 => write_rows::<5>(words, triangles),
+        6 => write_rows::<6>(words, triangles),
+        7 => write_rows::<7>(words, triangles),
+        _ => write_rows::<8>(words, triangles),
+    }
+}
+
+/// Writes `N` triangles; their number is known to the compiler, so that no subscript needs a check.
+#[inline(always)]
+fn write_rows<const N: usize>(words: &mut [f32], triangles: impl Iterator<Item = ([Vec3; 3], Tag)>) {
+    let Some(rows) = words.as_chunks_mut::<N>().0.first_chunk_mut::<WORDS_A_PLACE>() else { return };
+    for (lane, ([a, b, c], tag)) in (0..N).zip(triangles) {
         let values = [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, tag.word()];
-        for (component, value) in values.into_iter().enumerate() {
-            words[component * count + lane] = value;
+        for (row, value) in rows.iter_mut().zip(values) {
+            row[lane] = value;
         }
     }
 }

@@ -44,6 +44,9 @@ use query::{Any, Judge, Nearest};
 use refit::Refitter;
 use wide::WideTree;
 
+/// Most triangles that a hierarchy can number.
+pub const MOST_TRIANGLES: usize = wide::MOST_REFERENCES;
+
 /// What traversal must know of a triangle besides its corners.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(transparent)]

@@ -1,6 +1,6 @@
 //! What rendering will need, estimated before anything is allocated.
 
-use crate::bvh::Split;
+use crate::bvh::{MOST_TRIANGLES, Split};
 use crate::error::{Error, Result, readable_bytes};
 
 use super::SequenceJob;
@@ -31,8 +31,10 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
 pub(super) fn check(job: &SequenceJob) -> Result<()> {
     let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
     let triangles = triangle_count(&job.scene, &job.selection.roots);
-    if triangles > u64::from(u32::MAX) {
-        return refuse(format!("{triangles} triangles are more than the 4294967295 that a scene can have"));
+    if triangles > MOST_TRIANGLES as u64 {
+        return refuse(format!(
+            "{triangles} triangles are more than the {MOST_TRIANGLES} that a scene can have"
+        ));
     }
     let needed = estimated_bytes(job);
     if needed > u128::from(job.max_memory_bytes) {

@@ -18,6 +18,15 @@ mod tile_query;
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use super::query::{Any, BatchFilter, Judge, Nearest, Visitor};
+use super::wide::{Leaf, WideTree};
+use super::{Hit, TraversalCounters};
+use crate::geometry::Ray;
+use bundles::Bundles;
+use packet::Refine;
+use tile::{TILE, Tile};
+use tile_query::{AnyOfTile, NearestOfTile};
+
 /// Runs a task at the levels that tiles are compiled for, which have eight lanes or more, or many registers; false at others,
 /// where single rays serve as well.
 macro_rules! wide_dispatch {
@@ -42,15 +51,6 @@ macro_rules! wide_dispatch {
         }
     };
 }
-
-use super::query::{Any, BatchFilter, Judge, Nearest, Visitor};
-use super::wide::{Leaf, WideTree};
-use super::{Hit, TraversalCounters};
-use crate::geometry::Ray;
-use bundles::Bundles;
-use packet::Refine;
-use tile::{TILE, Tile};
-use tile_query::{AnyOfTile, NearestOfTile};
 
 /// Fewer rays than this are traced one by one.
 const SMALLEST_TILE: usize = 8;
@@ -90,7 +90,7 @@ pub(super) fn closest_hits(batch: Batch, hits: &mut [Option<Hit>], counters: &mu
         if part.hits_of_tile(&mut tile, None, hits, counters) {
             continue;
         }
-        let bundles = Bundles::new(part.rays);
+        let bundles = Bundles::new(part.batch.rays);
         let mut sorted = [None; TILE];
         for range in bundles.ranges() {
             let (bundle, from) = part.bundle(&bundles, range);
@@ -112,7 +112,7 @@ pub(super) fn occluded_rays(batch: Batch, occluded: &mut [bool], counters: &mut 
         if part.occlusion_of_tile(&mut tile, None, occluded, counters) {
             continue;
         }
-        let bundles = Bundles::new(part.rays);
+        let bundles = Bundles::new(part.batch.rays);
         let mut sorted = [false; TILE];
         for range in bundles.ranges() {
             let (bundle, from) = part.bundle(&bundles, range);
@@ -129,8 +129,8 @@ pub(super) fn occluded_rays(batch: Batch, occluded: &mut [bool], counters: &mut 
 
 /// Up to [`TILE`] rays of a batch.
 struct Part<'a> {
+    /// These rays alone.
     batch: Batch<'a>,
-    rays: &'a [Ray],
     /// The subscript of the first in the batch.
     first: usize,
 }
@@ -138,7 +138,7 @@ struct Part<'a> {
 impl<'a> Batch<'a> {
     fn parts(self) -> impl Iterator<Item = Part<'a>> {
         let parts = self.rays.chunks(TILE).enumerate();
-        parts.map(move |(i, rays)| Part { batch: self, rays, first: i * TILE })
+        parts.map(move |(i, rays)| Part { batch: Batch { rays, ..self }, first: i * TILE })
     }
 }
 
@@ -149,7 +149,7 @@ impl<'a> Part<'a> {
         'a: 'b,
     {
         let rays = &bundles.rays[range.clone()];
-        (Part { batch: Batch { rays, ..self.batch }, rays, first: self.first }, &bundles.from[range])
+        (Part { batch: Batch { rays, ..self.batch }, first: self.first }, &bundles.from[range])
     }
 
     /// Traces the rays as a tile, if that is worth it. Rays that were sorted come `from` other subscripts.
@@ -160,17 +160,17 @@ impl<'a> Part<'a> {
         hits: &mut [Option<Hit>],
         counters: &mut TraversalCounters,
     ) -> bool {
-        let Batch { level, tree, filter, .. } = self.batch;
+        let Batch { level, tree, rays, filter } = self.batch;
         if !self.is_worth_a_tile() {
             return false;
         }
         let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
-        let mut visitor = NearestOfTile { tree, rays: self.rays, from, filter: &filter };
+        let mut visitor = NearestOfTile { tree, rays, from, filter: &filter };
         wide_dispatch!(level, simd => closest_hits_of_tile(simd, tile, &mut visitor, hits, counters))
     }
 
     fn hits_one_by_one(&self, from: &[u8], hits: &mut [Option<Hit>], counters: &mut TraversalCounters) {
-        for ((ray, &from), hit) in self.rays.iter().zip(from).zip(hits) {
+        for ((ray, &from), hit) in self.batch.rays.iter().zip(from).zip(hits) {
             let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(from), hit);
             let judge = Judge { tree: self.batch.tree, ray };
             let mut nearest = Nearest::<true>::new(ray, None, &filter);
@@ -180,7 +180,7 @@ impl<'a> Part<'a> {
     }
 
     fn occlusion_one_by_one(&self, from: &[u8], occluded: &mut [bool], counters: &mut TraversalCounters) {
-        for ((ray, &from), occluded) in self.rays.iter().zip(from).zip(occluded) {
+        for ((ray, &from), occluded) in self.batch.rays.iter().zip(from).zip(occluded) {
             let filter = |hit: &Hit| (self.batch.filter)(self.first + usize::from(from), hit);
             let mut any = Any::new(ray, &filter);
             walk(self.batch.level, &Judge { tree: self.batch.tree, ray }, &mut any, counters);
@@ -195,17 +195,17 @@ impl<'a> Part<'a> {
         occluded: &mut [bool],
         counters: &mut TraversalCounters,
     ) -> bool {
-        let Batch { level, tree, filter, .. } = self.batch;
+        let Batch { level, tree, rays, filter } = self.batch;
         if !self.is_worth_a_tile() {
             return false;
         }
         let filter = |ray: usize, hit: &Hit| filter(self.first + ray, hit);
-        let mut visitor = AnyOfTile::new(tree, self.rays, from, &filter);
+        let mut visitor = AnyOfTile::new(tree, rays, from, &filter);
         wide_dispatch!(level, simd => occlusion_of_tile(simd, tile, &mut visitor, occluded, counters))
     }
 
     fn is_worth_a_tile(&self) -> bool {
-        self.rays.len() >= SMALLEST_TILE && Leaf::of(self.batch.tree.root).is_none()
+        self.batch.rays.len() >= SMALLEST_TILE && Leaf::of(self.batch.tree.root).is_none()
     }
 }
 

@@ -7,7 +7,7 @@
 use fearless_simd::{Simd, f32x8, f32x16, mask32x16, prelude::*};
 
 use super::edges::{Distances, Edges};
-use super::frustum::{ENTRY_SLACK, Planes};
+use super::frustum::{ENTRY_SLACK, Planes, Reached};
 use super::tile::{LANES, Tile, VECTORS};
 use crate::bvh::TraversalCounters;
 use crate::bvh::query::Place;
@@ -59,6 +59,54 @@ struct Pending {
     vectors: u32,
 }
 
+/// What a walk has still to visit, nearest last; it grows on the heap beyond ordinary trees.
+struct Stack {
+    shallow: [Pending; SHALLOW],
+    len: usize,
+    deep: Vec<Pending>,
+}
+
+impl Stack {
+    #[inline(always)]
+    fn new() -> Self {
+        let none = Pending { distance: 0.0, child: 0, vectors: 0 };
+        Self { shallow: [none; SHALLOW], len: 0, deep: Vec::new() }
+    }
+
+    /// Adds the reached children of a node, nearest last.
+    #[inline(always)]
+    fn push_all(&mut self, node: u32, reached: &Reached, vectors: u32) {
+        let mut mask = reached.mask;
+        let first = self.len;
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
+            mask &= mask - 1;
+            let distance = reached.distances[lane];
+            let pending = Pending { distance, child: node << 3 | lane as u32, vectors };
+            if self.len == SHALLOW {
+                self.deep.push(pending);
+                continue;
+            }
+            let mut place = self.len;
+            while place > first && self.shallow[place - 1].distance < distance {
+                self.shallow[place] = self.shallow[place - 1];
+                place -= 1;
+            }
+            self.shallow[place] = pending;
+            self.len += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Pending> {
+        if let Some(pending) = self.deep.pop() {
+            return Some(pending);
+        }
+        self.len = self.len.checked_sub(1)?;
+        Some(self.shallow[self.len & (SHALLOW - 1)])
+    }
+}
+
 /// Walks `tree`, whose root is a node, with the rays of `tile`.
 #[inline(always)]
 pub(super) fn walk<S: Simd, V: TileVisitor>(
@@ -70,9 +118,7 @@ pub(super) fn walk<S: Simd, V: TileVisitor>(
     counters: &mut TraversalCounters,
 ) {
     let mut upper = farthest(simd, tile);
-    let mut stack = [Pending { distance: 0.0, child: 0, vectors: 0 }; SHALLOW];
-    let mut deep: Vec<Pending> = Vec::new();
-    let mut len = 0_usize;
+    let mut stack = Stack::new();
     let mut node_index = tree.root;
     let mut vectors = (1 << tile.vectors()) - 1;
     loop {
@@ -80,37 +126,11 @@ pub(super) fn walk<S: Simd, V: TileVisitor>(
         let node = &tree.nodes[node_index as usize];
         counters.nodes += 1;
         let reached = tile.frustum.enter(simd, node, upper);
-        let mut mask = reached.mask;
-        let first = len;
-        while mask != 0 {
-            let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
-            mask &= mask - 1;
-            let pending =
-                Pending { distance: reached.distances[lane], child: node_index << 3 | lane as u32, vectors };
-            if len < SHALLOW {
-                let mut place = len;
-                while place > first && stack[place - 1].distance < pending.distance {
-                    stack[place] = stack[place - 1];
-                    place -= 1;
-                }
-                stack[place] = pending;
-                len += 1;
-            } else {
-                deep.push(pending);
-            }
-        }
+        stack.push_all(node_index, &reached, vectors);
 
         // Up to the next inner node
         loop {
-            let pending = if let Some(pending) = deep.pop() {
-                pending
-            } else {
-                if len == 0 {
-                    return;
-                }
-                len -= 1;
-                stack[len & (SHALLOW - 1)]
-            };
+            let Some(pending) = stack.pop() else { return };
             if pending.distance * ENTRY_SLACK > upper {
                 continue;
             }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::binary_tree::{BinaryTree, LEAF_SIZE, PLACES, Pair, scaled_area};
 use super::references::Input;
-use super::wide::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
+use super::wide::{BLOCK, Leaf, NO_CHILD, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
 
@@ -87,7 +87,7 @@ impl WideTree {
     pub(super) fn collapse(&mut self, source: Source, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
         scratch.top.clear();
-        self.words.resize(source.tree.primitives.len() * WORDS_A_PLACE + WIDTH, 0.0);
+        self.words.resize(source.tree.primitives.len() * WORDS_A_PLACE + BLOCK, 0.0);
         let Some(root) = source.tree.root else {
             self.nodes.clear();
             return Ok(());

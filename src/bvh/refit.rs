@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::references::{Input, is_traced};
-use super::wide::{Leaf, NO_CHILD, Tag, Triangles, WIDTH, WORDS_A_PLACE, WideNode, WideTree};
+use super::wide::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree};
 use super::{BuildSettings, BuildStatistics, BuilderKind, PrimitiveFlags, Refit};
 use crate::cancel::Cancelled;
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
@@ -329,7 +329,7 @@ fn most_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings)
 fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
     let mut bounds = Aabb::EMPTY;
     for lane in 0..count {
-        let primitive = Triangles::new(words, count).tag(lane).primitive();
+        let primitive = Tag::of(words[9 * count + lane]).primitive();
         let triangle = input.triangles.get(primitive as usize)?;
         let flags = *input.flags.get(primitive as usize)?;
         if !is_traced(triangle, flags) {

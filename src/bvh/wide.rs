@@ -9,8 +9,8 @@
 //!
 //! A place takes 40 bytes, ten words. The `n` triangles of a leaf that starts at place `p` fill words `10 p` to
 //! `10 p + 10 n`, component by component: `n` words for each of a.x, a.y, a.z, b.x, …, c.z, and `n` tags ([`Tag`]). So
-//! leaves of any size have no gaps, and one load takes a component of all their triangles. A load of eight may read
-//! into what follows; eight spare words end the array.
+//! leaves of any size have no gaps, and one load takes a component of all their triangles. A leaf is read as a block of
+//! the largest size and a load of eight, whose end is into what follows; as many spare words end the array.
 
 use super::PrimitiveFlags;
 use crate::geometry::Aabb;
@@ -24,6 +24,8 @@ pub(super) const NO_CHILD: u32 = u32::MAX;
 pub(super) const MOST_REFERENCES: usize = (1 << PLACE_BITS) - WIDTH;
 /// Words of a place in the leaves.
 pub(super) const WORDS_A_PLACE: usize = 10;
+/// Words from the first of a leaf on that may be read, whatever its size; so many spare ones end the array.
+pub(super) const BLOCK: usize = WORDS_A_PLACE * WIDTH + WIDTH;
 
 /// Set in child words of leaves.
 const LEAF: u32 = 1 << 31;
@@ -53,8 +55,9 @@ pub(super) struct Tag(u32);
 /// The triangles of a leaf.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Triangles<'a> {
-    /// From the first word of the leaf on.
-    words: &'a [f32],
+    /// From the first word of the leaf on. Its size is known to the compiler, and subscripts are made so that it sees them
+    /// in range: no read needs a check.
+    block: &'a [f32; BLOCK],
     count: usize,
 }
 
@@ -65,13 +68,13 @@ pub(super) struct WideTree {
     pub(super) root: u32,
     /// Inner nodes; children come after their parents.
     pub(super) nodes: Vec<WideNode>,
-    /// The words of all leaves and [`WIDTH`] spare ones.
+    /// The words of all leaves and [`BLOCK`] spare ones.
     pub(super) words: Vec<f32>,
 }
 
 impl Default for WideTree {
     fn default() -> Self {
-        Self { root: NO_CHILD, nodes: Vec::new(), words: vec![0.0; WIDTH] }
+        Self { root: NO_CHILD, nodes: Vec::new(), words: vec![0.0; BLOCK] }
     }
 }
 
@@ -79,12 +82,14 @@ impl WideTree {
     /// The triangles of a leaf.
     #[inline(always)]
     pub(super) fn triangles(&self, leaf: Leaf) -> Triangles<'_> {
-        Triangles { words: &self.words[WORDS_A_PLACE * leaf.first()..], count: leaf.count() }
+        const NONE: &[f32; BLOCK] = &[0.0; BLOCK];
+        let words = self.words.get(WORDS_A_PLACE * leaf.first()..).and_then(<[f32]>::first_chunk);
+        Triangles { block: words.unwrap_or(NONE), count: leaf.count() }
     }
 
     /// How many places the leaves have.
     pub(super) fn places(&self) -> usize {
-        self.words.len() / WORDS_A_PLACE
+        (self.words.len() - BLOCK) / WORDS_A_PLACE
     }
 
     /// Bytes of the arrays.
@@ -132,6 +137,12 @@ impl Tag {
         Self(TAG | kept << PLACE_BITS | primitive)
     }
 
+    /// The tag that stands as this word of a leaf.
+    #[inline(always)]
+    pub(super) fn of(word: f32) -> Self {
+        Self(word.to_bits())
+    }
+
     /// The tag as it stands among the words of a leaf.
     pub(super) fn word(self) -> f32 {
         f32::from_bits(self.0)
@@ -151,12 +162,6 @@ impl Tag {
 }
 
 impl<'a> Triangles<'a> {
-    /// The triangles of a leaf of `count` whose first word is that of `words`.
-    #[inline(always)]
-    pub(super) fn new(words: &'a [f32], count: usize) -> Self {
-        Self { words, count }
-    }
-
     /// How many there are.
     #[inline(always)]
     pub(super) fn count(&self) -> usize {
@@ -167,28 +172,38 @@ impl<'a> Triangles<'a> {
     #[inline(always)]
     pub(super) fn lanes(&self, corner: usize, axis: usize) -> &'a [f32; WIDTH] {
         const NONE: &[f32; WIDTH] = &[0.0; WIDTH];
-        let start = (3 * corner + axis) * self.count;
-        self.words.get(start..).and_then(<[f32]>::first_chunk).unwrap_or(NONE)
+        let start = (3 * corner + (axis & 3)) * self.count;
+        self.block[start..].first_chunk().unwrap_or(NONE)
+    }
+
+    /// A number of one triangle.
+    #[inline(always)]
+    fn component(&self, corner: usize, axis: usize, lane: usize) -> f32 {
+        self.block[(3 * corner + (axis & 3)) * self.count + (lane & (WIDTH - 1))]
     }
 
     /// The corners of a triangle.
     #[inline(always)]
     pub(super) fn corners(&self, lane: usize) -> [Vec3; 3] {
-        let at = |component: usize| self.words[component * self.count + lane];
-        [Vec3::new(at(0), at(1), at(2)), Vec3::new(at(3), at(4), at(5)), Vec3::new(at(6), at(7), at(8))]
+        let [a, b, c] = self.corners_in_order(lane, [0, 1, 2]);
+        [Vec3::from_array(a), Vec3::from_array(b), Vec3::from_array(c)]
     }
 
     /// The corners of a triangle, their coordinates in the order of `axes`.
     #[inline(always)]
     pub(super) fn corners_in_order(&self, lane: usize, axes: [usize; 3]) -> [[f32; 3]; 3] {
-        let at = |component: usize| self.words[component * self.count + lane];
-        [axes.map(at), axes.map(|axis| at(3 + axis)), axes.map(|axis| at(6 + axis))]
+        [self.corner(0, lane, axes), self.corner(1, lane, axes), self.corner(2, lane, axes)]
+    }
+
+    #[inline(always)]
+    fn corner(&self, corner: usize, lane: usize, [x, y, z]: [usize; 3]) -> [f32; 3] {
+        [self.component(corner, x, lane), self.component(corner, y, lane), self.component(corner, z, lane)]
     }
 
     /// Id and flags of a triangle.
     #[inline(always)]
     pub(super) fn tag(&self, lane: usize) -> Tag {
-        Tag(self.words[9 * self.count + lane].to_bits())
+        Tag::of(self.component(3, 0, lane))
     }
 }
 

@@ -3,12 +3,15 @@
 //! [`crate::geometry::ShearedRay::meet_surely`] in `f64` lanes, the same operations in the same order, for rays whose own depth
 //! axis is the tile's. Both give the same bits.
 
-use fearless_simd::{Simd, f32x16, f64x8, prelude::*};
+use fearless_simd::{Simd, f32x16, f64x8, mask64x8, prelude::*, u32x16};
 
 use super::tile::{LANES, Tile};
 use crate::bvh::Hit;
 use crate::bvh::wide::WideTree;
 use crate::geometry::Facing;
+
+/// A triangle that fewer rays of a vector meet than this is met together with others, a triangle a lane.
+const FEW: u32 = 4;
 
 /// Three corners by axis, one number a ray.
 type Corners = [[[f32; LANES]; 3]; 3];
@@ -26,50 +29,97 @@ pub(super) struct Resolved {
 }
 
 /// Eight rays as the definition uses them.
+#[derive(Clone, Copy)]
 struct Lines<S: Simd> {
     origin: [f64x8<S>; 3],
     direction_z: f64x8<S>,
     shear: [f64x8<S>; 2],
 }
 
-/// Where eight rays meet their triangles.
+/// The edge functions of eight rays and their triangles, and the weighted depth.
+#[derive(Clone, Copy)]
 struct Met<S: Simd> {
-    t: f64x8<S>,
-    u: f64x8<S>,
+    depth: f64x8<S>,
     v: f64x8<S>,
-    front: u32,
+    w: f64x8<S>,
+    det: f64x8<S>,
 }
 
 impl Resolved {
     /// Computes the hits of one vector of rays with their triangles; lanes without a triangle hold anything.
     #[inline(always)]
     pub(super) fn new<S: Simd>(simd: S, tree: &WideTree, tile: &Tile, vector: usize) -> Self {
-        // Gather the triangles.
-        let mut corners: Corners = [[[1.0; LANES]; 3]; 3];
-        let mut primitive = [0; LANES];
-        let mut hit = 0;
-        for i in 0..LANES {
-            let Some(place) = tile.place(vector, i) else { continue };
-            let triangles = tree.triangles(place.leaf);
-            let triangle = triangles.corners_in_order(place.lane as usize, tile.axes);
-            for (rows, [x, y, z]) in corners.iter_mut().zip(triangle) {
-                (rows[0][i], rows[1][i], rows[2][i]) = (x, y, z);
+        let leaves = u32x16::load_array_ref(simd, &tile.leaf[vector]);
+        let lanes = u32x16::load_array_ref(simd, &tile.lane[vector]);
+        let hit = leaves.simd_ne(0).to_bitmask() as u32;
+        let mut resolved = Self {
+            primitive: [0; LANES],
+            t: [0.0; LANES],
+            u: [0.0; LANES],
+            v: [0.0; LANES],
+            front: 0,
+            hit,
+        };
+        if hit == 0 {
+            return resolved;
+        }
+        let primitive = &mut resolved.primitive;
+        let mut met = [Met::none(simd); 2];
+        let lines = [Lines::new(simd, tile, vector, 0), Lines::new(simd, tile, vector, 1)];
+
+        // Triangles that many rays meet
+        let mut rest = hit;
+        while rest != 0 {
+            let first = rest.trailing_zeros() as usize & (LANES - 1);
+            let Some(place) = tile.place(vector, first) else { break };
+            let is_same = leaves.simd_eq(place.leaf.word()) & lanes.simd_eq(place.lane);
+            let same = is_same.to_bitmask() as u32;
+            if same.count_ones() < FEW {
+                break;
             }
-            primitive[i] = triangles.tag(place.lane as usize).primitive();
-            hit |= 1 << i;
+            rest &= !same;
+            let triangles = tree.triangles(place.leaf);
+            let id = u32x16::splat(simd, triangles.tag(place.lane as usize).primitive());
+            is_same.select(id, u32x16::load_array_ref(simd, primitive)).store_array(primitive);
+            let triangle = triangles.corners_in_order(place.lane as usize, tile.axes);
+            let corners = triangle.map(|corner| corner.map(|x| f64x8::splat(simd, f64::from(x))));
+            for half in 0..2 {
+                let chosen = mask64x8::from_bitmask(simd, u64::from(same >> (half * LANES / 2) & 0xFF));
+                met[half] = lines[half].meet(corners).or(chosen, met[half]);
+            }
         }
 
-        // Meet them.
-        let mut resolved =
-            Self { primitive, t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], front: 0, hit };
-        if hit != 0 {
-            let low = Lines::new(simd, tile, vector, 0).meet(simd, &corners, 0);
-            let high = Lines::new(simd, tile, vector, 1).meet(simd, &corners, 1);
-            low.t.narrow(high.t).store_array(&mut resolved.t);
-            low.u.narrow(high.u).store_array(&mut resolved.u);
-            low.v.narrow(high.v).store_array(&mut resolved.v);
-            resolved.front = low.front | high.front << (LANES / 2);
+        // The others, a triangle a lane
+        if rest != 0 {
+            let mut corners: Corners = [[[1.0; LANES]; 3]; 3];
+            let others = rest;
+            while rest != 0 {
+                let i = rest.trailing_zeros() as usize & (LANES - 1);
+                rest &= rest - 1;
+                let Some(place) = tile.place(vector, i) else { break };
+                let triangles = tree.triangles(place.leaf);
+                let triangle = triangles.corners_in_order(place.lane as usize, tile.axes);
+                for (rows, [x, y, z]) in corners.iter_mut().zip(triangle) {
+                    (rows[0][i], rows[1][i], rows[2][i]) = (x, y, z);
+                }
+                primitive[i] = triangles.tag(place.lane as usize).primitive();
+            }
+            for half in 0..2 {
+                let chosen = mask64x8::from_bitmask(simd, u64::from(others >> (half * LANES / 2) & 0xFF));
+                let corners = [
+                    corner(simd, &corners[0], half),
+                    corner(simd, &corners[1], half),
+                    corner(simd, &corners[2], half),
+                ];
+                met[half] = lines[half].meet(corners).or(chosen, met[half]);
+            }
         }
+
+        let [low, high] = &met;
+        low.t(&lines[0]).narrow(high.t(&lines[1])).store_array(&mut resolved.t);
+        (low.v / low.det).narrow(high.v / high.det).store_array(&mut resolved.u);
+        (low.w / low.det).narrow(high.w / high.det).store_array(&mut resolved.v);
+        resolved.front = low.front() | high.front() << (LANES / 2);
         resolved
     }
 
@@ -112,29 +162,57 @@ impl<S: Simd> Lines<S> {
     }
 
     #[inline(always)]
-    fn meet(&self, simd: S, corners: &Corners, half: usize) -> Met<S> {
-        let a = self.sheared(simd, &corners[0], half);
-        let b = self.sheared(simd, &corners[1], half);
-        let c = self.sheared(simd, &corners[2], half);
+    fn meet(&self, [a, b, c]: [[f64x8<S>; 3]; 3]) -> Met<S> {
+        let a = self.sheared(a);
+        let b = self.sheared(b);
+        let c = self.sheared(c);
         let u = c[0] * b[1] - c[1] * b[0];
         let v = a[0] * c[1] - a[1] * c[0];
         let w = b[0] * a[1] - b[1] * a[0];
-        let det = u + v + w;
-        Met {
-            t: (u * a[2] + v * b[2] + w * c[2]) / (det * self.direction_z),
-            u: v / det,
-            v: w / det,
-            front: det.simd_gt(0.0).to_bitmask() as u32,
+        Met { depth: u * a[2] + v * b[2] + w * c[2], v, w, det: u + v + w }
+    }
+
+    #[inline(always)]
+    fn sheared(&self, corner: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        let x = corner[0] - self.origin[0];
+        let y = corner[1] - self.origin[1];
+        let z = corner[2] - self.origin[2];
+        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+    }
+}
+
+impl<S: Simd> Met<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let one = f64x8::splat(simd, 1.0);
+        Self { depth: one, v: one, w: one, det: one }
+    }
+
+    /// These in the chosen lanes, others elsewhere.
+    #[inline(always)]
+    fn or(self, chosen: mask64x8<S>, others: Self) -> Self {
+        Self {
+            depth: chosen.select(self.depth, others.depth),
+            v: chosen.select(self.v, others.v),
+            w: chosen.select(self.w, others.w),
+            det: chosen.select(self.det, others.det),
         }
     }
 
     #[inline(always)]
-    fn sheared(&self, simd: S, corner: &[[f32; LANES]; 3], half: usize) -> [f64x8<S>; 3] {
-        let x = widen(simd, &corner[0], half) - self.origin[0];
-        let y = widen(simd, &corner[1], half) - self.origin[1];
-        let z = widen(simd, &corner[2], half) - self.origin[2];
-        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+    fn t(&self, lines: &Lines<S>) -> f64x8<S> {
+        self.depth / (self.det * lines.direction_z)
     }
+
+    #[inline(always)]
+    fn front(&self) -> u32 {
+        self.det.simd_gt(0.0).to_bitmask() as u32
+    }
+}
+
+#[inline(always)]
+fn corner<S: Simd>(simd: S, corner: &[[f32; LANES]; 3], half: usize) -> [f64x8<S>; 3] {
+    [widen(simd, &corner[0], half), widen(simd, &corner[1], half), widen(simd, &corner[2], half)]
 }
 
 #[inline(always)]

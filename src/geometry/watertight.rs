@@ -3,28 +3,28 @@
 //! Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The vertices are moved to
 //! the ray's origin and sheared so that the ray runs along an axis; three 2D edge functions then tell inside from outside.
 //!
-//! Departures: everything is computed in `f64` from the `f32` inputs; a ray through an edge meets one of the two
-//! neighbours, not both; a hit whose place is not known well enough is none (see below).
+//! Departures: only the moved and sheared vertices are `f32`; what is made of them is `f64`. A ray through an edge meets one of
+//! the two neighbours, not both.
 //!
 //! # Watertight, and each surface once
 //!
 //! A vertex is sheared by the same operations whichever triangle it belongs to, so neighbours see the same 2D
-//! points. An edge function is the rounded difference of two rounded products. Rounding is monotone, so its sign is
-//! the exact one or it is zero; a zero is settled by the rounding errors of the products, which fused multiply-adds tell
-//! exactly. What is zero even so lies on the edge, and is judged as if the ray were moved by (ε, ε²) with ε beyond all
+//! points. An edge function is a difference of two products of `f32` numbers, which `f64` holds exactly: its sign is the exact
+//! one. A zero lies on the edge, and is judged as if the ray were moved by (ε, ε²) with ε beyond all
 //! small numbers (Edelsbrunner and Mücke, "Simulation of Simplicity", 1990). So every ray meets what exact arithmetic says a
 //! ray beside it meets: a closed surface has no gap, and a blended or refracting one is not met twice along its edges.
+//! Whoever computes the edge functions in `f32` has the exact sign as well where it is not zero, because rounding is monotone:
+//! the larger of two products does not round to the smaller number.
 //!
 //! # Any hierarchy finds the same hits
 //!
-//! Let `X = |origin|∞ + |vertices|∞`. The weights `w = (U, V, W) / (U + V + W)` have one sign, so `P = Σ wᵢ·vertexᵢ`
-//! is a point of the triangle whatever the rounding errors. The ray passes `P`'s plane of equal z at a distance of at most
-//! `|Σ δUᵢ·xᵢ| / |det|` plus the errors of the shear, where `δUᵢ` are the rounding errors of the edge functions: with
-//! `S` the sum of the absolute values of their six products and `M` the largest sheared coordinate that is at most
-//! `2⁻⁵²·S·M / |det| + 2⁻⁵⁰·X`. For ordinary triangles it is negligible; for slivers that are seen edge-on `det` is
-//! itself rounding noise, and `P` may lie far from the ray. A hit is therefore rejected unless `S·M ≤ 2²⁹·X·|det|`:
-//! what is accepted has its `P` within `2⁻²²·X·0.6` of `origin + t·direction` in each coordinate, `t` before it is
-//! rounded to `f32`. `P` lies in every box that holds its part of the triangle, and boxes are grown by
+//! Let `X = |origin|∞ + |vertices|∞`, a vertex `v` relative to the origin and rounded `z'` along the depth and `x'` sheared. The
+//! weights `w = (U, V, W) / (U + V + W)` have one sign, so `P = Σ wᵢ·vᵢ` is a point of the triangle, and `Σ wᵢ·x'ᵢ = 0` but for
+//! roundings of `f64`. With a shear of at most one, `x'` is off by `2⁻²⁴` of the difference to the origin, of the shear, of
+//! its product with `z'` and, twice as large, of the last difference: at most `5·2⁻²⁴·X`. The ray passes `P`'s plane of equal
+//! depth as far from it as the mean of these errors, and `z'` is off by `2⁻²⁴·X`. So `P` lies within `0.63·2⁻²¹·X` of `origin
+//! + t·direction` in each coordinate, `t` before it is rounded to `f32`, however thin the triangle is or how flat it is
+//! seen. `P` lies in every box that holds its part of the triangle, and boxes are grown by
 //! [`BOX_PADDING`] times the triangle's largest coordinate and [`BOX_PADDING`] times the largest of the origin,
 //! `2⁻²¹·X` together. So the slab test finds the ray inside all of these boxes at `t`, up to the relative error of its own
 //! arithmetic and of `t`'s last rounding, which it allows for. No box that holds the hit is missed, or entered
@@ -37,17 +37,13 @@ use super::{Facing, Ray, TriangleHit};
 /// How far boxes must be grown for hits to be found, in units of the largest coordinate.
 pub const BOX_PADDING: f32 = 1.0 / (1 << 21) as f32;
 
-/// `S·M / (X·|det|)` above which the place of a hit is not known well enough.
-const LARGEST_AMPLIFICATION: f64 = (1 << 29) as f64;
-
-/// What the triangle test needs of a ray, computed once.
+/// What the triangle test needs of a ray, computed once. Coordinates are in the order of `axes`.
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedRay {
-    origin: [f64; 3],
-    origin_magnitude: f64,
     axes: [usize; 3],
-    shear: [f64; 2],
-    direction_z: f64,
+    origin: [f32; 3],
+    shear: [f32; 2],
+    direction_z: f32,
     t_min: f32,
     t_max: f32,
 }
@@ -68,18 +64,15 @@ pub fn dominant_axes(direction: Vec3) -> [usize; 3] {
 
 impl ShearedRay {
     /// Prepares `ray`.
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let axes = dominant_axes(ray.direction);
-        let origin = ray.origin.to_array().map(f64::from);
-        let direction_z = f64::from(ray.direction[axes[2]]);
+        let [kx, ky, kz] = axes;
+        let direction_z = ray.direction[kz];
         Self {
-            origin,
-            origin_magnitude: f64::from(ray.origin.abs().max_element()),
             axes,
-            shear: [
-                f64::from(ray.direction[axes[0]]) / direction_z,
-                f64::from(ray.direction[axes[1]]) / direction_z,
-            ],
+            origin: [ray.origin[kx], ray.origin[ky], ray.origin[kz]],
+            shear: [ray.direction[kx] / direction_z, ray.direction[ky] / direction_z],
             direction_z,
             t_min: ray.t_min,
             t_max: ray.t_max,
@@ -89,13 +82,16 @@ impl ShearedRay {
     /// The hit with the triangle of these corners, which must not be degenerate.
     #[inline]
     pub fn meet(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
-        let [a, b, c] = [self.sheared(corners[0]), self.sheared(corners[1]), self.sheared(corners[2])];
+        let [kx, ky, kz] = self.axes;
+        let [a, b, c] = *corners;
+        let [a, b, c] = [
+            self.sheared([a[kx], a[ky], a[kz]]),
+            self.sheared([b[kx], b[ky], b[kz]]),
+            self.sheared([c[kx], c[ky], c[kz]]),
+        ];
 
-        // Edge functions; mixed signs are outside. Only rays that meet an edge need the second look.
-        let products = [c[0] * b[1], c[1] * b[0], a[0] * c[1], a[1] * c[0], b[0] * a[1], b[1] * a[0]];
-        let u = products[0] - products[1];
-        let v = products[2] - products[3];
-        let w = products[4] - products[5];
+        // Edge functions; mixed signs are outside.
+        let [u, v, w] = edge_functions([a, b, c]);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
         }
@@ -106,16 +102,11 @@ impl ShearedRay {
             }
         }
 
-        // Edge-on, or too close to it to know where; denormal distances count as zero.
+        // Seen edge-on, or beyond what numbers hold; denormal distances count as zero.
         let det = u + v + w;
-        let sum = products.iter().fold(0.0, |sum, product| sum + product.abs());
-        let reach = [a[0], a[1], b[0], b[1], c[0], c[1]].iter().fold(0.0_f64, |reach, x| reach.max(x.abs()));
-        let scale = self.origin_magnitude + magnitude(corners);
-        let well_known = sum * reach <= LARGEST_AMPLIFICATION * scale * det.abs();
-        if det == 0.0 || !well_known {
+        if det == 0.0 || !det.is_finite() {
             return None;
         }
-
         let hit = self.place([a, b, c], [u, v, w]);
         (hit.t > self.t_min && hit.t < self.t_max && hit.t >= f32::MIN_POSITIVE).then_some(hit)
     }
@@ -129,17 +120,9 @@ impl ShearedRay {
     /// The hit with a triangle that [`ShearedRay::meet`] is known to accept, to the same bits. The coordinates of
     /// the corners are in the order of [`ShearedRay::axes`].
     #[inline(always)]
-    pub fn meet_surely(&self, corners: [[f32; 3]; 3]) -> TriangleHit {
-        let [kx, ky, kz] = self.axes;
-        let origin = [self.origin[kx], self.origin[ky], self.origin[kz]];
-        let [a, b, c] = corners.map(|corner| {
-            let [x, y, z] = [0, 1, 2].map(|i| f64::from(corner[i]) - origin[i]);
-            [x - self.shear[0] * z, y - self.shear[1] * z, z]
-        });
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
-        self.place([a, b, c], [u, v, w])
+    pub fn meet_surely(&self, [a, b, c]: [[f32; 3]; 3]) -> TriangleHit {
+        let corners = [self.sheared(a), self.sheared(b), self.sheared(c)];
+        self.place(corners, edge_functions(corners))
     }
 
     /// Where the line meets a triangle of these sheared corners and edge functions. The distance is rounded once.
@@ -147,44 +130,38 @@ impl ShearedRay {
     fn place(&self, [a, b, c]: [[f64; 3]; 3], [u, v, w]: [f64; 3]) -> TriangleHit {
         let det = u + v + w;
         TriangleHit {
-            t: ((u * a[2] + v * b[2] + w * c[2]) / (det * self.direction_z)) as f32,
+            t: ((u * a[2] + v * b[2] + w * c[2]) / (det * f64::from(self.direction_z))) as f32,
             u: (v / det) as f32,
             v: (w / det) as f32,
             facing: if det > 0.0 { Facing::Front } else { Facing::Back },
         }
     }
 
-    /// The point relative to the origin, sheared so that the ray runs along z.
-    #[inline]
-    fn sheared(&self, point: Vec3) -> [f64; 3] {
-        let [kx, ky, kz] = self.axes;
-        let x = f64::from(point[kx]) - self.origin[kx];
-        let y = f64::from(point[ky]) - self.origin[ky];
-        let z = f64::from(point[kz]) - self.origin[kz];
-        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+    /// The point relative to the origin, sheared in `f32` so that the ray runs along z.
+    #[inline(always)]
+    fn sheared(&self, point: [f32; 3]) -> [f64; 3] {
+        let x = point[0] - self.origin[0];
+        let y = point[1] - self.origin[1];
+        let z = point[2] - self.origin[2];
+        [f64::from(x - self.shear[0] * z), f64::from(y - self.shear[1] * z), f64::from(z)]
     }
 }
 
-/// The sign of the edge function p₀ q₁ − p₁ q₀, whose rounded value is `rounded`, with ties broken.
-fn is_left_of(p: [f64; 3], q: [f64; 3], rounded: f64) -> bool {
-    if rounded != 0.0 {
-        return rounded > 0.0;
-    }
-    // The rounded products are equal; what rounding took from each is exact.
-    let first = libm::fma(p[0], q[1], -(p[0] * q[1]));
-    let second = libm::fma(p[1], q[0], -(p[1] * q[0]));
-    if first != second {
-        return first > second;
-    }
-    // Moving the ray by (ε, ε²) adds ε (p₁ − q₁) − ε² (p₀ − q₀).
-    if p[1] == q[1] { p[0] < q[0] } else { p[1] > q[1] }
+/// The edge functions of sheared corners, which are `f32` numbers, so that the signs are exact.
+#[inline(always)]
+fn edge_functions([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
 }
 
-/// The largest absolute coordinate.
-#[inline]
-fn magnitude(corners: &[Vec3; 3]) -> f64 {
-    let largest = corners[0].abs().max(corners[1].abs()).max(corners[2].abs());
-    f64::from(largest.max_element())
+/// The sign of the edge function p₀ q₁ − p₁ q₀, with ties broken: moving the ray by (ε, ε²) adds ε (p₁ − q₁) − ε² (p₀ − q₀).
+fn is_left_of(p: [f64; 3], q: [f64; 3], edge_function: f64) -> bool {
+    if edge_function != 0.0 {
+        edge_function > 0.0
+    } else if p[1] == q[1] {
+        p[0] < q[0]
+    } else {
+        p[1] > q[1]
+    }
 }
 
 #[cfg(test)]
@@ -295,11 +272,11 @@ mod tests {
     /// The bound that boxes rely on.
     fn assert_is_near(triangle: &Triangle, ray: &Ray, hit: &TriangleHit) {
         let weights = [1.0 - f64::from(hit.u) - f64::from(hit.v), hit.u.into(), hit.v.into()];
-        let scale = f64::from(ray.origin.abs().max_element()) + magnitude(&triangle.vertices);
+        let scale = f64::from(ray.origin.abs().max_element()) + f64::from(triangle.magnitude());
         for axis in 0..3 {
             let on_triangle: f64 = (0..3).map(|k| weights[k] * f64::from(triangle.vertices[k][axis])).sum();
             let on_ray = f64::from(ray.origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
-            // 2^-22 for the bound, and the rounding of t, u and v to f32.
+            // 0.63 of it for the bound, and the rounding of t, u and v to f32.
             assert!((on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale, "{triangle:?} {ray:?}");
         }
     }

@@ -108,9 +108,11 @@ impl<'a> SurfacePoint<'a> {
         self.position - self.geometric_normal * self.shadow_offset(span)
     }
 
-    /// The direction of a shadow ray is its span, rounded: where it ends is off by that much, too.
+    /// The direction of a shadow ray is its span, rounded: where it ends is off by that much, too, and the corners of the
+    /// triangle are so much farther from its start.
     fn shadow_offset(&self, span: Vec3) -> f32 {
-        self.offset_distance + self.geometric_normal.abs().dot(span.abs()) * (2.0 * f32::EPSILON)
+        let rounded = self.geometric_normal.abs().dot(span.abs()) * (2.0 * f32::EPSILON);
+        self.offset_distance + rounded + plane_error(self.geometric_normal, span.abs().max_element())
     }
 }
 
@@ -127,14 +129,21 @@ pub(super) fn corner_indices(posed: PosedScene<'_>, shape: &Shape, primitive: u3
     if shape.mirrored { [a, c, b] } else { [a, b, c] }
 }
 
-/// Bounds how far rounding moves a start of rays off the plane: the point is rounded a few times, each by half a unit in the
-/// last place of its coordinates. The second term sets apart what touches here but was transformed differently, the third
-/// is for the double precision that found the point.
+/// Bounds how far rounding moves a start of rays off the plane, and the plane as a ray from there meets it. The point is rounded a
+/// few times, each by half a unit in the last place of its coordinates. The second term sets apart what touches here but was
+/// transformed differently.
 fn offset_distance(normal: Vec3, position: Vec3, triangle: &Triangle) -> f32 {
     let off_plane = normal.abs().dot(position.abs()) * (4.0 * f32::EPSILON);
     let apart = position.abs().max_element() * (2.0 * f32::EPSILON);
-    let double = triangle.magnitude() * (f32::EPSILON / (1 << 20) as f32);
-    off_plane + apart + double + f32::MIN_POSITIVE
+    let [a, b, c] = triangle.vertices.map(|corner| (corner - position).abs());
+    let reach = a.max(b).max(c).max_element();
+    off_plane + apart + plane_error(normal, reach) + f32::MIN_POSITIVE
+}
+
+/// How far from its plane a ray may meet a triangle whose corners are within `reach` of the ray's origin: the definition of a hit
+/// ([`crate::geometry::ShearedRay`]) moves corners by at most 5 · 2⁻²⁴ of that.
+fn plane_error(normal: Vec3, reach: f32) -> f32 {
+    normal.abs().element_sum() * reach * (3.0 * f32::EPSILON)
 }
 
 /// Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II (2021), chapter 4: the point is lifted onto the curved

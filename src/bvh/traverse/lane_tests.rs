@@ -4,7 +4,7 @@ use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 use glam::Vec3;
 
 use super::single::LaneRay;
-use crate::bvh::wide::{Leaf, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
+use crate::bvh::wide::{BLOCK, Leaf, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
 use crate::bvh::{PrimitiveFlags, SimdLevel};
 use crate::geometry::{Aabb, BOX_PADDING, Ray, Triangle};
 
@@ -36,9 +36,9 @@ struct Verdict {
 fn judge<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> Verdict {
     let lane_ray = LaneRay::new(ray, ray.t_min);
     let entered = lane_ray.enter(simd, node, upper * lane_ray.scale);
-    let (edges, depths) = lane_ray.edges(simd, &tree.triangles(Leaf::new(0, COUNT)));
+    let edges = lane_ray.edges(simd, &tree.triangles(Leaf::new(0, COUNT)));
     let lanes = (1 << COUNT) - 1;
-    let distances = edges.distances(simd, depths, f32x8::splat(simd, lane_ray.depth_reciprocal));
+    let distances = edges.distances(simd, f32x8::splat(simd, lane_ray.depth_reciprocal));
     let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (distances.near.into(), distances.far.into());
     let sure = edges.sure & lanes;
     let only_sure = |bounds: [f32; WIDTH]| {
@@ -72,7 +72,7 @@ fn leaf(random: &mut Random, target: Vec3, size: f32) -> (WideNode, WideTree, Ve
         node.put(lane, lane as u32, &triangle.bounds().grown(padding));
     }
     let mut tree = WideTree::default();
-    tree.words.resize(COUNT * WORDS_A_PLACE + WIDTH, 0.0);
+    tree.words.resize(COUNT * WORDS_A_PLACE + BLOCK, 0.0);
     let tagged = |i: usize| (triangles[i].vertices, Tag::new(i as u32, PrimitiveFlags::default()));
     write_leaf(&mut tree.words[..COUNT * WORDS_A_PLACE], (0..COUNT).map(tagged));
     (node, tree, triangles)
@@ -106,8 +106,11 @@ fn levels_agree_with_each_other_and_with_the_definition() {
         for (lane, triangle) in triangles.iter().enumerate() {
             let (possible, sure) = (verdict.possible >> lane & 1 != 0, verdict.sure >> lane & 1 != 0);
             assert!(possible || !sure);
-            let hit = if triangle.is_degenerate() { None } else { triangle.intersect(&ray) };
-            let Some(hit) = hit else {
+            // No tree has these.
+            if triangle.is_degenerate() {
+                continue;
+            }
+            let Some(hit) = triangle.intersect(&ray) else {
                 // What surely meets the line is missed by the ray only because it ends or has not begun.
                 assert!(!sure || verdict.near[lane] <= f32::MIN_POSITIVE, "{ray:?} misses {triangle:?}");
                 continue;

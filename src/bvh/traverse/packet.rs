@@ -199,7 +199,7 @@ fn visit<S: Simd, V: TileVisitor>(
                 continue;
             }
             counters.triangles += 1;
-            let (edges, depths) = tile.edges(simd, vector, &corners);
+            let edges = tile.edges(simd, vector, &corners);
             let possible = edges.possible & live;
             if possible == 0 {
                 continue;
@@ -212,7 +212,7 @@ fn visit<S: Simd, V: TileVisitor>(
                 possible,
                 sure: edges.sure & possible,
                 back: edges.back(),
-                distances: edges.distances(simd, depths, reciprocal),
+                distances: edges.distances(simd, reciprocal),
             };
             changed |= visitor.sight(simd, tile, &sighting);
         }
@@ -260,14 +260,9 @@ impl Tile {
         live
     }
 
-    /// The edge functions of one triangle for a vector of rays, and its depths.
+    /// The edge functions of one triangle for a vector of rays.
     #[inline(always)]
-    fn edges<S: Simd>(
-        &self,
-        simd: S,
-        vector: usize,
-        corners: &[Vec3; 3],
-    ) -> (Edges<f32x16<S>>, [f32x16<S>; 3]) {
+    fn edges<S: Simd>(&self, simd: S, vector: usize, corners: &[Vec3; 3]) -> Edges<f32x16<S>> {
         let [kx, ky, kz] = self.axes;
         let x = f32x16::load_array_ref(simd, &self.origin[kx][vector]);
         let y = f32x16::load_array_ref(simd, &self.origin[ky][vector]);
@@ -283,8 +278,7 @@ impl Tile {
                 depth,
             ];
         }
-        let depths = [sheared[0][2], sheared[1][2], sheared[2][2]];
-        (Edges::new(sheared), depths)
+        Edges::new(sheared)
     }
 }
 

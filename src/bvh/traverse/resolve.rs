@@ -1,7 +1,6 @@
 //! The exact hits of a tile, once their triangles are settled: the definition of a hit, many rays at once.
 //!
-//! [`crate::geometry::ShearedRay::meet_surely`] in `f64` lanes, the same operations in the same order, for rays whose own depth
-//! axis is the tile's. Both give the same bits.
+//! [`crate::geometry::ShearedRay::meet_surely`] in lanes, the same operations in the same order. Both give the same bits.
 
 use fearless_simd::{Simd, f32x16, f64x8, mask64x8, prelude::*, u32x16};
 
@@ -28,12 +27,11 @@ pub(super) struct Resolved {
     hit: u32,
 }
 
-/// Eight rays as the definition uses them.
+/// A vector of rays as the definition uses them.
 #[derive(Clone, Copy)]
 struct Lines<S: Simd> {
-    origin: [f64x8<S>; 3],
-    direction_z: f64x8<S>,
-    shear: [f64x8<S>; 2],
+    origin: [f32x16<S>; 3],
+    shear: [f32x16<S>; 2],
 }
 
 /// The edge functions of eight rays and their triangles, and the weighted depth.
@@ -52,20 +50,14 @@ impl Resolved {
         let leaves = u32x16::load_array_ref(simd, &tile.leaf[vector]);
         let lanes = u32x16::load_array_ref(simd, &tile.lane[vector]);
         let hit = leaves.simd_ne(0).to_bitmask() as u32;
-        let mut resolved = Self {
-            primitive: [0; LANES],
-            t: [0.0; LANES],
-            u: [0.0; LANES],
-            v: [0.0; LANES],
-            front: 0,
-            hit,
-        };
+        let mut resolved =
+            Self { primitive: [0; LANES], t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], front: 0, hit };
         if hit == 0 {
             return resolved;
         }
         let primitive = &mut resolved.primitive;
         let mut met = [Met::none(simd); 2];
-        let lines = [Lines::new(simd, tile, vector, 0), Lines::new(simd, tile, vector, 1)];
+        let lines = Lines::new(simd, tile, vector);
 
         // Triangles that many rays meet
         let mut rest = hit;
@@ -81,12 +73,9 @@ impl Resolved {
             let triangles = tree.triangles(place.leaf);
             let id = u32x16::splat(simd, triangles.tag(place.lane as usize).primitive());
             is_same.select(id, u32x16::load_array_ref(simd, primitive)).store_array(primitive);
-            let triangle = triangles.corners_in_order(place.lane as usize, tile.axes);
-            let corners = triangle.map(|corner| corner.map(|x| f64x8::splat(simd, f64::from(x))));
-            for half in 0..2 {
-                let chosen = mask64x8::from_bitmask(simd, u64::from(same >> (half * LANES / 2) & 0xFF));
-                met[half] = lines[half].meet(corners).or(chosen, met[half]);
-            }
+            let [a, b, c] = triangles.corners_in_order(place.lane as usize, tile.axes);
+            let corners = [everywhere(simd, a), everywhere(simd, b), everywhere(simd, c)];
+            met = choose(simd, same, lines.meet(corners), met);
         }
 
         // The others, a triangle a lane
@@ -104,19 +93,14 @@ impl Resolved {
                 }
                 primitive[i] = triangles.tag(place.lane as usize).primitive();
             }
-            for half in 0..2 {
-                let chosen = mask64x8::from_bitmask(simd, u64::from(others >> (half * LANES / 2) & 0xFF));
-                let corners = [
-                    corner(simd, &corners[0], half),
-                    corner(simd, &corners[1], half),
-                    corner(simd, &corners[2], half),
-                ];
-                met[half] = lines[half].meet(corners).or(chosen, met[half]);
-            }
+            let corners = [rows(simd, &corners[0]), rows(simd, &corners[1]), rows(simd, &corners[2])];
+            met = choose(simd, others, lines.meet(corners), met);
         }
 
         let [low, high] = &met;
-        low.t(&lines[0]).narrow(high.t(&lines[1])).store_array(&mut resolved.t);
+        let direction_z = f32x16::load_array_ref(simd, &tile.direction[tile.axes[2]][vector]);
+        let (z_low, z_high) = direction_z.widen();
+        low.t(z_low).narrow(high.t(z_high)).store_array(&mut resolved.t);
         (low.v / low.det).narrow(high.v / high.det).store_array(&mut resolved.u);
         (low.w / low.det).narrow(high.w / high.det).store_array(&mut resolved.v);
         resolved.front = low.front() | high.front() << (LANES / 2);
@@ -135,53 +119,54 @@ impl Resolved {
             facing,
         })
     }
-
-    /// Lanes that have a triangle.
-    pub(super) fn lanes(&self) -> u32 {
-        self.hit
-    }
 }
 
 impl<S: Simd> Lines<S> {
     #[inline(always)]
-    fn new(simd: S, tile: &Tile, vector: usize, half: usize) -> Self {
+    fn new(simd: S, tile: &Tile, vector: usize) -> Self {
         let [kx, ky, kz] = tile.axes;
-        let direction_z = widen(simd, &tile.direction[kz][vector], half);
         Self {
             origin: [
-                widen(simd, &tile.origin[kx][vector], half),
-                widen(simd, &tile.origin[ky][vector], half),
-                widen(simd, &tile.origin[kz][vector], half),
+                f32x16::load_array_ref(simd, &tile.origin[kx][vector]),
+                f32x16::load_array_ref(simd, &tile.origin[ky][vector]),
+                f32x16::load_array_ref(simd, &tile.origin[kz][vector]),
             ],
-            direction_z,
             shear: [
-                widen(simd, &tile.direction[kx][vector], half) / direction_z,
-                widen(simd, &tile.direction[ky][vector], half) / direction_z,
+                f32x16::load_array_ref(simd, &tile.shear[0][vector]),
+                f32x16::load_array_ref(simd, &tile.shear[1][vector]),
             ],
         }
     }
 
     #[inline(always)]
-    fn meet(&self, [a, b, c]: [[f64x8<S>; 3]; 3]) -> Met<S> {
-        let a = self.sheared(a);
-        let b = self.sheared(b);
-        let c = self.sheared(c);
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
-        Met { depth: u * a[2] + v * b[2] + w * c[2], v, w, det: u + v + w }
+    fn meet(&self, [a, b, c]: [[f32x16<S>; 3]; 3]) -> [Met<S>; 2] {
+        let (a_low, a_high) = self.sheared(a);
+        let (b_low, b_high) = self.sheared(b);
+        let (c_low, c_high) = self.sheared(c);
+        [Met::new([a_low, b_low, c_low]), Met::new([a_high, b_high, c_high])]
     }
 
     #[inline(always)]
-    fn sheared(&self, corner: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+    fn sheared(&self, corner: [f32x16<S>; 3]) -> ([f64x8<S>; 3], [f64x8<S>; 3]) {
         let x = corner[0] - self.origin[0];
         let y = corner[1] - self.origin[1];
         let z = corner[2] - self.origin[2];
-        [x - self.shear[0] * z, y - self.shear[1] * z, z]
+        let (x_low, x_high) = (x - self.shear[0] * z).widen();
+        let (y_low, y_high) = (y - self.shear[1] * z).widen();
+        let (z_low, z_high) = z.widen();
+        ([x_low, y_low, z_low], [x_high, y_high, z_high])
     }
 }
 
 impl<S: Simd> Met<S> {
+    #[inline(always)]
+    fn new([a, b, c]: [[f64x8<S>; 3]; 3]) -> Self {
+        let u = c[0] * b[1] - c[1] * b[0];
+        let v = a[0] * c[1] - a[1] * c[0];
+        let w = b[0] * a[1] - b[1] * a[0];
+        Self { depth: u * a[2] + v * b[2] + w * c[2], v, w, det: u + v + w }
+    }
+
     #[inline(always)]
     fn none(simd: S) -> Self {
         let one = f64x8::splat(simd, 1.0);
@@ -200,8 +185,8 @@ impl<S: Simd> Met<S> {
     }
 
     #[inline(always)]
-    fn t(&self, lines: &Lines<S>) -> f64x8<S> {
-        self.depth / (self.det * lines.direction_z)
+    fn t(&self, direction_z: f64x8<S>) -> f64x8<S> {
+        self.depth / (self.det * direction_z)
     }
 
     #[inline(always)]
@@ -210,13 +195,26 @@ impl<S: Simd> Met<S> {
     }
 }
 
+/// What was met by some lanes of a vector of rays, and by the others.
 #[inline(always)]
-fn corner<S: Simd>(simd: S, corner: &[[f32; LANES]; 3], half: usize) -> [f64x8<S>; 3] {
-    [widen(simd, &corner[0], half), widen(simd, &corner[1], half), widen(simd, &corner[2], half)]
+fn choose<S: Simd>(simd: S, lanes: u32, chosen: [Met<S>; 2], others: [Met<S>; 2]) -> [Met<S>; 2] {
+    let low = mask64x8::from_bitmask(simd, u64::from(lanes & 0xFF));
+    let high = mask64x8::from_bitmask(simd, u64::from(lanes >> 8 & 0xFF));
+    [chosen[0].or(low, others[0]), chosen[1].or(high, others[1])]
 }
 
+/// A corner that all rays share.
 #[inline(always)]
-fn widen<S: Simd>(simd: S, row: &[f32; LANES], half: usize) -> f64x8<S> {
-    let (low, high) = f32x16::load_array_ref(simd, row).widen();
-    if half == 0 { low } else { high }
+fn everywhere<S: Simd>(simd: S, [x, y, z]: [f32; 3]) -> [f32x16<S>; 3] {
+    [f32x16::splat(simd, x), f32x16::splat(simd, y), f32x16::splat(simd, z)]
+}
+
+/// A corner of each ray's triangle.
+#[inline(always)]
+fn rows<S: Simd>(simd: S, corner: &[[f32; LANES]; 3]) -> [f32x16<S>; 3] {
+    [
+        f32x16::load_array_ref(simd, &corner[0]),
+        f32x16::load_array_ref(simd, &corner[1]),
+        f32x16::load_array_ref(simd, &corner[2]),
+    ]
 }

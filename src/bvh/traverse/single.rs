@@ -107,7 +107,8 @@ impl LaneRay {
     #[inline(always)]
     pub(super) fn new(ray: &Ray, lower: f32) -> Self {
         let axes = dominant_axes(ray.direction);
-        let largest = ray.direction[axes[2]].abs();
+        let depth = ray.direction[axes[2]];
+        let largest = depth.abs();
         // The power of two at or below the largest component, by its exponent bits, and its reciprocal.
         let exponent = (largest.to_bits() >> 23).clamp(1, 253);
         let scale = f32::from_bits(exponent << 23);
@@ -117,7 +118,6 @@ impl LaneRay {
         let smallest = Vec3::splat(largest * over_scale * SMALLEST_COMPONENT);
         let reciprocal = direction.abs().max(smallest).copysign(direction).recip();
         let outward = Vec3::splat(ray.origin.abs().max_element() * BOX_PADDING).copysign(direction);
-        let over_depth = reciprocal[axes[2]];
         Self {
             backward: direction.to_array().map(f32::is_sign_negative),
             near_origin: (ray.origin + outward).to_array(),
@@ -128,8 +128,8 @@ impl LaneRay {
             lower: if lower > 0.0 { lower * scale } else { 0.0 },
             axes,
             origin: ray.origin.to_array(),
-            shear: [direction[axes[0]] * over_depth, direction[axes[1]] * over_depth],
-            depth_reciprocal: over_depth * over_scale,
+            shear: [ray.direction[axes[0]] / depth, ray.direction[axes[1]] / depth],
+            depth_reciprocal: reciprocal[axes[2]] * over_scale,
         }
     }
 
@@ -181,16 +181,14 @@ impl LaneRay {
         [x - z * self.shear[0], y - z * self.shear[1], z]
     }
 
-    /// The edge functions of a leaf's triangles, and their depths.
+    /// The edge functions of a leaf's triangles.
     #[inline(always)]
-    pub(super) fn edges<S: Simd>(&self, simd: S, triangles: &Triangles) -> (Edges<f32x8<S>>, [f32x8<S>; 3]) {
-        let corners = [
+    pub(super) fn edges<S: Simd>(&self, simd: S, triangles: &Triangles) -> Edges<f32x8<S>> {
+        Edges::new([
             self.corner(simd, triangles, 0),
             self.corner(simd, triangles, 1),
             self.corner(simd, triangles, 2),
-        ];
-        let depths = [corners[0][2], corners[1][2], corners[2][2]];
-        (Edges::new(corners), depths)
+        ])
     }
 
     /// Shows a leaf's triangles to the visitor; true if it has seen enough.
@@ -203,12 +201,12 @@ impl LaneRay {
         judge: &Judge,
         visitor: &mut V,
     ) -> bool {
-        let (edges, depths) = self.edges(simd, triangles);
+        let edges = self.edges(simd, triangles);
         let mut possible = edges.possible & ((1 << triangles.count()) - 1);
         if possible == 0 {
             return false;
         }
-        let distances = edges.distances(simd, depths, f32x8::splat(simd, self.depth_reciprocal));
+        let distances = edges.distances(simd, f32x8::splat(simd, self.depth_reciprocal));
         let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (distances.near.into(), distances.far.into());
         let back = edges.back();
         while possible != 0 {

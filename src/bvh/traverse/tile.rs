@@ -2,7 +2,6 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
-use super::edges::LARGEST_SHEAR;
 use super::frustum::Frustum;
 use crate::bvh::query::{Place, positive_lower};
 use crate::bvh::wide::Leaf;
@@ -25,7 +24,7 @@ const ORDINARY: std::ops::Range<f32> = 1.0e-10..1.0e10;
 /// One number a ray.
 pub(super) type Row = [[f32; LANES]; VECTORS];
 
-/// Rays that run into the same octant pair, closely enough that one axis serves all as depth.
+/// Rays of one depth axis, which run the same way along it.
 #[repr(align(64))]
 pub(super) struct Tile {
     /// Origins, by axis.
@@ -48,8 +47,6 @@ pub(super) struct Tile {
     pub(super) lane: [[u32; LANES]; VECTORS],
     /// Two lateral axes and the depth, in the order that keeps windings.
     pub(super) axes: [usize; 3],
-    /// Rays whose own depth axis is the tile's, by vector.
-    pub(super) own_depth: [u32; VECTORS],
     /// Bounds all rays.
     pub(super) frustum: Frustum,
     /// How many rays there are.
@@ -69,12 +66,11 @@ impl Tile {
         leaf: [[0; LANES]; VECTORS],
         lane: [[0; LANES]; VECTORS],
         axes: [0, 1, 2],
-        own_depth: [0; VECTORS],
         frustum: Frustum::EMPTY,
         count: 0,
     };
 
-    /// Takes up to [`TILE`] rays; false if they are no bundle that one depth axis serves.
+    /// Takes up to [`TILE`] rays; false if they have not one depth axis.
     #[inline(always)]
     pub(super) fn fill<S: Simd>(&mut self, simd: S, rays: &[Ray]) -> bool {
         let Some(first) = rays.first() else { return false };
@@ -138,7 +134,7 @@ impl Tile {
         Some(Place { leaf, lane: self.lane[vector][lane] })
     }
 
-    /// Computes shears and reciprocals; false if a ray does not fit the depth axis of a ray with the component `depth`.
+    /// Computes shears and reciprocals; false if a ray has another depth axis than the one with the component `depth`.
     #[inline(always)]
     fn prepare<S: Simd>(&mut self, simd: S, depth: f32) -> bool {
         let [kx, ky, kz] = self.axes;
@@ -146,23 +142,19 @@ impl Tile {
         for v in 0..self.vectors() {
             let z = f32x16::load_array_ref(simd, &self.direction[kz][v]);
             let along = z * 1.0_f32.copysign(depth);
-            let over_z = f32x16::splat(simd, 1.0) / z;
-            over_z.store_array(&mut self.reciprocal[kz][v]);
+            (f32x16::splat(simd, 1.0) / z).store_array(&mut self.reciprocal[kz][v]);
             let mut fit = along.simd_ge(ORDINARY.start) & along.simd_lt(ORDINARY.end);
             for origin in &self.origin {
                 fit &= f32x16::load_array_ref(simd, &origin[v]).abs().simd_lt(LARGEST_ORIGIN);
             }
-            let mut own_depth = fit;
             for (lateral, axis) in [kx, ky].into_iter().enumerate() {
                 let component = f32x16::load_array_ref(simd, &self.direction[axis][v]);
-                let shear = component * over_z;
-                shear.store_array(&mut self.shear[lateral][v]);
-                fit &= shear.abs().simd_le(LARGEST_SHEAR);
-                own_depth &= component.abs().simd_lt(along);
-                let clamped = component.abs().max(along * SMALLEST_COMPONENT).copysign(component);
+                (component / z).store_array(&mut self.shear[lateral][v]);
+                let size = component.abs();
+                fit &= if axis < kz { size.simd_le(along) } else { size.simd_lt(along) };
+                let clamped = size.max(along * SMALLEST_COMPONENT).copysign(component);
                 (f32x16::splat(simd, 1.0) / clamped).store_array(&mut self.reciprocal[axis][v]);
             }
-            self.own_depth[v] = own_depth.to_bitmask() as u32;
             fits &= fit.all_true();
         }
         fits

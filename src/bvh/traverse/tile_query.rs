@@ -46,12 +46,6 @@ impl<'a> NearestOfTile<'a> {
             for (i, hit) in hits.iter_mut().enumerate() {
                 *hit = resolved.hit(i);
             }
-            let mut rest = resolved.lanes() & !tile.own_depth[v];
-            while rest != 0 {
-                let i = rest.trailing_zeros() as usize;
-                rest &= rest - 1;
-                hits[i] = tile.place(v, i).map(|place| self.judge(v * LANES + i).meet_surely(place));
-            }
         }
     }
 

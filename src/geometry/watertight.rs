@@ -22,8 +22,8 @@
 //! weights `w = (U, V, W) / (U + V + W)` have one sign, so `P = Σ wᵢ·vᵢ` is a point of the triangle, and `Σ wᵢ·x'ᵢ = 0` but for
 //! roundings of `f64`. With a shear of at most one, `x'` is off by `2⁻²⁴` of the difference to the origin, of the shear, of
 //! its product with `z'` and, twice as large, of the last difference: at most `5·2⁻²⁴·X`. The ray passes `P`'s plane of equal
-//! depth as far from it as the mean of these errors, and `z'` is off by `2⁻²⁴·X`. So `P` lies within `0.63·2⁻²¹·X` of `origin
-//! + t·direction` in each coordinate, `t` before it is rounded to `f32`, however thin the triangle is or how flat it is
+//! depth as far from it as the mean of these errors, and `z'` is off by `2⁻²⁴·X`. So `P` lies within `0.63·2⁻²¹·X` of the
+//! point `origin + t·direction` in each coordinate, `t` before it is rounded to `f32`, however thin the triangle is or how flat it is
 //! seen. `P` lies in every box that holds its part of the triangle, and boxes are grown by
 //! [`BOX_PADDING`] times the triangle's largest coordinate and [`BOX_PADDING`] times the largest of the origin,
 //! `2⁻²¹·X` together. So the slab test finds the ray inside all of these boxes at `t`, up to the relative error of its own

@@ -1,7 +1,7 @@
 //! Tracing rays through the wide tree: one at a time, or in tiles of neighbours.
 //!
-//! A batch of rays is cut into tiles of up to 64 that follow each other. A tile whose rays run about the same way is walked at
-//! once ([`packet`]). The rays of another one are sorted by direction ([`bundles`]), and each bundle is tried as a tile of its
+//! A batch of rays is cut into tiles of up to 64 that follow each other. A tile whose rays have one depth axis, and run the same way
+//! along it, is walked at once ([`packet`]). The rays of another one are sorted by direction ([`bundles`]), and each bundle is tried as a tile of its
 //! own; what is no tile then are single rays ([`single`]).
 
 mod bundles;
@@ -56,8 +56,6 @@ macro_rules! wide_dispatch {
 const SMALLEST_TILE: usize = 8;
 /// Tiles from one point that spread less than this over a unit of depth test boxes at leaves only.
 const NARROW: f32 = 0.06;
-/// Rays of many origins that spread more than this over a unit of depth have little in common.
-const WIDE: f32 = 1.4;
 
 /// Walks the judge's tree with its ray. Eight lanes are all that a single ray uses, so AVX2 serves it best.
 pub(super) fn walk<V: Visitor>(
@@ -217,7 +215,7 @@ fn closest_hits_of_tile<S: Simd>(
     hits: &mut [Option<Hit>],
     counters: &mut TraversalCounters,
 ) -> bool {
-    let is_bundle = tile.fill(simd, visitor.rays) && is_narrow_enough(tile);
+    let is_bundle = tile.fill(simd, visitor.rays);
     if is_bundle {
         packet::walk(simd, visitor.tree, tile, refinement(tile), visitor, counters);
         visitor.finish(simd, tile, hits);
@@ -233,7 +231,7 @@ fn occlusion_of_tile<S: Simd>(
     occluded: &mut [bool],
     counters: &mut TraversalCounters,
 ) -> bool {
-    let is_bundle = tile.fill(simd, visitor.rays) && is_narrow_enough(tile);
+    let is_bundle = tile.fill(simd, visitor.rays);
     if is_bundle {
         packet::walk(simd, visitor.tree, tile, Refine::Nodes, visitor, counters);
         for (i, occluded) in occluded.iter_mut().enumerate() {
@@ -243,11 +241,10 @@ fn occlusion_of_tile<S: Simd>(
     is_bundle
 }
 
-/// Rays from one point share the nodes around it however they spread.
-fn is_narrow_enough(tile: &Tile) -> bool {
-    tile.has_one_origin() || tile.frustum.spread() < WIDE
-}
-
 fn refinement(tile: &Tile) -> Refine {
-    if tile.has_one_origin() && tile.frustum.spread() < NARROW { Refine::Leaves } else { Refine::Nodes }
+    if tile.frustum.has_one_origin() && tile.frustum.spread() < NARROW {
+        Refine::Leaves
+    } else {
+        Refine::Nodes
+    }
 }

@@ -89,11 +89,6 @@ impl Tile {
         self.count.div_ceil(LANES).min(VECTORS)
     }
 
-    /// Whether all rays start at the same point.
-    pub(super) fn has_one_origin(&self) -> bool {
-        self.frustum.has_one_origin()
-    }
-
     /// Copies the rays lane by lane. Spare lanes repeat the last ray, but end before they start.
     #[inline(always)]
     fn transpose(&mut self, rays: &[Ray]) {

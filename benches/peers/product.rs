@@ -125,7 +125,7 @@ fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
         ..Scene::default()
     };
     let selection =
-        Selection { roots: vec![NodeIndex(0), NodeIndex(1)], clips: Vec::new(), camera: camera(view) };
+        Selection { roots: vec![NodeIndex(0), NodeIndex(1)], clips: Vec::new(), camera: camera(view), variant: None };
     (scene, selection)
 }
 

@@ -17,8 +17,7 @@ use rayon::prelude::*;
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Triangle;
 use crate::scene::{
-    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin,
-    VariantIndex,
+    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
 use animation::NodePose;

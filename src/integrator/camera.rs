@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{Footprint, MediaStack, Path, PathClass};
+use super::{Footprint, MediaStack, Path, PathClass, Spectrum};
 use crate::frame::PosedCamera;
 use crate::geometry::Ray;
 use crate::scene::Projection;
@@ -65,6 +65,7 @@ impl CameraRays {
             touching: None,
             weight: Vec3::ONE,
             class: PathClass::Camera,
+            spectrum: Spectrum::White,
             depth: 0,
             sample,
         }

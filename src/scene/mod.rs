@@ -23,9 +23,7 @@ use crate::error::Warning;
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentMap, KeyLight};
-pub use layers::{
-    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular,
-};
+pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{
     AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvTransform, Volume,

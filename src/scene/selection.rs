@@ -239,7 +239,9 @@ fn subscript(index: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots, Variant};
+    use crate::scene::{
+        Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots, Variant,
+    };
 
     fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
         let channel = |&target: &AnimationTarget| Channel {

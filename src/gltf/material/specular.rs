@@ -35,21 +35,12 @@ pub(super) fn apply(
 }
 
 /// `None` where the extension leaves everything as it is.
-fn specular(
-    context: &mut Context,
-    extension: &Raw,
-    textures: &mut TextureTable,
-) -> Result<Option<Specular>> {
+fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Specular>> {
     extension.expect_object(context)?;
     let specular = Specular {
         factor: extension.number(context, "specularFactor", 1.0, UNIT)?,
         texture: textures.reference(context, extension, "specularTexture")?,
-        color: Vec3::from_array(extension.numbers(
-            context,
-            "specularColorFactor",
-            [1.0; 3],
-            NOT_NEGATIVE,
-        )?),
+        color: Vec3::from_array(extension.numbers(context, "specularColorFactor", [1.0; 3], NOT_NEGATIVE)?),
         color_texture: textures.reference(context, extension, "specularColorTexture")?,
     };
     let plain = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
@@ -68,12 +59,8 @@ fn specular_glossiness(
     material.base_color_texture = textures.reference(context, extension, "diffuseTexture")?;
     let texture = textures.reference(context, extension, "specularGlossinessTexture")?;
     let color = extension.numbers(context, "specularFactor", [1.0; 3], UNIT)?;
-    material.specular = Some(Specular {
-        factor: 1.0,
-        texture: None,
-        color: Vec3::from_array(color),
-        color_texture: texture,
-    });
+    material.specular =
+        Some(Specular { factor: 1.0, texture: None, color: Vec3::from_array(color), color_texture: texture });
     let factor = extension.number(context, "glossinessFactor", 1.0, UNIT)?;
     material.glossiness = Some(Glossiness { factor, texture });
     material.ior = 0.0;

@@ -40,6 +40,7 @@ pub(crate) struct Gltf {
     sections: Vec<(&'static str, Vec<Json>)>,
     extensions: Vec<(&'static str, bool)>,
     lights: Vec<Json>,
+    variants: Vec<Json>,
     child_nodes: Vec<usize>,
     default_scene: usize,
 }
@@ -54,6 +55,7 @@ impl Gltf {
             sections: Vec::new(),
             extensions: Vec::new(),
             lights: Vec::new(),
+            variants: Vec::new(),
             child_nodes: Vec::new(),
             default_scene: 0,
         }
@@ -100,6 +102,12 @@ impl Gltf {
     pub(crate) fn light(&mut self, light: Json) -> usize {
         self.lights.push(light);
         self.lights.len() - 1
+    }
+
+    /// Names the variants that primitives refer to by number.
+    pub(crate) fn variants(&mut self, names: &[&str]) {
+        self.uses_extension("KHR_materials_variants");
+        self.variants = names.iter().map(|name| object([("name", (*name).into())])).collect();
     }
 
     /// Adds a set of root nodes; without any, all nodes that are no children make one.
@@ -257,10 +265,16 @@ impl Gltf {
         let required = self.extensions.iter().filter(|(_, required)| *required).map(|(name, _)| *name);
         set_unless_empty(&mut root, "extensionsUsed", list(used));
         set_unless_empty(&mut root, "extensionsRequired", list(required));
+        let mut extensions = object([]);
         if !self.lights.is_empty() {
             let lights = object([("lights", self.lights.clone().into())]);
-            root.set("extensions", object([("KHR_lights_punctual", lights)]));
+            extensions.set("KHR_lights_punctual", lights);
         }
+        if !self.variants.is_empty() {
+            let variants = object([("variants", self.variants.clone().into())]);
+            extensions.set("KHR_materials_variants", variants);
+        }
+        set_unless_empty(&mut root, "extensions", extensions);
         root.set("scene", self.default_scene);
         for name in SECTIONS {
             set_unless_empty(&mut root, name, self.section(name).into());

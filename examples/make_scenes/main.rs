@@ -17,6 +17,7 @@ mod geometry_storage;
 mod glass;
 mod gltf_builder;
 mod json;
+mod layers;
 mod light;
 mod material;
 mod materials;
@@ -49,10 +50,11 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All scenes: path below `scenes/` and the text of the file.
 pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> {
-    let areas: [&[Entry]; 14] = [
+    let areas: [&[Entry]; 15] = [
         &light::SCENES,
         &material::SCENES,
         &glass::SCENES,
+        &layers::SCENES,
         &texture::SCENES,
         &texture_maps::SCENES,
         &animation::SCENES,

@@ -73,7 +73,7 @@ fn clear_coat_normals() -> Built {
          even metal; with the same ripples in both, ripples all over.",
     );
     camera(&mut gltf, Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 24.0);
-    directional_light(&mut gltf, Vec3::new(-0.25, 1.0, 1.0), 3.0);
+    directional_light(&mut gltf, Vec3::new(-0.25, 1.0, 1.0), 0.4);
     let ripples = Picture::normal_map(64, |u, v| {
         let (x, y) = (u - 0.5, v - 0.5);
         let distance = libm::sqrtf(x * x + y * y);
@@ -85,7 +85,7 @@ fn clear_coat_normals() -> Built {
     });
     let texture = TextureUse::of(ripples.texture(&mut gltf, "ripples", Filter::Linear)?);
     let blue = Material::metal("blue", [0.1, 0.25, 0.7], 0.45);
-    let coat = ClearCoat { roughness: 0.15, ..COAT };
+    let coat = ClearCoat { roughness: 0.12, ..COAT };
     let rippled_coat = ClearCoat { normal_texture: Some(texture), ..coat };
     let materials = [
         Material { normal_texture: Some(texture), clear_coat: Some(coat), ..blue },
@@ -149,7 +149,12 @@ fn iridescence_thickness() -> Built {
     let wall = quad(8.0, 5.0).plain().add_to(&mut gltf, dark);
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -1.0));
     // What the film mirrors
-    let bright = Material::unlit("bright card", [1.0; 3]).two_sided().add_to(&mut gltf);
+    let bright = Material {
+        emissive: [1.0; 3],
+        emissive_strength: Some(6.0),
+        ..Material::matte("bright card", [0.0; 3]).two_sided()
+    };
+    let bright = bright.add_to(&mut gltf);
     let card = quad(20.0, 20.0).plain().add_to(&mut gltf, bright);
     gltf.node(Node::mesh(card).at(0.0, 0.0, 6.0));
     let ramp = Picture::new(1, 256, |_, y| [0, y as u8, 0, 255]);
@@ -214,12 +219,15 @@ fn anisotropy() -> Built {
 
 fn anisotropy_texture() -> Built {
     let mut gltf = Gltf::new(
-        "Two round brushed lids under the studio and a lamp, lying on a floor: the texture's directions run around the centre \
-         of the left one, as on the bottom of a pan, and outwards on the right one, where they are turned by a right angle; the \
-         left has two bright rays through the centre, the right has rays across them.",
+        "Two round brushed lids, seen without perspective from above in front and lit from above behind: the texture's directions \
+         run around the centre of the left one, which is bright to the left and right of it; on the right one they are turned by \
+         a right angle and run outwards, and it is bright above and below.",
     );
-    camera(&mut gltf, Vec3::new(0.0, 2.6, 2.6), Vec3::new(0.0, 0.0, 0.0), 32.0);
-    directional_light(&mut gltf, Vec3::new(0.0, 1.0, -1.0), 2.0);
+    let camera = gltf.add("cameras", super::camera::orthographic(1.92, 1.08));
+    let eye = Vec3::new(0.0, 3.0, 3.0);
+    let turned = super::stage::looking(eye, Vec3::ZERO);
+    gltf.node(Node { camera: Some(camera), ..Node::default() }.at(eye.x, eye.y, eye.z).turned(turned));
+    directional_light(&mut gltf, Vec3::new(0.0, 1.0, -0.4), 0.5);
     grey_floor(&mut gltf, 6.0, 4.0);
     let circles = Picture::new(64, 64, |x, y| {
         // v runs down the picture and the bitangent up.

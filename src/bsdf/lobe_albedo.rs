@@ -71,26 +71,3 @@ fn lowest_above(function: impl Fn(f32) -> f32) -> f32 {
     }
     above
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore]
-    fn probe() {
-        for roughness in [0.05, 0.11, 0.23, 0.51, 0.77, 1.0] {
-            for cosine in [0.0, 0.01, 0.05, 0.2, 0.5, 0.9, 1.0] {
-                let f = by_visible_normals(cosine, roughness * roughness, 400);
-                let e = |n| by_visible_normals(cosine, roughness * roughness, n) - f;
-                println!(
-                    "{roughness} {cosine}: {f} 16 {} 32 {} 64 {} table {}",
-                    e(16),
-                    e(24),
-                    e(48),
-                    total(cosine, roughness) - f
-                );
-            }
-        }
-    }
-}

@@ -4,6 +4,7 @@
 
 mod far;
 mod glass;
+mod layers;
 mod light;
 mod normals;
 mod reflection;

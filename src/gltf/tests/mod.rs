@@ -6,6 +6,7 @@ mod accessors;
 mod animations;
 mod geometry;
 mod hierarchy;
+mod material_extensions;
 mod materials;
 mod resources;
 

@@ -11,7 +11,7 @@ use rayframe::film::PixelWindow;
 use rayframe::render::{GlassShadows, RenderSettings};
 use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Summary,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
     render_hash, run,
 };
 
@@ -25,14 +25,13 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         environment_key: "constant 0.5".to_owned(),
         frames: frames.to_vec(),
         rate: FrameRate::FILM,
+        shutter: Shutter::default(),
         render: RenderSettings {
             resolution: (40, 30),
             window: PixelWindow::full(40, 30),
             samples: 1,
             max_depth: 1,
-            glass_shadows: GlassShadows::Straight,
-            light_scale: 1.0,
-            show_background: true,
+            ..RenderSettings::default()
         },
         build: BuildSettings::default(),
         output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),

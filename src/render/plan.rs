@@ -4,6 +4,9 @@ use super::RenderSettings;
 use super::filter::PixelSample;
 use super::sampling::pixel_offsets;
 
+/// Number of the set of extra samples in the first pass, beyond all base sets.
+const EXTRA: u32 = 1 << 16;
+
 /// One of several renders of a frame, at different times, whose mean is the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimePass {
@@ -37,10 +40,9 @@ impl SamplePlan {
         let share = |samples: u32| samples.div_ceil(pass.count);
         let base = share(settings.samples);
         let most = settings.adaptive.map_or(base, |adaptive| share(adaptive.most_samples));
-        // Base samples of all passes are one family of sets, extra ones another.
         let set = |count: u32, family: u32| match count {
             0 => Vec::new(),
-            count => settings.filter.samples(&pixel_offsets(count, 2 * pass.index + family)),
+            count => settings.filter.samples(&pixel_offsets(count, pass.index + family * EXTRA)),
         };
         Self {
             base: set(base, 0),

@@ -150,6 +150,9 @@ pub(super) struct RenderArgs {
     /// Scene of the file: a name or #0 for the first [default: the file's]
     #[arg(long = "scene", value_name = "NAME|#I", help_heading = "Scene")]
     pub(super) scene_choice: Option<String>,
+    /// Set of materials of the file: a name or #0 for the first [default: none]
+    #[arg(long, value_name = "NAME|#I", help_heading = "Scene")]
+    pub(super) variant: Option<String>,
     /// Multiplies all lights of the file
     #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
     pub(super) light_scale: f32,

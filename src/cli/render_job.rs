@@ -154,6 +154,7 @@ fn selection_request(args: &RenderArgs) -> SelectionRequest {
         scene: args.scene_choice.as_deref().map(options::choice),
         clips: options::clips(&args.animation),
         camera: args.camera.as_deref().map(options::camera),
+        variant: args.variant.as_deref().map(options::choice),
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
 //! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
-//! what `bounds` has checked, and `mesh`, `material`, `image`, `node`, `skin`, `camera`, `light` and `animation` build
+//! what `bounds` has checked, and `mesh`, `material`, `variants`, `image`, `node`, `skin`, `camera`, `light` and `animation` build
 //! the scene.
 //!
 //! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
@@ -45,6 +45,7 @@ mod tests;
 mod texture;
 mod topology;
 mod uri;
+mod variants;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -104,6 +105,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let materials = material::import(&mut context, &document, &mut textures)?;
     let images = image::import(&mut context, &data, &mut resources, &textures)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
+    let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
@@ -120,6 +122,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
         meshes,
         skins,
         materials,
+        variants,
         textures: textures.textures,
         images,
         lights,

@@ -7,12 +7,14 @@
 mod animation;
 mod camera;
 mod environment;
+mod layers;
 mod light;
 mod material;
 mod mesh;
 mod node;
 mod selection;
 mod texture;
+mod variant;
 
 use std::path::PathBuf;
 
@@ -21,6 +23,7 @@ use crate::error::Warning;
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
 pub use environment::{Environment, EnvironmentMap, KeyLight};
+pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{
     AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvTransform, Volume,
@@ -29,6 +32,7 @@ pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
 pub use node::{LocalTransform, Node, Skin};
 pub use selection::{CameraChoice, CameraRequest, Choice, ClipChoice, Selection, SelectionRequest};
 pub use texture::{Filter, Image, Sampler, Texels, Texture, WrapMode};
+pub use variant::Variant;
 
 macro_rules! typed_index {
     ($(#[$doc:meta])* $name:ident) => {
@@ -60,6 +64,10 @@ typed_index!(
 typed_index!(
     /// Subscript of [`Scene::materials`].
     MaterialIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::variants`].
+    VariantIndex
 );
 typed_index!(
     /// Subscript of [`Scene::textures`].
@@ -112,6 +120,8 @@ pub struct Scene {
     pub skins: Vec<Skin>,
     /// Materials; the default material of primitives without one is the last.
     pub materials: Vec<Material>,
+    /// Sets of materials to choose from; without a choice, primitives keep their own.
+    pub variants: Vec<Variant>,
     /// Textures: an image and how it is sampled.
     pub textures: Vec<Texture>,
     /// Decoded images.

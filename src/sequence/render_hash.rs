@@ -36,6 +36,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "roots": indices(job.selection.roots.iter().map(|root| root.0).collect()),
         "clips": indices(job.selection.clips.iter().map(|clip| clip.0).collect()),
         "camera": camera,
+        "variant": job.selection.variant.map(|variant| variant.0),
         "environment": job.environment_key,
         "integrator": "whitted",
         "resolution": [settings.resolution.0, settings.resolution.1],

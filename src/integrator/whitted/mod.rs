@@ -11,6 +11,7 @@
 //! smooth lobes are followed by mirror and refraction rays, rough ones look the environment up, and in between the two
 //! are blended by roughness.
 
+mod coat;
 mod generation;
 mod shade;
 mod shadows;

@@ -22,7 +22,7 @@ use media::Interiors;
 
 pub use camera::CameraRays;
 pub use media::{MediaStack, Medium, VolumeId};
-pub use path::{Footprint, Path, PathClass};
+pub use path::{Path, PathClass};
 pub use shadow::PASS_THROUGH_LIMIT;
 
 /// How volumes and thin glass darken what is behind them.

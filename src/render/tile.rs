@@ -58,7 +58,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         for (subscript, sample) in samples.clone().enumerate() {
             let (x, y) = pixels[sample / a_pixel];
             let ray = self.camera.ray(Vec2::new(x as f32, y as f32) + self.offsets[sample % a_pixel]);
-            let path = self.camera.path(self.world.media_around_start(&ray), subscript as u32);
+            let path = self.camera.path(&ray, self.world.media_around_start(&ray), subscript as u32);
             self.tracer.push(ray, path);
         }
         let values = self.tracer.trace(samples.len());

@@ -8,8 +8,8 @@ use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
 use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass, World};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
+use crate::integrator::{MediaStack, Medium, Path, PathClass, World};
+use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -20,7 +20,6 @@ const DULL_ROUGHNESS: f32 = 0.4;
 struct Shading<'p, 'a> {
     /// How the ray came about.
     route: Route,
-    ray: &'p Ray,
     path: &'p Path,
     point: &'p SurfacePoint<'a>,
     material: MaterialSample,
@@ -34,6 +33,8 @@ struct Shading<'p, 'a> {
     weight: Vec3,
     /// What lies on the other side.
     behind: Behind,
+    /// Index of refraction there by the one on this side.
+    relative_ior: f32,
     /// Share of each lobe that rays follow; the environment lookup has the rest.
     sharpness: f32,
 }
@@ -51,7 +52,7 @@ impl Tracer<'_, '_> {
     fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
         let posed = self.world.posed;
         let (ray, path) = generation.ray(*place);
-        let point = SurfacePoint::new(posed, ray, hit, path.footprint.width_at(hit.t));
+        let point = SurfacePoint::new(posed, ray, hit, &path.footprint);
         let material = material_at(posed, &point);
         let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
@@ -61,17 +62,14 @@ impl Tracer<'_, '_> {
         self.add(path, weight * material.emission);
 
         let behind = self.behind(path, &point, &material);
-        let bsdf = Bsdf::new(
-            &material,
-            ior_before(path, self.world.interiors.medium(point.shape), point.facing),
-            ior_behind(&material, &behind.media),
-        );
+        let ior_before = ior_before(path, self.world.interiors.medium(point.shape), point.facing);
+        let ior_behind = ior_behind(&material, &behind.media);
+        let bsdf = Bsdf::new(&material, ior_before, ior_behind);
         let world_from_local = local_frame(point.shading_normal);
         let wo = world_from_local.transpose() * point.wo;
         let sharpness = 1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, material.roughness);
         let shading = Shading {
             route: place.route,
-            ray,
             path,
             point: &point,
             albedos: bsdf.albedos(wo.z),
@@ -81,6 +79,7 @@ impl Tracer<'_, '_> {
             wo,
             weight,
             behind,
+            relative_ior: ior_behind / ior_before,
             sharpness,
         };
         self.light(&shading);
@@ -175,11 +174,16 @@ impl Tracer<'_, '_> {
     /// Makes a child ray.
     fn send(&mut self, shading: &Shading<'_, '_>, ray: Ray, weight: Vec3, class: PathClass) {
         let parent = shading.path;
-        let travelled = (shading.point.position - shading.ray.origin).length();
-        let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
-        let (media, touching) = match class {
-            PathClass::Refraction => (shading.behind.media.clone(), shading.behind.touching),
-            PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
+        let (posed, point) = (self.world.posed, shading.point);
+        let (media, touching, footprint) = match class {
+            PathClass::Refraction => (
+                shading.behind.media.clone(),
+                shading.behind.touching,
+                point.refracted_footprint(posed, &parent.footprint, ray.direction, shading.relative_ior),
+            ),
+            PathClass::Camera | PathClass::Reflection => {
+                (parent.media.clone(), None, point.reflected_footprint(posed, &parent.footprint))
+            }
         };
         let depth = parent.depth + 1;
         let path = Path { footprint, media, touching, weight, class, depth, ..*parent };
@@ -200,7 +204,7 @@ impl Tracer<'_, '_> {
         // From the start of mirrored rays to that of refracted ones.
         let start = point.origin_outside();
         let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
-        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
+        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0 && !catches_shadows(posed, hit);
         let (bvh, touching) = (self.world.bvh, &mut self.touching);
         touching.clear();
         let collect = |hit: &Hit| {

@@ -21,7 +21,7 @@ fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize])
     for (sample, subscript) in subscripts.iter().enumerate() {
         let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
         let ray = camera.ray(pixel + Vec2::splat(0.5));
-        let path = camera.path(tracer.world.media_around_start(&ray), sample as u32);
+        let path = camera.path(&ray, tracer.world.media_around_start(&ray), sample as u32);
         tracer.push(ray, path);
     }
     tracer.trace(subscripts.len()).to_vec()
@@ -44,7 +44,7 @@ pub(in crate::integrator) fn with_world(
         IntegratorSettings { max_depth: 7, glass_shadows: GlassShadows::Straight, show_background: true };
     let posed = PosedScene { scene: &scene, frame: &frame };
     let world = World::new(posed, &bvh, environment, 1.0, settings);
-    check(&world, &CameraRays::new(&frame.camera, SIZE, 1.0));
+    check(&world, &CameraRays::new(&frame.camera, SIZE, 1, 1.0));
 }
 
 #[test]

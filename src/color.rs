@@ -76,7 +76,7 @@ pub fn linear_to_srgb8_by_table(linear: f32) -> u8 {
             0 => 0.0,
             _ => decode((code as f64 - 0.5) / 255.0) as f32,
         });
-        let code_at = |linear: f32| edges.partition_point(|edge| *edge <= linear) as u8 - 1;
+        let code_at = |linear: f32| (edges.partition_point(|edge| *edge <= linear) - 1) as u8;
         Box::new(Codes { edges, first: std::array::from_fn(|cell| code_at(cell as f32 / CELLS as f32)) })
     });
     // The cast saturates and takes NaN to zero.

@@ -28,8 +28,8 @@ impl CameraRays {
         // Samples share their pixel.
         let step = half_size / resolution * (2.0 / libm::sqrtf(samples as f32));
         let world_from_camera = &camera.world_from_camera;
-        let sample_steps = [Vec3::X * step.x, Vec3::NEG_Y * step.y]
-            .map(|step| world_from_camera.transform_vector3(step));
+        let sample_steps =
+            [Vec3::X * step.x, Vec3::NEG_Y * step.y].map(|step| world_from_camera.transform_vector3(step));
         Self { camera: *camera, resolution, half_size, sample_steps, time_seconds }
     }
 
@@ -124,7 +124,8 @@ mod tests {
                 let ray = rays.ray(position);
                 let footprint = rays.footprint(&ray);
                 for (axis, step) in [Vec2::X, Vec2::Y].into_iter().enumerate() {
-                    let (before, after) = (rays.ray(position - step * 0.25), rays.ray(position + step * 0.25));
+                    let (before, after) =
+                        (rays.ray(position - step * 0.25), rays.ray(position + step * 0.25));
                     let (moved, turned) = (after.origin - before.origin, after.direction - before.direction);
                     assert!((footprint.origin[axis] - moved).length() < 1e-5);
                     assert!((footprint.direction[axis] - turned).length() < 1e-5, "{turned}");

@@ -98,8 +98,7 @@ pub fn render_frame_into(
     };
     let world = World::new(posed, input.bvh, input.environment, settings.light_scale, integrator_settings);
     let time_seconds = input.frame.time_seconds as f32;
-    let camera =
-        CameraRays::new(&input.frame.camera, settings.resolution, settings.samples, time_seconds);
+    let camera = CameraRays::new(&input.frame.camera, settings.resolution, settings.samples, time_seconds);
     let offsets = sampling::pixel_offsets(settings.samples);
 
     // Tiles, each by one task

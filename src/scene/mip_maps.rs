@@ -75,14 +75,22 @@ pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
     };
     let width = image.width as usize;
     let mut means = match &image.texels {
-        Texels::Rgba8(texels) => smaller(size, first, encoding, |x, y| decode8(texels[y * width + x], encoding)),
-        Texels::Rgba16(texels) => smaller(size, first, encoding, |x, y| decode16(texels[y * width + x], encoding)),
+        Texels::Rgba8(texels) => {
+            smaller(size, first, encoding, |x, y| decode8(texels[y * width + x], encoding))
+        }
+        Texels::Rgba16(texels) => {
+            smaller(size, first, encoding, |x, y| decode16(texels[y * width + x], encoding))
+        }
     };
     let mut size = first;
     loop {
         let texels = match &image.texels {
-            Texels::Rgba8(_) => Texels::Rgba8(means.par_iter().map(|mean| encode8(*mean, encoding)).collect()),
-            Texels::Rgba16(_) => Texels::Rgba16(means.par_iter().map(|mean| encode16(*mean, encoding)).collect()),
+            Texels::Rgba8(_) => {
+                Texels::Rgba8(means.par_iter().map(|mean| encode8(*mean, encoding)).collect())
+            }
+            Texels::Rgba16(_) => {
+                Texels::Rgba16(means.par_iter().map(|mean| encode16(*mean, encoding)).collect())
+            }
         };
         levels.push(MipLevel { width: size.0, height: size.1, texels });
         let Some(next) = halved(size) else {
@@ -154,7 +162,11 @@ fn mean_of(column: Span, row: Span, encoding: Encoding, texel: &impl Fn(usize, u
         }
     }
     // Where nothing is covered no colour is better than another.
-    if encoding == Encoding::CoveredSrgb && plain.w > 0.0 { (covered / plain.w).extend(plain.w) } else { plain }
+    if encoding == Encoding::CoveredSrgb && plain.w > 0.0 {
+        (covered / plain.w).extend(plain.w)
+    } else {
+        plain
+    }
 }
 
 fn decode8(texel: [u8; 4], encoding: Encoding) -> Vec4 {

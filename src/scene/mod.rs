@@ -25,8 +25,8 @@ pub use camera::{Camera, Projection};
 pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight};
 pub use light::{Light, LightKind};
 pub use material::{
-    AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvRotation,
-    UvTransform, Volume,
+    AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvRotation, UvTransform,
+    Volume,
 };
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
 pub use mip_maps::{ImageMips, MipLevel, mip_bytes, mip_levels, mip_working_bytes};

@@ -36,7 +36,7 @@ fn catcher(material: &Material) -> Material {
 fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     let mut copy = scene.meshes[mesh.index()].clone();
     for primitive in &mut copy.primitives {
-        let material = catcher(&scene.materials[primitive.material.index()]);
+        let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
         primitive.material = MaterialIndex(scene.materials.len() as u32);
         scene.materials.push(material);
     }
@@ -68,11 +68,8 @@ mod tests {
             material: MaterialIndex(material),
             targets: Vec::new(),
         };
-        let node = |name: &str| Node {
-            name: Some(name.to_owned()),
-            mesh: Some(MeshIndex(0)),
-            ..Node::default()
-        };
+        let node =
+            |name: &str| Node { name: Some(name.to_owned()), mesh: Some(MeshIndex(0)), ..Node::default() };
         Scene {
             materials: vec![named("ground"), named("ball")],
             meshes: vec![Mesh { primitives: vec![primitive(0), primitive(1)], ..Mesh::default() }],

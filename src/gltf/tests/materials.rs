@@ -68,8 +68,11 @@ fn texture_transforms_reach_every_slot() {
     for reference in references {
         let reference = reference.unwrap();
         assert_eq!((reference.texture, reference.uv_set), (TextureIndex(0), 1));
-        let expected =
-            UvTransform { offset: Vec2::new(0.5, 0.25), rotation: UvRotation::from_radians(1.5), scale: Vec2::new(2.0, 3.0) };
+        let expected = UvTransform {
+            offset: Vec2::new(0.5, 0.25),
+            rotation: UvRotation::from_radians(1.5),
+            scale: Vec2::new(2.0, 3.0),
+        };
         assert_eq!(reference.transform, expected);
     }
     assert_eq!(scene.textures.len(), 1);

@@ -133,7 +133,10 @@ mod tests {
                 }
                 let found = filtered.radiance(direction, steps);
                 // Noise of standard deviation 1 over some 60 independent texels and more; tents are wider than boxes.
-                assert!((found - mean).abs().max_element() < 0.2, "{direction} {along} {across}: {found} {mean}");
+                assert!(
+                    (found - mean).abs().max_element() < 0.2,
+                    "{direction} {along} {across}: {found} {mean}"
+                );
                 assert!((found.y - mean.y).abs() < 0.02 && (found.z - 1.0).abs() < 1e-4, "{found} {mean}");
             }
         }

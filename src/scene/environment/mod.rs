@@ -104,9 +104,7 @@ impl Environment {
             Self::Constant(radiance) => *radiance,
             Self::Studio => studio::prefiltered(direction, roughness),
             Self::Map(map) => map.prefiltered(direction, roughness),
-            Self::Composed(composed) => {
-                composed.light.prefiltered(direction, roughness) * composed.intensity
-            }
+            Self::Composed(composed) => composed.light.prefiltered(direction, roughness) * composed.intensity,
         }
     }
 
@@ -114,10 +112,10 @@ impl Environment {
     pub fn key_light(&self) -> Option<KeyLight> {
         match self {
             Self::Studio => Some(studio::key_light()),
-            Self::Composed(composed) => composed.light.key_light().map(|key| KeyLight {
-                irradiance: key.irradiance * composed.intensity,
-                ..key
-            }),
+            Self::Composed(composed) => composed
+                .light
+                .key_light()
+                .map(|key| KeyLight { irradiance: key.irradiance * composed.intensity, ..key }),
             Self::None | Self::Constant(_) | Self::Map(_) => None,
         }
     }

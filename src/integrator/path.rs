@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::MediaStack;
+use super::random::Seed;
 use crate::bvh::Hit;
 use crate::interaction::Footprint;
 
@@ -25,6 +26,8 @@ pub struct Path {
     pub depth: u32,
     /// Subscript of the sample in its batch.
     pub sample: u32,
+    /// What random numbers follow from.
+    pub seed: Seed,
 }
 
 /// What made a ray.

@@ -8,23 +8,24 @@ use super::Tracer;
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::MediaStack;
+use crate::integrator::{MediaStack, Path};
 use crate::interaction::{Footprint, SurfacePoint};
 
 impl Tracer<'_, '_> {
     /// The share of direct light that does not arrive where `ray` meets a shadow catcher; none where no light shines.
-    pub(super) fn caught_shadow(&mut self, ray: &Ray, hit: &Hit) -> f32 {
+    pub(super) fn caught_shadow(&mut self, ray: &Ray, path: &Path, hit: &Hit) -> f32 {
         let world = self.world;
         let point = SurfacePoint::new(world.posed, ray, hit, &Footprint::POINT);
         let mut caught = std::mem::take(&mut self.caught);
         caught.clear();
         let mut lit = Vec::new();
-        for light in &world.lights {
+        for (subscript, light) in world.lights.iter().enumerate() {
             let Some(incidence) = light.incidence(point.position) else { continue };
             let cosine = incidence.wi.dot(point.shading_normal);
             if cosine > 0.0 {
                 let end = point.shadow_end_outside(light.shadow_span(point.position));
-                lit.push((caught.push(light.shadow_ray(end)), incidence.irradiance * cosine));
+                let shadow_ray = light.shadow_ray(end, path.seed, subscript);
+                lit.push((caught.push(shadow_ray), incidence.irradiance * cosine));
             }
         }
         caught.trace(world, &mut self.counters);

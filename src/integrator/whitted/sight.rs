@@ -53,7 +53,7 @@ impl Tracer<'_, '_> {
                 return self.escape(ray, path, through);
             };
             let alpha = if catches_shadows(posed, &hit) {
-                self.caught_shadow(ray, &hit)
+                self.caught_shadow(ray, path, &hit)
             } else {
                 let alpha = alpha_at(posed, &hit);
                 self.sights.push(Sight { place, hit, share: through * alpha });

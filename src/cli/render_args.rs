@@ -166,9 +166,16 @@ pub(super) struct RenderArgs {
     /// [default: studio if the scene has no light, else none]
     #[arg(long, value_name = "FILE[@DEG]|R,G,B|studio|none", help_heading = "Scene")]
     pub(super) env: Option<OsString>,
-    /// What the camera sees behind the scene; none is transparent
-    #[arg(long, value_name = "KIND", default_value = "env", help_heading = "Scene")]
-    pub(super) background: Background,
+    /// Multiplies the light from all around
+    #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
+    pub(super) env_intensity: f32,
+    /// What the camera sees behind the scene, apart from what lights it: env for the light itself, none for transparency, or
+    /// what --env takes
+    #[arg(long, value_name = "env|none|R,G,B|FILE[@DEG]", default_value = "env", help_heading = "Scene")]
+    pub(super) background: OsString,
+    /// A node or material that is invisible but for the shadows on it; may be given more than once
+    #[arg(long, value_name = "NAME", help_heading = "Scene")]
+    pub(super) shadow_catcher: Vec<String>,
     /// Warnings about what is not supported become errors
     #[arg(long, help_heading = "Scene")]
     pub(super) strict: bool,
@@ -247,13 +254,6 @@ choices! {
     ToneArg {
         /// The standard curve
         Standard,
-    }
-    /// What is behind the scene.
-    Background {
-        /// The environment
-        Env,
-        /// Nothing: alpha is coverage
-        None,
     }
     /// Builders.
     BvhArg {

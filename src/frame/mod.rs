@@ -257,7 +257,7 @@ fn flags_of(material: &Material) -> PrimitiveFlags {
     if !material.double_sided && !is_volume(material) {
         flags = flags.with(PrimitiveFlags::SINGLE_SIDED);
     }
-    if material.alpha_mode != AlphaMode::Opaque || transmits(material) {
+    if material.alpha_mode != AlphaMode::Opaque || transmits(material) || material.is_shadow_catcher {
         flags = flags.with(PrimitiveFlags::FILTERED);
     }
     flags

@@ -23,7 +23,7 @@ use media::Interiors;
 
 pub use camera::{CameraRays, ThinLens};
 pub use media::{MediaStack, Medium, VolumeId};
-pub use path::{Footprint, Path, PathClass, Spectrum};
+pub use path::{Path, PathClass, Spectrum};
 pub use random::Seed;
 pub use shadow::PASS_THROUGH_LIMIT;
 

@@ -147,7 +147,8 @@ pub fn render_frame_into(
     let world = World::new(posed, input.bvh, input.environment, integrator_settings);
     let lens = settings.lens.and_then(|lens| lens.at(input, settings.resolution));
     let time_seconds = input.frame.time_seconds as f32;
-    let camera = CameraRays::new(&input.frame.camera, settings.resolution, time_seconds, lens);
+    let camera = CameraRays::new(&input.frame.camera, settings.resolution, time_seconds, lens)
+        .sharing_pixels(settings.samples);
     let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task

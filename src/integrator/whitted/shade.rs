@@ -10,8 +10,8 @@ use crate::bsdf::{Albedos, Bsdf};
 use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray, unit};
 use crate::integrator::random::Purpose;
-use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass, Spectrum, World};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
+use crate::integrator::{MediaStack, Medium, Path, PathClass, Spectrum, World};
+use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -22,7 +22,6 @@ const DULL_ROUGHNESS: f32 = 0.4;
 struct Shading<'p, 'a> {
     /// How the ray came about.
     route: Route,
-    ray: &'p Ray,
     path: &'p Path,
     point: &'p SurfacePoint<'a>,
     material: MaterialSample,
@@ -41,6 +40,8 @@ struct Shading<'p, 'a> {
     parted: Option<[Bsdf; 3]>,
     /// What lies on the other side.
     behind: Behind,
+    /// Index of refraction there by the one on this side.
+    relative_ior: f32,
     /// Share of each lobe that rays follow; the environment lookup has the rest.
     sharpness: f32,
 }
@@ -67,7 +68,7 @@ impl Tracer<'_, '_> {
     fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
         let posed = self.world.posed;
         let (ray, path) = generation.ray(*place);
-        let point = SurfacePoint::new(posed, ray, hit, path.footprint.width_at(hit.t));
+        let point = SurfacePoint::new(posed, ray, hit, &path.footprint);
         let material = material_at(posed, &point);
         let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
@@ -80,10 +81,15 @@ impl Tracer<'_, '_> {
 
         let behind = self.behind(path, &point, &material);
         let own_medium = self.world.interiors.medium(point.shape);
-        let lobes_of = |spectrum| {
+        let iors = |spectrum| {
             let before = ior_before(path, own_medium, point.facing, spectrum);
-            Bsdf::new(&material, before, ior_behind(&material, &behind.media, spectrum))
+            (before, ior_behind(&material, &behind.media, spectrum))
         };
+        let lobes_of = |spectrum| {
+            let (before, behind) = iors(spectrum);
+            Bsdf::new(&material, before, behind)
+        };
+        let (before, after) = iors(path.spectrum);
         let bsdf = lobes_of(path.spectrum);
         let disperses = path.media.disperses()
             || behind.media.disperses()
@@ -98,7 +104,6 @@ impl Tracer<'_, '_> {
         let sharpness = sharpness(bsdf.widest_roughness());
         let shading = Shading {
             route: place.route,
-            ray,
             path,
             point: &point,
             albedos: parted.as_ref().map_or_else(|| bsdf.albedos(wo), |parted| by_color(parted, wo)),
@@ -111,6 +116,7 @@ impl Tracer<'_, '_> {
             coat,
             parted,
             behind,
+            relative_ior: after / before,
             sharpness,
         };
         self.light(&shading);
@@ -262,11 +268,16 @@ impl Tracer<'_, '_> {
         spectrum: Spectrum,
     ) {
         let parent = shading.path;
-        let travelled = (shading.point.position - shading.ray.origin).length();
-        let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
-        let (media, touching) = match class {
-            PathClass::Refraction => (shading.behind.media.clone(), shading.behind.touching),
-            PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
+        let (posed, point) = (self.world.posed, shading.point);
+        let (media, touching, footprint) = match class {
+            PathClass::Refraction => (
+                shading.behind.media.clone(),
+                shading.behind.touching,
+                point.refracted_footprint(posed, &parent.footprint, ray.direction, shading.relative_ior),
+            ),
+            PathClass::Camera | PathClass::Reflection => {
+                (parent.media.clone(), None, point.reflected_footprint(posed, &parent.footprint))
+            }
         };
         let depth = parent.depth + 1;
         let purpose = match class {
@@ -292,7 +303,7 @@ impl Tracer<'_, '_> {
         // From the start of mirrored rays to that of refracted ones.
         let start = point.origin_outside();
         let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
-        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
+        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0 && !catches_shadows(posed, hit);
         let (bvh, touching) = (self.world.bvh, &mut self.touching);
         touching.clear();
         let collect = |hit: &Hit| {

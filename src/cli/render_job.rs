@@ -226,6 +226,7 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
             FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
         },
         lens: lens(args, scene, selection)?,
+        glossy_samples: args.glossy,
         show_background: true,
     })
 }

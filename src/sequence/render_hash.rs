@@ -90,6 +90,7 @@ fn sampling_key(job: &SequenceJob) -> serde_json::Value {
             };
             json!([aperture, focus])
         }),
+        "glossy": settings.glossy_samples,
         "light_radius": settings.light_size.radius.to_bits(),
         "sun_angle": settings.light_size.sun_angle_radians.to_bits(),
         "shutter": (job.shutter.open.to_bits(), job.shutter.time_samples),

@@ -14,6 +14,7 @@
 mod catcher;
 mod coat;
 mod generation;
+mod glossy;
 mod shade;
 mod shadows;
 mod sight;

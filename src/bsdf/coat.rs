@@ -16,7 +16,7 @@ const COAT_IOR: f32 = 1.5;
 pub struct Coat {
     share: f32,
     roughness: f32,
-    alpha: f32,
+    pub(super) alpha: f32,
 }
 
 impl Coat {
@@ -48,7 +48,7 @@ impl Coat {
         self.reflectance(cos_o) * lobe_albedo::total(cos_o, self.roughness)
     }
 
-    fn reflectance(&self, cos_o: f32) -> f32 {
+    pub(super) fn reflectance(&self, cos_o: f32) -> f32 {
         self.share * fresnel::exact(cos_o, COAT_IOR)
     }
 }

@@ -13,6 +13,7 @@ mod albedo;
 mod albedos;
 mod coat;
 mod cubic_table;
+mod drawn;
 mod film;
 mod fresnel;
 mod ggx;

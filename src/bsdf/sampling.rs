@@ -71,7 +71,7 @@ impl Bsdf {
         })
     }
 
-    fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
+    pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
         match &self.stretch {
             Some(stretch) => stretch.visible_normal(wo, disk),
             None => ggx::visible_normal(wo, self.alpha, disk),

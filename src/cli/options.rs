@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
+use crate::render::Aperture;
 use crate::scene::{CameraRequest, Choice, ClipChoice};
 
 /// Where the light from all around comes from.
@@ -117,6 +118,41 @@ pub(super) fn refit(text: &str) -> Result<Refit, String> {
     }
 }
 
+/// `0.5` frames or `180deg` of the shutter's turn, in frames.
+pub(super) fn shutter(text: &str) -> Result<f64, String> {
+    let frames = match text.strip_suffix("deg") {
+        Some(degrees) => degrees.trim().parse().map(|degrees: f64| degrees / 360.0),
+        None => text.parse(),
+    };
+    match frames {
+        Ok(frames) if frames > 0.0 && frames <= 100.0 => Ok(frames),
+        _ => {
+            Err("write frames such as 0.5, or degrees such as 180deg, above 0 and up to 100 frames"
+                .to_owned())
+        }
+    }
+}
+
+/// `0.01` metres or `f/2.8`.
+pub(super) fn aperture(text: &str) -> Result<Aperture, String> {
+    let (number, of): (_, fn(f32) -> Aperture) = match text.strip_prefix("f/") {
+        Some(number) => (number, Aperture::FNumber),
+        None => (text, Aperture::Radius),
+    };
+    match finite(number) {
+        Ok(value) if value > 0.0 => Ok(of(value)),
+        _ => Err("write a radius in metres such as 0.01, or an f-number such as f/2.8".to_owned()),
+    }
+}
+
+/// Degrees.
+pub(super) fn sun_angle(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(degrees) if (0.0..=90.0).contains(&degrees) => Ok(degrees),
+        _ => Err("write degrees from 0 to 90".to_owned()),
+    }
+}
+
 /// A finite number.
 pub(super) fn finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
@@ -188,6 +224,14 @@ pub(super) fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
     Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
 }
 
+/// What `environment` takes, or `env` for the light itself, which is `None`.
+pub(super) fn background(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
+    if text == "env" {
+        return Ok(None);
+    }
+    environment(text).map(Some).map_err(|why| format!("{why}, or env"))
+}
+
 fn is_number_list(text: &str) -> bool {
     text.contains(',') && text.split(',').all(|part| part.trim().parse::<f32>().is_ok())
 }
@@ -246,6 +290,16 @@ mod tests {
         assert_eq!(choice("#x"), Choice::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
         assert_eq!(clips("Walk"), ClipChoice::One(Choice::Name("Walk".to_owned())));
+    }
+
+    #[test]
+    fn backgrounds_may_be_the_light_itself() {
+        let parse = |text: &str| background(OsStr::new(text));
+        assert_eq!(parse("env"), Ok(None));
+        assert_eq!(parse("none"), Ok(Some(EnvironmentSource::None)));
+        assert_eq!(parse("0,1,0"), Ok(Some(EnvironmentSource::Constant([0.0, 1.0, 0.0]))));
+        assert_eq!(parse("sky.exr@-30"), Ok(Some(EnvironmentSource::File("sky.exr".into(), -30.0))));
+        assert!(parse("1,2").is_err() && parse("").is_err());
     }
 
     #[test]

@@ -9,16 +9,16 @@ use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame;
 use crate::gltf::{self, ImportOptions};
-use crate::render::{GlassShadows, RenderSettings};
-use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest};
+use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
+use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, duration_seconds,
 };
 
-use super::environment::{self, LoadedEnvironment};
+use super::environment::{self, EnvironmentWishes, LoadedEnvironment};
 use super::memory_limit::default_max_memory_bytes;
-use super::options::{self, EnvironmentSource};
-use super::render_args::{Background, BvhArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
+use super::options;
+use super::render_args::{BvhArg, FilterArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
 
 /// A picture's size unless another is asked for, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
@@ -43,7 +43,7 @@ struct Wishes {
     frames: FrameSpec,
     rate: FrameRate,
     output: Option<OutputPattern>,
-    environment: Option<EnvironmentSource>,
+    environment: EnvironmentWishes,
     exposure: Exposure,
     simd: SimdLevel,
     max_memory_bytes: u64,
@@ -57,14 +57,13 @@ struct Wishes {
 pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let wishes = understand(args)?;
     let max_memory_bytes = wishes.max_memory_bytes;
-    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let mut scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    catch_shadows(&mut scene, &args.shadow_catcher)?;
     let (selection, choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
-        environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
+        environment::load(&wishes.environment, &scene, &selection, max_memory_bytes)?;
     let mut inputs = vec![args.scene.clone()];
-    if let Some(EnvironmentSource::File(path, _)) = wishes.environment {
-        inputs.push(path);
-    }
+    inputs.extend(wishes.environment.files().map(PathBuf::from));
     let warnings = [scene.warnings.clone(), environment_warnings].concat();
 
     let duration = duration_seconds(&scene, &selection);
@@ -73,7 +72,8 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let stem = args.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
-    let render = render_settings(args, &scene, &selection)?;
+    let show_background = wishes.environment.shows_background();
+    let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
     let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
     let sequence = SequenceJob {
@@ -85,6 +85,9 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         environment_key,
         frames,
         rate: wishes.rate,
+        shutter: args
+            .shutter
+            .map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples }),
         output,
         preview: args.preview.is_some(),
         exposure: wishes.exposure,
@@ -107,11 +110,27 @@ fn understand(args: &RenderArgs) -> Result<Wishes> {
         frames: frame_spec(args).map_err(usage("--frames"))?,
         rate: FrameRate::parse(&args.fps).map_err(usage("--fps"))?,
         output: output.map_err(usage("--output"))?,
-        environment: args.env.as_deref().map(options::environment).transpose().map_err(usage("--env"))?,
+        environment: EnvironmentWishes {
+            light: args.env.as_deref().map(options::environment).transpose().map_err(usage("--env"))?,
+            intensity: args.env_intensity,
+            background: options::background(&args.background).map_err(usage("--background"))?,
+        },
         exposure: exposure.map_or(Exposure::Auto, Exposure::Ev),
         simd: simd_level(args.simd)?,
         max_memory_bytes: args.max_memory.unwrap_or_else(default_max_memory_bytes),
     })
+}
+
+fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
+    for name in names {
+        if mark_shadow_catchers(scene, name) == 0 {
+            return Err(Error::usage(format!(
+                "--shadow-catcher: neither a node with a mesh nor a material is called \"{}\"",
+                name.escape_debug()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn frame_spec(args: &RenderArgs) -> std::result::Result<FrameSpec, String> {
@@ -199,8 +218,58 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
             GlassShadowsArg::Opaque => GlassShadows::Opaque,
         },
         light_scale: args.light_scale,
-        show_background: args.background == Background::Env,
+        light_size: LightSize { radius: args.light_radius, sun_angle_radians: args.sun_angle.to_radians() },
+        adaptive: adaptive(args)?,
+        filter: match args.filter {
+            FilterArg::Box => PixelFilter::Box,
+            FilterArg::Mitchell => PixelFilter::Mitchell,
+            FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
+        },
+        lens: lens(args, scene, selection)?,
+        glossy_samples: args.glossy,
+        show_background: true,
     })
+}
+
+fn adaptive(args: &RenderArgs) -> Result<Option<Adaptive>> {
+    match args.max_samples {
+        Some(most) if most < args.samples => Err(Error::usage(format!(
+            "--max-samples: {most} are fewer than the {} of --samples",
+            args.samples
+        ))),
+        most => Ok(most.map(|most_samples| Adaptive { most_samples, threshold: args.aa_threshold })),
+    }
+}
+
+fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
+    let Some(aperture) = args.aperture else { return Ok(None) };
+    if matches!(aperture, Aperture::FNumber(_)) && is_orthographic(scene, selection) {
+        return Err(Error::usage(
+            "--aperture: an orthographic camera has no f-number; write the lens's radius in metres",
+        ));
+    }
+    let focus = match args.focus.parse::<f32>() {
+        Ok(distance) if distance > 0.0 => Focus::Metres(distance),
+        Ok(_) => return Err(Error::usage("--focus: a distance lies above 0 metres")),
+        Err(_) if args.focus == "middle" => Focus::Middle,
+        Err(_) => {
+            let node = scene.node(&options::choice(&args.focus));
+            Focus::Node(node.ok_or_else(|| {
+                Error::usage(format!(
+                    "--focus: the scene has no node \"{}\"; write a node's name, #0 for the first, metres, or middle",
+                    args.focus
+                ))
+            })?)
+        }
+    };
+    Ok(Some(Lens { aperture, focus }))
+}
+
+fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
+    let CameraChoice::Node(node) = selection.camera else { return false };
+    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
+    let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
+    camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
 }
 
 /// Columns and rows after `--scale`. One side alone takes the other from the camera.

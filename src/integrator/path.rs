@@ -3,14 +3,16 @@
 use glam::Vec3;
 
 use super::MediaStack;
+use super::random::Seed;
 use crate::bvh::Hit;
+use crate::interaction::Footprint;
 
 /// A branch of Whitted's tree, up to its last ray. That ray's direction has unit length, so that its `t` is in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     /// Seconds since the start of the animation.
     pub time_seconds: f32,
-    /// How wide the last ray is.
+    /// What the last ray stands for.
     pub footprint: Footprint,
     /// The closed volumes that the last ray starts in.
     pub media: MediaStack,
@@ -26,6 +28,8 @@ pub struct Path {
     pub depth: u32,
     /// Subscript of the sample in its batch.
     pub sample: u32,
+    /// What random numbers follow from.
+    pub seed: Seed,
 }
 
 /// What made a ray.
@@ -65,22 +69,5 @@ impl Spectrum {
             Self::Green => Vec3::Y,
             Self::Blue => Vec3::Z,
         }
-    }
-}
-
-/// The cone around a ray that stands for the pixel (Akenine-Möller et al. 2019, "Texture Level of Detail Strategies for
-/// Real-Time Ray Tracing").
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
-    /// Width at the origin, metres.
-    pub width: f32,
-    /// Growth of the width a metre.
-    pub spread: f32,
-}
-
-impl Footprint {
-    /// Width after `t` metres.
-    pub fn width_at(&self, t: f32) -> f32 {
-        self.width + self.spread * t
     }
 }

@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
+use crate::interaction::{Footprint, MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
 
 /// See-through surfaces that one ray may pass.
 pub const PASS_THROUGH_LIMIT: u32 = 256;
@@ -95,7 +95,7 @@ impl ShadowBatch {
 
 fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
     let alpha = alpha_at(world.posed, hit);
-    if alpha <= 0.0 {
+    if alpha <= 0.0 || catches_shadows(world.posed, hit) {
         return Blocking::Absent;
     }
     let shape = world.posed.frame.shape(hit.primitive);
@@ -158,7 +158,7 @@ fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
 /// entering: the same path backwards, and never total reflection.
 fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
     let alpha = alpha_at(world.posed, hit);
-    let point = SurfacePoint::new(world.posed, ray, hit, 0.0);
+    let point = SurfacePoint::new(world.posed, ray, hit, &Footprint::POINT);
     let material = material_at(world.posed, &point);
     let straight = world.settings.glass_shadows == GlassShadows::Straight;
     let glass = if straight && material.transmission > 0.0 {
@@ -185,6 +185,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
+    use crate::integrator::Seed;
     use crate::integrator::whitted::tests::with_world;
     use crate::scene::Environment;
 
@@ -196,7 +197,7 @@ mod tests {
                 let (mut batch, mut counters) = (ShadowBatch::default(), TraversalCounters::default());
                 for index in 0..768_u32 {
                     let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
-                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel) });
+                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel, Seed::default()) });
                 }
                 batch.trace(world, &mut counters);
                 let mut tinted = 0;

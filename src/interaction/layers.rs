@@ -3,12 +3,12 @@
 use glam::{Vec2, Vec3, Vec4};
 
 use super::material::looked_up;
-use super::texture_lookup::Encoding;
 use super::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, PosedScene, SheenSample,
     SurfacePoint, normal,
 };
 use crate::geometry::Facing;
+use crate::scene::Encoding;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, TextureRef};
 
 /// Sets what the extensions of `material` say; what it has not stays as it is.

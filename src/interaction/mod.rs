@@ -3,6 +3,7 @@
 //! [`SurfacePoint::new`] turns a hit of a frame into geometry on the viewer's side of the surface; [`material_at`] and
 //! [`alpha_at`] look the material up. Nothing here knows about lights or about what is done with the values.
 
+mod footprint;
 mod layers;
 mod material;
 mod normal;
@@ -14,7 +15,8 @@ use glam::Vec3;
 use crate::frame::Frame;
 use crate::scene::Scene;
 
-pub use material::{alpha_at, material_at};
+pub use footprint::Footprint;
+pub use material::{alpha_at, catches_shadows, material_at};
 pub use surface::SurfacePoint;
 
 /// A frame with the scene that it poses: what texture lookups need besides the frame.

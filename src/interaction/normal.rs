@@ -2,21 +2,21 @@
 
 use glam::{Vec2, Vec3};
 
-use super::texture_lookup::{self, Encoding};
+use super::texture_lookup;
 use super::{PosedScene, SurfacePoint};
 use crate::frame::PosedVertex;
 use crate::geometry::{Facing, Triangle, unit};
-use crate::scene::NormalTexture;
+use crate::scene::{Encoding, NormalTexture};
 
 /// Halvings of the interval that bending searches; the angle is then exact to about 2⁻²⁰.
 const BEND_STEPS: usize = 20;
 
-/// Unit normal of the front face and twice the area; in f64, so that slivers and huge triangles keep a normal.
-pub(super) fn of_triangle(triangle: &Triangle) -> (Vec3, f32) {
+/// Unit normal of the front face; in f64, so that slivers and huge triangles keep a normal.
+pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {
     let [a, b, c] = triangle.vertices.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a);
     let length = libm::sqrt(normal.dot(normal));
-    if length > 0.0 { ((normal / length).as_vec3(), length as f32) } else { (Vec3::Y, 0.0) }
+    if length > 0.0 { (normal / length).as_vec3() } else { Vec3::Y }
 }
 
 /// The front's shading normal: interpolated where vertices have normals, with the normal map applied.
@@ -107,7 +107,7 @@ fn mapped(
     (tangent, handedness): (Vec3, f32),
 ) -> Vec3 {
     let (uv, footprint) = point.uv(posed, &map.texture);
-    let texel = texture_lookup::sample(posed.scene, &map.texture, uv, footprint, Encoding::Linear);
+    let texel = texture_lookup::sample(posed.scene, &map.texture, uv, footprint, Encoding::Normal);
     // Without any tangent the map cannot say anything.
     let Some((tangent, bitangent)) =
         frame_around(posed, point, map.texture.uv_set, normal, (tangent, handedness))
@@ -202,6 +202,6 @@ mod tests {
     #[test]
     fn slivers_keep_their_normal() {
         let sliver = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-30, 0.0)] };
-        assert_eq!(of_triangle(&sliver).0, Vec3::Z);
+        assert_eq!(of_triangle(&sliver), Vec3::Z);
     }
 }

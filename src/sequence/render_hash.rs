@@ -8,8 +8,8 @@ use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
 use crate::output::SOFTWARE;
-use crate::render::GlassShadows;
-use crate::scene::CameraChoice;
+use crate::render::{Aperture, Focus, GlassShadows};
+use crate::scene::{CameraChoice, Scene};
 
 use super::{Exposure, OutputFormat, SequenceJob};
 
@@ -38,6 +38,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "camera": camera,
         "variant": job.selection.variant.map(|variant| variant.0),
         "environment": job.environment_key,
+        "shadow_catchers": shadow_catchers(&job.scene),
         "integrator": "whitted",
         "resolution": [settings.resolution.0, settings.resolution.1],
         "samples": settings.samples,
@@ -45,11 +46,55 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "glass_shadows": glass_shadows,
         "light_scale": settings.light_scale.to_bits(),
         "show_background": settings.show_background,
+        "sampling": sampling_key(job),
         "fps": job.rate.to_string(),
         "frame": frame,
         "file": file_key(job),
     });
     hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// Nodes, and which primitives of theirs only catch shadows.
+fn shadow_catchers(scene: &Scene) -> Vec<[usize; 2]> {
+    let mut catchers = Vec::new();
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index()));
+        let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives).enumerate();
+        catchers.extend(
+            primitives
+                .filter(|(_, primitive)| {
+                    let material = scene.materials.get(primitive.material.index());
+                    material.is_some_and(|material| material.is_shadow_catcher)
+                })
+                .map(|(primitive, _)| [index, primitive]),
+        );
+    }
+    catchers
+}
+
+/// Floats are given by their bits.
+fn sampling_key(job: &SequenceJob) -> serde_json::Value {
+    let settings = &job.render;
+    json!({
+        "filter": settings.filter.name(),
+        "adaptive": settings.adaptive.map(|adaptive| json!([adaptive.most_samples, adaptive.threshold.to_bits()])),
+        "lens": settings.lens.map(|lens| {
+            let aperture = match lens.aperture {
+                Aperture::Radius(radius) => json!({ "radius": radius.to_bits() }),
+                Aperture::FNumber(number) => json!({ "f_number": number.to_bits() }),
+            };
+            let focus = match lens.focus {
+                Focus::Metres(distance) => json!(distance.to_bits()),
+                Focus::Node(node) => json!({ "node": node.0 }),
+                Focus::Middle => json!("middle"),
+            };
+            json!([aperture, focus])
+        }),
+        "glossy": settings.glossy_samples,
+        "light_radius": settings.light_size.radius.to_bits(),
+        "sun_angle": settings.light_size.sun_angle_radians.to_bits(),
+        "shutter": (job.shutter.open.to_bits(), job.shutter.time_samples),
+    })
 }
 
 fn file_key(job: &SequenceJob) -> serde_json::Value {

@@ -6,7 +6,7 @@ use super::{error_text, import_bytes};
 use crate::error::Result;
 use crate::gltf::{Support, extension_support};
 use crate::scene::{
-    AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvTransform, Volume, WrapMode,
+    AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvRotation, UvTransform, Volume, WrapMode,
 };
 use glam::{Vec2, Vec3};
 
@@ -68,8 +68,11 @@ fn texture_transforms_reach_every_slot() {
     for reference in references {
         let reference = reference.unwrap();
         assert_eq!((reference.texture, reference.uv_set), (TextureIndex(0), 1));
-        let expected =
-            UvTransform { offset: Vec2::new(0.5, 0.25), rotation_radians: 1.5, scale: Vec2::new(2.0, 3.0) };
+        let expected = UvTransform {
+            offset: Vec2::new(0.5, 0.25),
+            rotation: UvRotation::from_radians(1.5),
+            scale: Vec2::new(2.0, 3.0),
+        };
         assert_eq!(reference.transform, expected);
     }
     assert_eq!(scene.textures.len(), 1);

@@ -1,6 +1,6 @@
 //! The clear coat of a surface, seen by one ray: it reflects by itself and dims everything below it.
 
-use glam::{Mat3, Vec3};
+use glam::{Mat3, Vec2, Vec3};
 
 use super::shade::{local_frame, mirror_direction, sharpness};
 use crate::bsdf::Coat;
@@ -24,7 +24,8 @@ pub(super) struct Coated {
 }
 
 impl Coated {
-    pub(super) fn new(sample: &ClearCoatSample, point: &SurfacePoint<'_>) -> Self {
+    /// `follows_rays` leaves nothing to lookups of the environment.
+    pub(super) fn new(sample: &ClearCoatSample, point: &SurfacePoint<'_>, follows_rays: bool) -> Self {
         let coat = Coat::new(sample.factor, sample.roughness);
         let world_from_local = local_frame(sample.normal);
         let wo = world_from_local.transpose() * point.wo;
@@ -36,9 +37,20 @@ impl Coated {
             albedo: coat.albedo(wo.z),
             transmittance: coat.transmittance(wo.z),
             mirrored: mirror_direction(point.wo, sample.normal),
-            sharpness: sharpness(sample.roughness),
+            sharpness: if follows_rays { 1.0 } else { sharpness(sample.roughness) },
             roughness: sample.roughness,
         }
+    }
+
+    /// Whether the coat is a mirror.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.coat.is_smooth()
+    }
+
+    /// A direction in the world that the coat reflects, and what it counts for.
+    pub(super) fn draw_reflection(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let (wi, share) = self.coat.draw_reflection(self.wo, u)?;
+        Some(((self.world_from_local * wi).normalize(), share))
     }
 
     /// Scattered radiance by irradiance, cosine included, of light from `wi` in the world.

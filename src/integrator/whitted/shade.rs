@@ -9,8 +9,9 @@ use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
 use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray, unit};
-use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass, Spectrum, World};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
+use crate::integrator::random::Purpose;
+use crate::integrator::{MediaStack, Medium, Path, PathClass, Seed, Spectrum, World};
+use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -18,35 +19,46 @@ const SHARP_ROUGHNESS: f32 = 0.1;
 const DULL_ROUGHNESS: f32 = 0.4;
 
 /// A surface with its lobes, seen by one ray.
-struct Shading<'p, 'a> {
+pub(super) struct Shading<'p, 'a> {
     /// How the ray came about.
-    route: Route,
-    ray: &'p Ray,
-    path: &'p Path,
-    point: &'p SurfacePoint<'a>,
-    material: MaterialSample,
-    bsdf: Bsdf,
+    pub(super) route: Route,
+    pub(super) path: &'p Path,
+    pub(super) point: &'p SurfacePoint<'a>,
+    pub(super) material: MaterialSample,
+    pub(super) bsdf: Bsdf,
     /// Of the lobes, as seen by the ray.
-    albedos: Albedos,
+    pub(super) albedos: Albedos,
     /// Columns are tangent, bitangent and normal.
-    world_from_local: Mat3,
-    wo: Vec3,
+    pub(super) world_from_local: Mat3,
+    pub(super) wo: Vec3,
     /// What radiance that leaves towards the eye counts for.
-    weight: Vec3,
+    pub(super) weight: Vec3,
     /// The same for what leaves below the coat.
-    weight_below: Vec3,
-    coat: Option<Coated>,
+    pub(super) weight_below: Vec3,
+    pub(super) coat: Option<Coated>,
     /// The lobes of single colours, where glass bends those differently.
-    parted: Option<[Bsdf; 3]>,
+    pub(super) parted: Option<[Bsdf; 3]>,
     /// What lies on the other side.
     behind: Behind,
+    /// Index of refraction there by the one on this side.
+    pub(super) relative_ior: f32,
     /// Share of each lobe that rays follow; the environment lookup has the rest.
-    sharpness: f32,
+    pub(super) sharpness: f32,
+}
+
+/// A ray that a surface sends on.
+pub(super) struct Child {
+    pub(super) ray: Ray,
+    /// What the radiance that it finds counts for.
+    pub(super) weight: Vec3,
+    pub(super) class: PathClass,
+    pub(super) spectrum: Spectrum,
+    pub(super) seed: Seed,
 }
 
 impl Shading<'_, '_> {
     /// The lobes by which light goes through, each with the colours it is for.
-    fn ways_through(&self) -> impl Iterator<Item = (Spectrum, &Bsdf)> {
+    pub(super) fn ways_through(&self) -> impl Iterator<Item = (Spectrum, &Bsdf)> {
         let together = self.parted.is_none().then_some((self.path.spectrum, &self.bsdf));
         let apart = self.parted.iter().flat_map(|parted| Spectrum::COLORS.into_iter().zip(parted));
         together.into_iter().chain(apart)
@@ -66,23 +78,29 @@ impl Tracer<'_, '_> {
     fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
         let posed = self.world.posed;
         let (ray, path) = generation.ray(*place);
-        let point = SurfacePoint::new(posed, ray, hit, path.footprint.width_at(hit.t));
+        let point = SurfacePoint::new(posed, ray, hit, &path.footprint);
         let material = material_at(posed, &point);
         let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
             self.add(path, weight * material.base_color);
             return;
         }
-        let coat = material.clear_coat.map(|coat| Coated::new(&coat, &point));
+        let follows_rays = self.world.settings.glossy_samples > 0;
+        let coat = material.clear_coat.map(|coat| Coated::new(&coat, &point, follows_rays));
         let weight_below = weight * coat.as_ref().map_or(1.0, |coat| coat.transmittance);
         self.add(path, weight_below * material.emission);
 
         let behind = self.behind(path, &point, &material);
         let own_medium = self.world.interiors.medium(point.shape);
-        let lobes_of = |spectrum| {
+        let iors = |spectrum| {
             let before = ior_before(path, own_medium, point.facing, spectrum);
-            Bsdf::new(&material, before, ior_behind(&material, &behind.media, spectrum))
+            (before, ior_behind(&material, &behind.media, spectrum))
         };
+        let lobes_of = |spectrum| {
+            let (before, behind) = iors(spectrum);
+            Bsdf::new(&material, before, behind)
+        };
+        let (before, after) = iors(path.spectrum);
         let bsdf = lobes_of(path.spectrum);
         let disperses = path.media.disperses()
             || behind.media.disperses()
@@ -94,10 +112,9 @@ impl Tracer<'_, '_> {
             None => local_frame(point.shading_normal),
         };
         let wo = world_from_local.transpose() * point.wo;
-        let sharpness = sharpness(bsdf.widest_roughness());
+        let sharpness = if follows_rays { 1.0 } else { sharpness(bsdf.widest_roughness()) };
         let shading = Shading {
             route: place.route,
-            ray,
             path,
             point: &point,
             albedos: parted.as_ref().map_or_else(|| bsdf.albedos(wo), |parted| by_color(parted, wo)),
@@ -110,6 +127,7 @@ impl Tracer<'_, '_> {
             coat,
             parted,
             behind,
+            relative_ior: after / before,
             sharpness,
         };
         self.light(&shading);
@@ -136,7 +154,7 @@ impl Tracer<'_, '_> {
                 } else {
                     shading.point.shadow_end_inside(span)
                 };
-                let ray = light.shadow_ray(end);
+                let ray = light.shadow_ray(end, shading.path.seed, subscript);
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
                     if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
@@ -198,9 +216,16 @@ impl Tracer<'_, '_> {
 
     /// Mirror rays of the specular lobe and of the coat; one for both where they run the same way.
     fn mirror(&mut self, shading: &Shading<'_, '_>) {
-        let mut weight = shading.weight_below * shading.albedos.specular * shading.sharpness;
+        let scatters_coat = self.scatter_coat(shading);
+        let scatters = self.scatter_reflection(shading);
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
-        if let Some(coat) = &shading.coat {
+        let mut weight = Vec3::ZERO;
+        if !scatters {
+            weight = shading.weight_below * shading.albedos.specular * shading.sharpness;
+        }
+        if let Some(coat) = &shading.coat
+            && !scatters_coat
+        {
             let weight_of_coat = shading.weight * (coat.albedo * coat.sharpness);
             if coat.mirrored == mirrored {
                 weight += weight_of_coat;
@@ -214,11 +239,16 @@ impl Tracer<'_, '_> {
     fn send_mirrored(&mut self, shading: &Shading<'_, '_>, direction: Vec3, weight: Vec3) {
         if self.may_send(shading.path, weight) {
             let ray = Ray::new(shading.point.origin_outside(), direction);
-            self.send(shading, ray, weight, PathClass::Reflection, shading.path.spectrum);
+            let seed = shading.path.seed.child(Purpose::Reflection, 0, 1);
+            let spectrum = shading.path.spectrum;
+            self.send(shading, Child { ray, weight, class: PathClass::Reflection, spectrum, seed });
         }
     }
 
     fn refract(&mut self, shading: &Shading<'_, '_>) {
+        if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
+            return;
+        }
         for (spectrum, bsdf) in shading.ways_through() {
             let weight =
                 shading.weight_below * shading.albedos.transmission * shading.sharpness * spectrum.mask();
@@ -234,17 +264,20 @@ impl Tracer<'_, '_> {
             let direction =
                 if unbent { -shading.point.wo } else { (shading.world_from_local * direction).normalize() };
             let ray = Ray::new(shading.point.origin_inside(), direction);
-            self.send(shading, ray, weight, PathClass::Refraction, spectrum);
+            let seed = shading.path.seed.child(Purpose::Refraction, 0, 1);
+            self.send(shading, Child { ray, weight, class: PathClass::Refraction, spectrum, seed });
         }
     }
 
     /// Whether a child of `parent` would count, and is neither too deep nor too faint; else its weight is lost.
-    fn may_send(&mut self, parent: &Path, weight: Vec3) -> bool {
+    pub(super) fn may_send(&mut self, parent: &Path, weight: Vec3) -> bool {
         let largest = weight.max_element();
         if largest == 0.0 {
             return false;
         }
-        if parent.depth >= self.world.settings.max_depth || largest < LEAST_WEIGHT {
+        // Of many rays each counts little.
+        let least = LEAST_WEIGHT / self.world.settings.glossy_samples.max(1) as f32;
+        if parent.depth >= self.world.settings.max_depth || largest < least {
             self.statistics.dropped_weight += f64::from(largest);
             return false;
         }
@@ -252,23 +285,22 @@ impl Tracer<'_, '_> {
     }
 
     /// Makes a child ray.
-    fn send(
-        &mut self,
-        shading: &Shading<'_, '_>,
-        ray: Ray,
-        weight: Vec3,
-        class: PathClass,
-        spectrum: Spectrum,
-    ) {
+    pub(super) fn send(&mut self, shading: &Shading<'_, '_>, child: Child) {
+        let Child { ray, weight, class, spectrum, seed } = child;
         let parent = shading.path;
-        let travelled = (shading.point.position - shading.ray.origin).length();
-        let footprint = Footprint { width: parent.footprint.width_at(travelled), ..parent.footprint };
-        let (media, touching) = match class {
-            PathClass::Refraction => (shading.behind.media.clone(), shading.behind.touching),
-            PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
+        let (posed, point) = (self.world.posed, shading.point);
+        let (media, touching, footprint) = match class {
+            PathClass::Refraction => (
+                shading.behind.media.clone(),
+                shading.behind.touching,
+                point.refracted_footprint(posed, &parent.footprint, ray.direction, shading.relative_ior),
+            ),
+            PathClass::Camera | PathClass::Reflection => {
+                (parent.media.clone(), None, point.reflected_footprint(posed, &parent.footprint))
+            }
         };
         let depth = parent.depth + 1;
-        let path = Path { footprint, media, touching, weight, class, spectrum, depth, ..*parent };
+        let path = Path { footprint, media, touching, weight, class, spectrum, depth, seed, ..*parent };
         self.children.push(shading.route.then(class), ray, path);
     }
 
@@ -286,7 +318,7 @@ impl Tracer<'_, '_> {
         // From the start of mirrored rays to that of refracted ones.
         let start = point.origin_outside();
         let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
-        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0;
+        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0 && !catches_shadows(posed, hit);
         let (bvh, touching) = (self.world.bvh, &mut self.touching);
         touching.clear();
         let collect = |hit: &Hit| {

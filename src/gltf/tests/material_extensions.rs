@@ -19,6 +19,7 @@ fn info(uv_set: u32) -> Value {
     json!({"index": 1, "texCoord": uv_set})
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
 fn with_extension(name: &str, value: Value) -> Material {
     let scene = import_material(json!({"extensions": {name: value}})).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
@@ -225,6 +226,7 @@ fn a_volume_that_scatters_at_its_surface_is_named() {
 }
 
 /// A triangle in white, in other variants something else; `mappings` says what.
+#[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
 fn with_mappings(mappings: Value) -> crate::error::Result<crate::scene::Scene> {
     let positions: Vec<u8> =
         [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|x| x.to_le_bytes()).collect();

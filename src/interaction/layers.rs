@@ -106,3 +106,6 @@ fn clear_coat(
     };
     Some(ClearCoatSample { factor, roughness, normal })
 }
+
+#[cfg(test)]
+mod tests;

@@ -12,9 +12,10 @@ use glam::{Vec2, Vec3};
 use super::fresnel;
 use super::ggx;
 
-/// Rings and turns of the pattern of visible normals.
-const RINGS: usize = 10;
-const TURNS: usize = 16;
+/// Visible normals that stand for a lobe; its albedo is then right to about a thousandth.
+const NORMALS: usize = 256;
+/// Turns from one normal to the next along their spiral: the golden section.
+const TURN: f32 = 0.618_034;
 
 /// α along X and along Y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -108,21 +109,17 @@ fn length(vector: Vec3) -> f32 {
     libm::sqrtf(vector.dot(vector))
 }
 
-/// Points of the unit disk and their shares of it, denser towards the edge, where the lobe's long tail is.
+/// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the lobe's long tail is.
 fn pattern() -> &'static [(Vec2, f32)] {
     static POINTS: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
     POINTS.get_or_init(|| {
-        let mut points = Vec::with_capacity(RINGS * TURNS);
-        for ring in 0..RINGS {
+        let point = |index: usize| {
             // Area 1 − s² for uniform s.
-            let s = (ring as f32 + 0.5) / RINGS as f32;
-            let share = 2.0 * s / (RINGS * TURNS) as f32;
-            for turn in 0..TURNS {
-                // Every other ring is turned by half a step.
-                let around = (turn as f32 + 0.25 + 0.5 * (ring % 2) as f32) / TURNS as f32;
-                points.push((ggx::disk_point(Vec2::new(1.0 - s * s, around)), share));
-            }
-        }
-        points
+            let place = index as f32 + 0.5;
+            let s = place / NORMALS as f32;
+            let around = place * TURN;
+            (ggx::disk_point(Vec2::new(1.0 - s * s, around - around.floor())), 2.0 * s / NORMALS as f32)
+        };
+        (0..NORMALS).map(point).collect()
     })
 }

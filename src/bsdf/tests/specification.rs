@@ -393,5 +393,6 @@ fn stretched_lobes_albedo_by_quadrature() {
             worst = worst.max((found - expected).abs());
         }
     }
-    assert!(worst < 5e-3, "{worst}");
+    // A fixed pattern of normals is summed, for a table would have four dimensions.
+    assert!(worst < 1.5e-3, "{worst}");
 }

@@ -77,14 +77,14 @@ fn fetch<'a>(
     let name = image.name.clone().or_else(|| file_name.cloned());
     let quoted = in_quotes(name.as_deref());
     match image_kind(&bytes) {
-        ImageKind::Png | ImageKind::Jpeg => {}
+        ImageKind::Png | ImageKind::Jpeg | ImageKind::WebP | ImageKind::Ktx2 => {}
         ImageKind::Other(kind) => {
             let message =
                 format!("the image{quoted} is {kind}, which is not supported; convert it to PNG or JPEG");
             return Err(context.unsupported(pointer, message));
         }
         ImageKind::Unknown => {
-            let message = format!("the image{quoted} is neither PNG nor JPEG");
+            let message = format!("the image{quoted} is neither PNG, JPEG, WebP nor KTX2");
             return Err(context.invalid(pointer, message));
         }
     }

@@ -24,6 +24,7 @@ mod component;
 mod container;
 mod context;
 mod document;
+mod draco;
 mod extensions;
 mod formats;
 mod hierarchy;
@@ -32,6 +33,7 @@ mod influences;
 mod light;
 mod material;
 mod mesh;
+mod meshopt;
 mod morph;
 mod node;
 mod normals;
@@ -54,7 +56,7 @@ use crate::scene::Scene;
 
 pub use extensions::{Support, extension_support};
 
-use accessor::Data;
+use accessor::{Data, Replaced};
 use context::Context;
 use document::Document;
 
@@ -97,7 +99,8 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     bounds::check_all(&context, &document)?;
     texture::check_links(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
-    let data = Data { document: &document, buffers: &buffers };
+    let views = meshopt::unpack_views(&mut context, &document, &buffers)?;
+    let data = Data { document: &document, buffers: &buffers, views: &views, replaced: &Replaced::default() };
 
     // Build what stands alone, then what refers to it.
     let mut textures = texture::TextureTable::new(&document);

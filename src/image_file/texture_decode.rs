@@ -1,9 +1,11 @@
-//! PNG and JPEG files to texels, with the size known before anything is decoded.
+//! PNG, JPEG, WebP and KTX2 files to texels, with the size known before anything is decoded.
 
 use std::io::Cursor;
 
-use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
+
+use super::ktx2;
 
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = &[0xff, 0xd8, 0xff];
@@ -20,6 +22,10 @@ pub enum ImageKind {
     Png,
     /// JPEG, baseline or progressive.
     Jpeg,
+    /// WebP, lossless or not; of an animation the first picture.
+    WebP,
+    /// KTX2; only Basis Universal data can be decoded.
+    Ktx2,
     /// Recognized, by name, but not supported.
     Other(&'static str),
     /// Nothing that is known.
@@ -54,9 +60,9 @@ pub fn image_kind(bytes: &[u8]) -> ImageKind {
     } else if at(0, JPEG_MAGIC) {
         ImageKind::Jpeg
     } else if at(0, b"RIFF") && at(8, b"WEBP") {
-        ImageKind::Other("WebP")
+        ImageKind::WebP
     } else if at(0, b"\xabKTX 20\xbb\r\n\x1a\n") {
-        ImageKind::Other("KTX2")
+        ImageKind::Ktx2
     } else if at(0, b"DDS ") {
         ImageKind::Other("DDS")
     } else if at(4, b"ftypavif") {
@@ -81,8 +87,11 @@ pub fn oversized_png(bytes: &[u8]) -> Option<String> {
     if image_kind(bytes) == ImageKind::Png { unjustified(&header, bytes.len()) } else { None }
 }
 
-/// Reads the header of a PNG or JPEG.
+/// Reads the header of a PNG, JPEG, WebP or KTX2.
 pub fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
+    if image_kind(bytes) == ImageKind::Ktx2 {
+        return ktx2::header(bytes);
+    }
     let (size, color) = with_decoder(bytes, |decoder| Ok((decoder.dimensions(), decoder.color_type())))?;
     let (width, height) = size;
     if width == 0 || height == 0 {
@@ -105,14 +114,18 @@ pub fn unjustified(header: &ImageHeader, file_bytes: usize) -> Option<String> {
     })
 }
 
-/// Decodes a PNG or JPEG completely; a file that ends early is an error.
+/// Decodes a PNG, JPEG, WebP or KTX2 completely; a file that ends early is an error.
 pub fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
+    if image_kind(bytes) == ImageKind::Ktx2 {
+        return ktx2::decode(bytes).map(DecodedTexels::Rgba8);
+    }
     if image_kind(bytes) == ImageKind::Jpeg && !jpeg_is_whole(bytes) {
         return Err("ends early; the file is truncated".to_owned());
     }
     let picture = with_decoder(bytes, |decoder| match decoder {
         Decoder::Png(png) => DynamicImage::from_decoder(*png),
         Decoder::Jpeg(jpeg) => DynamicImage::from_decoder(*jpeg),
+        Decoder::WebP(webp) => DynamicImage::from_decoder(*webp),
     })?;
     Ok(if is_deep(picture.color()) {
         DecodedTexels::Rgba16(into_texels(&picture.into_rgba16()))
@@ -129,6 +142,7 @@ fn into_texels<T: Copy>(channels: &[T]) -> Vec<[T; 4]> {
 enum Decoder<'a> {
     Png(Box<PngDecoder<Cursor<&'a [u8]>>>),
     Jpeg(Box<JpegDecoder<Cursor<&'a [u8]>>>),
+    WebP(Box<WebPDecoder<Cursor<&'a [u8]>>>),
 }
 
 impl Decoder<'_> {
@@ -136,6 +150,7 @@ impl Decoder<'_> {
         match self {
             Self::Png(png) => png.dimensions(),
             Self::Jpeg(jpeg) => jpeg.dimensions(),
+            Self::WebP(webp) => webp.dimensions(),
         }
     }
 
@@ -143,6 +158,7 @@ impl Decoder<'_> {
         match self {
             Self::Png(png) => png.color_type(),
             Self::Jpeg(jpeg) => jpeg.color_type(),
+            Self::WebP(webp) => webp.color_type(),
         }
     }
 }
@@ -155,6 +171,11 @@ fn with_decoder<'a, T>(
         if image_kind(bytes) == ImageKind::Png {
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
             return Ok(Decoder::Png(Box::new(decoder)));
+        }
+        if image_kind(bytes) == ImageKind::WebP {
+            let mut decoder = WebPDecoder::new(Cursor::new(bytes))?;
+            decoder.set_limits(limits())?;
+            return Ok(Decoder::WebP(Box::new(decoder)));
         }
         let mut decoder = JpegDecoder::new(Cursor::new(bytes))?;
         decoder.set_limits(limits())?;
@@ -264,7 +285,8 @@ mod tests {
 
     #[test]
     fn kinds_come_from_the_first_bytes() {
-        assert_eq!(image_kind(b"RIFF\x10\0\0\0WEBPVP8 "), ImageKind::Other("WebP"));
+        assert_eq!(image_kind(b"RIFF\x10\0\0\0WEBPVP8 "), ImageKind::WebP);
+        assert_eq!(image_kind(b"GIF89a"), ImageKind::Other("GIF"));
         assert_eq!(image_kind(&[0xff, 0xd8, 0xff, 0xe0]), ImageKind::Jpeg);
         assert_eq!(image_kind(b""), ImageKind::Unknown);
         assert_eq!(image_kind(b"<svg"), ImageKind::Unknown);

@@ -34,7 +34,7 @@ use rayframe::frame::{Frame, resolve_auto_camera};
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::image_file::write_atomically;
 use rayframe::output::{exr_file, frame_attributes};
-use rayframe::render::{GlassShadows, RenderInput, RenderSettings, RenderStatistics, render_frame};
+use rayframe::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
 use rayframe::scene::{Environment, Scene, Selection, SelectionRequest};
 use rayframe::sequence::FrameRate;
 
@@ -141,10 +141,7 @@ impl Subject {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),
             samples: SAMPLES,
-            max_depth: 8,
-            glass_shadows: GlassShadows::Straight,
-            light_scale: 1.0,
-            show_background: true,
+            ..RenderSettings::default()
         };
         let (frame, builder) = (Frame::default(), Builder::default());
         Ok(Self { scene, selection, settings, frame, builder, bvh: None })

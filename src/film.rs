@@ -58,6 +58,21 @@ impl Film {
         }
     }
 
+    /// Adds the pixels of a film of the same window.
+    pub fn add(&mut self, other: &Self) {
+        debug_assert_eq!(self.window, other.window);
+        for (sum, pixel) in self.pixels.iter_mut().zip(&other.pixels) {
+            for (sum, channel) in sum.iter_mut().zip(pixel) {
+                *sum += channel;
+            }
+        }
+    }
+
+    /// Multiplies all pixels.
+    pub fn scale(&mut self, factor: f32) {
+        self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
+    }
+
     /// Sets pixels that are infinite or not a number to transparent black and counts them.
     pub fn blacken_non_finite(&mut self) -> u64 {
         let mut count = 0;

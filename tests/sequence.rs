@@ -8,10 +8,10 @@ use rayframe::bvh::{BuildSettings, BuilderKind, Split};
 use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
-use rayframe::render::{GlassShadows, RenderSettings};
+use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
 use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Summary,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
     render_hash, run,
 };
 
@@ -25,14 +25,13 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         environment_key: "constant 0.5".to_owned(),
         frames: frames.to_vec(),
         rate: FrameRate::FILM,
+        shutter: Shutter::default(),
         render: RenderSettings {
             resolution: (40, 30),
             window: PixelWindow::full(40, 30),
             samples: 1,
             max_depth: 1,
-            glass_shadows: GlassShadows::Straight,
-            light_scale: 1.0,
-            show_background: true,
+            ..RenderSettings::default()
         },
         build: BuildSettings::default(),
         output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
@@ -354,7 +353,8 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
     for change in same {
         assert_eq!(with(change), expected);
     }
-    let other: [&dyn Fn(&mut SequenceJob); 11] = [
+    let lens = |aperture, focus| Some(Lens { aperture, focus });
+    let other: [&dyn Fn(&mut SequenceJob); 20] = [
         &|job| job.scene.content_hash[31] = 1,
         &|job| job.selection.roots.push(rayframe::scene::NodeIndex(0)),
         &|job| job.selection.camera = CameraChoice::Node(rayframe::scene::NodeIndex(0)),
@@ -366,10 +366,19 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
         &|job| job.render.light_scale = 2.0,
         &|job| job.render.show_background = false,
         &|job| job.rate = FrameRate::parse("25").unwrap(),
+        &|job| job.shutter = Shutter { open: 0.5, time_samples: 2 },
+        &|job| job.shutter = Shutter { open: 0.5, time_samples: 3 },
+        &|job| job.render.filter = PixelFilter::Mitchell,
+        &|job| job.render.adaptive = Some(Adaptive { most_samples: 16, threshold: 0.1 }),
+        &|job| job.render.light_size.radius = 0.1,
+        &|job| job.render.light_size.sun_angle_radians = 0.1,
+        &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Middle),
+        &|job| job.render.lens = lens(Aperture::FNumber(2.0), Focus::Middle),
+        &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Metres(1.0)),
     ];
     let mut seen = std::collections::BTreeSet::from([expected.clone(), render_hash(&base(), 2)]);
     for change in other {
         assert!(seen.insert(with(change)), "two jobs with different pictures have one hash");
     }
-    assert_eq!(seen.len(), 13);
+    assert_eq!(seen.len(), 22);
 }

@@ -11,7 +11,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
 use rayframe::geometry::{Ray, Triangle};
-use rayframe::render::{GlassShadows, RenderInput, RenderSettings, RenderStatistics, render_frame};
+use rayframe::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
 use rayframe::scene::{
     CameraChoice, Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh,
     MeshIndex, Node, NodeIndex, Primitive, Projection, Scene, Selection,
@@ -101,9 +101,7 @@ fn render_settings() -> RenderSettings {
         window: PixelWindow::full(SIDE, SIDE),
         samples: 1,
         max_depth: 1,
-        glass_shadows: GlassShadows::Straight,
-        light_scale: 1.0,
-        show_background: true,
+        ..RenderSettings::default()
     }
 }
 

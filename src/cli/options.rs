@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
+use crate::render::Aperture;
 use crate::scene::{CameraRequest, Choice, ClipChoice};
 
 /// Where the light from all around comes from.
@@ -114,6 +115,41 @@ pub(super) fn refit(text: &str) -> Result<Refit, String> {
             Ok(factor) if factor >= 1.0 => Ok(Refit::UpTo(factor)),
             _ => Err("write auto, off, or a factor of at least 1".to_owned()),
         },
+    }
+}
+
+/// `0.5` frames or `180deg` of the shutter's turn, in frames.
+pub(super) fn shutter(text: &str) -> Result<f64, String> {
+    let frames = match text.strip_suffix("deg") {
+        Some(degrees) => degrees.trim().parse().map(|degrees: f64| degrees / 360.0),
+        None => text.parse(),
+    };
+    match frames {
+        Ok(frames) if frames > 0.0 && frames <= 100.0 => Ok(frames),
+        _ => {
+            Err("write frames such as 0.5, or degrees such as 180deg, above 0 and up to 100 frames"
+                .to_owned())
+        }
+    }
+}
+
+/// `0.01` metres or `f/2.8`.
+pub(super) fn aperture(text: &str) -> Result<Aperture, String> {
+    let (number, of): (_, fn(f32) -> Aperture) = match text.strip_prefix("f/") {
+        Some(number) => (number, Aperture::FNumber),
+        None => (text, Aperture::Radius),
+    };
+    match finite(number) {
+        Ok(value) if value > 0.0 => Ok(of(value)),
+        _ => Err("write a radius in metres such as 0.01, or an f-number such as f/2.8".to_owned()),
+    }
+}
+
+/// Degrees.
+pub(super) fn sun_angle(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(degrees) if (0.0..=90.0).contains(&degrees) => Ok(degrees),
+        _ => Err("write degrees from 0 to 90".to_owned()),
     }
 }
 

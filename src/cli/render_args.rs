@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
 use crate::progress::ProgressStyle;
+use crate::render::Aperture;
 
 use super::options;
 
@@ -91,6 +92,33 @@ pub(super) struct RenderArgs {
     /// Samples a pixel
     #[arg(long, visible_aliases = ["aa", "spp"], value_name = "N", default_value_t = 4, value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
     pub(super) samples: u32,
+    /// Samples that pixels on edges take in all; the others take --samples
+    #[arg(long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
+    pub(super) max_samples: Option<u32>,
+    /// What is an edge: differences of display values, 0 to 1, above this
+    #[arg(long, value_name = "X", default_value = "0.05", value_parser = options::factor, requires = "max_samples", help_heading = "Picture")]
+    pub(super) aa_threshold: f32,
+    /// How samples count for a pixel by where they lie
+    #[arg(long, value_name = "NAME", default_value = "box", help_heading = "Picture")]
+    pub(super) filter: FilterArg,
+    /// How long the shutter is open around a frame's time, in frames, or degrees of its turn such as 180deg: motion blur
+    #[arg(long, value_name = "FRAMES|DEG", value_parser = options::shutter, help_heading = "Picture")]
+    pub(super) shutter: Option<f64>,
+    /// Times at which the open shutter looks; the scene is built anew at each, and samples are dealt out to them
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 1, 4096), requires = "shutter", help_heading = "Picture")]
+    pub(super) time_samples: u32,
+    /// Size of the lens: its radius in metres, or an f-number such as f/2.8 for a picture 24 mm high; depth of field
+    #[arg(long, value_name = "METRES|f/N", value_parser = options::aperture, help_heading = "Picture")]
+    pub(super) aperture: Option<Aperture>,
+    /// What is sharp: a distance along the camera's axis in metres, a node's name or #I, or middle, what the picture's middle shows
+    #[arg(
+        long,
+        value_name = "METRES|NODE|#I|middle",
+        default_value = "middle",
+        requires = "aperture",
+        help_heading = "Picture"
+    )]
+    pub(super) focus: String,
     /// Deepest reflection or refraction
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 0, 1024), help_heading = "Picture")]
     pub(super) depth: u32,
@@ -125,6 +153,12 @@ pub(super) struct RenderArgs {
     /// Multiplies all lights of the file
     #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
     pub(super) light_scale: f32,
+    /// Radius of points and spots in metres: soft shadows
+    #[arg(long, value_name = "METRES", default_value = "0", value_parser = options::factor, help_heading = "Scene")]
+    pub(super) light_radius: f32,
+    /// Angle that directional lights take up in the sky, in degrees: soft shadows; the sun's is 0.53
+    #[arg(long, value_name = "DEG", default_value = "0", value_parser = options::sun_angle, help_heading = "Scene")]
+    pub(super) sun_angle: f32,
     /// Light from all around: an equirectangular .hdr or .exr turned by @degrees, a colour R,G,B, studio or none
     /// [default: studio if the scene has no light, else none]
     #[arg(long, value_name = "FILE[@DEG]|R,G,B|studio|none", help_heading = "Scene")]
@@ -196,6 +230,15 @@ choices! {
         Straight,
         /// Glass casts full shadows
         Opaque,
+    }
+    /// Pixel filters.
+    FilterArg {
+        /// The pixel's square
+        Box,
+        /// Four pixels wide and a little sharper; wants 16 samples or more
+        Mitchell,
+        /// Three pixels wide and soft, as in Blender
+        BlackmanHarris,
     }
     /// Tone curves.
     ToneArg {

@@ -9,16 +9,18 @@ use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame;
 use crate::gltf::{self, ImportOptions};
-use crate::render::{GlassShadows, RenderSettings};
+use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
 use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest};
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, duration_seconds,
 };
 
 use super::environment::{self, LoadedEnvironment};
 use super::memory_limit::default_max_memory_bytes;
 use super::options::{self, EnvironmentSource};
-use super::render_args::{Background, BvhArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
+use super::render_args::{
+    Background, BvhArg, FilterArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg,
+};
 
 /// A picture's size unless another is asked for, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
@@ -85,6 +87,9 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         environment_key,
         frames,
         rate: wishes.rate,
+        shutter: args
+            .shutter
+            .map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples }),
         output,
         preview: args.preview.is_some(),
         exposure: wishes.exposure,
@@ -198,8 +203,57 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
             GlassShadowsArg::Opaque => GlassShadows::Opaque,
         },
         light_scale: args.light_scale,
+        light_size: LightSize { radius: args.light_radius, sun_angle_radians: args.sun_angle.to_radians() },
+        adaptive: adaptive(args)?,
+        filter: match args.filter {
+            FilterArg::Box => PixelFilter::Box,
+            FilterArg::Mitchell => PixelFilter::Mitchell,
+            FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
+        },
+        lens: lens(args, scene, selection)?,
         show_background: args.background == Background::Env,
     })
+}
+
+fn adaptive(args: &RenderArgs) -> Result<Option<Adaptive>> {
+    match args.max_samples {
+        Some(most) if most < args.samples => Err(Error::usage(format!(
+            "--max-samples: {most} are fewer than the {} of --samples",
+            args.samples
+        ))),
+        most => Ok(most.map(|most_samples| Adaptive { most_samples, threshold: args.aa_threshold })),
+    }
+}
+
+fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
+    let Some(aperture) = args.aperture else { return Ok(None) };
+    if matches!(aperture, Aperture::FNumber(_)) && is_orthographic(scene, selection) {
+        return Err(Error::usage(
+            "--aperture: an orthographic camera has no f-number; write the lens's radius in metres",
+        ));
+    }
+    let focus = match args.focus.parse::<f32>() {
+        Ok(distance) if distance > 0.0 => Focus::Metres(distance),
+        Ok(_) => return Err(Error::usage("--focus: a distance lies above 0 metres")),
+        Err(_) if args.focus == "middle" => Focus::Middle,
+        Err(_) => {
+            let node = scene.node(&options::choice(&args.focus));
+            Focus::Node(node.ok_or_else(|| {
+                Error::usage(format!(
+                    "--focus: the scene has no node \"{}\"; write a node's name, #0 for the first, metres, or middle",
+                    args.focus
+                ))
+            })?)
+        }
+    };
+    Ok(Some(Lens { aperture, focus }))
+}
+
+fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
+    let CameraChoice::Node(node) = selection.camera else { return false };
+    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
+    let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
+    camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
 }
 
 /// Columns and rows after `--scale`. One side alone takes the other from the camera.

@@ -121,6 +121,19 @@ impl Frame {
         self.camera = placed::camera(scene, selection, &self.scratch.world);
     }
 
+    /// The camera alone at `time_seconds`.
+    pub fn camera_at(scene: &Scene, selection: &Selection, time_seconds: f64) -> PosedCamera {
+        let Scratch { mut pose, mut world, .. } = Scratch::default();
+        pose.play(scene, selection, time_seconds);
+        transform::world_matrices(scene, &pose.local, &mut world);
+        placed::camera(scene, selection, &world)
+    }
+
+    /// Where the origin of a node is, metres; `None` for a node that the posed scene does not have.
+    pub fn node_position(&self, node: NodeIndex) -> Option<Vec3> {
+        self.scratch.world.get(node.index()).map(|matrix| matrix.w_axis.truncate())
+    }
+
     /// Everything but the camera.
     fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.time_seconds = time_seconds;

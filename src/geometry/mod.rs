@@ -6,6 +6,7 @@
 
 mod aabb;
 mod clip;
+mod disk;
 mod ray;
 mod triangle;
 mod unit;
@@ -13,6 +14,7 @@ mod watertight;
 
 pub use aabb::Aabb;
 pub use clip::{TrianglePart, rounded_down, rounded_up};
+pub use disk::concentric_disk_point;
 pub use ray::Ray;
 pub use triangle::{Facing, Triangle, TriangleHit};
 pub use unit::unit;

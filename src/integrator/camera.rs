@@ -1,10 +1,14 @@
-//! Rays from the camera through a picture.
+//! Rays from the camera through a picture, from a point or from a lens.
+//!
+//! Source for the lens: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984: rays through one point of the picture
+//! start all over the lens and meet at the distance that is in focus.
 
 use glam::{Vec2, Vec3};
 
+use super::random::{Purpose, Seed};
 use super::{Footprint, MediaStack, Path, PathClass};
 use crate::frame::PosedCamera;
-use crate::geometry::Ray;
+use crate::geometry::{Ray, concentric_disk_point};
 use crate::scene::Projection;
 
 /// A camera with a picture in front of it.
@@ -16,11 +20,26 @@ pub struct CameraRays {
     half_size: Vec2,
     footprint: Footprint,
     time_seconds: f32,
+    lens: Option<ThinLens>,
+}
+
+/// A lens that is thin, round and without faults.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ThinLens {
+    /// Metres.
+    pub radius: f32,
+    /// How far in front of the lens, along its axis, everything is sharp, metres; may be infinite.
+    pub focus_distance: f32,
 }
 
 impl CameraRays {
-    /// Prepares rays through a picture of `resolution` pixels.
-    pub fn new(camera: &PosedCamera, resolution: (u32, u32), time_seconds: f32) -> Self {
+    /// Prepares rays through a picture of `resolution` pixels; without a lens all is sharp.
+    pub fn new(
+        camera: &PosedCamera,
+        resolution: (u32, u32),
+        time_seconds: f32,
+        lens: Option<ThinLens>,
+    ) -> Self {
         let resolution = Vec2::new(resolution.0 as f32, resolution.1 as f32);
         let half_size = camera.projection.half_size(resolution.x / resolution.y);
         let pixel = 2.0 * half_size.y / resolution.y;
@@ -28,36 +47,39 @@ impl CameraRays {
             Projection::Perspective { .. } => Footprint { width: 0.0, spread: pixel },
             Projection::Orthographic { .. } => Footprint { width: pixel, spread: 0.0 },
         };
-        Self { camera: *camera, resolution, half_size, footprint, time_seconds }
+        Self { camera: *camera, resolution, half_size, footprint, time_seconds, lens }
     }
 
-    /// The ray through `position`, in pixels from the picture's top left corner.
-    pub fn ray(&self, position: Vec2) -> Ray {
+    /// The ray of a sample through `position`, in pixels from the picture's top left corner.
+    pub fn ray(&self, position: Vec2, seed: Seed) -> Ray {
         let ndc = (position / self.resolution) * 2.0 - Vec2::ONE;
         let on_plane = Vec2::new(ndc.x, -ndc.y) * self.half_size;
-        let (origin, direction, clip) = match self.camera.projection {
+        let (origin, direction, z_near, z_far) = match self.camera.projection {
             Projection::Perspective { z_near, z_far, .. } => {
                 let direction = on_plane.extend(-1.0);
-                // Planes at z_near and z_far are this much farther along the slanted ray.
-                let slant = direction.length();
-                let far = z_far.map_or(f32::INFINITY, |z_far| z_far * slant);
-                (Vec3::ZERO, direction / slant, (z_near * slant, far))
+                (Vec3::ZERO, direction, z_near, z_far.unwrap_or(f32::INFINITY))
             }
             Projection::Orthographic { z_near, z_far, .. } => {
-                (on_plane.extend(0.0), Vec3::NEG_Z, (z_near, z_far))
+                (on_plane.extend(0.0), Vec3::NEG_Z, z_near, z_far)
             }
         };
+        let (origin, direction) = match self.lens {
+            Some(lens) => lens.bend(origin, direction, seed),
+            None => (origin, direction),
+        };
+        // Planes at z_near and z_far are this much farther along the slanted ray.
+        let slant = direction.length();
         let world_from_camera = &self.camera.world_from_camera;
         Ray {
             origin: world_from_camera.transform_point3(origin),
-            direction: world_from_camera.transform_vector3(direction),
-            t_min: clip.0,
-            t_max: clip.1,
+            direction: world_from_camera.transform_vector3(direction / slant),
+            t_min: z_near * slant,
+            t_max: z_far * slant,
         }
     }
 
     /// The path of a ray that starts in `media`, for sample `sample` of a batch.
-    pub fn path(&self, media: MediaStack, sample: u32) -> Path {
+    pub fn path(&self, media: MediaStack, sample: u32, seed: Seed) -> Path {
         Path {
             time_seconds: self.time_seconds,
             footprint: self.footprint,
@@ -67,7 +89,22 @@ impl CameraRays {
             class: PathClass::Camera,
             depth: 0,
             sample,
+            seed,
         }
+    }
+
+    /// The seed of sample `index` of a pixel.
+    pub fn seed(&self, pixel: (u32, u32), index: u32) -> Seed {
+        Seed::new(pixel, self.time_seconds, index)
+    }
+}
+
+impl ThinLens {
+    /// The ray from a point of the lens to where the ray from its middle is in focus. The direction is (…, …, −1) before and
+    /// after.
+    fn bend(&self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
+        let aside = (concentric_disk_point(seed.point(Purpose::Lens)) * self.radius).extend(0.0);
+        (origin + aside, direction - aside / self.focus_distance)
     }
 }
 
@@ -84,12 +121,42 @@ mod tests {
     #[test]
     fn the_top_left_corner_is_up_and_left() {
         let camera = PosedCamera { projection: perspective(None), ..PosedCamera::default() };
-        let rays = CameraRays::new(&camera, (4, 2), 0.0);
-        let corner = rays.ray(Vec2::ZERO);
+        let rays = CameraRays::new(&camera, (4, 2), 0.0, None);
+        let corner = rays.ray(Vec2::ZERO, Seed::default());
         assert!(corner.direction.abs_diff_eq(Vec3::new(-2.0, 1.0, -1.0).normalize(), 1e-6));
         // The near plane at 0.1 is 0.1 · |(−2, 1, −1)| along this ray.
         assert!((corner.t_min - 0.1 * libm::sqrtf(6.0)).abs() < 1e-6);
-        let middle = rays.ray(Vec2::new(2.0, 1.0));
+        let middle = rays.ray(Vec2::new(2.0, 1.0), Seed::default());
         assert_eq!(middle.direction, Vec3::NEG_Z);
+    }
+
+    #[test]
+    fn rays_from_all_over_the_lens_meet_in_focus_and_begin_at_the_near_plane() {
+        let orthographic = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.1, z_far: 50.0 };
+        for projection in [perspective(None), orthographic] {
+            let camera = PosedCamera { projection, ..PosedCamera::default() };
+            let lens = ThinLens { radius: 0.25, focus_distance: 3.0 };
+            let rays = CameraRays::new(&camera, (4, 2), 0.0, Some(lens));
+            let pinhole = CameraRays::new(&camera, (4, 2), 0.0, None);
+            let at_focus = |ray: &Ray| ray.at((-3.0 - ray.origin.z) / ray.direction.z);
+            for index in 0..50 {
+                let seed = rays.seed((1, 1), index);
+                let position = Vec2::new(1.25, 0.5);
+                let ray = rays.ray(position, seed);
+                assert!(at_focus(&ray).abs_diff_eq(at_focus(&pinhole.ray(position, seed)), 1e-5));
+                assert!((ray.at(ray.t_min).z + 0.1).abs() < 1e-6);
+                assert!((ray.direction.length() - 1.0).abs() < 1e-6);
+            }
+        }
+    }
+
+    #[test]
+    fn a_lens_focused_at_infinity_sees_parallel_rays() {
+        let camera = PosedCamera { projection: perspective(None), ..PosedCamera::default() };
+        let lens = ThinLens { radius: 0.5, focus_distance: f32::INFINITY };
+        let rays = CameraRays::new(&camera, (4, 2), 0.0, Some(lens));
+        let ray = |index| rays.ray(Vec2::new(1.0, 1.5), rays.seed((1, 1), index));
+        assert_eq!(ray(0).direction, ray(1).direction);
+        assert_ne!(ray(0).origin, ray(1).origin);
     }
 }

@@ -1,10 +1,12 @@
 //! Punctual lights: which direction they shine from, how strongly, and the ray that asks what is in between
 //! (`KHR_lights_punctual`).
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
+use super::random::{Purpose, Seed};
+use super::{IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
-use crate::geometry::Ray;
+use crate::geometry::{Ray, concentric_disk_point};
 use crate::scene::{Environment, LightKind};
 
 /// A light with everything computed that does not depend on the point it shines on.
@@ -13,6 +15,7 @@ pub(super) struct PreparedLight {
     color: Vec3,
     intensity: f32,
     emitter: Emitter,
+    size: LightSize,
 }
 
 /// Where light comes from.
@@ -44,19 +47,24 @@ pub(super) struct Incidence {
     pub(super) irradiance: Vec3,
 }
 
-/// The frame's lights times `light_scale`, then the environment's key light.
-pub(super) fn gather(frame: &Frame, environment: &Environment, light_scale: f32) -> Vec<PreparedLight> {
-    let scaled = frame.lights.iter().map(|posed| PreparedLight::new(posed, light_scale));
+/// The frame's lights, scaled, then the environment's key light.
+pub(super) fn gather(
+    frame: &Frame,
+    environment: &Environment,
+    settings: &IntegratorSettings,
+) -> Vec<PreparedLight> {
+    let scaled = frame.lights.iter().map(|posed| PreparedLight::new(posed, settings));
     let key = environment.key_light().map(|key| PreparedLight {
         color: key.irradiance,
         intensity: 1.0,
         emitter: Emitter::Distant { wi: key.direction_to_light },
+        size: settings.light_size,
     });
     scaled.chain(key).collect()
 }
 
 impl PreparedLight {
-    fn new(posed: &PosedLight, light_scale: f32) -> Self {
+    fn new(posed: &PosedLight, settings: &IntegratorSettings) -> Self {
         let PosedLight { position, direction, ref light } = *posed;
         let placed = |cone| Emitter::Placed { position, range: light.range, cone };
         let emitter = match light.kind {
@@ -66,7 +74,8 @@ impl PreparedLight {
                 placed(Some(Cone::new(direction, inner_cone_radians, outer_cone_radians)))
             }
         };
-        Self { color: light.color, intensity: light.intensity * light_scale, emitter }
+        let intensity = light.intensity * settings.light_scale;
+        Self { color: light.color, intensity, emitter, size: settings.light_size }
     }
 
     /// What the light sends to `point`; `None` where that is nothing.
@@ -91,15 +100,36 @@ impl PreparedLight {
     }
 
     /// The ray between `end`, just off the surface, and the light. It starts at the light where the light has a place, so
-    /// that rays of many points share their origin.
-    pub(super) fn shadow_ray(&self, end: Vec3) -> Ray {
+    /// that rays of many points share their origin. Of a light that has a size, each sample sees another point; what
+    /// arrives, and from where, is reckoned for its middle.
+    pub(super) fn shadow_ray(&self, end: Vec3, seed: Seed, subscript: usize) -> Ray {
+        let aside = || concentric_disk_point(seed.point(Purpose::Light(subscript as u32)));
         match self.emitter {
+            Emitter::Distant { wi } if self.size.sun_angle_radians > 0.0 => {
+                let radius = libm::tanf(self.size.sun_angle_radians * 0.5);
+                Ray::new(end, (wi + across(wi, aside()) * radius).normalize())
+            }
             Emitter::Distant { wi } => Ray::new(end, wi),
             Emitter::Placed { position, .. } => {
-                Ray { origin: position, direction: end - position, t_min: 0.0, t_max: 1.0 }
+                let mut origin = position;
+                let span = end - position;
+                let distance = span.length();
+                if self.size.radius > 0.0 && distance > 0.0 {
+                    // A lamp ends before what it shines on.
+                    let radius =
+                        if self.size.radius < 0.5 * distance { self.size.radius } else { 0.5 * distance };
+                    origin += across(span / distance, aside()) * radius;
+                }
+                Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 }
             }
         }
     }
+}
+
+/// A point of the disk across a unit vector.
+fn across(axis: Vec3, point: Vec2) -> Vec3 {
+    let (u, v) = axis.any_orthonormal_pair();
+    u * point.x + v * point.y
 }
 
 /// Direction to a light at `position`, and 1/d² with the fade-out of its range.
@@ -141,7 +171,7 @@ mod tests {
     fn light(kind: LightKind, range: Option<f32>) -> PreparedLight {
         let light = Light { name: None, color: Vec3::new(1.0, 0.5, 0.0), intensity: 8.0, range, kind };
         let posed = PosedLight { position: Vec3::new(0.0, 2.0, 0.0), direction: Vec3::NEG_Y, light };
-        PreparedLight::new(&posed, 1.0)
+        PreparedLight::new(&posed, &IntegratorSettings::default())
     }
 
     #[test]

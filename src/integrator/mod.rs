@@ -9,6 +9,7 @@ mod crossings;
 mod lights;
 mod media;
 mod path;
+mod random;
 mod shadow;
 pub mod whitted;
 
@@ -20,9 +21,10 @@ use crate::scene::{Environment, Projection};
 use lights::PreparedLight;
 use media::Interiors;
 
-pub use camera::CameraRays;
+pub use camera::{CameraRays, ThinLens};
 pub use media::{MediaStack, Medium, VolumeId};
 pub use path::{Footprint, Path, PathClass};
+pub use random::Seed;
 pub use shadow::PASS_THROUGH_LIMIT;
 
 /// How volumes and thin glass darken what is behind them.
@@ -44,6 +46,32 @@ pub struct IntegratorSettings {
     pub glass_shadows: GlassShadows,
     /// Whether camera rays that leave the scene see the environment; else they are transparent.
     pub show_background: bool,
+    /// Multiplies the frame's own lights.
+    pub light_scale: f32,
+    /// How soft shadows are.
+    pub light_size: LightSize,
+}
+
+impl Default for IntegratorSettings {
+    /// What `rayframe render` does unless it is told otherwise.
+    fn default() -> Self {
+        Self {
+            max_depth: 8,
+            glass_shadows: GlassShadows::Straight,
+            show_background: true,
+            light_scale: 1.0,
+            light_size: LightSize::default(),
+        }
+    }
+}
+
+/// How large lights are; where that is nothing their shadows are hard.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightSize {
+    /// Radius of points and spots, metres.
+    pub radius: f32,
+    /// Angle that directional lights, and the environment's key light, take up in the sky, radians.
+    pub sun_angle_radians: f32,
 }
 
 /// Everything that light interacts with in one frame.
@@ -66,18 +94,17 @@ pub struct World<'a> {
 }
 
 impl<'a> World<'a> {
-    /// Prepares lights and volumes, and finds the volumes that the camera is in. `light_scale` multiplies the frame's own lights.
+    /// Prepares lights and volumes, and finds the volumes that the camera is in.
     pub fn new(
         posed: PosedScene<'a>,
         bvh: &'a Bvh,
         environment: &'a Environment,
-        light_scale: f32,
         settings: IntegratorSettings,
     ) -> Self {
         let camera_position = posed.frame.camera.world_from_camera.w_axis.truncate();
         let interiors = Interiors::of(&posed.frame.materials);
         let camera_media = MediaStack::around(posed, bvh, &interiors, camera_position);
-        let lights = lights::gather(posed.frame, environment, light_scale);
+        let lights = lights::gather(posed.frame, environment, &settings);
         Self { posed, bvh, environment, lights, interiors, camera_media, settings }
     }
 

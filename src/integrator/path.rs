@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::MediaStack;
+use super::random::Seed;
 use crate::bvh::Hit;
 
 /// A branch of Whitted's tree, up to its last ray. That ray's direction has unit length, so that its `t` is in metres.
@@ -24,6 +25,8 @@ pub struct Path {
     pub depth: u32,
     /// Subscript of the sample in its batch.
     pub sample: u32,
+    /// What random numbers follow from.
+    pub seed: Seed,
 }
 
 /// What made a ray.

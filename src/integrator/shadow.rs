@@ -175,6 +175,7 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
+    use crate::integrator::Seed;
     use crate::integrator::whitted::tests::with_world;
     use crate::scene::Environment;
 
@@ -186,7 +187,7 @@ mod tests {
                 let (mut batch, mut counters) = (ShadowBatch::default(), TraversalCounters::default());
                 for index in 0..768_u32 {
                     let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
-                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel) });
+                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel, Seed::default()) });
                 }
                 batch.trace(world, &mut counters);
                 let mut tinted = 0;

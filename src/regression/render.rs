@@ -9,7 +9,7 @@ use crate::error::{Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
-use crate::render::{GlassShadows, RenderInput, RenderSettings, render_frame};
+use crate::render::{RenderInput, RenderSettings, render_frame};
 use crate::scene::{Environment, Scene, Selection, SelectionRequest};
 
 /// A scene ready to be rendered at any of its frames, with every choice at its default.
@@ -56,10 +56,7 @@ impl SceneRenderer {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),
             samples,
-            max_depth: 8,
-            glass_shadows: GlassShadows::Straight,
-            light_scale: 1.0,
-            show_background: true,
+            ..RenderSettings::default()
         };
         let input = RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &environment };
         let (film, statistics) = render_frame(&input, &settings, cancel, &|_| {})?;

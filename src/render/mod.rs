@@ -3,6 +3,10 @@
 //! A pixel is the mean of its samples, summed in sample order by one thread; tiles share nothing. So the picture does not
 //! depend on threads, tile order or the window that is rendered. Files and sequences are not known here.
 
+mod adaptive;
+mod filter;
+mod lens;
+mod plan;
 mod sampling;
 mod tile;
 
@@ -19,8 +23,13 @@ use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, Wo
 use crate::interaction::PosedScene;
 use crate::scene::{Environment, Scene};
 
-pub use crate::integrator::GlassShadows;
+pub use crate::integrator::{GlassShadows, LightSize};
+pub use adaptive::Adaptive;
+pub use filter::PixelFilter;
+pub use lens::{Aperture, Focus, Lens};
+pub use plan::TimePass;
 
+use plan::SamplePlan;
 use tile::{RenderedTile, TILE_SIZE, TileRenderer};
 
 /// What decides the picture besides the frame itself.
@@ -32,14 +41,41 @@ pub struct RenderSettings {
     pub window: PixelWindow,
     /// Samples a pixel.
     pub samples: u32,
+    /// More samples for pixels on edges.
+    pub adaptive: Option<Adaptive>,
+    /// How samples count by where they lie.
+    pub filter: PixelFilter,
+    /// The camera's lens; without one all is sharp.
+    pub lens: Option<Lens>,
     /// Deepest reflection or refraction; 0 shows only what the camera sees.
     pub max_depth: u32,
     /// Shadows under glass.
     pub glass_shadows: GlassShadows,
     /// Multiplies punctual lights.
     pub light_scale: f32,
+    /// How large lights are.
+    pub light_size: LightSize,
     /// Whether camera rays that leave the scene see the environment; else they are transparent.
     pub show_background: bool,
+}
+
+impl Default for RenderSettings {
+    /// What `rayframe render` does unless it is told otherwise.
+    fn default() -> Self {
+        Self {
+            resolution: (1280, 720),
+            window: PixelWindow::full(1280, 720),
+            samples: 4,
+            adaptive: None,
+            filter: PixelFilter::Box,
+            lens: None,
+            max_depth: 8,
+            glass_shadows: GlassShadows::Straight,
+            light_scale: 1.0,
+            light_size: LightSize::default(),
+            show_background: true,
+        }
+    }
 }
 
 /// What rendering one frame did.
@@ -51,6 +87,15 @@ pub struct RenderStatistics {
     pub non_finite_pixels: u64,
     /// Seconds of tracing and shading.
     pub trace_seconds: f64,
+}
+
+impl RenderStatistics {
+    /// Adds another pass of the same frame.
+    pub fn add(&mut self, other: &Self) {
+        self.integrator.add(&other.integrator);
+        self.non_finite_pixels += other.non_finite_pixels;
+        self.trace_seconds += other.trace_seconds;
+    }
 }
 
 /// What is rendered.
@@ -76,15 +121,16 @@ pub fn render_frame(
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<(Film, RenderStatistics), Cancelled> {
     let mut film = Film::new(settings.resolution, settings.window);
-    let statistics = render_frame_into(&mut film, input, settings, cancel, on_progress)?;
+    let statistics = render_frame_into(&mut film, input, settings, TimePass::ONLY, cancel, on_progress)?;
     Ok((film, statistics))
 }
 
-/// [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter.
+/// One pass of [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter.
 pub fn render_frame_into(
     film: &mut Film,
     input: &RenderInput<'_>,
     settings: &RenderSettings,
+    pass: TimePass,
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<RenderStatistics, Cancelled> {
@@ -95,13 +141,17 @@ pub fn render_frame_into(
         max_depth: settings.max_depth,
         glass_shadows: settings.glass_shadows,
         show_background: settings.show_background,
+        light_scale: settings.light_scale,
+        light_size: settings.light_size,
     };
-    let world = World::new(posed, input.bvh, input.environment, settings.light_scale, integrator_settings);
-    let camera = CameraRays::new(&input.frame.camera, settings.resolution, input.frame.time_seconds as f32);
-    let offsets = sampling::pixel_offsets(settings.samples);
+    let world = World::new(posed, input.bvh, input.environment, integrator_settings);
+    let lens = settings.lens.and_then(|lens| lens.at(input, settings.resolution));
+    let time_seconds = input.frame.time_seconds as f32;
+    let camera = CameraRays::new(&input.frame.camera, settings.resolution, time_seconds, lens);
+    let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task
-    let renderer = || TileRenderer::new(&world, &camera, &offsets);
+    let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
     let rendered: Vec<RenderedTile> = tiles

@@ -4,20 +4,33 @@ use glam::Vec2;
 
 /// `count` positions in the unit square: the same in every pixel and every frame, one in each of `count` columns and, for
 /// powers of two, one in each of `count` rows (a Hammersley set). One sample lies in the middle.
-pub(super) fn pixel_offsets(count: u32) -> Vec<Vec2> {
+///
+/// Each `pass` has a set of its own: the same one, moved around the square so that all passes together fill it evenly (by
+/// Roberts' R₂ sequence, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018). Pass 0 is not moved.
+pub(super) fn pixel_offsets(count: u32, pass: u32) -> Vec<Vec2> {
     let half_step = 0.5 / count as f32;
     let column = |i: u32| (i as f32 + 0.5) / count as f32;
-    let row = |i: u32| {
-        let row = radical_inverse(i) + half_step;
-        if row < 1.0 { row } else { row - 1.0 }
-    };
-    (0..count).map(|i| Vec2::new(column(i), row(i))).collect()
+    let row = |i: u32| wrapped(radical_inverse(i) + half_step);
+    let shift = Vec2::new(fraction(pass.wrapping_mul(R2[0])), fraction(pass.wrapping_mul(R2[1])));
+    (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
+}
+
+/// 2³² over the plastic number, and over its square.
+const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
+
+/// A number of [0, 2) on the circle of circumference one.
+fn wrapped(x: f32) -> f32 {
+    if x < 1.0 { x } else { x - 1.0 }
+}
+
+/// The upper 24 bits, which fit a float exactly, behind the point.
+fn fraction(bits: u32) -> f32 {
+    (bits >> 8) as f32 / (1 << 24) as f32
 }
 
 /// The bits of `i` mirrored at the binary point.
 fn radical_inverse(i: u32) -> f32 {
-    // 24 bits fit a float exactly.
-    (i.reverse_bits() >> 8) as f32 / (1 << 24) as f32
+    fraction(i.reverse_bits())
 }
 
 #[cfg(test)]
@@ -26,13 +39,13 @@ mod tests {
 
     #[test]
     fn one_sample_is_the_middle() {
-        assert_eq!(pixel_offsets(1), [Vec2::splat(0.5)]);
+        assert_eq!(pixel_offsets(1, 0), [Vec2::splat(0.5)]);
     }
 
     #[test]
     fn each_row_and_column_has_one_sample() {
         for count in [2, 4, 16, 64] {
-            let offsets = pixel_offsets(count);
+            let offsets = pixel_offsets(count, 0);
             let cell = |x: f32| (x * count as f32) as u32;
             let mut columns: Vec<_> = offsets.iter().map(|offset| cell(offset.x)).collect();
             let mut rows: Vec<_> = offsets.iter().map(|offset| cell(offset.y)).collect();
@@ -44,9 +57,23 @@ mod tests {
     }
 
     #[test]
-    fn any_count_stays_inside_the_pixel() {
+    fn any_count_and_pass_stays_inside_the_pixel() {
         for count in 1..70 {
-            assert!(pixel_offsets(count).iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
+            for pass in [0, 1, 2, 77] {
+                let offsets = pixel_offsets(count, pass);
+                assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
+            }
         }
+    }
+
+    #[test]
+    fn single_samples_of_many_passes_fill_the_pixel() {
+        // Of 64 passes each sixteenth of the pixel gets 4, give or take 2.
+        let mut cells = [0; 16];
+        for pass in 0..64 {
+            let p = pixel_offsets(1, pass)[0];
+            cells[(p.x * 4.0) as usize * 4 + (p.y * 4.0) as usize] += 1;
+        }
+        assert!(cells.iter().all(|count| (2..=6).contains(count)), "{cells:?}");
     }
 }

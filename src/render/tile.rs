@@ -1,11 +1,14 @@
 //! One tile: its samples in coherent batches through the integrator, and their mean in every pixel.
 
-use glam::Vec2;
-
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::PixelWindow;
 use crate::integrator::whitted::Tracer;
 use crate::integrator::{CameraRays, IntegratorStatistics, World};
+use glam::Vec2;
+
+use super::adaptive::Spread;
+use super::filter::PixelSample;
+use super::plan::SamplePlan;
 
 /// Pixels along the side of a tile, a power of two.
 pub(super) const TILE_SIZE: u32 = 32;
@@ -20,53 +23,169 @@ pub(super) type RenderedTile = (Vec<[f32; 4]>, IntegratorStatistics);
 pub(super) struct TileRenderer<'w, 'a> {
     world: &'w World<'a>,
     camera: &'w CameraRays,
-    /// Where samples lie in a pixel.
-    offsets: &'w [Vec2],
+    plan: &'w SamplePlan,
+    /// Of the whole picture.
+    resolution: (u32, u32),
     tracer: Tracer<'w, 'a>,
 }
 
+/// A pixel while its samples come in.
+#[derive(Clone, Copy)]
+struct Pixel {
+    at: (u32, u32),
+    sum: [f32; 4],
+    weight: f32,
+    spread: Spread,
+}
+
 impl<'w, 'a> TileRenderer<'w, 'a> {
-    pub(super) fn new(world: &'w World<'a>, camera: &'w CameraRays, offsets: &'w [Vec2]) -> Self {
-        Self { world, camera, offsets, tracer: Tracer::new(world) }
+    pub(super) fn new(
+        world: &'w World<'a>,
+        camera: &'w CameraRays,
+        plan: &'w SamplePlan,
+        resolution: (u32, u32),
+    ) -> Self {
+        Self { world, camera, plan, resolution, tracer: Tracer::new(world) }
     }
 
-    /// The pixels of `tile`: each is the mean of its samples, summed in their order.
+    /// The pixels of `tile`: each is the weighted mean of its samples, summed in their order.
     pub(super) fn render(
         &mut self,
         tile: PixelWindow,
         cancel: &CancelFlag,
     ) -> Result<RenderedTile, Cancelled> {
-        let pixels = pixels_in_z_order(tile);
-        let mut sums = vec![[0.0_f32; 4]; pixels.len()];
-        let samples = pixels.len() * self.offsets.len();
-        for first in (0..samples).step_by(BATCH_SAMPLES) {
-            cancel.check()?;
-            self.add_samples(first..samples.min(first + BATCH_SAMPLES), &pixels, &mut sums);
+        let mut pixels: Vec<Pixel> = pixels_in_z_order(tile).into_iter().map(Pixel::new).collect();
+        let inside = pixels.len();
+        if self.plan.looks_for_edges() {
+            pixels.extend(self.around(tile).map(Pixel::new));
+        }
+        self.add_samples(&mut pixels, &self.plan.base, 0, cancel)?;
+
+        // More where base samples differ
+        if self.plan.looks_for_edges() {
+            let region = Region::new(tile, &pixels);
+            let (mut edges, places): (Vec<Pixel>, Vec<usize>) = (0..inside)
+                .filter(|&place| region.is_edge(&pixels, place, self.plan.threshold))
+                .map(|place| (pixels[place], place))
+                .unzip();
+            self.add_samples(&mut edges, &self.plan.extra, self.plan.base.len() as u32, cancel)?;
+            for (pixel, place) in edges.into_iter().zip(places) {
+                pixels[place] = pixel;
+            }
         }
 
-        let scale = 1.0 / self.offsets.len() as f32;
-        let mut rows = vec![[0.0; 4]; pixels.len()];
-        for (&(x, y), sum) in pixels.iter().zip(&sums) {
-            rows[((y - tile.y0) * tile.width() + x - tile.x0) as usize] = sum.map(|channel| channel * scale);
+        let mut rows = vec![[0.0; 4]; inside];
+        for pixel in &pixels[..inside] {
+            let (x, y) = pixel.at;
+            rows[((y - tile.y0) * tile.width() + x - tile.x0) as usize] = pixel.mean();
         }
         Ok((rows, self.tracer.take_statistics()))
     }
 
-    /// Adds a batch of samples; they are counted through all pixels, those of a pixel side by side.
-    fn add_samples(&mut self, samples: std::ops::Range<usize>, pixels: &[(u32, u32)], sums: &mut [[f32; 4]]) {
-        let a_pixel = self.offsets.len();
-        for (subscript, sample) in samples.clone().enumerate() {
-            let (x, y) = pixels[sample / a_pixel];
-            let ray = self.camera.ray(Vec2::new(x as f32, y as f32) + self.offsets[sample % a_pixel]);
-            let path = self.camera.path(self.world.media_around_start(&ray), subscript as u32);
-            self.tracer.push(ray, path);
+    /// The pixels of the picture next to a tile.
+    fn around(&self, tile: PixelWindow) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let columns = tile.x0.saturating_sub(1)..self.resolution.0.min(tile.x1 + 1);
+        let rows = tile.y0.saturating_sub(1)..self.resolution.1.min(tile.y1 + 1);
+        let is_inside = move |x, y| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y);
+        rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).filter(move |&(x, y)| !is_inside(x, y))
+    }
+
+    /// Adds a set of samples to every pixel, batch by batch; those of a pixel lie side by side.
+    fn add_samples(
+        &mut self,
+        pixels: &mut [Pixel],
+        set: &[PixelSample],
+        first_index: u32,
+        cancel: &CancelFlag,
+    ) -> Result<(), Cancelled> {
+        let samples = pixels.len() * set.len();
+        for first in (0..samples).step_by(BATCH_SAMPLES) {
+            cancel.check()?;
+            let batch = first..samples.min(first + BATCH_SAMPLES);
+            for (subscript, sample) in batch.clone().enumerate() {
+                let (x, y) = pixels[sample / set.len()].at;
+                let index = self.plan.first_index + first_index + (sample % set.len()) as u32;
+                let seed = self.camera.seed((x, y), index);
+                let position = Vec2::new(x as f32, y as f32) + set[sample % set.len()].offset;
+                let ray = self.camera.ray(position, seed);
+                let path = self.camera.path(self.world.media_around_start(&ray), subscript as u32, seed);
+                self.tracer.push(ray, path);
+            }
+            let values = self.tracer.trace(batch.len());
+            for (sample, value) in batch.zip(values) {
+                let [red, green, blue] = value.radiance.to_array();
+                let weight = set[sample % set.len()].weight;
+                pixels[sample / set.len()].add([red, green, blue, value.coverage], weight);
+            }
         }
-        let values = self.tracer.trace(samples.len());
-        for (sample, value) in samples.zip(values) {
-            let [red, green, blue] = value.radiance.to_array();
-            let sum = &mut sums[sample / a_pixel];
-            *sum = [sum[0] + red, sum[1] + green, sum[2] + blue, sum[3] + value.coverage];
+        Ok(())
+    }
+}
+
+impl Pixel {
+    fn new(at: (u32, u32)) -> Self {
+        Self { at, sum: [0.0; 4], weight: 0.0, spread: Spread::NONE }
+    }
+
+    fn add(&mut self, value: [f32; 4], weight: f32) {
+        for (sum, value) in self.sum.iter_mut().zip(value) {
+            *sum += value * weight;
         }
+        self.weight += weight;
+        self.spread.add(value);
+    }
+
+    /// The filtered value. A filter's negative lobes must leave neither negative light nor a coverage beyond one.
+    fn mean(&self) -> [f32; 4] {
+        if self.weight <= 0.0 {
+            return [0.0; 4];
+        }
+        let scale = 1.0 / self.weight;
+        let [red, green, blue, coverage] = self.sum.map(|channel| channel * scale);
+        let positive = |x: f32| if x < 0.0 { 0.0 } else { x };
+        [
+            positive(red),
+            positive(green),
+            positive(blue),
+            if coverage > 1.0 { 1.0 } else { positive(coverage) },
+        ]
+    }
+}
+
+/// Where the pixels of a tile and those around it stand in a list.
+struct Region {
+    /// Of the column and row before the tile's first.
+    corner: (i64, i64),
+    stride: usize,
+    places: Vec<Option<usize>>,
+}
+
+impl Region {
+    fn new(tile: PixelWindow, pixels: &[Pixel]) -> Self {
+        let stride = tile.width() as usize + 2;
+        let corner = (i64::from(tile.x0) - 1, i64::from(tile.y0) - 1);
+        let mut region = Self { corner, stride, places: vec![None; stride * (tile.height() as usize + 2)] };
+        for (place, pixel) in pixels.iter().enumerate() {
+            let cell = region.cell(pixel.at);
+            region.places[cell] = Some(place);
+        }
+        region
+    }
+
+    fn cell(&self, (x, y): (u32, u32)) -> usize {
+        (i64::from(y) - self.corner.1) as usize * self.stride + (i64::from(x) - self.corner.0) as usize
+    }
+
+    /// Whether a pixel of the tile differs in itself or from a neighbour.
+    fn is_edge(&self, pixels: &[Pixel], place: usize, threshold: f32) -> bool {
+        let mut spread = pixels[place].spread;
+        let cell = self.cell(pixels[place].at);
+        for row in [cell - self.stride, cell, cell + self.stride] {
+            for neighbour in self.places[row - 1..=row + 1].iter().flatten() {
+                spread.add(pixels[*neighbour].mean());
+            }
+        }
+        spread.exceeds(threshold)
     }
 }
 

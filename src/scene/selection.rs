@@ -222,6 +222,17 @@ fn subscript(index: usize) -> u32 {
     u32::try_from(index).unwrap_or(u32::MAX)
 }
 
+impl Scene {
+    /// The node that is meant; of several with one name the first.
+    pub fn node(&self, choice: &Choice) -> Option<NodeIndex> {
+        let index = match choice {
+            Choice::Name(name) => self.nodes.iter().position(|node| node.name.as_ref() == Some(name)),
+            Choice::Index(index) => (*index < self.nodes.len()).then_some(*index),
+        };
+        index.map(|index| NodeIndex(index as u32))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -17,7 +17,7 @@ use crate::error::{Error, Result, Warning};
 use crate::film::Film;
 use crate::integrator::PASS_THROUGH_LIMIT;
 use crate::output::{PreviewLook, frame_attributes};
-use crate::render::{RenderInput, RenderStatistics, render_frame_into};
+use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
 
 use super::exposure::exposure_ev;
 use super::posed_frames::PosedFrames;
@@ -86,6 +86,7 @@ fn render_and_write<'a>(
                 hand_over,
                 films,
                 film: None,
+                scratch: None,
                 look: None,
                 posed: PosedFrames::default(),
                 warned: Vec::new(),
@@ -111,9 +112,22 @@ struct FrameLoop<'a, 's, 'p> {
     films: Receiver<Film>,
     /// The film of the frame at hand.
     film: Option<Film>,
+    /// What the shutter sees at one of several times.
+    scratch: Option<Film>,
     look: Option<PreviewLook>,
     posed: PosedFrames,
     warned: Vec<Warning>,
+}
+
+/// What making a picture took.
+#[derive(Default)]
+struct Made {
+    /// Of the last time.
+    tree: BuildStatistics,
+    rays: RenderStatistics,
+    /// Whether the hierarchy still fitted at every time.
+    is_reused: bool,
+    phases: Phases,
 }
 
 impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
@@ -158,9 +172,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         let started = Instant::now();
         let mut seconds = Phases::default();
 
-        // Pose the scene and build its hierarchy, unless the last one still fits.
         let look = self.look()?;
-        let is_reused = self.posed.advance(self.job, planned.time_seconds, self.stop, &mut seconds)?;
 
         // Wait until the frame before the last is written.
         let waiting = Instant::now();
@@ -170,19 +182,19 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         };
         seconds.wait = waiting.elapsed().as_secs_f64();
 
-        // Trace.
-        let traced = self.trace(planned, &mut film);
-        let (tree, rays) = match traced {
-            Ok(statistics) => statistics,
+        // Pose, build and trace.
+        let made = match self.make(planned, &mut film) {
+            Ok(made) => made,
             Err(error) => {
                 self.film = Some(film);
                 return Err(error);
             }
         };
-        seconds.trace = rays.trace_seconds;
+        let Made { tree, rays, is_reused, phases } = made;
+        seconds = Phases { wait: seconds.wait, trace: rays.trace_seconds, ..phases };
 
         // Hand over.
-        let camera = &self.posed.current.camera;
+        let camera = &self.posed.camera_at(self.job, planned.time_seconds);
         let attributes = frame_attributes(
             planned.frame,
             planned.time_seconds,
@@ -201,11 +213,45 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         })))
     }
 
-    /// Traces the frame that is posed.
+    /// Makes the picture: the mean of what the open shutter sees at each of its times, or what there is at the frame's one time.
+    fn make(&mut self, planned: &PlannedFrame, film: &mut Film) -> Result<Made> {
+        let times = self.job.shutter.times(planned.time_seconds, self.job.rate);
+        let mut made = Made { is_reused: true, ..Made::default() };
+        for (index, &time_seconds) in times.iter().enumerate() {
+            // Pose the scene and build its hierarchy, unless the last one still fits.
+            let mut phases = Phases::default();
+            made.is_reused &= self.posed.advance(self.job, time_seconds, self.stop, &mut phases)?;
+            made.phases.add(&phases);
+
+            let pass = TimePass { index: index as u32, count: times.len() as u32 };
+            let (tree, rays) = if index == 0 {
+                self.trace(planned, film, pass)?
+            } else {
+                let mut scratch = match self.scratch.take() {
+                    Some(scratch) => scratch,
+                    None => Film::new(film.resolution, film.window),
+                };
+                let traced = self.trace(planned, &mut scratch, pass);
+                film.add(&scratch);
+                self.scratch = Some(scratch);
+                traced?
+            };
+            made.tree = tree;
+            made.rays.add(&rays);
+        }
+        if times.len() > 1 {
+            film.scale(1.0 / times.len() as f32);
+        }
+        self.examine(planned, &made.tree, &made.rays)?;
+        Ok(made)
+    }
+
+    /// Traces the scene as it is posed.
     fn trace(
         &mut self,
         planned: &PlannedFrame,
         film: &mut Film,
+        pass: TimePass,
     ) -> Result<(BuildStatistics, RenderStatistics)> {
         let Some(bvh) = &self.posed.bvh else {
             return Err(Error::Internal { message: "there is no hierarchy to trace".to_owned() });
@@ -217,11 +263,12 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             environment: &self.job.environment,
         };
         let on_event = self.on_event;
-        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
-        let tree = bvh.statistics();
-        let rays = render_frame_into(film, &input, &self.job.render, self.stop, &on_progress)?;
-        self.examine(planned, &tree, &rays)?;
-        Ok((tree, rays))
+        let on_progress = |share: f32| {
+            let share = (pass.index as f32 + share) / pass.count as f32;
+            on_event(SequenceEvent::FrameProgress(planned, share));
+        };
+        let rays = render_frame_into(film, &input, &self.job.render, pass, self.stop, &on_progress)?;
+        Ok((bvh.statistics(), rays))
     }
 
     /// How tone-mapped files look; found once, and only when there are any.

@@ -5,7 +5,7 @@ use crate::color::ToneCurve;
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
-use super::{ExistingFiles, FrameRate, OutputPattern};
+use super::{ExistingFiles, FrameRate, OutputPattern, Shutter};
 
 /// How bright previews are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +31,8 @@ pub struct SequenceJob {
     pub frames: Vec<i64>,
     /// Frames a second.
     pub rate: FrameRate,
+    /// How long each frame looks.
+    pub shutter: Shutter,
     /// The picture.
     pub render: RenderSettings,
     /// The hierarchy; never changes the picture.

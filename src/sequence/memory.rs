@@ -9,6 +9,8 @@ use super::job::triangle_count;
 /// A pixel: a film that is traced and its tiles (16 bytes each); a film that is written (16), its halves before and after
 /// compression (8 each), its preview before and after (4 each).
 const BYTES_A_PIXEL: u128 = 72;
+/// A film more, where a frame is the mean of several times.
+const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A posed triangle in this frame and in the last one: corners, flags and attributes; and what refitting keeps of its leaf.
 const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
 /// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
@@ -24,7 +26,8 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    pixels * BYTES_A_PIXEL + triangles * BYTES_A_TRIANGLE + references * BYTES_A_REFERENCE
+    let bytes_a_pixel = BYTES_A_PIXEL + if job.shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 };
+    pixels * bytes_a_pixel + triangles * BYTES_A_TRIANGLE + references * BYTES_A_REFERENCE
 }
 
 /// Refuses a job that needs more memory than it may have, or more triangles than ids.

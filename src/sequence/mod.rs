@@ -15,6 +15,7 @@ mod plan;
 mod posed_frames;
 mod rate;
 mod render_hash;
+mod shutter;
 mod statistics;
 mod writer;
 
@@ -27,4 +28,5 @@ pub use pattern::{OutputFormat, OutputPattern};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use rate::FrameRate;
 pub use render_hash::render_hash;
+pub use shutter::Shutter;
 pub use statistics::{FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};

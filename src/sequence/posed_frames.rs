@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::bvh::{BuildSettings, Builder, Bvh};
 use crate::cancel::CancelFlag;
 use crate::error::Result;
-use crate::frame::Frame;
+use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
 use crate::render::RenderSettings;
 
@@ -24,6 +24,14 @@ pub(super) struct PosedFrames {
 }
 
 impl PosedFrames {
+    /// The camera at a time, which may be another than that of the frame at hand.
+    pub(super) fn camera_at(&self, job: &SequenceJob, time_seconds: f64) -> PosedCamera {
+        if self.current.time_seconds == time_seconds {
+            return self.current.camera;
+        }
+        Frame::camera_at(&job.scene, &job.selection, time_seconds)
+    }
+
     /// Poses the scene and makes `bvh` fit it; tells whether the last hierarchy still did.
     pub(super) fn advance(
         &mut self,
@@ -42,7 +50,10 @@ impl PosedFrames {
         }
         let recycled = self.bvh.take();
         let Frame { triangles, flags, lights, .. } = &self.current;
-        let settings = BuildSettings { expected_rays: expected_rays(&job.render, lights.len()), ..job.build };
+        let settings = BuildSettings {
+            expected_rays: expected_rays(&job.render, job.shutter.time_samples, lights.len()),
+            ..job.build
+        };
         let bvh = self.builder.build(triangles, flags, &settings, cancel, recycled)?;
         *seconds = Phases::of_build(seconds.pose, &bvh.statistics());
         self.bvh = Some(bvh);
@@ -50,13 +61,14 @@ impl PosedFrames {
     }
 }
 
-/// About how many rays a frame takes: for each sample the camera's, one to each light from what it meets, and those of
+/// About how many rays one time of a frame takes: for each sample the camera's, one to each light from what it meets, and those of
 /// one reflection or refraction where these are asked for.
-fn expected_rays(render: &RenderSettings, lights: usize) -> u64 {
+fn expected_rays(render: &RenderSettings, time_samples: u32, lights: usize) -> u64 {
     let pixels = u64::from(render.window.width()) * u64::from(render.window.height());
     let bounces = u64::from(render.max_depth.min(TYPICAL_BOUNCES));
     let rays_a_sample = 1 + lights as u64 + bounces;
-    pixels.saturating_mul(u64::from(render.samples)).saturating_mul(rays_a_sample)
+    let samples = u64::from(render.samples.div_ceil(time_samples));
+    pixels.saturating_mul(samples).saturating_mul(rays_a_sample)
 }
 
 /// Whether both frames have the same triangles to the last bit.
@@ -71,7 +83,6 @@ fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
 mod tests {
     use super::*;
     use crate::film::PixelWindow;
-    use crate::render::GlassShadows;
     use glam::Vec3;
 
     #[test]
@@ -81,13 +92,13 @@ mod tests {
             window: PixelWindow { x0: 10, y0: 0, x1: 30, y1: 10 },
             samples: 4,
             max_depth: 8,
-            glass_shadows: GlassShadows::Straight,
-            light_scale: 1.0,
-            show_background: true,
+            ..RenderSettings::default()
         };
         // 20 x 10 pixels of 4 samples: camera, three lights, one bounce; without bounces a ray less.
-        assert_eq!(expected_rays(&render, 3), 800 * 5);
-        assert_eq!(expected_rays(&RenderSettings { max_depth: 0, ..render }, 3), 800 * 4);
+        assert_eq!(expected_rays(&render, 1, 3), 800 * 5);
+        assert_eq!(expected_rays(&RenderSettings { max_depth: 0, ..render.clone() }, 1, 3), 800 * 4);
+        // Two times of a frame share its samples.
+        assert_eq!(expected_rays(&render, 2, 3), 400 * 5);
     }
 
     #[test]

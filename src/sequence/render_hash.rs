@@ -8,7 +8,7 @@ use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
 use crate::output::SOFTWARE;
-use crate::render::GlassShadows;
+use crate::render::{Aperture, Focus, GlassShadows};
 use crate::scene::CameraChoice;
 
 use super::{Exposure, OutputFormat, SequenceJob};
@@ -44,11 +44,36 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "glass_shadows": glass_shadows,
         "light_scale": settings.light_scale.to_bits(),
         "show_background": settings.show_background,
+        "sampling": sampling_key(job),
         "fps": job.rate.to_string(),
         "frame": frame,
         "file": file_key(job),
     });
     hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// Floats are given by their bits.
+fn sampling_key(job: &SequenceJob) -> serde_json::Value {
+    let settings = &job.render;
+    json!({
+        "filter": settings.filter.name(),
+        "adaptive": settings.adaptive.map(|adaptive| json!([adaptive.most_samples, adaptive.threshold.to_bits()])),
+        "lens": settings.lens.map(|lens| {
+            let aperture = match lens.aperture {
+                Aperture::Radius(radius) => json!({ "radius": radius.to_bits() }),
+                Aperture::FNumber(number) => json!({ "f_number": number.to_bits() }),
+            };
+            let focus = match lens.focus {
+                Focus::Metres(distance) => json!(distance.to_bits()),
+                Focus::Node(node) => json!({ "node": node.0 }),
+                Focus::Middle => json!("middle"),
+            };
+            json!([aperture, focus])
+        }),
+        "light_radius": settings.light_size.radius.to_bits(),
+        "sun_angle": settings.light_size.sun_angle_radians.to_bits(),
+        "shutter": (job.shutter.open.to_bits(), job.shutter.time_samples),
+    })
 }
 
 fn file_key(job: &SequenceJob) -> serde_json::Value {

@@ -36,6 +36,19 @@ pub struct Phases {
     pub period: f64,
 }
 
+impl Phases {
+    /// Adds the phases of another time of the same frame.
+    pub(super) fn add(&mut self, other: &Self) {
+        self.pose += other.pose;
+        self.refit += other.refit;
+        self.bounds += other.bounds;
+        self.split += other.split;
+        self.sort += other.sort;
+        self.tree += other.tree;
+        self.widen += other.widen;
+    }
+}
+
 /// The hierarchy of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TreeReport {

@@ -3,9 +3,8 @@
 use glam::{Mat4, Quat, Vec3, Vec4};
 use rayframe::bvh::{BuildSettings, Builder};
 use rayframe::cancel::CancelFlag;
-use rayframe::film::PixelWindow;
+use rayframe::film::{Film, PixelWindow};
 use rayframe::frame::Frame;
-use rayframe::integrator::GlassShadows;
 use rayframe::render::{RenderInput, RenderSettings, render_frame};
 use rayframe::scene::{
     CameraChoice, Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material,
@@ -27,10 +26,7 @@ impl Stage {
             resolution: (1, 1),
             window: PixelWindow::full(1, 1),
             samples: 1,
-            max_depth: 8,
-            glass_shadows: GlassShadows::Straight,
-            light_scale: 1.0,
-            show_background: true,
+            ..RenderSettings::default()
         };
         let projection =
             Projection::Perspective { fov_y_radians: 0.5, aspect_ratio: None, z_near: 0.0, z_far: None };
@@ -72,8 +68,13 @@ impl Stage {
     }
 
     /// Radiance and coverage that a camera at `eye` sees towards `target`.
-    #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
     pub(crate) fn look(&self, eye: Vec3, target: Vec3) -> Vec4 {
+        Vec4::from_array(self.picture(eye, target).pixels[0])
+    }
+
+    /// The picture of a camera at `eye` that looks towards `target`.
+    #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
+    pub(crate) fn picture(&self, eye: Vec3, target: Vec3) -> Film {
         let backward = (eye - target).normalize();
         let (right, up) = backward.any_orthonormal_pair();
         let world_from_camera =
@@ -92,7 +93,7 @@ impl Stage {
         let input =
             RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &self.environment };
         let (film, _) = render_frame(&input, &self.settings, &cancel, &|_| ()).unwrap();
-        Vec4::from_array(film.pixels[0])
+        film
     }
 }
 

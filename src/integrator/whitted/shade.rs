@@ -8,6 +8,7 @@ use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
 use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
+use crate::integrator::random::Purpose;
 use crate::integrator::{Footprint, MediaStack, Medium, Path, PathClass, World};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, material_at};
 
@@ -103,7 +104,7 @@ impl Tracer<'_, '_> {
                 } else {
                     shading.point.shadow_end_inside(span)
                 };
-                let ray = light.shadow_ray(end);
+                let ray = light.shadow_ray(end, shading.path.seed, subscript);
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
                     if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
@@ -182,7 +183,12 @@ impl Tracer<'_, '_> {
             PathClass::Camera | PathClass::Reflection => (parent.media.clone(), None),
         };
         let depth = parent.depth + 1;
-        let path = Path { footprint, media, touching, weight, class, depth, ..*parent };
+        let purpose = match class {
+            PathClass::Refraction => Purpose::Refraction,
+            PathClass::Camera | PathClass::Reflection => Purpose::Reflection,
+        };
+        let seed = parent.seed.child(purpose, 0, 1);
+        let path = Path { footprint, media, touching, weight, class, depth, seed, ..*parent };
         self.children.push(shading.route.then(class), ray, path);
     }
 

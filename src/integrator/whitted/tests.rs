@@ -9,7 +9,7 @@ use crate::bvh::{BuildSettings, Builder};
 use crate::cancel::CancelFlag;
 use crate::frame::{Frame, resolve_auto_camera};
 use crate::gltf::{ImportOptions, import};
-use crate::integrator::{CameraRays, GlassShadows, IntegratorSettings, World};
+use crate::integrator::{CameraRays, IntegratorSettings, Seed, World};
 use crate::interaction::PosedScene;
 use crate::scene::{Environment, Selection, SelectionRequest};
 
@@ -20,8 +20,8 @@ const SAMPLES: usize = (SIZE.0 * SIZE.1) as usize;
 fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize]) -> Vec<SampleValue> {
     for (sample, subscript) in subscripts.iter().enumerate() {
         let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
-        let ray = camera.ray(pixel + Vec2::splat(0.5));
-        let path = camera.path(tracer.world.media_around_start(&ray), sample as u32);
+        let ray = camera.ray(pixel + Vec2::splat(0.5), Seed::default());
+        let path = camera.path(tracer.world.media_around_start(&ray), sample as u32, Seed::default());
         tracer.push(ray, path);
     }
     tracer.trace(subscripts.len()).to_vec()
@@ -40,11 +40,10 @@ pub(in crate::integrator) fn with_world(
     let frame = Frame::at(&scene, &selection, 1.0);
     let (build, cancel) = (BuildSettings::default(), CancelFlag::new());
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();
-    let settings =
-        IntegratorSettings { max_depth: 7, glass_shadows: GlassShadows::Straight, show_background: true };
+    let settings = IntegratorSettings { max_depth: 7, ..IntegratorSettings::default() };
     let posed = PosedScene { scene: &scene, frame: &frame };
-    let world = World::new(posed, &bvh, environment, 1.0, settings);
-    check(&world, &CameraRays::new(&frame.camera, SIZE, 1.0));
+    let world = World::new(posed, &bvh, environment, settings);
+    check(&world, &CameraRays::new(&frame.camera, SIZE, 1.0, None));
 }
 
 #[test]

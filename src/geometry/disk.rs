@@ -1,0 +1,50 @@
+//! Points of a disk from points of the unit square.
+
+use glam::Vec2;
+
+/// Moves the unit square onto the unit disk so that areas keep their proportions and neighbours stay neighbours (Shirley and
+/// Chiu, "A Low Distortion Map Between Disk and Square", 1997).
+pub fn concentric_disk_point(u: Vec2) -> Vec2 {
+    const QUARTER: f32 = std::f32::consts::FRAC_PI_4;
+    let centred = u * 2.0 - Vec2::ONE;
+    if centred == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (radius, angle) = if centred.x.abs() > centred.y.abs() {
+        (centred.x, QUARTER * (centred.y / centred.x))
+    } else {
+        (centred.y, 2.0 * QUARTER - QUARTER * (centred.x / centred.y))
+    };
+    Vec2::new(libm::cosf(angle), libm::sinf(angle)) * radius
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn areas_keep_their_proportions() {
+        // Of evenly spread points, a quarter lies within half the radius, and the mean is the middle.
+        let side = 256;
+        let points = (0..side * side).map(|i| {
+            let cell = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5);
+            concentric_disk_point(cell / side as f32)
+        });
+        let (mut inside, mut sum) = (0, Vec2::ZERO);
+        for point in points {
+            assert!(point.length() <= 1.0 + 1e-6);
+            inside += u32::from(point.length() < 0.5);
+            sum += point;
+        }
+        let count = (side * side) as f32;
+        assert!((inside as f32 / count - 0.25).abs() < 2e-3);
+        assert!((sum / count).length() < 1e-3);
+    }
+
+    #[test]
+    fn the_middle_and_the_corners() {
+        assert_eq!(concentric_disk_point(Vec2::splat(0.5)), Vec2::ZERO);
+        let corner = concentric_disk_point(Vec2::ONE);
+        assert!((corner - Vec2::splat(std::f32::consts::FRAC_1_SQRT_2)).length() < 1e-6);
+    }
+}

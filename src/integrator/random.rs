@@ -1,0 +1,116 @@
+//! Numbers that look random and are a function of pixel, time, sample and purpose, so that pictures do not depend on the order of
+//! work.
+//!
+//! Samples of a pixel are the points of one sequence of low discrepancy (Roberts, "The Unreasonable Effectiveness of Quasirandom
+//! Sequences", 2018: R₂), turned around the unit square by a hash of the pixel and the purpose (Cranley and Patterson,
+//! "Randomization of Number Theoretic Methods for Multiple Integration", 1976). Plain Whitted pictures ask for none.
+
+use glam::Vec2;
+
+/// 2³² over the plastic number, and over its square.
+const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
+
+/// Stands for a branch of a sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seed {
+    /// Tells pixels, times and branches apart.
+    stream: u32,
+    /// Counts the samples of a stream.
+    index: u32,
+}
+
+/// What numbers are for; each purpose has its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// The point of the lens.
+    Lens,
+    /// The point of the light with this subscript.
+    Light(u32),
+    /// The direction in a rough mirror's lobe.
+    Reflection,
+    /// The direction in a frosted surface's lobe.
+    Refraction,
+}
+
+impl Purpose {
+    fn number(self) -> u32 {
+        match self {
+            Self::Lens => 0,
+            Self::Reflection => 1,
+            Self::Refraction => 2,
+            Self::Light(subscript) => 16 + subscript,
+        }
+    }
+}
+
+impl Seed {
+    /// The seed of sample `index` of a pixel at a time.
+    pub fn new((x, y): (u32, u32), time_seconds: f32, index: u32) -> Self {
+        Self { stream: mixed(mixed(mixed(time_seconds.to_bits()) ^ x) ^ y), index }
+    }
+
+    /// The seed of the child `number` of `of` children for a purpose.
+    pub fn child(self, purpose: Purpose, number: u32, of: u32) -> Self {
+        let stream = mixed(self.stream ^ mixed(purpose.number() + 1));
+        Self { stream, index: self.index.wrapping_mul(of).wrapping_add(number) }
+    }
+
+    /// A point of the unit square.
+    pub fn point(self, purpose: Purpose) -> Vec2 {
+        let turn = mixed(self.stream ^ mixed(purpose.number()));
+        let along = |step: u32, turn: u32| {
+            let bits = self.index.wrapping_mul(step).wrapping_add(turn);
+            (bits >> 8) as f32 / (1 << 24) as f32
+        };
+        Vec2::new(along(R2[0], turn), along(R2[1], mixed(turn)))
+    }
+}
+
+/// A bijection of 32 bits that changes about half of them (Wellons, "Prospecting for Hash Functions", 2018).
+fn mixed(mut x: u32) -> u32 {
+    x = x.wrapping_add(0x9E37_79B9);
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x21F0_AAAD);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x735A_2D97);
+    x ^ x >> 15
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_of_a_pixel_fill_the_square_evenly() {
+        for purpose in [Purpose::Lens, Purpose::Light(3)] {
+            let mut cells = [0; 16];
+            for index in 0..256 {
+                let p = Seed::new((7, 9), 0.5, index).point(purpose);
+                assert!(p.min_element() >= 0.0 && p.max_element() < 1.0);
+                cells[(p.x * 4.0) as usize * 4 + (p.y * 4.0) as usize] += 1;
+            }
+            assert!(cells.iter().all(|count| (12..=20).contains(count)), "{cells:?}");
+        }
+    }
+
+    #[test]
+    fn pixels_times_purposes_and_children_differ() {
+        let seed = Seed::new((3, 4), 0.0, 0);
+        let point = seed.point(Purpose::Lens);
+        for other in [Seed::new((4, 3), 0.0, 0), Seed::new((3, 4), 1.0, 0), Seed::new((3, 4), 0.0, 1)] {
+            assert_ne!(other.point(Purpose::Lens), point);
+        }
+        assert_ne!(seed.point(Purpose::Reflection), point);
+        let (first, second) = (seed.child(Purpose::Reflection, 0, 4), seed.child(Purpose::Reflection, 1, 4));
+        assert_ne!(first.point(Purpose::Reflection), second.point(Purpose::Reflection));
+        assert_ne!(first, seed.child(Purpose::Refraction, 0, 4));
+    }
+
+    #[test]
+    fn the_mean_over_pixels_is_the_middle() {
+        // 10 000 independent uniform numbers: standard deviation of the mean 0.0029.
+        let points = (0..10_000).map(|i| Seed::new((i % 100, i / 100), 0.0, 0).point(Purpose::Lens));
+        let mean = points.sum::<Vec2>() / 10_000.0;
+        assert!((mean - Vec2::splat(0.5)).abs().max_element() < 0.012, "{mean}");
+    }
+}

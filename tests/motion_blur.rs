@@ -63,7 +63,12 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
     };
     let job = SequenceJob {
         scene: moving_edge(),
-        selection: Selection { roots: vec![NodeIndex(0)], clips: vec![AnimationIndex(0)], camera },
+        selection: Selection {
+            roots: vec![NodeIndex(0)],
+            clips: vec![AnimationIndex(0)],
+            camera,
+            image_light: None,
+        },
         environment: Environment::None,
         environment_key: String::new(),
         frames: vec![1],

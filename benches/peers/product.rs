@@ -122,8 +122,12 @@ fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
         lights: vec![light],
         ..Scene::default()
     };
-    let selection =
-        Selection { roots: vec![NodeIndex(0), NodeIndex(1)], clips: Vec::new(), camera: camera(view) };
+    let selection = Selection {
+        roots: vec![NodeIndex(0), NodeIndex(1)],
+        clips: Vec::new(),
+        camera: camera(view),
+        image_light: None,
+    };
     (scene, selection)
 }
 

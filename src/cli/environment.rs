@@ -40,6 +40,13 @@ pub(super) fn load(
     };
     let none = || plain(Environment::None, "none".to_owned(), "");
     let studio = || plain(Environment::Studio, "studio".to_owned(), "studio light");
+    if let Some(index) = selection.image_light.filter(|_| source.is_none())
+        && let Some(light) = scene.image_lights.get(index.index())
+    {
+        let environment = Environment::Map(EnvironmentMap::of_image_light(light));
+        // The pictures are part of the scene, whose hash covers them.
+        return Ok(plain(environment, format!("image light {}", index.0), "the file's image-based light"));
+    }
     Ok(match source {
         None if has_lights(scene, selection) => none(),
         None | Some(EnvironmentSource::Studio) => studio(),

@@ -54,6 +54,20 @@ pub(super) fn import(
     decoded.into_iter().collect()
 }
 
+/// Fetches and decodes the image `index` by itself.
+pub(super) fn load(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+    index: usize,
+) -> Result<(ImageHeader, DecodedTexels)> {
+    let image = fetch(context, data, resources, index)?;
+    let texels = decode_texels(&image.bytes).map_err(|why| {
+        context.invalid(image.pointer, format!("the image{} {why}", in_quotes(image.name.as_deref())))
+    })?;
+    Ok((image.header, texels))
+}
+
 fn fetch<'a>(
     context: &mut Context,
     data: &Data<'a>,

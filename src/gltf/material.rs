@@ -56,6 +56,8 @@ fn import_material(
             textures.reference(context, &pbr, "metallicRoughnessTexture")?;
     }
     apply_extensions(context, &mut material, raw, textures)?;
+    material.emissive_factor = material.emissive;
+    material.emissive *= material.emissive_strength;
     Ok(material)
 }
 
@@ -111,7 +113,7 @@ fn apply_extensions(
     }
     if let Some(extension) = raw.extension(EMISSIVE_STRENGTH) {
         extension.expect_object(context)?;
-        material.emissive *= extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
+        material.emissive_strength = extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
     }
     if let Some(extension) = raw.extension(IOR) {
         extension.expect_object(context)?;
@@ -125,7 +127,8 @@ fn apply_extensions(
         extension.expect_object(context)?;
         let factor = extension.number(context, "transmissionFactor", 0.0, UNIT)?;
         let texture = textures.reference(context, &extension, "transmissionTexture")?;
-        material.transmission = (factor > 0.0).then_some(Transmission { factor, texture });
+        material.transmission =
+            (factor > 0.0 || context.animates_properties).then_some(Transmission { factor, texture });
     }
     if let Some(extension) = raw.extension(VOLUME) {
         material.volume = volume(context, &extension)?;

@@ -29,7 +29,9 @@ mod extensions;
 mod formats;
 mod hierarchy;
 mod image;
+mod image_light;
 mod influences;
+mod instancing;
 mod light;
 mod material;
 mod mesh;
@@ -37,6 +39,7 @@ mod meshopt;
 mod morph;
 mod node;
 mod normals;
+mod pointer;
 mod primitive;
 mod raw;
 mod resources;
@@ -96,6 +99,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let mut resources = resources::Resources::new(&context, &file.bytes);
     let document = Document::parse(&mut context, file.json())?;
     extensions::check(&mut context, &document)?;
+    context.animates_properties = document.uses(extensions::ANIMATION_POINTER);
     bounds::check_all(&context, &document)?;
     texture::check_links(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
@@ -108,9 +112,10 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let images = image::import(&mut context, &data, &mut resources, &textures)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let lights = light::import(&context, &document)?;
+    let image_lights = image_light::import(&mut context, &data, &mut resources)?;
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
-    let hierarchy = node::import(&mut context, &document, &meshes, &skins, lights.len())?;
+    let hierarchy = node::import(&mut context, &data, &meshes, &skins, (lights.len(), image_lights.len()))?;
     let animations = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
 
     Ok(Scene {
@@ -126,6 +131,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
         textures: textures.textures,
         images,
         lights,
+        image_lights,
         cameras,
         animations,
         extensions_used: document.root.extensions_used.clone(),

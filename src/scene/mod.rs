@@ -4,9 +4,11 @@
 //! one parent and parents come before children in [`Scene::node_order`]; importers guarantee it, later rooms rely on it.
 //! Nothing here knows about glTF or about time.
 
+mod animated;
 mod animation;
 mod camera;
 mod environment;
+mod image_light;
 mod light;
 mod material;
 mod mesh;
@@ -18,9 +20,13 @@ use std::path::PathBuf;
 
 use crate::error::Warning;
 
+pub use animated::{
+    CameraProperty, LightProperty, MaterialProperty, TextureSlot, set_camera, set_light, set_material,
+};
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
-pub use environment::{Environment, EnvironmentMap, KeyLight};
+pub use environment::{Environment, EnvironmentMap, KeyLight, columns_for_cube};
+pub use image_light::{CubeLevel, ImageLight};
 pub use light::{Light, LightKind};
 pub use material::{
     AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvTransform, Volume,
@@ -74,6 +80,10 @@ typed_index!(
     LightIndex
 );
 typed_index!(
+    /// Subscript of [`Scene::image_lights`].
+    ImageLightIndex
+);
+typed_index!(
     /// Subscript of [`Scene::cameras`].
     CameraIndex
 );
@@ -89,6 +99,8 @@ pub struct SceneRoots {
     pub name: Option<String>,
     /// Nodes without a parent that are drawn.
     pub roots: Vec<NodeIndex>,
+    /// What surrounds it, where the file says so.
+    pub image_light: Option<ImageLightIndex>,
 }
 
 /// Everything a file holds.
@@ -118,6 +130,8 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Punctual lights, placed by nodes.
     pub lights: Vec<Light>,
+    /// Surroundings that the sets of roots may choose.
+    pub image_lights: Vec<ImageLight>,
     /// Cameras, placed by nodes.
     pub cameras: Vec<Camera>,
     /// Animation clips.

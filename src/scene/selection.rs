@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use glam::Mat4;
 
-use super::{AnimationIndex, AnimationTarget, CameraIndex, NodeIndex, Projection, Scene};
+use super::{
+    AnimationIndex, AnimationTarget, CameraIndex, ImageLightIndex, NodeIndex, Projection, Scene, SceneRoots,
+};
 use crate::error::{Error, Result, Warning};
 
 /// One of several things in a file, as a user names it.
@@ -73,6 +75,8 @@ pub struct Selection {
     pub clips: Vec<AnimationIndex>,
     /// The camera.
     pub camera: CameraChoice,
+    /// The surroundings that the chosen set of roots asks for.
+    pub image_light: Option<ImageLightIndex>,
 }
 
 impl Selection {
@@ -83,7 +87,7 @@ impl Selection {
     ///
     /// [`Error::Usage`] when a name or position does not exist; the message lists what does.
     pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
-        let roots = resolve_roots(request.scene.as_ref(), scene)?;
+        let SceneRoots { roots, image_light, .. } = resolve_roots(request.scene.as_ref(), scene)?;
         let (clips, warnings) = match &request.clips {
             ClipChoice::None => (Vec::new(), Vec::new()),
             ClipChoice::All => disjoint_clips(scene),
@@ -94,12 +98,12 @@ impl Selection {
             }
         };
         let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
-        let selection = Self { roots, clips, camera };
+        let selection = Self { roots, clips, camera, image_light };
         Ok((selection, warnings))
     }
 }
 
-fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<Vec<NodeIndex>> {
+fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {
     let index = match choice {
         None => scene.default_scene,
         Some(choice) => {
@@ -107,8 +111,7 @@ fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<Vec<NodeIndex
             find("scene", "--scene", choice, names)?
         }
     };
-    let roots = scene.scenes.get(index).map(|roots| roots.roots.clone());
-    Ok(roots.unwrap_or_default())
+    Ok(scene.scenes.get(index).cloned().unwrap_or_default())
 }
 
 /// All clips but those one of whose targets an earlier chosen clip moves.
@@ -236,7 +239,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots};
+    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection};
 
     fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
         let channel = |&target: &AnimationTarget| Channel {
@@ -269,6 +272,7 @@ mod tests {
         let roots = |name: &str, roots: &[u32]| SceneRoots {
             name: Some(name.to_owned()),
             roots: roots.iter().copied().map(NodeIndex).collect(),
+            image_light: None,
         };
         Scene {
             nodes: vec![node(None, &[1]), node(Some(1), &[]), node(Some(0), &[])],

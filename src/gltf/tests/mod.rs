@@ -7,6 +7,7 @@ mod animations;
 mod geometry;
 mod hierarchy;
 mod materials;
+mod properties;
 mod resources;
 
 use base64::Engine;

@@ -16,6 +16,7 @@ mod geometry;
 mod geometry_storage;
 mod glass;
 mod gltf_builder;
+mod image_light;
 mod json;
 mod light;
 mod material;
@@ -23,10 +24,12 @@ mod materials;
 mod morph;
 mod node;
 mod pictures;
+mod properties;
 mod scene;
 mod shapes;
 mod skin;
 mod stage;
+mod storage;
 mod texture;
 mod texture_maps;
 
@@ -49,8 +52,9 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All scenes: path below `scenes/` and the text of the file.
 pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> {
-    let areas: [&[Entry]; 14] = [
+    let areas: [&[Entry]; 17] = [
         &light::SCENES,
+        &image_light::SCENES,
         &material::SCENES,
         &glass::SCENES,
         &texture::SCENES,
@@ -63,6 +67,8 @@ pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> 
         &camera::SCENES,
         &bvh::SCENES,
         &scene::SCENES,
+        &properties::SCENES,
+        &storage::SCENES,
         &demo::SCENES,
     ];
     let mut files = BTreeMap::new();

@@ -34,14 +34,15 @@ struct Moved {
     is_switch: bool,
 }
 
-/// Imports all clips.
+/// Imports all clips, and how many channels of each are left out.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
     nodes: &[Node],
     meshes: &[Mesh],
-) -> Result<Vec<Animation>> {
+) -> Result<(Vec<Animation>, Vec<usize>)> {
     let mut animations = Vec::new();
+    let mut ignored = Vec::new();
     for (i, animation) in data.document.root.animations.iter().enumerate() {
         let pointer = format!("/animations/{i}");
         let mut channels = Vec::new();
@@ -67,9 +68,10 @@ pub(super) fn import(
                 channels.push(Channel { target: moved.target, keyframes });
             }
         }
+        ignored.push(animation.channels.len().saturating_sub(channels.len()));
         animations.push(Animation { name: animation.name.clone(), channels });
     }
-    Ok(animations)
+    Ok((animations, ignored))
 }
 
 /// What a channel moves; `None` for what is not honoured, with a warning where nothing else told of it.

@@ -116,7 +116,9 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
     let hierarchy = node::import(&mut context, &data, &meshes, &skins, (lights.len(), image_lights.len()))?;
-    let animations = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
+    let (animations, ignored_channels) = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
+
+    let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
 
     Ok(Scene {
         path: path.to_owned(),
@@ -134,6 +136,8 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
         image_lights,
         cameras,
         animations,
+        ignored_channels,
+        unused_textures,
         extensions_used: document.root.extensions_used.clone(),
         extensions_required: document.root.extensions_required.clone(),
         warnings: context.into_warnings(),

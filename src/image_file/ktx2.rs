@@ -119,3 +119,52 @@ fn understand(bytes: &[u8]) -> Result<Header, String> {
     };
     Ok(Header { size: (width, height), level_bytes, is_red_green })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UASTC: &[u8] = include_bytes!("../../examples/make_scenes/streams/chequer_uastc.ktx2");
+    const ETC1S: &[u8] = include_bytes!("../../examples/make_scenes/streams/chequer_etc1s.ktx2");
+
+    #[test]
+    fn both_kinds_of_blocks_are_decoded() {
+        for file in [UASTC, ETC1S] {
+            let header = header(file).unwrap();
+            assert_eq!((header.width, header.height), (32, 16));
+            let texels = decode(file).unwrap();
+            assert_eq!((texels.len(), texels[0], texels[4]), (512, [233, 200, 125, 255], [59, 92, 142, 255]));
+        }
+        // Zstandard unpacks 8 x 4 blocks of 16 bytes beside the 512 texels.
+        assert_eq!(header(UASTC).unwrap().decoded_bytes, 512 * 4 + 32 * 16);
+        assert_eq!(header(ETC1S).unwrap().decoded_bytes, 512 * 4);
+    }
+
+    #[test]
+    fn red_and_green_come_back_from_colour_and_alpha() {
+        // The channel of the first sample: 3 is RGBA without alpha in this file, 5 is red and green.
+        let mut file = UASTC.to_vec();
+        let descriptor = u32::from_le_bytes(file[48..52].try_into().unwrap()) as usize;
+        file[descriptor + 31] = (file[descriptor + 31] & 0xf0) | 5;
+        assert_eq!(decode(&file).unwrap()[0], [233, 255, 0, 255]);
+    }
+
+    #[test]
+    fn headers_that_lie_are_told() {
+        let spoiled = |place: usize, value: u32| {
+            let mut file = UASTC.to_vec();
+            file[place..place + 4].copy_from_slice(&value.to_le_bytes());
+            header(&file).unwrap_err()
+        };
+        assert!(spoiled(12, 37).contains("only Basis Universal"), "R8G8B8A8");
+        assert!(spoiled(20, 0).contains("not a picture"));
+        assert!(spoiled(36, 6).contains("6 faces"));
+        assert!(spoiled(40, 0).contains("0 levels"));
+        // The first level unpacks to more than its blocks, or lies behind the end.
+        assert!(spoiled(80 + 16, 1 << 30).contains("unpacks its first level"));
+        assert!(spoiled(80 + 8, 1 << 20).contains("truncated"));
+        for length in 0..UASTC.len() {
+            assert!(decode(&UASTC[..length]).is_err(), "{length}");
+        }
+    }
+}

@@ -274,6 +274,32 @@ mod tests {
     }
 
     #[test]
+    fn webp_is_decoded_with_and_without_loss() {
+        let lossless = include_bytes!("../../examples/make_scenes/streams/chequer.webp");
+        let header = image_header(lossless).unwrap();
+        assert_eq!((header.width, header.height, header.decoded_bytes), (32, 16, 2048));
+        let Ok(DecodedTexels::Rgba8(texels)) = decode_texels(lossless) else {
+            panic!("not eight bits");
+        };
+        assert_eq!(
+            [texels[0], texels[4], texels[511]],
+            [[233, 200, 125, 255], [59, 92, 142, 255], [233, 200, 125, 255]]
+        );
+        let lossy = include_bytes!("../../examples/make_scenes/streams/lossy.webp");
+        let Ok(DecodedTexels::Rgba8(near)) = decode_texels(lossy) else {
+            panic!("not eight bits");
+        };
+        let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).map(|i| a[i].abs_diff(b[i])).max().unwrap();
+        let mean: f32 = texels.iter().zip(&near).map(|pair| f32::from(difference(pair))).sum::<f32>() / 512.0;
+        assert!(mean < 30.0, "{mean}");
+        for file in [&lossless[..], lossy] {
+            for length in 12..file.len() {
+                assert!(decode_texels(&file[..length]).is_err(), "{length} of {}", file.len());
+            }
+        }
+    }
+
+    #[test]
     fn headers_are_read_without_decoding() {
         let file = png(3, 2, &[0; 18], ExtendedColorType::Rgb8);
         let header = image_header(&file).unwrap();

@@ -136,6 +136,10 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
     /// Animation clips.
     pub animations: Vec<Animation>,
+    /// How many channels of each clip move something that is not supported and are left out.
+    pub ignored_channels: Vec<usize>,
+    /// How many textures the file has that no material looks up.
+    pub unused_textures: usize,
     /// Format extensions that the file says it uses.
     pub extensions_used: Vec<String>,
     /// Format extensions without which the file says it cannot be understood.

@@ -9,6 +9,7 @@ mod hierarchy;
 mod materials;
 mod properties;
 mod resources;
+mod storage;
 
 use base64::Engine;
 use serde_json::{Value, json};

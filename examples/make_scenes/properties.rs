@@ -58,8 +58,8 @@ fn clip(gltf: &mut Gltf, moved: &[Moved<'_>]) {
 fn pointer_material() -> Built {
     let mut gltf = Gltf::new(
         "Left a ball that turns from red to blue within a second, in the middle one that begins to glow in yellow, right a \
-         letter F that turns half round its middle counter-clockwise; at frame 12 the ball is purple, the glow half as strong \
-         and the F lies on its back.",
+         letter F that turns and slides until it stands on its head; at frame 12 the ball is purple, the glow half as strong, \
+         and the F a quarter turned and cut by the repeating edge.",
     );
     gltf.reference_frames(&[0, 12, 24]);
     lit_stage(&mut gltf, Vec3::new(0.0, 1.2, 5.0), Vec3::new(0.0, 0.6, 0.0), 30.0);

@@ -103,7 +103,9 @@ impl ScenePose {
 
 /// Keys lie in the range of their property, but splines between them may leave it.
 fn within(mut values: Vec<f32>, range: &RangeInclusive<f32>) -> Vec<f32> {
-    values.iter_mut().for_each(|value| *value = value.clamp(*range.start(), *range.end()));
+    for value in &mut values {
+        *value = value.clamp(*range.start(), *range.end());
+    }
     values
 }
 

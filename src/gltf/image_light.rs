@@ -104,7 +104,7 @@ fn levels(
         return Err(context.invalid(pointer, "is missing"));
     };
     let rows = list.elements(context)?;
-    if rows.is_empty() || rows.len() > size.ilog2() as usize + 1 {
+    if rows.is_empty() || rows.len() > (size.ilog2() as usize).saturating_add(1) {
         return Err(context.invalid(pointer, "must have a level, and no more than halving the size gives"));
     }
     // What rays look up is an equirectangular picture as sharp as the cube.

@@ -63,7 +63,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
     }
     let mut texels = texels.to_vec();
     if header.is_red_green {
-        texels.iter_mut().for_each(|texel| *texel = [texel[0], texel[3], 0, u8::MAX]);
+        for texel in &mut texels {
+            *texel = [texel[0], texel[3], 0, u8::MAX];
+        }
     }
     Ok(texels)
 }

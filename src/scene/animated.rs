@@ -1,6 +1,6 @@
 //! Properties of materials, lights and cameras that clips can move, and setting them.
 
-use std::f32::consts::FRAC_PI_2;
+use std::f32::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
 
 use glam::{Vec2, Vec3, Vec4};
@@ -97,7 +97,7 @@ const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
 const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 const RIGHT_ANGLE: RangeInclusive<f32> = 0.0..=FRAC_PI_2;
 /// Fields of view, just short of the whole half-space.
-const FIELD: RangeInclusive<f32> = f32::MIN_POSITIVE..=3.1415;
+const FIELD: RangeInclusive<f32> = f32::MIN_POSITIVE..=0.9999 * PI;
 
 impl MaterialProperty {
     /// Components of a value.
@@ -194,15 +194,19 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
             material.volume.iter_mut().for_each(|volume| volume.attenuation_color = vec3(values));
         }
         MaterialProperty::TextureOffset(slot) => {
-            texture(material, slot).into_iter().for_each(|texture| texture.transform.offset = vec2(values));
+            if let Some(texture) = texture(material, slot) {
+                texture.transform.offset = vec2(values);
+            }
         }
         MaterialProperty::TextureRotation(slot) => {
-            texture(material, slot)
-                .into_iter()
-                .for_each(|texture| texture.transform.rotation_radians = first);
+            if let Some(texture) = texture(material, slot) {
+                texture.transform.rotation_radians = first;
+            }
         }
         MaterialProperty::TextureScale(slot) => {
-            texture(material, slot).into_iter().for_each(|texture| texture.transform.scale = vec2(values));
+            if let Some(texture) = texture(material, slot) {
+                texture.transform.scale = vec2(values);
+            }
         }
     }
 }

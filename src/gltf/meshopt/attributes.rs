@@ -88,7 +88,7 @@ fn decode_block(
         let control = control.get(channel).copied();
         let mut planes = [[0_u8; BLOCK_ELEMENTS]; CHANNEL_BYTES];
         for (byte, plane) in planes.iter_mut().enumerate() {
-            let mode = control.map(|control| control.checked_shr(byte as u32 * 2).unwrap_or(0) & 3);
+            let mode = control.map(|control| two_bits(control, byte));
             read_plane(&mut stream.body, mode, elements, plane)?;
         }
         let mode = stream.channel_modes.get(channel).copied().unwrap_or(0);
@@ -129,11 +129,17 @@ fn read_plane(
     let (slots, _) = plane.as_chunks_mut::<GROUP>();
     for (i, group) in slots.iter_mut().take(groups).enumerate() {
         let byte = header.get(i / 4).copied().unwrap_or(0);
-        let code = byte.checked_shr((i as u32 & 3) * 2).unwrap_or(0) & 3;
+        let code = two_bits(byte, i & 3);
         let width = widths.get(usize::from(code)).copied().unwrap_or(0);
         read_group(body, width, group)?;
     }
     Ok(())
+}
+
+/// The pair of bits `place` of a byte, from the lowest.
+fn two_bits(byte: u8, place: usize) -> u8 {
+    let shift = u32::try_from(place).unwrap_or(u32::MAX).saturating_mul(2);
+    byte.checked_shr(shift).unwrap_or(0) & 3
 }
 
 /// Sixteen differences of `width` bits; one with all bits set stands for a whole byte behind the group.
@@ -146,7 +152,7 @@ fn read_group(body: &mut Reader, width: u32, group: &mut [u8; GROUP]) -> Result<
         group.copy_from_slice(bytes);
         return Ok(());
     }
-    let packed = body.take(width as usize * 2)?;
+    let packed = body.take((width as usize).saturating_mul(2))?;
     let sentinel = u8::MAX.checked_shr(8_u32.saturating_sub(width)).unwrap_or(0);
     for (i, slot) in group.iter_mut().enumerate() {
         let bit = (i as u32).saturating_mul(width);

@@ -55,7 +55,9 @@ impl Filter {
 
 fn each4(bytes: &mut [u8], filter: impl Fn([u8; 4]) -> [u8; 4]) {
     let (elements, _) = bytes.as_chunks_mut::<4>();
-    elements.iter_mut().for_each(|element| *element = filter(*element));
+    for element in elements {
+        *element = filter(*element);
+    }
 }
 
 fn each8(bytes: &mut [u8], filter: impl Fn([u16; 4]) -> [u16; 4]) {

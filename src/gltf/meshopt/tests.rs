@@ -55,7 +55,7 @@ fn unpacked(sample: &Sample, stream: &[u8]) -> std::result::Result<Vec<u8>, Malf
 }
 
 /// Largest difference between components of filtered data, which may be one step.
-fn difference(sample: &Sample, found: &[u8]) -> i32 {
+fn difference(sample: &Sample, found: &[u8]) -> u32 {
     let components = |bytes: &[u8]| -> Vec<i32> {
         let pairs = bytes.as_chunks::<2>().0.iter();
         match (sample.filter, sample.stride) {
@@ -66,7 +66,7 @@ fn difference(sample: &Sample, found: &[u8]) -> i32 {
         }
     };
     let pairs = components(found).into_iter().zip(components(&sample.decoded));
-    pairs.map(|(a, b)| (a - b).abs()).max().unwrap_or(0)
+    pairs.map(|(a, b)| a.abs_diff(b)).max().unwrap_or(0)
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn compressed_views_fill_accessors() {
     let primitive = &scene.meshes[0].primitives[0];
     assert_eq!(primitive.triangles.len(), 25);
     let vertex = primitive.positions[primitive.triangles[1][0] as usize];
-    assert!((vertex.y - 2.0 * (10.0_f32 / 9.0).cos()).abs() < 1e-6, "{vertex}");
+    assert!((vertex.y - 2.0 * libm::cosf(10.0 / 9.0)).abs() < 1e-6, "{vertex}");
 }
 
 #[test]

@@ -52,8 +52,40 @@ fn linear_to_srgb(linear: f32) -> f32 {
 
 /// Decodes an eight-bit sRGB value by table.
 pub fn srgb8_to_linear(encoded: u8) -> f32 {
+    srgb8_table()[usize::from(encoded)]
+}
+
+/// The linear values of all eight-bit sRGB values, for those who look up many.
+pub fn srgb8_table() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))[usize::from(encoded)]
+    TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))
+}
+
+/// [`linear_to_srgb8`] by table, for many values: the last code whose lower edge is not above `linear`.
+pub fn linear_to_srgb8_by_table(linear: f32) -> u8 {
+    /// Equal cells of the unit interval; no code is so narrow that a cell holds more than two edges.
+    const CELLS: usize = 4096;
+    /// Lower edges of all codes, and the code at the beginning of each cell.
+    struct Codes {
+        edges: [f32; 256],
+        first: [u8; CELLS],
+    }
+    static CODES: OnceLock<Box<Codes>> = OnceLock::new();
+    let codes = CODES.get_or_init(|| {
+        let edges: [f32; 256] = std::array::from_fn(|code| match code {
+            0 => 0.0,
+            _ => decode((code as f64 - 0.5) / 255.0) as f32,
+        });
+        let code_at = |linear: f32| (edges.partition_point(|edge| *edge <= linear) - 1) as u8;
+        Box::new(Codes { edges, first: std::array::from_fn(|cell| code_at(cell as f32 / CELLS as f32)) })
+    });
+    // The cast saturates and takes NaN to zero.
+    let cell = ((linear * CELLS as f32) as usize).min(CELLS - 1);
+    let mut code = codes.first[cell];
+    while code < 255 && linear >= codes.edges[usize::from(code) + 1] {
+        code += 1;
+    }
+    code
 }
 
 /// Decodes a sixteen-bit sRGB value by table.
@@ -61,6 +93,17 @@ pub fn srgb16_to_linear(encoded: u16) -> f32 {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     TABLE.get_or_init(|| (0..=65535_u32).map(|code| decode(f64::from(code) / 65535.0) as f32).collect())
         [usize::from(encoded)]
+}
+
+/// Encodes linear light to the sixteen-bit sRGB value of the nearest light.
+pub fn linear_to_srgb16(linear: f32) -> u16 {
+    let decoded = |code: u32| srgb16_to_linear(code as u16);
+    let (mut low, mut high) = (0_u32, 65535_u32);
+    while high - low > 1 {
+        let middle = u32::midpoint(low, high);
+        if decoded(middle) <= linear { low = middle } else { high = middle }
+    }
+    if linear - decoded(low) < decoded(high) - linear { low as u16 } else { high as u16 }
 }
 
 /// Encodes linear light to the nearest eight-bit sRGB value; below 0 and NaN give 0, above 1 gives 255.
@@ -169,6 +212,23 @@ mod tests {
             // 65535 = 257 · 255, so every eight-bit code is also a sixteen-bit code.
             assert_eq!(srgb16_to_linear(u16::from(code) * 257), srgb8_to_linear(code));
         }
+    }
+
+    #[test]
+    fn the_table_encodes_as_the_formula() {
+        for code in 0..=255_u8 {
+            assert_eq!(linear_to_srgb8_by_table(srgb8_to_linear(code)), code);
+            assert_eq!(linear_to_srgb16(srgb16_to_linear(u16::from(code) * 251)), u16::from(code) * 251);
+        }
+        for step in 0..100_000 {
+            let linear = step as f32 / 99_000.0;
+            let (slow, fast) = (linear_to_srgb8(linear), linear_to_srgb8_by_table(linear));
+            // Both round; on an edge between codes they may round differently.
+            let edge = linear_to_srgb(linear) * 255.0 + 0.5;
+            assert!(slow == fast || (edge - edge.round()).abs() < 1e-4, "{linear}: {slow} {fast}");
+        }
+        assert_eq!([-1.0, f32::NAN, 2.0, f32::INFINITY].map(linear_to_srgb8_by_table), [0, 0, 255, 255]);
+        assert_eq!([-1.0, 1.0, 2.0].map(linear_to_srgb16), [0, 65535, 65535]);
     }
 
     #[test]

@@ -25,6 +25,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
             clips: Vec::new(),
             camera: CameraChoice::Auto,
             image_light: None,
+            variant: None,
         },
         environment: Environment::Constant(Vec3::splat(0.5)),
         environment_key: "constant 0.5".to_owned(),

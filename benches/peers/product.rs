@@ -127,6 +127,7 @@ fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
         clips: Vec::new(),
         camera: camera(view),
         image_light: None,
+        variant: None,
     };
     (scene, selection)
 }
@@ -141,6 +142,7 @@ fn primitive(triangles: &[Triangle]) -> Primitive {
         influences: None,
         triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         material: MaterialIndex(0),
+        variants: Vec::new(),
         targets: Vec::new(),
     }
 }

@@ -8,7 +8,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning};
 use crate::image_file::read_environment;
-use crate::scene::{Environment, EnvironmentMap, Scene, Selection};
+use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, ImageLight, Scene, Selection};
 
 use super::options::EnvironmentSource;
 
@@ -25,43 +25,109 @@ pub(super) struct LoadedEnvironment {
     pub(super) warnings: Vec<Warning>,
 }
 
+/// What the command line asks for around the scene.
+#[derive(Debug)]
+pub(super) struct EnvironmentWishes {
+    /// What lights the scene, if that was said.
+    pub(super) light: Option<EnvironmentSource>,
+    /// Multiplies it.
+    pub(super) intensity: f32,
+    /// What is seen behind the scene; `None` is the light.
+    pub(super) background: Option<EnvironmentSource>,
+}
+
+impl EnvironmentWishes {
+    /// The picture files that will be read.
+    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+        [&self.light, &self.background].into_iter().flatten().filter_map(|source| match source {
+            EnvironmentSource::File(path, _) => Some(path.as_path()),
+            _ => None,
+        })
+    }
+
+    /// Whether camera rays that leave the scene see anything.
+    pub(super) fn shows_background(&self) -> bool {
+        self.background != Some(EnvironmentSource::None)
+    }
+}
+
 /// Loads what was asked for; without a wish the studio lights scenes that have no light of their own.
 pub(super) fn load(
-    source: Option<&EnvironmentSource>,
+    wishes: &EnvironmentWishes,
     scene: &Scene,
     selection: &Selection,
     max_memory_bytes: u64,
 ) -> Result<LoadedEnvironment> {
+    let image_light = selection.image_light.and_then(|index| scene.image_lights.get(index.index()));
+    let mut loaded = match (&wishes.light, image_light) {
+        (Some(source), _) => of_source(source, "--env", max_memory_bytes)?,
+        (None, Some(light)) => of_image_light(light),
+        (None, None) if has_lights(scene, selection) => {
+            of_source(&EnvironmentSource::None, "--env", max_memory_bytes)?
+        }
+        (None, None) => of_source(&EnvironmentSource::Studio, "--env", max_memory_bytes)?,
+    };
+    let background = wishes.background.as_ref().filter(|_| wishes.shows_background());
+    let background =
+        background.map(|source| of_source(source, "--background", max_memory_bytes)).transpose()?;
+    let intensity = wishes.intensity;
+    if intensity == 1.0 && background.is_none() {
+        return Ok(loaded);
+    }
+    if intensity != 1.0 {
+        loaded.key += &format!(" times {:08x}", intensity.to_bits());
+        if !loaded.description.is_empty() {
+            loaded.description += &format!(" times {intensity}");
+        }
+    }
+    let background = background.map(|background| {
+        loaded.key += &format!(" before {}", background.key);
+        let separator = if loaded.description.is_empty() { "" } else { ", " };
+        loaded.description +=
+            &format!("{separator}background {}", background.description.trim_start_matches("environment "));
+        loaded.warnings.extend(background.warnings);
+        background.environment
+    });
+    let light = std::mem::take(&mut loaded.environment);
+    loaded.environment =
+        Environment::Composed(Box::new(ComposedEnvironment { light, intensity, background }));
+    Ok(loaded)
+}
+
+/// The surroundings that come with the file, whose hash covers them.
+fn of_image_light(light: &ImageLight) -> LoadedEnvironment {
+    LoadedEnvironment {
+        environment: Environment::Map(EnvironmentMap::of_image_light(light)),
+        key: "image light".to_owned(),
+        description: "the file's image-based light".to_owned(),
+        warnings: Vec::new(),
+    }
+}
+
+/// What one option asks for.
+fn of_source(source: &EnvironmentSource, option: &str, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
     let plain = |environment, key: String, description: &str| LoadedEnvironment {
         environment,
         key,
         description: description.to_owned(),
         warnings: Vec::new(),
     };
-    let none = || plain(Environment::None, "none".to_owned(), "");
-    let studio = || plain(Environment::Studio, "studio".to_owned(), "studio light");
-    if let Some(index) = selection.image_light.filter(|_| source.is_none())
-        && let Some(light) = scene.image_lights.get(index.index())
-    {
-        let environment = Environment::Map(EnvironmentMap::of_image_light(light));
-        // The pictures are part of the scene, whose hash covers them.
-        return Ok(plain(environment, format!("image light {}", index.0), "the file's image-based light"));
-    }
     Ok(match source {
-        None if has_lights(scene, selection) => none(),
-        None | Some(EnvironmentSource::Studio) => studio(),
-        Some(EnvironmentSource::None) => none(),
-        Some(&EnvironmentSource::Constant([r, g, b])) => {
+        EnvironmentSource::None => plain(Environment::None, "none".to_owned(), ""),
+        EnvironmentSource::Studio => plain(Environment::Studio, "studio".to_owned(), "studio light"),
+        &EnvironmentSource::Constant([r, g, b]) => {
             let bits = [r, g, b].map(|value| format!("{:08x}", value.to_bits())).join(" ");
             let description = format!("environment {r},{g},{b}");
             plain(Environment::Constant(Vec3::new(r, g, b)), format!("constant {bits}"), &description)
         }
-        Some(EnvironmentSource::File(path, degrees)) => map(path, *degrees, max_memory_bytes)?,
+        EnvironmentSource::File(path, degrees) => {
+            map(path, *degrees, max_memory_bytes).map_err(|error| explained(error, path, option))?
+        }
     })
 }
 
 fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
-    let bytes = read_regular_file(path, max_memory_bytes).map_err(|error| explained(error, path))?;
+    let bytes = read_regular_file(path, max_memory_bytes)?;
     let digest = Sha256::digest(&bytes);
     let digest: Vec<String> = digest.iter().map(|byte| format!("{byte:02x}")).collect();
     let pixels = read_environment(path, &bytes, max_memory_bytes)?;
@@ -78,7 +144,7 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
 }
 
 /// Adds what can be written where the file is missing.
-fn explained(error: Error, path: &Path) -> Error {
+fn explained(error: Error, path: &Path, option: &str) -> Error {
     let Error::Missing { pointer, source, .. } = error else {
         return error;
     };
@@ -87,10 +153,13 @@ fn explained(error: Error, path: &Path) -> Error {
         && Path::new(file).is_file()
     {
         return Error::usage(format!(
-            "--env: after {file}@ stands the number of degrees to turn it by, not \"{degrees}\""
+            "{option}: after {file}@ stands the number of degrees to turn it by, not \"{degrees}\""
         ));
     }
-    let forms = "--env takes a .hdr or .exr file, R,G,B, studio or none";
+    let forms = match option {
+        "--background" => "--background takes env, none, R,G,B, studio, or a .hdr or .exr file",
+        _ => "--env takes a .hdr or .exr file, R,G,B, studio or none",
+    };
     let source = std::io::Error::new(source.kind(), format!("{source}; {forms}"));
     Error::Missing { path: path.to_owned(), pointer, source }
 }

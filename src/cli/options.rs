@@ -224,6 +224,14 @@ pub(super) fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
     Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
 }
 
+/// What `environment` takes, or `env` for the light itself, which is `None`.
+pub(super) fn background(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
+    if text == "env" {
+        return Ok(None);
+    }
+    environment(text).map(Some).map_err(|why| format!("{why}, or env"))
+}
+
 fn is_number_list(text: &str) -> bool {
     text.contains(',') && text.split(',').all(|part| part.trim().parse::<f32>().is_ok())
 }
@@ -282,6 +290,16 @@ mod tests {
         assert_eq!(choice("#x"), Choice::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
         assert_eq!(clips("Walk"), ClipChoice::One(Choice::Name("Walk".to_owned())));
+    }
+
+    #[test]
+    fn backgrounds_may_be_the_light_itself() {
+        let parse = |text: &str| background(OsStr::new(text));
+        assert_eq!(parse("env"), Ok(None));
+        assert_eq!(parse("none"), Ok(Some(EnvironmentSource::None)));
+        assert_eq!(parse("0,1,0"), Ok(Some(EnvironmentSource::Constant([0.0, 1.0, 0.0]))));
+        assert_eq!(parse("sky.exr@-30"), Ok(Some(EnvironmentSource::File("sky.exr".into(), -30.0))));
+        assert!(parse("1,2").is_err() && parse("").is_err());
     }
 
     #[test]

@@ -10,17 +10,15 @@ use crate::film::PixelWindow;
 use crate::frame;
 use crate::gltf::{self, ImportOptions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
-use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest};
+use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 use crate::sequence::{
     ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, duration_seconds,
 };
 
-use super::environment::{self, LoadedEnvironment};
+use super::environment::{self, EnvironmentWishes, LoadedEnvironment};
 use super::memory_limit::default_max_memory_bytes;
-use super::options::{self, EnvironmentSource};
-use super::render_args::{
-    Background, BvhArg, FilterArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg,
-};
+use super::options;
+use super::render_args::{BvhArg, FilterArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
 
 /// A picture's size unless another is asked for, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
@@ -45,7 +43,7 @@ struct Wishes {
     frames: FrameSpec,
     rate: FrameRate,
     output: Option<OutputPattern>,
-    environment: Option<EnvironmentSource>,
+    environment: EnvironmentWishes,
     exposure: Exposure,
     simd: SimdLevel,
     max_memory_bytes: u64,
@@ -59,14 +57,13 @@ struct Wishes {
 pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let wishes = understand(args)?;
     let max_memory_bytes = wishes.max_memory_bytes;
-    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let mut scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    catch_shadows(&mut scene, &args.shadow_catcher)?;
     let (selection, choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
-        environment::load(wishes.environment.as_ref(), &scene, &selection, max_memory_bytes)?;
+        environment::load(&wishes.environment, &scene, &selection, max_memory_bytes)?;
     let mut inputs = vec![args.scene.clone()];
-    if let Some(EnvironmentSource::File(path, _)) = wishes.environment {
-        inputs.push(path);
-    }
+    inputs.extend(wishes.environment.files().map(PathBuf::from));
     let warnings = [scene.warnings.clone(), environment_warnings].concat();
 
     let duration = duration_seconds(&scene, &selection);
@@ -75,7 +72,8 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let stem = args.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
-    let render = render_settings(args, &scene, &selection)?;
+    let show_background = wishes.environment.shows_background();
+    let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
     let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
     let sequence = SequenceJob {
@@ -112,11 +110,27 @@ fn understand(args: &RenderArgs) -> Result<Wishes> {
         frames: frame_spec(args).map_err(usage("--frames"))?,
         rate: FrameRate::parse(&args.fps).map_err(usage("--fps"))?,
         output: output.map_err(usage("--output"))?,
-        environment: args.env.as_deref().map(options::environment).transpose().map_err(usage("--env"))?,
+        environment: EnvironmentWishes {
+            light: args.env.as_deref().map(options::environment).transpose().map_err(usage("--env"))?,
+            intensity: args.env_intensity,
+            background: options::background(&args.background).map_err(usage("--background"))?,
+        },
         exposure: exposure.map_or(Exposure::Auto, Exposure::Ev),
         simd: simd_level(args.simd)?,
         max_memory_bytes: args.max_memory.unwrap_or_else(default_max_memory_bytes),
     })
+}
+
+fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
+    for name in names {
+        if mark_shadow_catchers(scene, name) == 0 {
+            return Err(Error::usage(format!(
+                "--shadow-catcher: neither a node with a mesh nor a material is called \"{}\"",
+                name.escape_debug()
+            )));
+        }
+    }
+    Ok(())
 }
 
 fn frame_spec(args: &RenderArgs) -> std::result::Result<FrameSpec, String> {
@@ -154,6 +168,7 @@ fn selection_request(args: &RenderArgs) -> SelectionRequest {
         scene: args.scene_choice.as_deref().map(options::choice),
         clips: options::clips(&args.animation),
         camera: args.camera.as_deref().map(options::camera),
+        variant: args.variant.as_deref().map(options::choice),
     }
 }
 
@@ -211,7 +226,8 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
             FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
         },
         lens: lens(args, scene, selection)?,
-        show_background: args.background == Background::Env,
+        glossy_samples: args.glossy,
+        show_background: true,
     })
 }
 

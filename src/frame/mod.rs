@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Triangle;
 use crate::scene::{
-    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin,
+    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
 use animation::ScenePose;
@@ -148,12 +148,12 @@ impl Frame {
         self.lights.clear();
         let shining = drawn.iter().filter(|node| !pose.hidden[node.index()]);
         self.lights.extend(shining.filter_map(|&node| placed::light(scene, &pose.lights, node, world)));
-        self.list_shapes(scene, &drawn);
+        self.list_shapes(scene, &drawn, selection.variant);
         self.pose_shapes(scene);
     }
 
     /// Gives every drawn primitive its place among triangles and vertices.
-    fn list_shapes(&mut self, scene: &Scene, drawn: &[NodeIndex]) {
+    fn list_shapes(&mut self, scene: &Scene, drawn: &[NodeIndex], variant: Option<VariantIndex>) {
         self.shapes.clear();
         let (mut triangles, mut vertices) = (0_usize, 0_usize);
         for &node in drawn {
@@ -170,7 +170,7 @@ impl Frame {
                     instance: instance as u32,
                     mesh,
                     primitive: index,
-                    material: primitive.material,
+                    material: primitive.material_in(variant),
                     first_triangle: triangles as u32,
                     first_vertex: vertices,
                     mirrored: false,
@@ -275,7 +275,7 @@ fn flags_of(material: &Material) -> PrimitiveFlags {
     if !material.double_sided && !is_volume(material) {
         flags = flags.with(PrimitiveFlags::SINGLE_SIDED);
     }
-    if material.alpha_mode != AlphaMode::Opaque || transmits(material) {
+    if material.alpha_mode != AlphaMode::Opaque || transmits(material) || material.is_shadow_catcher {
         flags = flags.with(PrimitiveFlags::FILTERED);
     }
     flags

@@ -8,7 +8,7 @@
 //!
 //! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
 //! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
-//! what `bounds` has checked, and `mesh`, `material`, `image`, `node`, `skin`, `camera`, `light` and `animation` build
+//! what `bounds` has checked, and `mesh`, `material`, `variants`, `image`, `mip_maps`, `node`, `skin`, `camera`, `light` and `animation` build
 //! the scene.
 //!
 //! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
@@ -36,6 +36,7 @@ mod light;
 mod material;
 mod mesh;
 mod meshopt;
+mod mip_maps;
 mod morph;
 mod node;
 mod normals;
@@ -50,6 +51,7 @@ mod tests;
 mod texture;
 mod topology;
 mod uri;
+mod variants;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -110,7 +112,9 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let mut textures = texture::TextureTable::new(&document);
     let materials = material::import(&mut context, &document, &mut textures)?;
     let images = image::import(&mut context, &data, &mut resources, &textures)?;
+    let mips = mip_maps::import(&mut context, &images, &textures)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
+    let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;
     let image_lights = image_light::import(&mut context, &data, &mut resources)?;
     let cameras = camera::import(&mut context, &document)?;
@@ -130,8 +134,10 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
         meshes,
         skins,
         materials,
+        variants,
         textures: textures.textures,
         images,
+        mips,
         lights,
         image_lights,
         cameras,

@@ -5,6 +5,7 @@
 use std::ops::RangeInclusive;
 
 use super::document::Document;
+use super::extensions::{IOR, SPECULAR, SPECULAR_GLOSSINESS};
 use super::raw::{ANY, Raw};
 use crate::scene::{
     AnimationTarget, CameraIndex, CameraProperty, LightIndex, LightProperty, MaterialIndex, MaterialProperty,
@@ -23,7 +24,7 @@ pub(super) struct Property {
     pub(super) is_switch: bool,
 }
 
-const MATERIAL: [(&str, MaterialProperty); 12] = [
+const MATERIAL: [(&str, MaterialProperty); 31] = [
     ("pbrMetallicRoughness/baseColorFactor", MaterialProperty::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", MaterialProperty::Metallic),
     ("pbrMetallicRoughness/roughnessFactor", MaterialProperty::Roughness),
@@ -36,15 +37,68 @@ const MATERIAL: [(&str, MaterialProperty); 12] = [
     ("extensions/KHR_materials_transmission/transmissionFactor", MaterialProperty::Transmission),
     ("extensions/KHR_materials_volume/attenuationDistance", MaterialProperty::AttenuationDistance),
     ("extensions/KHR_materials_volume/attenuationColor", MaterialProperty::AttenuationColor),
+    ("extensions/KHR_materials_dispersion/dispersion", MaterialProperty::Dispersion),
+    ("extensions/KHR_materials_specular/specularFactor", MaterialProperty::Specular),
+    ("extensions/KHR_materials_specular/specularColorFactor", MaterialProperty::SpecularColor),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseFactor", MaterialProperty::BaseColor),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/specularFactor", MaterialProperty::SpecularColor),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor", MaterialProperty::Glossiness),
+    ("extensions/KHR_materials_clearcoat/clearcoatFactor", MaterialProperty::ClearCoat),
+    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor", MaterialProperty::ClearCoatRoughness),
+    (
+        "extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale",
+        MaterialProperty::ClearCoatNormalScale,
+    ),
+    ("extensions/KHR_materials_sheen/sheenColorFactor", MaterialProperty::SheenColor),
+    ("extensions/KHR_materials_sheen/sheenRoughnessFactor", MaterialProperty::SheenRoughness),
+    ("extensions/KHR_materials_iridescence/iridescenceFactor", MaterialProperty::Iridescence),
+    ("extensions/KHR_materials_iridescence/iridescenceIor", MaterialProperty::IridescenceIor),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceThicknessMinimum",
+        MaterialProperty::IridescenceThicknessMinimum,
+    ),
+    (
+        "extensions/KHR_materials_iridescence/iridescenceThicknessMaximum",
+        MaterialProperty::IridescenceThicknessMaximum,
+    ),
+    ("extensions/KHR_materials_anisotropy/anisotropyStrength", MaterialProperty::Anisotropy),
+    ("extensions/KHR_materials_anisotropy/anisotropyRotation", MaterialProperty::AnisotropyRotation),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionFactor",
+        MaterialProperty::DiffuseTransmission,
+    ),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorFactor",
+        MaterialProperty::DiffuseTransmissionColor,
+    ),
 ];
 
-const TEXTURES: [(&str, TextureSlot); 6] = [
+const TEXTURES: [(&str, TextureSlot); 19] = [
     ("pbrMetallicRoughness/baseColorTexture", TextureSlot::BaseColor),
     ("pbrMetallicRoughness/metallicRoughnessTexture", TextureSlot::MetallicRoughness),
     ("normalTexture", TextureSlot::Normal),
     ("occlusionTexture", TextureSlot::Occlusion),
     ("emissiveTexture", TextureSlot::Emissive),
     ("extensions/KHR_materials_transmission/transmissionTexture", TextureSlot::Transmission),
+    ("extensions/KHR_materials_specular/specularTexture", TextureSlot::Specular),
+    ("extensions/KHR_materials_specular/specularColorTexture", TextureSlot::SpecularColor),
+    ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture", TextureSlot::BaseColor),
+    ("extensions/KHR_materials_clearcoat/clearcoatTexture", TextureSlot::ClearCoat),
+    ("extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", TextureSlot::ClearCoatRoughness),
+    ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", TextureSlot::ClearCoatNormal),
+    ("extensions/KHR_materials_sheen/sheenColorTexture", TextureSlot::SheenColor),
+    ("extensions/KHR_materials_sheen/sheenRoughnessTexture", TextureSlot::SheenRoughness),
+    ("extensions/KHR_materials_iridescence/iridescenceTexture", TextureSlot::Iridescence),
+    ("extensions/KHR_materials_iridescence/iridescenceThicknessTexture", TextureSlot::IridescenceThickness),
+    ("extensions/KHR_materials_anisotropy/anisotropyTexture", TextureSlot::Anisotropy),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionTexture",
+        TextureSlot::DiffuseTransmission,
+    ),
+    (
+        "extensions/KHR_materials_diffuse_transmission/diffuseTransmissionColorTexture",
+        TextureSlot::DiffuseTransmissionColor,
+    ),
 ];
 
 const LIGHT: [(&str, LightProperty); 5] = [
@@ -88,7 +142,13 @@ pub(super) fn property(document: &Document, pointer: &str) -> Option<Property> {
     match array {
         "nodes" => of_node(NodeIndex(index), path),
         "meshes" if path == "weights" => Some(number(AnimationTarget::MeshWeights(MeshIndex(index)), 0, ANY)),
-        "materials" => of_material(MaterialIndex(index), path),
+        "materials" => {
+            let own = document.element("materials", index as usize)?;
+            let replaced = own.extension(SPECULAR_GLOSSINESS).is_some()
+                && (path.starts_with("pbrMetallicRoughness/")
+                    || [IOR, SPECULAR].iter().any(|name| path.contains(name)));
+            if replaced { None } else { of_material(MaterialIndex(index), path) }
+        }
         "cameras" => {
             let property = found(&CAMERA, path)?;
             Some(number(AnimationTarget::Camera(CameraIndex(index), property), 1, property.range()))

@@ -2,7 +2,7 @@
 //!
 //! Source: glTF 2.0 specification, sections 3.8 (texture data) and 5.29 (texture info); `KHR_texture_transform`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::Vec2;
 use gltf::json;
@@ -14,7 +14,10 @@ use super::document::Document;
 use super::extensions::{TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP};
 use super::raw::{ANY, Raw};
 use crate::error::Result;
-use crate::scene::{Filter, ImageIndex, Sampler, Texture, TextureIndex, TextureRef, UvTransform, WrapMode};
+use crate::scene::{
+    Encoding, Filter, ImageIndex, MipFilter, Sampler, Texture, TextureIndex, TextureRef, UvRotation,
+    UvTransform, WrapMode,
+};
 
 /// More coordinate sets than any file has; a limit, because missing ones are filled in.
 const MAX_UV_SETS: usize = 64;
@@ -32,6 +35,8 @@ pub(super) struct TextureTable<'a> {
     pub(super) textures: Vec<Texture>,
     /// Their images, as indices of the file.
     pub(super) images: Vec<usize>,
+    /// What each texture that has smaller copies is used for.
+    pub(super) uses: BTreeSet<(ImageIndex, Encoding)>,
     texture_of: BTreeMap<usize, TextureIndex>,
     image_of: BTreeMap<usize, ImageIndex>,
 }
@@ -42,6 +47,7 @@ impl<'a> TextureTable<'a> {
             document,
             textures: Vec::new(),
             images: Vec::new(),
+            uses: BTreeSet::new(),
             texture_of: BTreeMap::new(),
             image_of: BTreeMap::new(),
         }
@@ -69,7 +75,7 @@ impl<'a> TextureTable<'a> {
             uv_set = extension.index(context, "texCoord")?.unwrap_or(uv_set);
             transform = UvTransform {
                 offset: Vec2::from_array(extension.numbers(context, "offset", [0.0; 2], ANY)?),
-                rotation_radians: extension.number(context, "rotation", 0.0, ANY)?,
+                rotation: UvRotation::from_radians(extension.number(context, "rotation", 0.0, ANY)?),
                 scale: Vec2::from_array(extension.numbers(context, "scale", [1.0; 2], ANY)?),
             };
         }
@@ -80,7 +86,30 @@ impl<'a> TextureTable<'a> {
         let Some(texture) = self.texture(context, index, &pointer)? else {
             return Ok(None);
         };
+        self.note_use(texture, key);
         Ok(Some(TextureRef { texture, uv_set: u32::try_from(uv_set).unwrap_or_default(), transform }))
+    }
+
+    /// Notes what the texture is used for, which its place in the material says.
+    fn note_use(&mut self, texture: TextureIndex, key: &str) {
+        let Some(Texture { image, sampler, .. }) = self.textures.get(texture.index()) else {
+            return;
+        };
+        if sampler.mip == MipFilter::None {
+            return;
+        }
+        let encodings: &[Encoding] = match key {
+            // Which of the two it is depends on how alpha is used; images without alpha have one copy for both.
+            "baseColorTexture" | "diffuseTexture" => &[Encoding::Srgb, Encoding::CoveredSrgb],
+            "emissiveTexture"
+            | "specularColorTexture"
+            | "sheenColorTexture"
+            | "specularGlossinessTexture"
+            | "diffuseTransmissionColorTexture" => &[Encoding::Srgb],
+            "normalTexture" | "clearcoatNormalTexture" => &[Encoding::Normal],
+            _ => &[Encoding::Linear],
+        };
+        self.uses.extend(encodings.iter().map(|encoding| (*image, *encoding)));
     }
 
     /// The texture `index`; `None`, noted, when it has no image.
@@ -209,15 +238,14 @@ fn sampler(context: &Context, document: &Document, texture: &json::Texture, inde
             return Err(context.invalid(format!("{pointer}/magFilter"), "must be 9728 or 9729"));
         }
     };
-    // The filter within a level; there is only the full image.
-    let minify = match &sampler.min_filter {
-        None
-        | Some(Checked::Valid(
-            MinFilter::Linear | MinFilter::LinearMipmapNearest | MinFilter::LinearMipmapLinear,
-        )) => Filter::Linear,
-        Some(Checked::Valid(
-            MinFilter::Nearest | MinFilter::NearestMipmapNearest | MinFilter::NearestMipmapLinear,
-        )) => Filter::Nearest,
+    // Within a level, and between levels. The specification leaves the choice open where the file does not say.
+    let (minify, mip) = match &sampler.min_filter {
+        None | Some(Checked::Valid(MinFilter::LinearMipmapLinear)) => (Filter::Linear, MipFilter::Linear),
+        Some(Checked::Valid(MinFilter::Linear)) => (Filter::Linear, MipFilter::None),
+        Some(Checked::Valid(MinFilter::LinearMipmapNearest)) => (Filter::Linear, MipFilter::Nearest),
+        Some(Checked::Valid(MinFilter::Nearest)) => (Filter::Nearest, MipFilter::None),
+        Some(Checked::Valid(MinFilter::NearestMipmapNearest)) => (Filter::Nearest, MipFilter::Nearest),
+        Some(Checked::Valid(MinFilter::NearestMipmapLinear)) => (Filter::Nearest, MipFilter::Linear),
         Some(Checked::Invalid) => {
             let message = "must be 9728, 9729 or one of 9984 to 9987";
             return Err(context.invalid(format!("{pointer}/minFilter"), message));
@@ -228,5 +256,6 @@ fn sampler(context: &Context, document: &Document, texture: &json::Texture, inde
         wrap_v: wrap(&sampler.wrap_t, "wrapT")?,
         magnify,
         minify,
+        mip,
     })
 }

@@ -6,9 +6,10 @@
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
-use super::{Footprint, MediaStack, Path, PathClass};
+use super::{MediaStack, Path, PathClass, Spectrum};
 use crate::frame::PosedCamera;
 use crate::geometry::{Ray, concentric_disk_point};
+use crate::interaction::Footprint;
 use crate::scene::Projection;
 
 /// A camera with a picture in front of it.
@@ -18,7 +19,8 @@ pub struct CameraRays {
     resolution: Vec2,
     /// Half the picture at distance one (perspective) or in metres (orthographic).
     half_size: Vec2,
-    footprint: Footprint,
+    /// From one sample to the next along rows and columns, at distance one or in metres.
+    sample_steps: [Vec3; 2],
     time_seconds: f32,
     lens: Option<ThinLens>,
 }
@@ -42,12 +44,17 @@ impl CameraRays {
     ) -> Self {
         let resolution = Vec2::new(resolution.0 as f32, resolution.1 as f32);
         let half_size = camera.projection.half_size(resolution.x / resolution.y);
-        let pixel = 2.0 * half_size.y / resolution.y;
-        let footprint = match camera.projection {
-            Projection::Perspective { .. } => Footprint { width: 0.0, spread: pixel },
-            Projection::Orthographic { .. } => Footprint { width: pixel, spread: 0.0 },
-        };
-        Self { camera: *camera, resolution, half_size, footprint, time_seconds, lens }
+        let step = half_size / resolution * 2.0;
+        let world_from_camera = &camera.world_from_camera;
+        let sample_steps =
+            [Vec3::X * step.x, Vec3::NEG_Y * step.y].map(|step| world_from_camera.transform_vector3(step));
+        Self { camera: *camera, resolution, half_size, sample_steps, time_seconds, lens }
+    }
+
+    /// The same rays, `samples` of which share a pixel.
+    pub fn sharing_pixels(self, samples: u32) -> Self {
+        let scale = 1.0 / libm::sqrtf(samples as f32);
+        Self { sample_steps: self.sample_steps.map(|step| step * scale), ..self }
     }
 
     /// The ray of a sample through `position`, in pixels from the picture's top left corner.
@@ -78,15 +85,32 @@ impl CameraRays {
         }
     }
 
-    /// The path of a ray that starts in `media`, for sample `sample` of a batch.
-    pub fn path(&self, media: MediaStack, sample: u32, seed: Seed) -> Path {
+    /// What a camera ray stands for: its share of the pixel.
+    pub fn footprint(&self, ray: &Ray) -> Footprint {
+        match self.camera.projection {
+            Projection::Orthographic { .. } => {
+                Footprint { origin: self.sample_steps, direction: [Vec3::ZERO; 2] }
+            }
+            Projection::Perspective { .. } => {
+                // D = d / |d| for the d that reaches distance one along the axis: D' = (d' − D (D·d')) / |d|.
+                let direction = ray.direction;
+                let per_length = -direction.dot(self.camera.world_from_camera.z_axis.truncate());
+                let turn = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
+                Footprint { origin: [Vec3::ZERO; 2], direction: self.sample_steps.map(turn) }
+            }
+        }
+    }
+
+    /// The path of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
+    pub fn path(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> Path {
         Path {
             time_seconds: self.time_seconds,
-            footprint: self.footprint,
+            footprint: self.footprint(ray),
             media,
             touching: None,
             weight: Vec3::ONE,
             class: PathClass::Camera,
+            spectrum: Spectrum::White,
             depth: 0,
             sample,
             seed,
@@ -130,6 +154,29 @@ mod tests {
         assert_eq!(middle.direction, Vec3::NEG_Z);
     }
 
+    #[test]
+    fn footprints_are_the_difference_of_neighbours() {
+        let rotation = glam::Quat::from_xyzw(0.0, 0.6, 0.0, 0.8);
+        let world_from_camera = glam::Mat4::from_rotation_translation(rotation, Vec3::new(1.0, 2.0, 3.0));
+        let orthographic = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.1, z_far: 9.0 };
+        for projection in [perspective(None), orthographic] {
+            let camera = PosedCamera { projection, world_from_camera };
+            // Four samples a pixel lie half a pixel apart.
+            let rays = CameraRays::new(&camera, (400, 200), 0.0, None).sharing_pixels(4);
+            let at = |position| rays.ray(position, Seed::default());
+            for position in [Vec2::new(200.0, 100.0), Vec2::new(3.0, 190.0)] {
+                let ray = at(position);
+                let footprint = rays.footprint(&ray);
+                for (axis, step) in [Vec2::X, Vec2::Y].into_iter().enumerate() {
+                    let (before, after) = (at(position - step * 0.25), at(position + step * 0.25));
+                    let (moved, turned) = (after.origin - before.origin, after.direction - before.direction);
+                    assert!((footprint.origin[axis] - moved).length() < 1e-5);
+                    assert!((footprint.direction[axis] - turned).length() < 1e-5, "{turned}");
+                    assert!(moved.length() + turned.length() > 1e-4);
+                }
+            }
+        }
+    }
     #[test]
     fn rays_from_all_over_the_lens_meet_in_focus_and_begin_at_the_near_plane() {
         let orthographic = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.1, z_far: 50.0 };

@@ -5,13 +5,14 @@ use glam::Vec3;
 use super::MediaStack;
 use super::random::Seed;
 use crate::bvh::Hit;
+use crate::interaction::Footprint;
 
 /// A branch of Whitted's tree, up to its last ray. That ray's direction has unit length, so that its `t` is in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
     /// Seconds since the start of the animation.
     pub time_seconds: f32,
-    /// How wide the last ray is.
+    /// What the last ray stands for.
     pub footprint: Footprint,
     /// The closed volumes that the last ray starts in.
     pub media: MediaStack,
@@ -21,6 +22,8 @@ pub struct Path {
     pub weight: Vec3,
     /// What made the last ray.
     pub class: PathClass,
+    /// Which colours it stands for.
+    pub spectrum: Spectrum,
     /// Reflections and refractions so far.
     pub depth: u32,
     /// Subscript of the sample in its batch.
@@ -40,19 +43,31 @@ pub enum PathClass {
     Refraction,
 }
 
-/// The cone around a ray that stands for the pixel (Akenine-Möller et al. 2019, "Texture Level of Detail Strategies for
-/// Real-Time Ray Tracing").
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
-    /// Width at the origin, metres.
-    pub width: f32,
-    /// Growth of the width a metre.
-    pub spread: f32,
+/// Which colours a ray stands for. Glass that bends them differently parts white rays into three.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spectrum {
+    /// All.
+    #[default]
+    White,
+    /// Red alone.
+    Red,
+    /// Green alone.
+    Green,
+    /// Blue alone.
+    Blue,
 }
 
-impl Footprint {
-    /// Width after `t` metres.
-    pub fn width_at(&self, t: f32) -> f32 {
-        self.width + self.spread * t
+impl Spectrum {
+    /// Single colours, in the order of channels.
+    pub const COLORS: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
+
+    /// One in the channels that it stands for, zero in others.
+    pub fn mask(self) -> Vec3 {
+        match self {
+            Self::White => Vec3::ONE,
+            Self::Red => Vec3::X,
+            Self::Green => Vec3::Y,
+            Self::Blue => Vec3::Z,
+        }
     }
 }

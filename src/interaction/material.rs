@@ -3,24 +3,20 @@
 use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
-use super::texture_lookup::{self, Encoding};
-use super::{MaterialSample, PosedScene, SurfacePoint};
+use super::texture_lookup::{self, UvFootprint};
+use super::{MaterialSample, PosedScene, SurfacePoint, layers};
 use crate::bvh::Hit;
 use crate::frame::{Shape, is_volume, transmits};
-use crate::scene::{AlphaMode, Material, TextureRef};
+use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 
 /// All values of the material at `point`.
 pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let material = &posed.frame.materials[point.shape.material.index()];
-    let lookup = |reference: &Option<TextureRef>, encoding| match reference {
-        Some(reference) => {
-            let (uv, footprint) = point.uv(posed, reference);
-            texture_lookup::sample(posed.scene, reference, uv, footprint, encoding)
-        }
-        None => Vec4::ONE,
-    };
+    let lookup = |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference, encoding);
+    let base_encoding =
+        if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
-        * lookup(&material.base_color_texture, Encoding::Srgb)
+        * lookup(&material.base_color_texture, base_encoding)
         * vertex_color(posed, point.shape, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
@@ -31,7 +27,7 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         Some(transmission) => transmission.factor * lookup(&transmission.texture, Encoding::Linear).x,
         None => 0.0,
     };
-    MaterialSample {
+    let mut sample = MaterialSample {
         base_color: base.truncate(),
         metallic: material.metallic * metallic_roughness.z,
         roughness: material.roughness * metallic_roughness.y,
@@ -45,7 +41,34 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         ior: material.ior,
         transmission: if transmits(material) { transmission } else { 0.0 },
         thin: !is_volume(material),
+        ..MaterialSample::default()
+    };
+    if !material.unlit {
+        layers::add(posed, point, material, &mut sample);
     }
+    sample
+}
+
+/// The value of a texture at `point`; ones without a texture.
+pub(super) fn looked_up(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    reference: &Option<TextureRef>,
+    encoding: Encoding,
+) -> Vec4 {
+    match reference {
+        Some(reference) => {
+            let (uv, footprint) = point.uv(posed, reference);
+            texture_lookup::sample(posed.scene, reference, uv, footprint, encoding)
+        }
+        None => Vec4::ONE,
+    }
+}
+
+/// Whether a hit is on a surface that is invisible but for the shadows on it.
+pub fn catches_shadows(posed: PosedScene<'_>, hit: &Hit) -> bool {
+    let shape = posed.frame.shape(hit.primitive);
+    posed.frame.materials[shape.material.index()].is_shadow_catcher
 }
 
 /// Coverage of a hit after the alpha mode, always looked up in the full image so that shadows and pictures agree.
@@ -79,7 +102,7 @@ fn alpha_at_corners(posed: PosedScene<'_>, shape: &Shape, corners: [u32; 3], wei
         Some(reference) => {
             let [a, b, c] = shape.uvs(posed.scene, reference.uv_set as usize, corners);
             let uv = a * weights[0] + b * weights[1] + c * weights[2];
-            texture_lookup::sample(posed.scene, reference, uv, 0.0, Encoding::Linear).w
+            texture_lookup::sample(posed.scene, reference, uv, UvFootprint::POINT, Encoding::Linear).w
         }
         None => 1.0,
     };

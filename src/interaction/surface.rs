@@ -2,7 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{PosedScene, normal};
+use super::footprint::weight_steps;
+use super::texture_lookup::UvFootprint;
+use super::{Footprint, PosedScene, normal};
 use crate::bvh::Hit;
 use crate::frame::{PosedVertex, Shape};
 use crate::geometry::{Facing, Ray, Triangle, unit};
@@ -33,15 +35,15 @@ pub struct SurfacePoint<'a> {
     pub(super) corners: [u32; 3],
     /// Weights of the three corners.
     pub(super) weights: [f32; 3],
-    /// Width of the ray's footprint, metres.
-    pub(super) footprint_width: f32,
-    /// Twice the triangle's area, square metres.
-    pub(super) doubled_area: f32,
+    /// How far on the surface the neighbours of the ray lie, metres.
+    pub(super) position_steps: [Vec3; 2],
+    /// How the weights of the second and third corner change over these steps; known where there are texture coordinates.
+    weight_steps: [Vec2; 2],
 }
 
 impl<'a> SurfacePoint<'a> {
-    /// The point where `ray` meets `hit`; `footprint_width` is the ray's width there in metres.
-    pub fn new(posed: PosedScene<'a>, ray: &Ray, hit: &Hit, footprint_width: f32) -> Self {
+    /// The point where `ray` meets `hit`. A ray that stands for more than itself has a direction of unit length.
+    pub fn new(posed: PosedScene<'a>, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
         let frame = posed.frame;
         let shape = frame.shape(hit.primitive);
         let triangle = &frame.triangles[hit.primitive as usize];
@@ -50,9 +52,16 @@ impl<'a> SurfacePoint<'a> {
         let position = interpolated([a, b, c], hit);
         let wo = -unit(ray.direction).unwrap_or(Vec3::Y);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
-        let (front_normal, doubled_area) = normal::of_triangle(triangle);
+        let front_normal = normal::of_triangle(triangle);
         let corners = corner_indices(posed, shape, hit.primitive);
         let vertices = corners.map(|corner| &frame.vertices[shape.first_vertex + corner as usize]);
+        let (position_steps, weight_steps) = if *footprint == Footprint::POINT {
+            ([Vec3::ZERO; 2], [Vec2::ZERO; 2])
+        } else {
+            let steps = footprint.on_surface(ray.direction, hit.t, front_normal);
+            let has_uvs = !shape.primitive(posed.scene).uvs.is_empty();
+            (steps, if has_uvs { weight_steps(triangle, steps) } else { [Vec2::ZERO; 2] })
+        };
 
         let mut point = Self {
             shape,
@@ -66,8 +75,8 @@ impl<'a> SurfacePoint<'a> {
             shadow_position: position,
             corners,
             weights,
-            footprint_width,
-            doubled_area,
+            position_steps,
+            weight_steps,
         };
         if vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO) {
             point.shadow_position = terminator_free_point(&point, [a, b, c], &vertices);
@@ -77,14 +86,11 @@ impl<'a> SurfacePoint<'a> {
         point
     }
 
-    /// Texture coordinates that `reference` looks up, and the footprint's width in them.
-    pub(super) fn uv(&self, posed: PosedScene<'_>, reference: &TextureRef) -> (Vec2, f32) {
+    /// Texture coordinates that `reference` looks up, and how they change over the ray's footprint.
+    pub(super) fn uv(&self, posed: PosedScene<'_>, reference: &TextureRef) -> (Vec2, UvFootprint) {
         let [a, b, c] = self.shape.uvs(posed.scene, reference.uv_set as usize, self.corners);
         let uv = a * self.weights[0] + b * self.weights[1] + c * self.weights[2];
-        let doubled_uv_area = (b - a).perp_dot(c - a).abs();
-        let uv_a_metre =
-            if self.doubled_area > 0.0 { libm::sqrtf(doubled_uv_area / self.doubled_area) } else { 0.0 };
-        (uv, self.footprint_width * uv_a_metre)
+        (uv, UvFootprint(self.weight_steps.map(|step| (b - a) * step.x + (c - a) * step.y)))
     }
 
     /// A start for rays that leave on the side of `wo`.

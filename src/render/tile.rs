@@ -108,7 +108,8 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
                 let seed = self.camera.seed((x, y), index);
                 let position = Vec2::new(x as f32, y as f32) + set[sample % set.len()].offset;
                 let ray = self.camera.ray(position, seed);
-                let path = self.camera.path(self.world.media_around_start(&ray), subscript as u32, seed);
+                let media = self.world.media_around_start(&ray);
+                let path = self.camera.path(&ray, media, subscript as u32, seed);
                 self.tracer.push(ray, path);
             }
             let values = self.tracer.trace(batch.len());

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::{AlphaMode, Light, LightKind, Material, Projection, TextureRef};
+use super::{AlphaMode, Light, LightKind, Material, Projection, TextureRef, UvRotation};
 
 /// A number or colour of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -34,6 +34,40 @@ pub enum MaterialProperty {
     AttenuationDistance,
     /// The colour of [`Material::volume`], 3 components.
     AttenuationColor,
+    /// [`Material::dispersion`].
+    Dispersion,
+    /// The factor of [`Material::specular`].
+    Specular,
+    /// The colour of [`Material::specular`], 3 components.
+    SpecularColor,
+    /// The factor of [`Material::glossiness`].
+    Glossiness,
+    /// The factor of [`Material::clear_coat`].
+    ClearCoat,
+    /// The roughness of [`Material::clear_coat`].
+    ClearCoatRoughness,
+    /// The scale of the normal texture of [`Material::clear_coat`].
+    ClearCoatNormalScale,
+    /// The colour of [`Material::sheen`], 3 components.
+    SheenColor,
+    /// The roughness of [`Material::sheen`].
+    SheenRoughness,
+    /// The factor of [`Material::iridescence`].
+    Iridescence,
+    /// The index of refraction of [`Material::iridescence`].
+    IridescenceIor,
+    /// The least thickness of [`Material::iridescence`], nanometres.
+    IridescenceThicknessMinimum,
+    /// The greatest thickness of [`Material::iridescence`], nanometres.
+    IridescenceThicknessMaximum,
+    /// The strength of [`Material::anisotropy`].
+    Anisotropy,
+    /// The rotation of [`Material::anisotropy`], radians.
+    AnisotropyRotation,
+    /// The factor of [`Material::diffuse_transmission`].
+    DiffuseTransmission,
+    /// The colour of [`Material::diffuse_transmission`], 3 components.
+    DiffuseTransmissionColor,
     /// Where a texture begins, 2 components.
     TextureOffset(TextureSlot),
     /// How a texture is turned, radians.
@@ -57,6 +91,30 @@ pub enum TextureSlot {
     Emissive,
     /// That of [`Material::transmission`].
     Transmission,
+    /// That of the factor of [`Material::specular`].
+    Specular,
+    /// That of the colour of [`Material::specular`].
+    SpecularColor,
+    /// That of the factor of [`Material::clear_coat`].
+    ClearCoat,
+    /// That of the roughness of [`Material::clear_coat`].
+    ClearCoatRoughness,
+    /// The normals of [`Material::clear_coat`].
+    ClearCoatNormal,
+    /// That of the colour of [`Material::sheen`].
+    SheenColor,
+    /// That of the roughness of [`Material::sheen`].
+    SheenRoughness,
+    /// That of the factor of [`Material::iridescence`].
+    Iridescence,
+    /// That of the thickness of [`Material::iridescence`].
+    IridescenceThickness,
+    /// That of [`Material::anisotropy`].
+    Anisotropy,
+    /// That of the factor of [`Material::diffuse_transmission`].
+    DiffuseTransmission,
+    /// That of the colour of [`Material::diffuse_transmission`].
+    DiffuseTransmissionColor,
 }
 
 /// A number or colour of a light.
@@ -94,6 +152,7 @@ pub enum CameraProperty {
 const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
 const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
+const AT_LEAST_ONE: RangeInclusive<f32> = 1.0..=f32::MAX;
 const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 const RIGHT_ANGLE: RangeInclusive<f32> = 0.0..=FRAC_PI_2;
 /// Fields of view, just short of the whole half-space.
@@ -104,7 +163,11 @@ impl MaterialProperty {
     pub fn width(self) -> usize {
         match self {
             Self::BaseColor => 4,
-            Self::EmissiveFactor | Self::AttenuationColor => 3,
+            Self::EmissiveFactor
+            | Self::AttenuationColor
+            | Self::SpecularColor
+            | Self::SheenColor
+            | Self::DiffuseTransmissionColor => 3,
             Self::TextureOffset(_) | Self::TextureScale(_) => 2,
             _ => 1,
         }
@@ -119,12 +182,32 @@ impl MaterialProperty {
             | Self::EmissiveFactor
             | Self::OcclusionStrength
             | Self::Transmission
-            | Self::AttenuationColor => UNIT,
-            Self::EmissiveStrength | Self::AlphaCutoff | Self::Ior => NOT_NEGATIVE,
+            | Self::AttenuationColor
+            | Self::Specular
+            | Self::Glossiness
+            | Self::ClearCoat
+            | Self::ClearCoatRoughness
+            | Self::SheenColor
+            | Self::SheenRoughness
+            | Self::Iridescence
+            | Self::Anisotropy
+            | Self::DiffuseTransmission
+            | Self::DiffuseTransmissionColor => UNIT,
+            Self::EmissiveStrength
+            | Self::AlphaCutoff
+            | Self::Ior
+            | Self::Dispersion
+            | Self::SpecularColor
+            | Self::IridescenceThicknessMinimum
+            | Self::IridescenceThicknessMaximum => NOT_NEGATIVE,
+            Self::IridescenceIor => AT_LEAST_ONE,
             Self::AttenuationDistance => POSITIVE,
-            Self::NormalScale | Self::TextureOffset(_) | Self::TextureRotation(_) | Self::TextureScale(_) => {
-                ANY
-            }
+            Self::NormalScale
+            | Self::ClearCoatNormalScale
+            | Self::AnisotropyRotation
+            | Self::TextureOffset(_)
+            | Self::TextureRotation(_)
+            | Self::TextureScale(_) => ANY,
         }
     }
 }
@@ -162,8 +245,6 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
     let first = values.first().copied().unwrap_or(0.0);
     match property {
         MaterialProperty::BaseColor => material.base_color = vec4(values),
-        MaterialProperty::Metallic => material.metallic = first,
-        MaterialProperty::Roughness => material.roughness = first,
         MaterialProperty::EmissiveFactor => {
             material.emissive_factor = vec3(values);
             material.emissive = material.emissive_factor * material.emissive_strength;
@@ -172,26 +253,11 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
             material.emissive_strength = first;
             material.emissive = material.emissive_factor * material.emissive_strength;
         }
-        MaterialProperty::AlphaCutoff => {
-            if let AlphaMode::Mask { cutoff } = &mut material.alpha_mode {
-                *cutoff = first;
+        MaterialProperty::Glossiness => {
+            if let Some(glossiness) = &mut material.glossiness {
+                glossiness.factor = first;
+                material.roughness = 1.0 - first;
             }
-        }
-        MaterialProperty::NormalScale => {
-            material.normal_texture.iter_mut().for_each(|normal| normal.scale = first);
-        }
-        MaterialProperty::OcclusionStrength => {
-            material.occlusion_texture.iter_mut().for_each(|occlusion| occlusion.strength = first);
-        }
-        MaterialProperty::Ior => material.ior = first,
-        MaterialProperty::Transmission => {
-            material.transmission.iter_mut().for_each(|transmission| transmission.factor = first);
-        }
-        MaterialProperty::AttenuationDistance => {
-            material.volume.iter_mut().for_each(|volume| volume.attenuation_distance = first);
-        }
-        MaterialProperty::AttenuationColor => {
-            material.volume.iter_mut().for_each(|volume| volume.attenuation_color = vec3(values));
         }
         MaterialProperty::TextureOffset(slot) => {
             if let Some(texture) = texture(material, slot) {
@@ -200,7 +266,7 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
         }
         MaterialProperty::TextureRotation(slot) => {
             if let Some(texture) = texture(material, slot) {
-                texture.transform.rotation_radians = first;
+                texture.transform.rotation = UvRotation::from_radians(first);
             }
         }
         MaterialProperty::TextureScale(slot) => {
@@ -208,17 +274,84 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
                 texture.transform.scale = vec2(values);
             }
         }
+        _ => {
+            if let Some(number) = number(material, property) {
+                *number = first;
+            } else if let Some(color) = color(material, property) {
+                *color = vec3(values);
+            }
+        }
+    }
+}
+
+/// Where a property of one component is kept.
+fn number(material: &mut Material, property: MaterialProperty) -> Option<&mut f32> {
+    let coat = material.clear_coat.as_mut();
+    let film = material.iridescence.as_mut();
+    Some(match property {
+        MaterialProperty::Metallic => &mut material.metallic,
+        MaterialProperty::Roughness => &mut material.roughness,
+        MaterialProperty::AlphaCutoff => match &mut material.alpha_mode {
+            AlphaMode::Mask { cutoff } => cutoff,
+            AlphaMode::Opaque | AlphaMode::Blend => return None,
+        },
+        MaterialProperty::NormalScale => &mut material.normal_texture.as_mut()?.scale,
+        MaterialProperty::OcclusionStrength => &mut material.occlusion_texture.as_mut()?.strength,
+        MaterialProperty::Ior => &mut material.ior,
+        MaterialProperty::Transmission => &mut material.transmission.as_mut()?.factor,
+        MaterialProperty::AttenuationDistance => &mut material.volume.as_mut()?.attenuation_distance,
+        MaterialProperty::Dispersion => &mut material.dispersion,
+        MaterialProperty::Specular => &mut material.specular.as_mut()?.factor,
+        MaterialProperty::ClearCoat => &mut coat?.factor,
+        MaterialProperty::ClearCoatRoughness => &mut coat?.roughness,
+        MaterialProperty::ClearCoatNormalScale => &mut coat?.normal_texture.as_mut()?.scale,
+        MaterialProperty::SheenRoughness => &mut material.sheen.as_mut()?.roughness,
+        MaterialProperty::Iridescence => &mut film?.factor,
+        MaterialProperty::IridescenceIor => &mut film?.ior,
+        MaterialProperty::IridescenceThicknessMinimum => &mut film?.thickness_minimum_nm,
+        MaterialProperty::IridescenceThicknessMaximum => &mut film?.thickness_maximum_nm,
+        MaterialProperty::Anisotropy => &mut material.anisotropy.as_mut()?.strength,
+        MaterialProperty::AnisotropyRotation => &mut material.anisotropy.as_mut()?.rotation_radians,
+        MaterialProperty::DiffuseTransmission => &mut material.diffuse_transmission.as_mut()?.factor,
+        _ => return None,
+    })
+}
+
+/// Where a property that is a colour is kept.
+fn color(material: &mut Material, property: MaterialProperty) -> Option<&mut Vec3> {
+    match property {
+        MaterialProperty::AttenuationColor => Some(&mut material.volume.as_mut()?.attenuation_color),
+        MaterialProperty::SpecularColor => Some(&mut material.specular.as_mut()?.color),
+        MaterialProperty::SheenColor => Some(&mut material.sheen.as_mut()?.color),
+        MaterialProperty::DiffuseTransmissionColor => {
+            Some(&mut material.diffuse_transmission.as_mut()?.color)
+        }
+        _ => None,
     }
 }
 
 fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef> {
+    let coat = material.clear_coat.as_mut();
+    let through = material.diffuse_transmission.as_mut();
     match slot {
         TextureSlot::BaseColor => material.base_color_texture.as_mut(),
         TextureSlot::MetallicRoughness => material.metallic_roughness_texture.as_mut(),
         TextureSlot::Normal => material.normal_texture.as_mut().map(|normal| &mut normal.texture),
         TextureSlot::Occlusion => material.occlusion_texture.as_mut().map(|occlusion| &mut occlusion.texture),
         TextureSlot::Emissive => material.emissive_texture.as_mut(),
-        TextureSlot::Transmission => material.transmission.as_mut().and_then(|layer| layer.texture.as_mut()),
+        TextureSlot::Transmission => material.transmission.as_mut()?.texture.as_mut(),
+        TextureSlot::Specular => material.specular.as_mut()?.texture.as_mut(),
+        TextureSlot::SpecularColor => material.specular.as_mut()?.color_texture.as_mut(),
+        TextureSlot::ClearCoat => coat?.texture.as_mut(),
+        TextureSlot::ClearCoatRoughness => coat?.roughness_texture.as_mut(),
+        TextureSlot::ClearCoatNormal => coat?.normal_texture.as_mut().map(|normal| &mut normal.texture),
+        TextureSlot::SheenColor => material.sheen.as_mut()?.color_texture.as_mut(),
+        TextureSlot::SheenRoughness => material.sheen.as_mut()?.roughness_texture.as_mut(),
+        TextureSlot::Iridescence => material.iridescence.as_mut()?.texture.as_mut(),
+        TextureSlot::IridescenceThickness => material.iridescence.as_mut()?.thickness_texture.as_mut(),
+        TextureSlot::Anisotropy => material.anisotropy.as_mut()?.texture.as_mut(),
+        TextureSlot::DiffuseTransmission => through?.texture.as_mut(),
+        TextureSlot::DiffuseTransmissionColor => through?.color_texture.as_mut(),
     }
 }
 

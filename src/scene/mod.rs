@@ -9,12 +9,16 @@ mod animation;
 mod camera;
 mod environment;
 mod image_light;
+mod layers;
 mod light;
 mod material;
 mod mesh;
+mod mip_maps;
 mod node;
 mod selection;
+mod shadow_catcher;
 mod texture;
+mod variant;
 
 use std::path::PathBuf;
 
@@ -25,16 +29,21 @@ pub use animated::{
 };
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
-pub use environment::{Environment, EnvironmentMap, KeyLight, columns_for_cube};
+pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight, columns_for_cube};
 pub use image_light::{CubeLevel, ImageLight};
+pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{
-    AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvTransform, Volume,
+    AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvRotation, UvTransform,
+    Volume,
 };
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
+pub use mip_maps::{ImageMips, MipLevel, mip_bytes, mip_levels, mip_working_bytes};
 pub use node::{LocalTransform, Node, Skin};
 pub use selection::{CameraChoice, CameraRequest, Choice, ClipChoice, Selection, SelectionRequest};
-pub use texture::{Filter, Image, Sampler, Texels, Texture, WrapMode};
+pub use shadow_catcher::mark_shadow_catchers;
+pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
+pub use variant::Variant;
 
 macro_rules! typed_index {
     ($(#[$doc:meta])* $name:ident) => {
@@ -66,6 +75,10 @@ typed_index!(
 typed_index!(
     /// Subscript of [`Scene::materials`].
     MaterialIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::variants`].
+    VariantIndex
 );
 typed_index!(
     /// Subscript of [`Scene::textures`].
@@ -122,12 +135,16 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// Skins.
     pub skins: Vec<Skin>,
-    /// Materials; the default material of primitives without one is the last.
+    /// Materials; the last that was imported is the default of primitives without one.
     pub materials: Vec<Material>,
+    /// Sets of materials to choose from; without a choice, primitives keep their own.
+    pub variants: Vec<Variant>,
     /// Textures: an image and how it is sampled.
     pub textures: Vec<Texture>,
     /// Decoded images.
     pub images: Vec<Image>,
+    /// Smaller copies of the images, by [`ImageIndex`]; an image without an entry has none.
+    pub mips: Vec<ImageMips>,
     /// Punctual lights, placed by nodes.
     pub lights: Vec<Light>,
     /// Surroundings that the sets of roots may choose.

@@ -6,6 +6,7 @@ use glam::Mat4;
 
 use super::{
     AnimationIndex, AnimationTarget, CameraIndex, ImageLightIndex, NodeIndex, Projection, Scene, SceneRoots,
+    VariantIndex,
 };
 use crate::error::{Error, Result, Warning};
 
@@ -39,6 +40,8 @@ pub struct SelectionRequest {
     pub clips: ClipChoice,
     /// Which camera; `None` is the first that the scene places, else automatic framing.
     pub camera: Option<CameraRequest>,
+    /// Which set of materials; `None` is what primitives have without one.
+    pub variant: Option<Choice>,
 }
 
 /// Which camera a user asks for.
@@ -77,6 +80,8 @@ pub struct Selection {
     pub camera: CameraChoice,
     /// The surroundings that the chosen set of roots asks for.
     pub image_light: Option<ImageLightIndex>,
+    /// The set of materials.
+    pub variant: Option<VariantIndex>,
 }
 
 impl Selection {
@@ -98,7 +103,8 @@ impl Selection {
             }
         };
         let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
-        let selection = Self { roots, clips, camera, image_light };
+        let variant = resolve_variant(request.variant.as_ref(), scene)?;
+        let selection = Self { roots, clips, camera, image_light, variant };
         Ok((selection, warnings))
     }
 }
@@ -112,6 +118,15 @@ fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {
         }
     };
     Ok(scene.scenes.get(index).cloned().unwrap_or_default())
+}
+
+fn resolve_variant(choice: Option<&Choice>, scene: &Scene) -> Result<Option<VariantIndex>> {
+    let Some(choice) = choice else {
+        return Ok(None);
+    };
+    let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
+    let index = find("variant", "--variant", choice, names)?;
+    Ok(Some(VariantIndex(subscript(index))))
 }
 
 /// All clips but those one of whose targets an earlier chosen clip moves.
@@ -239,7 +254,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection};
+    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, Variant};
 
     fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
         let channel = |&target: &AnimationTarget| Channel {
@@ -279,6 +294,7 @@ mod tests {
             scenes: vec![roots("empty", &[]), roots("main", &[0])],
             default_scene: 1,
             cameras: vec![camera("loose"), camera("used")],
+            variants: ["green", "red"].map(|name| Variant { name: name.to_owned() }).to_vec(),
             animations: vec![
                 clip("a", &[moves(0)]),
                 clip("b", &[moves(0), turns(1)]),
@@ -305,10 +321,12 @@ mod tests {
             scene: Some(Choice::Name("main".to_owned())),
             clips: ClipChoice::One(Choice::Index(1)),
             camera: Some(CameraRequest::Placed(Choice::Name("object 1".to_owned()))),
+            variant: Some(Choice::Name("red".to_owned())),
         };
         let (selection, warnings) = Selection::resolve(&request, &scene()).unwrap();
         assert_eq!(selection.clips, [AnimationIndex(1)]);
         assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.variant, Some(VariantIndex(1)));
         assert!(warnings.is_empty());
     }
 
@@ -344,5 +362,8 @@ mod tests {
         let clips = ClipChoice::One(Choice::Name("z".to_owned()));
         let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });
         assert!(message.contains("#2 \"c\""), "{message}");
+        let variant = Some(Choice::Name("blue".to_owned()));
+        let message = ask(SelectionRequest { variant, ..SelectionRequest::default() });
+        assert!(message.contains("--variant") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
     }
 }

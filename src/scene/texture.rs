@@ -22,8 +22,22 @@ pub struct Sampler {
     pub wrap_v: WrapMode,
     /// Between texels, where a texel covers more than a pixel.
     pub magnify: Filter,
-    /// Between texels, where a pixel covers more than a texel.
+    /// Between texels of one level, where a pixel covers more than a texel.
     pub minify: Filter,
+    /// Between levels of detail, there.
+    pub mip: MipFilter,
+}
+
+/// How smaller copies of an image are used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum MipFilter {
+    /// Not at all: the full image is looked up once, however much of it a pixel covers.
+    None,
+    /// The closest one.
+    Nearest,
+    /// Linear interpolation between two.
+    #[default]
+    Linear,
 }
 
 /// What happens outside the unit interval.
@@ -59,6 +73,19 @@ pub struct Image {
     pub height: u32,
     /// Row-major texels, `width · height` of them.
     pub texels: Texels,
+}
+
+/// What the channels of a texture mean, which decides how they become numbers and what their mean is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Encoding {
+    /// Colours whose alpha does not matter: RGB follow the sRGB transfer function, alpha is linear.
+    Srgb,
+    /// The same where alpha is coverage: a colour counts as much as it covers.
+    CoveredSrgb,
+    /// Tangent-space normals: RGB hold a direction as 2c − 1.
+    Normal,
+    /// Everything else.
+    Linear,
 }
 
 /// Texel values as stored, not yet decoded from sRGB: that depends on the use.

@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::output::SOFTWARE;
 use crate::render::{Aperture, Focus, GlassShadows};
-use crate::scene::CameraChoice;
+use crate::scene::{CameraChoice, Scene};
 
 use super::{Exposure, OutputFormat, SequenceJob};
 
@@ -36,7 +36,9 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "roots": indices(job.selection.roots.iter().map(|root| root.0).collect()),
         "clips": indices(job.selection.clips.iter().map(|clip| clip.0).collect()),
         "camera": camera,
+        "variant": job.selection.variant.map(|variant| variant.0),
         "environment": job.environment_key,
+        "shadow_catchers": shadow_catchers(&job.scene),
         "integrator": "whitted",
         "resolution": [settings.resolution.0, settings.resolution.1],
         "samples": settings.samples,
@@ -50,6 +52,24 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "file": file_key(job),
     });
     hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// Nodes, and which primitives of theirs only catch shadows.
+fn shadow_catchers(scene: &Scene) -> Vec<[usize; 2]> {
+    let mut catchers = Vec::new();
+    for (index, node) in scene.nodes.iter().enumerate() {
+        let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index()));
+        let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives).enumerate();
+        catchers.extend(
+            primitives
+                .filter(|(_, primitive)| {
+                    let material = scene.materials.get(primitive.material.index());
+                    material.is_some_and(|material| material.is_shadow_catcher)
+                })
+                .map(|(primitive, _)| [index, primitive]),
+        );
+    }
+    catchers
 }
 
 /// Floats are given by their bits.
@@ -70,6 +90,7 @@ fn sampling_key(job: &SequenceJob) -> serde_json::Value {
             };
             json!([aperture, focus])
         }),
+        "glossy": settings.glossy_samples,
         "light_radius": settings.light_size.radius.to_bits(),
         "sun_angle": settings.light_size.sun_angle_radians.to_bits(),
         "shutter": (job.shutter.open.to_bits(), job.shutter.time_samples),

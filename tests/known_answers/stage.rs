@@ -85,6 +85,7 @@ impl Stage {
             clips: Vec::new(),
             camera: CameraChoice::Fixed { world_from_camera, projection },
             image_light: None,
+            variant: None,
         };
         let frame = Frame::at(&self.scene, &selection, 0.0);
         let cancel = CancelFlag::new();
@@ -137,6 +138,7 @@ fn primitive(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Primitive {
         influences: None,
         triangles,
         material: MaterialIndex(0),
+        variants: Vec::new(),
         targets: Vec::new(),
     }
 }

@@ -24,6 +24,8 @@ pub(super) struct Report {
     pub(super) nodes: usize,
     pub(super) meshes: Vec<MeshReport>,
     pub(super) materials: Vec<MaterialReport>,
+    /// Names for `--variant`.
+    pub(super) variants: Vec<String>,
     pub(super) textures: Vec<TextureReport>,
     /// Textures of the file that no material looks up; they are not loaded and not listed.
     pub(super) unused_textures: usize,
@@ -146,6 +148,7 @@ impl Report {
             nodes: scene.nodes.len(),
             meshes: scene.meshes.iter().map(mesh).collect(),
             materials: materials(scene),
+            variants: scene.variants.iter().map(|variant| variant.name.clone()).collect(),
             textures: scene.textures.iter().map(|item| texture(scene, item)).collect(),
             unused_textures: scene.unused_textures,
             clips: clips(scene),
@@ -202,15 +205,8 @@ fn materials(scene: &Scene) -> Vec<MaterialReport> {
 }
 
 fn material(material: &Material, is_default: bool) -> MaterialReport {
-    let textured = [
-        material.base_color_texture.is_some(),
-        material.metallic_roughness_texture.is_some(),
-        material.normal_texture.is_some(),
-        material.occlusion_texture.is_some(),
-        material.emissive_texture.is_some(),
-    ];
     let features = [
-        (textured.contains(&true), "textured"),
+        (material.texture_refs().next().is_some(), "textured"),
         (material.emissive != glam::Vec3::ZERO, "emissive"),
         (matches!(material.alpha_mode, AlphaMode::Mask { .. }), "alpha mask"),
         (material.alpha_mode == AlphaMode::Blend, "alpha blend"),
@@ -218,6 +214,14 @@ fn material(material: &Material, is_default: bool) -> MaterialReport {
         (material.unlit, "unlit"),
         (material.transmission.is_some(), "transmission"),
         (material.volume.is_some(), "volume"),
+        (material.dispersion > 0.0, "dispersion"),
+        (material.specular.is_some(), "specular"),
+        (material.glossiness.is_some(), "specular-glossiness"),
+        (material.clear_coat.is_some(), "clear coat"),
+        (material.sheen.is_some(), "sheen"),
+        (material.iridescence.is_some(), "iridescence"),
+        (material.anisotropy.is_some(), "anisotropy"),
+        (material.diffuse_transmission.is_some(), "diffuse transmission"),
     ];
     MaterialReport {
         name: material.name.clone(),

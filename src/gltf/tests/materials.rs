@@ -6,7 +6,7 @@ use super::{error_text, import_bytes};
 use crate::error::Result;
 use crate::gltf::{Support, extension_support};
 use crate::scene::{
-    AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvTransform, Volume, WrapMode,
+    AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvRotation, UvTransform, Volume, WrapMode,
 };
 use glam::{Vec2, Vec3};
 
@@ -68,8 +68,11 @@ fn texture_transforms_reach_every_slot() {
     for reference in references {
         let reference = reference.unwrap();
         assert_eq!((reference.texture, reference.uv_set), (TextureIndex(0), 1));
-        let expected =
-            UvTransform { offset: Vec2::new(0.5, 0.25), rotation_radians: 1.5, scale: Vec2::new(2.0, 3.0) };
+        let expected = UvTransform {
+            offset: Vec2::new(0.5, 0.25),
+            rotation: UvRotation::from_radians(1.5),
+            scale: Vec2::new(2.0, 3.0),
+        };
         assert_eq!(reference.transform, expected);
     }
     assert_eq!(scene.textures.len(), 1);
@@ -122,8 +125,8 @@ fn extensions_are_refused_or_named() {
     assert!(text.contains("ACME_glow"), "{text}");
 
     let optional = json!({
-        "asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow", "KHR_materials_clearcoat", "KHR_lights_punctual"],
-        "materials": [{}, {"extensions": {"KHR_materials_clearcoat": {}}}, {"extensions": {"KHR_materials_clearcoat": {}}}],
+        "asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow", "ACME_matt_finish", "KHR_lights_punctual"],
+        "materials": [{}, {"extensions": {"ACME_matt_finish": {}}}, {"extensions": {"ACME_matt_finish": {}}}],
         "nodes": [{"extensions": {"KHR_materials_ior": {}}}]
     });
     let scene = import_bytes("a.gltf", optional.to_string().as_bytes()).unwrap();
@@ -131,7 +134,7 @@ fn extensions_are_refused_or_named() {
     let expected = [
         "/nodes/0/extensions/KHR_materials_ior",
         "/extensionsUsed/0",
-        "/materials/1/extensions/KHR_materials_clearcoat",
+        "/materials/1/extensions/ACME_matt_finish",
     ];
     assert_eq!(pointers, expected);
     assert_eq!(extension_support("KHR_materials_ior", true), Support::Honoured);

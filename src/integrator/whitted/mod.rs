@@ -11,7 +11,10 @@
 //! smooth lobes are followed by mirror and refraction rays, rough ones look the environment up, and in between the two
 //! are blended by roughness.
 
+mod catcher;
+mod coat;
 mod generation;
+mod glossy;
 mod shade;
 mod shadows;
 mod sight;
@@ -21,6 +24,7 @@ use std::time::Instant;
 use glam::Vec3;
 
 use super::crossings::Crossings;
+use super::shadow::ShadowBatch;
 use super::{IntegratorStatistics, Path, World};
 use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
@@ -51,6 +55,8 @@ pub struct Tracer<'w, 'a> {
     children: Generation,
     sights: Vec<Sight>,
     shadows: Shadows,
+    /// The shadow rays of one point of a shadow catcher.
+    caught: ShadowBatch,
     /// Surfaces that touch one that is being shaded.
     touching: Crossings,
     counters: TraversalCounters,
@@ -67,6 +73,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             children: Generation::default(),
             sights: Vec::new(),
             shadows: Shadows::new(world.lights.len()),
+            caught: ShadowBatch::default(),
             touching: Crossings::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),

@@ -7,7 +7,7 @@ use super::{LEAST_WEIGHT, Tracer, seconds_since};
 use crate::bvh::Hit;
 use crate::geometry::Ray;
 use crate::integrator::{PASS_THROUGH_LIMIT, Path, PathClass};
-use crate::interaction::alpha_at;
+use crate::interaction::{alpha_at, catches_shadows};
 
 /// A surface that a ray sees.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +52,13 @@ impl Tracer<'_, '_> {
             let Some(hit) = next else {
                 return self.escape(ray, path, through);
             };
-            let alpha = alpha_at(posed, &hit);
-            self.sights.push(Sight { place, hit, share: through * alpha });
+            let alpha = if catches_shadows(posed, &hit) {
+                self.caught_shadow(ray, path, &hit)
+            } else {
+                let alpha = alpha_at(posed, &hit);
+                self.sights.push(Sight { place, hit, share: through * alpha });
+                alpha
+            };
             through *= 1.0 - alpha;
             if weight * through < LEAST_WEIGHT {
                 self.statistics.dropped_weight += f64::from(weight * through);
@@ -72,7 +77,13 @@ impl Tracer<'_, '_> {
             return self.cover(path, 1.0 - through);
         }
         let weight = path.weight * path.media.transmittance(f32::INFINITY) * through;
-        self.add(path, weight * self.world.environment.radiance(ray.direction));
+        let environment = self.world.environment;
+        let turns = path.footprint.direction;
+        let radiance = match path.class {
+            PathClass::Camera => environment.background_over(ray.direction, turns),
+            PathClass::Reflection | PathClass::Refraction => environment.radiance_over(ray.direction, turns),
+        };
+        self.add(path, weight * radiance);
         self.cover(path, 1.0);
     }
 

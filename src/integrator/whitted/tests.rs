@@ -21,7 +21,8 @@ fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize])
     for (sample, subscript) in subscripts.iter().enumerate() {
         let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
         let ray = camera.ray(pixel + Vec2::splat(0.5), Seed::default());
-        let path = camera.path(tracer.world.media_around_start(&ray), sample as u32, Seed::default());
+        let media = tracer.world.media_around_start(&ray);
+        let path = camera.path(&ray, media, sample as u32, Seed::default());
         tracer.push(ray, path);
     }
     tracer.trace(subscripts.len()).to_vec()

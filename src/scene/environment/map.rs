@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
+use super::filtered::FilteredPicture;
 use super::irradiance::irradiance_picture;
 use super::picture::{Picture, uv_from_direction};
 use super::prefilter::{Pyramid, STEPS, prefiltered_pictures};
@@ -29,7 +30,7 @@ pub struct EnvironmentMap {
 
 #[derive(Debug)]
 struct Tables {
-    picture: Picture,
+    filtered: FilteredPicture,
     irradiance: Picture,
     /// Under lobes of roughness 1/8, 2/8, … 1.
     prefiltered: Vec<Picture>,
@@ -66,7 +67,7 @@ impl EnvironmentMap {
             irradiance: irradiance_picture(pyramid.at_most(256)),
             prefiltered: prefiltered_pictures(&pyramid),
             is_lit: picture.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
-            picture,
+            filtered: FilteredPicture::new(picture),
         };
         // Whole turns are taken off in degrees, where that is exact.
         let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
@@ -76,13 +77,15 @@ impl EnvironmentMap {
     /// Lookups that someone else prepared: the picture, its irradiance, and the picture under lobes of roughness 1/8, 2/8, … 1.
     pub(super) fn from_pictures(picture: Picture, irradiance: Picture, prefiltered: Vec<Picture>) -> Self {
         let is_lit = [&picture, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
-        let tables = Tables { picture, irradiance, prefiltered, is_lit };
+        let filtered = FilteredPicture::new(picture);
+        let tables = Tables { filtered, irradiance, prefiltered, is_lit };
         Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0 }
     }
 
     /// Columns and rows of the picture.
     pub fn size(&self) -> (u32, u32) {
-        (self.tables.picture.width as u32, self.tables.picture.height as u32)
+        let picture = self.tables.filtered.picture();
+        (picture.width as u32, picture.height as u32)
     }
 
     pub(super) fn is_lit(&self) -> bool {
@@ -91,7 +94,12 @@ impl EnvironmentMap {
 
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
         let uv = uv_from_direction(self.picture_from_world(direction));
-        self.tables.picture.bilinear(uv)
+        self.tables.filtered.picture().bilinear(uv)
+    }
+
+    pub(super) fn radiance_over(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
+        let turns = turns.map(|turn| self.picture_from_world(turn));
+        self.tables.filtered.radiance(self.picture_from_world(direction), turns)
     }
 
     pub(super) fn irradiance(&self, normal: Vec3) -> Vec3 {
@@ -105,7 +113,7 @@ impl EnvironmentMap {
         let below = (place as usize).min(STEPS - 1);
         let share = place - below as f32;
         let sharper = match below {
-            0 => &self.tables.picture,
+            0 => self.tables.filtered.picture(),
             _ => &self.tables.prefiltered[below - 1],
         };
         let rougher = &self.tables.prefiltered[below];

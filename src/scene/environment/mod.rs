@@ -4,6 +4,7 @@
 //! [`EnvironmentMap::new`].
 
 mod cube;
+mod filtered;
 mod irradiance;
 mod map;
 mod picture;
@@ -29,6 +30,19 @@ pub enum Environment {
     Studio,
     /// An equirectangular picture.
     Map(EnvironmentMap),
+    /// Light of another strength, or something else behind the scene than what lights it.
+    Composed(Box<ComposedEnvironment>),
+}
+
+/// Light and background apart.
+#[derive(Clone, Debug)]
+pub struct ComposedEnvironment {
+    /// What lights the scene and is seen in mirrors and through glass.
+    pub light: Environment,
+    /// Multiplies `light`, its key light too.
+    pub intensity: f32,
+    /// What camera rays see that leave the scene; `None` is the light.
+    pub background: Option<Environment>,
 }
 
 /// A directional light that belongs to an environment and casts shadows; lookups of the environment do not contain it.
@@ -48,6 +62,28 @@ impl Environment {
             Self::Constant(radiance) => *radiance,
             Self::Studio => studio::radiance(direction),
             Self::Map(map) => map.radiance(direction),
+            Self::Composed(composed) => composed.light.radiance(direction) * composed.intensity,
+        }
+    }
+
+    /// Mean of [`Environment::radiance`] around `direction`, over the parallelogram that `turns` span: what a ray sees that
+    /// stands for its neighbourhood. What is smooth is looked up in the middle.
+    pub fn radiance_over(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
+        match self {
+            Self::Map(map) => map.radiance_over(direction, turns),
+            Self::Composed(composed) => composed.light.radiance_over(direction, turns) * composed.intensity,
+            Self::None | Self::Constant(_) | Self::Studio => self.radiance(direction),
+        }
+    }
+
+    /// The same for camera rays, which see the background.
+    pub fn background_over(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
+        match self {
+            Self::Composed(composed) => match &composed.background {
+                Some(background) => background.radiance_over(direction, turns),
+                None => self.radiance_over(direction, turns),
+            },
+            _ => self.radiance_over(direction, turns),
         }
     }
 
@@ -58,6 +94,7 @@ impl Environment {
             Self::Constant(radiance) => *radiance * PI,
             Self::Studio => studio::irradiance(normal),
             Self::Map(map) => map.irradiance(normal),
+            Self::Composed(composed) => composed.light.irradiance(normal) * composed.intensity,
         }
     }
 
@@ -69,6 +106,7 @@ impl Environment {
             Self::Constant(radiance) => *radiance,
             Self::Studio => studio::prefiltered(direction, roughness),
             Self::Map(map) => map.prefiltered(direction, roughness),
+            Self::Composed(composed) => composed.light.prefiltered(direction, roughness) * composed.intensity,
         }
     }
 
@@ -76,6 +114,10 @@ impl Environment {
     pub fn key_light(&self) -> Option<KeyLight> {
         match self {
             Self::Studio => Some(studio::key_light()),
+            Self::Composed(composed) => composed
+                .light
+                .key_light()
+                .map(|key| KeyLight { irradiance: key.irradiance * composed.intensity, ..key }),
             Self::None | Self::Constant(_) | Self::Map(_) => None,
         }
     }
@@ -87,6 +129,7 @@ impl Environment {
             Self::Constant(radiance) => *radiance != Vec3::ZERO,
             Self::Studio => true,
             Self::Map(map) => map.is_lit(),
+            Self::Composed(composed) => composed.intensity > 0.0 && composed.light.is_lit(),
         }
     }
 }
@@ -119,5 +162,28 @@ mod tests {
         let key = Environment::Studio.key_light().unwrap();
         assert!((key.direction_to_light.length() - 1.0).abs() < 1e-6);
         assert!(key.direction_to_light.y > 0.5 && key.irradiance.min_element() > 0.0);
+    }
+
+    #[test]
+    fn intensity_scales_all_light_and_the_background_stands_apart() {
+        let composed = |background| {
+            let light = Environment::Studio;
+            Environment::Composed(Box::new(ComposedEnvironment { light, intensity: 0.5, background }))
+        };
+        let (half, studio) = (composed(None), Environment::Studio);
+        let direction = Vec3::new(0.6, 0.0, -0.8);
+        assert_eq!(half.radiance(direction) * 2.0, studio.radiance(direction));
+        assert_eq!(half.irradiance(direction) * 2.0, studio.irradiance(direction));
+        assert_eq!(half.prefiltered(direction, 0.3) * 2.0, studio.prefiltered(direction, 0.3));
+        let key = |environment: &Environment| environment.key_light().unwrap().irradiance;
+        assert_eq!(key(&half) * 2.0, key(&studio));
+        let turns = [Vec3::ZERO; 2];
+        assert_eq!(half.background_over(direction, turns), half.radiance(direction));
+
+        let green = composed(Some(Environment::Constant(Vec3::Y)));
+        assert_eq!(green.background_over(direction, turns), Vec3::Y);
+        assert_eq!(green.radiance_over(direction, turns), half.radiance(direction));
+        let dark = ComposedEnvironment { light: studio, intensity: 0.0, background: None };
+        assert!(!Environment::Composed(Box::new(dark)).is_lit() && half.is_lit());
     }
 }

@@ -1,0 +1,63 @@
+//! Smaller copies of the images that lookups want them of, one set for each (image, use).
+
+use std::sync::Arc;
+
+use super::context::Context;
+use super::texture::TextureTable;
+use crate::error::{Result, readable_bytes};
+use crate::scene::{Encoding, Image, ImageMips, Texels, mip_bytes, mip_levels, mip_working_bytes};
+
+/// Makes the mip maps of `images`, one image after the other and each in parallel.
+pub(super) fn import(
+    context: &mut Context,
+    images: &[Image],
+    textures: &TextureTable,
+) -> Result<Vec<ImageMips>> {
+    let mut mips = vec![ImageMips::default(); images.len()];
+    for &(index, encoding) in &textures.uses {
+        let (Some(image), Some(of_image)) = (images.get(index.index()), mips.get_mut(index.index())) else {
+            continue;
+        };
+        // Uses come in order, so that those without alpha are there already.
+        if encoding == Encoding::CoveredSrgb && is_opaque(image) {
+            of_image.share(Encoding::Srgb, Encoding::CoveredSrgb);
+            continue;
+        }
+        let used_before = context.used_bytes();
+        let bytes_a_texel = match image.texels {
+            Texels::Rgba8(_) => 4,
+            Texels::Rgba16(_) => 8,
+        };
+        let kept = mip_bytes(image.width, image.height, bytes_a_texel);
+        let working = mip_working_bytes(image.width, image.height);
+        charge(context, image, textures.images.get(index.index()), kept.saturating_add(working))?;
+        of_image.set(encoding, Arc::from(mip_levels(image, encoding)));
+        context.settle(used_before, kept);
+    }
+    Ok(mips)
+}
+
+fn charge(context: &mut Context, image: &Image, index: Option<&usize>, bytes: u64) -> Result<()> {
+    let pointer = index.map_or_else(String::new, |index| format!("/images/{index}"));
+    if bytes <= context.remaining_bytes() {
+        return context.charge(bytes, &pointer);
+    }
+    let name = image.name.as_ref().map_or_else(String::new, |name| format!(" \"{}\"", name.escape_debug()));
+    let message = format!(
+        "the mip maps of the image{name} of {}x{} texels need {}, but {} of the limit of {} are used already; make images \
+         smaller or raise --max-memory",
+        image.width,
+        image.height,
+        readable_bytes(bytes.into()),
+        readable_bytes(context.used_bytes().into()),
+        readable_bytes(context.limit_bytes().into())
+    );
+    Err(context.refused(pointer, message))
+}
+
+fn is_opaque(image: &Image) -> bool {
+    match &image.texels {
+        Texels::Rgba8(texels) => texels.iter().all(|texel| texel[3] == u8::MAX),
+        Texels::Rgba16(texels) => texels.iter().all(|texel| texel[3] == u16::MAX),
+    }
+}

@@ -1,0 +1,153 @@
+//! A picture of the surroundings, looked up over what a ray stands for.
+//!
+//! As textures are: the short axis of the footprint's ellipse chooses between copies of the picture, each half as wide and
+//! high as the one before, and several lookups along the long axis cover the rest. A texel of a copy is the mean over its
+//! solid angle. Widths are angles, compared with the height of a row.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+
+use super::picture::{Picture, uv_from_direction};
+
+/// Most lookups along the long axis.
+const MOST_PROBES: f32 = 16.0;
+
+/// A picture with its smaller copies.
+#[derive(Debug)]
+pub(super) struct FilteredPicture {
+    /// The picture itself is the first.
+    levels: Vec<Picture>,
+}
+
+impl FilteredPicture {
+    pub(super) fn new(picture: Picture) -> Self {
+        let mut levels = vec![picture];
+        while let Some(last) = levels.last()
+            && last.height > 1
+            && last.width > 1
+        {
+            let smaller = last.resampled(last.width / 2, last.height / 2);
+            levels.push(smaller);
+        }
+        Self { levels }
+    }
+
+    /// The picture itself.
+    pub(super) fn picture(&self) -> &Picture {
+        &self.levels[0]
+    }
+
+    /// Mean radiance around a unit direction, over the parallelogram of `turns`.
+    pub(super) fn radiance(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
+        let full = self.picture();
+        let row = PI / full.height as f32;
+        let [a, b] = turns;
+        let (aa, bb, ab) = (a.dot(a), b.dot(b), a.dot(b));
+        // The squares of both axes have the same sum.
+        if aa + bb <= row * row {
+            return full.bilinear(uv_from_direction(direction));
+        }
+        let half_difference = (aa - bb) * 0.5;
+        let root = libm::sqrtf(half_difference * half_difference + ab * ab);
+        let long = libm::sqrtf((aa + bb) * 0.5 + root);
+        // Half the world and more, or no number
+        if !long.is_finite() || long >= PI {
+            return self.trilinear(direction, f32::INFINITY);
+        }
+        let axis = if half_difference >= 0.0 {
+            a * (half_difference + root) + b * ab
+        } else {
+            a * ab + b * (root - half_difference)
+        };
+        let short = larger(larger(a.cross(b).length() / long, long / MOST_PROBES), row);
+        let count = libm::ceilf(long / short - 0.1);
+        if count <= 1.0 {
+            return self.trilinear(direction, short / row);
+        }
+        let along = axis.normalize_or_zero() * long;
+        let mut sum = Vec3::ZERO;
+        for index in 0..count as u32 {
+            let towards = direction + along * ((index as f32 + 0.5) / count - 0.5);
+            sum += self.trilinear(towards.normalize_or(direction), short / row);
+        }
+        sum / count
+    }
+
+    /// Between the two copies whose rows are nearest to `width` rows of the picture, which is at least one.
+    fn trilinear(&self, direction: Vec3, width: f32) -> Vec3 {
+        let uv = uv_from_direction(direction);
+        let last = self.levels.len() - 1;
+        let bits = width.to_bits();
+        let level = (bits >> 23).saturating_sub(127) as usize;
+        if level >= last {
+            return self.levels[last].bilinear(uv);
+        }
+        // The mantissa runs from one to two between two levels.
+        let share = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000) - 1.0;
+        self.levels[level].bilinear(uv) * (1.0 - share) + self.levels[level + 1].bilinear(uv) * share
+    }
+}
+
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turns(direction: Vec3, along: f32, across: f32) -> [Vec3; 2] {
+        let (u, v) = direction.any_orthonormal_pair();
+        // Neither step lies on an axis of the ellipse.
+        let (sin, cos) = libm::sincosf(0.4);
+        [u * (along * cos) - v * (across * sin), u * (along * sin) + v * (across * cos)]
+    }
+
+    #[test]
+    fn points_see_the_picture_itself() {
+        let filtered = FilteredPicture::new(Picture::of(64, |d| Vec3::new(1.0 + d.x, 1.0 + d.y, 2.0)));
+        for direction in [Vec3::X, Vec3::new(0.48, 0.6, 0.64), Vec3::NEG_Y] {
+            let plain = filtered.picture().bilinear(uv_from_direction(direction));
+            assert_eq!(filtered.radiance(direction, [Vec3::ZERO; 2]), plain);
+        }
+    }
+
+    #[test]
+    fn wide_footprints_agree_with_many_points() {
+        // Noise: each texel differs from its neighbours, so that a single lookup says nothing about the mean.
+        let mut picture = Picture::of(128, |_| Vec3::ZERO);
+        for (index, pixel) in picture.pixels.iter_mut().enumerate() {
+            let noise = (index as u32).wrapping_mul(2654435761) >> 16 & 1;
+            *pixel = [noise as f32 * 2.0, (index / 128) as f32 / 64.0, 1.0];
+        }
+        let filtered = FilteredPicture::new(picture);
+        for direction in [Vec3::NEG_Z, Vec3::new(0.6, 0.48, 0.64), Vec3::new(0.0, -0.6, 0.8)] {
+            for (along, across) in [(0.5, 0.5), (1.0, 0.1), (0.2, 0.4)] {
+                let steps = turns(direction, along, across);
+                let mut mean = Vec3::ZERO;
+                for index in 0..10_000 {
+                    let place = |index: i32| (index as f32 + 0.5) / 100.0 - 0.5;
+                    let towards = direction + steps[0] * place(index % 100) + steps[1] * place(index / 100);
+                    mean += filtered.picture().bilinear(uv_from_direction(towards.normalize())) / 10_000.0;
+                }
+                let found = filtered.radiance(direction, steps);
+                // Noise of standard deviation 1 over some 60 independent texels and more; tents are wider than boxes.
+                assert!(
+                    (found - mean).abs().max_element() < 0.2,
+                    "{direction} {along} {across}: {found} {mean}"
+                );
+                assert!((found.y - mean.y).abs() < 0.02 && (found.z - 1.0).abs() < 1e-4, "{found} {mean}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_sees_the_mean_of_all() {
+        let filtered = FilteredPicture::new(Picture::of(64, |d| Vec3::splat(1.0 + d.y)));
+        for turn in [f32::INFINITY, f32::NAN, 1e30] {
+            let seen = filtered.radiance(Vec3::X, [Vec3::splat(turn), Vec3::Y]);
+            assert!((seen - Vec3::ONE).abs().max_element() < 0.05, "{turn}: {seen}");
+        }
+    }
+}

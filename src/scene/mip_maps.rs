@@ -1,0 +1,239 @@
+//! Smaller copies of an image, each half as wide and high as the one before, down to one texel.
+//!
+//! Source: Williams, "Pyramidal Parametrics" (SIGGRAPH 1983). A texel is the mean of what it covers (a box filter) in linear
+//! light. Odd sizes are halved and rounded down; a texel then covers parts of up to three texels a side, each by its share.
+//! Means are carried from level to level in floats and rounded once, into the depth of the image: a level takes four bytes
+//! a texel for eight-bit images and eight for sixteen-bit ones, and all levels of one use a third of the image.
+//!
+//! What a mean is depends on the use, so there is one set of levels for each (image, use). Which level a lookup reads is not
+//! decided here.
+
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
+use rayon::prelude::*;
+
+use super::{Encoding, Image, Texels};
+use crate::color;
+
+/// One level below the full image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MipLevel {
+    /// Texels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row-major texels, encoded as those of the image.
+    pub texels: Texels,
+}
+
+/// The levels of one image for each of its uses.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ImageMips {
+    of_use: [Option<Arc<[MipLevel]>>; 4],
+}
+
+impl ImageMips {
+    /// Levels for one use, the largest first; empty where none were made.
+    pub fn levels(&self, encoding: Encoding) -> &[MipLevel] {
+        self.of_use[encoding as usize].as_deref().unwrap_or_default()
+    }
+
+    /// Sets the levels for one use.
+    pub fn set(&mut self, encoding: Encoding, levels: Arc<[MipLevel]>) {
+        self.of_use[encoding as usize] = Some(levels);
+    }
+
+    /// The levels of one use for another one whose means are the same.
+    pub fn share(&mut self, from: Encoding, to: Encoding) {
+        let levels = self.of_use[from as usize].clone();
+        self.of_use[to as usize] = levels;
+    }
+}
+
+/// Bytes that all levels of one use take, for an image of so many bytes a texel.
+pub fn mip_bytes(width: u32, height: u32, bytes_a_texel: u64) -> u64 {
+    let (mut size, mut texels) = ((width, height), 0_u64);
+    while let Some(smaller) = halved(size) {
+        texels = texels.saturating_add(u64::from(smaller.0) * u64::from(smaller.1));
+        size = smaller;
+    }
+    texels.saturating_mul(bytes_a_texel)
+}
+
+/// Bytes that [`mip_levels`] needs besides while it works.
+pub fn mip_working_bytes(width: u32, height: u32) -> u64 {
+    mip_bytes(width, height, size_of::<Vec4>() as u64)
+}
+
+/// Makes all levels of `image` for one use, in parallel on the current rayon pool; the result does not depend on its size.
+pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
+    let size = (image.width, image.height);
+    let mut levels = Vec::new();
+    let Some(first) = halved(size) else {
+        return levels;
+    };
+    let width = image.width as usize;
+    let mut means = match &image.texels {
+        Texels::Rgba8(texels) => {
+            smaller(size, first, encoding, |x, y| decode8(texels[y * width + x], encoding))
+        }
+        Texels::Rgba16(texels) => {
+            smaller(size, first, encoding, |x, y| decode16(texels[y * width + x], encoding))
+        }
+    };
+    let mut size = first;
+    loop {
+        let texels = match &image.texels {
+            Texels::Rgba8(_) => {
+                Texels::Rgba8(means.par_iter().map(|mean| encode8(*mean, encoding)).collect())
+            }
+            Texels::Rgba16(_) => {
+                Texels::Rgba16(means.par_iter().map(|mean| encode16(*mean, encoding)).collect())
+            }
+        };
+        levels.push(MipLevel { width: size.0, height: size.1, texels });
+        let Some(next) = halved(size) else {
+            return levels;
+        };
+        let stride = size.0 as usize;
+        means = smaller(size, next, encoding, |x, y| means[y * stride + x]);
+        size = next;
+    }
+}
+
+/// The size of the next level; `None` below a single texel.
+fn halved((width, height): (u32, u32)) -> Option<(u32, u32)> {
+    let half = |side: u32| if side > 1 { side / 2 } else { 1 };
+    (width > 1 || height > 1).then(|| (half(width), half(height)))
+}
+
+/// What one texel covers along one axis: up to three texels of the level before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Span {
+    first: usize,
+    shares: [f32; 3],
+}
+
+/// The spans of `new` equal cells over `old` equal cells. `new` is `old` halved and rounded down, or one.
+fn spans(old: u32, new: u32) -> Vec<Span> {
+    let (old, new) = (u64::from(old), u64::from(new));
+    (0..new)
+        .map(|cell| {
+            // Places in units of 1 / (old · new).
+            let (start, end) = (cell * old, (cell + 1) * old);
+            let first = start / new;
+            let share = |texel: u64| {
+                let (low, high) = (start.max(texel * new), end.min((texel + 1) * new));
+                high.saturating_sub(low) as f32 / old as f32
+            };
+            Span { first: first as usize, shares: [share(first), share(first + 1), share(first + 2)] }
+        })
+        .collect()
+}
+
+/// The means of the next level's texels; `texel` gives those of the level before.
+fn smaller(
+    old: (u32, u32),
+    new: (u32, u32),
+    encoding: Encoding,
+    texel: impl Fn(usize, usize) -> Vec4 + Sync,
+) -> Vec<Vec4> {
+    let (columns, rows) = (spans(old.0, new.0), spans(old.1, new.1));
+    let mut means = vec![Vec4::ZERO; columns.len() * rows.len()];
+    means.par_chunks_mut(columns.len()).zip(&rows).for_each(|(line, row)| {
+        for (mean, column) in line.iter_mut().zip(&columns) {
+            *mean = mean_of(*column, *row, encoding, &texel);
+        }
+    });
+    means
+}
+
+fn mean_of(column: Span, row: Span, encoding: Encoding, texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
+    let (mut plain, mut covered) = (Vec4::ZERO, Vec3::ZERO);
+    for (y, row_share) in row.shares.into_iter().enumerate() {
+        for (x, column_share) in column.shares.into_iter().enumerate() {
+            let share = row_share * column_share;
+            if share > 0.0 {
+                let value = texel(column.first + x, row.first + y);
+                plain += value * share;
+                covered += value.truncate() * (value.w * share);
+            }
+        }
+    }
+    // Where nothing is covered no colour is better than another.
+    if encoding == Encoding::CoveredSrgb && plain.w > 0.0 {
+        (covered / plain.w).extend(plain.w)
+    } else {
+        plain
+    }
+}
+
+fn decode8(texel: [u8; 4], encoding: Encoding) -> Vec4 {
+    let linear = texel.map(|code| f32::from(code) / 255.0);
+    match encoding {
+        Encoding::Linear => Vec4::from_array(linear),
+        Encoding::Normal => direction(linear),
+        Encoding::Srgb | Encoding::CoveredSrgb => {
+            let [r, g, b, _] = texel.map(color::srgb8_to_linear);
+            Vec4::new(r, g, b, linear[3])
+        }
+    }
+}
+
+fn decode16(texel: [u16; 4], encoding: Encoding) -> Vec4 {
+    let linear = texel.map(|code| f32::from(code) / 65535.0);
+    match encoding {
+        Encoding::Linear => Vec4::from_array(linear),
+        Encoding::Normal => direction(linear),
+        Encoding::Srgb | Encoding::CoveredSrgb => {
+            let [r, g, b, _] = texel.map(color::srgb16_to_linear);
+            Vec4::new(r, g, b, linear[3])
+        }
+    }
+}
+
+/// The unit vector that a texel of a normal map stands for; zero where it stands for none.
+fn direction([r, g, b, a]: [f32; 4]) -> Vec4 {
+    (Vec3::new(r, g, b) * 2.0 - Vec3::ONE).normalize_or_zero().extend(a)
+}
+
+/// Linear numbers from 0 to 1 of a mean, ready to be rounded.
+fn stored(mean: Vec4, encoding: Encoding) -> [f32; 4] {
+    match encoding {
+        Encoding::Normal => {
+            // A mean of directions is stored at full length, where eight bits resolve it best.
+            let normal = mean.truncate().normalize_or(Vec3::Z);
+            (normal * 0.5 + Vec3::splat(0.5)).extend(mean.w).to_array()
+        }
+        Encoding::Linear | Encoding::Srgb | Encoding::CoveredSrgb => mean.to_array(),
+    }
+}
+
+fn encode8(mean: Vec4, encoding: Encoding) -> [u8; 4] {
+    let values = stored(mean, encoding);
+    // Float-to-integer casts saturate.
+    let linear = values.map(|value| (value * 255.0 + 0.5) as u8);
+    match encoding {
+        Encoding::Linear | Encoding::Normal => linear,
+        Encoding::Srgb | Encoding::CoveredSrgb => {
+            let [r, g, b, _] = values.map(color::linear_to_srgb8_by_table);
+            [r, g, b, linear[3]]
+        }
+    }
+}
+
+fn encode16(mean: Vec4, encoding: Encoding) -> [u16; 4] {
+    let values = stored(mean, encoding);
+    let linear = values.map(|value| (value * 65535.0 + 0.5) as u16);
+    match encoding {
+        Encoding::Linear | Encoding::Normal => linear,
+        Encoding::Srgb | Encoding::CoveredSrgb => {
+            let [r, g, b, _] = values.map(color::linear_to_srgb16);
+            [r, g, b, linear[3]]
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

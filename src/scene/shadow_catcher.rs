@@ -1,0 +1,107 @@
+//! Surfaces that stand for what a picture is laid over later: only the shadows on them are rendered.
+
+use super::{AlphaMode, Material, MaterialIndex, MeshIndex, Scene};
+
+/// Makes everything that is called `name` a shadow catcher: the meshes of nodes, and materials. Gives how many there are.
+///
+/// A node's mesh gets materials of its own, so that other nodes with the same mesh stay as they are.
+pub fn mark_shadow_catchers(scene: &mut Scene, name: &str) -> usize {
+    let is_called = |own: &Option<String>| own.as_deref() == Some(name);
+    let mut marked = 0;
+    for material in scene.materials.iter_mut().filter(|material| is_called(&material.name)) {
+        *material = catcher(material);
+        marked += 1;
+    }
+    for index in 0..scene.nodes.len() {
+        let node = &scene.nodes[index];
+        if let Some(mesh) = node.mesh.filter(|_| is_called(&node.name)) {
+            scene.nodes[index].mesh = Some(catching_copy(scene, mesh));
+            marked += 1;
+        }
+    }
+    marked
+}
+
+/// What is left of a material when only the shadows on it count.
+fn catcher(material: &Material) -> Material {
+    Material {
+        name: material.name.clone(),
+        is_shadow_catcher: true,
+        alpha_mode: AlphaMode::Opaque,
+        double_sided: material.double_sided,
+        ..Material::default()
+    }
+}
+
+fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
+    let mut copy = scene.meshes[mesh.index()].clone();
+    for primitive in &mut copy.primitives {
+        let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
+        primitive.material = MaterialIndex(scene.materials.len() as u32);
+        scene.materials.push(material);
+    }
+    scene.meshes.push(copy);
+    MeshIndex(scene.meshes.len() as u32 - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Mesh, Node, Primitive, Volume};
+
+    fn scene() -> Scene {
+        let named = |name: &str| Material {
+            name: Some(name.to_owned()),
+            alpha_mode: AlphaMode::Blend,
+            double_sided: name == "ground",
+            volume: Some(Volume { attenuation_distance: 1.0, attenuation_color: glam::Vec3::ONE }),
+            ..Material::default()
+        };
+        let primitive = |material| Primitive {
+            positions: Vec::new(),
+            normals: None,
+            tangents: None,
+            uvs: Vec::new(),
+            colors: None,
+            influences: None,
+            triangles: Vec::new(),
+            material: MaterialIndex(material),
+            variants: Vec::new(),
+            targets: Vec::new(),
+        };
+        let node =
+            |name: &str| Node { name: Some(name.to_owned()), mesh: Some(MeshIndex(0)), ..Node::default() };
+        Scene {
+            materials: vec![named("ground"), named("ball")],
+            meshes: vec![Mesh { primitives: vec![primitive(0), primitive(1)], ..Mesh::default() }],
+            nodes: vec![node("floor"), node("ball")],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn a_material_catches_wherever_it_is() {
+        let mut scene = scene();
+        assert_eq!(mark_shadow_catchers(&mut scene, "ground"), 1);
+        assert_eq!(scene.meshes.len(), 1);
+        let ground = &scene.materials[0];
+        assert!(ground.is_shadow_catcher && ground.double_sided && ground.volume.is_none());
+        assert_eq!(ground.alpha_mode, AlphaMode::Opaque);
+        assert!(!scene.materials[1].is_shadow_catcher);
+    }
+
+    #[test]
+    fn a_node_catches_and_others_with_its_mesh_do_not() {
+        let mut scene = scene();
+        assert_eq!(mark_shadow_catchers(&mut scene, "floor"), 1);
+        let catches = |scene: &Scene, node: usize| {
+            let mesh = scene.nodes[node].mesh.unwrap();
+            let primitives = &scene.meshes[mesh.index()].primitives;
+            primitives.iter().all(|primitive| scene.materials[primitive.material.index()].is_shadow_catcher)
+        };
+        assert!(catches(&scene, 0) && !catches(&scene, 1));
+        // A name that both a node and a material have means both.
+        assert_eq!(mark_shadow_catchers(&mut scene, "ball"), 2);
+        assert_eq!(mark_shadow_catchers(&mut scene, "nobody"), 0);
+    }
+}

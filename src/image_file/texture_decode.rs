@@ -1,6 +1,7 @@
 //! PNG, JPEG, WebP and KTX2 files to texels, with the size known before anything is decoded.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
@@ -181,10 +182,14 @@ fn with_decoder<'a, T>(
         decoder.set_limits(limits())?;
         Ok(Decoder::Jpeg(Box::new(decoder)))
     };
-    open().and_then(use_decoder).map_err(|error: ImageError| {
-        let text = error.to_string();
-        format!("cannot be decoded: {}", text.lines().next().unwrap_or_default())
-    })
+    // Decoders are someone else's: what they cannot cope with must not end the program.
+    match catch_unwind(AssertUnwindSafe(|| open().and_then(use_decoder))) {
+        Ok(decoded) => decoded.map_err(|error: ImageError| {
+            let text = error.to_string();
+            format!("cannot be decoded: {}", text.lines().next().unwrap_or_default())
+        }),
+        Err(_) => Err("cannot be decoded".to_owned()),
+    }
 }
 
 /// Sizes are checked by the caller from the header; these bound what decoders do besides.

@@ -5,6 +5,7 @@
 //! Nothing here knows about glTF or about time.
 
 mod animated;
+mod animated_material;
 mod animation;
 mod camera;
 mod environment;
@@ -24,9 +25,8 @@ use std::path::PathBuf;
 
 use crate::error::Warning;
 
-pub use animated::{
-    CameraProperty, LightProperty, MaterialProperty, TextureSlot, set_camera, set_light, set_material,
-};
+pub use animated::{CameraProperty, LightProperty, set_camera, set_light};
+pub use animated_material::{MaterialProperty, TextureSlot, set_material};
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
 pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight, columns_for_cube};

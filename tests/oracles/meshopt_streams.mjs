@@ -1,3 +1,6 @@
+// Streams of meshoptimizer's own encoder, and what its decoder makes of them, for the tests of src/gltf/meshopt.
+//
+//   npm install meshoptimizer && node tests/oracles/meshopt_streams.mjs
 import { MeshoptEncoder, MeshoptDecoder } from 'meshoptimizer';
 import fs from 'fs';
 await MeshoptEncoder.ready; await MeshoptDecoder.ready;
@@ -56,4 +59,5 @@ const strip = new Uint32Array(200).map((_, i) => (i & 1 ? 1000 + i : i));
 add('indices of a strip', 'INDICES', 'NONE', 200, 4, bytes(strip));
 const short = new Uint16Array(90).map(() => random() * 65000);
 add('indices of shorts', 'INDICES', 'NONE', 90, 2, bytes(short));
-fs.writeFileSync('streams.json', JSON.stringify(streams, null, 0).replaceAll('},{', '},\n{') + '\n');
+const root = process.env.RAYFRAME_ROOT ?? new URL('../..', import.meta.url).pathname;
+fs.writeFileSync(`${root}/src/gltf/meshopt/streams.json`, JSON.stringify(streams, null, 0).replaceAll('},{', '},\n{') + '\n');

@@ -6,6 +6,7 @@ mod accessors;
 mod animations;
 mod geometry;
 mod hierarchy;
+mod image_light;
 mod materials;
 mod properties;
 mod resources;

@@ -16,6 +16,7 @@ mod geometry;
 mod geometry_storage;
 mod glass;
 mod gltf_builder;
+mod image_light;
 mod json;
 mod layers;
 mod light;
@@ -24,10 +25,12 @@ mod materials;
 mod morph;
 mod node;
 mod pictures;
+mod properties;
 mod scene;
 mod shapes;
 mod skin;
 mod stage;
+mod storage;
 mod texture;
 mod texture_maps;
 
@@ -50,8 +53,9 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All scenes: path below `scenes/` and the text of the file.
 pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> {
-    let areas: [&[Entry]; 15] = [
+    let areas: [&[Entry]; 18] = [
         &light::SCENES,
+        &image_light::SCENES,
         &material::SCENES,
         &glass::SCENES,
         &layers::SCENES,
@@ -65,6 +69,8 @@ pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> 
         &camera::SCENES,
         &bvh::SCENES,
         &scene::SCENES,
+        &properties::SCENES,
+        &storage::SCENES,
         &demo::SCENES,
     ];
     let mut files = BTreeMap::new();

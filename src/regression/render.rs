@@ -10,7 +10,7 @@ use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
 use crate::render::{RenderInput, RenderSettings, render_frame};
-use crate::scene::{Environment, Scene, Selection, SelectionRequest};
+use crate::scene::{Environment, EnvironmentMap, Scene, Selection, SelectionRequest};
 
 /// A scene ready to be rendered at any of its frames, with every choice at its default.
 #[derive(Debug)]
@@ -51,7 +51,12 @@ impl SceneRenderer {
         let frame = Frame::at(&self.scene, &self.selection, time_seconds);
         let build = BuildSettings::default();
         let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, cancel, None)?;
-        let environment = if frame.lights.is_empty() { Environment::Studio } else { Environment::None };
+        let image_light = self.selection.image_light.map(|index| &self.scene.image_lights[index.index()]);
+        let environment = match image_light {
+            Some(light) => Environment::Map(EnvironmentMap::of_image_light(light)),
+            None if frame.lights.is_empty() => Environment::Studio,
+            None => Environment::None,
+        };
         let settings = RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),

@@ -51,6 +51,7 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
     };
     let projection = PosedCamera::default().projection;
     let selection = Selection {
+        image_light: None,
         roots: vec![NodeIndex(0)],
         clips: Vec::new(),
         camera: CameraChoice::Fixed { world_from_camera: Mat4::IDENTITY, projection },

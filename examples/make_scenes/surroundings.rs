@@ -71,10 +71,9 @@ fn three_balls(gltf: &mut Gltf) {
         Material::metal("rough", [0.95; 3], 0.45),
         Material::metal("mirror", [0.95; 3], 0.0),
     ];
-    let ball = ico_sphere(0.7, 3).plain();
-    for (x, material) in [-1.5, 0.0, 1.5].into_iter().zip(materials) {
-        let material = material.add_to(gltf);
-        let mesh = ball.add_to(gltf, material);
+    let materials = materials.map(|material| material.add_to(gltf));
+    let balls = ico_sphere(0.7, 3).plain().add_with_each(gltf, &materials);
+    for (x, mesh) in [-1.5, 0.0, 1.5].into_iter().zip(balls) {
         gltf.node(Node::mesh(mesh).at(x, 0.0, 0.0));
     }
 }

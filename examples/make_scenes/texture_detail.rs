@@ -3,6 +3,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use super::gltf_builder::{Built, Gltf};
+use super::json::{list, object};
 use super::materials::{Alpha, Material, TextureUse};
 use super::node::Node;
 use super::pictures::{self, Filter, Picture, Wrap};
@@ -86,11 +87,11 @@ fn mirrored() -> Built {
     let ground = tiled_floor(60.0, 60.0, 0.5).add_to(&mut gltf, squares);
     gltf.node(Node::mesh(ground));
     let silver = Material::metal("silver", [0.95; 3], 0.0).add_to(&mut gltf);
-    let ball = ico_sphere(0.7, 4).plain().add_to(&mut gltf, silver);
+    let ball = ico_sphere(0.7, 3).plain().add_to(&mut gltf, silver);
     gltf.node(Node::mesh(ball).at(-0.95, 0.7, 0.0));
     let mirror = quad(1.5, 1.3).plain().add_to(&mut gltf, silver);
     gltf.node(Node::mesh(mirror).at(0.95, 0.7, 0.0).turned(Quat::from_rotation_y(-0.25)));
-    key_and_fill(&mut gltf);
+    gltf.surroundings(object([("environment", list([0.35_f32, 0.45, 0.6]))]));
     Ok(gltf)
 }
 
@@ -108,7 +109,7 @@ fn through_glass() -> Built {
     let wall = wall.add_to(&mut gltf, squares);
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -2.0));
     let glass = Material::glass("glass", 1.5).add_to(&mut gltf);
-    let ball = ico_sphere(0.9, 4).plain().add_to(&mut gltf, glass);
+    let ball = ico_sphere(0.9, 3).plain().add_to(&mut gltf, glass);
     gltf.node(Node::mesh(ball));
     key_and_fill(&mut gltf);
     Ok(gltf)

@@ -1,6 +1,6 @@
 //! What textures cost: `cargo bench --bench textures [-- --size WxH --frames N --threads N]`.
 //!
-//! A scene of our own (a hilly floor with balls on it, one lamp) is traced in turn with textures and without, in one run. Each
+//! A scene of our own (a hilly floor with balls on it, a lamp in the studio) is traced in turn with textures and without, in one run. Each
 //! of its two materials has a base colour, a normal map, and a map of occlusion, roughness and metal, of 2048x2048 texels each,
 //! looked up through their mip maps at every distance and angle. Roughness stays above what is followed by mirror rays, so that
 //! both send the same camera rays, and the same shadow rays but for points that the normal maps turn into or out of the light.
@@ -95,11 +95,21 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
 
 /// Renders all kinds in turn, so that what slows the machine down slows all alike. The first round does not count.
 fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error + Send + Sync>> {
-    let plain = scene(None);
     let textured = scene(Some(MipFilter::Linear));
-    let unfiltered = scene(Some(MipFilter::None));
+    let mut colored = textured.clone();
+    for material in &mut colored.materials {
+        material.normal_texture = None;
+        material.metallic_roughness_texture = None;
+        material.occlusion_texture = None;
+    }
+    let kinds = [
+        ("untextured", scene(None)),
+        ("base colour", colored),
+        ("all maps", textured),
+        ("point lookups", scene(Some(MipFilter::None))),
+    ];
     let mut subjects = Vec::new();
-    for (name, scene) in [("untextured", plain), ("textured", textured), ("point lookups", unfiltered)] {
+    for (name, scene) in kinds {
         let frame = Frame::at(&scene, &selection(&scene), 0.0);
         let build = BuildSettings::default();
         let bvh =
@@ -114,7 +124,7 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
     };
     for round in 0..=options.frames {
         for Subject { scene, frame, bvh, rays, milliseconds, .. } in &mut subjects {
-            let input = RenderInput { scene, frame, bvh, environment: &Environment::None };
+            let input = RenderInput { scene, frame, bvh, environment: &Environment::Studio };
             let (_, statistics) = render_frame(&input, &settings, &CancelFlag::new(), &|_| ())?;
             let counts = &statistics.integrator;
             *rays = counts.camera_rays + counts.reflection_rays + counts.refraction_rays + counts.shadow_rays;

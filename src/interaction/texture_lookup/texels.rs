@@ -4,7 +4,7 @@ use glam::{Vec2, Vec4};
 
 use super::mix;
 use crate::color;
-use crate::scene::{Encoding, Image, MipLevel, Sampler, Texels, WrapMode};
+use crate::scene::{Encoding, Filter, Image, MipLevel, Sampler, Texels, WrapMode};
 
 /// Eight-bit values as fractions.
 const FRACTIONS: [f32; 256] = {
@@ -39,6 +39,7 @@ impl<'a> Level<'a> {
         Vec2::new(self.width as f32, self.height as f32)
     }
 
+    #[inline]
     pub(super) fn nearest(&self, sampler: &Sampler, uv: Vec2, encoding: Encoding) -> Vec4 {
         let (column, _) = whole_and_fraction(f64::from(uv.x) * f64::from(self.width));
         let (row, _) = whole_and_fraction(f64::from(uv.y) * f64::from(self.height));
@@ -63,6 +64,45 @@ impl<'a> Level<'a> {
         if covered.w > 0.0 { (covered.truncate() / covered.w).extend(covered.w) } else { plain }
     }
 
+    /// The mean of lookups at the places of `line`.
+    pub(super) fn mean_along(
+        &self,
+        line: &Line,
+        sampler: &Sampler,
+        filter: Filter,
+        encoding: Encoding,
+    ) -> Vec4 {
+        const BYTE: f32 = 1.0 / 255.0;
+        const WORD: f32 = 1.0 / 65535.0;
+        let walk = Walk::new(self, line, sampler, filter);
+        match (self.texels, encoding) {
+            (Texels::Rgba8(texels), Encoding::Linear | Encoding::Normal) => {
+                walk.mean(texels, |texel| Vec4::from_array(texel.map(f32::from))) * BYTE
+            }
+            (Texels::Rgba8(texels), Encoding::Srgb) => {
+                let table = color::srgb8_table();
+                walk.mean(texels, |[r, g, b, a]| {
+                    let [r, g, b] = [r, g, b].map(|code| table[usize::from(code)]);
+                    Vec4::new(r, g, b, f32::from(a) * BYTE)
+                })
+            }
+            (Texels::Rgba16(texels), Encoding::Linear | Encoding::Normal) => {
+                walk.mean(texels, |texel| Vec4::from_array(texel.map(f32::from))) * WORD
+            }
+            (Texels::Rgba16(texels), Encoding::Srgb) => walk.mean(texels, |[r, g, b, a]| {
+                let [r, g, b] = [r, g, b].map(color::srgb16_to_linear);
+                Vec4::new(r, g, b, f32::from(a) * WORD)
+            }),
+            (_, Encoding::CoveredSrgb) => {
+                let each = |place| match filter {
+                    Filter::Nearest => self.nearest(sampler, place, encoding),
+                    Filter::Linear => self.bilinear(sampler, place, encoding),
+                };
+                line.covered_mean(each)
+            }
+        }
+    }
+
     fn texel(&self, x: u32, y: u32, encoding: Encoding) -> Vec4 {
         let index = y as usize * self.width as usize + x as usize;
         match (self.texels, encoding) {
@@ -84,6 +124,115 @@ impl<'a> Level<'a> {
                 Vec4::new(r, g, b, f32::from(a) / 65535.0)
             }
         }
+    }
+}
+
+/// Evenly spaced places along a line of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    /// Texture coordinates of its middle.
+    pub(super) middle: Vec2,
+    /// From one end to the other.
+    pub(super) along: Vec2,
+    /// How many places, at least one.
+    pub(super) count: u32,
+}
+
+impl Line {
+    /// The first place and the step to the next.
+    fn start_and_step(&self) -> (Vec2, Vec2) {
+        let step = self.along / self.count as f32;
+        (self.middle - step * (0.5 * (self.count - 1) as f32), step)
+    }
+
+    /// The mean of values whose colours count as much as they cover.
+    fn covered_mean(&self, value: impl Fn(Vec2) -> Vec4) -> Vec4 {
+        let (start, step) = self.start_and_step();
+        let (mut plain, mut covered) = (Vec4::ZERO, Vec4::ZERO);
+        for index in 0..self.count {
+            let value = value(start + step * index as f32);
+            plain += value;
+            covered += (value.truncate() * value.w).extend(value.w);
+        }
+        let scale = 1.0 / self.count as f32;
+        let coverage = plain.w * scale;
+        if covered.w > 0.0 { (covered.truncate() / covered.w).extend(coverage) } else { plain * scale }
+    }
+}
+
+/// The lookups of a line in one level: what does not change from place to place.
+#[derive(Debug)]
+struct Walk {
+    /// In texels; the middle of the first one is 0 for linear lookups, its edge for nearest ones.
+    start: [f64; 2],
+    step: [f64; 2],
+    count: u32,
+    columns: Axis,
+    rows: Axis,
+    is_linear: bool,
+}
+
+/// How one axis of a level continues.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    mode: WrapMode,
+    size: u32,
+    /// Where the axis repeats after a power of two, that less one.
+    mask: Option<i64>,
+}
+
+impl Axis {
+    fn new(mode: WrapMode, size: u32) -> Self {
+        let is_easy = mode == WrapMode::Repeat && size.is_power_of_two();
+        Self { mode, size, mask: is_easy.then(|| i64::from(size) - 1) }
+    }
+
+    fn wrap(self, position: i64) -> usize {
+        match self.mask {
+            Some(mask) => (position & mask) as usize,
+            None => wrap(self.mode, position, self.size) as usize,
+        }
+    }
+}
+
+impl Walk {
+    fn new(level: &Level<'_>, line: &Line, sampler: &Sampler, filter: Filter) -> Self {
+        let (start, step) = line.start_and_step();
+        let is_linear = filter == Filter::Linear;
+        let shift = if is_linear { 0.5 } else { 0.0 };
+        let (width, height) = (f64::from(level.width), f64::from(level.height));
+        Self {
+            start: [f64::from(start.x) * width - shift, f64::from(start.y) * height - shift],
+            step: [f64::from(step.x) * width, f64::from(step.y) * height],
+            count: line.count,
+            columns: Axis::new(sampler.wrap_u, level.width),
+            rows: Axis::new(sampler.wrap_v, level.height),
+            is_linear,
+        }
+    }
+
+    /// The mean of the decoded texels around all places.
+    #[inline(always)]
+    fn mean<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
+        let stride = self.columns.size as usize;
+        let mut sum = Vec4::ZERO;
+        for index in 0..self.count {
+            let [x, y] = [0, 1].map(|axis| self.start[axis] + self.step[axis] * f64::from(index));
+            let (column, fx) = whole_and_fraction(x);
+            let (row, fy) = whole_and_fraction(y);
+            let (top, left) = (self.rows.wrap(row) * stride, self.columns.wrap(column));
+            if !self.is_linear {
+                sum += decode(texels[top + left]);
+                continue;
+            }
+            let (bottom, right) = (self.rows.wrap(row + 1) * stride, self.columns.wrap(column + 1));
+            let (lower, upper) = (fy, 1.0 - fy);
+            sum += decode(texels[top + left]) * ((1.0 - fx) * upper);
+            sum += decode(texels[top + right]) * (fx * upper);
+            sum += decode(texels[bottom + left]) * ((1.0 - fx) * lower);
+            sum += decode(texels[bottom + right]) * (fx * lower);
+        }
+        if self.count == 1 { sum } else { sum * (1.0 / self.count as f32) }
     }
 }
 

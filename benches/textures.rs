@@ -148,6 +148,7 @@ fn selection(scene: &Scene) -> Selection {
     Selection {
         roots: scene.node_order.clone(),
         clips: Vec::new(),
+        variant: None,
         camera: CameraChoice::Fixed { world_from_camera, projection },
     }
 }
@@ -234,6 +235,7 @@ fn grid(material: u32, repeats: f32, place: impl Fn(f32, f32) -> Vec3) -> Primit
         influences: None,
         triangles: triangles.collect(),
         material: MaterialIndex(material),
+        variants: Vec::new(),
         targets: Vec::new(),
     }
 }

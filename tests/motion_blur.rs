@@ -30,6 +30,7 @@ fn moving_edge() -> Scene {
         influences: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         material: MaterialIndex(0),
+        variants: Vec::new(),
         targets: Vec::new(),
     };
     let still = LocalTransform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
@@ -63,7 +64,12 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
     };
     let job = SequenceJob {
         scene: moving_edge(),
-        selection: Selection { roots: vec![NodeIndex(0)], clips: vec![AnimationIndex(0)], camera },
+        selection: Selection {
+            variant: None,
+            roots: vec![NodeIndex(0)],
+            clips: vec![AnimationIndex(0)],
+            camera,
+        },
         environment: Environment::None,
         environment_key: String::new(),
         frames: vec![1],

@@ -20,7 +20,12 @@ use rayframe::sequence::{
 fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     SequenceJob {
         scene: Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() },
-        selection: Selection { roots: Vec::new(), clips: Vec::new(), camera: CameraChoice::Auto },
+        selection: Selection {
+            roots: Vec::new(),
+            clips: Vec::new(),
+            camera: CameraChoice::Auto,
+            variant: None,
+        },
         environment: Environment::Constant(Vec3::splat(0.5)),
         environment_key: "constant 0.5".to_owned(),
         frames: frames.to_vec(),

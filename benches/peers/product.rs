@@ -122,8 +122,12 @@ fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
         lights: vec![light],
         ..Scene::default()
     };
-    let selection =
-        Selection { roots: vec![NodeIndex(0), NodeIndex(1)], clips: Vec::new(), camera: camera(view) };
+    let selection = Selection {
+        roots: vec![NodeIndex(0), NodeIndex(1)],
+        clips: Vec::new(),
+        camera: camera(view),
+        variant: None,
+    };
     (scene, selection)
 }
 
@@ -137,6 +141,7 @@ fn primitive(triangles: &[Triangle]) -> Primitive {
         influences: None,
         triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         material: MaterialIndex(0),
+        variants: Vec::new(),
         targets: Vec::new(),
     }
 }

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::fresnel::{self, Dielectric};
+use super::fresnel::{self, Dielectric, Shape};
 use super::ggx;
 
 /// Steps of roughness from 0 to 1.
@@ -49,17 +49,30 @@ pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> (f32, f32) {
 }
 
 /// The lobe's albedo under a dielectric's curve. Roughness 0 gives exactly F(θ_o).
-pub(super) fn dielectric(cos_o: f32, roughness: f32, curve: &Dielectric) -> f32 {
+pub(super) fn dielectric(cos_o: f32, roughness: f32, curve: &Dielectric) -> Vec3 {
+    match curve.shape {
+        Shape::Exact => {
+            let (total, exact) = exact_terms(cos_o, roughness, curve.relative_ior);
+            curve.albedo(total, exact)
+        }
+        Shape::Schlick => {
+            let (total, grazing) = schlick_terms(cos_o, roughness);
+            curve.albedo(total, grazing)
+        }
+    }
+}
+
+/// The lobe's albedo for F = 1 and for Fresnel's F of a relative index.
+fn exact_terms(cos_o: f32, roughness: f32, relative_ior: f32) -> (f32, f32) {
     let tables = tables();
     let place = Place::new(cos_o, roughness);
     let total = place.interpolate(&tables.total);
-    let index = (curve.relative_ior - 1.0) / (curve.relative_ior + 1.0);
+    let index = (relative_ior - 1.0) / (relative_ior + 1.0);
     let (below, share) = split((index + 1.0) * (INDEX_STEPS as f32 * 0.5), INDEX_STEPS);
     let plane = |step: usize| place.interpolate(&tables.exact[step * PLANE..(step + 1) * PLANE]);
     let rest = plane(below) * (1.0 - share) + plane(below + 1) * share;
     let sharp = sharpness(roughness * ROUGHNESS_STEPS as f32);
-    let exact = sharp * total * fresnel::exact(cos_o, curve.relative_ior) + rest;
-    (total * curve.offset + exact * curve.scale).clamp(0.0, 1.0)
+    (total, sharp * total * fresnel::exact(cos_o, relative_ior) + rest)
 }
 
 /// From 1 for smooth lobes down to 0; `place` is in steps of roughness.
@@ -201,6 +214,7 @@ fn facet_piece(cosine: f32) -> (usize, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bsdf::fresnel::Tint;
 
     /// The slow twin: ∫ D V F cos dω over half vectors, in double steps fine enough for the lobe; no sampling of visible
     /// normals. Half vectors are spread by tan² θ_h = α² ξ / (1 − ξ), whose density is D cos θ_h.
@@ -236,11 +250,11 @@ mod tests {
     #[test]
     fn smooth_lobes_are_exactly_fresnel() {
         for (outside, inside) in [(1.0, 1.5), (1.5, 1.0), (1.33, 1.5), (1.0, 1.0), (1.0, 0.0)] {
-            let curve = Dielectric::between(outside, inside);
+            let curve = Dielectric::between(outside, inside, Tint::NONE);
             for step in 0..=100 {
                 let cosine = step as f32 / 100.0;
                 let difference = dielectric(cosine, 0.0, &curve) - curve.reflectance(cosine);
-                assert!(difference.abs() < 1e-6, "{curve:?} {cosine}: {difference}");
+                assert!(difference.abs().max_element() < 1e-6, "{curve:?} {cosine}: {difference}");
             }
         }
         assert_eq!(schlick_terms(0.25, 0.0), (1.0, 0.75_f32.powi(5)));
@@ -273,18 +287,18 @@ mod tests {
     }
 
     fn error_of(relative_ior: f32, cosine: f32, roughness: f32) -> f32 {
-        let curve = Dielectric::between(1.0, relative_ior);
-        dielectric(cosine, roughness, &curve)
-            - by_quadrature(cosine, roughness * roughness, |facet| curve.reflectance(facet))
+        let curve = Dielectric::between(1.0, relative_ior, Tint::NONE);
+        dielectric(cosine, roughness, &curve).x
+            - by_quadrature(cosine, roughness * roughness, |facet| curve.reflectance(facet).x)
     }
 
     #[test]
     fn albedo_stays_between_nothing_and_everything() {
         for index in [0.4_f32, 0.75, 1.0, 1.01, 1.45, 2.4, 40.0] {
-            let curve = Dielectric::between(1.0, index);
+            let curve = Dielectric::between(1.0, index, Tint::NONE);
             for roughness in [0.0, 0.01, 0.2, 0.77, 1.0] {
                 for cosine in [0.0, 0.001, 0.2, 0.7, 1.0] {
-                    let albedo = dielectric(cosine, roughness, &curve);
+                    let albedo = dielectric(cosine, roughness, &curve).x;
                     let (total, schlick) = schlick_terms(cosine, roughness);
                     assert!((0.0..=1.0).contains(&albedo), "{index} {roughness} {cosine}: {albedo}");
                     assert!(schlick > -1e-3 && schlick <= total + 1e-6 && total < 1.0 + 1e-5);

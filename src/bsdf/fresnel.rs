@@ -4,43 +4,98 @@
 //! Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994, equation 24.
 //!
 //! Departure from glTF 2.0, appendix B: dielectrics follow the exact curve, stretched so that it runs from the material's F0
-//! to its F90; metals keep Schlick's curve.
+//! to its F90; metals, and materials without an index, keep Schlick's curve.
 
 use glam::Vec3;
 
-/// The reflectance curve of one dielectric boundary, seen from one side: `offset + scale ·` the exact curve.
+/// The reflectance curve of one dielectric boundary, seen from one side: `offset + scale ·` the curve's shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Dielectric {
     /// Index of refraction beyond the boundary over the one before it; always positive.
     pub(super) relative_ior: f32,
-    pub(super) offset: f32,
-    pub(super) scale: f32,
+    pub(super) offset: Vec3,
+    pub(super) scale: Vec3,
+    pub(super) shape: Shape,
+}
+
+/// A curve from about 0 along the normal to 1 at grazing angles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// Fresnel's equations for the relative index.
+    Exact,
+    /// Schlick's, where the index says nothing: glTF's 0, which leaves the reflection to its colour.
+    Schlick,
+}
+
+/// How much stronger than its index says a boundary reflects (`KHR_materials_specular`).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Tint {
+    /// At every angle.
+    pub(super) factor: f32,
+    /// Along the normal.
+    pub(super) color: Vec3,
+}
+
+impl Tint {
+    /// As the index says.
+    #[cfg(test)]
+    pub(super) const NONE: Self = Self { factor: 1.0, color: Vec3::ONE };
 }
 
 impl Dielectric {
-    /// The boundary between two media. An index of 0, which glTF uses for "reflects everything", makes F one everywhere.
-    pub(super) fn between(ior_outside: f32, ior_inside: f32) -> Self {
+    /// The boundary between two media: F0 = min(((n − 1) / (n + 1))² · colour, 1) · factor, F90 = factor. An index of 0 stands
+    /// for ((n − 1) / (n + 1))² = 1.
+    ///
+    /// Seen from the denser side the curve ends at 1, whatever the factor: it ends where total reflection begins, which
+    /// no factor weakens.
+    pub(super) fn between(ior_outside: f32, ior_inside: f32, tint: Tint) -> Self {
+        let f0 = |along_normal: f32| {
+            tint.color.map(|color| {
+                let f0 = along_normal * color;
+                if f0 < 1.0 { f0 } else { 1.0 }
+            }) * tint.factor
+        };
         if ior_outside > 0.0 && ior_inside > 0.0 {
             let relative_ior = ior_inside / ior_outside;
-            Self::stretched(relative_ior, reflectance_along_normal(relative_ior), 1.0)
-        } else {
-            Self::stretched(1.0, 1.0, 1.0)
+            let f90 = if relative_ior < 1.0 { 1.0 } else { tint.factor };
+            return Self::stretched(relative_ior, f0(reflectance_along_normal(relative_ior)), f90);
         }
+        let offset = f0(1.0);
+        Self { relative_ior: 1.0, offset, scale: tint.factor - offset, shape: Shape::Schlick }
     }
 
     /// The exact curve of `relative_ior`, stretched so that it runs from `f0` along the normal to `f90` at grazing angles.
-    fn stretched(relative_ior: f32, f0: f32, f90: f32) -> Self {
+    fn stretched(relative_ior: f32, f0: Vec3, f90: f32) -> Self {
         let exact_f0 = reflectance_along_normal(relative_ior);
+        let shape = Shape::Exact;
         if exact_f0 >= 1.0 {
-            return Self { relative_ior, offset: f0, scale: 0.0 };
+            return Self { relative_ior, offset: f0, scale: Vec3::ZERO, shape };
         }
         let scale = (f90 - f0) / (1.0 - exact_f0);
-        Self { relative_ior, offset: f0 - scale * exact_f0, scale }
+        Self { relative_ior, offset: f0 - scale * exact_f0, scale, shape }
     }
 
     /// F at an angle to the normal, or to the half vector of a rough lobe.
-    pub(super) fn reflectance(&self, cosine: f32) -> f32 {
-        self.offset + self.scale * exact(cosine, self.relative_ior)
+    pub(super) fn reflectance(&self, cosine: f32) -> Vec3 {
+        self.offset + self.scale * self.shape_at(cosine)
+    }
+
+    /// F along the normal.
+    pub(super) fn along_normal(&self) -> Vec3 {
+        self.reflectance(1.0)
+    }
+
+    /// The curve before it is stretched.
+    pub(super) fn shape_at(&self, cosine: f32) -> f32 {
+        match self.shape {
+            Shape::Exact => exact(cosine, self.relative_ior),
+            Shape::Schlick => schlick_weight(cosine),
+        }
+    }
+
+    /// The albedo of a lobe that reflects `total` with F = 1 and `shaped` with F = the curve's shape.
+    pub(super) fn albedo(&self, total: f32, shaped: f32) -> Vec3 {
+        (self.offset * total + self.scale * shaped).map(|albedo| albedo.clamp(0.0, 1.0))
     }
 }
 
@@ -85,27 +140,31 @@ pub(super) fn schlick_weight(cosine: f32) -> f32 {
 mod tests {
     use super::*;
 
+    fn between(ior_outside: f32, ior_inside: f32) -> Dielectric {
+        Dielectric::between(ior_outside, ior_inside, Tint::NONE)
+    }
+
     #[test]
     fn known_angles_of_glass() {
-        let glass = Dielectric::between(1.0, 1.5);
+        let glass = between(1.0, 1.5);
         // ((1.5 − 1) / (1.5 + 1))² = 0.04, the same from both sides.
-        assert!((glass.reflectance(1.0) - 0.04).abs() < 1e-6);
-        assert!((Dielectric::between(1.5, 1.0).reflectance(1.0) - 0.04).abs() < 1e-6);
-        assert!((glass.reflectance(0.0) - 1.0).abs() < 1e-6);
+        assert!((glass.reflectance(1.0).x - 0.04).abs() < 1e-6);
+        assert!((between(1.5, 1.0).reflectance(1.0).x - 0.04).abs() < 1e-6);
+        assert!((glass.reflectance(0.0).x - 1.0).abs() < 1e-6);
         // Brewster: tan θ = 1.5, cos θ = 1/√3.25. There the part along the plane of incidence vanishes and the other is
         // ((1 − n²) / (1 + n²))² = (1.25 / 3.25)² = 0.14793; half of it is unpolarised.
         let brewster = 1.0 / 3.25_f32.sqrt();
-        assert!((glass.reflectance(brewster) - 0.073_964_5).abs() < 1e-6);
+        assert!((glass.reflectance(brewster).x - 0.073_964_5).abs() < 1e-6);
     }
 
     #[test]
     fn total_internal_reflection_begins_at_the_critical_angle() {
-        let inside = Dielectric::between(1.5, 1.0);
+        let inside = between(1.5, 1.0);
         // sin θ_c = 1 / 1.5, cos θ_c = √(1 − 4/9) = 0.745356.
         let critical = (1.0_f32 - 4.0 / 9.0).sqrt();
-        assert_eq!(inside.reflectance(critical - 1e-4), 1.0);
-        assert_eq!(inside.reflectance(0.0), 1.0);
-        let just_before = inside.reflectance(critical + 1e-4);
+        assert_eq!(inside.reflectance(critical - 1e-4), Vec3::ONE);
+        assert_eq!(inside.reflectance(0.0), Vec3::ONE);
+        let just_before = inside.reflectance(critical + 1e-4).x;
         assert!(just_before < 0.95 && just_before > 0.8, "{just_before}");
     }
 
@@ -125,19 +184,35 @@ mod tests {
     fn special_indices() {
         for cosine in [0.0, 0.3, 1.0] {
             // The same medium on both sides is no boundary.
-            assert_eq!(Dielectric::between(1.33, 1.33).reflectance(cosine), 0.0);
+            assert_eq!(between(1.33, 1.33).reflectance(cosine), Vec3::ZERO);
             // glTF: ior 0 reflects everything.
-            assert_eq!(Dielectric::between(1.0, 0.0).reflectance(cosine), 1.0);
+            assert_eq!(between(1.0, 0.0).reflectance(cosine), Vec3::ONE);
         }
     }
 
     #[test]
     fn the_curve_runs_from_f0_to_f90() {
-        let curve = Dielectric::stretched(1.5, 0.02, 0.5);
-        assert!((curve.reflectance(1.0) - 0.02).abs() < 1e-6);
-        assert!((curve.reflectance(0.0) - 0.5).abs() < 1e-6);
+        let curve = Dielectric::stretched(1.5, Vec3::new(0.02, 0.1, 0.5), 0.5);
+        assert!((curve.along_normal() - Vec3::new(0.02, 0.1, 0.5)).abs().max_element() < 1e-6);
+        assert!((curve.reflectance(0.0) - 0.5).abs().max_element() < 1e-6);
         // Schlick at 60°: (1 − 0.5)⁵ = 1/32.
         let metal = schlick(0.5, Vec3::new(0.0, 0.5, 1.0));
         assert!((metal - Vec3::new(0.031_25, 0.515_625, 1.0)).abs().max_element() < 1e-6);
+    }
+
+    #[test]
+    fn tints_scale_what_the_index_says() {
+        let tint = Tint { factor: 0.5, color: Vec3::new(0.5, 1.0, 40.0) };
+        // F0 = min(0.04 · colour, 1) · 0.5, F90 = 0.5.
+        let outside = Dielectric::between(1.0, 1.5, tint);
+        assert!((outside.along_normal() - Vec3::new(0.01, 0.02, 0.5)).abs().max_element() < 1e-6);
+        assert!((outside.reflectance(0.0) - 0.5).abs().max_element() < 1e-6);
+        // From inside, total reflection stays total.
+        let inside = Dielectric::between(1.5, 1.0, tint);
+        assert!((inside.along_normal() - Vec3::new(0.01, 0.02, 0.5)).abs().max_element() < 1e-6);
+        assert!((inside.reflectance(0.3) - 1.0).abs().max_element() < 1e-6);
+        // An index of 0 takes the colour as it is, up to 1, and Schlick's curve: (1 − 0.5)⁵ = 1/32.
+        let free = Dielectric::between(1.0, 0.0, Tint { factor: 1.0, color: Vec3::new(0.0, 0.5, 2.0) });
+        assert!((free.reflectance(0.5) - Vec3::new(0.031_25, 0.515_625, 1.0)).abs().max_element() < 1e-6);
     }
 }

@@ -1,24 +1,40 @@
 //! The glTF material model as lobes: how much light is scattered from one direction into another.
 //!
-//! Source: Khronos, "glTF 2.0 Specification", appendix B, with `KHR_materials_ior` and `KHR_materials_transmission`.
-//! material = mix(dielectric, metal, metallic); dielectric = mix(mix(diffuse, transmission), specular, F(o·h)). Departures:
-//! dielectrics follow the exact Fresnel curve, and albedos let through what the specular lobe as a whole leaves,
-//! 1 − E(θ_o), so that no surface returns more than it receives.
+//! Source: Khronos, "glTF 2.0 Specification", appendix B, with the extensions `KHR_materials_ior`, `specular`, `transmission`,
+//! `diffuse_transmission`, `anisotropy`, `iridescence` and `sheen`; the clear coat on top of all is [`Coat`].
+//! material = sheen over mix(dielectric, metal, metallic); dielectric = mix(mix(diffuse, transmission), specular, F(o·h)), where
+//! diffuse = mix(reflected, transmitted). Departures: dielectrics follow the exact Fresnel curve, and albedos let through
+//! what the specular lobe as a whole leaves, 1 − E(θ_o), so that no surface returns more than it receives.
 //!
 //! Directions are unit vectors in the local shading frame, +Z along the shading normal on the side of `wo`; both
 //! point away from the surface. What a ray does behind the surface (absorption, which medium it is in) is not known here.
 
 mod albedo;
+mod albedos;
+mod coat;
+mod cubic_table;
+mod drawn;
+mod film;
 mod fresnel;
 mod ggx;
+mod ggx_anisotropic;
+mod lobe_albedo;
 mod sampling;
+mod sheen;
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
 use crate::interaction::MaterialSample;
-use fresnel::Dielectric;
+
+pub use albedos::Albedos;
+pub use coat::Coat;
+
+use film::Film;
+use fresnel::{Dielectric, Tint};
+use ggx_anisotropic::{Reflected, Stretch};
+use sheen::Sheen;
 
 /// Sharper lobes than this GGX α cannot be told from mirrors and would not fit floats.
 const SHARPEST_ALPHA: f32 = 0.002;
@@ -32,7 +48,12 @@ pub struct Bsdf {
     roughness: f32,
     alpha: f32,
     thin: bool,
+    diffuse_transmission: f32,
+    diffuse_transmission_color: Vec3,
     dielectric: Dielectric,
+    stretch: Option<Stretch>,
+    film: Option<Film>,
+    sheen: Option<Sheen>,
 }
 
 /// A direction drawn by [`Bsdf::sample`].
@@ -46,112 +67,70 @@ pub struct BsdfSample {
     pub pdf: f32,
 }
 
-/// What the lobes do with uniform light, seen along one direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Albedos {
-    /// [`Bsdf::specular_albedo`].
-    pub specular: Vec3,
-    /// [`Bsdf::diffuse_albedo`].
-    pub diffuse: Vec3,
-    /// [`Bsdf::transmission_albedo`].
-    pub transmission: Vec3,
-}
-
 impl Bsdf {
     /// The lobes of `material`; `ior_outside` is the index of refraction on the side of `wo`, `ior_inside` on the other.
-    /// An index of 0, in the material or either side, makes the Fresnel factor one everywhere.
+    /// An index of 0, in the material or either side, leaves the reflection to its colour: white reflects everything.
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
         let ior_inside = if material.ior == 0.0 { 0.0 } else { ior_inside };
         let roughness = material.roughness.clamp(0.0, 1.0);
         let alpha = roughness * roughness;
+        let alpha = if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA };
+        let tint = Tint { factor: material.specular, color: material.specular_color };
+        // Seen from the denser side, the film's outer side is the other one.
+        let film_outside = if ior_inside < ior_outside { ior_inside } else { ior_outside };
         Self {
             base_color: material.base_color,
             metallic: material.metallic.clamp(0.0, 1.0),
             transmission: material.transmission.clamp(0.0, 1.0),
+            diffuse_transmission: material.diffuse_transmission.clamp(0.0, 1.0),
+            diffuse_transmission_color: material.diffuse_transmission_color,
             roughness,
-            alpha: if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA },
+            alpha,
             thin: material.thin,
-            dielectric: Dielectric::between(ior_outside, ior_inside),
+            dielectric: Dielectric::between(ior_outside, ior_inside, tint),
+            stretch: material.anisotropy.map(|anisotropy| Stretch::new(alpha, anisotropy.strength)),
+            film: material.iridescence.map(|film| Film {
+                factor: film.factor,
+                ior: film.ior,
+                thickness_nm: film.thickness_nm,
+                ior_outside: if film_outside > 0.0 { film_outside } else { 1.0 },
+            }),
+            sheen: material.sheen.map(|sheen| Sheen::new(sheen.color, sheen.roughness)),
         }
     }
 
     /// f(wo, wi): scattered radiance by irradiance, without the cosine.
     ///
-    /// On the side of `wo`: diffuse and specular reflection. On the other side: for thin walls the GGX lobe around the straight
-    /// continuation; for the surface of a volume zero, because light reaches through it by refracted rays, and lamps by
-    /// the straight shadow rays of the integrator, never by this lobe.
+    /// On the side of `wo`: diffuse and specular reflection. On the other side: what is diffusely transmitted, and for thin
+    /// walls the GGX lobe around the straight continuation. Light reaches through the surface of a volume by refracted
+    /// rays, and that of lamps by the straight shadow rays of the integrator, never by this lobe.
     pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
         }
         let through = wi.z < 0.0;
-        if through && !self.transmits_rough() {
+        if through && !self.transmits_rough() && self.diffuse_transmission == 0.0 {
             return Vec3::ZERO;
         }
         // A thin wall scatters through as it would reflect the direction on this side.
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = (wo + mirrored).normalize_or(Vec3::Z);
-        let facet_cosine = wo.dot(half);
-        let dielectric = self.dielectric.reflectance(facet_cosine);
-        let lobe = ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, mirrored.z, self.alpha);
-        let entering = self.base_color * ((1.0 - self.metallic) * (1.0 - dielectric));
-        if through {
-            return entering * (self.transmission * lobe);
-        }
-        let metal = fresnel::schlick(facet_cosine, self.base_color);
-        let reflected = Vec3::splat(dielectric * (1.0 - self.metallic)) + metal * self.metallic;
-        reflected * lobe + entering * ((1.0 - self.transmission) * FRAC_1_PI)
-    }
-
-    /// All albedos at once, which share a part.
-    pub fn albedos(&self, cos_o: f32) -> Albedos {
-        let dielectric = self.dielectric_albedo(cos_o);
-        Albedos {
-            specular: self.specular_with(cos_o, dielectric),
-            diffuse: self.diffuse_with(dielectric),
-            transmission: self.transmission_with(cos_o, dielectric),
-        }
-    }
-
-    /// E(θ_o): share of uniform light that the specular lobe reflects; its Fresnel factor where the surface is smooth.
-    pub fn specular_albedo(&self, cos_o: f32) -> Vec3 {
-        self.specular_with(cos_o, self.dielectric_albedo(cos_o))
-    }
-
-    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. Times
-    /// irradiance over π it is the radiance sent out.
-    pub fn diffuse_albedo(&self, cos_o: f32) -> Vec3 {
-        self.diffuse_with(self.dielectric_albedo(cos_o))
-    }
-
-    /// Share of uniform light that passes through, base colour included: `transmission · (1 − F) · base colour` where the
-    /// surface is smooth. Zero where [`Bsdf::refract`] finds no way.
-    pub fn transmission_albedo(&self, cos_o: f32) -> Vec3 {
-        self.transmission_with(cos_o, self.dielectric_albedo(cos_o))
-    }
-
-    fn specular_with(&self, cos_o: f32, dielectric_albedo: f32) -> Vec3 {
-        let mut sum = Vec3::ZERO;
-        if self.metallic < 1.0 {
-            sum += Vec3::splat(dielectric_albedo * (1.0 - self.metallic));
-        }
-        if self.metallic > 0.0 {
-            let (total, grazing) = albedo::schlick_terms(cos_o, self.roughness);
-            let metal = self.base_color * total + (Vec3::ONE - self.base_color) * grazing;
-            sum += metal * self.metallic;
-        }
-        sum
-    }
-
-    fn diffuse_with(&self, dielectric_albedo: f32) -> Vec3 {
-        self.albedo_below(dielectric_albedo, (1.0 - self.metallic) * (1.0 - self.transmission))
-    }
-
-    fn transmission_with(&self, cos_o: f32, dielectric_albedo: f32) -> Vec3 {
-        if !self.thin && self.refracted_cosine(cos_o).is_none() {
-            return Vec3::ZERO;
-        }
-        self.albedo_below(dielectric_albedo, (1.0 - self.metallic) * self.transmission)
+        let (dielectric, metal) = self.reflectances(wo.z, wo.dot(half));
+        let lobe = self.lobe(wo, mirrored, half);
+        let entering = (1.0 - self.metallic) * left_by(dielectric);
+        let below = if through {
+            self.diffusely_through(entering) * FRAC_1_PI
+                + if self.thin { self.base_color * entering * (self.transmission * lobe) } else { Vec3::ZERO }
+        } else {
+            let reflected = dielectric * (1.0 - self.metallic) + metal * self.metallic;
+            let diffuse = (1.0 - self.transmission) * (1.0 - self.diffuse_transmission);
+            reflected * lobe + self.base_color * entering * (diffuse * FRAC_1_PI)
+        };
+        let Some(sheen) = &self.sheen else { return below };
+        // The direction that the fibres hide more from decides.
+        let (left_o, left_i) = (sheen.below(wo.z), sheen.below(mirrored.z));
+        let scaled = below * if left_o < left_i { left_o } else { left_i };
+        if through { scaled } else { scaled + sheen.evaluate(wo, wi) }
     }
 
     /// Where light seen along `wo` comes from on the other side, by Snell's law; straight on for thin walls. `None` at
@@ -165,6 +144,22 @@ impl Bsdf {
         Some(Vec3::new(-wo.x * bend, -wo.y * bend, -cosine).normalize())
     }
 
+    /// The roughness along the direction in which the specular lobe is widest.
+    pub fn widest_roughness(&self) -> f32 {
+        self.stretch.map_or(self.roughness, |stretch| libm::sqrtf(stretch.alpha.x))
+    }
+
+    /// Where a stretched lobe's light comes from: directions with their shares of [`Albedos::specular`]; nothing for round ones.
+    pub fn stretched_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
+        let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
+        let reflected = self.stretch.into_iter().flat_map(move |stretch| stretch.reflected(wo));
+        reflected.map(move |Reflected { wi, facet_cosine, weight }| {
+            let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
+            let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
+            (wi, factor * (weight * below))
+        })
+    }
+
     /// The cosine beyond the surface, or `None` at total internal reflection.
     fn refracted_cosine(&self, cosine: f32) -> Option<f32> {
         let sine_squared = 1.0 - cosine * cosine;
@@ -173,22 +168,44 @@ impl Bsdf {
         (cosine_squared > 0.0).then(|| cosine_squared.sqrt())
     }
 
-    /// The specular lobe of the part that is no metal; not looked up where there is none.
-    fn dielectric_albedo(&self, cos_o: f32) -> f32 {
-        if self.metallic < 1.0 { albedo::dielectric(cos_o, self.roughness, &self.dielectric) } else { 1.0 }
+    /// Fresnel's factors of the dielectric and of the metal, for a view and a facet of the surface.
+    fn reflectances(&self, cos_o: f32, facet_cosine: f32) -> (Vec3, Vec3) {
+        let dielectric = self.dielectric.reflectance(facet_cosine);
+        let metal = fresnel::schlick(facet_cosine, self.base_color);
+        let Some(film) = &self.film else { return (dielectric, metal) };
+        let cosine = self.cosine_outside_film(cos_o);
+        let over = |reflectance, base_f0| film.over(reflectance, base_f0, cosine);
+        (over(dielectric, self.dielectric.along_normal()), over(metal, self.base_color))
     }
 
-    fn albedo_below(&self, dielectric_albedo: f32, share: f32) -> Vec3 {
-        if share == 0.0 {
-            return Vec3::ZERO;
+    /// The cosine of the view on the outer side of a film, which from within a volume is the far one.
+    fn cosine_outside_film(&self, cos_o: f32) -> Option<f32> {
+        if self.dielectric.relative_ior < 1.0 { self.refracted_cosine(cos_o) } else { Some(cos_o) }
+    }
+
+    /// D V of the specular lobe.
+    fn lobe(&self, wo: Vec3, wi: Vec3, half: Vec3) -> f32 {
+        match &self.stretch {
+            Some(stretch) => stretch.distribution(half) * stretch.visibility(wo, wi),
+            None => ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, wi.z, self.alpha),
         }
-        self.base_color * (share * (1.0 - dielectric_albedo))
+    }
+
+    /// Of the light that enters, what is scattered to the other side, colour included.
+    fn diffusely_through(&self, entering: f32) -> Vec3 {
+        self.diffuse_transmission_color * (entering * (1.0 - self.transmission) * self.diffuse_transmission)
     }
 
     /// Whether light is scattered through by a lobe, rather than by a refracted ray.
     fn transmits_rough(&self) -> bool {
         self.thin && self.transmission > 0.0 && self.metallic < 1.0
     }
+}
+
+/// What a layer lets through in all colours alike. A film's factor may exceed one.
+fn left_by(reflectance: Vec3) -> f32 {
+    let left = 1.0 - reflectance.max_element();
+    if left > 0.0 { left } else { 0.0 }
 }
 
 #[cfg(test)]

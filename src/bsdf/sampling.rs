@@ -1,7 +1,7 @@
 //! Drawing directions from a material's lobes, and the density with which that happens.
 //!
 //! One lobe is chosen by its albedo's luminance, then a direction by the lobe: visible normals of GGX (Heitz 2018) for
-//! reflection and for thin walls, cosine for diffuse. Densities and weights are those of the whole mixture, as for multiple
+//! reflection and for thin walls, cosine for diffuse light, transmitted or not, and for fibres. Densities and weights are those of the whole mixture, as for multiple
 //! importance sampling with one sample (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.4).
 
 use std::f32::consts::FRAC_1_PI;
@@ -14,8 +14,10 @@ use crate::color::luminance;
 /// Probabilities of the lobes; they sum to one.
 struct LobeChoice {
     specular: f32,
+    /// Diffuse light and that of fibres.
     diffuse: f32,
     through: f32,
+    diffusely_through: f32,
 }
 
 impl Bsdf {
@@ -27,13 +29,15 @@ impl Bsdf {
         let choice = self.lobe_choice(wo)?;
         let wi = if u_lobe < choice.diffuse {
             cosine_direction(u)
+        } else if u_lobe < choice.diffuse + choice.diffusely_through {
+            -cosine_direction(u)
         } else {
-            let half = ggx::visible_normal(wo, self.alpha, ggx::disk_point(u));
+            let half = self.visible_normal(wo, ggx::disk_point(u));
             let mirrored = half * (2.0 * wo.dot(half)) - wo;
             if mirrored.z <= 0.0 {
                 return None;
             }
-            let through = u_lobe < choice.diffuse + choice.through;
+            let through = u_lobe < choice.diffuse + choice.diffusely_through + choice.through;
             if through { Vec3::new(mirrored.x, mirrored.y, -mirrored.z) } else { mirrored }
         };
         let pdf = self.mixture_pdf(&choice, wo, wi);
@@ -53,15 +57,32 @@ impl Bsdf {
         if wo.z <= 0.0 {
             return None;
         }
-        let specular = luminance(self.specular_albedo(wo.z));
-        let diffuse = luminance(self.diffuse_albedo(wo.z));
-        let through = if self.transmits_rough() { luminance(self.transmission_albedo(wo.z)) } else { 0.0 };
-        let total = specular + diffuse + through;
+        let albedos = self.albedos(wo);
+        let specular = luminance(albedos.specular);
+        let diffuse = luminance(albedos.diffuse + albedos.sheen);
+        let through = if self.transmits_rough() { luminance(albedos.transmission) } else { 0.0 };
+        let diffusely_through = luminance(albedos.diffuse_transmission);
+        let total = specular + diffuse + through + diffusely_through;
         (total > 0.0).then(|| LobeChoice {
             specular: specular / total,
             diffuse: diffuse / total,
             through: through / total,
+            diffusely_through: diffusely_through / total,
         })
+    }
+
+    pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
+        match &self.stretch {
+            Some(stretch) => stretch.visible_normal(wo, disk),
+            None => ggx::visible_normal(wo, self.alpha, disk),
+        }
+    }
+
+    fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
+        match &self.stretch {
+            Some(stretch) => stretch.reflection_pdf(wo, half),
+            None => ggx::reflection_pdf(wo.z, half, self.alpha),
+        }
     }
 
     fn mixture_pdf(&self, choice: &LobeChoice, wo: Vec3, wi: Vec3) -> f32 {
@@ -70,9 +91,9 @@ impl Bsdf {
         }
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = (wo + mirrored).normalize_or(Vec3::Z);
-        let lobe = ggx::reflection_pdf(wo.z, half, self.alpha);
+        let lobe = self.reflection_pdf(wo, half);
         if wi.z < 0.0 {
-            choice.through * lobe
+            choice.through * lobe + choice.diffusely_through * -wi.z * FRAC_1_PI
         } else {
             choice.specular * lobe + choice.diffuse * wi.z * FRAC_1_PI
         }

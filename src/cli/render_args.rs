@@ -125,6 +125,9 @@ pub(super) struct RenderArgs {
     /// How light is followed
     #[arg(long, value_name = "NAME", default_value = "whitted", help_heading = "Picture")]
     pub(super) integrator: Integrator,
+    /// Rays that follow a rough mirror or frosted glass where it is seen first, one from there on; 0 looks the environment up
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = |text: &str| options::whole::<u32>(text, 0, 4096), help_heading = "Picture")]
+    pub(super) glossy: u32,
     /// Shadows under glass
     #[arg(long, value_name = "KIND", default_value = "straight", help_heading = "Picture")]
     pub(super) glass_shadows: GlassShadowsArg,
@@ -150,6 +153,9 @@ pub(super) struct RenderArgs {
     /// Scene of the file: a name or #0 for the first [default: the file's]
     #[arg(long = "scene", value_name = "NAME|#I", help_heading = "Scene")]
     pub(super) scene_choice: Option<String>,
+    /// Set of materials of the file: a name or #0 for the first [default: none]
+    #[arg(long, value_name = "NAME|#I", help_heading = "Scene")]
+    pub(super) variant: Option<String>,
     /// Multiplies all lights of the file
     #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
     pub(super) light_scale: f32,

@@ -168,6 +168,7 @@ fn selection_request(args: &RenderArgs) -> SelectionRequest {
         scene: args.scene_choice.as_deref().map(options::choice),
         clips: options::clips(&args.animation),
         camera: args.camera.as_deref().map(options::camera),
+        variant: args.variant.as_deref().map(options::choice),
     }
 }
 
@@ -225,6 +226,7 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
             FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
         },
         lens: lens(args, scene, selection)?,
+        glossy_samples: args.glossy,
         show_background: true,
     })
 }

@@ -163,6 +163,7 @@ mod tests {
             influences: None,
             triangles: Vec::new(),
             material: MaterialIndex(0),
+            variants: Vec::new(),
             targets: Vec::new(),
         }
     }

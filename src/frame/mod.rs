@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Triangle;
 use crate::scene::{
-    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin,
+    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
 use animation::NodePose;
@@ -144,12 +144,12 @@ impl Frame {
         let drawn = transform::drawn_nodes(scene, selection);
         self.lights.clear();
         self.lights.extend(drawn.iter().filter_map(|&node| placed::light(scene, node, world)));
-        self.list_shapes(scene, &drawn);
+        self.list_shapes(scene, &drawn, selection.variant);
         self.pose_shapes(scene);
     }
 
     /// Gives every drawn primitive its place among triangles and vertices.
-    fn list_shapes(&mut self, scene: &Scene, drawn: &[NodeIndex]) {
+    fn list_shapes(&mut self, scene: &Scene, drawn: &[NodeIndex], variant: Option<VariantIndex>) {
         self.shapes.clear();
         let (mut triangles, mut vertices) = (0_usize, 0_usize);
         for &node in drawn {
@@ -161,7 +161,7 @@ impl Frame {
                     node,
                     mesh,
                     primitive: index,
-                    material: primitive.material,
+                    material: primitive.material_in(variant),
                     first_triangle: triangles as u32,
                     first_vertex: vertices,
                     mirrored: false,

@@ -15,6 +15,7 @@ fn triangle_primitive() -> Primitive {
         influences: None,
         triangles: vec![[0, 1, 2]],
         material: MaterialIndex(0),
+        variants: Vec::new(),
         targets: Vec::new(),
     }
 }
@@ -36,7 +37,7 @@ fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
         ..Default::default()
     };
     let camera = CameraChoice::Auto;
-    (scene, Selection { roots: order, clips: Vec::new(), camera })
+    (scene, Selection { roots: order, clips: Vec::new(), camera, variant: None })
 }
 
 #[test]

@@ -10,16 +10,46 @@ use super::raw::escape;
 use crate::error::Result;
 
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
+pub(super) const ANISOTROPY: &str = "KHR_materials_anisotropy";
+pub(super) const CLEAR_COAT: &str = "KHR_materials_clearcoat";
+pub(super) const DIFFUSE_TRANSMISSION: &str = "KHR_materials_diffuse_transmission";
+pub(super) const DISPERSION: &str = "KHR_materials_dispersion";
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
 pub(super) const IOR: &str = "KHR_materials_ior";
+pub(super) const IRIDESCENCE: &str = "KHR_materials_iridescence";
+pub(super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+pub(super) const SHEEN: &str = "KHR_materials_sheen";
+pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const TRANSMISSION: &str = "KHR_materials_transmission";
 pub(super) const UNLIT: &str = "KHR_materials_unlit";
+pub(super) const VARIANTS: &str = "KHR_materials_variants";
 pub(super) const VOLUME: &str = "KHR_materials_volume";
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 
-const HONOURED: [&str; 8] =
-    [LIGHTS, EMISSIVE_STRENGTH, IOR, TRANSMISSION, UNLIT, VOLUME, QUANTIZATION, TEXTURE_TRANSFORM];
+/// Extensions of single materials.
+const OF_MATERIALS: [&str; 13] = [
+    ANISOTROPY,
+    CLEAR_COAT,
+    DIFFUSE_TRANSMISSION,
+    DISPERSION,
+    EMISSIVE_STRENGTH,
+    IOR,
+    IRIDESCENCE,
+    SPECULAR_GLOSSINESS,
+    SHEEN,
+    SPECULAR,
+    TRANSMISSION,
+    UNLIT,
+    VOLUME,
+];
+
+/// All others that are honoured.
+const OTHERS: [&str; 4] = [LIGHTS, VARIANTS, QUANTIZATION, TEXTURE_TRANSFORM];
+
+fn is_honoured(name: &str) -> bool {
+    OF_MATERIALS.contains(&name) || OTHERS.contains(&name)
+}
 
 /// Extensions that replace data; without them only a fallback, where the file has one, can be read.
 const REPLACES_DATA: [&str; 8] = [
@@ -46,7 +76,7 @@ pub enum Support {
 
 /// What becomes of a file that uses the extension `name`, `required` or not.
 pub fn extension_support(name: &str, required: bool) -> Support {
-    match (HONOURED.contains(&name), required) {
+    match (is_honoured(name), required) {
         (true, _) => Support::Honoured,
         (false, false) => Support::Warned,
         (false, true) => Support::Refused,
@@ -128,10 +158,10 @@ fn collect(
 fn note_uses(context: &mut Context, value: &Value, owner: &str, first_use: &mut BTreeMap<String, String>) {
     for (name, content) in value.as_object().into_iter().flatten() {
         let pointer = format!("{owner}/extensions/{}", escape(name));
-        if HONOURED.contains(&name.as_str()) && !belongs(name, owner) {
+        if is_honoured(name) && !belongs(name, owner) {
             context.warn(&pointer, format!("{name} has no meaning at this place; it is ignored here"));
         }
-        if !(content.is_object() || HONOURED.contains(&name.as_str())) {
+        if !(content.is_object() || is_honoured(name)) {
             context.warn(&pointer, format!("{name} is not an object as extensions must be"));
         }
         first_use.entry(name.clone()).or_insert(pointer);
@@ -144,7 +174,8 @@ fn belongs(name: &str, owner: &str) -> bool {
     let in_array = |array: &str| owner.split('/').nth(1) == Some(array);
     match name {
         LIGHTS => depth == 0 || (depth == 2 && in_array("nodes")),
-        EMISSIVE_STRENGTH | IOR | TRANSMISSION | UNLIT | VOLUME => depth == 2 && in_array("materials"),
+        VARIANTS => depth == 0 || (depth == 4 && in_array("meshes")),
+        name if OF_MATERIALS.contains(&name) => depth == 2 && in_array("materials"),
         TEXTURE_TRANSFORM => depth > 2 && in_array("materials") && owner.ends_with("Texture"),
         _ => true,
     }

@@ -8,7 +8,7 @@
 //!
 //! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
 //! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
-//! what `bounds` has checked, and `mesh`, `material`, `image`, `mip_maps`, `node`, `skin`, `camera`, `light` and `animation` build
+//! what `bounds` has checked, and `mesh`, `material`, `variants`, `image`, `mip_maps`, `node`, `skin`, `camera`, `light` and `animation` build
 //! the scene.
 //!
 //! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
@@ -46,6 +46,7 @@ mod tests;
 mod texture;
 mod topology;
 mod uri;
+mod variants;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -106,6 +107,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let images = image::import(&mut context, &data, &mut resources, &textures)?;
     let mips = mip_maps::import(&mut context, &images, &textures)?;
     let meshes = mesh::import(&mut context, &data, &materials)?;
+    let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
@@ -122,6 +124,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
         meshes,
         skins,
         materials,
+        variants,
         textures: textures.textures,
         images,
         mips,

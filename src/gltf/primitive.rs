@@ -12,7 +12,7 @@ use super::attributes::{Attributes, Reference};
 use super::context::Context;
 use super::raw::Raw;
 use super::tangents::{gather_vertices, generate};
-use super::{formats, influences, morph, normals, topology};
+use super::{formats, influences, morph, normals, topology, variants};
 use crate::error::Result;
 use crate::scene::{Material, MaterialIndex, Primitive};
 
@@ -65,9 +65,12 @@ pub(super) fn import_primitive(
         tangents,
         triangles,
         material,
+        variants: variants::of_primitive(context, data.document, raw)?,
     };
     drop_unused_vertices(&mut imported);
-    if let Some(material) = materials.get(material.index()) {
+    let others = imported.variants.iter().map(|(_, material)| *material);
+    let looks: Vec<MaterialIndex> = std::iter::once(material).chain(others).collect();
+    for material in looks.iter().filter_map(|material| materials.get(material.index())) {
         fit_to_material(context, &mut imported, material, &pointer)?;
     }
     Ok(Some(imported))
@@ -203,19 +206,19 @@ fn drop_unused_vertices(primitive: &mut Primitive) {
     gather_vertices(primitive, &sources);
 }
 
-/// Gives the primitive what its material needs: coordinate sets, and tangents for a normal map.
+/// Gives the primitive what one of its materials needs: coordinate sets, and tangents for a normal map or a stretched
+/// highlight.
 fn fit_to_material(
     context: &mut Context,
     primitive: &mut Primitive,
     material: &Material,
     pointer: &str,
 ) -> Result<()> {
-    if let Some(normal_map) = &material.normal_texture
+    if let Some(set) = material.tangent_uv_set()
         && primitive.tangents.is_none()
         && !primitive.triangles.is_empty()
     {
-        let set = normal_map.texture.uv_set as usize;
-        generate(context, primitive, set, pointer)?;
+        generate(context, primitive, set as usize, pointer)?;
     }
     let wanted = super::material::uv_sets(material);
     let vertex_count = primitive.positions.len();

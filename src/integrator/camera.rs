@@ -6,7 +6,7 @@
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
-use super::{MediaStack, Path, PathClass};
+use super::{MediaStack, Path, PathClass, Spectrum};
 use crate::frame::PosedCamera;
 use crate::geometry::{Ray, concentric_disk_point};
 use crate::interaction::Footprint;
@@ -110,6 +110,7 @@ impl CameraRays {
             touching: None,
             weight: Vec3::ONE,
             class: PathClass::Camera,
+            spectrum: Spectrum::White,
             depth: 0,
             sample,
             seed,

@@ -4,6 +4,7 @@ use std::rc::Rc;
 
 use glam::Vec3;
 
+use super::Spectrum;
 use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
 use crate::frame::{Shape, is_volume};
 use crate::geometry::{Facing, Ray};
@@ -24,8 +25,10 @@ pub struct VolumeId {
 pub struct Medium {
     /// Which surface.
     pub volume: VolumeId,
-    /// Index of refraction.
+    /// Index of refraction of green light.
     pub ior: f32,
+    /// How much less it is for red light, and more for blue (`KHR_materials_dispersion`).
+    pub half_spread: f32,
     /// Absorption a metre.
     pub extinction: Vec3,
 }
@@ -37,6 +40,7 @@ pub(super) struct Interiors(Vec<Option<Interior>>);
 #[derive(Clone, Copy, Debug)]
 struct Interior {
     ior: f32,
+    half_spread: f32,
     extinction: Vec3,
 }
 
@@ -47,16 +51,19 @@ impl Interiors {
             let volume = material.volume.filter(|_| is_volume(material))?;
             let distance = volume.attenuation_distance;
             let extinction = volume.attenuation_color.map(|color| extinction(color, distance));
-            Some(Interior { ior: material.ior, extinction })
+            // (n − 1) / V, halved, with dispersion = 20 / V; no colour's index falls below that of empty space.
+            let half_spread = (material.ior - 1.0) * (0.025 * material.dispersion);
+            let half_spread = half_spread.clamp(0.0, (material.ior - 1.0).abs());
+            Some(Interior { ior: material.ior, half_spread, extinction })
         };
         Self(materials.iter().map(interior).collect())
     }
 
     /// The inside of `shape`, if its material bounds a volume.
     pub(super) fn medium(&self, shape: &Shape) -> Option<Medium> {
-        let Interior { ior, extinction } = self.0[shape.material.index()]?;
+        let Interior { ior, half_spread, extinction } = self.0[shape.material.index()]?;
         let volume = VolumeId { node: shape.node, material: shape.material };
-        Some(Medium { volume, ior, extinction })
+        Some(Medium { volume, ior, half_spread, extinction })
     }
 
     fn any(&self) -> bool {
@@ -65,6 +72,15 @@ impl Interiors {
 }
 
 impl Medium {
+    /// Index of refraction of one colour; white light follows green.
+    pub fn ior_of(&self, spectrum: Spectrum) -> f32 {
+        match spectrum {
+            Spectrum::White | Spectrum::Green => self.ior,
+            Spectrum::Red => self.ior - self.half_spread,
+            Spectrum::Blue => self.ior + self.half_spread,
+        }
+    }
+
     /// Beer–Lambert: what is left of light after `distance` metres, which may be infinite.
     pub fn transmittance(&self, distance: f32) -> Vec3 {
         self.extinction
@@ -104,8 +120,13 @@ impl MediaStack {
     }
 
     /// Index of refraction of the space.
-    pub fn ior(&self) -> f32 {
-        self.current().map_or(1.0, |medium| medium.ior)
+    pub fn ior(&self, spectrum: Spectrum) -> f32 {
+        self.current().map_or(1.0, |medium| medium.ior_of(spectrum))
+    }
+
+    /// Whether colours part at the border of the space.
+    pub fn disperses(&self) -> bool {
+        self.current().is_some_and(|medium| medium.half_spread > 0.0)
     }
 
     /// Beer–Lambert over `distance` metres of the space.
@@ -193,7 +214,7 @@ mod tests {
 
     fn medium(material: u32, ior: f32) -> Medium {
         let volume = VolumeId { node: NodeIndex(0), material: MaterialIndex(material) };
-        Medium { volume, ior, extinction: Vec3::ZERO }
+        Medium { volume, ior, half_spread: 0.0, extinction: Vec3::ZERO }
     }
 
     #[test]
@@ -202,15 +223,40 @@ mod tests {
         let mut stack = MediaStack::default();
         stack.cross(glass, Facing::Front);
         stack.cross(water, Facing::Front);
-        assert_eq!(stack.ior(), 1.33);
+        assert_eq!(stack.ior(Spectrum::White), 1.33);
         // Leaving the outer one first leaves the inner one in place.
         let mut overlapping = stack.clone();
         overlapping.cross(glass, Facing::Back);
-        assert_eq!(overlapping.ior(), 1.33);
+        assert_eq!(overlapping.ior(Spectrum::White), 1.33);
         stack.cross(water, Facing::Back);
-        assert_eq!(stack.ior(), 1.5);
+        assert_eq!(stack.ior(Spectrum::White), 1.5);
         stack.cross(glass, Facing::Back);
         assert_eq!(stack, MediaStack::default());
+    }
+
+    #[test]
+    fn colours_part_by_abbes_number() {
+        // Dispersion 1 is V = 20: n_blue − n_red = (1.6 − 1) / 20 = 0.03, half of it on each side.
+        let with = |dispersion| {
+            let material = Material {
+                ior: 1.6,
+                dispersion,
+                transmission: Some(crate::scene::Transmission { factor: 1.0, texture: None }),
+                volume: Some(crate::scene::Volume {
+                    attenuation_distance: f32::INFINITY,
+                    attenuation_color: Vec3::ONE,
+                }),
+                ..Material::default()
+            };
+            let interior = Interiors::of(&[material]).0[0].unwrap();
+            let medium = Medium { half_spread: interior.half_spread, ..medium(0, interior.ior) };
+            [Spectrum::Red, Spectrum::Green, Spectrum::Blue, Spectrum::White].map(|of| medium.ior_of(of))
+        };
+        let [red, green, blue, white] = with(1.0);
+        assert!((red - 1.585).abs() < 1e-6 && (blue - 1.615).abs() < 1e-6 && green == 1.6 && white == 1.6);
+        assert_eq!(with(0.0), [1.6; 4]);
+        // Far beyond what there is, red does not fall below empty space.
+        assert!((with(1e9)[0] - 1.0).abs() < 1e-6);
     }
 
     #[test]

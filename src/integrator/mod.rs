@@ -23,7 +23,7 @@ use media::Interiors;
 
 pub use camera::{CameraRays, ThinLens};
 pub use media::{MediaStack, Medium, VolumeId};
-pub use path::{Path, PathClass};
+pub use path::{Path, PathClass, Spectrum};
 pub use random::Seed;
 pub use shadow::PASS_THROUGH_LIMIT;
 
@@ -50,6 +50,8 @@ pub struct IntegratorSettings {
     pub light_scale: f32,
     /// How soft shadows are.
     pub light_size: LightSize,
+    /// Rays that follow a rough lobe of the first surface; 0 looks the environment up instead.
+    pub glossy_samples: u32,
 }
 
 impl Default for IntegratorSettings {
@@ -61,6 +63,7 @@ impl Default for IntegratorSettings {
             show_background: true,
             light_scale: 1.0,
             light_size: LightSize::default(),
+            glossy_samples: 0,
         }
     }
 }

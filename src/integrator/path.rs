@@ -22,6 +22,8 @@ pub struct Path {
     pub weight: Vec3,
     /// What made the last ray.
     pub class: PathClass,
+    /// Which colours it stands for.
+    pub spectrum: Spectrum,
     /// Reflections and refractions so far.
     pub depth: u32,
     /// Subscript of the sample in its batch.
@@ -39,4 +41,33 @@ pub enum PathClass {
     Reflection,
     /// Glass, somewhere before.
     Refraction,
+}
+
+/// Which colours a ray stands for. Glass that bends them differently parts white rays into three.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Spectrum {
+    /// All.
+    #[default]
+    White,
+    /// Red alone.
+    Red,
+    /// Green alone.
+    Green,
+    /// Blue alone.
+    Blue,
+}
+
+impl Spectrum {
+    /// Single colours, in the order of channels.
+    pub const COLORS: [Self; 3] = [Self::Red, Self::Green, Self::Blue];
+
+    /// One in the channels that it stands for, zero in others.
+    pub fn mask(self) -> Vec3 {
+        match self {
+            Self::White => Vec3::ONE,
+            Self::Red => Vec3::X,
+            Self::Green => Vec3::Y,
+            Self::Blue => Vec3::Z,
+        }
+    }
 }

@@ -30,6 +30,8 @@ pub enum Purpose {
     Reflection,
     /// The direction in a frosted surface's lobe.
     Refraction,
+    /// The direction in a rough coat's lobe.
+    Coat,
 }
 
 impl Purpose {
@@ -38,6 +40,7 @@ impl Purpose {
             Self::Lens => 0,
             Self::Reflection => 1,
             Self::Refraction => 2,
+            Self::Coat => 3,
             Self::Light(subscript) => 16 + subscript,
         }
     }

@@ -6,11 +6,11 @@ use glam::Vec3;
 
 use super::crossings::Crossings;
 use super::{GlassShadows, MediaStack, Medium, World};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
-use crate::interaction::{Footprint, SurfacePoint, alpha_at, catches_shadows, material_at};
+use crate::interaction::{Footprint, MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
 
 /// See-through surfaces that one ray may pass.
 pub const PASS_THROUGH_LIMIT: u32 = 256;
@@ -154,7 +154,7 @@ fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
     straight.then(|| world.interiors.medium(shape)).flatten()
 }
 
-/// (1 − α) + α · transmission · (1 − F) · base colour. The way is not bent, so the Fresnel factor is always the one of
+/// (1 − α) + α · transmission · (1 − F) · base colour, times what a coat lets through. The way is not bent, so the Fresnel factor is always the one of
 /// entering: the same path backwards, and never total reflection.
 fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
     let alpha = alpha_at(world.posed, hit);
@@ -162,12 +162,22 @@ fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
     let material = material_at(world.posed, &point);
     let straight = world.settings.glass_shadows == GlassShadows::Straight;
     let glass = if straight && material.transmission > 0.0 {
+        // The direction of a stretch hardly changes how much passes.
+        let material = MaterialSample { anisotropy: None, ..material };
         let bsdf = Bsdf::new(&material, 1.0, material.ior);
-        bsdf.transmission_albedo(point.wo.dot(point.shading_normal))
+        let cosine = point.wo.dot(point.shading_normal);
+        let wo = Vec3::new(libm::sqrtf((1.0 - cosine * cosine).abs()), 0.0, cosine);
+        bsdf.transmission_albedo(wo) * coat_transmittance(&material, &point)
     } else {
         Vec3::ZERO
     };
     Vec3::splat(1.0 - alpha) + glass * alpha
+}
+
+fn coat_transmittance(material: &MaterialSample, point: &SurfacePoint<'_>) -> f32 {
+    material
+        .clear_coat
+        .map_or(1.0, |coat| Coat::new(coat.factor, coat.roughness).transmittance(point.wo.dot(coat.normal)))
 }
 
 #[cfg(test)]

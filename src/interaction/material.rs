@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
 use super::texture_lookup::{self, UvFootprint};
-use super::{MaterialSample, PosedScene, SurfacePoint};
+use super::{MaterialSample, PosedScene, SurfacePoint, layers};
 use crate::bvh::Hit;
 use crate::frame::{Shape, is_volume, transmits};
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
@@ -12,13 +12,7 @@ use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 /// All values of the material at `point`.
 pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let material = &posed.frame.materials[point.shape.material.index()];
-    let lookup = |reference: &Option<TextureRef>, encoding| match reference {
-        Some(reference) => {
-            let (uv, footprint) = point.uv(posed, reference);
-            texture_lookup::sample(posed.scene, reference, uv, footprint, encoding)
-        }
-        None => Vec4::ONE,
-    };
+    let lookup = |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference, encoding);
     let base_encoding =
         if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
@@ -37,7 +31,7 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         Some(transmission) => transmission.factor * lookup(&transmission.texture, Encoding::Linear).x,
         None => 0.0,
     };
-    MaterialSample {
+    let mut sample = MaterialSample {
         base_color: base.truncate(),
         metallic: material.metallic * metallic_roughness.z,
         roughness: material.roughness * metallic_roughness.y,
@@ -51,6 +45,27 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         ior: material.ior,
         transmission: if transmits(material) { transmission } else { 0.0 },
         thin: !is_volume(material),
+        ..MaterialSample::default()
+    };
+    if !material.unlit {
+        layers::add(posed, point, material, &mut sample);
+    }
+    sample
+}
+
+/// The value of a texture at `point`; ones without a texture.
+pub(super) fn looked_up(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    reference: &Option<TextureRef>,
+    encoding: Encoding,
+) -> Vec4 {
+    match reference {
+        Some(reference) => {
+            let (uv, footprint) = point.uv(posed, reference);
+            texture_lookup::sample(posed.scene, reference, uv, footprint, encoding)
+        }
+        None => Vec4::ONE,
     }
 }
 

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::texture_lookup;
 use super::{PosedScene, SurfacePoint};
 use crate::frame::PosedVertex;
-use crate::geometry::{Triangle, unit};
+use crate::geometry::{Facing, Triangle, unit};
 use crate::scene::{Encoding, NormalTexture};
 
 /// Halvings of the interval that bending searches; the angle is then exact to about 2⁻²⁰.
@@ -26,27 +26,76 @@ pub(super) fn shading_normal(
     front_normal: Vec3,
     vertices: &[&PosedVertex; 3],
 ) -> Vec3 {
-    let smooth = vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO);
-    let sum = |of: fn(&PosedVertex) -> Vec3| {
-        of(vertices[0]) * point.weights[0]
-            + of(vertices[1]) * point.weights[1]
-            + of(vertices[2]) * point.weights[2]
-    };
-    let normal =
-        if smooth { unit(sum(|vertex| vertex.normal)).unwrap_or(front_normal) } else { front_normal };
-    let shading = match &posed.frame.materials[point.shape.material.index()].normal_texture {
-        Some(map) => mapped(
-            posed,
-            point,
-            map,
-            normal,
-            (sum(|vertex| vertex.tangent.truncate()), vertices[0].tangent.w),
-        ),
+    let map = posed.frame.materials[point.shape.material.index()].normal_texture.as_ref();
+    front_normal_by(posed, point, map, (front_normal, vertices))
+}
+
+/// The shading normal on the viewer's side as `map` says instead of the material's own, bent into view.
+pub(super) fn mapped_by(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    map: Option<&NormalTexture>,
+) -> Vec3 {
+    let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
+    let front = (point.geometric_normal * side, &vertices_of(posed, point));
+    let authored = front_normal_by(posed, point, map, front) * side;
+    bent_into_view(point.geometric_normal, authored, point.wo)
+}
+
+/// Unit tangent and bitangent of the front; `None` where neither vertices nor coordinate set `uv_set` say which way they run.
+pub(super) fn tangent_frame(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    uv_set: u32,
+) -> Option<(Vec3, Vec3)> {
+    let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
+    let vertices = vertices_of(posed, point);
+    let normal = interpolated_normal(point, point.geometric_normal * side, &vertices);
+    frame_around(posed, point, uv_set, normal, interpolated_tangent(point, &vertices))
+}
+
+fn vertices_of<'a>(posed: PosedScene<'a>, point: &SurfacePoint<'_>) -> [&'a PosedVertex; 3] {
+    point.corners.map(|corner| &posed.frame.vertices[point.shape.first_vertex + corner as usize])
+}
+
+fn front_normal_by(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    map: Option<&NormalTexture>,
+    (front_normal, vertices): (Vec3, &[&PosedVertex; 3]),
+) -> Vec3 {
+    let normal = interpolated_normal(point, front_normal, vertices);
+    let shading = match map {
+        Some(map) => mapped(posed, point, map, normal, interpolated_tangent(point, vertices)),
         None => normal,
     };
     // Normals that were authored inside out say which way the surface curves, not which way it faces; the map's frame
     // was made for them, so it is the mapped normal that is turned round.
     if normal.dot(front_normal) < 0.0 { -shading } else { shading }
+}
+
+fn interpolated(
+    point: &SurfacePoint<'_>,
+    vertices: &[&PosedVertex; 3],
+    of: fn(&PosedVertex) -> Vec3,
+) -> Vec3 {
+    of(vertices[0]) * point.weights[0]
+        + of(vertices[1]) * point.weights[1]
+        + of(vertices[2]) * point.weights[2]
+}
+
+fn interpolated_normal(point: &SurfacePoint<'_>, front_normal: Vec3, vertices: &[&PosedVertex; 3]) -> Vec3 {
+    let smooth = vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO);
+    if smooth {
+        unit(interpolated(point, vertices, |vertex| vertex.normal)).unwrap_or(front_normal)
+    } else {
+        front_normal
+    }
+}
+
+/// With the sign of the bitangent.
+fn interpolated_tangent(point: &SurfacePoint<'_>, vertices: &[&PosedVertex; 3]) -> (Vec3, f32) {
+    (interpolated(point, vertices, |vertex| vertex.tangent.truncate()), vertices[0].tangent.w)
 }
 
 /// N' = T·x + B·y + N·z with B = (N × T)·w (glTF 2.0, section 3.9.3).
@@ -59,22 +108,35 @@ fn mapped(
 ) -> Vec3 {
     let (uv, footprint) = point.uv(posed, &map.texture);
     let texel = texture_lookup::sample(posed.scene, &map.texture, uv, footprint, Encoding::Normal);
-    let (tangent, handedness) =
-        if tangent == Vec3::ZERO { tangent_from_uvs(posed, point, map) } else { (tangent, handedness) };
-    // The interpolated frame is made orthogonal again; without any tangent the map cannot say anything.
-    let Some(tangent) = unit(tangent - normal * normal.dot(tangent)) else {
+    // Without any tangent the map cannot say anything.
+    let Some((tangent, bitangent)) =
+        frame_around(posed, point, map.texture.uv_set, normal, (tangent, handedness))
+    else {
         return normal;
     };
-    let bitangent = normal.cross(tangent) * handedness;
     let local = Vec2::new(2.0 * texel.x - 1.0, 2.0 * texel.y - 1.0) * map.scale;
     let perturbed = tangent * local.x + bitangent * local.y + normal * (2.0 * texel.z - 1.0);
     unit(perturbed).unwrap_or(normal)
 }
 
+/// Tangent and bitangent, made orthogonal to `normal` again.
+fn frame_around(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    uv_set: u32,
+    normal: Vec3,
+    (tangent, handedness): (Vec3, f32),
+) -> Option<(Vec3, Vec3)> {
+    let (tangent, handedness) =
+        if tangent == Vec3::ZERO { tangent_from_uvs(posed, point, uv_set) } else { (tangent, handedness) };
+    let tangent = unit(tangent - normal * normal.dot(tangent))?;
+    Some((tangent, normal.cross(tangent) * handedness))
+}
+
 /// The direction in which u grows on this triangle, for primitives whose tangents are missing. The bitangent is the
 /// direction in which v shrinks, because v grows downwards in the picture.
-fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, map: &NormalTexture) -> (Vec3, f32) {
-    let [ta, tb, tc] = point.shape.uvs(posed.scene, map.texture.uv_set as usize, point.corners);
+fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, uv_set: u32) -> (Vec3, f32) {
+    let [ta, tb, tc] = point.shape.uvs(posed.scene, uv_set as usize, point.corners);
     let [a, b, c] = posed.frame.triangles[point.primitive as usize].vertices;
     let (uv1, uv2) = (tb - ta, tc - ta);
     let determinant = uv1.perp_dot(uv2);

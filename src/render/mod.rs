@@ -55,6 +55,8 @@ pub struct RenderSettings {
     pub light_scale: f32,
     /// How large lights are.
     pub light_size: LightSize,
+    /// Rays that follow a rough mirror or frosted glass where it is seen first; 0 looks the environment up instead.
+    pub glossy_samples: u32,
     /// Whether camera rays that leave the scene see the environment; else they are transparent.
     pub show_background: bool,
 }
@@ -73,6 +75,7 @@ impl Default for RenderSettings {
             glass_shadows: GlassShadows::Straight,
             light_scale: 1.0,
             light_size: LightSize::default(),
+            glossy_samples: 0,
             show_background: true,
         }
     }
@@ -143,6 +146,7 @@ pub fn render_frame_into(
         show_background: settings.show_background,
         light_scale: settings.light_scale,
         light_size: settings.light_size,
+        glossy_samples: settings.glossy_samples,
     };
     let world = World::new(posed, input.bvh, input.environment, integrator_settings);
     let lens = settings.lens.and_then(|lens| lens.at(input, settings.resolution));

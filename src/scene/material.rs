@@ -2,7 +2,9 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::TextureIndex;
+use super::{
+    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular, TextureIndex,
+};
 
 /// What a surface looks like.
 #[derive(Clone, Debug, PartialEq)]
@@ -39,6 +41,23 @@ pub struct Material {
     pub transmission: Option<Transmission>,
     /// The inside of a closed surface (`KHR_materials_volume`); `None` is a thin wall.
     pub volume: Option<Volume>,
+    /// How far the index of refraction differs between colours, as 20 by Abbe's number; matters in volumes only
+    /// (`KHR_materials_dispersion`).
+    pub dispersion: f32,
+    /// Reflection other than the index says.
+    pub specular: Option<Specular>,
+    /// Takes the place of `roughness` and of G of its texture.
+    pub glossiness: Option<Glossiness>,
+    /// A clear layer on top.
+    pub clear_coat: Option<ClearCoat>,
+    /// Fibres below the coat.
+    pub sheen: Option<Sheen>,
+    /// A thin film.
+    pub iridescence: Option<Iridescence>,
+    /// A stretched highlight.
+    pub anisotropy: Option<Anisotropy>,
+    /// Diffuse light that goes through.
+    pub diffuse_transmission: Option<DiffuseTransmission>,
     /// Invisible but for the shadows on it; set on request only ([`super::mark_shadow_catchers`]).
     pub is_shadow_catcher: bool,
 }
@@ -182,8 +201,53 @@ impl Default for Material {
             ior: 1.5,
             transmission: None,
             volume: None,
+            dispersion: 0.0,
+            specular: None,
+            glossiness: None,
+            clear_coat: None,
+            sheen: None,
+            iridescence: None,
+            anisotropy: None,
+            diffuse_transmission: None,
             is_shadow_catcher: false,
         }
+    }
+}
+
+impl Material {
+    /// Every texture that is looked up, with its coordinates.
+    pub fn texture_refs(&self) -> impl Iterator<Item = &TextureRef> {
+        [
+            self.base_color_texture.as_ref(),
+            self.metallic_roughness_texture.as_ref(),
+            self.normal_texture.as_ref().map(|map| &map.texture),
+            self.occlusion_texture.as_ref().map(|map| &map.texture),
+            self.emissive_texture.as_ref(),
+            self.transmission.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.specular.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.specular.as_ref().and_then(|layer| layer.color_texture.as_ref()),
+            self.glossiness.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.clear_coat.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.clear_coat.as_ref().and_then(|layer| layer.roughness_texture.as_ref()),
+            self.clear_coat.as_ref().and_then(|layer| layer.normal_texture.as_ref()).map(|map| &map.texture),
+            self.sheen.as_ref().and_then(|layer| layer.color_texture.as_ref()),
+            self.sheen.as_ref().and_then(|layer| layer.roughness_texture.as_ref()),
+            self.iridescence.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.iridescence.as_ref().and_then(|layer| layer.thickness_texture.as_ref()),
+            self.anisotropy.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.diffuse_transmission.as_ref().and_then(|layer| layer.texture.as_ref()),
+            self.diffuse_transmission.as_ref().and_then(|layer| layer.color_texture.as_ref()),
+        ]
+        .into_iter()
+        .flatten()
+    }
+
+    /// The coordinate set that the tangents of a mesh should follow; `None` where tangents matter to nothing.
+    pub fn tangent_uv_set(&self) -> Option<u32> {
+        let normal = self.normal_texture.map(|map| map.texture);
+        let coat = self.clear_coat.and_then(|coat| coat.normal_texture).map(|map| map.texture);
+        let stretch = self.anisotropy.map(|anisotropy| anisotropy.texture.map_or(0, |map| map.uv_set));
+        normal.or(coat).map(|texture| texture.uv_set).or(stretch)
     }
 }
 

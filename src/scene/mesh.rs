@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::MaterialIndex;
+use super::{MaterialIndex, VariantIndex};
 
 /// A list of primitives drawn together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +34,8 @@ pub struct Primitive {
     pub triangles: Vec<[u32; 3]>,
     /// What the surface looks like.
     pub material: MaterialIndex,
+    /// What it looks like in variants that change it; each at most once.
+    pub variants: Vec<(VariantIndex, MaterialIndex)>,
     /// Morph targets.
     pub targets: Vec<MorphTarget>,
 }

@@ -7,6 +7,7 @@
 mod animation;
 mod camera;
 mod environment;
+mod layers;
 mod light;
 mod material;
 mod mesh;
@@ -15,6 +16,7 @@ mod node;
 mod selection;
 mod shadow_catcher;
 mod texture;
+mod variant;
 
 use std::path::PathBuf;
 
@@ -23,6 +25,7 @@ use crate::error::Warning;
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
 pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight};
+pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{
     AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvRotation, UvTransform,
@@ -34,6 +37,7 @@ pub use node::{LocalTransform, Node, Skin};
 pub use selection::{CameraChoice, CameraRequest, Choice, ClipChoice, Selection, SelectionRequest};
 pub use shadow_catcher::mark_shadow_catchers;
 pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
+pub use variant::Variant;
 
 macro_rules! typed_index {
     ($(#[$doc:meta])* $name:ident) => {
@@ -65,6 +69,10 @@ typed_index!(
 typed_index!(
     /// Subscript of [`Scene::materials`].
     MaterialIndex
+);
+typed_index!(
+    /// Subscript of [`Scene::variants`].
+    VariantIndex
 );
 typed_index!(
     /// Subscript of [`Scene::textures`].
@@ -117,6 +125,8 @@ pub struct Scene {
     pub skins: Vec<Skin>,
     /// Materials; the last that was imported is the default of primitives without one.
     pub materials: Vec<Material>,
+    /// Sets of materials to choose from; without a choice, primitives keep their own.
+    pub variants: Vec<Variant>,
     /// Textures: an image and how it is sampled.
     pub textures: Vec<Texture>,
     /// Decoded images.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use glam::Mat4;
 
-use super::{AnimationIndex, AnimationTarget, CameraIndex, NodeIndex, Projection, Scene};
+use super::{AnimationIndex, AnimationTarget, CameraIndex, NodeIndex, Projection, Scene, VariantIndex};
 use crate::error::{Error, Result, Warning};
 
 /// One of several things in a file, as a user names it.
@@ -37,6 +37,8 @@ pub struct SelectionRequest {
     pub clips: ClipChoice,
     /// Which camera; `None` is the first that the scene places, else automatic framing.
     pub camera: Option<CameraRequest>,
+    /// Which set of materials; `None` is what primitives have without one.
+    pub variant: Option<Choice>,
 }
 
 /// Which camera a user asks for.
@@ -73,6 +75,8 @@ pub struct Selection {
     pub clips: Vec<AnimationIndex>,
     /// The camera.
     pub camera: CameraChoice,
+    /// The set of materials.
+    pub variant: Option<VariantIndex>,
 }
 
 impl Selection {
@@ -94,7 +98,8 @@ impl Selection {
             }
         };
         let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
-        let selection = Self { roots, clips, camera };
+        let variant = resolve_variant(request.variant.as_ref(), scene)?;
+        let selection = Self { roots, clips, camera, variant };
         Ok((selection, warnings))
     }
 }
@@ -109,6 +114,15 @@ fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<Vec<NodeIndex
     };
     let roots = scene.scenes.get(index).map(|roots| roots.roots.clone());
     Ok(roots.unwrap_or_default())
+}
+
+fn resolve_variant(choice: Option<&Choice>, scene: &Scene) -> Result<Option<VariantIndex>> {
+    let Some(choice) = choice else {
+        return Ok(None);
+    };
+    let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
+    let index = find("variant", "--variant", choice, names)?;
+    Ok(Some(VariantIndex(subscript(index))))
 }
 
 /// All clips but those one of whose targets an earlier chosen clip moves.
@@ -236,7 +250,9 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots};
+    use crate::scene::{
+        Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots, Variant,
+    };
 
     fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
         let channel = |&target: &AnimationTarget| Channel {
@@ -275,6 +291,7 @@ mod tests {
             scenes: vec![roots("empty", &[]), roots("main", &[0])],
             default_scene: 1,
             cameras: vec![camera("loose"), camera("used")],
+            variants: ["green", "red"].map(|name| Variant { name: name.to_owned() }).to_vec(),
             animations: vec![
                 clip("a", &[moves(0)]),
                 clip("b", &[moves(0), turns(1)]),
@@ -301,10 +318,12 @@ mod tests {
             scene: Some(Choice::Name("main".to_owned())),
             clips: ClipChoice::One(Choice::Index(1)),
             camera: Some(CameraRequest::Placed(Choice::Name("object 1".to_owned()))),
+            variant: Some(Choice::Name("red".to_owned())),
         };
         let (selection, warnings) = Selection::resolve(&request, &scene()).unwrap();
         assert_eq!(selection.clips, [AnimationIndex(1)]);
         assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.variant, Some(VariantIndex(1)));
         assert!(warnings.is_empty());
     }
 
@@ -340,5 +359,8 @@ mod tests {
         let clips = ClipChoice::One(Choice::Name("z".to_owned()));
         let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });
         assert!(message.contains("#2 \"c\""), "{message}");
+        let variant = Some(Choice::Name("blue".to_owned()));
+        let message = ask(SelectionRequest { variant, ..SelectionRequest::default() });
+        assert!(message.contains("--variant") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
     }
 }

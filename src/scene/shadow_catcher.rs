@@ -66,6 +66,7 @@ mod tests {
             influences: None,
             triangles: Vec::new(),
             material: MaterialIndex(material),
+            variants: Vec::new(),
             targets: Vec::new(),
         };
         let node =

@@ -36,6 +36,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "roots": indices(job.selection.roots.iter().map(|root| root.0).collect()),
         "clips": indices(job.selection.clips.iter().map(|clip| clip.0).collect()),
         "camera": camera,
+        "variant": job.selection.variant.map(|variant| variant.0),
         "environment": job.environment_key,
         "shadow_catchers": shadow_catchers(&job.scene),
         "integrator": "whitted",
@@ -89,6 +90,7 @@ fn sampling_key(job: &SequenceJob) -> serde_json::Value {
             };
             json!([aperture, focus])
         }),
+        "glossy": settings.glossy_samples,
         "light_radius": settings.light_size.radius.to_bits(),
         "sun_angle": settings.light_size.sun_angle_radians.to_bits(),
         "shutter": (job.shutter.open.to_bits(), job.shutter.time_samples),

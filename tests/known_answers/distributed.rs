@@ -1,11 +1,11 @@
-//! What takes several rays a pixel: depth of field, soft shadows, filters, more samples on edges.
+//! What takes several rays a pixel: depth of field, soft shadows, rough mirrors, filters, more samples on edges.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 use rayframe::film::PixelWindow;
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, LightSize, PixelFilter};
-use rayframe::scene::{Environment, LightKind, Projection};
+use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission};
 
 use crate::stage::{Stage, lambert, rectangle, unlit};
 
@@ -114,6 +114,56 @@ fn filters_keep_even_light_as_it_is() {
         let seen = stage.look(Vec3::ZERO, Vec3::NEG_Z);
         assert!((seen.x - 0.75).abs() < 1e-6 && (seen.w - 1.0).abs() < 1e-6, "{filter:?} {seen}");
     }
+}
+
+#[test]
+fn rays_along_a_rough_lobe_see_what_the_lookup_sees_in_even_light() {
+    // In an environment that is the same everywhere both are the lobe's albedo times its radiance.
+    let looks = |material: &Material| {
+        let look = |glossy_samples| {
+            let mut stage = Stage::new();
+            stage.projection = NARROW;
+            stage.environment = Environment::Constant(Vec3::splat(0.75));
+            stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), material.clone());
+            stage.settings.samples = 16;
+            stage.settings.glossy_samples = glossy_samples;
+            stage.look(Vec3::new(0.0, 1.0, 1.5), Vec3::ZERO).truncate()
+        };
+        (look(0), look(64))
+    };
+    let metal = |roughness| Material { roughness, ..Material::default() };
+    let frosted = Material {
+        metallic: 0.0,
+        roughness: 0.5,
+        transmission: Some(Transmission { factor: 1.0, texture: None }),
+        ..Material::default()
+    };
+    let plastic = Material { metallic: 0.0, roughness: 0.3, ..lambert(Vec3::splat(0.5)) };
+    for material in [metal(0.2), metal(0.6), metal(1.0), frosted, Material { ior: 1.5, ..plastic }] {
+        let (looked_up, followed) = looks(&material);
+        assert!((looked_up - followed).abs().max_element() < 0.006, "{looked_up} {followed}");
+    }
+}
+
+#[test]
+fn a_rough_mirror_blurs_what_is_far_and_not_what_touches_it() {
+    // A white wall stands on a rough metal floor. Close to its foot the floor sees it with half of its lobe or more; far away
+    // above it, where a smooth mirror shows it or does not, a rough one shows something in between.
+    let look = |roughness: f32, x: f32| {
+        let mut stage = Stage::new();
+        stage.projection = NARROW;
+        let floor = Material { roughness, ..Material::default() };
+        stage.add(rectangle(Vec3::ZERO, Vec3::Z * 50.0, Vec3::X * 50.0), floor);
+        stage.add(rectangle(Vec3::new(3.0, 1.0, 0.0), Vec3::Z * 50.0, Vec3::Y), unlit(Vec3::ONE));
+        stage.settings.samples = 16;
+        stage.settings.glossy_samples = 64;
+        stage.look(Vec3::new(x - 1.0, 1.0, 0.0), Vec3::new(x, 0.0, 0.0)).x
+    };
+    // At 45° the mirror ray from x meets the wall at 3 − x, which is 2 m high.
+    let (seen, missed) = (look(0.0, 1.5), look(0.0, 0.5));
+    assert!(seen > 0.99 && missed == 0.0, "{seen} {missed}");
+    let (seen, missed) = (look(0.5, 1.5), look(0.5, 0.5));
+    assert!(missed > 0.05 && missed < 0.6 && seen > missed + 0.1 && seen < 0.98, "{seen} {missed}");
 }
 
 /// A white square in the middle of 16 x 16 pixels.

@@ -84,6 +84,7 @@ impl Stage {
             roots: self.scene.node_order.clone(),
             clips: Vec::new(),
             camera: CameraChoice::Fixed { world_from_camera, projection },
+            variant: None,
         };
         let frame = Frame::at(&self.scene, &selection, 0.0);
         let cancel = CancelFlag::new();
@@ -136,6 +137,7 @@ fn primitive(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Primitive {
         influences: None,
         triangles,
         material: MaterialIndex(0),
+        variants: Vec::new(),
         targets: Vec::new(),
     }
 }

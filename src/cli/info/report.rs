@@ -21,6 +21,8 @@ pub(super) struct Report {
     pub(super) nodes: usize,
     pub(super) meshes: Vec<MeshReport>,
     pub(super) materials: Vec<MaterialReport>,
+    /// Names for `--variant`.
+    pub(super) variants: Vec<String>,
     pub(super) textures: Vec<TextureReport>,
     pub(super) clips: Vec<ClipReport>,
     pub(super) cameras: Vec<CameraReport>,
@@ -122,6 +124,7 @@ impl Report {
             nodes: scene.nodes.len(),
             meshes: scene.meshes.iter().map(mesh).collect(),
             materials: materials(scene),
+            variants: scene.variants.iter().map(|variant| variant.name.clone()).collect(),
             textures: scene.textures.iter().map(|item| texture(scene, item)).collect(),
             clips: clips(scene),
             cameras: cameras(scene),
@@ -176,15 +179,8 @@ fn materials(scene: &Scene) -> Vec<MaterialReport> {
 }
 
 fn material(material: &Material, is_default: bool) -> MaterialReport {
-    let textured = [
-        material.base_color_texture.is_some(),
-        material.metallic_roughness_texture.is_some(),
-        material.normal_texture.is_some(),
-        material.occlusion_texture.is_some(),
-        material.emissive_texture.is_some(),
-    ];
     let features = [
-        (textured.contains(&true), "textured"),
+        (material.texture_refs().next().is_some(), "textured"),
         (material.emissive != glam::Vec3::ZERO, "emissive"),
         (matches!(material.alpha_mode, AlphaMode::Mask { .. }), "alpha mask"),
         (material.alpha_mode == AlphaMode::Blend, "alpha blend"),
@@ -192,6 +188,14 @@ fn material(material: &Material, is_default: bool) -> MaterialReport {
         (material.unlit, "unlit"),
         (material.transmission.is_some(), "transmission"),
         (material.volume.is_some(), "volume"),
+        (material.dispersion > 0.0, "dispersion"),
+        (material.specular.is_some(), "specular"),
+        (material.glossiness.is_some(), "specular-glossiness"),
+        (material.clear_coat.is_some(), "clear coat"),
+        (material.sheen.is_some(), "sheen"),
+        (material.iridescence.is_some(), "iridescence"),
+        (material.anisotropy.is_some(), "anisotropy"),
+        (material.diffuse_transmission.is_some(), "diffuse transmission"),
     ];
     MaterialReport {
         name: material.name.clone(),

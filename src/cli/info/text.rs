@@ -18,6 +18,7 @@ pub(super) fn text(report: &Report) -> String {
         ),
         ("meshes", meshes(report)),
         ("materials", materials(report)),
+        ("variants", variants(report)),
         ("textures", textures(report)),
         ("clips", clips(report)),
         ("cameras", cameras(report)),
@@ -77,6 +78,11 @@ fn materials(report: &Report) -> Vec<String> {
         let default = if material.is_default { "(default) " } else { "" };
         (material.name.as_deref(), format!("{default}{features}"))
     })
+}
+
+fn variants(report: &Report) -> Vec<String> {
+    let line = |(index, name): (usize, &String)| format!("#{index} {}", quoted(Some(name), index));
+    report.variants.iter().enumerate().map(line).collect()
 }
 
 fn textures(report: &Report) -> Vec<String> {

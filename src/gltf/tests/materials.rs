@@ -125,8 +125,8 @@ fn extensions_are_refused_or_named() {
     assert!(text.contains("ACME_glow"), "{text}");
 
     let optional = json!({
-        "asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow", "KHR_materials_clearcoat", "KHR_lights_punctual"],
-        "materials": [{}, {"extensions": {"KHR_materials_clearcoat": {}}}, {"extensions": {"KHR_materials_clearcoat": {}}}],
+        "asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow", "ACME_matt_finish", "KHR_lights_punctual"],
+        "materials": [{}, {"extensions": {"ACME_matt_finish": {}}}, {"extensions": {"ACME_matt_finish": {}}}],
         "nodes": [{"extensions": {"KHR_materials_ior": {}}}]
     });
     let scene = import_bytes("a.gltf", optional.to_string().as_bytes()).unwrap();
@@ -134,7 +134,7 @@ fn extensions_are_refused_or_named() {
     let expected = [
         "/nodes/0/extensions/KHR_materials_ior",
         "/extensionsUsed/0",
-        "/materials/1/extensions/KHR_materials_clearcoat",
+        "/materials/1/extensions/ACME_matt_finish",
     ];
     assert_eq!(pointers, expected);
     assert_eq!(extension_support("KHR_materials_ior", true), Support::Honoured);

@@ -12,7 +12,9 @@
 //! are blended by roughness.
 
 mod catcher;
+mod coat;
 mod generation;
+mod glossy;
 mod shade;
 mod shadows;
 mod sight;

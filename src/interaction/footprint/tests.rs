@@ -35,6 +35,7 @@ impl Stage {
             influences: None,
             triangles: vec![[0, 1, 2]],
             material: MaterialIndex(0),
+            variants: Vec::new(),
             targets: Vec::new(),
         };
         let scene = Scene {
@@ -45,6 +46,7 @@ impl Stage {
             ..Scene::default()
         };
         let selection = Selection {
+            variant: None,
             roots: vec![NodeIndex(0)],
             clips: Vec::new(),
             camera: CameraChoice::Fixed {

@@ -1,7 +1,12 @@
 //! Materials: metallic-roughness with all textures, and the honoured material extensions.
 //!
-//! Source: glTF 2.0 specification, section 3.9 (materials); the texts of `KHR_materials_emissive_strength`,
-//! `KHR_materials_ior`, `KHR_materials_transmission`, `KHR_materials_unlit` and `KHR_materials_volume`.
+//! Source: glTF 2.0 specification, section 3.9 (materials); the texts of `KHR_materials_emissive_strength` and
+//! `KHR_materials_unlit`. Other extensions have files of their own: `transmission` for light that passes through,
+//! `specular` for the reflection's strength and colour, `layers` for what lies on the surface or shapes its highlight.
+
+mod layers;
+mod specular;
+mod transmission;
 
 use glam::{Vec3, Vec4};
 use gltf::json;
@@ -9,11 +14,11 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::{EMISSIVE_STRENGTH, IOR, TRANSMISSION, UNLIT, VOLUME};
+use super::extensions::{EMISSIVE_STRENGTH, UNLIT};
 use super::raw::{ANY, NOT_NEGATIVE, Raw, UNIT};
 use super::texture::TextureTable;
 use crate::error::Result;
-use crate::scene::{AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, Volume};
+use crate::scene::{AlphaMode, Material, NormalTexture, OcclusionTexture};
 
 /// Imports all materials and appends the default one.
 pub(super) fn import(
@@ -41,7 +46,7 @@ fn import_material(
         name: json.name.clone(),
         alpha_mode: alpha_mode(context, json, raw)?,
         double_sided: json.double_sided,
-        normal_texture: normal_texture(context, raw, textures)?,
+        normal_texture: normal_texture(context, raw, "normalTexture", textures)?,
         occlusion_texture: occlusion_texture(context, raw, textures)?,
         emissive: Vec3::from_array(raw.numbers(context, "emissiveFactor", [0.0; 3], UNIT)?),
         emissive_texture: textures.reference(context, raw, "emissiveTexture")?,
@@ -55,7 +60,10 @@ fn import_material(
         material.metallic_roughness_texture =
             textures.reference(context, &pbr, "metallicRoughnessTexture")?;
     }
-    apply_extensions(context, &mut material, raw, textures)?;
+    apply_own_extensions(context, &mut material, raw)?;
+    transmission::apply(context, &mut material, raw, textures)?;
+    specular::apply(context, &mut material, raw, textures)?;
+    layers::apply(context, &mut material, raw, textures)?;
     Ok(material)
 }
 
@@ -71,14 +79,14 @@ fn alpha_mode(context: &Context, json: &json::Material, raw: &Raw) -> Result<Alp
     }
 }
 
+/// The normal map that is the member `key` of `raw`.
 fn normal_texture(
     context: &mut Context,
     raw: &Raw,
+    key: &str,
     textures: &mut TextureTable,
 ) -> Result<Option<NormalTexture>> {
-    let (Some(texture), Some(info)) =
-        (textures.reference(context, raw, "normalTexture")?, raw.field("normalTexture"))
-    else {
+    let (Some(texture), Some(info)) = (textures.reference(context, raw, key)?, raw.field(key)) else {
         return Ok(None);
     };
     let scale = info.number(context, "scale", 1.0, ANY)?;
@@ -99,12 +107,7 @@ fn occlusion_texture(
     Ok(Some(OcclusionTexture { texture, strength }))
 }
 
-fn apply_extensions(
-    context: &mut Context,
-    material: &mut Material,
-    raw: &Raw,
-    textures: &mut TextureTable,
-) -> Result<()> {
+fn apply_own_extensions(context: &Context, material: &mut Material, raw: &Raw) -> Result<()> {
     if let Some(extension) = raw.extension(UNLIT) {
         extension.expect_object(context)?;
         material.unlit = true;
@@ -113,54 +116,11 @@ fn apply_extensions(
         extension.expect_object(context)?;
         material.emissive *= extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
     }
-    if let Some(extension) = raw.extension(IOR) {
-        extension.expect_object(context)?;
-        material.ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
-        if material.ior > 0.0 && material.ior < 1.0 {
-            let message = format!("is {}, but must be 0 or at least 1", material.ior);
-            return Err(context.invalid(format!("{}/ior", extension.pointer), message));
-        }
-    }
-    if let Some(extension) = raw.extension(TRANSMISSION) {
-        extension.expect_object(context)?;
-        let factor = extension.number(context, "transmissionFactor", 0.0, UNIT)?;
-        let texture = textures.reference(context, &extension, "transmissionTexture")?;
-        material.transmission = (factor > 0.0).then_some(Transmission { factor, texture });
-    }
-    if let Some(extension) = raw.extension(VOLUME) {
-        material.volume = volume(context, &extension)?;
-    }
     Ok(())
-}
-
-/// The volume, unless its thickness is zero. A ray tracer measures the thickness itself, so neither the number nor
-/// its texture matters beyond that.
-fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
-    extension.expect_object(context)?;
-    let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
-    let color = extension.numbers(context, "attenuationColor", [1.0; 3], UNIT)?;
-    let distance = match extension.field("attenuationDistance") {
-        Some(_) => extension.number(context, "attenuationDistance", 1.0, NOT_NEGATIVE)?,
-        None => f32::INFINITY,
-    };
-    if distance == 0.0 {
-        let pointer = format!("{}/attenuationDistance", extension.pointer);
-        return Err(context.invalid(pointer, "must be greater than 0"));
-    }
-    Ok((thickness > 0.0)
-        .then_some(Volume { attenuation_distance: distance, attenuation_color: Vec3::from_array(color) }))
 }
 
 /// How many texture coordinate sets the textures of `material` need.
 pub(super) fn uv_sets(material: &Material) -> usize {
-    let references: [Option<&TextureRef>; 6] = [
-        material.base_color_texture.as_ref(),
-        material.metallic_roughness_texture.as_ref(),
-        material.normal_texture.as_ref().map(|normal| &normal.texture),
-        material.occlusion_texture.as_ref().map(|occlusion| &occlusion.texture),
-        material.emissive_texture.as_ref(),
-        material.transmission.as_ref().and_then(|t| t.texture.as_ref()),
-    ];
-    let sets = references.into_iter().flatten().map(|reference| reference.uv_set);
+    let sets = material.texture_refs().map(|reference| reference.uv_set);
     sets.max().map_or(0, |last| (last as usize).saturating_add(1))
 }

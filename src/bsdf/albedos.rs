@@ -1,0 +1,136 @@
+//! What a material's lobes do with uniform light.
+
+use glam::Vec3;
+
+use super::fresnel::Shape;
+use super::{Bsdf, albedo, left_by, lobe_albedo};
+
+/// What the lobes do with uniform light, seen along one direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Albedos {
+    /// [`Bsdf::specular_albedo`].
+    pub specular: Vec3,
+    /// [`Bsdf::diffuse_albedo`].
+    pub diffuse: Vec3,
+    /// [`Bsdf::transmission_albedo`].
+    pub transmission: Vec3,
+    /// Share of uniform light from the other side that is diffusely transmitted.
+    pub diffuse_transmission: Vec3,
+    /// Share of uniform light that fibres on the surface reflect.
+    pub sheen: Vec3,
+}
+
+impl Bsdf {
+    /// All albedos at once, which share a part.
+    pub fn albedos(&self, wo: Vec3) -> Albedos {
+        let (dielectric, metal) = self.lobe_albedos(wo);
+        let mut specular = Vec3::ZERO;
+        if self.metallic < 1.0 {
+            specular += dielectric * (1.0 - self.metallic);
+        }
+        if self.metallic > 0.0 {
+            specular += metal * self.metallic;
+        }
+        let entering = left_by(dielectric);
+        let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
+        let mut albedos = Albedos {
+            specular,
+            diffuse: self.base_below(entering, (1.0 - self.metallic) * self.diffuse_share()),
+            transmission: if total_reflection {
+                Vec3::ZERO
+            } else {
+                self.base_below(entering, (1.0 - self.metallic) * self.transmission)
+            },
+            diffuse_transmission: self.diffusely_through((1.0 - self.metallic) * entering),
+            sheen: Vec3::ZERO,
+        };
+        if let Some(sheen) = &self.sheen {
+            let below = sheen.below(wo.z);
+            albedos.specular *= below;
+            albedos.diffuse *= below;
+            albedos.transmission *= below;
+            albedos.diffuse_transmission *= below;
+            albedos.sheen = sheen.albedo(wo.z);
+        }
+        albedos
+    }
+
+    /// E(θ_o): share of uniform light that the specular lobe reflects; its Fresnel factor where the surface is smooth.
+    pub fn specular_albedo(&self, wo: Vec3) -> Vec3 {
+        self.albedos(wo).specular
+    }
+
+    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. Times
+    /// irradiance over π it is the radiance sent out.
+    pub fn diffuse_albedo(&self, wo: Vec3) -> Vec3 {
+        self.albedos(wo).diffuse
+    }
+
+    /// Share of uniform light that passes through, base colour included: `transmission · (1 − F) · base colour` where the
+    /// surface is smooth. Zero where [`Bsdf::refract`] finds no way.
+    pub fn transmission_albedo(&self, wo: Vec3) -> Vec3 {
+        self.albedos(wo).transmission
+    }
+
+    /// The specular lobe of the dielectric and of the metal; not looked up where there is none of it.
+    fn lobe_albedos(&self, wo: Vec3) -> (Vec3, Vec3) {
+        let (mut dielectric, mut metal) = match &self.stretch {
+            None => (self.round_dielectric(wo.z), self.round_metal(wo.z)),
+            Some(stretch) => {
+                let terms = stretch.terms(wo, self.dielectric.relative_ior);
+                let shaped = match self.dielectric.shape {
+                    Shape::Exact => terms.exact,
+                    Shape::Schlick => terms.schlick,
+                };
+                (self.dielectric.albedo(terms.total, shaped), self.metal_albedo(terms.total, terms.schlick))
+            }
+        };
+        if let Some(film) = &self.film {
+            let total = match &self.stretch {
+                None => lobe_albedo::total(wo.z, self.roughness),
+                Some(stretch) => stretch.terms(wo, self.dielectric.relative_ior).total,
+            };
+            let cosine = self.cosine_outside_film(wo.z);
+            let under = |albedo: Vec3, base_f0| {
+                let own = film.over(Vec3::ZERO, base_f0, cosine) * total;
+                albedo * (1.0 - film.factor) + own
+            };
+            dielectric = under(dielectric, self.dielectric.along_normal());
+            metal = under(metal, self.base_color);
+        }
+        (dielectric, metal)
+    }
+
+    fn round_dielectric(&self, cos_o: f32) -> Vec3 {
+        if self.metallic < 1.0 {
+            albedo::dielectric(cos_o, self.roughness, &self.dielectric)
+        } else {
+            Vec3::ONE
+        }
+    }
+
+    fn round_metal(&self, cos_o: f32) -> Vec3 {
+        if self.metallic > 0.0 {
+            let (total, grazing) = albedo::schlick_terms(cos_o, self.roughness);
+            self.metal_albedo(total, grazing)
+        } else {
+            Vec3::ZERO
+        }
+    }
+
+    fn metal_albedo(&self, total: f32, grazing: f32) -> Vec3 {
+        self.base_color * total + (Vec3::ONE - self.base_color) * grazing
+    }
+
+    /// Share of the diffuse lobe that is reflected, of what is not metal.
+    fn diffuse_share(&self) -> f32 {
+        (1.0 - self.transmission) * (1.0 - self.diffuse_transmission)
+    }
+
+    fn base_below(&self, entering: f32, share: f32) -> Vec3 {
+        if share == 0.0 {
+            return Vec3::ZERO;
+        }
+        self.base_color * (share * entering)
+    }
+}

@@ -1,0 +1,54 @@
+//! A clear layer of index 1.5 on top of everything else.
+//!
+//! Source: `KHR_materials_clearcoat`: coated = mix(base, lobe, share · F(n_c·v)), the base's emission included. What the coat
+//! lets through is 1 − share · F, whatever lies below. F is Fresnel's exact curve, which runs from 0.04 to 1 as Schlick's
+//! does there. Directions are local to the coat's own normal.
+
+use glam::Vec3;
+
+use super::{SHARPEST_ALPHA, fresnel, ggx, lobe_albedo};
+
+/// Index of refraction of all coats.
+const COAT_IOR: f32 = 1.5;
+
+/// The coat of one point, seen from one side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    share: f32,
+    roughness: f32,
+    pub(super) alpha: f32,
+}
+
+impl Coat {
+    /// A coat over `share` of the surface; `roughness` is the square root of α.
+    pub fn new(share: f32, roughness: f32) -> Self {
+        let roughness = roughness.clamp(0.0, 1.0);
+        let alpha = roughness * roughness;
+        let alpha = if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA };
+        Self { share: share.clamp(0.0, 1.0), roughness, alpha }
+    }
+
+    /// f(wo, wi) of the coat alone; zero for light from below it.
+    pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return 0.0;
+        }
+        let half = (wo + wi).normalize_or(Vec3::Z);
+        let lobe = ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, wi.z, self.alpha);
+        self.reflectance(wo.z) * lobe
+    }
+
+    /// What of the light below the coat leaves towards a view.
+    pub fn transmittance(&self, cos_o: f32) -> f32 {
+        1.0 - self.reflectance(cos_o)
+    }
+
+    /// Share of uniform light that the coat reflects; `share · F` where it is smooth.
+    pub fn albedo(&self, cos_o: f32) -> f32 {
+        self.reflectance(cos_o) * lobe_albedo::total(cos_o, self.roughness)
+    }
+
+    pub(super) fn reflectance(&self, cos_o: f32) -> f32 {
+        self.share * fresnel::exact(cos_o, COAT_IOR)
+    }
+}

@@ -1,0 +1,129 @@
+//! GGX whose roughness differs between two directions of the surface.
+//!
+//! Sources: Burley, "Physically Based Shading at Disney", 2012, appendix B.2 (D); Heitz 2014, section 5.4, and Heitz 2018, as in
+//! [`super::ggx`]; `KHR_materials_anisotropy`. Directions are local: X is the direction of the larger α, +Z the normal.
+//!
+//! The albedo has no table, for it depends on four numbers: it is summed over a fixed pattern of visible normals.
+
+use std::sync::OnceLock;
+
+use glam::{Vec2, Vec3};
+
+use super::fresnel;
+use super::ggx;
+
+/// Rings and turns of the pattern of visible normals.
+const RINGS: usize = 10;
+const TURNS: usize = 16;
+
+/// α along X and along Y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stretch {
+    pub(super) alpha: Vec2,
+}
+
+/// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Terms {
+    pub(super) total: f32,
+    pub(super) schlick: f32,
+    pub(super) exact: f32,
+}
+
+/// A direction that a lobe reflects, and how much.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reflected {
+    pub(super) wi: Vec3,
+    pub(super) facet_cosine: f32,
+    /// Share of uniform light, before Fresnel's factor.
+    pub(super) weight: f32,
+}
+
+impl Stretch {
+    /// The α of the material along Y, and mix(α, 1, strength²) along X.
+    pub(super) fn new(alpha: f32, strength: f32) -> Self {
+        let share = strength * strength;
+        Self { alpha: Vec2::new(alpha * (1.0 - share) + share, alpha) }
+    }
+
+    fn stretched(&self, direction: Vec3) -> Vec3 {
+        Vec3::new(self.alpha.x * direction.x, self.alpha.y * direction.y, direction.z)
+    }
+
+    /// D(h); see [`ggx::distribution`].
+    pub(super) fn distribution(&self, half: Vec3) -> f32 {
+        let (x, y) = (half.x / self.alpha.x, half.y / self.alpha.y);
+        let slope = x * x + y * y + half.z * half.z;
+        1.0 / (std::f32::consts::PI * self.alpha.x * self.alpha.y * slope * slope)
+    }
+
+    /// G2 / (4 cos θ_o cos θ_i). Both directions are above the surface.
+    pub(super) fn visibility(&self, wo: Vec3, wi: Vec3) -> f32 {
+        0.5 / (wi.z * length(self.stretched(wo)) + wo.z * length(self.stretched(wi)))
+    }
+
+    /// See [`ggx::reflection_pdf`].
+    pub(super) fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
+        0.5 * self.distribution(half) / (wo.z + length(self.stretched(wo)))
+    }
+
+    /// See [`ggx::visible_normal`].
+    pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
+        let view = self.stretched(wo);
+        // A surface of α = 1 for the stretched view; its normals are squeezed back.
+        let normal = ggx::visible_normal(view.normalize(), 1.0, disk);
+        self.stretched(normal).normalize_or(Vec3::Z)
+    }
+
+    /// What the lobe reflects towards `wo`, as a fixed number of directions.
+    pub(super) fn reflected(&self, wo: Vec3) -> impl Iterator<Item = Reflected> + use<> {
+        let lobe = *self;
+        let root_o = length(lobe.stretched(wo));
+        pattern().iter().filter_map(move |(point, share)| {
+            let half = lobe.visible_normal(wo, *point);
+            let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
+            let wi = half * (2.0 * facet_cosine) - wo;
+            if wi.z <= 0.0 {
+                return None;
+            }
+            // G2 / G1(θ_o)
+            let root_i = length(lobe.stretched(wi));
+            let weight = share * wi.z * (wo.z + root_o) / (wi.z * root_o + wo.z * root_i);
+            Some(Reflected { wi, facet_cosine, weight })
+        })
+    }
+
+    /// The lobe's albedos for a view.
+    pub(super) fn terms(&self, wo: Vec3, relative_ior: f32) -> Terms {
+        let mut terms = Terms::default();
+        for Reflected { facet_cosine, weight, .. } in self.reflected(wo) {
+            terms.total += weight;
+            terms.schlick += weight * fresnel::schlick_weight(facet_cosine);
+            terms.exact += weight * fresnel::exact(facet_cosine, relative_ior);
+        }
+        terms
+    }
+}
+
+fn length(vector: Vec3) -> f32 {
+    libm::sqrtf(vector.dot(vector))
+}
+
+/// Points of the unit disk and their shares of it, denser towards the edge, where the lobe's long tail is.
+fn pattern() -> &'static [(Vec2, f32)] {
+    static POINTS: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
+    POINTS.get_or_init(|| {
+        let mut points = Vec::with_capacity(RINGS * TURNS);
+        for ring in 0..RINGS {
+            // Area 1 − s² for uniform s.
+            let s = (ring as f32 + 0.5) / RINGS as f32;
+            let share = 2.0 * s / (RINGS * TURNS) as f32;
+            for turn in 0..TURNS {
+                // Every other ring is turned by half a step.
+                let around = (turn as f32 + 0.25 + 0.5 * (ring % 2) as f32) / TURNS as f32;
+                points.push((ggx::disk_point(Vec2::new(1.0 - s * s, around)), share));
+            }
+        }
+        points
+    })
+}

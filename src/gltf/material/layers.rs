@@ -1,0 +1,104 @@
+//! What lies on a surface or shapes its highlight.
+//!
+//! Source: the texts of `KHR_materials_clearcoat`, `KHR_materials_sheen`, `KHR_materials_iridescence` and
+//! `KHR_materials_anisotropy`. A layer whose factor is zero is none.
+
+use glam::Vec3;
+
+use super::normal_texture;
+use crate::error::Result;
+use crate::gltf::context::Context;
+use crate::gltf::extensions::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
+use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw, UNIT};
+use crate::gltf::texture::TextureTable;
+use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, Sheen};
+
+/// Applies the extensions of this file.
+pub(super) fn apply(
+    context: &mut Context,
+    material: &mut Material,
+    raw: &Raw,
+    textures: &mut TextureTable,
+) -> Result<()> {
+    if let Some(extension) = raw.extension(CLEAR_COAT) {
+        material.clear_coat = clear_coat(context, &extension, textures)?;
+    }
+    if let Some(extension) = raw.extension(SHEEN) {
+        material.sheen = sheen(context, &extension, textures)?;
+    }
+    if let Some(extension) = raw.extension(IRIDESCENCE) {
+        material.iridescence = iridescence(context, &extension, textures)?;
+    }
+    if let Some(extension) = raw.extension(ANISOTROPY) {
+        material.anisotropy = anisotropy(context, &extension, textures)?;
+    }
+    Ok(())
+}
+
+fn clear_coat(
+    context: &mut Context,
+    extension: &Raw,
+    textures: &mut TextureTable,
+) -> Result<Option<ClearCoat>> {
+    extension.expect_object(context)?;
+    let coat = ClearCoat {
+        factor: extension.number(context, "clearcoatFactor", 0.0, UNIT)?,
+        texture: textures.reference(context, extension, "clearcoatTexture")?,
+        roughness: extension.number(context, "clearcoatRoughnessFactor", 0.0, UNIT)?,
+        roughness_texture: textures.reference(context, extension, "clearcoatRoughnessTexture")?,
+        normal_texture: normal_texture(context, extension, "clearcoatNormalTexture", textures)?,
+    };
+    Ok((coat.factor > 0.0).then_some(coat))
+}
+
+fn sheen(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Sheen>> {
+    extension.expect_object(context)?;
+    let sheen = Sheen {
+        color: Vec3::from_array(extension.numbers(context, "sheenColorFactor", [0.0; 3], UNIT)?),
+        color_texture: textures.reference(context, extension, "sheenColorTexture")?,
+        roughness: extension.number(context, "sheenRoughnessFactor", 0.0, UNIT)?,
+        roughness_texture: textures.reference(context, extension, "sheenRoughnessTexture")?,
+    };
+    Ok((sheen.color != Vec3::ZERO).then_some(sheen))
+}
+
+fn iridescence(
+    context: &mut Context,
+    extension: &Raw,
+    textures: &mut TextureTable,
+) -> Result<Option<Iridescence>> {
+    extension.expect_object(context)?;
+    let film = Iridescence {
+        factor: extension.number(context, "iridescenceFactor", 0.0, UNIT)?,
+        texture: textures.reference(context, extension, "iridescenceTexture")?,
+        ior: extension.number(context, "iridescenceIor", 1.3, 1.0..=f32::MAX)?,
+        thickness_minimum_nm: extension.number(
+            context,
+            "iridescenceThicknessMinimum",
+            100.0,
+            NOT_NEGATIVE,
+        )?,
+        thickness_maximum_nm: extension.number(
+            context,
+            "iridescenceThicknessMaximum",
+            400.0,
+            NOT_NEGATIVE,
+        )?,
+        thickness_texture: textures.reference(context, extension, "iridescenceThicknessTexture")?,
+    };
+    Ok((film.factor > 0.0).then_some(film))
+}
+
+fn anisotropy(
+    context: &mut Context,
+    extension: &Raw,
+    textures: &mut TextureTable,
+) -> Result<Option<Anisotropy>> {
+    extension.expect_object(context)?;
+    let anisotropy = Anisotropy {
+        strength: extension.number(context, "anisotropyStrength", 0.0, UNIT)?,
+        rotation_radians: extension.number(context, "anisotropyRotation", 0.0, ANY)?,
+        texture: textures.reference(context, extension, "anisotropyTexture")?,
+    };
+    Ok((anisotropy.strength > 0.0).then_some(anisotropy))
+}

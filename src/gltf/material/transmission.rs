@@ -1,0 +1,96 @@
+//! Light that passes through surfaces, and the index of refraction.
+//!
+//! Source: the texts of `KHR_materials_ior`, `KHR_materials_transmission`, `KHR_materials_volume`,
+//! `KHR_materials_dispersion` and `KHR_materials_diffuse_transmission`.
+
+use glam::Vec3;
+
+use crate::error::Result;
+use crate::gltf::context::Context;
+use crate::gltf::extensions::{DIFFUSE_TRANSMISSION, DISPERSION, IOR, TRANSMISSION, VOLUME};
+use crate::gltf::raw::{NOT_NEGATIVE, Raw, UNIT};
+use crate::gltf::texture::TextureTable;
+use crate::scene::{DiffuseTransmission, Material, Transmission, Volume};
+
+/// Applies the extensions of this file.
+pub(super) fn apply(
+    context: &mut Context,
+    material: &mut Material,
+    raw: &Raw,
+    textures: &mut TextureTable,
+) -> Result<()> {
+    if let Some(extension) = raw.extension(IOR) {
+        material.ior = ior(context, &extension)?;
+    }
+    if let Some(extension) = raw.extension(TRANSMISSION) {
+        extension.expect_object(context)?;
+        let factor = extension.number(context, "transmissionFactor", 0.0, UNIT)?;
+        let texture = textures.reference(context, &extension, "transmissionTexture")?;
+        material.transmission = (factor > 0.0).then_some(Transmission { factor, texture });
+    }
+    if let Some(extension) = raw.extension(VOLUME) {
+        material.volume = volume(context, &extension)?;
+    }
+    if let Some(extension) = raw.extension(DISPERSION) {
+        extension.expect_object(context)?;
+        material.dispersion = extension.number(context, "dispersion", 0.0, NOT_NEGATIVE)?;
+    }
+    if let Some(extension) = raw.extension(DIFFUSE_TRANSMISSION) {
+        material.diffuse_transmission = diffuse_transmission(context, &extension, textures)?;
+        if material.diffuse_transmission.is_some()
+            && material.volume.is_some()
+            && material.transmission.is_none()
+        {
+            let message = "light is not followed through volumes that scatter it at their surface; they are shown \
+                 as thin walls";
+            context.warn(extension.pointer, message);
+        }
+    }
+    Ok(())
+}
+
+fn ior(context: &Context, extension: &Raw) -> Result<f32> {
+    extension.expect_object(context)?;
+    let ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
+    if ior > 0.0 && ior < 1.0 {
+        let message = format!("is {ior}, but must be 0 or at least 1");
+        return Err(context.invalid(format!("{}/ior", extension.pointer), message));
+    }
+    Ok(ior)
+}
+
+/// The volume, unless its thickness is zero. A ray tracer measures the thickness itself, so neither the number nor
+/// its texture matters beyond that.
+fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
+    extension.expect_object(context)?;
+    let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
+    let color = extension.numbers(context, "attenuationColor", [1.0; 3], UNIT)?;
+    let distance = match extension.field("attenuationDistance") {
+        Some(_) => extension.number(context, "attenuationDistance", 1.0, NOT_NEGATIVE)?,
+        None => f32::INFINITY,
+    };
+    if distance == 0.0 {
+        let pointer = format!("{}/attenuationDistance", extension.pointer);
+        return Err(context.invalid(pointer, "must be greater than 0"));
+    }
+    Ok((thickness > 0.0)
+        .then_some(Volume { attenuation_distance: distance, attenuation_color: Vec3::from_array(color) }))
+}
+
+fn diffuse_transmission(
+    context: &mut Context,
+    extension: &Raw,
+    textures: &mut TextureTable,
+) -> Result<Option<DiffuseTransmission>> {
+    extension.expect_object(context)?;
+    let factor = extension.number(context, "diffuseTransmissionFactor", 0.0, UNIT)?;
+    let color = extension.numbers(context, "diffuseTransmissionColorFactor", [1.0; 3], UNIT)?;
+    let texture = textures.reference(context, extension, "diffuseTransmissionTexture")?;
+    let color_texture = textures.reference(context, extension, "diffuseTransmissionColorTexture")?;
+    Ok((factor > 0.0).then_some(DiffuseTransmission {
+        factor,
+        texture,
+        color: Vec3::from_array(color),
+        color_texture,
+    }))
+}

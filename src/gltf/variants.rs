@@ -1,0 +1,81 @@
+//! Sets of materials to choose from.
+//!
+//! Source: the text of `KHR_materials_variants`.
+
+use super::context::Context;
+use super::document::Document;
+use super::extensions::VARIANTS;
+use super::raw::Raw;
+use crate::error::Result;
+use crate::scene::{MaterialIndex, Variant, VariantIndex};
+
+/// Imports the names of all variants.
+pub(super) fn import(context: &Context, document: &Document) -> Result<Vec<Variant>> {
+    let Some(extension) = Raw::at(&document.value, format!("/extensions/{VARIANTS}")) else {
+        return Ok(Vec::new());
+    };
+    extension.expect_object(context)?;
+    let Some(variants) = extension.field("variants") else {
+        return Err(context.invalid(format!("{}/variants", extension.pointer), "is missing"));
+    };
+    let mut imported = Vec::new();
+    for variant in variants.elements(context)? {
+        variant.expect_object(context)?;
+        let Some(name) = variant.string(context, "name")? else {
+            return Err(context.invalid(format!("{}/name", variant.pointer), "is missing"));
+        };
+        imported.push(Variant { name: name.to_owned() });
+    }
+    Ok(imported)
+}
+
+/// What the primitive `raw` looks like in each variant that changes it.
+pub(super) fn of_primitive(
+    context: &Context,
+    document: &Document,
+    raw: &Raw,
+) -> Result<Vec<(VariantIndex, MaterialIndex)>> {
+    let mut changed: Vec<(VariantIndex, MaterialIndex)> = Vec::new();
+    let Some(extension) = raw.extension(VARIANTS) else {
+        return Ok(changed);
+    };
+    extension.expect_object(context)?;
+    let Some(mappings) = extension.field("mappings") else {
+        return Err(context.invalid(format!("{}/mappings", extension.pointer), "is missing"));
+    };
+    let variant_count = variant_count(document);
+    for mapping in mappings.elements(context)? {
+        mapping.expect_object(context)?;
+        let material = index(context, &mapping, "material", document.root.materials.len())?;
+        let Some(variants) = mapping.field("variants") else {
+            return Err(context.invalid(format!("{}/variants", mapping.pointer), "is missing"));
+        };
+        for variant in variants.elements(context)? {
+            let pointer = &variant.pointer;
+            let Some(number) = variant.value.as_u64().and_then(|number| usize::try_from(number).ok()) else {
+                return Err(context.invalid(pointer, "must be a non-negative integer"));
+            };
+            let number = context.subscript(number, variant_count, pointer, "variant")?;
+            let variant = VariantIndex(u32::try_from(number).unwrap_or(u32::MAX));
+            if changed.iter().any(|(known, _)| *known == variant) {
+                let message = format!("the variant {number} has a material already");
+                return Err(context.invalid(pointer, message));
+            }
+            changed.push((variant, MaterialIndex(u32::try_from(material).unwrap_or(u32::MAX))));
+        }
+    }
+    Ok(changed)
+}
+
+fn variant_count(document: &Document) -> usize {
+    let variants = document.value.pointer(&format!("/extensions/{VARIANTS}/variants"));
+    variants.and_then(|list| list.as_array()).map_or(0, Vec::len)
+}
+
+fn index(context: &Context, owner: &Raw, key: &str, length: usize) -> Result<usize> {
+    let pointer = format!("{}/{key}", owner.pointer);
+    match owner.index(context, key)? {
+        Some(index) => context.subscript(index, length, &pointer, key),
+        None => Err(context.invalid(pointer, "is missing")),
+    }
+}

@@ -1,0 +1,106 @@
+//! Values of material extensions at a point.
+
+use glam::{Vec2, Vec3, Vec4};
+
+use super::material::looked_up;
+use super::{
+    AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, PosedScene, SheenSample,
+    SurfacePoint, normal,
+};
+use crate::geometry::Facing;
+use crate::scene::Encoding;
+use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, TextureRef};
+
+/// Sets what the extensions of `material` say; what it has not stays as it is.
+pub(super) fn add(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    material: &Material,
+    sample: &mut MaterialSample,
+) {
+    let linear = |reference: &Option<TextureRef>| looked_up(posed, point, reference, Encoding::Linear);
+    let colour =
+        |reference: &Option<TextureRef>| looked_up(posed, point, reference, Encoding::Srgb).truncate();
+    if let Some(specular) = &material.specular {
+        sample.specular = specular.factor * linear(&specular.texture).w;
+        sample.specular_color = specular.color * colour(&specular.color_texture);
+    }
+    if let Some(glossiness) = &material.glossiness {
+        sample.roughness = 1.0 - glossiness.factor * linear(&glossiness.texture).w;
+    }
+    if let Some(layer) = &material.diffuse_transmission {
+        sample.diffuse_transmission = layer.factor * linear(&layer.texture).w;
+        sample.diffuse_transmission_color = layer.color * colour(&layer.color_texture);
+    }
+    if let Some(sheen) = &material.sheen {
+        let color = sheen.color * colour(&sheen.color_texture);
+        let roughness = sheen.roughness * linear(&sheen.roughness_texture).w;
+        sample.sheen = (color != Vec3::ZERO).then_some(SheenSample { color, roughness });
+    }
+    if let Some(film) = &material.iridescence {
+        sample.iridescence = iridescence(
+            film,
+            linear(&film.texture).x,
+            &film.thickness_texture.map(|_| linear(&film.thickness_texture).y),
+        );
+    }
+    if let Some(anisotropy) = &material.anisotropy {
+        sample.anisotropy = stretched(posed, point, anisotropy, linear(&anisotropy.texture));
+    }
+    if let Some(coat) = &material.clear_coat {
+        let factor = coat.factor * linear(&coat.texture).x;
+        let roughness = coat.roughness * linear(&coat.roughness_texture).y;
+        sample.clear_coat = clear_coat(posed, point, (material, coat), factor, roughness, sample.thin);
+    }
+}
+
+fn iridescence(film: &Iridescence, amount: f32, place: &Option<f32>) -> Option<IridescenceSample> {
+    let (minimum, maximum) = (film.thickness_minimum_nm, film.thickness_maximum_nm);
+    let thickness_nm = place.map_or(maximum, |place| minimum + (maximum - minimum) * place);
+    let factor = film.factor * amount;
+    (factor > 0.0).then_some(IridescenceSample { factor, ior: film.ior, thickness_nm })
+}
+
+/// The stretch's direction in the world: the texture's, turned counter-clockwise from the tangent. `None` where nothing says
+/// which way the tangent runs.
+fn stretched(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    anisotropy: &Anisotropy,
+    texel: Vec4,
+) -> Option<AnisotropySample> {
+    let strength = anisotropy.strength * if anisotropy.texture.is_some() { texel.z } else { 1.0 };
+    if strength <= 0.0 {
+        return None;
+    }
+    let uv_set = anisotropy.texture.map_or(0, |texture| texture.uv_set);
+    let (tangent, bitangent) = normal::tangent_frame(posed, point, uv_set)?;
+    let along = match anisotropy.texture {
+        Some(_) => Vec2::new(2.0 * texel.x - 1.0, 2.0 * texel.y - 1.0).normalize_or(Vec2::X),
+        None => Vec2::X,
+    };
+    let (sin, cos) = libm::sincosf(anisotropy.rotation_radians);
+    let turned = Vec2::new(along.x * cos - along.y * sin, along.x * sin + along.y * cos);
+    let direction = tangent * turned.x + bitangent * turned.y;
+    Some(AnisotropySample { strength, direction })
+}
+
+/// The coat of a volume is on its outside only.
+fn clear_coat(
+    posed: PosedScene<'_>,
+    point: &SurfacePoint<'_>,
+    (material, coat): (&Material, &ClearCoat),
+    factor: f32,
+    roughness: f32,
+    thin: bool,
+) -> Option<ClearCoatSample> {
+    if factor <= 0.0 || (!thin && point.facing == Facing::Back) {
+        return None;
+    }
+    let normal = if coat.normal_texture == material.normal_texture {
+        point.shading_normal
+    } else {
+        normal::mapped_by(posed, point, coat.normal_texture.as_ref())
+    };
+    Some(ClearCoatSample { factor, roughness, normal })
+}

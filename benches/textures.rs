@@ -1,4 +1,4 @@
-//! What textures cost: `cargo bench --bench textures [-- --size WxH --frames N --threads N]`.
+//! What textures cost: `cargo bench --bench textures [-- --size WxH --frames N --threads N --only NAME]`.
 //!
 //! A scene of our own (a hilly floor with balls on it, a lamp in the studio) is traced in turn with textures and without, in one run. Each
 //! of its two materials has a base colour, a normal map, and a map of occlusion, roughness and metal, of 2048x2048 texels each,
@@ -39,6 +39,8 @@ struct Options {
     size: (u32, u32),
     frames: usize,
     threads: usize,
+    /// Beside the first line; all when absent.
+    only: Option<String>,
 }
 
 /// A kind of picture.
@@ -74,7 +76,7 @@ fn main() -> Result<()> {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
-    let mut options = Options { size: (640, 360), frames: 9, threads: 0 };
+    let mut options = Options { size: (640, 360), frames: 9, threads: 0, only: None };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
         match argument.as_str() {
@@ -87,6 +89,7 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
             }
             "--frames" => options.frames = value()?.parse()?,
             "--threads" => options.threads = value()?.parse()?,
+            "--only" => options.only = Some(value()?),
             other => return Err(format!("{other} is not an option").into()),
         }
     }
@@ -110,6 +113,10 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
     ];
     let mut subjects = Vec::new();
     for (name, scene) in kinds {
+        let is_asked_for = options.only.as_deref().is_none_or(|only| only == name);
+        if !(is_asked_for || subjects.is_empty()) {
+            continue;
+        }
         let frame = Frame::at(&scene, &selection(&scene), 0.0);
         let build = BuildSettings::default();
         let bvh =

@@ -160,12 +160,16 @@ impl Line {
     }
 }
 
-/// The lookups of a line in one level: what does not change from place to place.
+/// Bits of a texel's width in [`Walk`].
+const FRACTION_BITS: u32 = 24;
+
+/// The lookups of a line in one level: what does not change from place to place. Places are whole numbers, in fractions of a
+/// texel; beyond 2³⁸ texels all places are one.
 #[derive(Debug)]
 struct Walk {
-    /// In texels; the middle of the first one is 0 for linear lookups, its edge for nearest ones.
-    start: [f64; 2],
-    step: [f64; 2],
+    /// From the middle of the first texel for linear lookups, from its edge for nearest ones.
+    start: [i64; 2],
+    step: [i64; 2],
     count: u32,
     columns: Axis,
     rows: Axis,
@@ -200,10 +204,12 @@ impl Walk {
         let (start, step) = line.start_and_step();
         let is_linear = filter == Filter::Linear;
         let shift = if is_linear { 0.5 } else { 0.0 };
+        // Casts saturate, and take what is no number to zero.
+        let fixed = |texels: f64| ((texels * f64::from(1 << FRACTION_BITS)) as i64).clamp(-1 << 62, 1 << 62);
         let (width, height) = (f64::from(level.width), f64::from(level.height));
         Self {
-            start: [f64::from(start.x) * width - shift, f64::from(start.y) * height - shift],
-            step: [f64::from(step.x) * width, f64::from(step.y) * height],
+            start: [fixed(f64::from(start.x) * width - shift), fixed(f64::from(start.y) * height - shift)],
+            step: [fixed(f64::from(step.x) * width), fixed(f64::from(step.y) * height)],
             count: line.count,
             columns: Axis::new(sampler.wrap_u, level.width),
             rows: Axis::new(sampler.wrap_v, level.height),
@@ -214,23 +220,27 @@ impl Walk {
     /// The mean of the decoded texels around all places.
     #[inline(always)]
     fn mean<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
+        const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
         let stride = self.columns.size as usize;
+        let fraction = |place: i64| (place & FRACTION) as i32 as f32 * (1.0 / (1 << FRACTION_BITS) as f32);
+        let [mut x, mut y] = self.start;
         let mut sum = Vec4::ZERO;
-        for index in 0..self.count {
-            let [x, y] = [0, 1].map(|axis| self.start[axis] + self.step[axis] * f64::from(index));
-            let (column, fx) = whole_and_fraction(x);
-            let (row, fy) = whole_and_fraction(y);
+        for _ in 0..self.count {
+            let (column, row) = (x >> FRACTION_BITS, y >> FRACTION_BITS);
             let (top, left) = (self.rows.wrap(row) * stride, self.columns.wrap(column));
-            if !self.is_linear {
+            if self.is_linear {
+                let (right_share, lower_share) = (fraction(x), fraction(y));
+                let (bottom, right) = (self.rows.wrap(row + 1) * stride, self.columns.wrap(column + 1));
+                let (left_share, upper_share) = (1.0 - right_share, 1.0 - lower_share);
+                sum += decode(texels[top + left]) * (left_share * upper_share);
+                sum += decode(texels[top + right]) * (right_share * upper_share);
+                sum += decode(texels[bottom + left]) * (left_share * lower_share);
+                sum += decode(texels[bottom + right]) * (right_share * lower_share);
+            } else {
                 sum += decode(texels[top + left]);
-                continue;
             }
-            let (bottom, right) = (self.rows.wrap(row + 1) * stride, self.columns.wrap(column + 1));
-            let (lower, upper) = (fy, 1.0 - fy);
-            sum += decode(texels[top + left]) * ((1.0 - fx) * upper);
-            sum += decode(texels[top + right]) * (fx * upper);
-            sum += decode(texels[bottom + left]) * ((1.0 - fx) * lower);
-            sum += decode(texels[bottom + right]) * (fx * lower);
+            x = x.wrapping_add(self.step[0]);
+            y = y.wrapping_add(self.step[1]);
         }
         if self.count == 1 { sum } else { sum * (1.0 / self.count as f32) }
     }

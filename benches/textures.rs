@@ -5,15 +5,16 @@
 //! looked up through their mip maps at every distance and angle. Roughness stays above what is followed by mirror rays, so that
 //! both send the same camera rays, and the same shadow rays but for points that the normal maps turn into or out of the light.
 //!
-//! A kind of picture is a line of the table: its rays, the median time of tracing and shading in milliseconds, and how much
-//! that has grown for each ray against the first line. `point lookups` is the same textures without mip maps, which take one
+//! A kind of picture is a line of the table: its rays, the median times of the whole frame (pose, hierarchy, tracing and
+//! shading) and of tracing and shading alone in milliseconds, and how much each has grown against the first line. `point lookups` is the same textures without mip maps, which take one
 //! lookup of the full image each.
 
 use std::error::Error;
 use std::io::Write as _;
+use std::time::Instant;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use rayframe::bvh::{BuildSettings, Builder, Bvh};
+use rayframe::bvh::{BuildSettings, Builder, Bvh, Refit};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
@@ -48,9 +49,13 @@ struct Subject {
     name: &'static str,
     scene: Scene,
     frame: Frame,
-    bvh: Bvh,
+    builder: Builder,
+    bvh: Option<Bvh>,
     rays: u64,
-    milliseconds: Vec<f64>,
+    /// Of whole frames.
+    frame_milliseconds: Vec<f64>,
+    /// Of tracing and shading.
+    trace_milliseconds: Vec<f64>,
 }
 
 fn main() -> Result<()> {
@@ -65,12 +70,24 @@ fn main() -> Result<()> {
         pool.current_num_threads(),
         options.frames
     )?;
-    writeln!(out, "{:<16}{:>12}{:>10}{:>10}", "picture", "rays", "trace", "growth")?;
-    let a_ray = |subject: &Subject| median(&subject.milliseconds) / subject.rays as f64;
+    writeln!(
+        out,
+        "{:<16}{:>12}{:>10}{:>10}{:>10}{:>10}",
+        "picture", "rays", "frame", "growth", "trace", "growth"
+    )?;
+    let times = |subject: &Subject| {
+        [&subject.frame_milliseconds, &subject.trace_milliseconds].map(|times| median(times))
+    };
     for subject in &subjects {
-        let growth = (a_ray(subject) / a_ray(&subjects[0]) - 1.0) * 100.0;
         let (name, rays) = (subject.name, subject.rays);
-        writeln!(out, "{name:<16}{rays:>12}{:>10.2}{growth:>9.1}%", median(&subject.milliseconds))?;
+        let ([frame, trace], [plain_frame, plain_trace]) = (times(subject), times(&subjects[0]));
+        let growth = |time: f64, plain: f64| (time / plain - 1.0) * 100.0;
+        writeln!(
+            out,
+            "{name:<16}{rays:>12}{frame:>10.2}{:>9.1}%{trace:>10.2}{:>9.1}%",
+            growth(frame, plain_frame),
+            growth(trace, plain_trace)
+        )?;
     }
     Ok(())
 }
@@ -117,11 +134,16 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
         if !(is_asked_for || subjects.is_empty()) {
             continue;
         }
-        let frame = Frame::at(&scene, &selection(&scene), 0.0);
-        let build = BuildSettings::default();
-        let bvh =
-            Builder::default().build(&frame.triangles, &frame.flags, &build, &CancelFlag::new(), None)?;
-        subjects.push(Subject { name, scene, frame, bvh, rays: 0, milliseconds: Vec::new() });
+        subjects.push(Subject {
+            name,
+            scene,
+            frame: Frame::default(),
+            builder: Builder::default(),
+            bvh: None,
+            rays: 0,
+            frame_milliseconds: Vec::new(),
+            trace_milliseconds: Vec::new(),
+        });
     }
     let settings = RenderSettings {
         resolution: options.size,
@@ -129,14 +151,23 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
         samples: SAMPLES,
         ..RenderSettings::default()
     };
+    let build = BuildSettings { refit: Refit::Off, ..BuildSettings::default() };
+    let cancel = CancelFlag::new();
     for round in 0..=options.frames {
-        for Subject { scene, frame, bvh, rays, milliseconds, .. } in &mut subjects {
-            let input = RenderInput { scene, frame, bvh, environment: &Environment::Studio };
-            let (_, statistics) = render_frame(&input, &settings, &CancelFlag::new(), &|_| ())?;
+        for subject in &mut subjects {
+            let start = Instant::now();
+            let Subject { scene, frame, builder, bvh, .. } = subject;
+            frame.pose(scene, &selection(scene), 0.0);
+            let built = builder.build(&frame.triangles, &frame.flags, &build, &cancel, bvh.take())?;
+            let input = RenderInput { scene, frame, bvh: &built, environment: &Environment::Studio };
+            let (_, statistics) = render_frame(&input, &settings, &cancel, &|_| ())?;
+            *bvh = Some(built);
             let counts = &statistics.integrator;
-            *rays = counts.camera_rays + counts.reflection_rays + counts.refraction_rays + counts.shadow_rays;
+            subject.rays =
+                counts.camera_rays + counts.reflection_rays + counts.refraction_rays + counts.shadow_rays;
             if round > 0 {
-                milliseconds.push(statistics.trace_seconds * 1e3);
+                subject.frame_milliseconds.push(start.elapsed().as_secs_f64() * 1e3);
+                subject.trace_milliseconds.push(statistics.trace_seconds * 1e3);
             }
         }
     }

@@ -10,3 +10,4 @@ mod normals;
 mod reflection;
 mod stage;
 mod surface;
+mod surroundings;

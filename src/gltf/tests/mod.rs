@@ -8,6 +8,7 @@ mod geometry;
 mod hierarchy;
 mod materials;
 mod resources;
+mod textures;
 
 use base64::Engine;
 use serde_json::{Value, json};

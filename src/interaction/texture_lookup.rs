@@ -71,7 +71,7 @@ pub(super) fn sample(
     let mean = |index: usize, spacing: f32| {
         let level = if index == 0 { full } else { Level::of_mip(&mips[index - 1]) };
         let line = Line { middle: uv, along, count: ellipse.probes(spacing) };
-        level.mean_along(&line, &lookup.sampler, lookup.sampler.minify, encoding)
+        level.mean_along(&line, lookup.sampler, lookup.sampler.minify, encoding)
     };
     let fine = mean(level, width);
     if share == 0.0 {
@@ -163,10 +163,10 @@ struct Lookup {
 }
 
 impl Lookup {
-    fn in_level(&self, level: Level<'_>, uv: Vec2, filter: Filter) -> Vec4 {
+    fn in_level(self, level: Level<'_>, uv: Vec2, filter: Filter) -> Vec4 {
         match filter {
-            Filter::Nearest => level.nearest(&self.sampler, uv, self.encoding),
-            Filter::Linear => level.bilinear(&self.sampler, uv, self.encoding),
+            Filter::Nearest => level.nearest(self.sampler, uv, self.encoding),
+            Filter::Linear => level.bilinear(self.sampler, uv, self.encoding),
         }
     }
 }

@@ -40,7 +40,7 @@ impl<'a> Level<'a> {
     }
 
     #[inline]
-    pub(super) fn nearest(&self, sampler: &Sampler, uv: Vec2, encoding: Encoding) -> Vec4 {
+    pub(super) fn nearest(&self, sampler: Sampler, uv: Vec2, encoding: Encoding) -> Vec4 {
         let (column, _) = whole_and_fraction(f64::from(uv.x) * f64::from(self.width));
         let (row, _) = whole_and_fraction(f64::from(uv.y) * f64::from(self.height));
         let x = wrap(sampler.wrap_u, column, self.width);
@@ -48,7 +48,7 @@ impl<'a> Level<'a> {
         self.texel(x, y, encoding)
     }
 
-    pub(super) fn bilinear(&self, sampler: &Sampler, uv: Vec2, encoding: Encoding) -> Vec4 {
+    pub(super) fn bilinear(&self, sampler: Sampler, uv: Vec2, encoding: Encoding) -> Vec4 {
         // Texel centres lie at half coordinates.
         let (column, fx) = whole_and_fraction(f64::from(uv.x) * f64::from(self.width) - 0.5);
         let (row, fy) = whole_and_fraction(f64::from(uv.y) * f64::from(self.height) - 0.5);
@@ -68,7 +68,7 @@ impl<'a> Level<'a> {
     pub(super) fn mean_along(
         &self,
         line: &Line,
-        sampler: &Sampler,
+        sampler: Sampler,
         filter: Filter,
         encoding: Encoding,
     ) -> Vec4 {
@@ -200,7 +200,7 @@ impl Axis {
 }
 
 impl Walk {
-    fn new(level: &Level<'_>, line: &Line, sampler: &Sampler, filter: Filter) -> Self {
+    fn new(level: &Level<'_>, line: &Line, sampler: Sampler, filter: Filter) -> Self {
         let (start, step) = line.start_and_step();
         let is_linear = filter == Filter::Linear;
         let shift = if is_linear { 0.5 } else { 0.0 };

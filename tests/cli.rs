@@ -58,6 +58,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--samples", "0"], "write a whole number from 1 to 65536"),
         (&["--samplse", "1"], "'--samples'"),
         (&["--exposure", "bright"], "stops"),
+        (&["--background", "1,2"], "--background"),
+        (&["--env-intensity", "-1"], "--env-intensity"),
         (&["--env", "1,2"], "R,G,B"),
         (&["--split", "0"], "area"),
         (&["--refit", "0.5"], "a factor of at least 1"),

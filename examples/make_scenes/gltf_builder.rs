@@ -36,6 +36,7 @@ const SECTIONS: [&str; 13] = [
 pub(crate) struct Gltf {
     shows: &'static str,
     frames: Vec<usize>,
+    surroundings: Option<Json>,
     bytes: Vec<u8>,
     sections: Vec<(&'static str, Vec<Json>)>,
     extensions: Vec<(&'static str, bool)>,
@@ -55,6 +56,7 @@ impl Gltf {
         Self {
             shows,
             frames: Vec::new(),
+            surroundings: None,
             bytes: Vec::new(),
             sections: Vec::new(),
             extensions: Vec::new(),
@@ -70,6 +72,11 @@ impl Gltf {
     /// Frames, at 24 a second, that have a reference picture; a still scene has one without a number.
     pub(crate) fn reference_frames(&mut self, frames: &[usize]) {
         self.frames = frames.to_vec();
+    }
+
+    /// What the reference picture shows around the scene, in the form that `rayframe`'s regression tests read.
+    pub(crate) fn surroundings(&mut self, surroundings: Json) {
+        self.surroundings = Some(surroundings);
     }
 
     /// Appends to a top-level array.
@@ -318,9 +325,14 @@ impl Gltf {
 
     fn extras(&self) -> Json {
         let mut extras = object([("shows", self.shows.into())]);
+        let mut rayframe = object([]);
         if !self.frames.is_empty() {
-            extras.set("rayframe", object([("frames", list(self.frames.iter().copied()))]));
+            rayframe.set("frames", list(self.frames.iter().copied()));
         }
+        if let Some(surroundings) = &self.surroundings {
+            rayframe.set("surroundings", surroundings.clone());
+        }
+        set_unless_empty(&mut extras, "rayframe", rayframe);
         extras
     }
 

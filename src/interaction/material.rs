@@ -21,7 +21,11 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         * vertex_color(posed, point.shape, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
-        let value = lookup(&Some(occlusion.texture), Encoding::Linear).x;
+        // Both are often channels of one picture.
+        let is_same = material.metallic_roughness_texture == Some(occlusion.texture);
+        let texel =
+            if is_same { metallic_roughness } else { lookup(&Some(occlusion.texture), Encoding::Linear) };
+        let value = texel.x;
         1.0 + occlusion.strength * (value - 1.0)
     });
     let transmission = match &material.transmission {

@@ -11,3 +11,4 @@ mod normals;
 mod reflection;
 mod stage;
 mod surface;
+mod surroundings;

@@ -12,6 +12,7 @@ mod materials;
 mod properties;
 mod resources;
 mod storage;
+mod textures;
 
 use base64::Engine;
 use serde_json::{Value, json};

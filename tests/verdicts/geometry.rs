@@ -93,7 +93,7 @@ fn turned_nodes_look_as_turned_corners() {
     let mut sheet = Sheet::new(&[]);
     // One colour a corner tells every turn apart.
     let colors = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 1.0]];
-    let mut two_sided = unlit(json!({}));
+    let mut two_sided = unlit(&json!({}));
     two_sided["doubleSided"] = true.into();
     let two_sided = sheet.material(two_sided);
     let off_centre = Card::default().corners.map(|[x, y, z]| [x + 0.1, y + 0.2, z]);

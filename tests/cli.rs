@@ -58,6 +58,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--samples", "0"], "write a whole number from 1 to 65536"),
         (&["--samplse", "1"], "'--samples'"),
         (&["--exposure", "bright"], "stops"),
+        (&["--background", "1,2"], "--background"),
+        (&["--env-intensity", "-1"], "--env-intensity"),
         (&["--env", "1,2"], "R,G,B"),
         (&["--split", "0"], "area"),
         (&["--refit", "0.5"], "a factor of at least 1"),
@@ -254,6 +256,35 @@ fn a_wrong_environment_names_its_option() {
     assert_fails(&["render", &scene, "--env", &format!("{map}@abc")], 2, "number of degrees");
     assert_fails(&["render", &map], 65, "an environment goes after --env");
     assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
+}
+
+#[test]
+fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/material/variants.gltf");
+    let folder = tempfile::tempdir().unwrap();
+    let render = |name: &str, options: &[&str]| {
+        let path = folder.path().join(name);
+        let output = path.to_str().unwrap();
+        let arguments = [&["render", scene, "-r", "16x9", "--samples", "1", "-q", "-o", output], options];
+        let done = rayframe(&arguments.concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        rayframe::regression::Picture::read(&path).unwrap().pixels
+    };
+    let own = render("own.exr", &[]);
+    let red = render("red.exr", &["--variant", "red"]);
+    let gold = render("gold.exr", &["--variant", "#1"]);
+    // The box, left of the middle: white, red, and white again, since "gold" is for the ball alone.
+    let box_at = 4 * 16 + 5;
+    let [own_box, red_box, gold_box] = [&own, &red, &gold].map(|pixels| pixels[box_at]);
+    assert!(own_box[1] > 0.2 && red_box[1] < 0.2 * red_box[0], "{own_box:?} {red_box:?}");
+    assert_eq!(own_box, gold_box);
+    assert!(own != gold && red != gold);
+
+    assert_fails(&["render", scene, "--variant", "blue"], 2, "there is no variant \"blue\"; ");
+    assert_fails(&["render", scene, "--variant", "blue"], 2, "#0 \"red\", #1 \"gold\"");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("variants:\n  #0 \"red\"\n  #1 \"gold\"\n"), "{shown}");
+    assert!(shown.contains("KHR_materials_variants: supported"), "{shown}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ fn every_file_is_reproduced() {
 #[test]
 fn changed_missing_and_unknown_files_are_told() {
     let scenes = [("a.gltf", "{}\n"), ("b.gltf", "{}\n")];
-    let scenes = scenes.map(|(path, text)| (path.into(), text.to_owned())).into();
+    let scenes = scenes.map(|(path, text)| (path.into(), text.as_bytes().to_owned())).into();
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("a.gltf"), "{ }\n").unwrap();
     std::fs::write(folder.path().join("c.gltf"), "{}\n").unwrap();
@@ -30,8 +30,8 @@ fn changed_missing_and_unknown_files_are_told() {
 #[test]
 fn scenes_are_small() {
     // One-thing scenes stay readable in a review; the demo has dense spheres.
-    for (path, text) in make_scenes::all_scenes().unwrap() {
+    for (path, content) in make_scenes::all_scenes().unwrap() {
         let limit = if path.starts_with("demo") { 1_500_000 } else { 60_000 };
-        assert!(text.len() < limit, "{}: {} bytes", path.display(), text.len());
+        assert!(content.len() < limit, "{}: {} bytes", path.display(), content.len());
     }
 }

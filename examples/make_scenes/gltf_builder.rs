@@ -36,10 +36,12 @@ const SECTIONS: [&str; 13] = [
 pub(crate) struct Gltf {
     shows: &'static str,
     frames: Vec<usize>,
+    surroundings: Option<Json>,
     bytes: Vec<u8>,
     sections: Vec<(&'static str, Vec<Json>)>,
     extensions: Vec<(&'static str, bool)>,
     lights: Vec<Json>,
+    variants: Vec<Json>,
     child_nodes: Vec<usize>,
     default_scene: usize,
     /// Buffers behind the first, which hold nothing.
@@ -54,10 +56,12 @@ impl Gltf {
         Self {
             shows,
             frames: Vec::new(),
+            surroundings: None,
             bytes: Vec::new(),
             sections: Vec::new(),
             extensions: Vec::new(),
             lights: Vec::new(),
+            variants: Vec::new(),
             child_nodes: Vec::new(),
             default_scene: 0,
             placeholders: Vec::new(),
@@ -68,6 +72,11 @@ impl Gltf {
     /// Frames, at 24 a second, that have a reference picture; a still scene has one without a number.
     pub(crate) fn reference_frames(&mut self, frames: &[usize]) {
         self.frames = frames.to_vec();
+    }
+
+    /// What the reference picture shows around the scene, in the form that `rayframe`'s regression tests read.
+    pub(crate) fn surroundings(&mut self, surroundings: Json) {
+        self.surroundings = Some(surroundings);
     }
 
     /// Appends to a top-level array.
@@ -128,6 +137,12 @@ impl Gltf {
     pub(crate) fn light(&mut self, light: Json) -> usize {
         self.lights.push(light);
         self.lights.len() - 1
+    }
+
+    /// Names the variants that primitives refer to by number.
+    pub(crate) fn variants(&mut self, names: &[&str]) {
+        self.uses_extension("KHR_materials_variants");
+        self.variants = names.iter().map(|name| object([("name", (*name).into())])).collect();
     }
 
     /// Adds a set of root nodes; without any, all nodes that are no children make one.
@@ -293,6 +308,10 @@ impl Gltf {
         if !self.lights.is_empty() {
             extensions.set("KHR_lights_punctual", object([("lights", self.lights.clone().into())]));
         }
+        if !self.variants.is_empty() {
+            let variants = object([("variants", self.variants.clone().into())]);
+            extensions.set("KHR_materials_variants", variants);
+        }
         for (name, value) in &self.root_extensions {
             extensions.set(name, value.clone());
         }
@@ -306,9 +325,14 @@ impl Gltf {
 
     fn extras(&self) -> Json {
         let mut extras = object([("shows", self.shows.into())]);
+        let mut rayframe = object([]);
         if !self.frames.is_empty() {
-            extras.set("rayframe", object([("frames", list(self.frames.iter().copied()))]));
+            rayframe.set("frames", list(self.frames.iter().copied()));
         }
+        if let Some(surroundings) = &self.surroundings {
+            rayframe.set("surroundings", surroundings.clone());
+        }
+        set_unless_empty(&mut extras, "rayframe", rayframe);
         extras
     }
 

@@ -1,4 +1,4 @@
-//! Writes the text glTF scenes of `scenes/`, each of which shows one thing, or checks that they are what this program
+//! Writes the text glTF scenes of `scenes/`, each of which shows one thing, and the picture that surrounds some, or checks that they are what this program
 //! writes.
 //!
 //! `cargo run --release --example make_scenes` writes them; with `-- --check` it only compares. Running it again gives
@@ -18,6 +18,7 @@ mod glass;
 mod gltf_builder;
 mod image_light;
 mod json;
+mod layers;
 mod light;
 mod material;
 mod materials;
@@ -30,7 +31,9 @@ mod shapes;
 mod skin;
 mod stage;
 mod storage;
+mod surroundings;
 mod texture;
+mod texture_detail;
 mod texture_maps;
 
 use std::collections::BTreeMap;
@@ -50,15 +53,18 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
     Entry { path, build }
 }
 
-/// All scenes: path below `scenes/` and the text of the file.
-pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> {
-    let areas: [&[Entry]; 17] = [
+/// All files: path below `scenes/` and content.
+pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
+    let areas: [&[Entry]; 20] = [
         &light::SCENES,
         &image_light::SCENES,
         &material::SCENES,
         &glass::SCENES,
+        &layers::SCENES,
         &texture::SCENES,
         &texture_maps::SCENES,
+        &texture_detail::SCENES,
+        &surroundings::SCENES,
         &animation::SCENES,
         &skin::SCENES,
         &morph::SCENES,
@@ -74,20 +80,21 @@ pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, String>, Box<dyn Error>> 
     let mut files = BTreeMap::new();
     for entry in areas.concat() {
         let gltf = (entry.build)().map_err(|error| format!("{}: {error}", entry.path))?;
-        files.insert(PathBuf::from(format!("{}.gltf", entry.path)), gltf.to_file_text());
+        files.insert(PathBuf::from(format!("{}.gltf", entry.path)), gltf.to_file_text().into_bytes());
     }
+    files.insert(PathBuf::from(surroundings::PICTURE_PATH), surroundings::picture());
     Ok(files)
 }
 
 /// How the files below `folder` differ from `scenes`: one line for each that is missing, different or not known.
 pub(crate) fn differences(
     folder: &Path,
-    scenes: &BTreeMap<PathBuf, String>,
+    scenes: &BTreeMap<PathBuf, Vec<u8>>,
 ) -> Result<Vec<String>, Box<dyn Error>> {
     let mut lines = Vec::new();
-    for (path, text) in scenes {
+    for (path, content) in scenes {
         match std::fs::read(folder.join(path)) {
-            Ok(bytes) if bytes == text.as_bytes() => {}
+            Ok(bytes) if bytes == *content => {}
             Ok(_) => lines.push(format!("{}: is not what make_scenes writes", path.display())),
             Err(error) => lines.push(format!("{}: {error}", path.display())),
         }
@@ -124,13 +131,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         let lines = differences(&folder, &scenes)?;
         return if lines.is_empty() { Ok(()) } else { Err(lines.join("\n").into()) };
     }
-    for (path, text) in &scenes {
+    for (path, content) in &scenes {
         let path = folder.join(path);
         if let Some(parent) = path.parent() {
             std::fs::create_dir_all(parent)?;
         }
-        std::fs::write(&path, text)?;
-        println!("{} {} bytes", path.display(), text.len());
+        std::fs::write(&path, content)?;
+        println!("{} {} bytes", path.display(), content.len());
     }
     Ok(())
 }

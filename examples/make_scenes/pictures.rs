@@ -111,6 +111,16 @@ pub(crate) fn texture(gltf: &mut Gltf, image: usize, filter: Filter, wrap: [Wrap
         Filter::Linear => (9729, 9729),
         Filter::Mipmapped => (9729, 9987),
     };
+    texture_with(gltf, image, [magnify, minify], wrap)
+}
+
+/// Adds a texture over an image by the numbers that the file has for magnifying and minifying.
+pub(crate) fn texture_with(
+    gltf: &mut Gltf,
+    image: usize,
+    [magnify, minify]: [usize; 2],
+    wrap: [Wrap; 2],
+) -> usize {
     let sampler = gltf.add(
         "samplers",
         object([

@@ -78,16 +78,17 @@ pub(super) fn load(
         return Ok(loaded);
     }
     if intensity != 1.0 {
-        loaded.key += &format!(" times {:08x}", intensity.to_bits());
+        loaded.key = format!("{} times {:08x}", loaded.key, intensity.to_bits());
         if !loaded.description.is_empty() {
-            loaded.description += &format!(" times {intensity}");
+            loaded.description = format!("{} times {intensity}", loaded.description);
         }
     }
     let background = background.map(|background| {
-        loaded.key += &format!(" before {}", background.key);
-        let separator = if loaded.description.is_empty() { "" } else { ", " };
-        loaded.description +=
-            &format!("{separator}background {}", background.description.trim_start_matches("environment "));
+        loaded.key = format!("{} before {}", loaded.key, background.key);
+        let behind = format!("background {}", background.description.trim_start_matches("environment "));
+        let described = [std::mem::take(&mut loaded.description), behind];
+        loaded.description =
+            described.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
         loaded.warnings.extend(background.warnings);
         background.environment
     });

@@ -52,6 +52,7 @@ impl CameraRays {
     }
 
     /// The same rays, `samples` of which share a pixel.
+    #[must_use]
     pub fn sharing_pixels(self, samples: u32) -> Self {
         let scale = 1.0 / libm::sqrtf(samples as f32);
         Self { sample_steps: self.sample_steps.map(|step| step * scale), ..self }
@@ -126,7 +127,7 @@ impl CameraRays {
 impl ThinLens {
     /// The ray from a point of the lens to where the ray from its middle is in focus. The direction is (…, …, −1) before and
     /// after.
-    fn bend(&self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
+    fn bend(self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
         let aside = (concentric_disk_point(seed.point(Purpose::Lens)) * self.radius).extend(0.0);
         (origin + aside, direction - aside / self.focus_distance)
     }
@@ -160,7 +161,7 @@ mod tests {
         let world_from_camera = glam::Mat4::from_rotation_translation(rotation, Vec3::new(1.0, 2.0, 3.0));
         let orthographic = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.1, z_far: 9.0 };
         for projection in [perspective(None), orthographic] {
-            let camera = PosedCamera { projection, world_from_camera };
+            let camera = PosedCamera { world_from_camera, projection };
             // Four samples a pixel lie half a pixel apart.
             let rays = CameraRays::new(&camera, (400, 200), 0.0, None).sharing_pixels(4);
             let at = |position| rays.ray(position, Seed::default());

@@ -12,7 +12,8 @@ use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 /// All values of the material at `point`.
 pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let material = &posed.frame.materials[point.shape.material.index()];
-    let lookup = |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference, encoding);
+    let lookup =
+        |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference.as_ref(), encoding);
     let base_encoding =
         if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
@@ -20,7 +21,11 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         * vertex_color(posed, point.shape, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
-        let value = lookup(&Some(occlusion.texture), Encoding::Linear).x;
+        // Both are often channels of one picture.
+        let is_same = material.metallic_roughness_texture == Some(occlusion.texture);
+        let texel =
+            if is_same { metallic_roughness } else { lookup(&Some(occlusion.texture), Encoding::Linear) };
+        let value = texel.x;
         1.0 + occlusion.strength * (value - 1.0)
     });
     let transmission = match &material.transmission {
@@ -53,7 +58,7 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
 pub(super) fn looked_up(
     posed: PosedScene<'_>,
     point: &SurfacePoint<'_>,
-    reference: &Option<TextureRef>,
+    reference: Option<&TextureRef>,
     encoding: Encoding,
 ) -> Vec4 {
     match reference {

@@ -4,7 +4,7 @@
 //! short axis. The short one chooses the level of detail, so that nothing is blurred along it, and up to [`MOST_PROBES`]
 //! lookups along the long one cover the rest (McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic Texture
 //! Mapping", SIGGRAPH 1999, in its simple form with equal weights). Thinner ellipses are widened. Between two levels the
-//! share is linear in the width.
+//! share is linear in the width, but for a quarter at either end where one level is looked up alone.
 //!
 //! The sampler decides what a single lookup is. One that asks for no mip maps gets the one lookup it asks for.
 
@@ -13,10 +13,13 @@ mod texels;
 use glam::{Vec2, Vec4};
 
 use crate::scene::{Encoding, Filter, MipFilter, Sampler, Scene, TextureRef};
-use texels::Level;
+use texels::{Level, Line};
 
 /// Most lookups along the long axis of a footprint.
 const MOST_PROBES: f32 = 16.0;
+
+/// Between lookups along the long axis, in widths of what one covers.
+const SPACING: f32 = 1.4;
 
 /// How texture coordinates change by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,37 +58,39 @@ pub(super) fn sample(
         return lookup.in_level(full, uv, lookup.sampler.minify);
     }
 
-    // How many lookups, in which levels
+    // In which levels
     let width = ellipse.width();
     let (level, share) = level_of(width, mips.len());
     let (level, share) = match lookup.sampler.mip {
-        MipFilter::Nearest if share >= 0.5 => (level + 1, 0.0),
-        MipFilter::Nearest | MipFilter::None => (level, 0.0),
-        MipFilter::Linear => (level, share),
-    };
-    let at = |level: usize| if level == 0 { full } else { Level::of_mip(&mips[level - 1]) };
-    let fine = at(level);
-    let coarse = (share > 0.0).then(|| at(level + 1));
-    let filter = lookup.sampler.minify;
-    let probe = |uv| {
-        let value = lookup.in_level(fine, uv, filter);
-        match coarse {
-            Some(coarse) => mix(value, lookup.in_level(coarse, uv, filter), share),
-            None => value,
-        }
+        MipFilter::Nearest => (if share < 0.5 { level } else { level + 1 }, 0.0),
+        MipFilter::None | MipFilter::Linear => blended(level, share),
     };
 
     // Along the long axis
-    let count = ellipse.probes(width);
-    if count <= 1.0 {
-        return probe(uv);
-    }
     let along = ellipse.direction * ellipse.long / full.size();
-    let mut sum = Vec4::ZERO;
-    for index in 0..count as u32 {
-        sum += probe(uv + along * ((index as f32 + 0.5) / count - 0.5));
+    let mean = |index: usize, spacing: f32| {
+        let level = if index == 0 { full } else { Level::of_mip(&mips[index - 1]) };
+        let line = Line { middle: uv, along, count: ellipse.probes(spacing) };
+        level.mean_along(&line, lookup.sampler, lookup.sampler.minify, encoding)
+    };
+    let fine = mean(level, width);
+    if share == 0.0 {
+        return fine;
     }
-    sum / count
+    // Texels of the coarse level are at least as wide.
+    mix(fine, mean(level + 1, (2_u32 << level.min(30)) as f32), share)
+}
+
+/// The blend of two levels: in the outer quarters of the way from one to the next it is one of them alone.
+fn blended(level: usize, share: f32) -> (usize, f32) {
+    let share = (share - 0.25) * 2.0;
+    if share <= 0.0 {
+        (level, 0.0)
+    } else if share >= 1.0 {
+        (level + 1, 0.0)
+    } else {
+        (level, share)
+    }
 }
 
 /// The area that a lookup stands for, in texels of the full image.
@@ -104,8 +109,8 @@ impl Ellipse {
     fn of_steps([a, b]: [Vec2; 2]) -> Self {
         let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
         let half_difference = (xx - yy) * 0.5;
-        let root = libm::sqrtf(half_difference * half_difference + xy * xy);
-        let long = libm::sqrtf((xx + yy) * 0.5 + root);
+        let root = (half_difference * half_difference + xy * xy).sqrt();
+        let long = ((xx + yy) * 0.5 + root).sqrt();
         if !long.is_finite() {
             return Self { long: f32::INFINITY, short: f32::INFINITY, direction: Vec2::X };
         }
@@ -121,18 +126,20 @@ impl Ellipse {
     /// The width of what one lookup covers: the short axis, but at least a texel, and wide enough for the lookups to reach
     /// from end to end.
     fn width(&self) -> f32 {
-        let needed = self.long / MOST_PROBES;
+        let needed = self.long / (MOST_PROBES * SPACING);
         let width = if self.short > needed { self.short } else { needed };
         if width > 1.0 { width } else { 1.0 }
     }
 
-    /// Lookups of that width that reach over the long axis. A tenth may be left over at the ends.
-    fn probes(&self, width: f32) -> f32 {
+    /// Lookups that reach over the long axis. Each is a tent twice as wide as its texels, so that they may lie apart by more
+    /// than their width without a gap.
+    fn probes(&self, width: f32) -> u32 {
         if !self.long.is_finite() {
-            return 1.0;
+            return 1;
         }
-        let count = libm::ceilf(self.long / width - 0.1);
-        if count > 1.0 { count } else { 1.0 }
+        let needed = self.long / (width * SPACING) - 0.1;
+        let whole = needed as u32;
+        if whole as f32 == needed && whole > 0 { whole } else { whole + 1 }
     }
 }
 
@@ -156,10 +163,10 @@ struct Lookup {
 }
 
 impl Lookup {
-    fn in_level(&self, level: Level<'_>, uv: Vec2, filter: Filter) -> Vec4 {
+    fn in_level(self, level: Level<'_>, uv: Vec2, filter: Filter) -> Vec4 {
         match filter {
-            Filter::Nearest => level.nearest(&self.sampler, uv, self.encoding),
-            Filter::Linear => level.bilinear(&self.sampler, uv, self.encoding),
+            Filter::Nearest => level.nearest(self.sampler, uv, self.encoding),
+            Filter::Linear => level.bilinear(self.sampler, uv, self.encoding),
         }
     }
 }
@@ -289,10 +296,10 @@ mod tests {
         // A line and a point have no second axis.
         let line = Ellipse::of_steps([Vec2::new(3.0, 4.0), Vec2::new(-3.0, -4.0)]);
         assert!((line.long - 50_f32.sqrt()).abs() < 1e-5 && line.short == 0.0);
-        assert_eq!((line.width(), line.probes(line.width())), (1.0, 7.0));
+        assert_eq!((line.width(), line.probes(line.width())), (1.0, 5));
         for broken in [f32::NAN, f32::INFINITY, 1e30] {
             let ellipse = Ellipse::of_steps([Vec2::splat(broken), Vec2::X]);
-            assert_eq!((ellipse.width(), ellipse.probes(ellipse.width())), (f32::INFINITY, 1.0));
+            assert_eq!((ellipse.width(), ellipse.probes(ellipse.width())), (f32::INFINITY, 1));
         }
     }
 

@@ -12,6 +12,7 @@ mod render;
 mod report;
 mod shots;
 mod suite;
+mod surroundings;
 
 pub use compare::{Differences, Tolerance, Verdict, compare};
 pub use picture::Picture;

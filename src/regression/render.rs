@@ -3,20 +3,23 @@
 use std::path::Path;
 
 use super::Picture;
+use super::surroundings::Surroundings;
 use crate::bvh::{BuildSettings, Builder};
 use crate::cancel::CancelFlag;
-use crate::error::{Result, Warning};
+use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
 use crate::render::{RenderInput, RenderSettings, render_frame};
-use crate::scene::{Environment, EnvironmentMap, Scene, Selection, SelectionRequest};
+use crate::scene::{Environment, EnvironmentMap, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 
-/// A scene ready to be rendered at any of its frames, with every choice at its default.
+/// A scene ready to be rendered at any of its frames, with every choice at its default but for the surroundings that it
+/// asks for.
 #[derive(Debug)]
 pub struct SceneRenderer {
     scene: Scene,
     selection: Selection,
+    surroundings: Surroundings,
     warnings: Vec<Warning>,
 }
 
@@ -24,12 +27,22 @@ impl SceneRenderer {
     /// Imports a scene.
     ///
     /// # Errors
-    /// Those of [`import`].
+    /// Those of [`import`], and [`Error::Invalid`] or [`Error::Missing`] when its surroundings are wrong.
     pub fn open(path: &Path) -> Result<Self> {
-        let scene = import(path, &ImportOptions::default())?;
+        let mut scene = import(path, &ImportOptions::default())?;
+        let surroundings = Surroundings::of_scene(path)?;
+        for name in &surroundings.shadow_catchers {
+            if mark_shadow_catchers(&mut scene, name) == 0 {
+                return Err(Error::invalid(
+                    path,
+                    "/extras/rayframe",
+                    format!("nothing is called \"{name}\""),
+                ));
+            }
+        }
         let (selection, mut warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
         warnings.extend(scene.warnings.iter().cloned());
-        Ok(Self { scene, selection, warnings })
+        Ok(Self { scene, selection, surroundings, warnings })
     }
 
     /// What the file asks for and is not honoured.
@@ -52,15 +65,17 @@ impl SceneRenderer {
         let build = BuildSettings::default();
         let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, cancel, None)?;
         let image_light = self.selection.image_light.map(|index| &self.scene.image_lights[index.index()]);
-        let environment = match image_light {
-            Some(light) => Environment::Map(EnvironmentMap::of_image_light(light)),
-            None if frame.lights.is_empty() => Environment::Studio,
-            None => Environment::None,
+        let environment = match (&self.surroundings.environment, image_light) {
+            (Some(environment), _) => environment.clone(),
+            (None, Some(light)) => Environment::Map(EnvironmentMap::of_image_light(light)),
+            (None, None) if frame.lights.is_empty() => Environment::Studio,
+            (None, None) => Environment::None,
         };
         let settings = RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),
             samples,
+            show_background: !self.surroundings.is_transparent,
             ..RenderSettings::default()
         };
         let input = RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &environment };

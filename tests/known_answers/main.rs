@@ -5,8 +5,10 @@
 mod distributed;
 mod far;
 mod glass;
+mod layers;
 mod light;
 mod normals;
 mod reflection;
 mod stage;
 mod surface;
+mod surroundings;

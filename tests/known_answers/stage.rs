@@ -14,7 +14,7 @@ use rayframe::scene::{
 
 /// Objects and lights, and how they are rendered.
 pub(crate) struct Stage {
-    scene: Scene,
+    pub(crate) scene: Scene,
     pub(crate) environment: Environment,
     pub(crate) settings: RenderSettings,
     pub(crate) projection: Projection,

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::error::Warning;
 use crate::gltf::{Support, extension_support};
 use crate::scene::{
-    AlphaMode, Filter, Image, LightKind, Material, Node, Projection, Scene, Selection, Texels, Texture,
-    WrapMode,
+    AlphaMode, Filter, Image, LightKind, Material, MipFilter, Node, Projection, Scene, Selection, Texels,
+    Texture, WrapMode,
 };
 use crate::sequence::{FrameRate, duration_seconds, triangle_count};
 
@@ -239,12 +239,15 @@ fn texture(scene: &Scene, texture: &Texture) -> TextureReport {
         height: image.map_or(0, |image| image.height),
         bits: image.map_or(0, bits),
         sampling: format!(
-            "{} {}, {}",
+            "{} {}, {} magnified, {}{} minified",
             wrap(texture.sampler.wrap_u),
             wrap(texture.sampler.wrap_v),
-            match texture.sampler.magnify {
-                Filter::Nearest => "nearest",
-                Filter::Linear => "linear",
+            filter(texture.sampler.magnify),
+            filter(texture.sampler.minify),
+            match texture.sampler.mip {
+                MipFilter::None => "",
+                MipFilter::Nearest => " in the nearest mip level",
+                MipFilter::Linear => " between mip levels",
             }
         ),
         support: SUPPORTED,
@@ -255,6 +258,13 @@ fn bits(image: &Image) -> u32 {
     match image.texels {
         Texels::Rgba8(_) => 8,
         Texels::Rgba16(_) => 16,
+    }
+}
+
+fn filter(filter: Filter) -> &'static str {
+    match filter {
+        Filter::Nearest => "nearest",
+        Filter::Linear => "linear",
     }
 }
 

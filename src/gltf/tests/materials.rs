@@ -22,7 +22,7 @@ pub(super) fn png_uri(texel: [u8; 4]) -> String {
 
 /// A file with `material` and two textures.
 #[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
-fn import_material(material: Value) -> Result<Scene> {
+pub(super) fn import_material(material: Value) -> Result<Scene> {
     let document = json!({
         "asset": {"version": "2.0"},
         "images": [{"uri": "missing.png"}, {"uri": png_uri([1, 2, 3, 4])}],

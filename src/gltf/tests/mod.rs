@@ -7,10 +7,12 @@ mod animations;
 mod geometry;
 mod hierarchy;
 mod image_light;
+mod material_extensions;
 mod materials;
 mod properties;
 mod resources;
 mod storage;
+mod textures;
 
 use base64::Engine;
 use serde_json::{Value, json};

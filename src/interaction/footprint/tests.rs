@@ -125,9 +125,9 @@ fn footprints_are_what_neighbouring_rays_do() {
         let refracted = point.refracted_footprint(stage.posed(), &footprint, refracted_direction, ior as f32);
         assert!(refracted_direction.is_finite());
         let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
-        let (_, UvFootprint(uv_steps)) = point.uv(stage.posed(), &reference);
+        let (_, UvFootprint(uvs)) = point.uv(stage.posed(), &reference);
 
-        for axis in 0..2 {
+        for (axis, uv_step) in uvs.into_iter().enumerate() {
             let step = 1e-6;
             let near = stage.follow(
                 eye.as_dvec3() + footprint.origin[axis].as_dvec3() * step,
@@ -139,7 +139,7 @@ fn footprints_are_what_neighbouring_rays_do() {
             assert_near(refracted.origin[axis], change(straight.0, near.0), 1.0);
             assert_near(reflected.direction[axis], change(straight.1, near.1), 1.0);
             assert_near(refracted.direction[axis], change(straight.2, near.2), 1.0);
-            assert_near(uv_steps[axis].extend(0.0), change(straight.3, near.3), 1.0);
+            assert_near(uv_step.extend(0.0), change(straight.3, near.3), 1.0);
             assert!(reflected.direction[axis].length() > 0.1);
         }
     }

@@ -1,0 +1,122 @@
+//! Samplers, mip maps for each use, and what they may take.
+
+use base64::Engine;
+use image::{ExtendedColorType, ImageEncoder};
+use serde_json::{Value, json};
+
+use super::{error_text, import_bytes};
+use crate::error::Result;
+use crate::gltf::{ImportOptions, import};
+use crate::scene::{Encoding, Filter, MipFilter, Scene, Texels};
+
+/// A PNG of noise with this alpha.
+fn png(side: u32, alpha: u8, seed: u32) -> String {
+    let noise = |index: u32| (index ^ seed).wrapping_mul(2_654_435_761).to_le_bytes();
+    let texels: Vec<u8> = (0..side * side)
+        .flat_map(|index| [noise(index)[1], noise(index)[2], noise(index)[3], alpha])
+        .collect();
+    let mut file = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut file)
+        .write_image(&texels, side, side, ExtendedColorType::Rgba8)
+        .unwrap();
+    format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(&file))
+}
+
+fn import_json(document: &Value) -> Result<Scene> {
+    import_bytes("a.gltf", document.to_string().as_bytes())
+}
+
+#[test]
+fn every_filter_of_a_file_is_kept() {
+    for (minify, expected) in [
+        (None, (Filter::Linear, MipFilter::Linear)),
+        (Some(9728), (Filter::Nearest, MipFilter::None)),
+        (Some(9729), (Filter::Linear, MipFilter::None)),
+        (Some(9984), (Filter::Nearest, MipFilter::Nearest)),
+        (Some(9985), (Filter::Linear, MipFilter::Nearest)),
+        (Some(9986), (Filter::Nearest, MipFilter::Linear)),
+        (Some(9987), (Filter::Linear, MipFilter::Linear)),
+    ] {
+        let sampler = minify.map_or(json!({}), |minify| json!({"minFilter": minify}));
+        let mut document = json!({
+            "asset": {"version": "2.0"},
+            "images": [{"uri": png(4, 255, 0)}],
+            "samplers": [sampler],
+            "textures": [{"source": 0, "sampler": 0}],
+            "materials": [{"emissiveTexture": {"index": 0}}]
+        });
+        let scene = import_json(&document).unwrap();
+        let sampler = scene.textures[0].sampler;
+        assert_eq!((sampler.minify, sampler.mip), expected, "{minify:?}");
+        // Mip maps are made only where they are looked up.
+        let levels = scene.mips[0].levels(Encoding::Srgb).len();
+        assert_eq!(levels, if sampler.mip == MipFilter::None { 0 } else { 2 });
+        if minify.is_none() {
+            document["textures"][0].as_object_mut().unwrap().remove("sampler");
+            assert_eq!(import_json(&document).unwrap().textures[0].sampler, sampler);
+        }
+    }
+}
+
+#[test]
+fn each_image_has_mip_maps_for_each_use() {
+    let document = json!({
+        "asset": {"version": "2.0"},
+        "images": [{"uri": png(8, 255, 0)}, {"uri": png(8, 99, 0)}],
+        "textures": [{"source": 0}, {"source": 1}],
+        "materials": [
+            {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}, "normalTexture": {"index": 1}},
+            {"occlusionTexture": {"index": 0}},
+            {"pbrMetallicRoughness": {"baseColorTexture": {"index": 1}}, "alphaMode": "BLEND"}
+        ]
+    });
+    let scene = import_json(&document).unwrap();
+    // Images stand in the order in which materials name them.
+    let opaque = scene
+        .images
+        .iter()
+        .position(|image| matches!(&image.texels, Texels::Rgba8(texels) if texels[0][3] == 255));
+    let order = if opaque == Some(0) { [0, 1] } else { [1, 0] };
+    let levels = |image: usize, encoding| scene.mips[order[image]].levels(encoding);
+    let has = |image, encoding| !levels(image, encoding).is_empty();
+    assert!(has(0, Encoding::Srgb) && has(0, Encoding::Linear) && !has(0, Encoding::Normal));
+    assert!(has(1, Encoding::Srgb) && has(1, Encoding::Normal) && !has(1, Encoding::Linear));
+    // What is opaque everywhere needs no levels of its own for coverage.
+    assert!(std::ptr::eq(levels(0, Encoding::Srgb), levels(0, Encoding::CoveredSrgb)));
+    assert!(!std::ptr::eq(levels(1, Encoding::Srgb), levels(1, Encoding::CoveredSrgb)));
+}
+
+#[test]
+fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
+    // 4096 texels a side, sixty-four times smaller in both directions.
+    let images: Vec<Value> =
+        (0..20).map(|index| json!({"name": format!("wall {index}"), "uri": png(64, 255, index)})).collect();
+    let textures: Vec<Value> = (0..20).map(|source| json!({"source": source})).collect();
+    let materials: Vec<Value> = (0..20).map(|index| json!({"emissiveTexture": {"index": index}})).collect();
+    let document = json!({
+        "asset": {"version": "2.0"}, "images": images, "textures": textures, "materials": materials
+    });
+    let text = document.to_string();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("walls.gltf");
+    std::fs::write(&path, &text).unwrap();
+    let with_limit = |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes });
+
+    // Least: the file as text, as JSON and as decoded images files, all texels, and a third more for mip maps.
+    let texels = 20 * 64 * 64 * 4_u64;
+    let (mut refused, mut enough) = (texels, 1 << 30);
+    while enough - refused > 1 {
+        let middle = u64::midpoint(refused, enough);
+        if with_limit(middle).is_ok() { enough = middle } else { refused = middle }
+    }
+    let least = texels * 4 / 3 + text.len() as u64;
+    assert!((least..least * 4).contains(&enough), "{enough} for {least}");
+    // One byte less and the last image's mip maps are what is over: 85 of 256 texels' bytes, and four floats each meanwhile.
+    let told = error_text(with_limit(enough - 1), 77);
+    for word in ["/images/19", "mip maps of the image \"wall 19\" of 64x64 texels", "--max-memory"] {
+        assert!(told.contains(word), "{told}");
+    }
+    // With much less the images themselves are.
+    let told = error_text(with_limit(enough - texels / 2), 77);
+    assert!(told.contains("/images/") && told.contains("--max-memory"), "{told}");
+}

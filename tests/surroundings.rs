@@ -1,0 +1,77 @@
+//! Options about what surrounds a scene give the pictures that the scenes of `environment/` have for references.
+
+use std::path::Path;
+use std::process::Command;
+
+use rayframe::regression::{Picture, Tolerance, compare};
+
+const ROOT: &str = env!("CARGO_MANIFEST_DIR");
+
+/// Renders a scene of `environment/` as reference pictures are, with options; a name of a picture stands for its path.
+fn render(scene: &str, options: &[&str]) -> Picture {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.exr");
+    let pictures = Path::new(ROOT).join("scenes/environment");
+    let options = options.iter().map(|option| match option.strip_prefix("quarters.hdr") {
+        Some(rest) => format!("{}{rest}", pictures.join("quarters.hdr").display()),
+        None => (*option).to_owned(),
+    });
+    let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .arg("render")
+        .arg(pictures.join(scene).with_extension("gltf"))
+        .args(["-r", "160x90", "--samples", "4", "-q", "-o"])
+        .arg(&file)
+        .args(options)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{scene}: {}", String::from_utf8_lossy(&output.stderr));
+    Picture::read(&file).unwrap()
+}
+
+#[test]
+fn options_make_the_reference_pictures() {
+    let background = ["--env", "quarters.hdr", "--background", "0.06,0.02,0.1"];
+    let catcher = ["--background", "none", "--shadow-catcher", "floor"];
+    for (scene, options) in [
+        ("picture", &["--env", "quarters.hdr"][..]),
+        ("turned", &["--env", "quarters.hdr@90", "--env-intensity", "0.5"]),
+        ("turned", &["--env", "quarters.hdr@-270", "--env-intensity", "0.5", "--background", "env"]),
+        ("background", &background),
+        ("shadow_catcher", &catcher),
+    ] {
+        let reference =
+            Path::new(ROOT).join("reference_images/environment").join(scene).with_extension("exr");
+        let verdict =
+            compare(&render(scene, options), &Picture::read(&reference).unwrap(), &Tolerance::EXACT);
+        assert!(verdict.is_pass(), "{scene} {options:?}: {verdict}");
+    }
+}
+
+#[test]
+fn a_picture_may_stand_behind_another_light() {
+    let seen = render("picture", &["--env", "0,0,0", "--background", "quarters.hdr@90"]);
+    let corner = seen.pixels[0];
+    // Turned by 90°, blue lies to the left: (0.125, 0.25, 0.75).
+    assert_eq!(corner, [0.125, 0.25, 0.75, 1.0]);
+    // The balls are black before it.
+    let middle = seen.pixels[45 * 160 + 80];
+    assert_eq!(middle, [0.0, 0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn what_is_not_there_is_told() {
+    let fails = |options: &[&str], code: i32, words: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+            .args(["render", "scenes/environment/shadow_catcher.gltf", "-n"])
+            .args(options)
+            .current_dir(ROOT)
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{told}");
+        assert!(words.iter().all(|word| told.contains(word)), "{told}");
+    };
+    fails(&["--shadow-catcher", "flor"], 2, &["--shadow-catcher", "\"flor\""]);
+    fails(&["--background", "gone.hdr"], 66, &["gone.hdr", "--background takes env, none"]);
+    fails(&["--background", "Cargo.toml"], 65, &["Cargo.toml"]);
+}

@@ -8,7 +8,9 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning};
 use crate::image_file::read_environment;
-use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, ImageLight, Scene, Selection};
+use crate::scene::{
+    ComposedEnvironment, Environment, EnvironmentMap, ImageLight, ImageLightIndex, Scene, Selection,
+};
 
 use super::options::EnvironmentSource;
 
@@ -58,10 +60,11 @@ pub(super) fn load(
     selection: &Selection,
     max_memory_bytes: u64,
 ) -> Result<LoadedEnvironment> {
-    let image_light = selection.image_light.and_then(|index| scene.image_lights.get(index.index()));
+    let image_light =
+        selection.image_light.and_then(|index| Some((index, scene.image_lights.get(index.index())?)));
     let mut loaded = match (&wishes.light, image_light) {
         (Some(source), _) => of_source(source, "--env", max_memory_bytes)?,
-        (None, Some(light)) => of_image_light(light),
+        (None, Some((index, light))) => of_image_light(index, light),
         (None, None) if has_lights(scene, selection) => {
             of_source(&EnvironmentSource::None, "--env", max_memory_bytes)?
         }
@@ -96,10 +99,10 @@ pub(super) fn load(
 }
 
 /// The surroundings that come with the file, whose hash covers them.
-fn of_image_light(light: &ImageLight) -> LoadedEnvironment {
+fn of_image_light(index: ImageLightIndex, light: &ImageLight) -> LoadedEnvironment {
     LoadedEnvironment {
         environment: Environment::Map(EnvironmentMap::of_image_light(light)),
-        key: "image light".to_owned(),
+        key: format!("image light {}", index.0),
         description: "the file's image-based light".to_owned(),
         warnings: Vec::new(),
     }

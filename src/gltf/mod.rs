@@ -8,8 +8,9 @@
 //!
 //! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
 //! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
-//! what `bounds` has checked, and `mesh`, `material`, `variants`, `image`, `mip_maps`, `node`, `skin`, `camera`, `light` and `animation` build
-//! the scene.
+//! what `bounds` has checked, `meshopt` and `draco` unpack what is stored compressed, and `mesh`, `material`, `variants`,
+//! `image`, `mip_maps`, `node`, `skin`, `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`)
+//! build the scene.
 //!
 //! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
 

@@ -187,6 +187,7 @@ fn selection(scene: &Scene) -> Selection {
         roots: scene.node_order.clone(),
         clips: Vec::new(),
         variant: None,
+        image_light: None,
         camera: CameraChoice::Fixed { world_from_camera, projection },
     }
 }

@@ -257,3 +257,73 @@ fn a_wrong_environment_names_its_option() {
     assert_fails(&["render", &map], 65, "an environment goes after --env");
     assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
 }
+
+#[test]
+fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/material/variants.gltf");
+    let folder = tempfile::tempdir().unwrap();
+    let render = |name: &str, options: &[&str]| {
+        let path = folder.path().join(name);
+        let output = path.to_str().unwrap();
+        let arguments = [&["render", scene, "-r", "16x9", "--samples", "1", "-q", "-o", output], options];
+        let done = rayframe(&arguments.concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        rayframe::regression::Picture::read(&path).unwrap().pixels
+    };
+    let own = render("own.exr", &[]);
+    let red = render("red.exr", &["--variant", "red"]);
+    let gold = render("gold.exr", &["--variant", "#1"]);
+    // The box, left of the middle: white, red, and white again, since "gold" is for the ball alone.
+    let box_at = 4 * 16 + 5;
+    let [own_box, red_box, gold_box] = [&own, &red, &gold].map(|pixels| pixels[box_at]);
+    assert!(own_box[1] > 0.2 && red_box[1] < 0.2 * red_box[0], "{own_box:?} {red_box:?}");
+    assert_eq!(own_box, gold_box);
+    assert!(own != gold && red != gold);
+
+    assert_fails(&["render", scene, "--variant", "blue"], 2, "there is no variant \"blue\"; ");
+    assert_fails(&["render", scene, "--variant", "blue"], 2, "#0 \"red\", #1 \"gold\"");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("variants:\n  #0 \"red\"\n  #1 \"gold\"\n"), "{shown}");
+    assert!(shown.contains("KHR_materials_variants: supported"), "{shown}");
+}
+
+#[test]
+fn info_tells_of_everything_whether_it_is_supported() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let text = std::fs::read_to_string(root.join("animation/pointer_light_camera.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    // One channel of the three names what is not there; a texture is not used; an extension is not known.
+    document["animations"][0]["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
+        "/materials/9/alphaCutoff".into();
+    document["textures"] = serde_json::json!([{}]);
+    document["extensionsUsed"].as_array_mut().unwrap().push("ACME_glow".into());
+    let scene = folder.path().join("a.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    for line in [
+        "1 s, 2 channels, 1 more left out, supported in part",
+        "spot, supported",
+        "perspective, supported",
+        "1 more that no material uses",
+        "KHR_animation_pointer: supported",
+        "ACME_glow: not supported, left out",
+        "/materials/9/alphaCutoff",
+    ] {
+        assert!(shown.contains(line), "{line} is not in\n{shown}");
+    }
+    let output = rayframe(&["info", "--json", scene]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["schema"], 2);
+    assert_eq!(report["clips"][0]["ignored_channels"], 1);
+    assert_eq!(report["clips"][0]["support"], "supported in part");
+    assert_eq!(report["lights"][0]["support"], "supported");
+    assert_eq!(report["cameras"][0]["support"], "supported");
+    assert_eq!(report["unused_textures"], 1);
+
+    let scene = root.join("light/image_based.gltf");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene.to_str().unwrap()]).stdout).into_owned();
+    assert!(shown.contains("cube of 16x16 texels, 3 levels, supported"), "{shown}");
+}

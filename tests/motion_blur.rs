@@ -65,6 +65,7 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
     let job = SequenceJob {
         scene: moving_edge(),
         selection: Selection {
+            image_light: None,
             variant: None,
             roots: vec![NodeIndex(0)],
             clips: vec![AnimationIndex(0)],

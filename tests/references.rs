@@ -83,3 +83,14 @@ fn every_change_of_a_reference_fails_once() {
     assert_eq!(outcome.failures.len(), 2, "{outcome:?}");
     assert!(outcome.failures[1].message.contains("no scene asks for this reference"));
 }
+
+/// However geometry and images are packed, without loss the picture is that of the plain file to the last bit.
+#[test]
+fn packed_scenes_look_as_the_plain_one() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_images/storage");
+    let picture = |name: &str| Picture::read(&folder.join(format!("{name}.exr"))).unwrap();
+    let plain = picture("plain");
+    for name in ["meshopt_ext", "meshopt_khr", "draco", "webp", "basis_uastc", "basis_etc1s"] {
+        assert!(picture(name) == plain, "{name}");
+    }
+}

@@ -24,6 +24,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
             roots: Vec::new(),
             clips: Vec::new(),
             camera: CameraChoice::Auto,
+            image_light: None,
             variant: None,
         },
         environment: Environment::Constant(Vec3::splat(0.5)),

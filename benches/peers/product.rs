@@ -126,6 +126,7 @@ fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
         roots: vec![NodeIndex(0), NodeIndex(1)],
         clips: Vec::new(),
         camera: camera(view),
+        image_light: None,
         variant: None,
     };
     (scene, selection)

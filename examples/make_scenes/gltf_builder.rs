@@ -41,8 +41,13 @@ pub(crate) struct Gltf {
     sections: Vec<(&'static str, Vec<Json>)>,
     extensions: Vec<(&'static str, bool)>,
     lights: Vec<Json>,
+    variants: Vec<Json>,
     child_nodes: Vec<usize>,
     default_scene: usize,
+    /// Buffers behind the first, which hold nothing.
+    placeholders: Vec<Json>,
+    /// Extensions of the whole file.
+    root_extensions: Vec<(&'static str, Json)>,
 }
 
 impl Gltf {
@@ -56,8 +61,11 @@ impl Gltf {
             sections: Vec::new(),
             extensions: Vec::new(),
             lights: Vec::new(),
+            variants: Vec::new(),
             child_nodes: Vec::new(),
             default_scene: 0,
+            placeholders: Vec::new(),
+            root_extensions: Vec::new(),
         }
     }
 
@@ -79,6 +87,28 @@ impl Gltf {
         }
         self.sections.push((section, vec![value]));
         0
+    }
+
+    /// Gives an element of a top-level array the `extensions` object.
+    pub(crate) fn extend(&mut self, section: &str, index: usize, extensions: Json) {
+        let written = self.sections.iter_mut().find(|(name, _)| *name == section);
+        if let Some(element) = written.and_then(|(_, values)| values.get_mut(index)) {
+            element.set("extensions", extensions);
+        }
+    }
+
+    /// Gives the whole file an extension object.
+    pub(crate) fn extension(&mut self, name: &'static str, value: Json) {
+        self.root_extensions.push((name, value));
+    }
+
+    /// Adds a buffer of `byte_length` that holds nothing, because `extension` has its content elsewhere.
+    pub(crate) fn placeholder_buffer(&mut self, byte_length: usize, extension: &str) {
+        let fallback = object([("fallback", true.into())]);
+        self.placeholders.push(object([
+            ("byteLength", byte_length.into()),
+            ("extensions", object([(extension, fallback)])),
+        ]));
     }
 
     /// Names an extension as used by the file.
@@ -109,6 +139,12 @@ impl Gltf {
         self.lights.len() - 1
     }
 
+    /// Names the variants that primitives refer to by number.
+    pub(crate) fn variants(&mut self, names: &[&str]) {
+        self.uses_extension("KHR_materials_variants");
+        self.variants = names.iter().map(|name| object([("name", (*name).into())])).collect();
+    }
+
     /// Adds a set of root nodes; without any, all nodes that are no children make one.
     pub(crate) fn scene(&mut self, name: &str, roots: &[usize]) -> usize {
         self.add("scenes", object([("name", name.into()), ("nodes", list(roots.iter().copied()))]))
@@ -121,12 +157,9 @@ impl Gltf {
 
     /// Appends `data` at the next multiple of four bytes.
     pub(crate) fn buffer_view(&mut self, data: &[u8], used_as: Use, byte_stride: Option<usize>) -> usize {
-        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
-        let mut view = object([
-            ("buffer", 0.into()),
-            ("byteOffset", self.bytes.len().into()),
-            ("byteLength", data.len().into()),
-        ]);
+        let start = self.append_bytes(data);
+        let mut view =
+            object([("buffer", 0.into()), ("byteOffset", start.into()), ("byteLength", data.len().into())]);
         if let Some(stride) = byte_stride {
             view.set("byteStride", stride);
         }
@@ -135,8 +168,15 @@ impl Gltf {
             Use::Indices => view.set("target", 34963),
             Use::Other => {}
         }
-        self.bytes.extend_from_slice(data);
         self.add("bufferViews", view)
+    }
+
+    /// Appends `data` at the next multiple of four bytes and gives its place.
+    pub(crate) fn append_bytes(&mut self, data: &[u8]) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let start = self.bytes.len();
+        self.bytes.extend_from_slice(data);
+        start
     }
 
     /// Adds an accessor and its bytes.
@@ -264,10 +304,18 @@ impl Gltf {
         let required = self.extensions.iter().filter(|(_, required)| *required).map(|(name, _)| *name);
         set_unless_empty(&mut root, "extensionsUsed", list(used));
         set_unless_empty(&mut root, "extensionsRequired", list(required));
+        let mut extensions = object([]);
         if !self.lights.is_empty() {
-            let lights = object([("lights", self.lights.clone().into())]);
-            root.set("extensions", object([("KHR_lights_punctual", lights)]));
+            extensions.set("KHR_lights_punctual", object([("lights", self.lights.clone().into())]));
         }
+        if !self.variants.is_empty() {
+            let variants = object([("variants", self.variants.clone().into())]);
+            extensions.set("KHR_materials_variants", variants);
+        }
+        for (name, value) in &self.root_extensions {
+            extensions.set(name, value.clone());
+        }
+        set_unless_empty(&mut root, "extensions", extensions);
         root.set("scene", self.default_scene);
         for name in SECTIONS {
             set_unless_empty(&mut root, name, self.section(name).into());
@@ -300,7 +348,8 @@ impl Gltf {
             ("buffers", None) if !self.bytes.is_empty() => {
                 let text = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
                 let uri = format!("data:application/octet-stream;base64,{text}");
-                vec![object([("byteLength", self.bytes.len().into()), ("uri", uri.into())])]
+                let first = object([("byteLength", self.bytes.len().into()), ("uri", uri.into())]);
+                [&[first][..], &self.placeholders].concat()
             }
             _ => Vec::new(),
         }

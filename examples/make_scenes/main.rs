@@ -16,17 +16,21 @@ mod geometry;
 mod geometry_storage;
 mod glass;
 mod gltf_builder;
+mod image_light;
 mod json;
+mod layers;
 mod light;
 mod material;
 mod materials;
 mod morph;
 mod node;
 mod pictures;
+mod properties;
 mod scene;
 mod shapes;
 mod skin;
 mod stage;
+mod storage;
 mod surroundings;
 mod texture;
 mod texture_detail;
@@ -51,10 +55,12 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All files: path below `scenes/` and content.
 pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
-    let areas: [&[Entry]; 16] = [
+    let areas: [&[Entry]; 20] = [
         &light::SCENES,
+        &image_light::SCENES,
         &material::SCENES,
         &glass::SCENES,
+        &layers::SCENES,
         &texture::SCENES,
         &texture_maps::SCENES,
         &texture_detail::SCENES,
@@ -67,6 +73,8 @@ pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>>
         &camera::SCENES,
         &bvh::SCENES,
         &scene::SCENES,
+        &properties::SCENES,
+        &storage::SCENES,
         &demo::SCENES,
     ];
     let mut files = BTreeMap::new();

@@ -37,6 +37,59 @@ pub(crate) struct Volume {
     pub(crate) attenuation: Option<(f32, [f32; 3])>,
 }
 
+/// `KHR_materials_specular`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Specular {
+    pub(crate) factor: f32,
+    pub(crate) color: [f32; 3],
+}
+
+/// `KHR_materials_clearcoat`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClearCoat {
+    pub(crate) factor: f32,
+    pub(crate) roughness: f32,
+    pub(crate) normal_texture: Option<TextureUse>,
+}
+
+/// `KHR_materials_sheen`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sheen {
+    pub(crate) color: [f32; 3],
+    pub(crate) roughness: f32,
+}
+
+/// `KHR_materials_iridescence`; the texture sets the thickness.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Iridescence {
+    pub(crate) ior: f32,
+    pub(crate) thickness_nm: [f32; 2],
+    pub(crate) thickness_texture: Option<TextureUse>,
+}
+
+/// `KHR_materials_anisotropy`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Anisotropy {
+    pub(crate) strength: f32,
+    pub(crate) rotation_radians: f32,
+    pub(crate) texture: Option<TextureUse>,
+}
+
+/// `KHR_materials_diffuse_transmission`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DiffuseTransmission {
+    pub(crate) factor: f32,
+    pub(crate) color: [f32; 3],
+}
+
+/// `KHR_materials_pbrSpecularGlossiness`; the colour is the base colour.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SpecularGlossiness {
+    pub(crate) specular: [f32; 3],
+    pub(crate) glossiness: f32,
+    pub(crate) texture: Option<TextureUse>,
+}
+
 /// A material; what is at its default is left out of the file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Material {
@@ -57,6 +110,14 @@ pub(crate) struct Material {
     pub(crate) ior: Option<f32>,
     pub(crate) transmission: Option<f32>,
     pub(crate) volume: Option<Volume>,
+    pub(crate) dispersion: Option<f32>,
+    pub(crate) specular: Option<Specular>,
+    pub(crate) clear_coat: Option<ClearCoat>,
+    pub(crate) sheen: Option<Sheen>,
+    pub(crate) iridescence: Option<Iridescence>,
+    pub(crate) anisotropy: Option<Anisotropy>,
+    pub(crate) diffuse_transmission: Option<DiffuseTransmission>,
+    pub(crate) specular_glossiness: Option<SpecularGlossiness>,
 }
 
 impl TextureUse {
@@ -87,6 +148,14 @@ impl Material {
             ior: None,
             transmission: None,
             volume: None,
+            dispersion: None,
+            specular: None,
+            clear_coat: None,
+            sheen: None,
+            iridescence: None,
+            anisotropy: None,
+            diffuse_transmission: None,
+            specular_glossiness: None,
         }
     }
 
@@ -194,6 +263,83 @@ impl Material {
                 json.set("attenuationColor", list(color));
             }
             set("KHR_materials_volume", json);
+        }
+        if let Some(dispersion) = self.dispersion {
+            set("KHR_materials_dispersion", object([("dispersion", dispersion.into())]));
+        }
+        if let Some(specular) = self.specular {
+            let json = object([
+                ("specularFactor", specular.factor.into()),
+                ("specularColorFactor", list(specular.color)),
+            ]);
+            set("KHR_materials_specular", json);
+        }
+        if let Some(layer) = self.diffuse_transmission {
+            let json = object([
+                ("diffuseTransmissionFactor", layer.factor.into()),
+                ("diffuseTransmissionColorFactor", list(layer.color)),
+            ]);
+            set("KHR_materials_diffuse_transmission", json);
+        }
+        if let Some(sheen) = self.sheen {
+            let json = object([
+                ("sheenColorFactor", list(sheen.color)),
+                ("sheenRoughnessFactor", sheen.roughness.into()),
+            ]);
+            set("KHR_materials_sheen", json);
+        }
+        for (name, json) in self.textured_extensions(gltf) {
+            gltf.uses_extension(name);
+            extensions.set(name, json);
+        }
+        extensions
+    }
+
+    /// Extensions that may have textures.
+    fn textured_extensions(&self, gltf: &mut Gltf) -> Vec<(&'static str, Json)> {
+        let mut extensions = Vec::new();
+        if let Some(coat) = self.clear_coat {
+            let mut json = object([
+                ("clearcoatFactor", coat.factor.into()),
+                ("clearcoatRoughnessFactor", coat.roughness.into()),
+            ]);
+            if let Some(texture) = coat.normal_texture {
+                json.set("clearcoatNormalTexture", texture_json(gltf, texture, "scale"));
+            }
+            extensions.push(("KHR_materials_clearcoat", json));
+        }
+        if let Some(film) = self.iridescence {
+            let mut json = object([
+                ("iridescenceFactor", 1.0.into()),
+                ("iridescenceIor", film.ior.into()),
+                ("iridescenceThicknessMinimum", film.thickness_nm[0].into()),
+                ("iridescenceThicknessMaximum", film.thickness_nm[1].into()),
+            ]);
+            if let Some(texture) = film.thickness_texture {
+                json.set("iridescenceThicknessTexture", texture_json(gltf, texture, ""));
+            }
+            extensions.push(("KHR_materials_iridescence", json));
+        }
+        if let Some(anisotropy) = self.anisotropy {
+            let mut json = object([
+                ("anisotropyStrength", anisotropy.strength.into()),
+                ("anisotropyRotation", anisotropy.rotation_radians.into()),
+            ]);
+            if let Some(texture) = anisotropy.texture {
+                json.set("anisotropyTexture", texture_json(gltf, texture, ""));
+            }
+            extensions.push(("KHR_materials_anisotropy", json));
+        }
+        if let Some(older) = self.specular_glossiness {
+            let mut json = object([
+                ("diffuseFactor", list(self.base_color)),
+                ("specularFactor", list(older.specular)),
+                ("glossinessFactor", older.glossiness.into()),
+            ]);
+            if let Some(texture) = older.texture {
+                json.set("specularGlossinessTexture", texture_json(gltf, texture, ""));
+            }
+            extensions.push(("KHR_materials_pbrSpecularGlossiness", json));
         }
         extensions
     }

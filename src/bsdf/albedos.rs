@@ -74,10 +74,10 @@ impl Bsdf {
 
     /// The specular lobe of the dielectric and of the metal; not looked up where there is none of it.
     fn lobe_albedos(&self, wo: Vec3) -> (Vec3, Vec3) {
-        let (mut dielectric, mut metal) = match &self.stretch {
+        let stretched = self.stretch.map(|stretch| stretch.terms(wo, self.dielectric.relative_ior));
+        let (dielectric, metal) = match &stretched {
             None => (self.round_dielectric(wo.z), self.round_metal(wo.z)),
-            Some(stretch) => {
-                let terms = stretch.terms(wo, self.dielectric.relative_ior);
+            Some(terms) => {
                 let shaped = match self.dielectric.shape {
                     Shape::Exact => terms.exact,
                     Shape::Schlick => terms.schlick,
@@ -85,20 +85,14 @@ impl Bsdf {
                 (self.dielectric.albedo(terms.total, shaped), self.metal_albedo(terms.total, terms.schlick))
             }
         };
-        if let Some(film) = &self.film {
-            let total = match &self.stretch {
-                None => lobe_albedo::total(wo.z, self.roughness),
-                Some(stretch) => stretch.terms(wo, self.dielectric.relative_ior).total,
-            };
-            let cosine = self.cosine_outside_film(wo.z);
-            let under = |albedo: Vec3, base_f0| {
-                let own = film.over(Vec3::ZERO, base_f0, cosine) * total;
-                albedo * (1.0 - film.factor) + own
-            };
-            dielectric = under(dielectric, self.dielectric.along_normal());
-            metal = under(metal, self.base_color);
-        }
-        (dielectric, metal)
+        let Some(film) = &self.film else { return (dielectric, metal) };
+        let total = stretched.map_or_else(|| lobe_albedo::total(wo.z, self.roughness), |terms| terms.total);
+        let cosine = self.cosine_outside_film(wo.z);
+        let under = |albedo: Vec3, base_f0| {
+            let own = film.over(Vec3::ZERO, base_f0, cosine) * total;
+            albedo * (1.0 - film.factor) + own
+        };
+        (under(dielectric, self.dielectric.along_normal()), under(metal, self.base_color))
     }
 
     fn round_dielectric(&self, cos_o: f32) -> Vec3 {

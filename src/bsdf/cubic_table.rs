@@ -15,19 +15,17 @@ pub(super) struct CubicTable {
 impl CubicTable {
     /// `value(x, y)` at `rows` steps of x and `columns` steps of y; at least three each.
     pub(super) fn new(rows: usize, columns: usize, value: impl Fn(f32, f32) -> f32) -> Self {
-        let mut grid = vec![vec![0.0; columns + 2]; rows + 2];
+        let mut grid = vec![Vec::new(); rows + 2];
         for (row, line) in grid[1..=rows].iter_mut().enumerate() {
+            line.resize(columns + 2, 0.0);
             for (column, slot) in line[1..=columns].iter_mut().enumerate() {
                 *slot = value(row as f32 / (rows - 1) as f32, column as f32 / (columns - 1) as f32);
             }
             line[0] = beyond(line[1], line[2], line[3]);
             line[columns + 1] = beyond(line[columns], line[columns - 1], line[columns - 2]);
         }
-        for column in 0..columns + 2 {
-            grid[0][column] = beyond(grid[1][column], grid[2][column], grid[3][column]);
-            grid[rows + 1][column] =
-                beyond(grid[rows][column], grid[rows - 1][column], grid[rows - 2][column]);
-        }
+        grid[0] = line_beyond(&grid[1], &grid[2], &grid[3]);
+        grid[rows + 1] = line_beyond(&grid[rows], &grid[rows - 1], &grid[rows - 2]);
         Self { rows, columns, values: grid.concat() }
     }
 
@@ -47,6 +45,10 @@ impl CubicTable {
         }
         sum
     }
+}
+
+fn line_beyond(near: &[f32], next: &[f32], far: &[f32]) -> Vec<f32> {
+    near.iter().zip(next).zip(far).map(|((near, next), far)| beyond(*near, *next, *far)).collect()
 }
 
 /// The next value of a parabola through three, nearest first.

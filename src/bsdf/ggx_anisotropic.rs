@@ -12,9 +12,10 @@ use glam::{Vec2, Vec3};
 use super::fresnel;
 use super::ggx;
 
-/// Rings and turns of the pattern of visible normals.
-const RINGS: usize = 10;
-const TURNS: usize = 16;
+/// Visible normals that stand for a lobe; its albedo is then right to about a thousandth.
+const NORMALS: usize = 256;
+/// Turns from one normal to the next along their spiral: the golden section.
+const TURN: f32 = 0.618_034;
 
 /// α along X and along Y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,29 +47,29 @@ impl Stretch {
         Self { alpha: Vec2::new(alpha * (1.0 - share) + share, alpha) }
     }
 
-    fn stretched(&self, direction: Vec3) -> Vec3 {
+    fn stretched(self, direction: Vec3) -> Vec3 {
         Vec3::new(self.alpha.x * direction.x, self.alpha.y * direction.y, direction.z)
     }
 
     /// D(h); see [`ggx::distribution`].
-    pub(super) fn distribution(&self, half: Vec3) -> f32 {
+    pub(super) fn distribution(self, half: Vec3) -> f32 {
         let (x, y) = (half.x / self.alpha.x, half.y / self.alpha.y);
         let slope = x * x + y * y + half.z * half.z;
         1.0 / (std::f32::consts::PI * self.alpha.x * self.alpha.y * slope * slope)
     }
 
     /// G2 / (4 cos θ_o cos θ_i). Both directions are above the surface.
-    pub(super) fn visibility(&self, wo: Vec3, wi: Vec3) -> f32 {
+    pub(super) fn visibility(self, wo: Vec3, wi: Vec3) -> f32 {
         0.5 / (wi.z * length(self.stretched(wo)) + wo.z * length(self.stretched(wi)))
     }
 
     /// See [`ggx::reflection_pdf`].
-    pub(super) fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
+    pub(super) fn reflection_pdf(self, wo: Vec3, half: Vec3) -> f32 {
         0.5 * self.distribution(half) / (wo.z + length(self.stretched(wo)))
     }
 
     /// See [`ggx::visible_normal`].
-    pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
+    pub(super) fn visible_normal(self, wo: Vec3, disk: Vec2) -> Vec3 {
         let view = self.stretched(wo);
         // A surface of α = 1 for the stretched view; its normals are squeezed back.
         let normal = ggx::visible_normal(view.normalize(), 1.0, disk);
@@ -76,25 +77,24 @@ impl Stretch {
     }
 
     /// What the lobe reflects towards `wo`, as a fixed number of directions.
-    pub(super) fn reflected(&self, wo: Vec3) -> impl Iterator<Item = Reflected> + use<> {
-        let lobe = *self;
-        let root_o = length(lobe.stretched(wo));
+    pub(super) fn reflected(self, wo: Vec3) -> impl Iterator<Item = Reflected> + use<> {
+        let root_o = length(self.stretched(wo));
         pattern().iter().filter_map(move |(point, share)| {
-            let half = lobe.visible_normal(wo, *point);
+            let half = self.visible_normal(wo, *point);
             let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
             let wi = half * (2.0 * facet_cosine) - wo;
             if wi.z <= 0.0 {
                 return None;
             }
             // G2 / G1(θ_o)
-            let root_i = length(lobe.stretched(wi));
+            let root_i = length(self.stretched(wi));
             let weight = share * wi.z * (wo.z + root_o) / (wi.z * root_o + wo.z * root_i);
             Some(Reflected { wi, facet_cosine, weight })
         })
     }
 
     /// The lobe's albedos for a view.
-    pub(super) fn terms(&self, wo: Vec3, relative_ior: f32) -> Terms {
+    pub(super) fn terms(self, wo: Vec3, relative_ior: f32) -> Terms {
         let mut terms = Terms::default();
         for Reflected { facet_cosine, weight, .. } in self.reflected(wo) {
             terms.total += weight;
@@ -109,21 +109,17 @@ fn length(vector: Vec3) -> f32 {
     libm::sqrtf(vector.dot(vector))
 }
 
-/// Points of the unit disk and their shares of it, denser towards the edge, where the lobe's long tail is.
+/// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the lobe's long tail is.
 fn pattern() -> &'static [(Vec2, f32)] {
     static POINTS: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
     POINTS.get_or_init(|| {
-        let mut points = Vec::with_capacity(RINGS * TURNS);
-        for ring in 0..RINGS {
+        let point = |index: usize| {
             // Area 1 − s² for uniform s.
-            let s = (ring as f32 + 0.5) / RINGS as f32;
-            let share = 2.0 * s / (RINGS * TURNS) as f32;
-            for turn in 0..TURNS {
-                // Every other ring is turned by half a step.
-                let around = (turn as f32 + 0.25 + 0.5 * (ring % 2) as f32) / TURNS as f32;
-                points.push((ggx::disk_point(Vec2::new(1.0 - s * s, around)), share));
-            }
-        }
-        points
+            let place = index as f32 + 0.5;
+            let s = place / NORMALS as f32;
+            let around = place * TURN;
+            (ggx::disk_point(Vec2::new(1.0 - s * s, around - around.floor())), 2.0 * s / NORMALS as f32)
+        };
+        (0..NORMALS).map(point).collect()
     })
 }

@@ -13,7 +13,7 @@ use super::ggx;
 const ROUGHNESS_STEPS: usize = 40;
 const VIEW_STEPS: usize = 64;
 /// Quadrature points along each axis of the disk of visible normals.
-const DISK_STEPS: usize = 24;
+const DISK_STEPS: usize = 40;
 
 /// Share of uniform light that the lobe reflects towards a view; exactly 1 where the surface is smooth.
 pub(super) fn total(cos_o: f32, roughness: f32) -> f32 {
@@ -29,45 +29,45 @@ pub(super) fn total(cos_o: f32, roughness: f32) -> f32 {
     table.at(roughness, libm::sqrtf(cos_o.clamp(0.0, 1.0))).clamp(0.0, 1.0)
 }
 
-/// The mean of G2 / G1 over visible normals.
+/// The mean of G2 / G1 over visible normals, by midpoints of `steps` turns and as many rings a turn.
+///
+/// The lobe is symmetric about the plane of the view: half the disk will do. Along a turn, area 1 − s² for s from 1 at the
+/// centre; below some s mirrored directions dive under the surface, and points lie denser above it, where the lobe falls.
 fn by_visible_normals(cos_o: f32, alpha: f32, steps: usize) -> f32 {
     let wo = Vec3::new(libm::sqrtf(1.0 - cos_o * cos_o), 0.0, cos_o);
     let mut sum = 0.0_f64;
-    for ring in 0..steps {
-        // Rings lie denser towards the edge, where the lobe's long tail is: area 1 − s² for uniform s.
-        let s = (ring as f32 + 0.5) / steps as f32;
-        for turn in 0..steps {
-            // The lobe is symmetric about the plane of the view: half the disk will do.
-            let around = (turn as f32 + 0.5) / steps as f32 * 0.5 - 0.25;
+    for turn in 0..steps {
+        let around = (turn as f32 + 0.5) / steps as f32 * 0.5 - 0.25;
+        let cos_i = |s: f32| {
             let half = ggx::visible_normal(wo, alpha, ggx::disk_point(Vec2::new(1.0 - s * s, around)));
-            let cos_i = 2.0 * wo.dot(half).clamp(0.0, 1.0) * half.z - cos_o;
+            2.0 * wo.dot(half).clamp(0.0, 1.0) * half.z - cos_o
+        };
+        let edge = lowest_above(cos_i);
+        let (mut lobe, mut areas) = (0.0_f64, 0.0_f64);
+        for ring in 0..steps {
+            let t = (ring as f32 + 0.5) / steps as f32;
+            let s = edge + (1.0 - edge) * t * t;
+            let (cos_i, area) = (cos_i(s), f64::from(s * t));
+            areas += area;
             if cos_i > 0.0 {
-                sum += f64::from(ggx::shadowing_of_visible(cos_o, cos_i, alpha) * 2.0 * s);
+                lobe += f64::from(ggx::shadowing_of_visible(cos_o, cos_i, alpha)) * area;
             }
         }
+        // Points above the edge stand for the area there.
+        sum += lobe / areas * f64::from(1.0 - edge * edge);
     }
-    (sum / (steps * steps) as f64) as f32
+    (sum / steps as f64) as f32
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore]
-    fn probe() {
-        for roughness in [0.05, 0.11, 0.23, 0.51, 0.77, 1.0] {
-            for cosine in [0.0, 0.01, 0.05, 0.2, 0.5, 0.9, 1.0] {
-                let f = by_visible_normals(cosine, roughness * roughness, 400);
-                let e = |n| by_visible_normals(cosine, roughness * roughness, n) - f;
-                println!(
-                    "{roughness} {cosine}: {f} 16 {} 24 {} 48 {} table {}",
-                    e(16),
-                    e(24),
-                    e(48),
-                    total(cosine, roughness) - f
-                );
-            }
-        }
+/// The least number from 0 to 1 from which on `function` is positive, if it changes sign once.
+fn lowest_above(function: impl Fn(f32) -> f32) -> f32 {
+    let (mut below, mut above) = (0.0, 1.0);
+    if function(below) > 0.0 {
+        return 0.0;
     }
+    for _ in 0..20 {
+        let middle = f32::midpoint(below, above);
+        if function(middle) > 0.0 { above = middle } else { below = middle }
+    }
+    above
 }

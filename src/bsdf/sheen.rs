@@ -43,11 +43,16 @@ impl Sheen {
 
 /// D V of the fibres.
 fn lobe(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
+    let shadowing = 1.0 + masking(wo.z, alpha) + masking(wi.z, alpha);
+    distribution(wo, wi, alpha) / (shadowing * (4.0 * wo.z * wi.z))
+}
+
+/// (2 + 1/α) sin^(1/α) θ_h / 2π
+fn distribution(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
     let half = (wo + wi).normalize_or(Vec3::Z);
     let sine_squared = half.x * half.x + half.y * half.y;
     let exponent = 1.0 / alpha;
-    let distribution = (2.0 + exponent) * libm::powf(sine_squared, 0.5 * exponent) / (2.0 * PI);
-    distribution / ((1.0 + masking(wo.z, alpha) + masking(wi.z, alpha)) * (4.0 * wo.z * wi.z))
+    (2.0 + exponent) * libm::powf(sine_squared, 0.5 * exponent) / (2.0 * PI)
 }
 
 /// Λ of the shadowing, which is not the distribution's own but a fit.
@@ -82,18 +87,21 @@ impl Fit {
 }
 
 /// Steps of roughness and of the cosine's square root.
-const ROUGHNESS_STEPS: usize = 28;
-const VIEW_STEPS: usize = 40;
+const ROUGHNESS_STEPS: usize = 32;
+const VIEW_STEPS: usize = 48;
+/// Quadrature points along each axis of half a hemisphere.
+const HEMISPHERE_STEPS: usize = 72;
 
 /// The lobe's directional albedo; at most 1, which the fit exceeds where both directions graze.
 fn albedo(cosine: f32, roughness: f32) -> f32 {
     static TABLE: OnceLock<CubicTable> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
         CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
-            by_quadrature(y * y, LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * x, 48)
+            // Dense where fibres are upright.
+            by_quadrature(y * y, LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * x * x, HEMISPHERE_STEPS)
         })
     });
-    let place = (roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS);
+    let place = libm::sqrtf((roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS));
     table.at(place, libm::sqrtf(cosine.clamp(0.0, 1.0))).clamp(0.0, 1.0)
 }
 
@@ -101,40 +109,22 @@ fn albedo(cosine: f32, roughness: f32) -> f32 {
 fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
     // Along the surface the limit is close to the value a little above it.
     let cos_o = if cos_o > 1e-4 { cos_o } else { 1e-4 };
+    let alpha = roughness * roughness;
     let wo = Vec3::new(libm::sqrtf(1.0 - cos_o * cos_o), 0.0, cos_o);
+    let masking_o = masking(cos_o, alpha);
     let mut sum = 0.0_f64;
     for ring in 0..steps {
-        // Denser where light grazes: cos θ = u².
+        // Denser where light grazes, where the lobe is, and about the normal, where it has a cusp.
         let u = (ring as f32 + 0.5) / steps as f32;
-        let (cosine, stretch) = (u * u, 2.0 * u);
+        let cosine = u * u * (3.0 - 2.0 * u);
         let sine = libm::sqrtf(1.0 - cosine * cosine);
+        let mut around = 0.0;
         for turn in 0..steps {
             let (sin_turn, cos_turn) = libm::sincosf((turn as f32 + 0.5) / steps as f32 * PI);
-            let wi = Vec3::new(sine * cos_turn, sine * sin_turn, cosine);
-            sum += f64::from(lobe(wo, wi, roughness * roughness) * cosine * stretch);
+            around += distribution(wo, Vec3::new(sine * cos_turn, sine * sin_turn, cosine), alpha);
         }
+        let shadowing = (1.0 + masking_o + masking(cosine, alpha)) * (4.0 * cos_o);
+        sum += f64::from(around * 6.0 * u * (1.0 - u) / shadowing);
     }
     (sum * 2.0 * std::f64::consts::PI / (steps * steps) as f64) as f32
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    #[ignore]
-    fn probe() {
-        for roughness in [0.05, 0.1, 0.2, 0.5, 1.0] {
-            for cosine in [0.0, 0.01, 0.05, 0.2, 0.5, 0.9, 1.0] {
-                let f = by_quadrature(cosine, roughness, 600);
-                println!(
-                    "{roughness} {cosine}: {f} 24 {} 48 {} 96 {} table {}",
-                    by_quadrature(cosine, roughness, 24) - f,
-                    by_quadrature(cosine, roughness, 48) - f,
-                    by_quadrature(cosine, roughness, 96) - f,
-                    albedo(cosine, roughness) - f
-                );
-            }
-        }
-    }
 }

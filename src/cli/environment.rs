@@ -8,7 +8,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning};
 use crate::image_file::read_environment;
-use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, Scene, Selection};
+use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, ImageLight, Scene, Selection};
 
 use super::options::EnvironmentSource;
 
@@ -58,12 +58,15 @@ pub(super) fn load(
     selection: &Selection,
     max_memory_bytes: u64,
 ) -> Result<LoadedEnvironment> {
-    let light = match &wishes.light {
-        Some(source) => source,
-        None if has_lights(scene, selection) => &EnvironmentSource::None,
-        None => &EnvironmentSource::Studio,
+    let image_light = selection.image_light.and_then(|index| scene.image_lights.get(index.index()));
+    let mut loaded = match (&wishes.light, image_light) {
+        (Some(source), _) => of_source(source, "--env", max_memory_bytes)?,
+        (None, Some(light)) => of_image_light(light),
+        (None, None) if has_lights(scene, selection) => {
+            of_source(&EnvironmentSource::None, "--env", max_memory_bytes)?
+        }
+        (None, None) => of_source(&EnvironmentSource::Studio, "--env", max_memory_bytes)?,
     };
-    let mut loaded = of_source(light, "--env", max_memory_bytes)?;
     let background = wishes.background.as_ref().filter(|_| wishes.shows_background());
     let background =
         background.map(|source| of_source(source, "--background", max_memory_bytes)).transpose()?;
@@ -90,6 +93,16 @@ pub(super) fn load(
     loaded.environment =
         Environment::Composed(Box::new(ComposedEnvironment { light, intensity, background }));
     Ok(loaded)
+}
+
+/// The surroundings that come with the file, whose hash covers them.
+fn of_image_light(light: &ImageLight) -> LoadedEnvironment {
+    LoadedEnvironment {
+        environment: Environment::Map(EnvironmentMap::of_image_light(light)),
+        key: "image light".to_owned(),
+        description: "the file's image-based light".to_owned(),
+        warnings: Vec::new(),
+    }
 }
 
 /// What one option asks for.

@@ -1,33 +1,69 @@
 //! Keyframes evaluated at a time: steps, straight lines, arcs and Hermite splines (glTF 2.0, appendix C).
 
+use std::ops::RangeInclusive;
+
 use glam::{Quat, Vec3};
 
-use crate::scene::{AnimationTarget, Interpolation, Keyframes, LocalTransform, Scene, Selection};
+use crate::scene::{
+    AnimationTarget, Interpolation, Keyframes, Light, LocalTransform, Material, Projection, Scene, Selection,
+    set_camera, set_light, set_material,
+};
 
-/// Local transforms and morph weights of every node at one time.
+/// Everything that clips move, at one time.
 #[derive(Clone, Debug, Default)]
-pub(super) struct NodePose {
+pub(super) struct ScenePose {
     /// One a node.
     pub(super) local: Vec<LocalTransform>,
-    /// Weights that an animation sets; `None` leaves the node's or mesh's own.
+    /// Whether each node is hidden by itself.
+    pub(super) hidden: Vec<bool>,
+    /// Weights that an animation sets on nodes; `None` leaves the node's or mesh's own.
     pub(super) weights: Vec<Option<Vec<f32>>>,
+    /// Weights that an animation sets on meshes; `None` leaves the mesh's own.
+    pub(super) mesh_weights: Vec<Option<Vec<f32>>>,
+    /// By [`crate::scene::LightIndex`].
+    pub(super) lights: Vec<Light>,
+    /// By [`crate::scene::CameraIndex`].
+    pub(super) projections: Vec<Projection>,
 }
 
-impl NodePose {
-    /// Sets every node to its rest pose, then plays the selected clips.
-    pub(super) fn play(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+impl ScenePose {
+    /// Sets everything to rest, then plays the selected clips; `materials` are those of the frame.
+    pub(super) fn play(
+        &mut self,
+        scene: &Scene,
+        selection: &Selection,
+        time_seconds: f64,
+        materials: &mut Vec<Material>,
+    ) {
         self.local.clear();
         self.local.extend(scene.nodes.iter().map(|node| node.local));
+        self.hidden.clear();
+        self.hidden.extend(scene.nodes.iter().map(|node| node.is_hidden));
         self.weights.clear();
         self.weights.resize(scene.nodes.len(), None);
+        self.mesh_weights.clear();
+        self.mesh_weights.resize(scene.meshes.len(), None);
+        self.lights.clone_from(&scene.lights);
+        self.projections.clear();
+        self.projections.extend(scene.cameras.iter().map(|camera| camera.projection));
+        materials.clone_from(&scene.materials);
         for &clip in &selection.clips {
             for channel in &scene.animations[clip.index()].channels {
-                self.apply(channel.target, &channel.keyframes, time_seconds);
+                self.apply(channel.target, &channel.keyframes, time_seconds, materials);
             }
         }
     }
 
-    fn apply(&mut self, target: AnimationTarget, keyframes: &Keyframes, time_seconds: f64) {
+    fn apply(
+        &mut self,
+        target: AnimationTarget,
+        keyframes: &Keyframes,
+        time_seconds: f64,
+        materials: &mut [Material],
+    ) {
+        let values = || -> Vec<f32> {
+            (0..keyframes.width).map(|i| component_at(keyframes, time_seconds, i)).collect()
+        };
         match target {
             AnimationTarget::Translation(node) => {
                 if let LocalTransform::Trs { translation, .. } = &mut self.local[node.index()] {
@@ -44,12 +80,33 @@ impl NodePose {
                     *scale = vec3_at(keyframes, time_seconds);
                 }
             }
-            AnimationTarget::Weights(node) => {
-                let weights = (0..keyframes.width).map(|i| component_at(keyframes, time_seconds, i));
-                self.weights[node.index()] = Some(weights.collect());
+            AnimationTarget::Weights(node) => self.weights[node.index()] = Some(values()),
+            AnimationTarget::MeshWeights(mesh) => self.mesh_weights[mesh.index()] = Some(values()),
+            AnimationTarget::Visibility(node) => {
+                self.hidden[node.index()] = component_at(keyframes, time_seconds, 0) == 0.0;
+            }
+            AnimationTarget::Material(material, property) => {
+                let values = within(values(), &property.range());
+                set_material(&mut materials[material.index()], property, &values);
+            }
+            AnimationTarget::Light(light, property) => {
+                let values = within(values(), &property.range());
+                set_light(&mut self.lights[light.index()], property, &values);
+            }
+            AnimationTarget::Camera(camera, property) => {
+                let values = within(values(), &property.range());
+                set_camera(&mut self.projections[camera.index()], property, values[0]);
             }
         }
     }
+}
+
+/// Keys lie in the range of their property, but splines between them may leave it.
+fn within(mut values: Vec<f32>, range: &RangeInclusive<f32>) -> Vec<f32> {
+    for value in &mut values {
+        *value = value.clamp(*range.start(), *range.end());
+    }
+    values
 }
 
 /// Where a time falls among keys: the key before it, the seconds to the next one, and the share of them that has passed.

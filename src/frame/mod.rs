@@ -20,7 +20,7 @@ use crate::scene::{
     AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
 };
 
-use animation::NodePose;
+use animation::ScenePose;
 use deform::{MorphedAttributes, Placement};
 
 pub use auto_camera::{auto_camera, resolve_auto_camera};
@@ -54,11 +54,13 @@ pub struct Frame {
     scratch: Scratch,
 }
 
-/// One mesh primitive under one node.
+/// One mesh primitive under one node, or under one of its instances.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shape {
     /// Where it is drawn.
     pub node: NodeIndex,
+    /// Subscript of the node's instances; 0 where it has none.
+    pub instance: u32,
     /// Which mesh.
     pub mesh: MeshIndex,
     /// Subscript of the mesh's primitives.
@@ -77,7 +79,7 @@ pub struct Shape {
 /// Memory that is only used while posing.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
-    pose: NodePose,
+    pose: ScenePose,
     world: Vec<Mat4>,
     joint_matrices: Vec<Mat4>,
 }
@@ -118,15 +120,16 @@ impl Frame {
     /// [`resolve_auto_camera`] when there are several frames.
     pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.pose_surfaces(scene, selection, time_seconds);
-        self.camera = placed::camera(scene, selection, &self.scratch.world);
+        let Scratch { pose, world, .. } = &self.scratch;
+        self.camera = placed::camera(scene, selection, &pose.projections, world);
     }
 
     /// The camera alone at `time_seconds`.
     pub fn camera_at(scene: &Scene, selection: &Selection, time_seconds: f64) -> PosedCamera {
         let Scratch { mut pose, mut world, .. } = Scratch::default();
-        pose.play(scene, selection, time_seconds);
+        pose.play(scene, selection, time_seconds, &mut Vec::new());
         transform::world_matrices(scene, &pose.local, &mut world);
-        placed::camera(scene, selection, &world)
+        placed::camera(scene, selection, &pose.projections, &world)
     }
 
     /// Where the origin of a node is, metres; `None` for a node that the posed scene does not have.
@@ -138,12 +141,13 @@ impl Frame {
     fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.time_seconds = time_seconds;
         let Scratch { pose, world, .. } = &mut self.scratch;
-        pose.play(scene, selection, time_seconds);
+        pose.play(scene, selection, time_seconds, &mut self.materials);
+        transform::inherit_hidden(scene, &mut pose.hidden);
         transform::world_matrices(scene, &pose.local, world);
-        self.materials.clone_from(&scene.materials);
         let drawn = transform::drawn_nodes(scene, selection);
         self.lights.clear();
-        self.lights.extend(drawn.iter().filter_map(|&node| placed::light(scene, node, world)));
+        let shining = drawn.iter().filter(|node| !pose.hidden[node.index()]);
+        self.lights.extend(shining.filter_map(|&node| placed::light(scene, &pose.lights, node, world)));
         self.list_shapes(scene, &drawn, selection.variant);
         self.pose_shapes(scene);
     }
@@ -156,9 +160,14 @@ impl Frame {
             let Some(mesh) = scene.nodes[node.index()].mesh else {
                 continue;
             };
-            for (index, primitive) in scene.meshes[mesh.index()].primitives.iter().enumerate() {
+            let instances = scene.nodes[node.index()].instances.as_ref().map_or(1, Vec::len);
+            let primitives = &scene.meshes[mesh.index()].primitives;
+            let drawn =
+                (0..instances).flat_map(|instance| primitives.iter().enumerate().map(move |p| (instance, p)));
+            for (instance, (index, primitive)) in drawn {
                 self.shapes.push(Shape {
                     node,
+                    instance: instance as u32,
                     mesh,
                     primitive: index,
                     material: primitive.material_in(variant),
@@ -183,12 +192,17 @@ impl Frame {
         for (index, shape) in self.shapes.iter_mut().enumerate() {
             let primitive = shape.primitive(scene);
             let node = &scene.nodes[shape.node.index()];
-            let world_from_node = &world[shape.node.index()];
+            let instance = node.instances.as_ref().map(|instances| instances[shape.instance as usize]);
+            let world_from_node = &match instance {
+                Some(node_from_instance) => world[shape.node.index()] * node_from_instance,
+                None => world[shape.node.index()],
+            };
 
-            // Weights: animated over the node's over the mesh's.
+            // Weights: the node's over the mesh's, animated over those at rest.
             let weights = pose.weights[shape.node.index()]
                 .as_ref()
                 .or(node.weights.as_ref())
+                .or(pose.mesh_weights[shape.mesh.index()].as_ref())
                 .unwrap_or(&scene.meshes[shape.mesh.index()].weights);
             shape.morphed = deform::morph_attributes(primitive, weights);
 
@@ -213,7 +227,11 @@ impl Frame {
                 primitive,
                 vertices,
                 shape.mirrored,
-                flags_of(material),
+                if pose.hidden[shape.node.index()] {
+                    flags_of(material).with(PrimitiveFlags::HIDDEN)
+                } else {
+                    flags_of(material)
+                },
                 (&mut self.triangles[range.clone()], &mut self.flags[range]),
             );
         }

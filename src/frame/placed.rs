@@ -41,16 +41,21 @@ impl Default for PosedCamera {
     }
 }
 
-/// The light of `node`, if it has one.
-pub(super) fn light(scene: &Scene, node: NodeIndex, world: &[Mat4]) -> Option<PosedLight> {
-    let light = scene.lights[scene.nodes[node.index()].light?.index()].clone();
+/// The light of `node`, if it has one; `lights` and `projections` are those of the time.
+pub(super) fn light(scene: &Scene, lights: &[Light], node: NodeIndex, world: &[Mat4]) -> Option<PosedLight> {
+    let light = lights[scene.nodes[node.index()].light?.index()].clone();
     let matrix = &world[node.index()];
     let direction = unit(-matrix.z_axis.truncate()).unwrap_or(Vec3::NEG_Z);
     Some(PosedLight { position: matrix.w_axis.truncate(), direction, light })
 }
 
 /// The selected camera.
-pub(super) fn camera(scene: &Scene, selection: &Selection, world: &[Mat4]) -> PosedCamera {
+pub(super) fn camera(
+    scene: &Scene,
+    selection: &Selection,
+    projections: &[Projection],
+    world: &[Mat4],
+) -> PosedCamera {
     match selection.camera {
         CameraChoice::Auto => auto_camera(scene, selection, 1.0),
         CameraChoice::Fixed { world_from_camera, projection } => {
@@ -59,7 +64,7 @@ pub(super) fn camera(scene: &Scene, selection: &Selection, world: &[Mat4]) -> Po
         CameraChoice::Node(node) => match scene.nodes[node.index()].camera {
             Some(camera) => PosedCamera {
                 world_from_camera: without_scale(&world[node.index()]),
-                projection: scene.cameras[camera.index()].projection,
+                projection: projections[camera.index()],
             },
             None => auto_camera(scene, selection, 1.0),
         },

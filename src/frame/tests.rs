@@ -37,7 +37,7 @@ fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
         ..Default::default()
     };
     let camera = CameraChoice::Auto;
-    (scene, Selection { roots: order, clips: Vec::new(), camera, variant: None })
+    (scene, Selection { roots: order, clips: Vec::new(), camera, image_light: None, variant: None })
 }
 
 #[test]

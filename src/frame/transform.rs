@@ -23,6 +23,15 @@ pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mu
     }
 }
 
+/// Whether each node is hidden by itself or by one above it; `hidden` says so of each alone and becomes the answer.
+pub(super) fn inherit_hidden(scene: &Scene, hidden: &mut [bool]) {
+    for &node in &scene.node_order {
+        if let Some(parent) = scene.nodes[node.index()].parent {
+            hidden[node.index()] |= hidden[parent.index()];
+        }
+    }
+}
+
 /// All nodes under the selected roots, depth first in the file's order.
 pub(super) fn drawn_nodes(scene: &Scene, selection: &Selection) -> Vec<NodeIndex> {
     let mut drawn = Vec::new();

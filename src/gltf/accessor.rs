@@ -3,6 +3,8 @@
 //!
 //! Source: glTF 2.0 specification, section 3.6 (binary data storage).
 
+use std::collections::BTreeMap;
+
 use gltf::json::Accessor;
 use gltf::json::accessor::Type;
 
@@ -20,7 +22,14 @@ pub(super) struct Data<'a> {
     pub(super) document: &'a Document,
     /// One a buffer.
     pub(super) buffers: &'a [Option<Vec<u8>>],
+    /// One a buffer view: what compressed ones hold, `None` for those that lie in a buffer.
+    pub(super) views: &'a [Option<Vec<u8>>],
+    /// Accessors whose data comes from elsewhere than their buffer views.
+    pub(super) replaced: &'a Replaced,
 }
+
+/// Tightly packed elements, by accessor.
+pub(super) type Replaced = BTreeMap<usize, Vec<u8>>;
 
 /// Elements at a fixed distance inside a buffer.
 #[derive(Clone, Copy, Debug)]
@@ -48,6 +57,9 @@ impl<'a> Data<'a> {
     pub(super) fn view_bytes(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a [u8]> {
         let views = &self.document.root.buffer_views;
         context.subscript(index, views.len(), pointer, "buffer view")?;
+        if let Some(Some(unpacked)) = self.views.get(index) {
+            return Ok(unpacked);
+        }
         let view = views.get(index);
         let buffer_index = view.map_or(0, |view| view.buffer.value());
         let Some(Some(buffer)) = self.buffers.get(buffer_index) else {
@@ -142,10 +154,12 @@ impl<'a> Data<'a> {
             element
         };
 
-        // Read the base: from the buffer, or zeros.
-        let span = match base_run(accessor) {
-            Some(run) => Some(self.span(context, &run, &layout, &pointer)?),
-            None => None,
+        // Read the base: from elsewhere, from the buffer, or zeros.
+        let replaced = self.replaced.get(&index);
+        let span = match (replaced, base_run(accessor)) {
+            (Some(bytes), _) => Some(Span { bytes, stride: layout.packed_bytes }),
+            (None, Some(run)) => Some(self.span(context, &run, &layout, &pointer)?),
+            (None, None) => None,
         };
         let mut elements: Vec<[T; N]> = context.allocate(accessor.count.0, &pointer)?;
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
@@ -155,7 +169,7 @@ impl<'a> Data<'a> {
         }
 
         // Replace the sparse ones.
-        if let Some(values) = sparse_value_run(accessor) {
+        if let Some(values) = sparse_value_run(accessor).filter(|_| replaced.is_none()) {
             let values = self.span(context, &values, &layout, &format!("{pointer}/sparse/values"))?;
             let targets = self.sparse_targets(context, accessor, &pointer)?;
             for (i, target) in targets.into_iter().enumerate() {

@@ -69,12 +69,33 @@ impl Attributes {
         names.filter(|name| set_number(name, prefix).is_some()).cloned().collect()
     }
 
-    /// Errors unless every attribute has `count` elements.
+    /// All attributes.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &Reference> {
+        self.references.iter()
+    }
+
+    /// The first attribute by name.
+    pub(super) fn first(&self) -> Option<&Reference> {
+        self.references.first()
+    }
+
+    /// Errors unless every attribute has the `count` elements of POSITION.
     pub(super) fn check_counts(&self, context: &Context, data: &Data, count: u64) -> Result<()> {
+        self.check_counts_against(context, data, count, "POSITION")
+    }
+
+    /// Errors unless every attribute has the `count` elements of the attribute `base`.
+    pub(super) fn check_counts_against(
+        &self,
+        context: &Context,
+        data: &Data,
+        count: u64,
+        base: &str,
+    ) -> Result<()> {
         for reference in &self.references {
             let actual = data.accessor(context, reference.accessor, &reference.pointer)?.count.0;
             if actual != count {
-                let message = format!("has {actual} elements, but POSITION has {count}");
+                let message = format!("has {actual} elements, but {base} has {count}");
                 return Err(context.invalid(&reference.pointer, message));
             }
         }
@@ -146,13 +167,7 @@ impl Data<'_> {
 
     fn check_format(&self, context: &Context, reference: &Reference, allowed: &Allowed) -> Result<()> {
         let accessor = self.accessor(context, reference.accessor, &reference.pointer)?;
-        let quantization = self
-            .document
-            .root
-            .extensions_used
-            .iter()
-            .chain(&self.document.root.extensions_required)
-            .any(|name| name == QUANTIZATION);
+        let quantization = self.document.uses(QUANTIZATION);
         formats::check(context, accessor, allowed, quantization, &reference.pointer)
     }
 }

@@ -14,11 +14,20 @@ pub(super) struct Context<'a> {
     used_bytes: u64,
     warnings: Vec<Warning>,
     warned: BTreeSet<String>,
+    /// Whether clips may move properties of materials, so that what has no effect at first must be kept.
+    pub(super) animates_properties: bool,
 }
 
 impl<'a> Context<'a> {
     pub(super) fn new(path: &'a Path, limit_bytes: u64) -> Self {
-        Self { path, limit_bytes, used_bytes: 0, warnings: Vec::new(), warned: BTreeSet::new() }
+        Self {
+            path,
+            limit_bytes,
+            used_bytes: 0,
+            warnings: Vec::new(),
+            warned: BTreeSet::new(),
+            animates_properties: false,
+        }
     }
 
     /// A wrong value at `pointer`.

@@ -41,6 +41,12 @@ impl Document {
         Ok(Self { root, value })
     }
 
+    /// Whether the file says that it uses or requires the extension `name`.
+    pub(super) fn uses(&self, name: &str) -> bool {
+        let Root { extensions_used, extensions_required, .. } = &self.root;
+        extensions_used.iter().chain(extensions_required).any(|used| used == name)
+    }
+
     /// The raw object behind element `index` of the top-level array `array`.
     pub(super) fn element(&self, array: &str, index: usize) -> Option<Raw<'_>> {
         Raw::at(&self.value, format!("/{array}/{index}"))

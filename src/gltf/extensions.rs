@@ -9,6 +9,12 @@ use super::document::Document;
 use super::raw::escape;
 use crate::error::Result;
 
+pub(super) const ANIMATION_POINTER: &str = "KHR_animation_pointer";
+pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
+pub(super) const EXT_MESHOPT: &str = "EXT_meshopt_compression";
+pub(super) const IMAGE_LIGHTS: &str = "EXT_lights_image_based";
+pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+pub(super) const KHR_MESHOPT: &str = "KHR_meshopt_compression";
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 pub(super) const ANISOTROPY: &str = "KHR_materials_anisotropy";
 pub(super) const CLEAR_COAT: &str = "KHR_materials_clearcoat";
@@ -25,7 +31,10 @@ pub(super) const UNLIT: &str = "KHR_materials_unlit";
 pub(super) const VARIANTS: &str = "KHR_materials_variants";
 pub(super) const VOLUME: &str = "KHR_materials_volume";
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
+pub(super) const TEXTURE_BASISU: &str = "KHR_texture_basisu";
 pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
+pub(super) const TEXTURE_WEBP: &str = "EXT_texture_webp";
+pub(super) const VISIBILITY: &str = "KHR_node_visibility";
 
 /// Extensions of single materials.
 const OF_MATERIALS: [&str; 13] = [
@@ -45,23 +54,28 @@ const OF_MATERIALS: [&str; 13] = [
 ];
 
 /// All others that are honoured.
-const OTHERS: [&str; 4] = [LIGHTS, VARIANTS, QUANTIZATION, TEXTURE_TRANSFORM];
+const OTHERS: [&str; 13] = [
+    ANIMATION_POINTER,
+    DRACO,
+    EXT_MESHOPT,
+    IMAGE_LIGHTS,
+    INSTANCING,
+    KHR_MESHOPT,
+    LIGHTS,
+    VARIANTS,
+    QUANTIZATION,
+    TEXTURE_BASISU,
+    TEXTURE_TRANSFORM,
+    TEXTURE_WEBP,
+    VISIBILITY,
+];
 
 fn is_honoured(name: &str) -> bool {
     OF_MATERIALS.contains(&name) || OTHERS.contains(&name)
 }
 
 /// Extensions that replace data; without them only a fallback, where the file has one, can be read.
-const REPLACES_DATA: [&str; 8] = [
-    "EXT_meshopt_compression",
-    "EXT_texture_avif",
-    "EXT_texture_webp",
-    "KHR_draco_mesh_compression",
-    "KHR_meshopt_compression",
-    "KHR_texture_basisu",
-    "MSFT_texture_dds",
-    "EXT_mesh_gpu_instancing",
-];
+const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
 /// What becomes of a file that uses an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,6 +187,12 @@ fn belongs(name: &str, owner: &str) -> bool {
     let depth = owner.matches('/').count();
     let in_array = |array: &str| owner.split('/').nth(1) == Some(array);
     match name {
+        ANIMATION_POINTER => owner.ends_with("/target") && in_array("animations"),
+        DRACO => depth == 4 && in_array("meshes"),
+        EXT_MESHOPT | KHR_MESHOPT => depth == 2 && (in_array("bufferViews") || in_array("buffers")),
+        IMAGE_LIGHTS => depth == 0 || (depth == 2 && in_array("scenes")),
+        INSTANCING | VISIBILITY => depth == 2 && in_array("nodes"),
+        TEXTURE_BASISU | TEXTURE_WEBP => depth == 2 && in_array("textures"),
         LIGHTS => depth == 0 || (depth == 2 && in_array("nodes")),
         VARIANTS => depth == 0 || (depth == 4 && in_array("meshes")),
         name if OF_MATERIALS.contains(&name) => depth == 2 && in_array("materials"),

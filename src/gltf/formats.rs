@@ -50,6 +50,19 @@ pub(super) struct Allowed {
 const FLOAT: &[Encoding] = &[(F32, false)];
 const FLOAT_OR_UNSIGNED: &[Encoding] = &[(F32, false), (U8, true), (U16, true)];
 const FLOAT_OR_NORMALIZED: &[Encoding] = &[(F32, false), (U8, true), (U16, true), (I8, true), (I16, true)];
+const FLOAT_OR_SIGNED: &[Encoding] = &[(F32, false), (I8, true), (I16, true)];
+const ANY_NUMBER: &[Encoding] = &[
+    (F32, false),
+    (I8, true),
+    (I16, true),
+    (I8, false),
+    (I16, false),
+    (U8, true),
+    (U16, true),
+    (U8, false),
+    (U16, false),
+    (U32, false),
+];
 const SIGNED_NORMALIZED: &[Encoding] = &[(I8, true), (I16, true)];
 const SIGNED: &[Encoding] = &[(I8, true), (I16, true), (I8, false), (I16, false)];
 const ALL_SMALL: &[Encoding] =
@@ -86,6 +99,19 @@ pub(super) const TIMES: Allowed = allowed("keyframe times", &[Type::Scalar], FLO
 pub(super) const VECTOR_KEYS: Allowed = allowed("translation or scale keys", &[Type::Vec3], FLOAT, &[]);
 pub(super) const ROTATION_KEYS: Allowed = allowed("rotation keys", &[Type::Vec4], FLOAT_OR_NORMALIZED, &[]);
 pub(super) const WEIGHT_KEYS: Allowed = allowed("weight keys", &[Type::Scalar], FLOAT_OR_NORMALIZED, &[]);
+
+pub(super) const INSTANCE_VECTORS: Allowed =
+    allowed("TRANSLATION or SCALE of instances", &[Type::Vec3], FLOAT, &[]);
+pub(super) const INSTANCE_ROTATIONS: Allowed =
+    allowed("ROTATION of instances", &[Type::Vec4], FLOAT_OR_SIGNED, &[]);
+/// Values of animated properties by their number of components.
+pub(super) const PROPERTY_KEYS: [Allowed; 4] = [
+    allowed("keys of a number", &[Type::Scalar], ANY_NUMBER, &[]),
+    allowed("keys of two numbers", &[Type::Vec2], ANY_NUMBER, &[]),
+    allowed("keys of three numbers", &[Type::Vec3], ANY_NUMBER, &[]),
+    allowed("keys of four numbers", &[Type::Vec4], ANY_NUMBER, &[]),
+];
+pub(super) const SWITCH_KEYS: Allowed = allowed("keys of a switch", &[Type::Scalar], &[(U8, false)], &[]);
 
 /// Errors unless `accessor`, named by `pointer`, may be used as `allowed` says.
 pub(super) fn check(

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 
 use super::context::Context;
 use super::document::Document;
+use super::image_light;
 use crate::error::Result;
 use crate::scene::{Mesh, Node, NodeIndex, SceneRoots};
 
@@ -62,6 +63,7 @@ pub(super) fn import_scenes(
     context: &Context,
     document: &Document,
     nodes: &[Node],
+    image_light_count: usize,
 ) -> Result<(Vec<SceneRoots>, usize)> {
     let json = &document.root.scenes;
     let mut scenes = Vec::new();
@@ -80,7 +82,11 @@ pub(super) fn import_scenes(
             }
             roots.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
         }
-        scenes.push(SceneRoots { name: scene.name.clone(), roots });
+        let image_light = match document.element("scenes", i) {
+            Some(raw) => image_light::of_scene(context, &raw, image_light_count)?,
+            None => None,
+        };
+        scenes.push(SceneRoots { name: scene.name.clone(), roots, image_light });
     }
     let default_scene = match document.root.scene {
         Some(scene) => context.subscript(scene.value(), json.len(), "/scene", "scene")?,
@@ -89,7 +95,8 @@ pub(super) fn import_scenes(
     if scenes.is_empty() {
         // A library of nodes: show all of them.
         let parentless = (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none());
-        scenes.push(SceneRoots { name: None, roots: parentless.map(|(i, _)| NodeIndex(i)).collect() });
+        let roots = parentless.map(|(i, _)| NodeIndex(i)).collect();
+        scenes.push(SceneRoots { name: None, roots, image_light: None });
     }
     Ok((scenes, default_scene))
 }
@@ -110,7 +117,10 @@ pub(super) fn check_size(
     // Sum over subtrees, children before their parents.
     let mut below: Vec<u64> = nodes
         .iter()
-        .map(|node| node.mesh.and_then(|mesh| per_mesh.get(mesh.index())).copied().unwrap_or(0))
+        .map(|node| {
+            let drawn = node.mesh.and_then(|mesh| per_mesh.get(mesh.index())).copied().unwrap_or(0);
+            drawn.saturating_mul(node.instances.as_ref().map_or(1, |instances| instances.len() as u64))
+        })
         .collect();
     for node in node_order.iter().rev() {
         let own = below.get(node.index()).copied().unwrap_or(0);

@@ -54,6 +54,20 @@ pub(super) fn import(
     decoded.into_iter().collect()
 }
 
+/// Fetches and decodes the image `index` by itself.
+pub(super) fn load(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+    index: usize,
+) -> Result<(ImageHeader, DecodedTexels)> {
+    let image = fetch(context, data, resources, index)?;
+    let texels = decode_texels(&image.bytes).map_err(|why| {
+        context.invalid(image.pointer, format!("the image{} {why}", in_quotes(image.name.as_deref())))
+    })?;
+    Ok((image.header, texels))
+}
+
 fn fetch<'a>(
     context: &mut Context,
     data: &Data<'a>,
@@ -77,14 +91,14 @@ fn fetch<'a>(
     let name = image.name.clone().or_else(|| file_name.cloned());
     let quoted = in_quotes(name.as_deref());
     match image_kind(&bytes) {
-        ImageKind::Png | ImageKind::Jpeg => {}
+        ImageKind::Png | ImageKind::Jpeg | ImageKind::WebP | ImageKind::Ktx2 => {}
         ImageKind::Other(kind) => {
             let message =
                 format!("the image{quoted} is {kind}, which is not supported; convert it to PNG or JPEG");
             return Err(context.unsupported(pointer, message));
         }
         ImageKind::Unknown => {
-            let message = format!("the image{quoted} is neither PNG nor JPEG");
+            let message = format!("the image{quoted} is neither PNG, JPEG, WebP nor KTX2");
             return Err(context.invalid(pointer, message));
         }
     }

@@ -24,18 +24,23 @@ mod component;
 mod container;
 mod context;
 mod document;
+mod draco;
 mod extensions;
 mod formats;
 mod hierarchy;
 mod image;
+mod image_light;
 mod influences;
+mod instancing;
 mod light;
 mod material;
 mod mesh;
+mod meshopt;
 mod mip_maps;
 mod morph;
 mod node;
 mod normals;
+mod pointer;
 mod primitive;
 mod raw;
 mod resources;
@@ -56,7 +61,7 @@ use crate::scene::Scene;
 
 pub use extensions::{Support, extension_support};
 
-use accessor::Data;
+use accessor::{Data, Replaced};
 use context::Context;
 use document::Document;
 
@@ -96,10 +101,12 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let mut resources = resources::Resources::new(&context, &file.bytes);
     let document = Document::parse(&mut context, file.json())?;
     extensions::check(&mut context, &document)?;
+    context.animates_properties = document.uses(extensions::ANIMATION_POINTER);
     bounds::check_all(&context, &document)?;
     texture::check_links(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
-    let data = Data { document: &document, buffers: &buffers };
+    let views = meshopt::unpack_views(&mut context, &document, &buffers)?;
+    let data = Data { document: &document, buffers: &buffers, views: &views, replaced: &Replaced::default() };
 
     // Build what stands alone, then what refers to it.
     let mut textures = texture::TextureTable::new(&document);
@@ -109,10 +116,13 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;
+    let image_lights = image_light::import(&mut context, &data, &mut resources)?;
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
-    let hierarchy = node::import(&mut context, &document, &meshes, &skins, lights.len())?;
-    let animations = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
+    let hierarchy = node::import(&mut context, &data, &meshes, &skins, (lights.len(), image_lights.len()))?;
+    let (animations, ignored_channels) = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
+
+    let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
 
     Ok(Scene {
         path: path.to_owned(),
@@ -129,8 +139,11 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
         images,
         mips,
         lights,
+        image_lights,
         cameras,
         animations,
+        ignored_channels,
+        unused_textures,
         extensions_used: document.root.extensions_used.clone(),
         extensions_required: document.root.extensions_required.clone(),
         warnings: context.into_warnings(),

@@ -5,12 +5,14 @@
 use glam::{Mat4, Quat, Vec3};
 use gltf::json;
 
+use super::accessor::Data;
 use super::context::Context;
 use super::document::Document;
+use super::extensions::VISIBILITY;
 use super::hierarchy::{check_size, import_scenes, link, order};
-use super::raw::{ANY, check_range};
+use super::raw::{ANY, Raw, check_range};
 use super::skin::is_affine;
-use super::{light, mesh};
+use super::{instancing, light, mesh};
 use crate::error::Result;
 use crate::scene::{
     CameraIndex, LocalTransform, Mesh, MeshIndex, Node, NodeIndex, SceneRoots, Skin, SkinIndex,
@@ -28,17 +30,20 @@ pub(super) struct Hierarchy {
 /// Imports all nodes and scenes.
 pub(super) fn import(
     context: &mut Context,
-    document: &Document,
+    data: &Data,
     meshes: &[Mesh],
     skins: &[Skin],
-    light_count: usize,
+    (light_count, image_light_count): (usize, usize),
 ) -> Result<Hierarchy> {
+    let document = data.document;
     let highest_joints: Vec<Option<u32>> = meshes.iter().map(highest_joint).collect();
     let mut nodes = Vec::new();
     for (i, json) in document.root.nodes.iter().enumerate() {
         let mut node = import_node(context, document, i, json)?;
         if let Some(raw) = document.element("nodes", i) {
             node.light = light::of_node(context, &raw, light_count)?;
+            node.is_hidden = is_hidden(context, &raw)?;
+            node.instances = instancing::of_node(context, data, &raw, &node)?;
         }
         check_mesh(context, &mut node, json, meshes, &format!("/nodes/{i}"))?;
         let highest = node.mesh.and_then(|mesh| *highest_joints.get(mesh.index()).unwrap_or(&None));
@@ -47,7 +52,7 @@ pub(super) fn import(
     }
     link(context, &mut nodes)?;
     let node_order = order(context, &nodes)?;
-    let (scenes, default_scene) = import_scenes(context, document, &nodes)?;
+    let (scenes, default_scene) = import_scenes(context, document, &nodes, image_light_count)?;
     check_size(context, &nodes, &node_order, &scenes, meshes)?;
     Ok(Hierarchy { nodes, node_order, scenes, default_scene })
 }
@@ -78,7 +83,23 @@ fn import_node(context: &mut Context, document: &Document, index: usize, json: &
         weights: json.weights.clone(),
         camera: camera.map(CameraIndex),
         light: None,
+        instances: None,
+        is_hidden: false,
     })
+}
+
+fn is_hidden(context: &Context, raw: &Raw) -> Result<bool> {
+    let Some(extension) = raw.extension(VISIBILITY) else {
+        return Ok(false);
+    };
+    extension.expect_object(context)?;
+    match extension.field("visible") {
+        None => Ok(false),
+        Some(field) => match field.value.as_bool() {
+            Some(visible) => Ok(!visible),
+            None => Err(context.invalid(field.pointer, "must be true or false")),
+        },
+    }
 }
 
 fn local_transform(context: &mut Context, json: &json::Node, pointer: &str) -> Result<LocalTransform> {

@@ -10,9 +10,10 @@ use gltf::json::validation::Checked;
 use super::accessor::Data;
 use super::attributes::{Attributes, Reference};
 use super::context::Context;
+use super::extensions::DRACO;
 use super::raw::Raw;
 use super::tangents::{gather_vertices, generate};
-use super::{formats, influences, morph, normals, topology, variants};
+use super::{draco, formats, influences, morph, normals, topology, variants};
 use crate::error::Result;
 use crate::scene::{Material, MaterialIndex, Primitive};
 
@@ -41,7 +42,12 @@ pub(super) fn import_primitive(
         context.warn(format!("{pointer}/mode"), format!("primitives that are {kind} are not drawn"));
         return Ok(None);
     }
-    check_stored_uncompressed(context, data, position, raw)?;
+    let packed = match raw.extension(DRACO) {
+        Some(extension) => Some(draco::unpack(context, data, &attributes, primitive, &extension)?),
+        None => None,
+    };
+    let (replaced, stored_triangles) = packed.map(|packed| (packed.replaced, packed.triangles)).unzip();
+    let data = &Data { replaced: replaced.as_ref().unwrap_or(data.replaced), ..*data };
     let vertex_count = data.accessor(context, position.accessor, &position.pointer)?.count.0;
     if u32::try_from(vertex_count).is_err() {
         let message = format!("has {vertex_count} vertices, more than 32-bit indices can reach");
@@ -53,7 +59,10 @@ pub(super) fn import_primitive(
     // Read positions and triangles, then the rest.
     let positions: Vec<[f32; 3]> = data.floats_as(context, position, &formats::POSITION)?;
     let positions: Vec<Vec3> = positions.into_iter().map(Vec3::from_array).collect();
-    let triangles = read_triangles(context, data, primitive, mode, positions.len(), &pointer)?;
+    let triangles = match stored_triangles {
+        Some(triangles) => triangles,
+        None => read_triangles(context, data, primitive, mode, positions.len(), &pointer)?,
+    };
     let (normals, tangents) = read_frames(context, data, &attributes, &positions, &triangles)?;
     let mut imported = Primitive {
         uvs: read_uvs(context, data, &attributes)?,
@@ -98,23 +107,6 @@ fn material_index(
         None => default,
     };
     Ok(MaterialIndex(u32::try_from(index).unwrap_or(u32::MAX)))
-}
-
-/// A primitive whose geometry exists only in compressed form cannot be read, even where the file calls the
-/// compression optional.
-fn check_stored_uncompressed(context: &Context, data: &Data, position: &Reference, raw: &Raw) -> Result<()> {
-    const DRACO: &str = "KHR_draco_mesh_compression";
-    let accessor = data.accessor(context, position.accessor, &position.pointer)?;
-    let stored = accessor.buffer_view.is_some() || accessor.sparse.is_some();
-    match raw.extension(DRACO) {
-        Some(draco) if !stored => Err(context.unsupported(
-            draco.pointer,
-            format!(
-                "{DRACO} is not supported and there is no uncompressed copy; export it without compression"
-            ),
-        )),
-        _ => Ok(()),
-    }
 }
 
 fn read_triangles(

@@ -110,15 +110,24 @@ impl<'a> Raw<'a> {
         default: [f32; N],
         range: std::ops::RangeInclusive<f32>,
     ) -> Result<[f32; N]> {
-        let Some(field) = self.field(key) else {
-            return Ok(default);
-        };
-        let wrong = || context.invalid(&field.pointer, format!("must be an array of {N} numbers"));
-        let array = field.value.as_array().filter(|array| array.len() == N);
-        let mut values = default;
+        match self.field(key) {
+            Some(field) => field.array(context, range),
+            None => Ok(default),
+        }
+    }
+
+    /// The value as an array of `N` finite numbers that lie in `range`.
+    pub(super) fn array<const N: usize>(
+        &self,
+        context: &Context,
+        range: std::ops::RangeInclusive<f32>,
+    ) -> Result<[f32; N]> {
+        let wrong = || context.invalid(&self.pointer, format!("must be an array of {N} numbers"));
+        let array = self.value.as_array().filter(|array| array.len() == N);
+        let mut values = [0.0; N];
         for (value, element) in values.iter_mut().zip(array.ok_or_else(wrong)?) {
             let number = element.as_f64().ok_or_else(wrong)? as f32;
-            *value = check_range(context, number, &range, &field.pointer)?;
+            *value = check_range(context, number, &range, &self.pointer)?;
         }
         Ok(values)
     }

@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 use super::container::read_regular;
 use super::context::Context;
 use super::document::Document;
+use super::meshopt;
 use super::uri::{self, Uri, UriError};
 use crate::error::{Error, Result, readable_bytes};
 
@@ -47,6 +48,7 @@ impl Resources {
         for (i, buffer) in document.root.buffers.iter().enumerate() {
             let pointer = format!("/buffers/{i}");
             let content = match (&buffer.uri, bin) {
+                _ if meshopt::is_fallback(document, i) => None,
                 (Some(uri), _) => Some(self.fetch(context, uri, &format!("{pointer}/uri"))?),
                 (None, Some(bin)) if i == 0 => {
                     context.charge(bin.len() as u64, &pointer)?;

@@ -11,7 +11,7 @@ use gltf::json::validation::Checked;
 
 use super::context::Context;
 use super::document::Document;
-use super::extensions::TEXTURE_TRANSFORM;
+use super::extensions::{TEXTURE_BASISU, TEXTURE_TRANSFORM, TEXTURE_WEBP};
 use super::raw::{ANY, Raw};
 use crate::error::Result;
 use crate::scene::{
@@ -22,8 +22,10 @@ use crate::scene::{
 /// More coordinate sets than any file has; a limit, because missing ones are filled in.
 const MAX_UV_SETS: usize = 64;
 
-/// Extensions that give a texture another source, in files that have no plain one.
-const SOURCES: [&str; 4] = ["EXT_texture_avif", "EXT_texture_webp", "KHR_texture_basisu", "MSFT_texture_dds"];
+/// Extensions that give a texture a source which is preferred to the plain one, the best first.
+const PREFERRED: [&str; 2] = [TEXTURE_WEBP, TEXTURE_BASISU];
+/// Extensions that are not supported and give a texture another source, in files that have no plain one.
+const REFUSED: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
 /// The textures that materials use, and the images behind them, each once in the order of first use.
 #[derive(Debug)]
@@ -143,9 +145,14 @@ impl<'a> TextureTable<'a> {
     ) -> Result<Option<ImageIndex>> {
         let pointer = format!("/textures/{index}");
         let raw = self.document.element("textures", index);
-        if !has_source(texture) {
+        let preferred = match &raw {
+            Some(raw) => preferred_source(context, raw)?.map(|(source, _)| source),
+            None => None,
+        };
+        let plain = has_source(texture).then(|| texture.source.value());
+        let Some(source) = preferred.or(plain) else {
             let replaced =
-                SOURCES.iter().find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
+                REFUSED.iter().find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
             if let Some(name) = replaced {
                 let message = format!(
                     "{name} is not supported and the texture has no PNG or JPEG source; export it with one"
@@ -154,8 +161,7 @@ impl<'a> TextureTable<'a> {
             }
             context.warn(pointer, "textures without a source image are left out");
             return Ok(None);
-        }
-        let source = texture.source.value();
+        };
         let images = &mut self.images;
         let slot = *self.image_of.entry(source).or_insert_with(|| {
             images.push(source);
@@ -163,6 +169,17 @@ impl<'a> TextureTable<'a> {
         });
         Ok(Some(slot))
     }
+}
+
+/// The image that an honoured extension of a texture names, and where it does.
+fn preferred_source(context: &Context, raw: &Raw) -> Result<Option<(usize, String)>> {
+    for extension in PREFERRED.iter().filter_map(|name| raw.extension(name)) {
+        extension.expect_object(context)?;
+        if let Some(source) = extension.index(context, "source")? {
+            return Ok(Some((source, format!("{}/source", extension.pointer))));
+        }
+    }
+    Ok(None)
 }
 
 /// The types say that a texture has no source by the highest index.
@@ -177,6 +194,11 @@ pub(super) fn check_links(context: &Context, document: &Document) -> Result<()> 
         if has_source(texture) {
             let pointer = format!("/textures/{i}/source");
             context.subscript(texture.source.value(), root.images.len(), &pointer, "image")?;
+        }
+        if let Some(raw) = document.element("textures", i)
+            && let Some((source, pointer)) = preferred_source(context, &raw)?
+        {
+            context.subscript(source, root.images.len(), &pointer, "image")?;
         }
         if let Some(sampler) = texture.sampler {
             let pointer = format!("/textures/{i}/sampler");

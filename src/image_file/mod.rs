@@ -7,6 +7,7 @@ mod environment_read;
 mod exr_attributes;
 mod exr_read;
 mod exr_write;
+mod ktx2;
 mod png_text;
 mod png_write;
 mod texture_decode;

@@ -1,9 +1,12 @@
-//! PNG and JPEG files to texels, with the size known before anything is decoded.
+//! PNG, JPEG, WebP and KTX2 files to texels, with the size known before anything is decoded.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use image::codecs::{jpeg::JpegDecoder, png::PngDecoder};
+use image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
+
+use super::ktx2;
 
 const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
 const JPEG_MAGIC: &[u8] = &[0xff, 0xd8, 0xff];
@@ -20,6 +23,10 @@ pub enum ImageKind {
     Png,
     /// JPEG, baseline or progressive.
     Jpeg,
+    /// WebP, lossless or not; of an animation the first picture.
+    WebP,
+    /// KTX2; only Basis Universal data can be decoded.
+    Ktx2,
     /// Recognized, by name, but not supported.
     Other(&'static str),
     /// Nothing that is known.
@@ -54,9 +61,9 @@ pub fn image_kind(bytes: &[u8]) -> ImageKind {
     } else if at(0, JPEG_MAGIC) {
         ImageKind::Jpeg
     } else if at(0, b"RIFF") && at(8, b"WEBP") {
-        ImageKind::Other("WebP")
+        ImageKind::WebP
     } else if at(0, b"\xabKTX 20\xbb\r\n\x1a\n") {
-        ImageKind::Other("KTX2")
+        ImageKind::Ktx2
     } else if at(0, b"DDS ") {
         ImageKind::Other("DDS")
     } else if at(4, b"ftypavif") {
@@ -81,8 +88,11 @@ pub fn oversized_png(bytes: &[u8]) -> Option<String> {
     if image_kind(bytes) == ImageKind::Png { unjustified(&header, bytes.len()) } else { None }
 }
 
-/// Reads the header of a PNG or JPEG.
+/// Reads the header of a PNG, JPEG, WebP or KTX2.
 pub fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
+    if image_kind(bytes) == ImageKind::Ktx2 {
+        return ktx2::header(bytes);
+    }
     let (size, color) = with_decoder(bytes, |decoder| Ok((decoder.dimensions(), decoder.color_type())))?;
     let (width, height) = size;
     if width == 0 || height == 0 {
@@ -105,14 +115,23 @@ pub fn unjustified(header: &ImageHeader, file_bytes: usize) -> Option<String> {
     })
 }
 
-/// Decodes a PNG or JPEG completely; a file that ends early is an error.
+/// Decodes a PNG, JPEG, WebP or KTX2 completely; a file that ends early is an error.
 pub fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
-    if image_kind(bytes) == ImageKind::Jpeg && !jpeg_is_whole(bytes) {
+    if image_kind(bytes) == ImageKind::Ktx2 {
+        return ktx2::decode(bytes).map(DecodedTexels::Rgba8);
+    }
+    let is_whole = match image_kind(bytes) {
+        ImageKind::Jpeg => jpeg_is_whole(bytes),
+        ImageKind::WebP => webp_is_whole(bytes),
+        _ => true,
+    };
+    if !is_whole {
         return Err("ends early; the file is truncated".to_owned());
     }
     let picture = with_decoder(bytes, |decoder| match decoder {
         Decoder::Png(png) => DynamicImage::from_decoder(*png),
         Decoder::Jpeg(jpeg) => DynamicImage::from_decoder(*jpeg),
+        Decoder::WebP(webp) => DynamicImage::from_decoder(*webp),
     })?;
     Ok(if is_deep(picture.color()) {
         DecodedTexels::Rgba16(into_texels(&picture.into_rgba16()))
@@ -129,6 +148,7 @@ fn into_texels<T: Copy>(channels: &[T]) -> Vec<[T; 4]> {
 enum Decoder<'a> {
     Png(Box<PngDecoder<Cursor<&'a [u8]>>>),
     Jpeg(Box<JpegDecoder<Cursor<&'a [u8]>>>),
+    WebP(Box<WebPDecoder<Cursor<&'a [u8]>>>),
 }
 
 impl Decoder<'_> {
@@ -136,6 +156,7 @@ impl Decoder<'_> {
         match self {
             Self::Png(png) => png.dimensions(),
             Self::Jpeg(jpeg) => jpeg.dimensions(),
+            Self::WebP(webp) => webp.dimensions(),
         }
     }
 
@@ -143,6 +164,7 @@ impl Decoder<'_> {
         match self {
             Self::Png(png) => png.color_type(),
             Self::Jpeg(jpeg) => jpeg.color_type(),
+            Self::WebP(webp) => webp.color_type(),
         }
     }
 }
@@ -156,14 +178,23 @@ fn with_decoder<'a, T>(
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
             return Ok(Decoder::Png(Box::new(decoder)));
         }
+        if image_kind(bytes) == ImageKind::WebP {
+            let mut decoder = WebPDecoder::new(Cursor::new(bytes))?;
+            decoder.set_limits(limits())?;
+            return Ok(Decoder::WebP(Box::new(decoder)));
+        }
         let mut decoder = JpegDecoder::new(Cursor::new(bytes))?;
         decoder.set_limits(limits())?;
         Ok(Decoder::Jpeg(Box::new(decoder)))
     };
-    open().and_then(use_decoder).map_err(|error: ImageError| {
-        let text = error.to_string();
-        format!("cannot be decoded: {}", text.lines().next().unwrap_or_default())
-    })
+    // Decoders are someone else's: what they cannot cope with must not end the program.
+    match catch_unwind(AssertUnwindSafe(|| open().and_then(use_decoder))) {
+        Ok(decoded) => decoded.map_err(|error: ImageError| {
+            let text = error.to_string();
+            format!("cannot be decoded: {}", text.lines().next().unwrap_or_default())
+        }),
+        Err(_) => Err("cannot be decoded".to_owned()),
+    }
 }
 
 /// Sizes are checked by the caller from the header; these bound what decoders do besides.
@@ -211,6 +242,13 @@ fn jpeg_is_whole(bytes: &[u8]) -> bool {
     scan.windows(2).any(|pair| pair == END_OF_IMAGE)
 }
 
+/// Whether a WebP is as long as it says; the last byte may be missing, which only pads.
+fn webp_is_whole(bytes: &[u8]) -> bool {
+    let length = bytes.get(4..).and_then(|rest| rest.first_chunk::<4>());
+    let length = length.map_or(u32::MAX, |length| u32::from_le_bytes(*length)) as usize;
+    length.saturating_add(8) <= bytes.len().saturating_add(1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,6 +291,32 @@ mod tests {
     }
 
     #[test]
+    fn webp_is_decoded_with_and_without_loss() {
+        let lossless = include_bytes!("../../examples/make_scenes/streams/chequer.webp");
+        let header = image_header(lossless).unwrap();
+        assert_eq!((header.width, header.height, header.decoded_bytes), (32, 16, 2048));
+        let Ok(DecodedTexels::Rgba8(texels)) = decode_texels(lossless) else {
+            panic!("not eight bits");
+        };
+        assert_eq!(
+            [texels[0], texels[4], texels[511]],
+            [[233, 200, 125, 255], [59, 92, 142, 255], [233, 200, 125, 255]]
+        );
+        let lossy = include_bytes!("../../examples/make_scenes/streams/lossy.webp");
+        let Ok(DecodedTexels::Rgba8(near)) = decode_texels(lossy) else {
+            panic!("not eight bits");
+        };
+        let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..4).map(|i| a[i].abs_diff(b[i])).max().unwrap();
+        let mean: f32 = texels.iter().zip(&near).map(|pair| f32::from(difference(pair))).sum::<f32>() / 512.0;
+        assert!(mean < 30.0, "{mean}");
+        for file in [&lossless[..], lossy] {
+            for length in 12..file.len() - 1 {
+                assert!(decode_texels(&file[..length]).is_err(), "{length} of {}", file.len());
+            }
+        }
+    }
+
+    #[test]
     fn headers_are_read_without_decoding() {
         let file = png(3, 2, &[0; 18], ExtendedColorType::Rgb8);
         let header = image_header(&file).unwrap();
@@ -264,7 +328,8 @@ mod tests {
 
     #[test]
     fn kinds_come_from_the_first_bytes() {
-        assert_eq!(image_kind(b"RIFF\x10\0\0\0WEBPVP8 "), ImageKind::Other("WebP"));
+        assert_eq!(image_kind(b"RIFF\x10\0\0\0WEBPVP8 "), ImageKind::WebP);
+        assert_eq!(image_kind(b"GIF89a"), ImageKind::Other("GIF"));
         assert_eq!(image_kind(&[0xff, 0xd8, 0xff, 0xe0]), ImageKind::Jpeg);
         assert_eq!(image_kind(b""), ImageKind::Unknown);
         assert_eq!(image_kind(b"<svg"), ImageKind::Unknown);

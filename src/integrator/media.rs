@@ -11,11 +11,13 @@ use crate::geometry::{Facing, Ray};
 use crate::interaction::{PosedScene, alpha_at};
 use crate::scene::{Material, MaterialIndex, NodeIndex};
 
-/// Which closed surface a volume belongs to: the primitives of one node that share a material.
+/// Which closed surface a volume belongs to: the primitives of one node or instance that share a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VolumeId {
     /// The node that draws the surface.
     pub node: NodeIndex,
+    /// Which of the node's instances.
+    pub instance: u32,
     /// Its material.
     pub material: MaterialIndex,
 }
@@ -62,7 +64,7 @@ impl Interiors {
     /// The inside of `shape`, if its material bounds a volume.
     pub(super) fn medium(&self, shape: &Shape) -> Option<Medium> {
         let Interior { ior, half_spread, extinction } = self.0[shape.material.index()]?;
-        let volume = VolumeId { node: shape.node, material: shape.material };
+        let volume = VolumeId { node: shape.node, instance: shape.instance, material: shape.material };
         Some(Medium { volume, ior, half_spread, extinction })
     }
 
@@ -213,7 +215,7 @@ mod tests {
     use super::*;
 
     fn medium(material: u32, ior: f32) -> Medium {
-        let volume = VolumeId { node: NodeIndex(0), material: MaterialIndex(material) };
+        let volume = VolumeId { node: NodeIndex(0), instance: 0, material: MaterialIndex(material) };
         Medium { volume, ior, half_spread: 0.0, extinction: Vec3::ZERO }
     }
 

@@ -18,15 +18,17 @@ pub(super) fn add(
     material: &Material,
     sample: &mut MaterialSample,
 ) {
-    let linear = |reference: &Option<TextureRef>| looked_up(posed, point, reference, Encoding::Linear);
-    let colour =
-        |reference: &Option<TextureRef>| looked_up(posed, point, reference, Encoding::Srgb).truncate();
+    let linear =
+        |reference: &Option<TextureRef>| looked_up(posed, point, reference.as_ref(), Encoding::Linear);
+    let srgb = |reference: &Option<TextureRef>| looked_up(posed, point, reference.as_ref(), Encoding::Srgb);
+    let colour = |reference: &Option<TextureRef>| srgb(reference).truncate();
     if let Some(specular) = &material.specular {
         sample.specular = specular.factor * linear(&specular.texture).w;
         sample.specular_color = specular.color * colour(&specular.color_texture);
     }
     if let Some(glossiness) = &material.glossiness {
-        sample.roughness = 1.0 - glossiness.factor * linear(&glossiness.texture).w;
+        // It shares its texture with a colour.
+        sample.roughness = 1.0 - glossiness.factor * srgb(&glossiness.texture).w;
     }
     if let Some(layer) = &material.diffuse_transmission {
         sample.diffuse_transmission = layer.factor * linear(&layer.texture).w;
@@ -41,7 +43,7 @@ pub(super) fn add(
         sample.iridescence = iridescence(
             film,
             linear(&film.texture).x,
-            &film.thickness_texture.map(|_| linear(&film.thickness_texture).y),
+            film.thickness_texture.map(|_| linear(&film.thickness_texture).y),
         );
     }
     if let Some(anisotropy) = &material.anisotropy {
@@ -54,7 +56,7 @@ pub(super) fn add(
     }
 }
 
-fn iridescence(film: &Iridescence, amount: f32, place: &Option<f32>) -> Option<IridescenceSample> {
+fn iridescence(film: &Iridescence, amount: f32, place: Option<f32>) -> Option<IridescenceSample> {
     let (minimum, maximum) = (film.thickness_minimum_nm, film.thickness_maximum_nm);
     let thickness_nm = place.map_or(maximum, |place| minimum + (maximum - minimum) * place);
     let factor = film.factor * amount;
@@ -104,3 +106,6 @@ fn clear_coat(
     };
     Some(ClearCoatSample { factor, roughness, normal })
 }
+
+#[cfg(test)]
+mod tests;

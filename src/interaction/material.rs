@@ -12,7 +12,8 @@ use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 /// All values of the material at `point`.
 pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let material = &posed.frame.materials[point.shape.material.index()];
-    let lookup = |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference, encoding);
+    let lookup =
+        |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference.as_ref(), encoding);
     let base_encoding =
         if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
@@ -57,7 +58,7 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
 pub(super) fn looked_up(
     posed: PosedScene<'_>,
     point: &SurfacePoint<'_>,
-    reference: &Option<TextureRef>,
+    reference: Option<&TextureRef>,
     encoding: Encoding,
 ) -> Vec4 {
     match reference {

@@ -11,7 +11,9 @@ use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
 use crate::render::{RenderInput, RenderSettings, render_frame};
-use crate::scene::{Environment, Scene, Selection, SelectionRequest, mark_shadow_catchers};
+use crate::scene::{
+    Environment, EnvironmentMap, Scene, Selection, SelectionRequest, mark_shadow_catchers,
+};
 
 /// A scene ready to be rendered at any of its frames, with every choice at its default but for the surroundings that it
 /// asks for.
@@ -64,10 +66,12 @@ impl SceneRenderer {
         let frame = Frame::at(&self.scene, &self.selection, time_seconds);
         let build = BuildSettings::default();
         let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, cancel, None)?;
-        let environment = match &self.surroundings.environment {
-            Some(environment) => environment.clone(),
-            None if frame.lights.is_empty() => Environment::Studio,
-            None => Environment::None,
+        let image_light = self.selection.image_light.map(|index| &self.scene.image_lights[index.index()]);
+        let environment = match (&self.surroundings.environment, image_light) {
+            (Some(environment), _) => environment.clone(),
+            (None, Some(light)) => Environment::Map(EnvironmentMap::of_image_light(light)),
+            (None, None) if frame.lights.is_empty() => Environment::Studio,
+            (None, None) => Environment::None,
         };
         let settings = RenderSettings {
             resolution,

@@ -1,6 +1,9 @@
 //! Animation clips: keyframes and what they move. Evaluation is in [`crate::frame`].
 
-use super::NodeIndex;
+use super::{
+    CameraIndex, CameraProperty, LightIndex, LightProperty, MaterialIndex, MaterialProperty, MeshIndex,
+    NodeIndex,
+};
 
 /// A clip.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -41,6 +44,16 @@ pub enum AnimationTarget {
     Scale(NodeIndex),
     /// Morph weights of a node: one component a morph target.
     Weights(NodeIndex),
+    /// Morph weights of a mesh, which those of nodes replace: one component a morph target.
+    MeshWeights(MeshIndex),
+    /// Whether a node and all below it are shown: 0 hides.
+    Visibility(NodeIndex),
+    /// A property of a material.
+    Material(MaterialIndex, MaterialProperty),
+    /// A property of a light.
+    Light(LightIndex, LightProperty),
+    /// A property of a camera: 1 component.
+    Camera(CameraIndex, CameraProperty),
 }
 
 /// Values over time.

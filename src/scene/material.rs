@@ -27,6 +27,10 @@ pub struct Material {
     pub occlusion_texture: Option<OcclusionTexture>,
     /// Linear radiance, strength included (`KHR_materials_emissive_strength`).
     pub emissive: Vec3,
+    /// Linear colour of which `emissive` is the product with the strength; clips move either.
+    pub emissive_factor: Vec3,
+    /// Multiplies `emissive_factor`.
+    pub emissive_strength: f32,
     /// sRGB colour that multiplies `emissive`.
     pub emissive_texture: Option<TextureRef>,
     /// How alpha is used.
@@ -194,6 +198,8 @@ impl Default for Material {
             normal_texture: None,
             occlusion_texture: None,
             emissive: Vec3::ZERO,
+            emissive_factor: Vec3::ZERO,
+            emissive_strength: 1.0,
             emissive_texture: None,
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,

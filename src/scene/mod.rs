@@ -4,9 +4,12 @@
 //! one parent and parents come before children in [`Scene::node_order`]; importers guarantee it, later rooms rely on it.
 //! Nothing here knows about glTF or about time.
 
+mod animated;
+mod animated_material;
 mod animation;
 mod camera;
 mod environment;
+mod image_light;
 mod layers;
 mod light;
 mod material;
@@ -22,9 +25,12 @@ use std::path::PathBuf;
 
 use crate::error::Warning;
 
+pub use animated::{CameraProperty, LightProperty, set_camera, set_light};
+pub use animated_material::{MaterialProperty, TextureSlot, set_material};
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
-pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight};
+pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight, columns_for_cube};
+pub use image_light::{CubeLevel, ImageLight};
 pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{
@@ -87,6 +93,10 @@ typed_index!(
     LightIndex
 );
 typed_index!(
+    /// Subscript of [`Scene::image_lights`].
+    ImageLightIndex
+);
+typed_index!(
     /// Subscript of [`Scene::cameras`].
     CameraIndex
 );
@@ -102,6 +112,8 @@ pub struct SceneRoots {
     pub name: Option<String>,
     /// Nodes without a parent that are drawn.
     pub roots: Vec<NodeIndex>,
+    /// What surrounds it, where the file says so.
+    pub image_light: Option<ImageLightIndex>,
 }
 
 /// Everything a file holds.
@@ -135,10 +147,16 @@ pub struct Scene {
     pub mips: Vec<ImageMips>,
     /// Punctual lights, placed by nodes.
     pub lights: Vec<Light>,
+    /// Surroundings that the sets of roots may choose.
+    pub image_lights: Vec<ImageLight>,
     /// Cameras, placed by nodes.
     pub cameras: Vec<Camera>,
     /// Animation clips.
     pub animations: Vec<Animation>,
+    /// How many channels of each clip move something that is not supported and are left out.
+    pub ignored_channels: Vec<usize>,
+    /// How many textures the file has that no material looks up.
+    pub unused_textures: usize,
     /// Format extensions that the file says it uses.
     pub extensions_used: Vec<String>,
     /// Format extensions without which the file says it cannot be understood.

@@ -25,6 +25,10 @@ pub struct Node {
     pub camera: Option<CameraIndex>,
     /// Light placed here, looking down −Z.
     pub light: Option<LightIndex>,
+    /// Where the mesh is drawn instead of once, relative to the node; `None` draws it once at the node.
+    pub instances: Option<Vec<Mat4>>,
+    /// Whether this node and all below it are hidden while no clip says otherwise.
+    pub is_hidden: bool,
 }
 
 /// A transform relative to the parent.

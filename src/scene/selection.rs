@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 
 use glam::Mat4;
 
-use super::{AnimationIndex, AnimationTarget, CameraIndex, NodeIndex, Projection, Scene, VariantIndex};
+use super::{
+    AnimationIndex, AnimationTarget, CameraIndex, ImageLightIndex, NodeIndex, Projection, Scene, SceneRoots,
+    VariantIndex,
+};
 use crate::error::{Error, Result, Warning};
 
 /// One of several things in a file, as a user names it.
@@ -75,6 +78,8 @@ pub struct Selection {
     pub clips: Vec<AnimationIndex>,
     /// The camera.
     pub camera: CameraChoice,
+    /// The surroundings that the chosen set of roots asks for.
+    pub image_light: Option<ImageLightIndex>,
     /// The set of materials.
     pub variant: Option<VariantIndex>,
 }
@@ -87,7 +92,7 @@ impl Selection {
     ///
     /// [`Error::Usage`] when a name or position does not exist; the message lists what does.
     pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
-        let roots = resolve_roots(request.scene.as_ref(), scene)?;
+        let SceneRoots { roots, image_light, .. } = resolve_roots(request.scene.as_ref(), scene)?;
         let (clips, warnings) = match &request.clips {
             ClipChoice::None => (Vec::new(), Vec::new()),
             ClipChoice::All => disjoint_clips(scene),
@@ -99,12 +104,12 @@ impl Selection {
         };
         let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
         let variant = resolve_variant(request.variant.as_ref(), scene)?;
-        let selection = Self { roots, clips, camera, variant };
+        let selection = Self { roots, clips, camera, image_light, variant };
         Ok((selection, warnings))
     }
 }
 
-fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<Vec<NodeIndex>> {
+fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {
     let index = match choice {
         None => scene.default_scene,
         Some(choice) => {
@@ -112,8 +117,7 @@ fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<Vec<NodeIndex
             find("scene", "--scene", choice, names)?
         }
     };
-    let roots = scene.scenes.get(index).map(|roots| roots.roots.clone());
-    Ok(roots.unwrap_or_default())
+    Ok(scene.scenes.get(index).cloned().unwrap_or_default())
 }
 
 fn resolve_variant(choice: Option<&Choice>, scene: &Scene) -> Result<Option<VariantIndex>> {
@@ -250,9 +254,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{
-        Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, SceneRoots, Variant,
-    };
+    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, Variant};
 
     fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
         let channel = |&target: &AnimationTarget| Channel {
@@ -285,6 +287,7 @@ mod tests {
         let roots = |name: &str, roots: &[u32]| SceneRoots {
             name: Some(name.to_owned()),
             roots: roots.iter().copied().map(NodeIndex).collect(),
+            image_light: None,
         };
         Scene {
             nodes: vec![node(None, &[1]), node(Some(1), &[]), node(Some(0), &[])],

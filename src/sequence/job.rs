@@ -71,7 +71,8 @@ pub fn triangle_count(scene: &Scene, roots: &[NodeIndex]) -> u64 {
     let mut count = 0;
     while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
         if let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index())) {
-            count += mesh.primitives.iter().map(|p| p.triangles.len() as u64).sum::<u64>();
+            let instances = node.instances.as_ref().map_or(1, |instances| instances.len() as u64);
+            count += mesh.primitives.iter().map(|p| p.triangles.len() as u64).sum::<u64>() * instances;
         }
         pending.extend_from_slice(&node.children);
     }

@@ -5,6 +5,7 @@
 mod distributed;
 mod far;
 mod glass;
+mod layers;
 mod light;
 mod normals;
 mod reflection;

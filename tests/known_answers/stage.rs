@@ -84,6 +84,7 @@ impl Stage {
             roots: self.scene.node_order.clone(),
             clips: Vec::new(),
             camera: CameraChoice::Fixed { world_from_camera, projection },
+            image_light: None,
             variant: None,
         };
         let frame = Frame::at(&self.scene, &selection, 0.0);

@@ -12,6 +12,9 @@ use crate::sequence::{FrameRate, duration_seconds, triangle_count};
 
 use super::super::understood::camera_text;
 
+/// The support state of what is shown as the file means it.
+const SUPPORTED: &str = "supported";
+
 /// What is in a file. Lists are in the file's order, so that `#2` on the command line is the third.
 #[derive(Debug, Serialize)]
 pub(super) struct Report {
@@ -24,9 +27,12 @@ pub(super) struct Report {
     /// Names for `--variant`.
     pub(super) variants: Vec<String>,
     pub(super) textures: Vec<TextureReport>,
+    /// Textures of the file that no material looks up; they are not loaded and not listed.
+    pub(super) unused_textures: usize,
     pub(super) clips: Vec<ClipReport>,
     pub(super) cameras: Vec<CameraReport>,
     pub(super) lights: Vec<LightReport>,
+    pub(super) image_lights: Vec<ImageLightReport>,
     pub(super) skins: usize,
     pub(super) extensions: Vec<ExtensionReport>,
     pub(super) rendered: RenderedReport,
@@ -67,6 +73,7 @@ pub(super) struct TextureReport {
     pub(super) height: u32,
     pub(super) bits: u32,
     pub(super) sampling: String,
+    pub(super) support: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -74,6 +81,9 @@ pub(super) struct ClipReport {
     pub(super) name: Option<String>,
     pub(super) seconds: f32,
     pub(super) channels: usize,
+    /// Channels that move something which is not supported.
+    pub(super) ignored_channels: usize,
+    pub(super) support: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -81,6 +91,7 @@ pub(super) struct CameraReport {
     pub(super) name: Option<String>,
     pub(super) kind: &'static str,
     pub(super) is_placed: bool,
+    pub(super) support: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -88,6 +99,19 @@ pub(super) struct LightReport {
     pub(super) name: Option<String>,
     pub(super) kind: &'static str,
     pub(super) is_placed: bool,
+    pub(super) support: &'static str,
+}
+
+/// Surroundings that come with the file.
+#[derive(Debug, Serialize)]
+pub(super) struct ImageLightReport {
+    pub(super) name: Option<String>,
+    /// Texels along an edge of the sharpest cube.
+    pub(super) size: u32,
+    pub(super) levels: usize,
+    /// Whether a scene of the file asks for it.
+    pub(super) is_used: bool,
+    pub(super) support: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -118,7 +142,7 @@ impl Report {
     pub(super) fn new(scene: &Scene, selection: &Selection, left_out: &[Warning]) -> Self {
         let seconds = duration_seconds(scene, selection);
         Self {
-            schema: 1,
+            schema: 2,
             file: scene.path.display().to_string(),
             scenes: scenes(scene),
             nodes: scene.nodes.len(),
@@ -126,9 +150,11 @@ impl Report {
             materials: materials(scene),
             variants: scene.variants.iter().map(|variant| variant.name.clone()).collect(),
             textures: scene.textures.iter().map(|item| texture(scene, item)).collect(),
+            unused_textures: scene.unused_textures,
             clips: clips(scene),
             cameras: cameras(scene),
             lights: lights(scene),
+            image_lights: image_lights(scene),
             skins: scene.skins.len(),
             extensions: extensions(scene),
             rendered: RenderedReport {
@@ -224,6 +250,7 @@ fn texture(scene: &Scene, texture: &Texture) -> TextureReport {
                 MipFilter::Linear => " between mip levels",
             }
         ),
+        support: SUPPORTED,
     }
 }
 
@@ -250,12 +277,21 @@ fn wrap(mode: WrapMode) -> &'static str {
 }
 
 fn clips(scene: &Scene) -> Vec<ClipReport> {
-    let report = |clip: &crate::scene::Animation| ClipReport {
-        name: clip.name.clone(),
-        seconds: clip.duration_seconds(),
-        channels: clip.channels.len(),
+    let report = |(index, clip): (usize, &crate::scene::Animation)| {
+        let ignored_channels = scene.ignored_channels.get(index).copied().unwrap_or(0);
+        ClipReport {
+            name: clip.name.clone(),
+            seconds: clip.duration_seconds(),
+            channels: clip.channels.len(),
+            ignored_channels,
+            support: match (clip.channels.len(), ignored_channels) {
+                (_, 0) => SUPPORTED,
+                (0, _) => "not supported, left out",
+                _ => "supported in part",
+            },
+        }
     };
-    scene.animations.iter().map(report).collect()
+    scene.animations.iter().enumerate().map(report).collect()
 }
 
 fn cameras(scene: &Scene) -> Vec<CameraReport> {
@@ -267,6 +303,7 @@ fn cameras(scene: &Scene) -> Vec<CameraReport> {
             Projection::Orthographic { .. } => "orthographic",
         },
         is_placed: scene.nodes.iter().any(|node| holds(node, index)),
+        support: SUPPORTED,
     };
     scene.cameras.iter().enumerate().map(report).collect()
 }
@@ -281,8 +318,23 @@ fn lights(scene: &Scene) -> Vec<LightReport> {
             LightKind::Spot { .. } => "spot",
         },
         is_placed: scene.nodes.iter().any(|node| holds(node, index)),
+        support: SUPPORTED,
     };
     scene.lights.iter().enumerate().map(report).collect()
+}
+
+fn image_lights(scene: &Scene) -> Vec<ImageLightReport> {
+    let asks = |index: usize| {
+        scene.scenes.iter().any(|roots| roots.image_light.is_some_and(|light| light.index() == index))
+    };
+    let report = |(index, light): (usize, &crate::scene::ImageLight)| ImageLightReport {
+        name: light.name.clone(),
+        size: light.levels.first().map_or(0, |level| level.size),
+        levels: light.levels.len(),
+        is_used: asks(index),
+        support: SUPPORTED,
+    };
+    scene.image_lights.iter().enumerate().map(report).collect()
 }
 
 /// The name of the first node that `holds` something, for things without a name of their own.

@@ -23,6 +23,7 @@ pub(super) fn text(report: &Report) -> String {
         ("clips", clips(report)),
         ("cameras", cameras(report)),
         ("lights", lights(report)),
+        ("image-based lights", image_lights(report)),
         ("extensions", extensions(report)),
         ("will be rendered", vec![rendered(report)]),
         ("left out", warnings(&report.left_out)),
@@ -86,29 +87,57 @@ fn variants(report: &Report) -> Vec<String> {
 }
 
 fn textures(report: &Report) -> Vec<String> {
-    numbered(&report.textures, |texture| {
-        let facts =
-            format!("{}x{}, {} bits, {}", texture.width, texture.height, texture.bits, texture.sampling);
+    let mut lines = numbered(&report.textures, |texture| {
+        let facts = format!(
+            "{}x{}, {} bits, {}, {}",
+            texture.width, texture.height, texture.bits, texture.sampling, texture.support
+        );
         (texture.name.as_deref(), facts)
-    })
+    });
+    if report.unused_textures > 0 {
+        lines.push(format!("{} more that no material uses", report.unused_textures));
+    }
+    lines
 }
 
 fn clips(report: &Report) -> Vec<String> {
     numbered(&report.clips, |clip| {
-        (clip.name.as_deref(), format!("{} s, {}", clip.seconds, counted(clip.channels as u64, "channel")))
+        let ignored = match clip.ignored_channels {
+            0 => String::new(),
+            count => format!(", {count} more left out"),
+        };
+        let channels = counted(clip.channels as u64, "channel");
+        (clip.name.as_deref(), format!("{} s, {channels}{ignored}, {}", clip.seconds, clip.support))
     })
 }
 
 fn cameras(report: &Report) -> Vec<String> {
-    numbered(&report.cameras, |camera| (camera.name.as_deref(), placed(camera.kind, camera.is_placed)))
+    numbered(&report.cameras, |camera| {
+        (camera.name.as_deref(), placed(camera.kind, camera.is_placed, camera.support))
+    })
 }
 
 fn lights(report: &Report) -> Vec<String> {
-    numbered(&report.lights, |light| (light.name.as_deref(), placed(light.kind, light.is_placed)))
+    numbered(&report.lights, |light| {
+        (light.name.as_deref(), placed(light.kind, light.is_placed, light.support))
+    })
 }
 
-fn placed(kind: &str, is_placed: bool) -> String {
-    if is_placed { kind.to_owned() } else { format!("{kind}, not placed by any node") }
+fn image_lights(report: &Report) -> Vec<String> {
+    numbered(&report.image_lights, |light| {
+        let unused = if light.is_used { "" } else { ", not used by any scene" };
+        let levels = counted(light.levels as u64, "level");
+        let facts = format!("cube of {0}x{0} texels, {levels}{unused}, {1}", light.size, light.support);
+        (light.name.as_deref(), facts)
+    })
+}
+
+fn placed(kind: &str, is_placed: bool, support: &str) -> String {
+    if is_placed {
+        format!("{kind}, {support}")
+    } else {
+        format!("{kind}, not placed by any node, {support}")
+    }
 }
 
 fn extensions(report: &Report) -> Vec<String> {

@@ -48,7 +48,7 @@ fn clear_coat(
         roughness_texture: textures.reference(context, extension, "clearcoatRoughnessTexture")?,
         normal_texture: normal_texture(context, extension, "clearcoatNormalTexture", textures)?,
     };
-    Ok((coat.factor > 0.0).then_some(coat))
+    Ok((coat.factor > 0.0 || context.animates_properties).then_some(coat))
 }
 
 fn sheen(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Sheen>> {
@@ -59,7 +59,7 @@ fn sheen(context: &mut Context, extension: &Raw, textures: &mut TextureTable) ->
         roughness: extension.number(context, "sheenRoughnessFactor", 0.0, UNIT)?,
         roughness_texture: textures.reference(context, extension, "sheenRoughnessTexture")?,
     };
-    Ok((sheen.color != Vec3::ZERO).then_some(sheen))
+    Ok((sheen.color != Vec3::ZERO || context.animates_properties).then_some(sheen))
 }
 
 fn iridescence(
@@ -86,7 +86,7 @@ fn iridescence(
         )?,
         thickness_texture: textures.reference(context, extension, "iridescenceThicknessTexture")?,
     };
-    Ok((film.factor > 0.0).then_some(film))
+    Ok((film.factor > 0.0 || context.animates_properties).then_some(film))
 }
 
 fn anisotropy(
@@ -100,5 +100,5 @@ fn anisotropy(
         rotation_radians: extension.number(context, "anisotropyRotation", 0.0, ANY)?,
         texture: textures.reference(context, extension, "anisotropyTexture")?,
     };
-    Ok((anisotropy.strength > 0.0).then_some(anisotropy))
+    Ok((anisotropy.strength > 0.0 || context.animates_properties).then_some(anisotropy))
 }

@@ -64,6 +64,8 @@ fn import_material(
     transmission::apply(context, &mut material, raw, textures)?;
     specular::apply(context, &mut material, raw, textures)?;
     layers::apply(context, &mut material, raw, textures)?;
+    material.emissive_factor = material.emissive;
+    material.emissive *= material.emissive_strength;
     Ok(material)
 }
 
@@ -114,7 +116,7 @@ fn apply_own_extensions(context: &Context, material: &mut Material, raw: &Raw) -
     }
     if let Some(extension) = raw.extension(EMISSIVE_STRENGTH) {
         extension.expect_object(context)?;
-        material.emissive *= extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
+        material.emissive_strength = extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
     }
     Ok(())
 }

@@ -44,7 +44,7 @@ fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable)
         color_texture: textures.reference(context, extension, "specularColorTexture")?,
     };
     let plain = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
-    Ok((specular != plain).then_some(specular))
+    Ok((specular != plain || context.animates_properties).then_some(specular))
 }
 
 /// Takes the place of all that the metallic-roughness model says.

@@ -26,7 +26,8 @@ pub(super) fn apply(
         extension.expect_object(context)?;
         let factor = extension.number(context, "transmissionFactor", 0.0, UNIT)?;
         let texture = textures.reference(context, &extension, "transmissionTexture")?;
-        material.transmission = (factor > 0.0).then_some(Transmission { factor, texture });
+        material.transmission =
+            (factor > 0.0 || context.animates_properties).then_some(Transmission { factor, texture });
     }
     if let Some(extension) = raw.extension(VOLUME) {
         material.volume = volume(context, &extension)?;
@@ -87,7 +88,7 @@ fn diffuse_transmission(
     let color = extension.numbers(context, "diffuseTransmissionColorFactor", [1.0; 3], UNIT)?;
     let texture = textures.reference(context, extension, "diffuseTransmissionTexture")?;
     let color_texture = textures.reference(context, extension, "diffuseTransmissionColorTexture")?;
-    Ok((factor > 0.0).then_some(DiffuseTransmission {
+    Ok((factor > 0.0 || context.animates_properties).then_some(DiffuseTransmission {
         factor,
         texture,
         color: Vec3::from_array(color),

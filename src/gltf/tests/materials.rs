@@ -22,7 +22,7 @@ pub(super) fn png_uri(texel: [u8; 4]) -> String {
 
 /// A file with `material` and two textures.
 #[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
-fn import_material(material: Value) -> Result<Scene> {
+pub(super) fn import_material(material: Value) -> Result<Scene> {
     let document = json!({
         "asset": {"version": "2.0"},
         "images": [{"uri": "missing.png"}, {"uri": png_uri([1, 2, 3, 4])}],
@@ -144,18 +144,18 @@ fn extensions_are_refused_or_named() {
 
 #[test]
 fn unsupported_images_are_named_only_where_they_matter() {
-    let webp = json!({
-        "asset": {"version": "2.0"}, "extensionsUsed": ["EXT_texture_webp"],
-        "images": [{"uri": "a.webp"}],
-        "textures": [{"extensions": {"EXT_texture_webp": {"source": 0}}}],
+    let avif = json!({
+        "asset": {"version": "2.0"}, "extensionsUsed": ["EXT_texture_avif"],
+        "images": [{"uri": "a.avif"}],
+        "textures": [{"extensions": {"EXT_texture_avif": {"source": 0}}}],
         "materials": [{"emissiveTexture": {"index": 0}}]
     });
-    let text = error_text(import_bytes("a.gltf", webp.to_string().as_bytes()), 65);
-    assert!(text.contains("EXT_texture_webp"), "{text}");
-    let mut unused = webp.clone();
+    let text = error_text(import_bytes("a.gltf", avif.to_string().as_bytes()), 65);
+    assert!(text.contains("EXT_texture_avif"), "{text}");
+    let mut unused = avif.clone();
     unused["materials"] = json!([{}]);
     assert_eq!(import_bytes("a.gltf", unused.to_string().as_bytes()).unwrap().warnings.len(), 1);
-    let mut broken = webp;
+    let mut broken = avif;
     broken["textures"] = json!([{"source": 0}]);
     broken["images"] = json!([{"name": "bark", "uri": "data:image/png;base64,iVBORw0KGgo="}]);
     let text = error_text(import_bytes("a.gltf", broken.to_string().as_bytes()), 65);

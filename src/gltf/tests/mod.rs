@@ -6,8 +6,12 @@ mod accessors;
 mod animations;
 mod geometry;
 mod hierarchy;
+mod image_light;
+mod material_extensions;
 mod materials;
+mod properties;
 mod resources;
+mod storage;
 mod textures;
 
 use base64::Engine;
@@ -18,14 +22,16 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 
 /// A document under construction: JSON, and one buffer that grows.
-struct Document {
-    json: Value,
-    bytes: Vec<u8>,
+pub(super) struct Document {
+    pub(super) json: Value,
+    pub(super) bytes: Vec<u8>,
+    /// Buffers behind the first.
+    pub(super) more_buffers: Vec<Value>,
 }
 
 impl Document {
     /// A scene of one node with one mesh of one triangle, (0,0,0) (1,0,0) (0,1,0).
-    fn triangle() -> Self {
+    pub(super) fn triangle() -> Self {
         let mut document = Self {
             json: json!({
                 "asset": {"version": "2.0"},
@@ -35,6 +41,7 @@ impl Document {
                 "accessors": [], "bufferViews": [], "buffers": []
             }),
             bytes: Vec::new(),
+            more_buffers: Vec::new(),
         };
         let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
         document.attribute("POSITION", "VEC3", &positions);
@@ -42,7 +49,7 @@ impl Document {
     }
 
     /// Appends `bytes` as a buffer view and returns its index.
-    fn view(&mut self, bytes: &[u8]) -> usize {
+    pub(super) fn view(&mut self, bytes: &[u8]) -> usize {
         let view = json!({"buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len()});
         self.bytes.extend(bytes);
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
@@ -50,14 +57,14 @@ impl Document {
     }
 
     /// Appends an accessor over its own view and returns its index.
-    fn accessor(&mut self, component: u32, shape: &str, count: usize, bytes: &[u8]) -> usize {
+    pub(super) fn accessor(&mut self, component: u32, shape: &str, count: usize, bytes: &[u8]) -> usize {
         let view = self.view(bytes);
         let accessor = json!({"bufferView": view, "componentType": component, "type": shape, "count": count});
         self.push("accessors", accessor)
     }
 
     /// Appends an accessor of floats.
-    fn floats(&mut self, shape: &str, values: &[f32]) -> usize {
+    pub(super) fn floats(&mut self, shape: &str, values: &[f32]) -> usize {
         let width = match shape {
             "SCALAR" => 1,
             "VEC2" => 2,
@@ -70,16 +77,16 @@ impl Document {
     }
 
     /// Gives the first primitive an attribute of floats.
-    fn attribute(&mut self, name: &str, shape: &str, values: &[f32]) {
+    pub(super) fn attribute(&mut self, name: &str, shape: &str, values: &[f32]) {
         let accessor = self.floats(shape, values);
         self.set_attribute(name, accessor);
     }
 
-    fn set_attribute(&mut self, name: &str, accessor: usize) {
+    pub(super) fn set_attribute(&mut self, name: &str, accessor: usize) {
         self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
     }
 
-    fn push(&mut self, array: &str, element: Value) -> usize {
+    pub(super) fn push(&mut self, array: &str, element: Value) -> usize {
         let list = &mut self.json[array];
         if list.is_null() {
             *list = json!([]);
@@ -94,16 +101,17 @@ impl Document {
         let mut json = self.json.clone();
         let base64 = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
         let uri = format!("data:application/octet-stream;base64,{base64}");
-        json["buffers"] = json!([{"byteLength": self.bytes.len(), "uri": uri}]);
+        let first = json!({"byteLength": self.bytes.len(), "uri": uri});
+        json["buffers"] = json!([&[first][..], &self.more_buffers].concat());
         json
     }
 
-    fn import(&self) -> Result<Scene> {
+    pub(super) fn import(&self) -> Result<Scene> {
         import_bytes("scene.gltf", self.to_json().to_string().as_bytes())
     }
 
     /// The import error as text, after a check of its exit code.
-    fn error(&self, exit_code: u8) -> String {
+    pub(super) fn error(&self, exit_code: u8) -> String {
         error_text(self.import(), exit_code)
     }
 }

@@ -11,6 +11,7 @@
 //! smooth lobes are followed by mirror and refraction rays, rough ones look the environment up, and in between the two
 //! are blended by roughness.
 
+mod behind;
 mod catcher;
 mod coat;
 mod generation;
@@ -18,6 +19,7 @@ mod glossy;
 mod shade;
 mod shadows;
 mod sight;
+mod surroundings;
 
 use std::time::Instant;
 

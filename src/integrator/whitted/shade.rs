@@ -2,16 +2,16 @@
 
 use glam::{Mat3, Vec3};
 
+use super::behind::{Behind, ior_before, ior_behind};
 use super::coat::Coated;
 use super::generation::{Generation, Route};
 use super::sight::Sight;
 use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
-use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
-use crate::geometry::{Facing, Ray, unit};
+use crate::geometry::{Ray, unit};
 use crate::integrator::random::Purpose;
-use crate::integrator::{MediaStack, Medium, Path, PathClass, Seed, Spectrum, World};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
+use crate::integrator::{MediaStack, Path, PathClass, Seed, Spectrum};
+use crate::interaction::{MaterialSample, SurfacePoint, material_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -164,56 +164,6 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Diffuse light from all around, and what rough lobes see of it; unoccluded but for the occlusion map.
-    fn environment(&mut self, shading: &Shading<'_, '_>) {
-        let environment = self.world.environment;
-        let Shading { point, material, albedos, .. } = shading;
-        let normal = point.shading_normal;
-        let mut diffuse = albedos.diffuse * environment.irradiance(normal);
-        if albedos.sheen != Vec3::ZERO {
-            diffuse += albedos.sheen * environment.irradiance(normal);
-        }
-        if albedos.diffuse_transmission != Vec3::ZERO {
-            diffuse += albedos.diffuse_transmission * environment.irradiance(-normal);
-        }
-        let mut radiance = diffuse * std::f32::consts::FRAC_1_PI;
-        let dull = 1.0 - shading.sharpness;
-        if dull > 0.0 {
-            radiance += self.dull_reflection(shading) * dull;
-            for (spectrum, bsdf) in shading.ways_through() {
-                let through = albedos.transmission * spectrum.mask();
-                if through != Vec3::ZERO
-                    && let Some(direction) = bsdf.refract(shading.wo)
-                {
-                    let direction = shading.world_from_local * direction;
-                    radiance += through * environment.prefiltered(direction, material.roughness) * dull;
-                }
-            }
-        }
-        self.add(shading.path, shading.weight_below * radiance * material.occlusion);
-        if let Some(coat) = &shading.coat
-            && coat.sharpness < 1.0
-        {
-            let seen = environment.prefiltered(coat.mirrored, coat.roughness);
-            let weight = coat.albedo * (1.0 - coat.sharpness) * material.occlusion;
-            self.add(shading.path, shading.weight * seen * weight);
-        }
-    }
-
-    /// What the specular lobe sees of the environment.
-    fn dull_reflection(&self, shading: &Shading<'_, '_>) -> Vec3 {
-        let (environment, roughness) = (self.world.environment, shading.material.roughness);
-        if shading.material.anisotropy.is_none() {
-            let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
-            return shading.albedos.specular * environment.prefiltered(mirrored, roughness);
-        }
-        let mut seen = Vec3::ZERO;
-        for (wi, share) in shading.bsdf.stretched_reflections(shading.wo) {
-            seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
-        }
-        seen
-    }
-
     /// Mirror rays of the specular lobe and of the coat; one for both where they run the same way.
     fn mirror(&mut self, shading: &Shading<'_, '_>) {
         let scatters_coat = self.scatter_coat(shading);
@@ -303,91 +253,6 @@ impl Tracer<'_, '_> {
         let path = Path { footprint, media, touching, weight, class, spectrum, depth, seed, ..*parent };
         self.children.push(shading.route.then(class), ray, path);
     }
-
-    /// What lies behind a surface that lets light through. A refracted ray starts beyond every face that touches this one,
-    /// so all of their volumes are crossed here, up to the first surface that is none.
-    fn behind(&mut self, path: &Path, point: &SurfacePoint<'_>, material: &MaterialSample) -> Behind {
-        let posed = self.world.posed;
-        let mut behind = Behind { media: path.media.clone(), touching: None };
-        let medium = self.world.interiors.medium(point.shape);
-        if let Some(medium) = medium {
-            behind.media.cross(medium, point.facing);
-        } else if material.transmission == 0.0 {
-            return behind;
-        }
-        // From the start of mirrored rays to that of refracted ones.
-        let start = point.origin_outside();
-        let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
-        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0 && !catches_shadows(posed, hit);
-        let (bvh, touching) = (self.world.bvh, &mut self.touching);
-        touching.clear();
-        let collect = |hit: &Hit| {
-            if there(hit) {
-                touching.add(0, hit);
-            }
-            false
-        };
-        if bvh.occluded(&probe, collect, &mut self.counters) || touching.is_overfull() {
-            // Solid surfaces were not collected: one query for each.
-            let one = |after| bvh.closest_surface(&probe, after, there, &mut self.counters);
-            cross_touching(self.world, &mut behind, point, one);
-        } else {
-            touching.sort(|_| true);
-            cross_touching(self.world, &mut behind, point, touching.along(0));
-        }
-        behind
-    }
-}
-
-/// Crosses the volumes that touch at `point` behind its own, up to the first surface that is none. `next` gives the
-/// surfaces between the two sides.
-fn cross_touching(
-    world: &World<'_>,
-    behind: &mut Behind,
-    point: &SurfacePoint<'_>,
-    mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
-) {
-    let frame = world.posed.frame;
-    let mut after = None;
-    while let Some(hit) = next(after) {
-        after = Some(hit.order());
-        let shape = frame.shape(hit.primitive);
-        // This surface itself, or a neighbour beside whose edge the point lies.
-        if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
-            continue;
-        }
-        let flags = frame.flags[hit.primitive as usize];
-        match world.interiors.medium(shape) {
-            Some(medium) => behind.media.cross(medium, hit.facing),
-            None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
-            None => {
-                behind.touching = Some(Hit { t: 0.0, ..hit });
-                break;
-            }
-        }
-    }
-}
-
-/// What lies behind a surface.
-struct Behind {
-    /// The volumes there.
-    media: MediaStack,
-    /// A surface that bounds no volume and touches this one.
-    touching: Option<Hit>,
-}
-
-/// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not
-/// closed and the ray never entered.
-fn ior_before(path: &Path, inside: Option<Medium>, facing: Facing, spectrum: Spectrum) -> f32 {
-    match inside {
-        Some(medium) if facing == Facing::Back && !path.media.holds(medium.volume) => medium.ior_of(spectrum),
-        _ => path.media.ior(spectrum),
-    }
-}
-
-/// Index of refraction behind the surface: what fills the space there, or for walls and solids the material's own.
-fn ior_behind(material: &MaterialSample, media_behind: &MediaStack, spectrum: Spectrum) -> f32 {
-    if material.thin { material.ior } else { media_behind.ior(spectrum) }
 }
 
 /// The mirror ray, geometrically above the surface thanks to the bent normal.

@@ -46,6 +46,7 @@ impl Stage {
             ..Scene::default()
         };
         let selection = Selection {
+            image_light: None,
             variant: None,
             roots: vec![NodeIndex(0)],
             clips: Vec::new(),

@@ -74,6 +74,14 @@ impl EnvironmentMap {
         Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation })
     }
 
+    /// Lookups that someone else prepared: the picture, its irradiance, and the picture under lobes of roughness 1/8, 2/8, … 1.
+    pub(super) fn from_pictures(picture: Picture, irradiance: Picture, prefiltered: Vec<Picture>) -> Self {
+        let is_lit = [&picture, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
+        let filtered = FilteredPicture::new(picture);
+        let tables = Tables { filtered, irradiance, prefiltered, is_lit };
+        Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0 }
+    }
+
     /// Columns and rows of the picture.
     pub fn size(&self) -> (u32, u32) {
         let picture = self.tables.filtered.picture();

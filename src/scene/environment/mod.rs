@@ -3,6 +3,7 @@
 //! Directions are unit vectors in world space, pointing away from the surface. Reading picture files is not done here; see
 //! [`EnvironmentMap::new`].
 
+mod cube;
 mod filtered;
 mod irradiance;
 mod map;
@@ -14,6 +15,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+pub use cube::columns_for_cube;
 pub use map::EnvironmentMap;
 
 /// What surrounds the scene.

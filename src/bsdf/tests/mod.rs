@@ -5,6 +5,9 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::*;
+use crate::interaction::{AnisotropySample, SheenSample};
+
+mod specification;
 
 fn material(metallic: f32, roughness: f32, transmission: f32, thin: bool) -> MaterialSample {
     MaterialSample {
@@ -36,9 +39,21 @@ fn materials() -> Vec<MaterialSample> {
         all.push(material(0.0, roughness, 1.0, true));
         all.push(material(0.0, roughness, 1.0, false));
     }
+    let stretched = Some(AnisotropySample { strength: 0.7, direction: Vec3::X });
+    all.push(MaterialSample { anisotropy: stretched, ..material(0.3, 0.6, 0.4, true) });
     for sample in &mut all {
         sample.base_color = Vec3::new(0.9, 0.5, 0.1);
     }
+    all
+}
+
+/// The same with fibres or light that is scattered through.
+fn layered_materials() -> Vec<MaterialSample> {
+    let sheen = Some(SheenSample { color: Vec3::new(0.3, 0.8, 0.6), roughness: 0.6 });
+    let mut all = materials();
+    all.push(MaterialSample { sheen, ..all[0] });
+    all.push(MaterialSample { diffuse_transmission: 0.6, sheen, ..all[2] });
+    all.push(MaterialSample { specular: 0.5, specular_color: Vec3::new(4.0, 0.1, 1.0), ..all[0] });
     all
 }
 
@@ -77,6 +92,53 @@ fn a_white_surface_returns_at_most_what_it_receives() {
                     Vec3::ZERO
                 );
             }
+        }
+    }
+}
+
+#[test]
+fn white_layers_lose_only_what_their_lobes_lose() {
+    let white = MaterialSample::default();
+    let sum = |sample: &MaterialSample, wo| {
+        let albedos = Bsdf::new(sample, 1.0, 1.5).albedos(wo);
+        albedos.specular
+            + albedos.diffuse
+            + albedos.transmission
+            + albedos.diffuse_transmission
+            + albedos.sheen
+    };
+    for step in 1..=20 {
+        let wo = direction(step as f32 / 20.0, 0.3);
+        for roughness in [0.0, 0.3, 1.0] {
+            // What a dielectric does not reflect goes on to a white base: nothing is lost, whatever the lobe is like.
+            let base = MaterialSample { roughness, ..white };
+            let stretched = Some(AnisotropySample { strength: 0.8, direction: Vec3::X });
+            for sample in [
+                MaterialSample { specular: 0.4, ..base },
+                MaterialSample { anisotropy: stretched, ..base },
+                MaterialSample { diffuse_transmission: 0.7, transmission: 0.2, ..base },
+            ] {
+                assert!((sum(&sample, wo) - 1.0).abs().max_element() < 1e-5, "{sample:?}");
+            }
+            // A coloured reflection leaves the base what its strongest colour leaves: E_max − E is lost.
+            let tinted = MaterialSample { specular_color: Vec3::new(1.0, 0.5, 0.2), ..base };
+            let specular = Bsdf::new(&tinted, 1.0, 1.5).specular_albedo(wo);
+            let expected = 1.0 - specular.max_element() + specular;
+            assert!((sum(&tinted, wo) - expected).abs().max_element() < 1e-5);
+            // So does coloured sheen: with colour c, E c + (1 − E c_max).
+            let color = Vec3::new(1.0, 0.6, 0.2);
+            for sheen_roughness in [0.2, 0.6, 1.0] {
+                let sheen = SheenSample { color, roughness: sheen_roughness };
+                let cloth = MaterialSample { sheen: Some(sheen), ..base };
+                let albedo = Sheen::new(Vec3::ONE, sheen_roughness).albedo(wo.z).x;
+                let expected = color * albedo + (1.0 - albedo);
+                assert!((sum(&cloth, wo) - expected).abs().max_element() < 1e-5);
+            }
+            // A coat: what its lobe loses by single scattering, 1 − E with F = 1, times share · F.
+            let coat = Coat::new(0.8, roughness);
+            let lost = (1.0 - coat.transmittance(wo.z)) * (1.0 - lobe_albedo::total(wo.z, roughness));
+            assert!((coat.albedo(wo.z) + coat.transmittance(wo.z) - (1.0 - lost)).abs() < 1e-6);
+            assert!(lost >= 0.0);
         }
     }
 }
@@ -123,7 +185,7 @@ fn diffuse_head_on_is_lambert_under_fresnel() {
 
 #[test]
 fn reflection_is_reciprocal() {
-    for sample in materials() {
+    for sample in layered_materials() {
         let bsdf = Bsdf::new(&sample, 1.0, 1.5);
         for (a, b) in [(direction(0.9, 0.1), direction(0.2, 2.0)), (direction(0.5, 1.0), direction(0.7, 4.0))]
         {
@@ -135,7 +197,7 @@ fn reflection_is_reciprocal() {
 
 #[test]
 fn densities_integrate_to_one_less_what_dives_below() {
-    for sample in materials() {
+    for sample in layered_materials() {
         let bsdf = Bsdf::new(&sample, 1.0, 1.5);
         let wo = direction(0.7, 0.0);
         let total = integrate(|wi| Vec3::splat(bsdf.pdf(wo, wi))).x;

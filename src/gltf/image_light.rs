@@ -1,0 +1,161 @@
+//! Image-based lights: cubes of pictures, and the harmonics of their irradiance.
+//!
+//! Source: the text of `EXT_lights_image_based`. Pictures with alpha are RGBD: colours are divided by it once decoded from
+//! sRGB; others are plain sRGB.
+
+use glam::{Quat, Vec3};
+
+use super::accessor::Data;
+use super::context::Context;
+use super::extensions::IMAGE_LIGHTS;
+use super::image;
+use super::raw::{ANY, NOT_NEGATIVE, Raw};
+use super::resources::Resources;
+use crate::color::{srgb8_to_linear, srgb16_to_linear};
+use crate::error::Result;
+use crate::image_file::DecodedTexels;
+use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, columns_for_cube};
+
+/// Largest edge of a cube, texels.
+const MOST_TEXELS: usize = 4096;
+
+/// Imports all image-based lights.
+pub(super) fn import(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+) -> Result<Vec<ImageLight>> {
+    let Some(extension) = Raw::at(&data.document.value, format!("/extensions/{IMAGE_LIGHTS}")) else {
+        return Ok(Vec::new());
+    };
+    extension.expect_object(context)?;
+    let Some(lights) = extension.field("lights") else {
+        return Err(context.invalid(format!("{}/lights", extension.pointer), "is missing"));
+    };
+    let lights = lights.elements(context)?;
+    lights.iter().map(|light| import_light(context, data, resources, light)).collect()
+}
+
+/// The image-based light of the scene `raw`, among `count`.
+pub(super) fn of_scene(context: &Context, raw: &Raw, count: usize) -> Result<Option<ImageLightIndex>> {
+    let Some(extension) = raw.extension(IMAGE_LIGHTS) else {
+        return Ok(None);
+    };
+    extension.expect_object(context)?;
+    let pointer = format!("{}/light", extension.pointer);
+    let Some(index) = extension.index(context, "light")? else {
+        return Err(context.invalid(pointer, "is missing"));
+    };
+    let index = context.subscript(index, count, &pointer, "image-based light")?;
+    Ok(Some(ImageLightIndex(u32::try_from(index).unwrap_or(u32::MAX))))
+}
+
+fn import_light(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+    raw: &Raw,
+) -> Result<ImageLight> {
+    raw.expect_object(context)?;
+    let rotation = Quat::from_array(raw.numbers(context, "rotation", [0.0, 0.0, 0.0, 1.0], ANY)?);
+    let length = rotation.length();
+    if !(length > 1e-12 && length.is_finite()) {
+        let message = "is a quaternion of length zero, which turns nowhere";
+        return Err(context.invalid(format!("{}/rotation", raw.pointer), message));
+    }
+    Ok(ImageLight {
+        name: raw.string(context, "name")?.map(str::to_owned),
+        intensity: raw.number(context, "intensity", 1.0, NOT_NEGATIVE)?,
+        rotation: rotation.normalize(),
+        irradiance: irradiance(context, raw)?,
+        levels: levels(context, data, resources, raw)?,
+    })
+}
+
+fn irradiance(context: &Context, raw: &Raw) -> Result<[Vec3; 9]> {
+    let pointer = format!("{}/irradianceCoefficients", raw.pointer);
+    let Some(list) = raw.field("irradianceCoefficients") else {
+        return Err(context.invalid(pointer, "is missing"));
+    };
+    let rows = list.elements(context)?;
+    if rows.len() != 9 {
+        return Err(context.invalid(pointer, "must have nine coefficients"));
+    }
+    let mut coefficients = [Vec3::ZERO; 9];
+    for (coefficient, row) in coefficients.iter_mut().zip(&rows) {
+        *coefficient = Vec3::from_array(row.array(context, ANY)?);
+    }
+    Ok(coefficients)
+}
+
+fn levels(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+    raw: &Raw,
+) -> Result<Vec<CubeLevel>> {
+    let size = raw.index(context, "specularImageSize")?.unwrap_or(0);
+    if !size.is_power_of_two() || size > MOST_TEXELS {
+        let message = format!("must be a power of two up to {MOST_TEXELS}");
+        return Err(context.invalid(format!("{}/specularImageSize", raw.pointer), message));
+    }
+    let pointer = format!("{}/specularImages", raw.pointer);
+    let Some(list) = raw.field("specularImages") else {
+        return Err(context.invalid(pointer, "is missing"));
+    };
+    let rows = list.elements(context)?;
+    if rows.is_empty() || rows.len() > (size.ilog2() as usize).saturating_add(1) {
+        return Err(context.invalid(pointer, "must have a level, and no more than halving the size gives"));
+    }
+    // What rays look up is an equirectangular picture as sharp as the cube.
+    let columns = columns_for_cube(u32::try_from(size).unwrap_or(u32::MAX)) as u64;
+    context.charge(columns.saturating_mul(columns).saturating_mul(6), &pointer)?;
+    let mut levels = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        let size = u32::try_from(size.checked_shr(u32::try_from(i).unwrap_or(32)).unwrap_or(0)).unwrap_or(0);
+        let indices = row.elements(context)?;
+        let [px, nx, py, ny, pz, nz] = indices.as_slice() else {
+            return Err(context.invalid(&row.pointer, "must name six images"));
+        };
+        let mut face = |raw: &Raw| face(context, data, resources, raw, size);
+        levels.push(CubeLevel {
+            size,
+            faces: [face(px)?, face(nx)?, face(py)?, face(ny)?, face(pz)?, face(nz)?],
+        });
+    }
+    Ok(levels)
+}
+
+fn face(
+    context: &mut Context,
+    data: &Data,
+    resources: &mut Resources,
+    raw: &Raw,
+    size: u32,
+) -> Result<Vec<[f32; 3]>> {
+    let index = raw.value.as_u64().and_then(|index| usize::try_from(index).ok());
+    let Some(index) = index else {
+        return Err(context.invalid(&raw.pointer, "must be a non-negative integer"));
+    };
+    context.subscript(index, data.document.root.images.len(), &raw.pointer, "image")?;
+    let used_before = context.used_bytes();
+    let (header, texels) = image::load(context, data, resources, index)?;
+    if (header.width, header.height) != (size, size) {
+        let message = format!("the image has {}x{} texels, not {size}x{size}", header.width, header.height);
+        return Err(context.invalid(&raw.pointer, message));
+    }
+    let count = u64::from(size).saturating_mul(u64::from(size));
+    let mut pixels = context.allocate(count, &raw.pointer)?;
+    match texels {
+        DecodedTexels::Rgba8(texels) => pixels.extend(texels.into_iter().map(|[r, g, b, d]| {
+            let divisor = if d == 0 { 1.0 } else { f32::from(d) } / 255.0;
+            [r, g, b].map(|channel| srgb8_to_linear(channel) / divisor)
+        })),
+        DecodedTexels::Rgba16(texels) => pixels.extend(texels.into_iter().map(|[r, g, b, d]| {
+            let divisor = if d == 0 { 1.0 } else { f32::from(d) } / 65535.0;
+            [r, g, b].map(|channel| srgb16_to_linear(channel) / divisor)
+        })),
+    }
+    context.settle(used_before, count.saturating_mul(size_of::<[f32; 3]>() as u64));
+    Ok(pixels)
+}

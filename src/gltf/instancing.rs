@@ -1,0 +1,96 @@
+//! Meshes that a node draws in several places.
+//!
+//! Source: the text of `EXT_mesh_gpu_instancing` (Khronos Group).
+
+use glam::{Mat4, Quat, Vec3};
+
+use super::accessor::Data;
+use super::attributes::{Attributes, Reference};
+use super::context::Context;
+use super::extensions::INSTANCING;
+use super::formats;
+use super::raw::Raw;
+use crate::error::Result;
+use crate::scene::Node;
+
+/// The transforms of the node's mesh relative to the node `raw`; `None` where the mesh is drawn once.
+pub(super) fn of_node(
+    context: &mut Context,
+    data: &Data,
+    raw: &Raw,
+    node: &Node,
+) -> Result<Option<Vec<Mat4>>> {
+    let Some(extension) = raw.extension(INSTANCING) else {
+        return Ok(None);
+    };
+    extension.expect_object(context)?;
+    let Some(raw_attributes) = extension.field("attributes") else {
+        return Err(context.invalid(format!("{}/attributes", extension.pointer), "is missing"));
+    };
+    let attributes = Attributes::new(context, data, &raw_attributes)?;
+    let Some(first) = attributes.first() else {
+        return Err(context.invalid(raw_attributes.pointer, "must not be empty"));
+    };
+    let count = data.accessor(context, first.accessor, &first.pointer)?.count.0;
+    attributes.check_counts_against(context, data, count, &first.name)?;
+    for reference in attributes.iter() {
+        let known = matches!(reference.name.as_str(), "TRANSLATION" | "ROTATION" | "SCALE");
+        if !(known || reference.name.starts_with('_')) {
+            let message =
+                format!("the attribute {} of instances is not supported; it is ignored", reference.name);
+            context.warn(&reference.pointer, message);
+        }
+    }
+    let instances = read(context, data, &attributes, count, &extension.pointer)?;
+    if node.mesh.is_none() {
+        context.warn(&extension.pointer, "instances on a node without mesh have no effect");
+        return Ok(None);
+    }
+    if node.skin.is_some() {
+        let message = "instances of skinned meshes are not supported; such meshes are drawn once";
+        context.warn(&extension.pointer, message);
+        return Ok(None);
+    }
+    Ok(Some(instances))
+}
+
+fn read(
+    context: &mut Context,
+    data: &Data,
+    attributes: &Attributes,
+    count: u64,
+    pointer: &str,
+) -> Result<Vec<Mat4>> {
+    let translations = vectors(context, data, attributes.find("TRANSLATION"), &formats::INSTANCE_VECTORS)?;
+    let scales = vectors(context, data, attributes.find("SCALE"), &formats::INSTANCE_VECTORS)?;
+    let rotations: Vec<[f32; 4]> = match attributes.find("ROTATION") {
+        Some(reference) => data.floats_as(context, reference, &formats::INSTANCE_ROTATIONS)?,
+        None => Vec::new(),
+    };
+    let mut instances = context.allocate(count, pointer)?;
+    for i in 0..usize::try_from(count).unwrap_or(usize::MAX) {
+        let translation = translations.get(i).copied().unwrap_or(Vec3::ZERO);
+        let scale = scales.get(i).copied().unwrap_or(Vec3::ONE);
+        let rotation = rotations.get(i).map_or(Quat::IDENTITY, |rotation| Quat::from_array(*rotation));
+        let length = rotation.length();
+        if !(length > 1e-12 && length.is_finite()) {
+            let message = format!("the rotation of instance {i} has length zero, which turns nowhere");
+            return Err(context.invalid(format!("{pointer}/attributes/ROTATION"), message));
+        }
+        instances.push(Mat4::from_scale_rotation_translation(scale, rotation.normalize(), translation));
+    }
+    Ok(instances)
+}
+
+fn vectors(
+    context: &mut Context,
+    data: &Data,
+    reference: Option<&Reference>,
+    allowed: &formats::Allowed,
+) -> Result<Vec<Vec3>> {
+    let Some(reference) = reference else {
+        return Ok(Vec::new());
+    };
+    let values: Vec<[f32; 3]> = data.floats_as(context, reference, allowed)?;
+    Ok(values.into_iter().map(Vec3::from_array).collect())
+}

@@ -1,0 +1,215 @@
+//! Buffer views stored in compressed form.
+//!
+//! Source: the texts of `KHR_meshopt_compression` and `EXT_meshopt_compression` (Khronos Group); the second is the
+//! first without filters of colours and without version 1 of the attribute codec, and both are read alike.
+//!
+//! Every view is unpacked once, before anything reads it; accessors then see what the plain view would hold. Where the
+//! file brings a plain copy as well, it is not read.
+
+mod attributes;
+mod filters;
+mod indices;
+mod reader;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+
+use super::context::Context;
+use super::document::Document;
+use super::extensions::{EXT_MESHOPT, KHR_MESHOPT};
+use super::raw::Raw;
+use crate::error::{Error, Result};
+
+use filters::Filter;
+use reader::Malformed;
+
+/// How a stream is packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Attributes,
+    Triangles,
+    Indices,
+}
+
+/// A compressed view, checked and paid for.
+struct Packed<'a> {
+    /// The view that it fills.
+    view: usize,
+    pointer: String,
+    stream: &'a [u8],
+    count: usize,
+    stride: usize,
+    mode: Mode,
+    filter: Filter,
+    output: Vec<u8>,
+}
+
+/// The content of every compressed buffer view, by view; `None` for plain ones.
+pub(super) fn unpack_views(
+    context: &mut Context,
+    document: &Document,
+    buffers: &[Option<Vec<u8>>],
+) -> Result<Vec<Option<Vec<u8>>>> {
+    let mut packed = Vec::new();
+    let view_count = document.root.buffer_views.len();
+    for view in 0..view_count {
+        if let Some(raw) = extension_of(context, document, view)? {
+            packed.push(understand(context, document, buffers, view, &raw)?);
+        }
+    }
+    let path = context.path;
+    let unpacked: Vec<(usize, Result<Vec<u8>>)> =
+        packed.into_par_iter().map(|packed| (packed.view, unpack(packed, path))).collect();
+    let mut views: Vec<Option<Vec<u8>>> = vec![None; view_count];
+    for (view, bytes) in unpacked {
+        if let Some(slot) = views.get_mut(view) {
+            *slot = Some(bytes?);
+        }
+    }
+    Ok(views)
+}
+
+/// Whether the data of buffer `index` is only there for programs that cannot unpack.
+pub(super) fn is_fallback(document: &Document, index: usize) -> bool {
+    let raw = document.element("buffers", index);
+    [KHR_MESHOPT, EXT_MESHOPT].iter().any(|name| {
+        let extension = raw.as_ref().and_then(|raw| raw.extension(name));
+        extension.is_some_and(|extension| extension.value.get("fallback") == Some(&true.into()))
+    })
+}
+
+/// The extension object of a view.
+fn extension_of<'a>(context: &Context, document: &'a Document, view: usize) -> Result<Option<Raw<'a>>> {
+    let Some(raw) = document.element("bufferViews", view) else {
+        return Ok(None);
+    };
+    match (raw.extension(KHR_MESHOPT), raw.extension(EXT_MESHOPT)) {
+        (Some(_), Some(other)) => {
+            Err(context.invalid(other.pointer, format!("cannot be used together with {KHR_MESHOPT}")))
+        }
+        (Some(raw), None) | (None, Some(raw)) => Ok(Some(raw)),
+        (None, None) => Ok(None),
+    }
+}
+
+fn understand<'a>(
+    context: &mut Context,
+    document: &Document,
+    buffers: &'a [Option<Vec<u8>>],
+    view: usize,
+    raw: &Raw,
+) -> Result<Packed<'a>> {
+    raw.expect_object(context)?;
+    let required = |context: &Context, key: &str| -> Result<usize> {
+        let missing = || context.invalid(format!("{}/{key}", raw.pointer), "is missing");
+        raw.index(context, key)?.ok_or_else(missing)
+    };
+    let mode = mode(context, raw)?;
+    let filter = filter(context, raw)?;
+    let count = required(context, "count")?;
+    let stride = required(context, "byteStride")?;
+    check_layout(context, raw, (mode, filter), (count, stride))?;
+
+    // The plain view must hold just what is unpacked.
+    let held = document.root.buffer_views.get(view).map_or(0, |view| view.byte_length.0);
+    let unpacked = (count as u64).saturating_mul(stride as u64);
+    if unpacked != held {
+        let message =
+            format!("{count} elements of {stride} bytes do not fill the {held} bytes of the buffer view");
+        return Err(context.invalid(&raw.pointer, message));
+    }
+
+    // Find the stream.
+    let buffer = required(context, "buffer")?;
+    let pointer = format!("{}/buffer", raw.pointer);
+    context.subscript(buffer, buffers.len(), &pointer, "buffer")?;
+    let Some(Some(bytes)) = buffers.get(buffer) else {
+        return Err(context.invalid(pointer, format!("buffer {buffer} has no data")));
+    };
+    let offset = raw.index(context, "byteOffset")?.unwrap_or(0);
+    let length = required(context, "byteLength")?;
+    let end = offset.checked_add(length);
+    let Some(stream) = end.and_then(|end| bytes.get(offset..end)) else {
+        let message = format!("reaches past the {} bytes of buffer {buffer}", bytes.len());
+        return Err(context.invalid(&raw.pointer, message));
+    };
+    let output = context.allocate(unpacked, &raw.pointer)?;
+    Ok(Packed { view, pointer: raw.pointer.clone(), stream, count, stride, mode, filter, output })
+}
+
+fn mode(context: &Context, raw: &Raw) -> Result<Mode> {
+    match raw.string(context, "mode")? {
+        Some("ATTRIBUTES") => Ok(Mode::Attributes),
+        Some("TRIANGLES") => Ok(Mode::Triangles),
+        Some("INDICES") => Ok(Mode::Indices),
+        _ => {
+            let pointer = format!("{}/mode", raw.pointer);
+            Err(context.invalid(pointer, "must be ATTRIBUTES, TRIANGLES or INDICES"))
+        }
+    }
+}
+
+fn filter(context: &Context, raw: &Raw) -> Result<Filter> {
+    match raw.string(context, "filter")? {
+        None | Some("NONE") => Ok(Filter::None),
+        Some("OCTAHEDRAL") => Ok(Filter::Octahedral),
+        Some("QUATERNION") => Ok(Filter::Quaternion),
+        Some("EXPONENTIAL") => Ok(Filter::Exponential),
+        Some("COLOR") => Ok(Filter::Color),
+        Some(_) => {
+            let message = "must be NONE, OCTAHEDRAL, QUATERNION, EXPONENTIAL or COLOR";
+            Err(context.invalid(format!("{}/filter", raw.pointer), message))
+        }
+    }
+}
+
+/// What the specification asks of counts and strides.
+fn check_layout(
+    context: &Context,
+    raw: &Raw,
+    (mode, filter): (Mode, Filter),
+    (count, stride): (usize, usize),
+) -> Result<()> {
+    let wrong = |key: &str, message: &str| Err(context.invalid(format!("{}/{key}", raw.pointer), message));
+    match mode {
+        Mode::Attributes if stride.checked_rem(4) != Some(0) || !(4..=256).contains(&stride) => {
+            wrong("byteStride", "must be a multiple of 4 up to 256")
+        }
+        Mode::Triangles | Mode::Indices if stride != 2 && stride != 4 => {
+            wrong("byteStride", "must be 2 or 4")
+        }
+        Mode::Triangles if count.checked_rem(3) != Some(0) => wrong("count", "must be a multiple of 3"),
+        Mode::Triangles | Mode::Indices if filter != Filter::None => {
+            wrong("filter", "must be NONE for indices")
+        }
+        _ if !filter.fits(stride) => wrong("filter", "does not go with this byteStride"),
+        _ => Ok(()),
+    }
+}
+
+fn unpack(packed: Packed, path: &std::path::Path) -> Result<Vec<u8>> {
+    let Packed { pointer, stream, count, stride, mode, filter, mut output, .. } = packed;
+    decode(stream, mode, (count, stride), &mut output)
+        .map_err(|Malformed(why)| Error::invalid(path, pointer, format!("the compressed data {why}")))?;
+    filter.apply(&mut output, stride);
+    Ok(output)
+}
+
+/// Appends `count` elements of `stride` bytes to `output`, before any filter.
+fn decode(
+    stream: &[u8],
+    mode: Mode,
+    (count, stride): (usize, usize),
+    output: &mut Vec<u8>,
+) -> std::result::Result<(), Malformed> {
+    let mut emit = |index: u32| {
+        let bytes = index.to_le_bytes();
+        output.extend(bytes.get(..stride).unwrap_or_default());
+    };
+    match mode {
+        Mode::Attributes => attributes::decode(stream, count, stride, output),
+        Mode::Triangles => indices::decode_triangles(stream, count, &mut emit),
+        Mode::Indices => indices::decode_sequence(stream, count, &mut emit),
+    }
+}

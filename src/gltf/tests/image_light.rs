@@ -1,0 +1,77 @@
+//! Image-based lights of files.
+
+use base64::Engine;
+use glam::Vec3;
+use image::{ExtendedColorType, ImageEncoder};
+use serde_json::{Value, json};
+
+use super::{Document, error_text, import_bytes};
+
+/// A PNG of one texel repeated, as a `data:` URI.
+fn picture(size: u32, texel: [u8; 4]) -> Value {
+    let mut file = Vec::new();
+    let texels = texel.repeat((size * size) as usize);
+    let encoder = image::codecs::png::PngEncoder::new(&mut file);
+    encoder.write_image(&texels, size, size, ExtendedColorType::Rgba8).unwrap();
+    let text = base64::engine::general_purpose::STANDARD.encode(file);
+    json!({"uri": format!("data:image/png;base64,{text}")})
+}
+
+/// A cube of two texels an edge and one of one texel; face 0 is RGBD with a divisor of 51.
+fn lit() -> Value {
+    let mut document = Document::triangle();
+    document.json["images"] =
+        json!([picture(2, [255, 255, 255, 51]), picture(2, [0, 0, 0, 255]), picture(1, [255, 0, 0, 255])]);
+    document.json["extensions"] = json!({"EXT_lights_image_based": {"lights": [{
+        "intensity": 2,
+        "rotation": [0, 2, 0, 0],
+        "irradianceCoefficients": vec![[1, 2, 3]; 9],
+        "specularImageSize": 2,
+        "specularImages": [[0, 1, 1, 1, 1, 1], [2, 2, 2, 2, 2, 2]]
+    }]}});
+    document.json["scenes"][0]["extensions"] = json!({"EXT_lights_image_based": {"light": 0}});
+    document.to_json()
+}
+
+#[test]
+fn cubes_are_unpacked_from_rgbd() {
+    let scene = import_bytes("a.gltf", lit().to_string().as_bytes()).unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    assert_eq!(scene.scenes[0].image_light.map(|light| light.0), Some(0));
+    let light = &scene.image_lights[0];
+    assert_eq!(
+        (light.intensity, light.rotation.y, light.irradiance[8]),
+        (2.0, 1.0, Vec3::new(1.0, 2.0, 3.0))
+    );
+    assert_eq!((light.levels[0].size, light.levels[1].size, light.levels.len()), (2, 1, 2));
+    // White by 51/255 is 5.
+    assert_eq!(light.levels[0].faces[0], vec![[5.0; 3]; 4]);
+    assert_eq!(light.levels[1].faces[5], vec![[1.0, 0.0, 0.0]]);
+}
+
+#[test]
+fn wrong_image_lights_name_their_place() {
+    for (key, value, expected) in [
+        ("irradianceCoefficients", json!([[1, 2, 3]]), "nine coefficients"),
+        ("irradianceCoefficients", json!(vec![[1, 2]; 9]), "/irradianceCoefficients/0"),
+        ("specularImageSize", json!(3), "power of two"),
+        ("specularImages", json!([]), "must have a level"),
+        ("specularImages", json!([[0, 1]]), "must name six images"),
+        ("specularImages", json!([[0, 1, 1, 1, 1, 2]]), "1x1 texels, not 2x2"),
+        ("specularImages", json!([[0, 1, 1, 1, 1, 9]]), "no image 9"),
+        ("rotation", json!([0, 0, 0, 0]), "length zero"),
+        ("intensity", json!(-1), "/intensity"),
+    ] {
+        let mut document = lit();
+        document["extensions"]["EXT_lights_image_based"]["lights"][0][key] = value;
+        let text = error_text(import_bytes("a.gltf", document.to_string().as_bytes()), 65);
+        assert!(
+            text.contains(expected) && text.contains("/extensions/EXT_lights_image_based/lights/0"),
+            "{text}"
+        );
+    }
+    let mut document = lit();
+    document["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = json!(1);
+    let text = error_text(import_bytes("a.gltf", document.to_string().as_bytes()), 65);
+    assert!(text.contains("/scenes/0/extensions/EXT_lights_image_based/light"), "{text}");
+}

@@ -1,0 +1,172 @@
+//! KTX2 files with Basis Universal data (`KHR_texture_basisu`) to texels: the first level, face and layer.
+//!
+//! Sources: *KTX File Format Specification 2.0* (Khronos Group, 2021), sections 3 and 4; the text of `KHR_texture_basisu`.
+//! The crate `basisu` decodes blocks; sizes are checked here before it allocates.
+
+use std::panic::catch_unwind;
+
+use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
+
+use super::texture_decode::ImageHeader;
+
+const TEXEL_BYTES: u64 = 4;
+const LEVEL_INDEX_START: usize = 80;
+const LEVEL_INDEX_ENTRY: usize = 24;
+/// Supercompression schemes.
+const BASIS_LZ: u32 = 1;
+const ZSTANDARD: u32 = 2;
+/// Colour models of the data format descriptor.
+const MODEL_ETC1S: u32 = 163;
+const MODEL_UASTC: u32 = 166;
+
+/// What is needed of a file before its levels are touched.
+#[derive(Clone, Copy, Debug)]
+struct Header {
+    size: (u32, u32),
+    /// Bytes of the first level once decompressed; 0 where the scheme does not say.
+    level_bytes: u64,
+    /// Whether red and green lie in the colours and in alpha.
+    is_red_green: bool,
+}
+
+/// The size of the first level, and the memory that decoding it takes.
+pub(super) fn header(bytes: &[u8]) -> Result<ImageHeader, String> {
+    let header = understand(bytes)?;
+    let (width, height) = header.size;
+    let texels = u64::from(width).saturating_mul(u64::from(height));
+    // A decompressed copy lies beside the texels.
+    let decoded_bytes = texels.saturating_mul(TEXEL_BYTES).saturating_add(header.level_bytes);
+    Ok(ImageHeader { width, height, decoded_bytes })
+}
+
+/// Decodes the first level.
+pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
+    let header = understand(bytes)?;
+    // The decoder is someone else's: what it cannot cope with must not end the program.
+    let decoded = catch_unwind(|| {
+        let transcoder = Transcoder::new(bytes)?;
+        match transcoder.source_format() {
+            SourceFormat::Etc1s | SourceFormat::UastcLdr => {}
+            source => return Err(basisu::Error::Unsupported { source, target: TargetFormat::Rgba32 }),
+        }
+        transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+    });
+    let channels = match decoded {
+        Ok(Ok(channels)) => channels,
+        Ok(Err(error)) => return Err(format!("cannot be decoded: {error:?}")),
+        Err(_) => return Err("cannot be decoded".to_owned()),
+    };
+    let (texels, _) = channels.as_chunks::<4>();
+    let expected = u64::from(header.size.0) * u64::from(header.size.1);
+    if texels.len() as u64 != expected {
+        return Err(format!("holds {} texels where its header says {expected}", texels.len()));
+    }
+    let mut texels = texels.to_vec();
+    if header.is_red_green {
+        for texel in &mut texels {
+            *texel = [texel[0], texel[3], 0, u8::MAX];
+        }
+    }
+    Ok(texels)
+}
+
+fn understand(bytes: &[u8]) -> Result<Header, String> {
+    let field = |start: usize| -> Result<u32, String> {
+        let field = bytes.get(start..).and_then(|rest| rest.first_chunk::<4>());
+        field.map(|field| u32::from_le_bytes(*field)).ok_or_else(|| "ends inside its header".to_owned())
+    };
+    let wide =
+        |start: usize| Ok::<u64, String>(u64::from(field(start)?) | u64::from(field(start + 4)?) << 32);
+    let format = field(12)?;
+    let (width, height, depth) = (field(20)?, field(24)?, field(28)?);
+    let (layers, faces, levels, scheme) = (field(32)?, field(36)?, field(40)?, field(44)?);
+    let descriptor = field(48)? as usize;
+    let model = field(descriptor.saturating_add(12))? & 0xff;
+    let first_channel = field(descriptor.saturating_add(28))? >> 24 & 15;
+    let second_channel = field(descriptor.saturating_add(44)).map_or(0, |word| word >> 24 & 15);
+    if format != 0 || !matches!(model, MODEL_ETC1S | MODEL_UASTC) {
+        return Err(format!(
+            "is KTX2 with format {format} and colour model {model}; only Basis Universal data is supported"
+        ));
+    }
+    if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 {
+        return Err(format!(
+            "is KTX2 of {width}x{height}x{depth}, {layers} layers and {faces} faces, not a picture"
+        ));
+    }
+    if !(1..=32).contains(&levels) {
+        return Err(format!("says that it has {levels} levels"));
+    }
+
+    // Every level is read where it says, and the first is unpacked to no more than its blocks.
+    let blocks = u64::from(width.div_ceil(4)).saturating_mul(u64::from(height.div_ceil(4)));
+    let most = if scheme == ZSTANDARD && model == MODEL_UASTC { blocks.saturating_mul(16) } else { 0 };
+    let mut level_bytes = 0;
+    for level in 0..levels as usize {
+        let entry = LEVEL_INDEX_START + level * LEVEL_INDEX_ENTRY;
+        let (start, length, unpacked) = (wide(entry)?, wide(entry + 8)?, wide(entry + 16)?);
+        if start.checked_add(length).is_none_or(|end| end > bytes.len() as u64) {
+            return Err(format!("ends before level {level}; the file is truncated"));
+        }
+        if level == 0 && scheme != BASIS_LZ {
+            level_bytes = if scheme == ZSTANDARD { unpacked } else { 0 };
+        }
+    }
+    if level_bytes > most {
+        return Err(format!("unpacks its first level to {level_bytes} bytes, of which {most} are texels"));
+    }
+    let is_red_green = match model {
+        MODEL_ETC1S => first_channel == 3 && second_channel == 4,
+        _ => first_channel == 5,
+    };
+    Ok(Header { size: (width, height), level_bytes, is_red_green })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UASTC: &[u8] = include_bytes!("../../examples/make_scenes/streams/chequer_uastc.ktx2");
+    const ETC1S: &[u8] = include_bytes!("../../examples/make_scenes/streams/chequer_etc1s.ktx2");
+
+    #[test]
+    fn both_kinds_of_blocks_are_decoded() {
+        for file in [UASTC, ETC1S] {
+            let header = header(file).unwrap();
+            assert_eq!((header.width, header.height), (32, 16));
+            let texels = decode(file).unwrap();
+            assert_eq!((texels.len(), texels[0], texels[4]), (512, [233, 200, 125, 255], [59, 92, 142, 255]));
+        }
+        // Zstandard unpacks 8 x 4 blocks of 16 bytes beside the 512 texels.
+        assert_eq!(header(UASTC).unwrap().decoded_bytes, 512 * 4 + 32 * 16);
+        assert_eq!(header(ETC1S).unwrap().decoded_bytes, 512 * 4);
+    }
+
+    #[test]
+    fn red_and_green_come_back_from_colour_and_alpha() {
+        // The channel of the first sample: 3 is RGBA without alpha in this file, 5 is red and green.
+        let mut file = UASTC.to_vec();
+        let descriptor = u32::from_le_bytes(file[48..52].try_into().unwrap()) as usize;
+        file[descriptor + 31] = (file[descriptor + 31] & 0xf0) | 5;
+        assert_eq!(decode(&file).unwrap()[0], [233, 255, 0, 255]);
+    }
+
+    #[test]
+    fn headers_that_lie_are_told() {
+        let spoiled = |place: usize, value: u32| {
+            let mut file = UASTC.to_vec();
+            file[place..place + 4].copy_from_slice(&value.to_le_bytes());
+            header(&file).unwrap_err()
+        };
+        assert!(spoiled(12, 37).contains("only Basis Universal"), "R8G8B8A8");
+        assert!(spoiled(20, 0).contains("not a picture"));
+        assert!(spoiled(36, 6).contains("6 faces"));
+        assert!(spoiled(40, 0).contains("0 levels"));
+        // The first level unpacks to more than its blocks, or lies behind the end.
+        assert!(spoiled(80 + 16, 1 << 30).contains("unpacks its first level"));
+        assert!(spoiled(80 + 8, 1 << 20).contains("truncated"));
+        for length in 0..UASTC.len() {
+            assert!(decode(&UASTC[..length]).is_err(), "{length}");
+        }
+    }
+}

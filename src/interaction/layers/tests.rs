@@ -1,0 +1,179 @@
+//! Which channel means what, and which way directions run.
+
+use glam::{Mat4, Vec2, Vec3};
+
+use crate::bvh::Hit;
+use crate::frame::{Frame, PosedCamera};
+use crate::geometry::{Facing, Ray};
+use crate::interaction::{Footprint, MaterialSample, PosedScene, SurfacePoint, material_at};
+use crate::scene::{
+    Anisotropy, CameraChoice, ClearCoat, DiffuseTransmission, Glossiness, Image, ImageIndex, Iridescence,
+    Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, NormalTexture, Primitive, Sampler, Scene,
+    Selection, Sheen, Specular, Texels, Texture, TextureIndex, TextureRef, UvTransform,
+};
+
+/// Red, green, blue and alpha of 0.2, 0.4, 0.6 and 0.8.
+const STEPS: [u8; 4] = [51, 102, 153, 204];
+
+fn texture(index: u32) -> TextureRef {
+    TextureRef { texture: TextureIndex(index), uv_set: 0, transform: UvTransform::default() }
+}
+
+/// The values of `material`, whose textures have one of `texels` each, on a triangle in the plane z = 0 seen from +Z. Texture
+/// coordinates make +X the tangent, or −X where they are mirrored; +Y is the bitangent.
+fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSample {
+    let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+    // v runs down.
+    let uv = |position: &Vec3| Vec2::new(if mirrored { -position.x } else { position.x }, -position.y);
+    let primitive = Primitive {
+        uvs: vec![positions.iter().map(uv).collect()],
+        positions,
+        normals: None,
+        tangents: None,
+        colors: None,
+        influences: None,
+        triangles: vec![[0, 1, 2]],
+        material: MaterialIndex(0),
+        variants: Vec::new(),
+        targets: Vec::new(),
+    };
+    let image =
+        |texel: &[u8; 4]| Image { name: None, width: 1, height: 1, texels: Texels::Rgba8(vec![*texel]) };
+    let over = |index| Texture { name: None, image: ImageIndex(index), sampler: Sampler::default() };
+    let scene = Scene {
+        nodes: vec![Node { mesh: Some(MeshIndex(0)), ..Node::default() }],
+        node_order: vec![NodeIndex(0)],
+        meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],
+        materials: vec![material],
+        images: texels.iter().map(image).collect(),
+        textures: (0..texels.len() as u32).map(over).collect(),
+        ..Scene::default()
+    };
+    let projection = PosedCamera::default().projection;
+    let selection = Selection {
+        image_light: None,
+        roots: vec![NodeIndex(0)],
+        clips: Vec::new(),
+        camera: CameraChoice::Fixed { world_from_camera: Mat4::IDENTITY, projection },
+        variant: None,
+    };
+    let frame = Frame::at(&scene, &selection, 0.0);
+    let posed = PosedScene { scene: &scene, frame: &frame };
+    let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
+    let hit = Hit { t: 1.0, primitive: 0, u: 0.25, v: 0.25, facing: Facing::Front };
+    material_at(posed, &SurfacePoint::new(posed, &ray, &hit, &Footprint::POINT))
+}
+
+fn of_steps(material: Material) -> MaterialSample {
+    sampled(material, &[STEPS], false)
+}
+
+/// The colour of [`STEPS`] behind the sRGB transfer function.
+fn decoded() -> Vec3 {
+    Vec3::new(0.2, 0.4, 0.6).map(|code| libm::powf((code + 0.055) / 1.055, 2.4))
+}
+
+fn assert_close(found: Vec3, expected: Vec3) {
+    assert!((found - expected).abs().max_element() < 1e-5, "{found} is not {expected}");
+}
+
+#[test]
+fn each_channel_has_its_meaning() {
+    let map = Some(texture(0));
+    let specular = Specular { factor: 0.5, texture: map, color: Vec3::splat(2.0), color_texture: map };
+    let sample = of_steps(Material { specular: Some(specular), ..Material::default() });
+    assert_close(sample.specular_color, decoded() * 2.0);
+    assert!((sample.specular - 0.5 * 0.8).abs() < 1e-6);
+
+    let glossiness = Glossiness { factor: 0.5, texture: map };
+    let sample = of_steps(Material { glossiness: Some(glossiness), ..Material::default() });
+    assert!((sample.roughness - (1.0 - 0.5 * 0.8)).abs() < 1e-6);
+
+    let coat =
+        ClearCoat { factor: 0.5, texture: map, roughness: 0.5, roughness_texture: map, normal_texture: None };
+    let coat = of_steps(Material { clear_coat: Some(coat), ..Material::default() }).clear_coat.unwrap();
+    assert!((coat.factor - 0.5 * 0.2).abs() < 1e-6 && (coat.roughness - 0.5 * 0.4).abs() < 1e-6);
+
+    let sheen = Sheen { color: Vec3::ONE, color_texture: map, roughness: 0.5, roughness_texture: map };
+    let sheen = of_steps(Material { sheen: Some(sheen), ..Material::default() }).sheen.unwrap();
+    assert_close(sheen.color, decoded());
+    assert!((sheen.roughness - 0.5 * 0.8).abs() < 1e-6);
+
+    let film = Iridescence {
+        factor: 0.5,
+        texture: map,
+        ior: 1.3,
+        thickness_minimum_nm: 100.0,
+        thickness_maximum_nm: 600.0,
+        thickness_texture: map,
+    };
+    let material = Material { iridescence: Some(film), ..Material::default() };
+    let film = of_steps(material.clone()).iridescence.unwrap();
+    assert!((film.factor - 0.5 * 0.2).abs() < 1e-6 && (film.thickness_nm - 300.0).abs() < 1e-3);
+    // Without a texture it is the maximum.
+    let plain = Iridescence { thickness_texture: None, ..material.iridescence.unwrap() };
+    let film = of_steps(Material { iridescence: Some(plain), ..Material::default() }).iridescence;
+    assert_eq!(film.unwrap().thickness_nm, 600.0);
+
+    let layer = DiffuseTransmission { factor: 0.5, texture: map, color: Vec3::ONE, color_texture: map };
+    let sample = of_steps(Material { diffuse_transmission: Some(layer), ..Material::default() });
+    assert!((sample.diffuse_transmission - 0.5 * 0.8).abs() < 1e-6);
+    assert_close(sample.diffuse_transmission_color, decoded());
+
+    let anisotropy = Anisotropy { strength: 0.5, rotation_radians: 0.0, texture: map };
+    let sample = of_steps(Material { anisotropy: Some(anisotropy), ..Material::default() });
+    assert!((sample.anisotropy.unwrap().strength - 0.5 * 0.6).abs() < 1e-6);
+}
+
+#[test]
+fn unlit_surfaces_have_no_layers() {
+    let sheen = Sheen { color: Vec3::ONE, color_texture: None, roughness: 0.5, roughness_texture: None };
+    assert_eq!(of_steps(Material { sheen: Some(sheen), unlit: true, ..Material::default() }).sheen, None);
+}
+
+#[test]
+fn stretches_run_along_the_tangent_and_turn_counter_clockwise() {
+    let along = |rotation_degrees: f32, texel: Option<[u8; 4]>, mirrored| {
+        let anisotropy = Anisotropy {
+            strength: 1.0,
+            rotation_radians: rotation_degrees.to_radians(),
+            texture: texel.map(|_| texture(0)),
+        };
+        let material = Material { anisotropy: Some(anisotropy), ..Material::default() };
+        sampled(material, &[texel.unwrap_or_default()], mirrored).anisotropy.unwrap().direction
+    };
+    assert_close(along(0.0, None, false), Vec3::X);
+    assert_close(along(90.0, None, false), Vec3::Y);
+    // Mirrored coordinates mirror the tangent, and so the turn.
+    assert_close(along(0.0, None, true), Vec3::NEG_X);
+    assert_close(along(90.0, None, true), Vec3::Y);
+    // Green alone is the bitangent; red and green alike lie between, of any length.
+    let half = 0.5_f32.sqrt();
+    let close = |found: Vec3, expected: Vec3| assert!((found - expected).length() < 0.01, "{found}");
+    close(along(0.0, Some([128, 255, 255, 255]), false), Vec3::Y);
+    close(along(90.0, Some([128, 255, 255, 255]), false), Vec3::NEG_X);
+    close(along(0.0, Some([200, 200, 255, 255]), false), Vec3::new(half, half, 0.0));
+}
+
+#[test]
+fn coats_follow_their_own_normals() {
+    // Leaning to +X by 36.87°: (0.6, 0, 0.8) is stored as (0.8, 0.5, 0.9).
+    let leaning = [204, 128, 230, 255];
+    let map = Some(NormalTexture { texture: texture(0), scale: 1.0 });
+    let normal_of = |base, own| {
+        let coat = ClearCoat {
+            factor: 1.0,
+            texture: None,
+            roughness: 0.0,
+            roughness_texture: None,
+            normal_texture: own,
+        };
+        let material = Material { normal_texture: base, clear_coat: Some(coat), ..Material::default() };
+        sampled(material, &[leaning], false).clear_coat.unwrap().normal
+    };
+    assert_eq!(normal_of(None, None), Vec3::Z);
+    assert_eq!(normal_of(map, None), Vec3::Z);
+    let leant = normal_of(None, map);
+    assert!((leant - Vec3::new(0.6, 0.0, 0.8)).length() < 0.01, "{leant}");
+    assert_eq!(normal_of(map, map), leant);
+}

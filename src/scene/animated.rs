@@ -1,0 +1,110 @@
+//! Properties of lights and cameras that clips can move, and setting them.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+use std::ops::RangeInclusive;
+
+use glam::Vec3;
+
+use super::{Light, LightKind, Projection};
+
+/// A number or colour of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum LightProperty {
+    /// [`Light::color`], 3 components.
+    Color,
+    /// [`Light::intensity`].
+    Intensity,
+    /// [`Light::range`], metres.
+    Range,
+    /// The inner cone of [`LightKind::Spot`], radians.
+    InnerCone,
+    /// The outer cone of [`LightKind::Spot`], radians.
+    OuterCone,
+}
+
+/// A number of a camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CameraProperty {
+    /// Vertical field of view of a perspective camera, radians.
+    FieldOfView,
+    /// Width over height of a perspective camera.
+    AspectRatio,
+    /// Half the width of an orthographic camera, metres.
+    XMag,
+    /// Half the height of an orthographic camera, metres.
+    YMag,
+    /// Nearest distance, metres.
+    ZNear,
+    /// Farthest distance, metres.
+    ZFar,
+}
+
+const UNIT: RangeInclusive<f32> = 0.0..=1.0;
+const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
+const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
+const RIGHT_ANGLE: RangeInclusive<f32> = 0.0..=FRAC_PI_2;
+/// Fields of view, just short of the whole half-space.
+const FIELD: RangeInclusive<f32> = f32::MIN_POSITIVE..=0.9999 * PI;
+
+impl LightProperty {
+    /// Components of a value.
+    pub fn width(self) -> usize {
+        if self == Self::Color { 3 } else { 1 }
+    }
+
+    /// What every component must lie in.
+    pub fn range(self) -> RangeInclusive<f32> {
+        match self {
+            Self::Color => UNIT,
+            Self::Intensity => NOT_NEGATIVE,
+            Self::Range => POSITIVE,
+            Self::InnerCone | Self::OuterCone => RIGHT_ANGLE,
+        }
+    }
+}
+
+impl CameraProperty {
+    /// What the number must lie in.
+    pub fn range(self) -> RangeInclusive<f32> {
+        match self {
+            Self::FieldOfView => FIELD,
+            Self::AspectRatio | Self::XMag | Self::YMag | Self::ZFar => POSITIVE,
+            Self::ZNear => NOT_NEGATIVE,
+        }
+    }
+}
+
+/// Sets a property of a light from its components; one that the light does not have stays away.
+pub fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
+    let first = values.first().copied().unwrap_or(0.0);
+    match (property, &mut light.kind) {
+        (LightProperty::Color, _) => {
+            light.color = values.first_chunk().copied().map_or(Vec3::ZERO, Vec3::from_array)
+        }
+        (LightProperty::Intensity, _) => light.intensity = first,
+        (LightProperty::Range, _) => light.range.iter_mut().for_each(|range| *range = first),
+        (LightProperty::InnerCone, LightKind::Spot { inner_cone_radians, .. }) => *inner_cone_radians = first,
+        (LightProperty::OuterCone, LightKind::Spot { outer_cone_radians, .. }) => *outer_cone_radians = first,
+        (LightProperty::InnerCone | LightProperty::OuterCone, _) => {}
+    }
+}
+
+/// Sets a number of a camera; one that the camera does not have stays away.
+pub fn set_camera(projection: &mut Projection, property: CameraProperty, value: f32) {
+    match projection {
+        Projection::Perspective { fov_y_radians, aspect_ratio, z_near, z_far } => match property {
+            CameraProperty::FieldOfView => *fov_y_radians = value,
+            CameraProperty::AspectRatio => *aspect_ratio = Some(value),
+            CameraProperty::ZNear => *z_near = value,
+            CameraProperty::ZFar => *z_far = Some(value),
+            CameraProperty::XMag | CameraProperty::YMag => {}
+        },
+        Projection::Orthographic { x_mag, y_mag, z_near, z_far } => match property {
+            CameraProperty::XMag => *x_mag = value,
+            CameraProperty::YMag => *y_mag = value,
+            CameraProperty::ZNear => *z_near = value,
+            CameraProperty::ZFar => *z_far = value,
+            CameraProperty::FieldOfView | CameraProperty::AspectRatio => {}
+        },
+    }
+}

@@ -11,9 +11,7 @@ use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
 use crate::render::{RenderInput, RenderSettings, render_frame};
-use crate::scene::{
-    Environment, EnvironmentMap, Scene, Selection, SelectionRequest, mark_shadow_catchers,
-};
+use crate::scene::{Environment, EnvironmentMap, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 
 /// A scene ready to be rendered at any of its frames, with every choice at its default but for the surroundings that it
 /// asks for.

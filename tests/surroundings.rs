@@ -8,6 +8,7 @@ use rayframe::regression::{Picture, Tolerance, compare};
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Renders a scene of `environment/` as reference pictures are, with options; a name of a picture stands for its path.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn render(scene: &str, options: &[&str]) -> Picture {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.exr");

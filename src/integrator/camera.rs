@@ -127,7 +127,7 @@ impl CameraRays {
 impl ThinLens {
     /// The ray from a point of the lens to where the ray from its middle is in focus. The direction is (…, …, −1) before and
     /// after.
-    fn bend(&self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
+    fn bend(self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
         let aside = (concentric_disk_point(seed.point(Purpose::Lens)) * self.radius).extend(0.0);
         (origin + aside, direction - aside / self.focus_distance)
     }

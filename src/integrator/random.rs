@@ -53,6 +53,7 @@ impl Seed {
     }
 
     /// The seed of the child `number` of `of` children for a purpose.
+    #[must_use]
     pub fn child(self, purpose: Purpose, number: u32, of: u32) -> Self {
         let stream = mixed(self.stream ^ mixed(purpose.number() + 1));
         Self { stream, index: self.index.wrapping_mul(of).wrapping_add(number) }

@@ -58,7 +58,9 @@ mod tests {
 
     fn spread(values: &[[f32; 4]]) -> Spread {
         let mut spread = Spread::NONE;
-        values.iter().for_each(|&value| spread.add(value));
+        for &value in values {
+            spread.add(value);
+        }
         spread
     }
 

@@ -79,7 +79,7 @@ pub fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
     let first = values.first().copied().unwrap_or(0.0);
     match (property, &mut light.kind) {
         (LightProperty::Color, _) => {
-            light.color = values.first_chunk().copied().map_or(Vec3::ZERO, Vec3::from_array)
+            light.color = values.first_chunk().copied().map_or(Vec3::ZERO, Vec3::from_array);
         }
         (LightProperty::Intensity, _) => light.intensity = first,
         (LightProperty::Range, _) => light.range.iter_mut().for_each(|range| *range = first),

@@ -93,7 +93,7 @@ fn turned_nodes_look_as_turned_corners() {
     let mut sheet = Sheet::new(&[]);
     // One colour a corner tells every turn apart.
     let colors = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 1.0]];
-    let mut two_sided = unlit(json!({}));
+    let mut two_sided = unlit(&json!({}));
     two_sided["doubleSided"] = true.into();
     let two_sided = sheet.material(two_sided);
     let off_centre = Card::default().corners.map(|[x, y, z]| [x + 0.1, y + 0.2, z]);
@@ -118,7 +118,7 @@ fn vertex_colors_multiply_the_base_color() {
     let mut sheet = Sheet::new(&[]);
     let texture = sheet.texture(1, &[[255, 255, 0, 255]], json!({}));
     let base = json!({ "baseColorFactor": [0.5, 0.5, 0.5, 1.0], "baseColorTexture": { "index": texture } });
-    let material = sheet.material(unlit(base));
+    let material = sheet.material(unlit(&base));
     let [low, high] = [[0.2, 0.4, 1.0, 1.0], [0.6, 0.8, 1.0, 1.0]];
     sheet.card(&Card { colors: Some([low; 4]), ..Card::default() }, material);
     // The middle of a card lies on the diagonal between two corners.

@@ -7,9 +7,9 @@ use crate::sheet::{Card, Sheet, assert_close, assert_pairs, unlit};
 #[test]
 fn alpha_modes() {
     let mut sheet = Sheet::new(&[]);
-    let behind = sheet.material(unlit(json!({ "baseColorFactor": [0, 0, 1, 1] })));
+    let behind = sheet.material(unlit(&json!({ "baseColorFactor": [0, 0, 1, 1] })));
     let mut put = |mode: &str, cutoff: Option<f32>, alpha: f32| {
-        let mut material = unlit(json!({ "baseColorFactor": [1, 0, 0, alpha] }));
+        let mut material = unlit(&json!({ "baseColorFactor": [1, 0, 0, alpha] }));
         material["alphaMode"] = mode.into();
         if let Some(cutoff) = cutoff {
             material["alphaCutoff"] = cutoff.into();
@@ -58,7 +58,7 @@ fn emissive_strength() {
     }
 }
 
-fn thin_glass(factor: Value, color: [f32; 4]) -> Value {
+fn thin_glass(factor: &Value, color: [f32; 4]) -> Value {
     json!({
         "pbrMetallicRoughness": { "baseColorFactor": color, "metallicFactor": 0, "roughnessFactor": 0 },
         "extensions": { "KHR_materials_transmission": factor, "KHR_materials_ior": { "ior": 1.0 } },
@@ -74,7 +74,7 @@ fn transmission() {
     let out = json!({ "lights": [{ "type": "point", "intensity": 0.0 }] });
     sheet.extension("KHR_lights_punctual", out);
     sheet.node(json!({ "translation": [0, 0, 9], "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
-    let behind = sheet.material(unlit(json!({ "baseColorFactor": [0.8, 0.6, 0.4, 1] })));
+    let behind = sheet.material(unlit(&json!({ "baseColorFactor": [0.8, 0.6, 0.4, 1] })));
     let texture = sheet.texture(1, &[[128, 0, 0, 255]], json!({}));
     let tint = [0.5, 1.0, 0.25, 1.0];
     let cases = [
@@ -84,7 +84,7 @@ fn transmission() {
         (json!({ "transmissionFactor": 1.0, "transmissionTexture": { "index": texture } }), 128.0 / 255.0),
     ];
     for (factor, _) in &cases {
-        let material = sheet.material(thin_glass(factor.clone(), tint));
+        let material = sheet.material(thin_glass(factor, tint));
         sheet.behind(&Card::default(), behind, -1.0);
         sheet.card(&Card::default(), material);
     }

@@ -10,8 +10,8 @@ fn interpolation() {
     // CUBICSPLINE without tangents 2 (3t² − 2t³) = 1.6875. Each card starts so far below its place; a strip of it that
     // lies across the middle is seen then, one just above it is not.
     let mut sheet = Sheet::new(&[]);
-    let red = sheet.material(unlit(json!({ "baseColorFactor": [1, 0, 0, 1] })));
-    let blue = sheet.material(unlit(json!({ "baseColorFactor": [0, 0, 1, 1] })));
+    let red = sheet.material(unlit(&json!({ "baseColorFactor": [1, 0, 0, 1] })));
+    let blue = sheet.material(unlit(&json!({ "baseColorFactor": [0, 0, 1, 1] })));
     let times = sheet.numbers(&[0.0, 1.0], 1);
     for (interpolation, height) in [("STEP", 0.0_f32), ("LINEAR", 1.5), ("CUBICSPLINE", 1.6875)] {
         for low in [-0.05, 0.05] {

@@ -61,7 +61,7 @@ impl Card {
 }
 
 /// A material that sends `value` of base colour and nothing else.
-pub(crate) fn unlit(value: Value) -> Value {
+pub(crate) fn unlit(value: &Value) -> Value {
     json!({ "pbrMetallicRoughness": value, "extensions": { "KHR_materials_unlit": {} } })
 }
 
@@ -224,7 +224,7 @@ impl Sheet {
 /// Asserts that cards look alike, two by two.
 #[track_caller]
 pub(crate) fn assert_pairs(seen: &[[f32; 3]]) {
-    assert!(seen.len() % 2 == 0 && !seen.is_empty());
+    assert!(seen.len().is_multiple_of(2) && !seen.is_empty());
     for (i, pair) in seen.chunks(2).enumerate() {
         assert_close(pair[0], pair[1], i);
     }

@@ -15,7 +15,7 @@ const NEAREST: u32 = 9728;
 const LINEAR: u32 = 9729;
 
 fn textured(texture: usize) -> Value {
-    unlit(json!({ "baseColorTexture": { "index": texture } }))
+    unlit(&json!({ "baseColorTexture": { "index": texture } }))
 }
 
 fn nearest(s: u32, t: u32) -> Value {
@@ -61,9 +61,9 @@ fn texture_settings_filters_and_sides() {
     }
     // Seen from behind: there if two-sided, else what lies behind it shows.
     let turned = Card { corners: Card::default().corners.map(|[x, y, z]| [-x, y, z]), ..Card::default() };
-    let behind = sheet.material(unlit(json!({ "baseColorFactor": [0, 0, 1, 1] })));
+    let behind = sheet.material(unlit(&json!({ "baseColorFactor": [0, 0, 1, 1] })));
     for double_sided in [true, false] {
-        let mut material = unlit(json!({ "baseColorFactor": [1, 1, 0, 1] }));
+        let mut material = unlit(&json!({ "baseColorFactor": [1, 1, 0, 1] }));
         material["doubleSided"] = double_sided.into();
         let material = sheet.material(material);
         sheet.behind(&Card::default(), behind, -1.0);
@@ -97,7 +97,7 @@ fn texture_transform() {
         let texture = sheet.texture(2, &FOUR, nearest(REPEAT, REPEAT));
         let extensions = json!({ "KHR_texture_transform": transform });
         let reference = json!({ "index": texture, "extensions": extensions });
-        let transformed = sheet.material(unlit(json!({ "baseColorTexture": reference })));
+        let transformed = sheet.material(unlit(&json!({ "baseColorTexture": reference })));
         let plain = sheet.material(textured(texture));
         sheet.card(&Card::at_uv(uv.0, uv.1), transformed);
         sheet.card(&Card::at_uv(moved.0, moved.1), plain);
@@ -116,7 +116,7 @@ fn texture_encoding() {
     let numbers = sheet.texture(1, &[[0, 128, 128, 255]], json!({}));
     let colored = sheet.material(textured(colors));
     sheet.card(&Card::default(), colored);
-    let plain = sheet.material(unlit(json!({ "baseColorFactor": [factor[0], factor[1], factor[2], 1.0] })));
+    let plain = sheet.material(unlit(&json!({ "baseColorFactor": [factor[0], factor[1], factor[2], 1.0] })));
     sheet.card(&Card::default(), plain);
     let black = json!({ "baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0 });
     let glowing = sheet.material(json!({

@@ -47,6 +47,7 @@ pub(super) struct Shading<'p, 'a> {
 }
 
 /// A ray that a surface sends on.
+#[derive(Clone, Copy)]
 pub(super) struct Child {
     pub(super) ray: Ray,
     /// What the radiance that it finds counts for.

@@ -184,7 +184,6 @@ fn selection(scene: &Scene) -> Selection {
     let projection =
         Projection::Perspective { fov_y_radians: 0.7, aspect_ratio: None, z_near: 0.0, z_far: None };
     Selection {
-        image_light: None,
         roots: scene.node_order.clone(),
         clips: Vec::new(),
         variant: None,

@@ -184,10 +184,10 @@ fn selection(scene: &Scene) -> Selection {
     let projection =
         Projection::Perspective { fov_y_radians: 0.7, aspect_ratio: None, z_near: 0.0, z_far: None };
     Selection {
-        image_light: None,
         roots: scene.node_order.clone(),
         clips: Vec::new(),
         variant: None,
+        image_light: None,
         camera: CameraChoice::Fixed { world_from_camera, projection },
     }
 }

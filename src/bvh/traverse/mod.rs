@@ -57,6 +57,11 @@ const SMALLEST_TILE: usize = 8;
 /// Tiles from one point that spread less than this over a unit of depth test boxes at leaves only.
 const NARROW: f32 = 0.06;
 
+/// Rays that had to be sorted, are fewer than [`MANY`] and spread more than this over a unit of depth have little in common.
+const SCATTERED: f32 = 1.0;
+/// See [`SCATTERED`].
+const MANY: usize = 24;
+
 /// Walks the judge's tree with its ray. Eight lanes are all that a single ray uses, so AVX2 serves it best.
 pub(super) fn walk<V: Visitor>(
     level: Level,
@@ -215,7 +220,7 @@ fn closest_hits_of_tile<S: Simd>(
     hits: &mut [Option<Hit>],
     counters: &mut TraversalCounters,
 ) -> bool {
-    let is_bundle = tile.fill(simd, visitor.rays);
+    let is_bundle = tile.fill(simd, visitor.rays) && is_worth_it(tile, visitor.from.is_some());
     if is_bundle {
         packet::walk(simd, visitor.tree, tile, refinement(tile), visitor, counters);
         visitor.finish(simd, tile, hits);
@@ -231,7 +236,7 @@ fn occlusion_of_tile<S: Simd>(
     occluded: &mut [bool],
     counters: &mut TraversalCounters,
 ) -> bool {
-    let is_bundle = tile.fill(simd, visitor.rays);
+    let is_bundle = tile.fill(simd, visitor.rays) && is_worth_it(tile, visitor.from.is_some());
     if is_bundle {
         packet::walk(simd, visitor.tree, tile, Refine::Nodes, visitor, counters);
         for (i, occluded) in occluded.iter_mut().enumerate() {
@@ -239,6 +244,11 @@ fn occlusion_of_tile<S: Simd>(
         }
     }
     is_bundle
+}
+
+/// Whether rays that fill a tile are better walked together.
+fn is_worth_it(tile: &Tile, is_sorted: bool) -> bool {
+    !is_sorted || tile.frustum.has_one_origin() || tile.count >= MANY || tile.frustum.spread() < SCATTERED
 }
 
 fn refinement(tile: &Tile) -> Refine {

@@ -5,7 +5,7 @@ use glam::{Quat, Vec3};
 use super::gltf_builder::{Built, Gltf};
 use super::materials::{Material, Volume};
 use super::node::Node;
-use super::shapes::{Shape, cuboid, ico_sphere, quad, uv_sphere};
+use super::shapes::{Shape, cuboid, ico_sphere, quad, upright_prism, uv_sphere};
 use super::stage::{camera, chequered_floor, chequered_wall, directional_light, grey_floor};
 use super::{Entry, entry};
 
@@ -137,31 +137,7 @@ fn total_internal_reflection() -> Built {
 
 /// A prism along Y with short sides at z = 0.6 and x = 0.6 and the long side between their far ends.
 fn prism() -> Shape {
-    let (a, b, c) = ((-0.6, 0.6), (0.6, 0.6), (0.6, -0.6));
-    let mut shape = Shape::default();
-    for ((x0, z0), (x1, z1)) in [(a, b), (b, c), (c, a)] {
-        let along = Vec3::new(x1 - x0, 0.0, z1 - z0);
-        shape.join(&Shape {
-            positions: vec![
-                Vec3::new(x0, -0.6, z0),
-                Vec3::new(x1, -0.6, z1),
-                Vec3::new(x1, 0.6, z1),
-                Vec3::new(x0, 0.6, z0),
-            ],
-            normals: vec![along.cross(Vec3::Y).normalize(); 4],
-            indices: vec![0, 1, 2, 0, 2, 3],
-            ..Shape::default()
-        });
-    }
-    for (y, normal, indices) in [(0.6, Vec3::Y, [0, 1, 2]), (-0.6, Vec3::NEG_Y, [0, 2, 1])] {
-        shape.join(&Shape {
-            positions: [a, b, c].map(|(x, z)| Vec3::new(x, y, z)).to_vec(),
-            normals: vec![normal; 3],
-            indices: indices.to_vec(),
-            ..Shape::default()
-        });
-    }
-    shape
+    upright_prism([(-0.6, 0.6), (0.6, 0.6), (0.6, -0.6)], 0.6)
 }
 
 fn nested_glass() -> Built {

@@ -12,7 +12,7 @@ use super::materials::{
 };
 use super::node::Node;
 use super::pictures::{Filter, Picture, byte};
-use super::shapes::{Shape, cuboid, ico_sphere, mesh, quad, uv_sphere};
+use super::shapes::{Shape, cuboid, ico_sphere, mesh, quad, upright_prism, uv_sphere};
 use super::stage::{camera, chequered_floor, directional_light, grey_floor, lit_stage, point_light};
 use super::{Entry, entry};
 
@@ -270,31 +270,7 @@ fn dispersion() -> Built {
 
 /// A slim prism along Y that is thick at the right, flat towards the viewer.
 fn wedge() -> Shape {
-    let (a, b, c) = ((-0.4, 0.1), (0.4, 0.1), (0.4, -0.35));
-    let mut shape = Shape::default();
-    for ((x0, z0), (x1, z1)) in [(a, b), (b, c), (c, a)] {
-        let along = Vec3::new(x1 - x0, 0.0, z1 - z0);
-        shape.join(&Shape {
-            positions: vec![
-                Vec3::new(x0, -0.45, z0),
-                Vec3::new(x1, -0.45, z1),
-                Vec3::new(x1, 0.45, z1),
-                Vec3::new(x0, 0.45, z0),
-            ],
-            normals: vec![along.cross(Vec3::Y).normalize(); 4],
-            indices: vec![0, 1, 2, 0, 2, 3],
-            ..Shape::default()
-        });
-    }
-    for (y, normal, indices) in [(0.45, Vec3::Y, [0, 1, 2]), (-0.45, Vec3::NEG_Y, [0, 2, 1])] {
-        shape.join(&Shape {
-            positions: [a, b, c].map(|(x, z)| Vec3::new(x, y, z)).to_vec(),
-            normals: vec![normal; 3],
-            indices: indices.to_vec(),
-            ..Shape::default()
-        });
-    }
-    shape
+    upright_prism([(-0.4, 0.1), (0.4, 0.1), (0.4, -0.35)], 0.45)
 }
 
 fn diffuse_transmission() -> Built {

@@ -315,3 +315,31 @@ impl Shape {
         self
     }
 }
+
+/// A prism along Y over a triangle of (x, z), counter-clockwise as seen from above, with flat faces.
+pub(crate) fn upright_prism([a, b, c]: [(f32, f32); 3], half_height: f32) -> Shape {
+    let mut shape = Shape::default();
+    for ((x0, z0), (x1, z1)) in [(a, b), (b, c), (c, a)] {
+        let along = Vec3::new(x1 - x0, 0.0, z1 - z0);
+        shape.join(&Shape {
+            positions: vec![
+                Vec3::new(x0, -half_height, z0),
+                Vec3::new(x1, -half_height, z1),
+                Vec3::new(x1, half_height, z1),
+                Vec3::new(x0, half_height, z0),
+            ],
+            normals: vec![along.cross(Vec3::Y).normalize(); 4],
+            indices: vec![0, 1, 2, 0, 2, 3],
+            ..Shape::default()
+        });
+    }
+    for (y, normal, indices) in [(half_height, Vec3::Y, [0, 1, 2]), (-half_height, Vec3::NEG_Y, [0, 2, 1])] {
+        shape.join(&Shape {
+            positions: [a, b, c].map(|(x, z)| Vec3::new(x, y, z)).to_vec(),
+            normals: vec![normal; 3],
+            indices: indices.to_vec(),
+            ..Shape::default()
+        });
+    }
+    shape
+}

@@ -24,7 +24,7 @@ use media::Interiors;
 pub use camera::{CameraRays, ThinLens};
 pub use media::{MediaStack, Medium, VolumeId};
 pub use path::{Path, PathClass, Spectrum};
-pub use random::Seed;
+pub use random::{R2, Seed};
 pub use shadow::PASS_THROUGH_LIMIT;
 
 /// How volumes and thin glass darken what is behind them.

@@ -7,8 +7,8 @@
 
 use glam::Vec2;
 
-/// 2³² over the plastic number, and over its square.
-const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
+/// The steps of R₂ along both axes: 2³² over the plastic number, and over its square.
+pub const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
 /// Stands for a branch of a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

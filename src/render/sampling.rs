@@ -2,6 +2,8 @@
 
 use glam::Vec2;
 
+use crate::integrator::R2;
+
 /// `count` positions in the unit square: the same in every pixel and every frame, one in each of `count` columns and, for
 /// powers of two, one in each of `count` rows (a Hammersley set). One sample lies in the middle.
 ///
@@ -14,9 +16,6 @@ pub(super) fn pixel_offsets(count: u32, pass: u32) -> Vec<Vec2> {
     let shift = Vec2::new(fraction(pass.wrapping_mul(R2[0])), fraction(pass.wrapping_mul(R2[1])));
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
-
-/// 2³² over the plastic number, and over its square.
-const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
 /// A number of [0, 2) on the circle of circumference one.
 fn wrapped(x: f32) -> f32 {

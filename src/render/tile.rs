@@ -35,6 +35,7 @@ struct Pixel {
     at: (u32, u32),
     sum: [f32; 4],
     weight: f32,
+    /// Kept only where edges are looked for.
     spread: Spread,
 }
 
@@ -116,7 +117,12 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
             for (sample, value) in batch.zip(values) {
                 let [red, green, blue] = value.radiance.to_array();
                 let weight = set[sample % set.len()].weight;
-                pixels[sample / set.len()].add([red, green, blue, value.coverage], weight);
+                let value = [red, green, blue, value.coverage];
+                let pixel = &mut pixels[sample / set.len()];
+                pixel.add(value, weight);
+                if self.plan.looks_for_edges() {
+                    pixel.spread.add(value);
+                }
             }
         }
         Ok(())
@@ -133,7 +139,6 @@ impl Pixel {
             *sum += value * weight;
         }
         self.weight += weight;
-        self.spread.add(value);
     }
 
     /// The filtered value. A filter's negative lobes must leave neither negative light nor a coverage beyond one.

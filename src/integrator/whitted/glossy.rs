@@ -5,12 +5,10 @@
 //! averaged by the rays that came from there.
 
 use super::Tracer;
-use super::shade::Shading;
+use super::shade::{Child, Shading};
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
 use crate::integrator::{Path, PathClass, Seed};
-
-use super::shade::Child;
 
 impl Tracer<'_, '_> {
     /// How many rays follow a rough lobe of a surface that `path` meets; 0 where rough lobes are looked up instead.

@@ -38,6 +38,8 @@ fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     for primitive in &mut copy.primitives {
         let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
         primitive.material = MaterialIndex(scene.materials.len() as u32);
+        // It catches in every variant.
+        primitive.variants.clear();
         scene.materials.push(material);
     }
     scene.meshes.push(copy);
@@ -47,7 +49,7 @@ fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Mesh, Node, Primitive, Volume};
+    use crate::scene::{Mesh, Node, Primitive, VariantIndex, Volume};
 
     fn scene() -> Scene {
         let named = |name: &str| Material {
@@ -66,7 +68,7 @@ mod tests {
             influences: None,
             triangles: Vec::new(),
             material: MaterialIndex(material),
-            variants: Vec::new(),
+            variants: vec![(VariantIndex(0), MaterialIndex(1))],
             targets: Vec::new(),
         };
         let node =
@@ -100,6 +102,9 @@ mod tests {
             primitives.iter().all(|primitive| scene.materials[primitive.material.index()].is_shadow_catcher)
         };
         assert!(catches(&scene, 0) && !catches(&scene, 1));
+        // Whatever variant is chosen.
+        let mesh = scene.nodes[0].mesh.unwrap();
+        assert!(scene.meshes[mesh.index()].primitives.iter().all(|primitive| primitive.variants.is_empty()));
         // A name that both a node and a material have means both.
         assert_eq!(mark_shadow_catchers(&mut scene, "ball"), 2);
         assert_eq!(mark_shadow_catchers(&mut scene, "nobody"), 0);

@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use super::Document;
+use super::{Document, ImportOptions, import};
 use crate::frame::Frame;
 use crate::scene::{
     AnimationTarget, CameraIndex, CameraProperty, LightIndex, LightProperty, MaterialIndex, MaterialProperty,
@@ -277,4 +277,15 @@ fn wrong_instances_name_their_place() {
     document.json["nodes"][0]["extensions"] =
         json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": many}}});
     assert!(document.error(77).contains("--max-memory"));
+    // Each takes a place among the shapes besides its matrix and its triangle: 20 000 · (12 + 64 + 160 + 256) B.
+    let mut document = Document::triangle();
+    let often = document.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 20_000}));
+    document.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": often}}});
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_json().to_string()).unwrap();
+    let within = |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes });
+    assert!(within(12_000_000).is_ok());
+    assert!(within(7_000_000).unwrap_err().to_string().contains("/scenes/0"));
 }

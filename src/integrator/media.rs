@@ -245,6 +245,7 @@ mod tests {
                 dispersion,
                 transmission: Some(crate::scene::Transmission { factor: 1.0, texture: None }),
                 volume: Some(crate::scene::Volume {
+                    thickness: 1.0,
                     attenuation_distance: f32::INFINITY,
                     attenuation_color: Vec3::ONE,
                 }),

@@ -56,7 +56,11 @@ mod tests {
             name: Some(name.to_owned()),
             alpha_mode: AlphaMode::Blend,
             double_sided: name == "ground",
-            volume: Some(Volume { attenuation_distance: 1.0, attenuation_color: glam::Vec3::ONE }),
+            volume: Some(Volume {
+                thickness: 1.0,
+                attenuation_distance: 1.0,
+                attenuation_color: glam::Vec3::ONE,
+            }),
             ..Material::default()
         };
         let primitive = |material| Primitive {

@@ -39,8 +39,8 @@ pub(super) fn apply(
     if let Some(extension) = raw.extension(DIFFUSE_TRANSMISSION) {
         material.diffuse_transmission = diffuse_transmission(context, &extension, textures)?;
         if material.diffuse_transmission.is_some()
-            && material.volume.is_some()
-            && material.transmission.is_none()
+            && material.volume.is_some_and(|volume| volume.thickness > 0.0)
+            && material.transmission.is_none_or(|transmission| transmission.factor == 0.0)
         {
             let message = "light is not followed through volumes that scatter it at their surface; they are shown \
                  as thin walls";
@@ -60,7 +60,7 @@ fn ior(context: &Context, extension: &Raw) -> Result<f32> {
     Ok(ior)
 }
 
-/// The volume, unless its thickness is zero. A ray tracer measures the thickness itself, so neither the number nor
+/// The volume, unless its thickness is and stays zero. A ray tracer measures the thickness itself, so neither the number nor
 /// its texture matters beyond that.
 fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
     extension.expect_object(context)?;
@@ -74,8 +74,11 @@ fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
         let pointer = format!("{}/attenuationDistance", extension.pointer);
         return Err(context.invalid(pointer, "must be greater than 0"));
     }
-    Ok((thickness > 0.0)
-        .then_some(Volume { attenuation_distance: distance, attenuation_color: Vec3::from_array(color) }))
+    Ok((thickness > 0.0 || context.animates_properties).then_some(Volume {
+        thickness,
+        attenuation_distance: distance,
+        attenuation_color: Vec3::from_array(color),
+    }))
 }
 
 fn diffuse_transmission(

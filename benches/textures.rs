@@ -1,4 +1,4 @@
-//! What textures cost: `cargo bench --bench textures [-- --size WxH --frames N --threads N --only NAME]`.
+//! What textures cost: `cargo bench --bench textures [-- SCENE… --size WxH --frames N --threads N --only NAME]`.
 //!
 //! A scene of our own (a hilly floor with balls on it, a lamp in the studio) is traced in turn with textures and without, in one run. Each
 //! of its two materials has a base colour, a normal map, and a map of occlusion, roughness and metal, of 2048x2048 texels each,
@@ -7,23 +7,26 @@
 //!
 //! A kind of picture is a line of the table: its rays, the median times of the whole frame (pose, hierarchy, tracing and
 //! shading) and of tracing and shading alone in milliseconds, and how much each has grown against the first line. `point lookups` is the same textures without mip maps, which take one
-//! lookup of the full image each.
+//! lookup of the full image each. Scenes that are named are measured instead, as they are against themselves with all textures
+//! taken away, from the cameras and with the light that `rayframe render` takes.
 
 use std::error::Error;
 use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use rayframe::bvh::{BuildSettings, Builder, Bvh, Refit};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
-use rayframe::frame::Frame;
+use rayframe::frame::{Frame, resolve_auto_camera};
+use rayframe::gltf::{ImportOptions, import};
 use rayframe::render::{RenderInput, RenderSettings, render_frame};
 use rayframe::scene::{
     CameraChoice, Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind,
     Material, MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture,
-    Primitive, Projection, Sampler, Scene, Selection, Texels, Texture, TextureIndex, TextureRef, UvTransform,
-    mip_levels,
+    Primitive, Projection, Sampler, Scene, Selection, SelectionRequest, Texels, Texture, TextureIndex,
+    TextureRef, UvTransform, mip_levels,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -42,12 +45,15 @@ struct Options {
     threads: usize,
     /// Beside the first line; all when absent.
     only: Option<String>,
+    scenes: Vec<PathBuf>,
 }
 
 /// A kind of picture.
 struct Subject {
-    name: &'static str,
+    name: String,
     scene: Scene,
+    selection: Selection,
+    environment: Environment,
     frame: Frame,
     builder: Builder,
     bvh: Option<Bvh>,
@@ -61,7 +67,6 @@ struct Subject {
 fn main() -> Result<()> {
     let options = options(std::env::args().skip(1))?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(options.threads).build()?;
-    let subjects = pool.install(|| measure(&options)).map_err(|error| error.to_string())?;
     let mut out = std::io::stdout();
     let (width, height) = options.size;
     writeln!(
@@ -75,11 +80,25 @@ fn main() -> Result<()> {
         "{:<16}{:>12}{:>10}{:>10}{:>10}{:>10}",
         "picture", "rays", "frame", "growth", "trace", "growth"
     )?;
+    let sets = if options.scenes.is_empty() {
+        vec![own_kinds(options.only.as_deref())]
+    } else {
+        options.scenes.iter().map(|path| kinds_of(path, &options)).collect::<Result<_>>()?
+    };
+    for mut subjects in sets {
+        pool.install(|| measure(&mut subjects, &options)).map_err(|error| error.to_string())?;
+        write_rows(&mut out, &subjects)?;
+    }
+    Ok(())
+}
+
+/// A line a subject, compared with the first.
+fn write_rows(out: &mut impl std::io::Write, subjects: &[Subject]) -> Result<()> {
     let times = |subject: &Subject| {
         [&subject.frame_milliseconds, &subject.trace_milliseconds].map(|times| median(times))
     };
-    for subject in &subjects {
-        let (name, rays) = (subject.name, subject.rays);
+    for subject in subjects {
+        let (name, rays) = (&subject.name, subject.rays);
         let ([frame, trace], [plain_frame, plain_trace]) = (times(subject), times(&subjects[0]));
         let growth = |time: f64, plain: f64| (time / plain - 1.0) * 100.0;
         writeln!(
@@ -93,7 +112,7 @@ fn main() -> Result<()> {
 }
 
 fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
-    let mut options = Options { size: (640, 360), frames: 9, threads: 0, only: None };
+    let mut options = Options { size: (640, 360), frames: 9, threads: 0, only: None, scenes: Vec::new() };
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
         match argument.as_str() {
@@ -107,14 +126,15 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
             "--frames" => options.frames = value()?.parse()?,
             "--threads" => options.threads = value()?.parse()?,
             "--only" => options.only = Some(value()?),
-            other => return Err(format!("{other} is not an option").into()),
+            flag if flag.starts_with('-') => return Err(format!("{flag} is not an option").into()),
+            scene => options.scenes.push(scene.into()),
         }
     }
     Ok(options)
 }
 
-/// Renders all kinds in turn, so that what slows the machine down slows all alike. The first round does not count.
-fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error + Send + Sync>> {
+/// The kinds of picture of the scene below.
+fn own_kinds(only: Option<&str>) -> Vec<Subject> {
     let textured = scene(Some(MipFilter::Linear));
     let mut colored = textured.clone();
     for material in &mut colored.materials {
@@ -128,23 +148,70 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
         ("all maps", textured),
         ("point lookups", scene(Some(MipFilter::None))),
     ];
-    let mut subjects = Vec::new();
-    for (name, scene) in kinds {
-        let is_asked_for = options.only.as_deref().is_none_or(|only| only == name);
-        if !(is_asked_for || subjects.is_empty()) {
-            continue;
-        }
-        subjects.push(Subject {
-            name,
+    let is_asked_for = |name: &str| name == "untextured" || only.is_none_or(|only| only == name);
+    let kinds = kinds.into_iter().filter(|(name, _)| is_asked_for(name));
+    kinds.map(|(name, scene)| Subject::new(name, (selection(&scene), scene), Environment::Studio)).collect()
+}
+
+/// A file's scene without its textures and with them.
+fn kinds_of(path: &Path, options: &Options) -> Result<Vec<Subject>> {
+    let scene = import(path, &ImportOptions::default())?;
+    let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene)?;
+    let (width, height) = options.size;
+    let selection = resolve_auto_camera(&scene, selection, width as f32 / height as f32);
+    let mut plain = scene.clone();
+    plain.materials.iter_mut().for_each(take_textures);
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    let subject = |name: &str, scene: Scene| {
+        let mut frame = Frame::default();
+        frame.pose(&scene, &selection, 0.0);
+        let environment = if frame.lights.is_empty() { Environment::Studio } else { Environment::None };
+        Subject::new(name, (selection.clone(), scene), environment)
+    };
+    Ok(vec![subject("untextured", plain), subject(&name, scene)])
+}
+
+fn take_textures(material: &mut Material) {
+    let slots = [
+        &mut material.base_color_texture,
+        &mut material.metallic_roughness_texture,
+        &mut material.emissive_texture,
+    ];
+    for slot in slots {
+        *slot = None;
+    }
+    material.normal_texture = None;
+    material.occlusion_texture = None;
+    if let Some(transmission) = &mut material.transmission {
+        transmission.texture = None;
+    }
+    if let Some(coat) = &mut material.clear_coat {
+        (coat.texture, coat.roughness_texture, coat.normal_texture) = (None, None, None);
+    }
+}
+
+impl Subject {
+    fn new(name: &str, (selection, scene): (Selection, Scene), environment: Environment) -> Self {
+        Self {
+            name: name.into(),
             scene,
+            selection,
+            environment,
             frame: Frame::default(),
             builder: Builder::default(),
             bvh: None,
             rays: 0,
             frame_milliseconds: Vec::new(),
             trace_milliseconds: Vec::new(),
-        });
+        }
     }
+}
+
+/// Renders all kinds in turn, so that what slows the machine down slows all alike. The first round does not count.
+fn measure(
+    subjects: &mut [Subject],
+    options: &Options,
+) -> std::result::Result<(), Box<dyn Error + Send + Sync>> {
     let settings = RenderSettings {
         resolution: options.size,
         window: PixelWindow::full(options.size.0, options.size.1),
@@ -154,12 +221,12 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
     let build = BuildSettings { refit: Refit::Off, ..BuildSettings::default() };
     let cancel = CancelFlag::new();
     for round in 0..=options.frames {
-        for subject in &mut subjects {
+        for subject in &mut *subjects {
             let start = Instant::now();
-            let Subject { scene, frame, builder, bvh, .. } = subject;
-            frame.pose(scene, &selection(scene), 0.0);
+            let Subject { scene, selection, environment, frame, builder, bvh, .. } = subject;
+            frame.pose(scene, selection, 0.0);
             let built = builder.build(&frame.triangles, &frame.flags, &build, &cancel, bvh.take())?;
-            let input = RenderInput { scene, frame, bvh: &built, environment: &Environment::Studio };
+            let input = RenderInput { scene, frame, bvh: &built, environment };
             let (_, statistics) = render_frame(&input, &settings, &cancel, &|_| ())?;
             *bvh = Some(built);
             let counts = &statistics.integrator;
@@ -171,7 +238,7 @@ fn measure(options: &Options) -> std::result::Result<Vec<Subject>, Box<dyn Error
             }
         }
     }
-    Ok(subjects)
+    Ok(())
 }
 
 fn selection(scene: &Scene) -> Selection {

@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
-use crate::interaction::{Footprint, MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_at};
+use crate::interaction::{Footprint, MaterialSample, SurfacePoint, alpha_at, catches_shadows, surface_at};
 
 /// See-through surfaces that one ray may pass.
 pub const PASS_THROUGH_LIMIT: u32 = 256;
@@ -158,8 +158,7 @@ fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
 /// entering: the same path backwards, and never total reflection.
 fn through_surface(world: &World<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
     let alpha = alpha_at(world.posed, hit);
-    let point = SurfacePoint::new(world.posed, ray, hit, &Footprint::POINT);
-    let material = material_at(world.posed, &point);
+    let (point, material) = surface_at(world.posed, ray, hit, &Footprint::POINT);
     let straight = world.settings.glass_shadows == GlassShadows::Straight;
     let glass = if straight && material.transmission > 0.0 {
         // The direction of a stretch hardly changes how much passes.

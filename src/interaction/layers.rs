@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::material::looked_up;
+use super::texture_lookup::Lookups;
 use super::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, PosedScene, SheenSample,
     SurfacePoint, normal,
@@ -13,14 +13,13 @@ use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, TextureRef};
 
 /// Sets what the extensions of `material` say; what it has not stays as it is.
 pub(super) fn add(
-    posed: PosedScene<'_>,
+    textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
     material: &Material,
     sample: &mut MaterialSample,
 ) {
-    let linear =
-        |reference: &Option<TextureRef>| looked_up(posed, point, reference.as_ref(), Encoding::Linear);
-    let srgb = |reference: &Option<TextureRef>| looked_up(posed, point, reference.as_ref(), Encoding::Srgb);
+    let linear = |reference: &Option<TextureRef>| textures.value(point, reference.as_ref(), Encoding::Linear);
+    let srgb = |reference: &Option<TextureRef>| textures.value(point, reference.as_ref(), Encoding::Srgb);
     let colour = |reference: &Option<TextureRef>| srgb(reference).truncate();
     if let Some(specular) = &material.specular {
         sample.specular = specular.factor * linear(&specular.texture).w;
@@ -47,12 +46,12 @@ pub(super) fn add(
         );
     }
     if let Some(anisotropy) = &material.anisotropy {
-        sample.anisotropy = stretched(posed, point, anisotropy, linear(&anisotropy.texture));
+        sample.anisotropy = stretched(textures.posed(), point, anisotropy, linear(&anisotropy.texture));
     }
     if let Some(coat) = &material.clear_coat {
         let factor = coat.factor * linear(&coat.texture).x;
         let roughness = coat.roughness * linear(&coat.roughness_texture).y;
-        sample.clear_coat = clear_coat(posed, point, (material, coat), factor, roughness, sample.thin);
+        sample.clear_coat = clear_coat(textures, point, (material, coat), factor, roughness, sample.thin);
     }
 }
 
@@ -89,7 +88,7 @@ fn stretched(
 
 /// The coat of a volume is on its outside only.
 fn clear_coat(
-    posed: PosedScene<'_>,
+    textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
     (material, coat): (&Material, &ClearCoat),
     factor: f32,
@@ -102,7 +101,7 @@ fn clear_coat(
     let normal = if coat.normal_texture == material.normal_texture {
         point.shading_normal
     } else {
-        normal::mapped_by(posed, point, coat.normal_texture.as_ref())
+        normal::mapped_by(textures, point, coat.normal_texture.as_ref())
     };
     Some(ClearCoatSample { factor, roughness, normal })
 }

@@ -3,17 +3,31 @@
 use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
-use super::texture_lookup::{self, UvFootprint};
-use super::{MaterialSample, PosedScene, SurfacePoint, layers};
+use super::texture_lookup::{self, Lookups, UvFootprint};
+use super::{Footprint, MaterialSample, PosedScene, SurfacePoint, layers};
 use crate::bvh::Hit;
 use crate::frame::{Shape, is_volume, transmits};
+use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 
-/// All values of the material at `point`.
-pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
+/// The point where `ray` meets `hit`, as [`SurfacePoint::new`] describes it, and all values of the material there.
+pub fn surface_at<'a>(
+    posed: PosedScene<'a>,
+    ray: &Ray,
+    hit: &Hit,
+    footprint: &Footprint,
+) -> (SurfacePoint<'a>, MaterialSample) {
+    let textures = Lookups::new(posed);
+    let point = SurfacePoint::with_lookups(&textures, ray, hit, footprint);
+    let material = material_at(&textures, &point);
+    (point, material)
+}
+
+fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
+    let posed = textures.posed();
     let material = &posed.frame.materials[point.shape.material.index()];
     let lookup =
-        |reference: &Option<TextureRef>, encoding| looked_up(posed, point, reference.as_ref(), encoding);
+        |reference: &Option<TextureRef>, encoding| textures.value(point, reference.as_ref(), encoding);
     let base_encoding =
         if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
@@ -49,25 +63,9 @@ pub fn material_at(posed: PosedScene<'_>, point: &SurfacePoint<'_>) -> MaterialS
         ..MaterialSample::default()
     };
     if !material.unlit {
-        layers::add(posed, point, material, &mut sample);
+        layers::add(textures, point, material, &mut sample);
     }
     sample
-}
-
-/// The value of a texture at `point`; ones without a texture.
-pub(super) fn looked_up(
-    posed: PosedScene<'_>,
-    point: &SurfacePoint<'_>,
-    reference: Option<&TextureRef>,
-    encoding: Encoding,
-) -> Vec4 {
-    match reference {
-        Some(reference) => {
-            let (uv, footprint) = point.uv(posed, reference);
-            texture_lookup::sample(posed.scene, reference, uv, footprint, encoding)
-        }
-        None => Vec4::ONE,
-    }
 }
 
 /// Whether a hit is on a surface that is invisible but for the shadows on it.
@@ -107,7 +105,8 @@ fn alpha_at_corners(posed: PosedScene<'_>, shape: &Shape, corners: [u32; 3], wei
         Some(reference) => {
             let [a, b, c] = shape.uvs(posed.scene, reference.uv_set as usize, corners);
             let uv = a * weights[0] + b * weights[1] + c * weights[2];
-            texture_lookup::sample(posed.scene, reference, uv, UvFootprint::POINT, Encoding::Linear).w
+            let place = || (uv, UvFootprint::POINT);
+            texture_lookup::sample(posed.scene, reference, Encoding::Linear, &mut None, place).w
         }
         None => 1.0,
     };

@@ -1,7 +1,7 @@
 //! What a hit means for shading: point, normals, texture coordinates, and the material's values there.
 //!
-//! [`SurfacePoint::new`] turns a hit of a frame into geometry on the viewer's side of the surface; [`material_at`] and
-//! [`alpha_at`] look the material up. Nothing here knows about lights or about what is done with the values.
+//! [`SurfacePoint::new`] turns a hit of a frame into geometry on the viewer's side of the surface; [`surface_at`] looks the
+//! material up, too, and [`alpha_at`] its coverage alone. Nothing here knows about lights or about what is done with the values.
 
 mod footprint;
 mod layers;
@@ -16,7 +16,7 @@ use crate::frame::Frame;
 use crate::scene::Scene;
 
 pub use footprint::Footprint;
-pub use material::{alpha_at, catches_shadows, material_at};
+pub use material::{alpha_at, catches_shadows, surface_at};
 pub use surface::SurfacePoint;
 
 /// A frame with the scene that it poses: what texture lookups need besides the frame.

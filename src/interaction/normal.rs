@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::texture_lookup;
+use super::texture_lookup::Lookups;
 use super::{PosedScene, SurfacePoint};
 use crate::frame::PosedVertex;
 use crate::geometry::{Facing, Triangle, unit};
@@ -21,25 +21,25 @@ pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {
 
 /// The front's shading normal: interpolated where vertices have normals, with the normal map applied.
 pub(super) fn shading_normal(
-    posed: PosedScene<'_>,
+    textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
     front_normal: Vec3,
     vertices: &[&PosedVertex; 3],
 ) -> Vec3 {
-    let map = posed.frame.materials[point.shape.material.index()].normal_texture.as_ref();
-    front_normal_by(posed, point, map, (front_normal, vertices))
+    let map = textures.posed().frame.materials[point.shape.material.index()].normal_texture.as_ref();
+    front_normal_by(textures, point, map, (front_normal, vertices))
 }
 
 /// The shading normal on the viewer's side as `map` says instead of the material's own, bent into view.
 pub(super) fn mapped_by(
-    posed: PosedScene<'_>,
+    textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
     map: Option<&NormalTexture>,
 ) -> Vec3 {
     let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
-    let front = (point.geometric_normal * side, &vertices_of(posed, point));
-    let authored = front_normal_by(posed, point, map, front) * side;
-    bent_into_view(point.geometric_normal, authored, point.wo)
+    let front = (point.geometric_normal * side, &vertices_of(textures.posed(), point));
+    let authored = front_normal_by(textures, point, map, front);
+    bent_into_view(point.geometric_normal, authored * side, point.wo)
 }
 
 /// Unit tangent and bitangent of the front; `None` where neither vertices nor coordinate set `uv_set` say which way they run.
@@ -59,14 +59,14 @@ fn vertices_of<'a>(posed: PosedScene<'a>, point: &SurfacePoint<'_>) -> [&'a Pose
 }
 
 fn front_normal_by(
-    posed: PosedScene<'_>,
+    textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
     map: Option<&NormalTexture>,
     (front_normal, vertices): (Vec3, &[&PosedVertex; 3]),
 ) -> Vec3 {
     let normal = interpolated_normal(point, front_normal, vertices);
     let shading = match map {
-        Some(map) => mapped(posed, point, map, normal, interpolated_tangent(point, vertices)),
+        Some(map) => mapped(textures, point, map, normal, interpolated_tangent(point, vertices)),
         None => normal,
     };
     // Normals that were authored inside out say which way the surface curves, not which way it faces; the map's frame
@@ -100,17 +100,16 @@ fn interpolated_tangent(point: &SurfacePoint<'_>, vertices: &[&PosedVertex; 3]) 
 
 /// N' = T·x + B·y + N·z with B = (N × T)·w (glTF 2.0, section 3.9.3).
 fn mapped(
-    posed: PosedScene<'_>,
+    textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
     map: &NormalTexture,
     normal: Vec3,
     (tangent, handedness): (Vec3, f32),
 ) -> Vec3 {
-    let (uv, footprint) = point.uv(posed, &map.texture);
-    let texel = texture_lookup::sample(posed.scene, &map.texture, uv, footprint, Encoding::Normal);
+    let texel = textures.value(point, Some(&map.texture), Encoding::Normal);
     // Without any tangent the map cannot say anything.
     let Some((tangent, bitangent)) =
-        frame_around(posed, point, map.texture.uv_set, normal, (tangent, handedness))
+        frame_around(textures.posed(), point, map.texture.uv_set, normal, (tangent, handedness))
     else {
         return normal;
     };

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::footprint::weight_steps;
-use super::texture_lookup::UvFootprint;
+use super::texture_lookup::{Lookups, UvFootprint};
 use super::{Footprint, PosedScene, normal};
 use crate::bvh::Hit;
 use crate::frame::{PosedVertex, Shape};
@@ -44,6 +44,11 @@ pub struct SurfacePoint<'a> {
 impl<'a> SurfacePoint<'a> {
     /// The point where `ray` meets `hit`. A ray that stands for more than itself has a direction of unit length.
     pub fn new(posed: PosedScene<'a>, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
+        Self::with_lookups(&Lookups::new(posed), ray, hit, footprint)
+    }
+
+    pub(super) fn with_lookups(textures: &Lookups<'a>, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
+        let posed = textures.posed();
         let frame = posed.frame;
         let shape = frame.shape(hit.primitive);
         let triangle = &frame.triangles[hit.primitive as usize];
@@ -81,8 +86,8 @@ impl<'a> SurfacePoint<'a> {
         if vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO) {
             point.shadow_position = terminator_free_point(&point, [a, b, c], &vertices);
         }
-        let authored = normal::shading_normal(posed, &point, front_normal, &vertices) * side;
-        point.shading_normal = normal::bent_into_view(point.geometric_normal, authored, wo);
+        let authored = normal::shading_normal(textures, &point, front_normal, &vertices);
+        point.shading_normal = normal::bent_into_view(point.geometric_normal, authored * side, wo);
         point
     }
 

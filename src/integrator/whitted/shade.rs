@@ -11,7 +11,7 @@ use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{Ray, unit};
 use crate::integrator::random::Purpose;
 use crate::integrator::{MediaStack, Path, PathClass, Seed, Spectrum};
-use crate::interaction::{MaterialSample, SurfacePoint, material_at};
+use crate::interaction::{MaterialSample, SurfacePoint, surface_at};
 
 /// Below this roughness a lobe is followed by rays only.
 const SHARP_ROUGHNESS: f32 = 0.1;
@@ -79,8 +79,7 @@ impl Tracer<'_, '_> {
     fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
         let posed = self.world.posed;
         let (ray, path) = generation.ray(*place);
-        let point = SurfacePoint::new(posed, ray, hit, &path.footprint);
-        let material = material_at(posed, &point);
+        let (point, material) = surface_at(posed, ray, hit, &path.footprint);
         let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
             self.add(path, weight * material.base_color);

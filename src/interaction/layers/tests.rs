@@ -5,7 +5,7 @@ use glam::{Mat4, Vec2, Vec3};
 use crate::bvh::Hit;
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::{Facing, Ray};
-use crate::interaction::{Footprint, MaterialSample, PosedScene, SurfacePoint, material_at};
+use crate::interaction::{Footprint, MaterialSample, PosedScene, surface_at};
 use crate::scene::{
     Anisotropy, CameraChoice, ClearCoat, DiffuseTransmission, Glossiness, Image, ImageIndex, Iridescence,
     Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, NormalTexture, Primitive, Sampler, Scene,
@@ -61,7 +61,7 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
     let posed = PosedScene { scene: &scene, frame: &frame };
     let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
     let hit = Hit { t: 1.0, primitive: 0, u: 0.25, v: 0.25, facing: Facing::Front };
-    material_at(posed, &SurfacePoint::new(posed, &ray, &hit, &Footprint::POINT))
+    surface_at(posed, &ray, &hit, &Footprint::POINT).1
 }
 
 fn of_steps(material: Material) -> MaterialSample {

@@ -1,0 +1,137 @@
+//! The area that a lookup stands for, and the levels and lookups that cover it.
+
+use glam::Vec2;
+
+/// Most lookups along the long axis of a footprint.
+const MOST_PROBES: f32 = 16.0;
+
+/// Between lookups along the long axis, in widths of what one covers.
+const SPACING: f32 = 1.4;
+
+/// How texture coordinates change by one step along the rows and one along the columns of samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::interaction) struct UvFootprint(pub(in crate::interaction) [Vec2; 2]);
+
+impl UvFootprint {
+    /// A lookup that stands for a point.
+    pub(in crate::interaction) const POINT: Self = Self([Vec2::ZERO; 2]);
+}
+
+/// The blend of two levels: in the outer quarters of the way from one to the next it is one of them alone.
+pub(super) fn blended(level: usize, share: f32) -> (usize, f32) {
+    let share = (share - 0.25) * 2.0;
+    if share <= 0.0 {
+        (level, 0.0)
+    } else if share >= 1.0 {
+        (level + 1, 0.0)
+    } else {
+        (level, share)
+    }
+}
+
+/// The area that a lookup stands for, in texels of the full image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ellipse {
+    /// Length of the long axis; infinite where the footprint is no number.
+    pub(super) long: f32,
+    /// Length of the short axis.
+    short: f32,
+    /// Unit vector along the long axis.
+    pub(super) direction: Vec2,
+}
+
+impl Ellipse {
+    /// The singular values of the matrix of both steps, and its first left singular vector.
+    pub(super) fn of_steps([a, b]: [Vec2; 2]) -> Self {
+        let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
+        let half_difference = (xx - yy) * 0.5;
+        let root = (half_difference * half_difference + xy * xy).sqrt();
+        let long = ((xx + yy) * 0.5 + root).sqrt();
+        if !long.is_finite() {
+            return Self { long: f32::INFINITY, short: f32::INFINITY, direction: Vec2::X };
+        }
+        // Of two forms of the eigenvector, the one that does not cancel.
+        let direction = if half_difference >= 0.0 {
+            Vec2::new(half_difference + root, xy)
+        } else {
+            Vec2::new(xy, root - half_difference)
+        };
+        Self { long, short: a.perp_dot(b).abs() / long, direction: direction.normalize_or(Vec2::X) }
+    }
+
+    /// The width of what one lookup covers: the short axis, but at least a texel, and wide enough for the lookups to reach
+    /// from end to end.
+    pub(super) fn width(&self) -> f32 {
+        let needed = self.long / (MOST_PROBES * SPACING);
+        let width = if self.short > needed { self.short } else { needed };
+        if width > 1.0 { width } else { 1.0 }
+    }
+
+    /// Lookups that reach over the long axis. Each is a tent twice as wide as its texels, so that they may lie apart by more
+    /// than their width without a gap.
+    pub(super) fn probes(&self, width: f32) -> u32 {
+        if !self.long.is_finite() {
+            return 1;
+        }
+        let needed = self.long / (width * SPACING) - 0.1;
+        let whole = needed as u32;
+        if whole as f32 == needed && whole > 0 { whole } else { whole + 1 }
+    }
+}
+
+/// The level whose texels are at most `width` wide, and the share of the next one; 0 is the full image and `last` the
+/// coarsest. `width` is at least one.
+pub(super) fn level_of(width: f32, last: usize) -> (usize, f32) {
+    let bits = width.to_bits();
+    let level = (bits >> 23).saturating_sub(127) as usize;
+    if level >= last {
+        return (last, 0.0);
+    }
+    // The mantissa runs from one to two between two levels.
+    (level, f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000) - 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ellipses_have_known_axes() {
+        // Steps that are perpendicular are the axes themselves.
+        let plain = Ellipse::of_steps([Vec2::new(0.0, 3.0), Vec2::new(2.0, 0.0)]);
+        assert!((plain.long - 3.0).abs() < 1e-6 && (plain.short - 2.0).abs() < 1e-6);
+        assert!(plain.direction.x.abs() < 1e-6);
+        // (3, 3) and (1, −1): long 3√2 along the diagonal, short √2.
+        let turned = Ellipse::of_steps([Vec2::new(3.0, 3.0), Vec2::new(1.0, -1.0)]);
+        assert!((turned.long - 18_f32.sqrt()).abs() < 1e-5 && (turned.short - 2_f32.sqrt()).abs() < 1e-5);
+        assert!((turned.direction.x - turned.direction.y).abs() < 1e-6);
+        // A shear: the singular values of ((1, 4), (0, 1)) are √5 ± 2.
+        let sheared = Ellipse::of_steps([Vec2::new(1.0, 0.0), Vec2::new(4.0, 1.0)]);
+        assert!((sheared.long - (5_f32.sqrt() + 2.0)).abs() < 1e-5);
+        assert!((sheared.short - (5_f32.sqrt() - 2.0)).abs() < 1e-5);
+        // A line and a point have no second axis.
+        let line = Ellipse::of_steps([Vec2::new(3.0, 4.0), Vec2::new(-3.0, -4.0)]);
+        assert!((line.long - 50_f32.sqrt()).abs() < 1e-5 && line.short == 0.0);
+        assert_eq!((line.width(), line.probes(line.width())), (1.0, 5));
+        for broken in [f32::NAN, f32::INFINITY, 1e30] {
+            let ellipse = Ellipse::of_steps([Vec2::splat(broken), Vec2::X]);
+            assert_eq!((ellipse.width(), ellipse.probes(ellipse.width())), (f32::INFINITY, 1));
+        }
+    }
+
+    #[test]
+    fn levels_follow_the_width() {
+        for (width, expected) in [
+            (1.0, (0, 0.0)),
+            (1.5, (0, 0.5)),
+            (2.0, (1, 0.0)),
+            (3.0, (1, 0.5)),
+            (5.0, (2, 0.25)),
+            (1e9, (3, 0.0)),
+        ] {
+            assert_eq!(level_of(width, 3), expected, "{width}");
+        }
+        assert_eq!(level_of(f32::INFINITY, 3), (3, 0.0));
+        assert_eq!(level_of(2.5, 0), (0, 0.0));
+    }
+}

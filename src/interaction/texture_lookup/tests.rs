@@ -1,0 +1,199 @@
+use super::walk::wrap;
+use super::*;
+use crate::scene::{
+    Filter, Image, ImageIndex, ImageMips, Texels, Texture, TextureIndex, UvTransform, WrapMode, mip_levels,
+};
+
+fn look_up(
+    scene: &Scene,
+    reference: &TextureRef,
+    uv: Vec2,
+    footprint: UvFootprint,
+    encoding: Encoding,
+) -> Vec4 {
+    sample(scene, reference, encoding, &mut None, || (uv, footprint))
+}
+
+/// Four texels in a row with red 0, 1, 2, 3 (times 1/255).
+fn ramp(sampler: Sampler) -> Scene {
+    let texels = Texels::Rgba8((0..4).map(|red| [red, 0, 0, 255]).collect());
+    Scene {
+        images: vec![Image { name: None, width: 4, height: 1, texels }],
+        textures: vec![Texture { name: None, image: ImageIndex(0), sampler }],
+        ..Default::default()
+    }
+}
+
+/// Looked up over a square of the picture.
+fn red(sampler: Sampler, u: f32, side: f32) -> f32 {
+    let footprint = UvFootprint([Vec2::X * side, Vec2::Y * side]);
+    let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
+    let value = look_up(&ramp(sampler), &reference, Vec2::new(u, 0.5), footprint, Encoding::Linear);
+    // Decoding and interpolating round the last bits away.
+    (value.x * 255_000.0).round() / 1000.0
+}
+
+fn nearest_with(wrap_u: WrapMode) -> Sampler {
+    Sampler { wrap_u, magnify: Filter::Nearest, ..Default::default() }
+}
+
+#[test]
+fn wrap_modes_continue_the_image() {
+    let at = |mode, texel: f32| red(nearest_with(mode), (texel + 0.5) / 4.0, 0.0);
+    for (texel, repeat, mirrored, clamped) in [
+        (-5.0, 3.0, 3.0, 0.0),
+        (-1.0, 3.0, 0.0, 0.0),
+        (2.0, 2.0, 2.0, 2.0),
+        (4.0, 0.0, 3.0, 3.0),
+        (9.0, 1.0, 1.0, 3.0),
+    ] {
+        assert_eq!(at(WrapMode::Repeat, texel), repeat, "repeat {texel}");
+        assert_eq!(at(WrapMode::MirroredRepeat, texel), mirrored, "mirrored {texel}");
+        assert_eq!(at(WrapMode::ClampToEdge, texel), clamped, "clamped {texel}");
+    }
+}
+
+#[test]
+fn linear_filtering_meets_texel_centres_and_wraps_between_the_ends() {
+    let linear = Sampler::default();
+    let at = |u| red(linear, u, 0.0);
+    assert_eq!(at(1.5 / 4.0), 1.0);
+    assert_eq!(at(2.0 / 4.0), 1.5);
+    // Half way between texel 3 and texel 0 of the next repetition.
+    assert_eq!(at(0.0), 1.5);
+}
+
+#[test]
+fn a_wide_footprint_uses_the_minifying_filter() {
+    let sampler = Sampler { magnify: Filter::Nearest, minify: Filter::Linear, ..Default::default() };
+    assert_eq!(red(sampler, 0.5, 0.01), 2.0);
+    assert_eq!(red(sampler, 0.5, 1.0), 1.5);
+}
+
+#[test]
+fn far_and_infinite_coordinates_stay_inside() {
+    for mode in [WrapMode::Repeat, WrapMode::MirroredRepeat, WrapMode::ClampToEdge] {
+        for position in [i64::MIN, i64::MIN + 1, -4, 4, 1 << 52, i64::MAX - 1, i64::MAX] {
+            assert!(
+                wrap(mode, position, 4) < 4 && wrap(mode, position, 5) < 5 && wrap(mode, position, 1) < 1
+            );
+        }
+        let sampler = Sampler { wrap_u: mode, ..Default::default() };
+        for u in [1e30, -1e30, f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+            assert!((0.0..=3.0).contains(&red(sampler, u, 0.0)), "{mode:?} {u}");
+        }
+    }
+}
+
+/// A picture with mip maps for one use.
+fn mapped(
+    size: (u32, u32),
+    sampler: Sampler,
+    encoding: Encoding,
+    texel: impl Fn(u32, u32) -> [u8; 4],
+) -> Scene {
+    let (width, height) = size;
+    let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
+    let image = Image { name: None, width, height, texels: Texels::Rgba8(texels.collect()) };
+    let mut mips = ImageMips::default();
+    mips.set(encoding, mip_levels(&image, encoding).into());
+    Scene {
+        images: vec![image],
+        mips: vec![mips],
+        textures: vec![Texture { name: None, image: ImageIndex(0), sampler }],
+        ..Default::default()
+    }
+}
+
+fn look(scene: &Scene, uv: Vec2, steps: [Vec2; 2], encoding: Encoding) -> Vec4 {
+    let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
+    look_up(scene, &reference, uv, UvFootprint(steps), encoding)
+}
+
+#[test]
+fn a_chequer_becomes_its_mean_towards_the_horizon() {
+    // Black and white squares of one texel, half of the light. The farther, the longer the footprint; from where it covers
+    // two texels nothing but the mean is left, without a jump on the way.
+    let scene = mapped((64, 64), Sampler::default(), Encoding::Srgb, |x, y| {
+        if (x + y) % 2 == 0 { [0, 0, 0, 255] } else { [255; 4] }
+    });
+    for stretch in [1.0, 3.0, 10.0, 40.0] {
+        let mut last = 1.0;
+        for step in 0..400 {
+            let width = libm::exp2f(step as f32 * 0.03 - 2.0) / 64.0;
+            let steps = [Vec2::new(width, 0.0), Vec2::new(0.0, width * stretch)];
+            // The middle of a white texel.
+            let seen = look(&scene, Vec2::new(33.5, 20.5) / 64.0, steps, Encoding::Srgb).x;
+            if width * 64.0 >= 2.0 {
+                assert!((seen - 0.5).abs() < 0.01, "{stretch} {width}: {seen}");
+            }
+            assert!((seen - last).abs() < 0.2 || stretch > 1.0, "{stretch} {width}: {last} {seen}");
+            last = seen;
+        }
+    }
+}
+
+#[test]
+fn lookups_agree_with_the_mean_of_many() {
+    // The slow twin: 64 times 64 lookups of the full image over the parallelogram. A level's texels are as wide as the short
+    // axis and interpolation widens them once more, so what is compared is smooth on that scale.
+    let wave = |x: u32, y: u32| {
+        let at =
+            |frequency: f32, place: u32| libm::sinf(place as f32 / 256.0 * frequency * std::f32::consts::TAU);
+        let byte = |value: f32| (127.5 + 127.5 * value) as u8;
+        [byte(at(3.0, x)), byte(at(2.0, y)), byte(at(5.0, x) * at(1.0, y)), 255]
+    };
+    let scene = mapped((256, 256), Sampler::default(), Encoding::Linear, wave);
+    let plain =
+        mapped((256, 256), Sampler { mip: MipFilter::None, ..Default::default() }, Encoding::Linear, wave);
+    for index in 0..60 {
+        let at = |factor: f32| (index as f32 * factor).fract();
+        let (uv, angle) = (Vec2::new(at(0.618_034), at(0.324_717)), at(0.754_878) * 6.0);
+        let (sin, cos) = libm::sincosf(angle);
+        let (short, long) = (0.004 + at(0.43) * 0.03, 0.01 + at(0.27) * 0.2);
+        let steps = [Vec2::new(cos, sin) * long, Vec2::new(-sin, cos + 0.5) * short];
+        let mut mean = Vec4::ZERO;
+        for sub in 0..4096 {
+            let place = |index: i32| (index as f32 + 0.5) / 64.0 - 0.5;
+            let uv = uv + steps[0] * place(sub % 64) + steps[1] * place(sub / 64);
+            mean += look(&plain, uv, [Vec2::ZERO; 2], Encoding::Linear) / 4096.0;
+        }
+        let found = look(&scene, uv, steps, Encoding::Linear);
+        assert!((found - mean).abs().max_element() < 0.08, "{index}: {found} {mean}");
+    }
+}
+
+#[test]
+fn samplers_get_what_they_ask_for() {
+    // Columns 0 and 255; a footprint of eight texels by eight.
+    let stripes = |x: u32, _: u32| [if x.is_multiple_of(2) { 0 } else { 255 }, 0, 0, 255];
+    let red = |minify, mip, side: f32| {
+        let sampler = Sampler { minify, mip, ..Default::default() };
+        let scene = mapped((16, 16), sampler, Encoding::Linear, stripes);
+        let steps = [Vec2::X * side / 16.0, Vec2::Y * side / 16.0];
+        look(&scene, Vec2::new(5.4, 5.4) / 16.0, steps, Encoding::Linear).x
+    };
+    // Texel 5 is white; 0.1 left of its middle lies nine tenths of it.
+    assert_eq!(red(Filter::Nearest, MipFilter::None, 8.0), 1.0);
+    assert!((red(Filter::Linear, MipFilter::None, 8.0) - 0.9).abs() < 1e-5);
+    for minify in [Filter::Nearest, Filter::Linear] {
+        for mip in [MipFilter::Nearest, MipFilter::Linear] {
+            assert!((red(minify, mip, 8.0) - 0.5).abs() < 0.01, "{minify:?} {mip:?}");
+        }
+    }
+    // Between the full image and the first level, the nearer one.
+    assert_eq!(red(Filter::Nearest, MipFilter::Nearest, 1.4), 1.0);
+    assert!((red(Filter::Nearest, MipFilter::Nearest, 1.6) - 0.5).abs() < 0.01);
+    assert!((red(Filter::Nearest, MipFilter::Linear, 1.5) - 0.75).abs() < 0.01);
+}
+
+#[test]
+fn transparent_texels_lend_no_colour() {
+    // A green leaf beside transparent black: half way between, the leaf is half there and as green.
+    let leaf = |x: u32, _: u32| if x == 0 { [0, 255, 0, 255] } else { [0; 4] };
+    for steps in [[Vec2::ZERO; 2], [Vec2::X, Vec2::Y]] {
+        let scene = mapped((2, 2), Sampler::default(), Encoding::CoveredSrgb, leaf);
+        let seen = look(&scene, Vec2::new(0.5, 0.5), steps, Encoding::CoveredSrgb);
+        assert!(seen.abs_diff_eq(Vec4::new(0.0, 1.0, 0.0, 0.5), 0.005), "{seen}");
+    }
+}

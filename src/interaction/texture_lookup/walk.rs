@@ -1,0 +1,155 @@
+//! The places of a lookup in one level: wrapping, and the two filters within it.
+
+use glam::{Vec2, Vec4};
+
+use crate::scene::{Filter, Sampler, WrapMode};
+
+/// Evenly spaced places along a line of the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    /// Texture coordinates of its middle.
+    pub(super) middle: Vec2,
+    /// From one end to the other.
+    pub(super) along: Vec2,
+    /// How many places, at least one.
+    pub(super) count: u32,
+}
+
+impl Line {
+    /// The first place and the step to the next.
+    fn start_and_step(&self) -> (Vec2, Vec2) {
+        let step = self.along / self.count as f32;
+        (self.middle - step * (0.5 * (self.count - 1) as f32), step)
+    }
+}
+
+/// Bits of a texel's width in [`Walk`].
+const FRACTION_BITS: u32 = 24;
+
+/// The lookups of a line in one level: what does not change from place to place. Places are whole numbers, in fractions of a
+/// texel; beyond 2³⁸ texels all places are one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walk {
+    /// From the middle of the first texel for linear lookups, from its edge for nearest ones.
+    start: [i64; 2],
+    step: [i64; 2],
+    count: u32,
+    columns: Axis,
+    rows: Axis,
+    is_linear: bool,
+}
+
+/// How one axis of a level continues.
+#[derive(Clone, Copy, Debug)]
+struct Axis {
+    mode: WrapMode,
+    size: u32,
+}
+
+impl Axis {
+    /// Where the axis repeats after a power of two, that less one.
+    fn mask(self) -> Option<i64> {
+        (self.mode == WrapMode::Repeat && self.size.is_power_of_two()).then(|| i64::from(self.size) - 1)
+    }
+
+    fn wrap(self, position: i64) -> usize {
+        wrap(self.mode, position, self.size) as usize
+    }
+}
+
+impl Walk {
+    pub(super) fn new([width, height]: [u32; 2], line: &Line, sampler: Sampler, filter: Filter) -> Self {
+        let (start, step) = line.start_and_step();
+        let is_linear = filter == Filter::Linear;
+        let shift = if is_linear { 0.5 } else { 0.0 };
+        // Casts saturate, and take what is no number to zero.
+        let fixed = |texels: f64| (texels * f64::from(1 << FRACTION_BITS)) as i64;
+        let place = |at: f32, side: u32| fixed(f64::from(at) * f64::from(side) - shift);
+        let stride = |step: f32, side: u32| fixed(f64::from(step) * f64::from(side));
+        Self {
+            start: [place(start.x, width), place(start.y, height)],
+            step: [stride(step.x, width), stride(step.y, height)],
+            count: line.count,
+            columns: Axis { mode: sampler.wrap_u, size: width },
+            rows: Axis { mode: sampler.wrap_v, size: height },
+            is_linear,
+        }
+    }
+
+    /// The mean of the decoded texels around all places.
+    #[inline(always)]
+    pub(super) fn mean<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
+        let sum = if !self.is_linear {
+            self.nearest_sum(texels, decode)
+        } else if let (Some(across), Some(down)) = (self.columns.mask(), self.rows.mask()) {
+            let wrap = |[x, y]: [i64; 2]| [(x & across) as usize, (y & down) as usize];
+            self.linear_sum(texels, decode, wrap)
+        } else {
+            self.linear_sum(texels, decode, |[x, y]| [self.columns.wrap(x), self.rows.wrap(y)])
+        };
+        if self.count == 1 { sum } else { sum * (1.0 / self.count as f32) }
+    }
+
+    #[inline(always)]
+    fn linear_sum<T: Copy>(
+        &self,
+        texels: &[T],
+        decode: impl Fn(T) -> Vec4,
+        wrap: impl Fn([i64; 2]) -> [usize; 2],
+    ) -> Vec4 {
+        const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
+        let fraction = |place: i64| (place & FRACTION) as i32 as f32 * (1.0 / (1 << FRACTION_BITS) as f32);
+        let stride = self.columns.size as usize;
+        let [mut x, mut y] = self.start;
+        let mut sum = Vec4::ZERO;
+        for _ in 0..self.count {
+            let (column, row) = (x >> FRACTION_BITS, y >> FRACTION_BITS);
+            let ([left, upper], [right, lower]) = (wrap([column, row]), wrap([column + 1, row + 1]));
+            let (right_share, lower_share) = (fraction(x), fraction(y));
+            let (left_share, upper_share) = (1.0 - right_share, 1.0 - lower_share);
+            let (upper, lower) = (upper * stride, lower * stride);
+            sum += decode(texels[upper + left]) * (left_share * upper_share);
+            sum += decode(texels[upper + right]) * (right_share * upper_share);
+            sum += decode(texels[lower + left]) * (left_share * lower_share);
+            sum += decode(texels[lower + right]) * (right_share * lower_share);
+            x = x.wrapping_add(self.step[0]);
+            y = y.wrapping_add(self.step[1]);
+        }
+        sum
+    }
+
+    #[inline(always)]
+    fn nearest_sum<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
+        let [mut x, mut y] = self.start;
+        let mut sum = Vec4::ZERO;
+        for _ in 0..self.count {
+            let row = self.rows.wrap(y >> FRACTION_BITS) * self.columns.size as usize;
+            sum += decode(texels[row + self.columns.wrap(x >> FRACTION_BITS)]);
+            x = x.wrapping_add(self.step[0]);
+            y = y.wrapping_add(self.step[1]);
+        }
+        sum
+    }
+}
+
+/// The texel that stands at whole coordinate `position`, which may lie anywhere.
+pub(super) fn wrap(mode: WrapMode, position: i64, size: u32) -> u32 {
+    let size = i64::from(size);
+    if (0..size).contains(&position) {
+        return position as u32;
+    }
+    let wrapped = match mode {
+        WrapMode::Repeat => modulo(position, size),
+        WrapMode::MirroredRepeat => {
+            let folded = modulo(position, 2 * size);
+            if folded < size { folded } else { 2 * size - 1 - folded }
+        }
+        WrapMode::ClampToEdge => position.clamp(0, size - 1),
+    };
+    wrapped as u32
+}
+
+/// The remainder that is not negative; without a division for powers of two.
+fn modulo(position: i64, size: i64) -> i64 {
+    if size & (size - 1) == 0 { position & (size - 1) } else { position.rem_euclid(size) }
+}

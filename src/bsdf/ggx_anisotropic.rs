@@ -92,7 +92,7 @@ impl Stretch {
         let weight = fresnel::schlick_weight;
         if relative_ior < 1.0 {
             let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
-            return Terms { total, schlick, exact: total - round_albedo::passed(&facets, relative_ior) };
+            return Terms { total, schlick, exact: round_albedo::untabulated(&facets, total, relative_ior) };
         }
         let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
         let [total, schlick, exact] = facets.reflected(factors);

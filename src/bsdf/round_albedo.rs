@@ -24,14 +24,16 @@ pub(super) struct Terms {
 
 /// Rows of roughness and columns of the view's elevation.
 const ROUGHNESS_STEPS: usize = 36;
-const VIEW_STEPS: usize = 72;
+const VIEW_STEPS: usize = 80;
+/// Smoother surfaces than this are mirrors: their lobe could not be told apart, and α would leave the number range.
+const SMOOTH: f32 = 1e-6;
 /// Smoother lobes look like this one, scaled.
 const LEAST_ROUGHNESS: f32 = 0.01;
 
 /// Indices in the table, at Chebyshev's nodes.
 const INDICES: usize = 10;
-/// ln((n − 1) / (n + 1)) for n = 1.04 and n = 3.2.
-const LEAST_INDEX: f32 = -3.93;
+/// ln((n − 1) / (n + 1)) for n = 1.06 and n = 3.2.
+const LEAST_INDEX: f32 = -3.53;
 const MOST_INDEX: f32 = -0.647;
 
 /// `total`, `schlick` and the exact curves.
@@ -40,7 +42,7 @@ type Entry = [f32; ENTRIES];
 
 /// The lobe with F = 1 and with F = (1 − o·h)⁵; the exact curve's entry stays 0.
 pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> Terms {
-    if roughness <= 0.0 {
+    if roughness < SMOOTH {
         return Terms { total: 1.0, schlick: fresnel::schlick_weight(cos_o), exact: 0.0 };
     }
     Place::new(cos_o, roughness).schlick_terms()
@@ -48,7 +50,7 @@ pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> Terms {
 
 /// The lobe with all factors; `relative_ior` is positive. Roughness 0 gives exactly those of the view.
 pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> Terms {
-    if roughness <= 0.0 {
+    if roughness < SMOOTH {
         let exact = fresnel::exact(cos_o, relative_ior);
         return Terms { exact, ..schlick_terms(cos_o, roughness) };
     }
@@ -60,7 +62,7 @@ pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> Terms {
         let exact = weights.iter().zip(&place.entry[2..]).map(|(weight, entry)| weight * entry).sum();
         place.faded(exact, terms.total, |cosine| fresnel::exact(cosine, relative_ior))
     } else {
-        terms.total - passed(&Facets::round(place.cos_o, roughness * roughness), relative_ior)
+        untabulated(&Facets::round(place.cos_o, roughness * roughness), terms.total, relative_ior)
     };
     terms
 }
@@ -70,16 +72,19 @@ pub(super) fn total(cos_o: f32, roughness: f32) -> f32 {
     schlick_terms(cos_o, roughness).total
 }
 
-/// ∫ (1 − F) D V cos θ_i dω_i for the exact F.
-pub(super) fn passed(facets: &Facets, relative_ior: f32) -> f32 {
-    let factor = |cosine: f32| [1.0 - fresnel::exact(cosine, relative_ior)];
-    let [passed] = if relative_ior < 1.0 {
-        let index = f64::from(relative_ior);
-        facets.reflected_within(1.0 - index * index, factor)
-    } else {
-        facets.reflected(factor)
-    };
-    passed
+/// The lobe with the exact F, by integration; `total` is the one with F = 1. Beside total reflection it is what does not pass.
+pub(super) fn untabulated(facets: &Facets, total: f32, relative_ior: f32) -> f32 {
+    if relative_ior == 1.0 {
+        return 0.0;
+    }
+    if relative_ior > 1.0 {
+        let [reflected] = facets.reflected(|cosine| [fresnel::exact(cosine, relative_ior)]);
+        return reflected;
+    }
+    let index = f64::from(relative_ior);
+    let passing = |cosine: f32| [1.0 - fresnel::exact(cosine, relative_ior)];
+    let [passed] = facets.reflected_within(1.0 - index * index, passing);
+    total - passed
 }
 
 /// What the table holds for a view of a lobe.

@@ -25,7 +25,7 @@ fn eased(steps: u32) -> impl Iterator<Item = (f64, f64)> {
 pub(super) fn albedos(v: DVec3, at: f64, ab: f64, n: f64) -> [f64; 3] {
     let mut sums = [0.0; 3];
     // Slopes away from the view and towards it, parted where neither is.
-    let away = (ab * v.y).atan2(at * v.x);
+    let away = libm::atan2(ab * v.y, at * v.x);
     for quarter in 0..4 {
         for (place, turn_weight) in eased(60) {
             let phi = away + PI / 2.0 * (f64::from(quarter) + place);

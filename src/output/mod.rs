@@ -3,9 +3,11 @@
 //! Knows a film and a frame, not how they came to be, and not where files go.
 
 mod attributes;
+mod contact_sheet;
 mod exposure;
 mod picture;
 
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
+pub use contact_sheet::ContactSheet;
 pub use exposure::auto_exposure_ev;
-pub use picture::{PreviewLook, exr_file, png_file};
+pub use picture::{PreviewLook, display_picture, exr_file, png_file};

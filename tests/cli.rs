@@ -54,6 +54,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["-r", "8x8", "-W", "8"], "--width"),
         (&["-W", "0"], "--width"),
         (&["--scale", "0%"], "scale"),
+        (&["--scale", "50"], "rite 50% or 0.5"),
+        (&["--scale", "-1"], "50%"),
         (&["--crop", "5,5,5,9"], "crop"),
         (&["--samples", "0"], "write a whole number from 1 to 65536"),
         (&["--samplse", "1"], "'--samples'"),

@@ -49,16 +49,19 @@ pub(super) fn frame(text: &str) -> Result<i32, String> {
     whole(text, i32::MIN.into(), i32::MAX.into())
 }
 
-/// `50%` or `0.5`, as a factor.
+/// `50%` or `0.5`, as a factor. What is meant by a bare number above 1 would be a guess.
 pub(super) fn scale(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text, 1.0),
     };
     match number.parse::<f64>() {
+        Ok(value) if unit == 1.0 && value > 1.0 && value.is_finite() => {
+            Err(format!("a picture {text} times as large? Write {text}% or {}", value / 100.0))
+        }
         Ok(value) if value > 0.0 && value * unit <= 100.0 => Ok(value * unit),
-        Ok(_) => Err("a scale lies above 0% and at most at 10000%".to_owned()),
-        Err(_) => Err("write a percentage such as 50%".to_owned()),
+        Ok(_) => Err("a scale lies above 0% and at most at 10000%; write 50%, 0.5 or 200%".to_owned()),
+        Err(_) => Err("write a percentage such as 50% or 200%, or a factor up to 1 such as 0.5".to_owned()),
     }
 }
 
@@ -256,6 +259,9 @@ mod tests {
         }
         assert_eq!(scale("50%"), Ok(0.5));
         assert_eq!(scale("0.25"), Ok(0.25));
+        assert_eq!((scale("1"), scale("200%")), (Ok(1.0), Ok(2.0)));
+        assert!(scale("50").unwrap_err().contains("rite 50% or 0.5"));
+        assert!(scale("inf").is_err() && scale("1e300").is_err());
         assert!(
             scale("0%").is_err() && scale("NaN").is_err() && scale("-1").is_err() && scale("1e9%").is_err()
         );

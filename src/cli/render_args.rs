@@ -83,8 +83,8 @@ pub(super) struct RenderArgs {
     /// Height in pixels; the width follows from the camera unless given
     #[arg(short = 'H', long, value_name = "PIXELS", value_parser = options::count, help_heading = "Picture")]
     pub(super) height: Option<u32>,
-    /// Scales the resolution
-    #[arg(long, value_name = "PERCENT", value_parser = options::scale, help_heading = "Picture")]
+    /// Scales the resolution: 50%, 0.5 or 200%; a number without % is a factor up to 1
+    #[arg(long, value_name = "PERCENT|FACTOR", allow_negative_numbers = true, value_parser = options::scale, help_heading = "Picture")]
     pub(super) scale: Option<f64>,
     /// Renders these pixels only, from (X0, Y0) up to but not including (X1, Y1), origin top left
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = options::crop, help_heading = "Picture")]

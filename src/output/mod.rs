@@ -7,5 +7,5 @@ mod exposure;
 mod picture;
 
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
-pub use exposure::auto_exposure_ev;
+pub use exposure::{auto_exposure_ev, covers_enough};
 pub use picture::{PreviewLook, exr_file, png_file};

@@ -329,3 +329,43 @@ fn info_tells_of_everything_whether_it_is_supported() {
     let shown = String::from_utf8_lossy(&rayframe(&["info", scene.to_str().unwrap()]).stdout).into_owned();
     assert!(shown.contains("cube of 16x16 texels, 3 levels, supported"), "{shown}");
 }
+
+#[test]
+fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = folder.path().join("t0.png");
+    image::GrayImage::new(4096, 4096).save(&first).unwrap();
+    for index in 1..20 {
+        std::fs::copy(&first, folder.path().join(format!("t{index}.png"))).unwrap();
+    }
+    let numbered = |value: &dyn Fn(usize) -> serde_json::Value| (0..20).map(value).collect::<Vec<_>>();
+    let document = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "images": numbered(&|index| serde_json::json!({"uri": format!("t{index}.png")})),
+        "textures": numbered(&|index| serde_json::json!({"source": index})),
+        "materials": numbered(&|index| serde_json::json!({"emissiveTexture": {"index": index}})),
+    });
+    let path = folder.path().join("walls.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let scene = path.to_str().unwrap();
+    let output = folder.path().join("a.exr");
+    let output = output.to_str().unwrap();
+
+    // 20 · 89 478 484 bytes, and 89 478 480 while the last mip maps are made.
+    let render = ["render", scene, "-o", output, "--max-memory", "500M"];
+    for word in
+        ["20 images need 1.9 GB with mip maps", "/images/0 \"t0.png\" with 89.5 MB", "limit of 500.0 MB"]
+    {
+        assert_fails(&render, 77, word);
+    }
+    // The picture comes first, and neither the plan nor the list needs texels.
+    assert_fails(&[&render[..], &["-r", "30000x30000"]].concat(), 77, "30000x30000 pixels need about");
+    let planned = rayframe(&[&render[..], &["--dry-run"]].concat());
+    assert_eq!(planned.status.code(), Some(0), "{}", stderr(&planned));
+    let shown = rayframe(&["info", scene, "--max-memory", "100M"]);
+    let text = String::from_utf8_lossy(&shown.stdout).into_owned();
+    assert!(
+        text.contains("#19 4096x4096, 8 bits") || text.contains("\"t19.png\" 4096x4096, 8 bits"),
+        "{text}"
+    );
+}

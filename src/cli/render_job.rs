@@ -12,7 +12,8 @@ use crate::gltf::{self, ImportOptions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
 use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, check_picture,
+    duration_seconds,
 };
 
 use super::environment::{self, EnvironmentWishes, LoadedEnvironment};
@@ -57,7 +58,13 @@ struct Wishes {
 pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let wishes = understand(args)?;
     let max_memory_bytes = wishes.max_memory_bytes;
-    let mut scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let shutter =
+        args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
+    if let Some(window) = known_window(args)? {
+        check_picture(&args.scene, window, shutter, max_memory_bytes)?;
+    }
+    let options = ImportOptions { max_memory_bytes, skips_texels: args.dry_run };
+    let mut scene = gltf::import(&args.scene, &options)?;
     catch_shadows(&mut scene, &args.shadow_catcher)?;
     let (selection, choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
@@ -85,9 +92,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         environment_key,
         frames,
         rate: wishes.rate,
-        shutter: args
-            .shutter
-            .map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples }),
+        shutter,
         output,
         preview: args.preview.is_some(),
         exposure: wishes.exposure,
@@ -270,6 +275,15 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
     let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
     let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
     camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
+}
+
+/// What will be rendered, where that does not depend on the scene's camera.
+fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
+    if args.width.is_some() != args.height.is_some() {
+        return Ok(None);
+    }
+    let (width, height) = picture_size(args, 1.0)?;
+    Ok(Some(args.crop.unwrap_or(PixelWindow::full(width, height))))
 }
 
 /// Columns and rows after `--scale`. One side alone takes the other from the camera.

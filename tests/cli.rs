@@ -369,3 +369,36 @@ fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_the
         "{text}"
     );
 }
+
+#[test]
+fn what_nobody_would_want_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.exr");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+    let said = |scene: &str, options: &[&str]| {
+        let scene = format!("{root}{scene}");
+        let arguments = ["render", &scene, "-o", output.to_str().unwrap(), "-r", "16x9", "--overwrite"];
+        let done = rayframe(&[&arguments[..], &["--samples", "1", "-f", "0"], options].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        stderr(&done)
+    };
+    // A mirror in the middle of the picture and no way to go on from it.
+    let cut = said("material/mirror.gltf", &["--depth", "0"]);
+    assert!(cut.contains(" % of the light was cut off at depth 0: raise --depth"), "{cut}");
+    assert!(!said("material/diffuse.gltf", &["--depth", "0"]).contains("cut off"));
+
+    // The same camera behind everything.
+    let text = std::fs::read_to_string(format!("{root}material/diffuse.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for node in document["nodes"].as_array_mut().unwrap() {
+        if node.get("camera").is_some() {
+            *node = serde_json::json!({"name": "lost", "camera": 0, "translation": [0, 0, -1000]});
+        }
+    }
+    let scene = folder.path().join("lost.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let arguments =
+        ["render", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "-r", "16x9", "--overwrite"];
+    let lost = stderr(&rayframe(&arguments));
+    assert!(lost.contains("warning: camera \"") && lost.contains("sees nothing in frame 0"), "{lost}");
+}

@@ -1,6 +1,6 @@
 //! The first line of a run: what was understood.
 
-use crate::scene::{CameraChoice, CameraIndex, Scene, Selection};
+use crate::scene::{Scene, Selection};
 use crate::sequence::{SequenceJob, duration_seconds, triangle_count};
 
 /// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
@@ -19,7 +19,7 @@ pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
         clips_text(&job.scene, &job.selection),
         frames_text(&job.frames),
         job.rate,
-        camera_text(&job.scene, &job.selection),
+        job.selection.camera_label(&job.scene),
         counted(triangle_count(&job.scene, &job.selection.roots), "triangle"),
     )
 }
@@ -51,17 +51,6 @@ fn clips_text(scene: &Scene, selection: &Selection) -> String {
         }
         clips => format!("{} clips {seconds} s", clips.len()),
     }
-}
-
-pub(super) fn camera_text(scene: &Scene, selection: &Selection) -> String {
-    let CameraChoice::Node(node) = selection.camera else {
-        return "camera auto".to_owned();
-    };
-    let node = scene.nodes.get(node.index());
-    let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);
-    let camera_name = scene.cameras.get(index).and_then(|camera| camera.name.as_deref());
-    let name = camera_name.or_else(|| node.and_then(|node| node.name.as_deref()));
-    format!("camera {}", quoted(name, index))
 }
 
 /// The name in quotes, or `#2` where there is none; both can be typed.

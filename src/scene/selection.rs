@@ -107,6 +107,20 @@ impl Selection {
         let selection = Self { roots, clips, camera, image_light, variant };
         Ok((selection, warnings))
     }
+
+    /// The camera for messages: `camera "name"`, `camera #2` where it has no name, or `camera auto`.
+    pub fn camera_label(&self, scene: &Scene) -> String {
+        let CameraChoice::Node(node) = self.camera else {
+            return "camera auto".to_owned();
+        };
+        let node = scene.nodes.get(node.index());
+        let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);
+        let camera_name = scene.cameras.get(index).and_then(|camera| camera.name.as_deref());
+        match camera_name.or_else(|| node.and_then(|node| node.name.as_deref())) {
+            Some(name) => format!("camera \"{name}\""),
+            None => format!("camera #{index}"),
+        }
+    }
 }
 
 fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {

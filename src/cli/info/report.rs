@@ -10,8 +10,6 @@ use crate::scene::{
 };
 use crate::sequence::{FrameRate, duration_seconds, triangle_count};
 
-use super::super::understood::camera_text;
-
 /// The support state of what is shown as the file means it.
 const SUPPORTED: &str = "supported";
 
@@ -161,7 +159,7 @@ impl Report {
                 clips: selection.clips.iter().map(|clip| clip.index()).collect(),
                 seconds,
                 last_frame_at_24_fps: FrameRate::FILM.last_frame(seconds),
-                camera: camera_text(scene, selection),
+                camera: selection.camera_label(scene),
                 triangles: triangle_count(scene, &selection.roots),
             },
             left_out: warnings(left_out),

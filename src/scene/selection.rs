@@ -232,7 +232,12 @@ fn find<'a>(
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
 ) -> Result<usize> {
     let (found, asked) = match choice {
-        Choice::Name(name) => (names.clone().position(|other| other == Some(name)), format!("\"{name}\"")),
+        Choice::Name(name) => {
+            // A number that nobody is called is a position: shells take # for a comment.
+            let as_position = || name.parse().ok().filter(|&i: &usize| i < names.len());
+            let found = names.clone().position(|other| other == Some(name)).or_else(as_position);
+            (found, format!("\"{name}\""))
+        }
         Choice::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
     };
     found.ok_or_else(|| {
@@ -342,6 +347,19 @@ mod tests {
         assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
         assert_eq!(selection.variant, Some(VariantIndex(1)));
         assert!(warnings.is_empty());
+    }
+
+    #[test]
+    fn numbers_that_are_no_names_are_positions() {
+        let camera = Some(CameraRequest::Placed(Choice::Name("1".to_owned())));
+        let clips = ClipChoice::One(Choice::Name("2".to_owned()));
+        let request = SelectionRequest { clips, camera, ..SelectionRequest::default() };
+        let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.clips, [AnimationIndex(2)]);
+        let mut named = scene();
+        named.animations[1].name = Some("2".to_owned());
+        assert_eq!(Selection::resolve(&request, &named).unwrap().0.clips, [AnimationIndex(1)]);
     }
 
     #[test]

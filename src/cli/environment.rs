@@ -186,7 +186,7 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 }
 
 /// Whether any light is placed below the selected roots.
-fn has_lights(scene: &Scene, selection: &Selection) -> bool {
+pub(super) fn has_lights(scene: &Scene, selection: &Selection) -> bool {
     let mut pending = selection.roots.clone();
     while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
         if node.light.is_some() {

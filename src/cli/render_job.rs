@@ -10,13 +10,18 @@ use crate::film::PixelWindow;
 use crate::frame;
 use crate::gltf::{self, ImportOptions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
-use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers};
+use crate::scene::{
+    CameraChoice, Choice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers,
+    mark_shadow_catching_node,
+};
 use crate::sequence::{
     ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, check_picture,
     duration_seconds,
 };
 
+use super::choices::choices;
 use super::environment::{self, EnvironmentWishes, LoadedEnvironment};
+use super::idle_options::idle_options;
 use super::memory_limit::default_max_memory_bytes;
 use super::options;
 use super::render_args::{BvhArg, FilterArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
@@ -66,12 +71,18 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let options = ImportOptions { max_memory_bytes, skips_texels: args.dry_run };
     let mut scene = gltf::import(&args.scene, &options)?;
     catch_shadows(&mut scene, &args.shadow_catcher)?;
-    let (selection, choices) = Selection::resolve(&selection_request(args), &scene)?;
+    let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
         environment::load(&wishes.environment, &scene, &selection, max_memory_bytes)?;
+    let show_background = wishes.environment.shows_background();
     let mut inputs = vec![args.scene.clone()];
     inputs.extend(wishes.environment.files().map(PathBuf::from));
     let warnings = [scene.warnings.clone(), environment_warnings].concat();
+    let description = match (show_background, description.as_str()) {
+        (true, _) => description,
+        (false, "") => "background none".to_owned(),
+        (false, _) => format!("{description}, background none"),
+    };
 
     let duration = duration_seconds(&scene, &selection);
     let frames = wishes.frames.resolve(wishes.rate.last_frame(duration)).map_err(Error::usage)?;
@@ -79,7 +90,6 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let stem = args.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
-    let show_background = wishes.environment.shows_background();
     let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
     let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
@@ -96,7 +106,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         output,
         preview: args.preview.is_some(),
         exposure: wishes.exposure,
-        tone: match args.tone {
+        tone: match args.tone.unwrap_or(ToneArg::Standard) {
             ToneArg::Standard => ToneCurve::Standard,
         },
         existing: existing_files(args),
@@ -104,6 +114,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         strict: args.strict,
         max_memory_bytes,
     };
+    choices.extend(idle_options(args, &sequence));
     Ok(RenderJob { sequence, choices, warnings, environment: description, inputs })
 }
 
@@ -128,12 +139,22 @@ fn understand(args: &RenderArgs) -> Result<Wishes> {
 
 fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
     for name in names {
-        if mark_shadow_catchers(scene, name) == 0 {
-            return Err(Error::usage(format!(
-                "--shadow-catcher: neither a node with a mesh nor a material is called \"{}\"",
-                name.escape_debug()
-            )));
+        if mark_shadow_catchers(scene, name) > 0 {
+            continue;
         }
+        if let Choice::Index(_) = options::choice(name)
+            && let Some(node) = scene.node(&options::choice(name))
+            && mark_shadow_catching_node(scene, node)
+        {
+            continue;
+        }
+        let nodes = scene.nodes.iter().filter(|node| node.mesh.is_some()).map(|node| node.name.as_deref());
+        let names = nodes.chain(scene.materials.iter().map(|material| material.name.as_deref()));
+        return Err(Error::usage(format!(
+            "--shadow-catcher: neither a node with a mesh nor a material is called \"{}\"; {}",
+            name.escape_debug(),
+            choices(name, names.flatten())
+        )));
     }
     Ok(())
 }
@@ -261,8 +282,9 @@ fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Optio
             let node = scene.node(&options::choice(&args.focus));
             Focus::Node(node.ok_or_else(|| {
                 Error::usage(format!(
-                    "--focus: the scene has no node \"{}\"; write a node's name, #0 for the first, metres, or middle",
-                    args.focus
+                    "--focus: the scene has no node \"{}\"; write metres, middle, '#0' for the first node, or a name: {}",
+                    args.focus.escape_debug(),
+                    choices(&args.focus, scene.nodes.iter().filter_map(|node| node.name.as_deref()))
                 ))
             })?)
         }

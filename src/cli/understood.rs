@@ -47,9 +47,9 @@ fn clips_text(scene: &Scene, selection: &Selection) -> String {
         [] => "still".to_owned(),
         [clip] => {
             let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.as_deref());
-            format!("clip {} {seconds} s", quoted(name, clip.index()))
+            format!("clip {} {} s", quoted(name, clip.index()), short(seconds))
         }
-        clips => format!("{} clips {seconds} s", clips.len()),
+        clips => format!("{} clips {} s", clips.len(), short(seconds)),
     }
 }
 
@@ -82,6 +82,12 @@ pub(super) fn frames_text(frames: &[i64]) -> String {
         rest = &rest[run..];
     }
     format!("frames {}", parts.join(","))
+}
+
+/// With three decimals at most.
+pub(super) fn short(number: f32) -> String {
+    let text = format!("{number:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Digits in groups of three.
@@ -120,6 +126,10 @@ mod tests {
     #[test]
     fn long_numbers_are_grouped() {
         assert_eq!(grouped(7), "7");
+        assert_eq!(
+            (short(2.5), short(10.0), short(1.041_666_6)),
+            ("2.5".into(), "10".into(), "1.042".into())
+        );
         assert_eq!(grouped(7936), "7 936");
         assert_eq!(grouped(1_234_567), "1 234 567");
         assert_eq!(counted(1, "part"), "1 part");

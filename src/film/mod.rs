@@ -1,5 +1,9 @@
 //! The picture while it is made: pixels, windows, and the order in which samples become a pixel.
 
+mod layers;
+
+pub use layers::{CentreSample, FilmLayers, LayerRequest, LightPart, LightParts, PixelCoverage};
+
 /// Pixels from `x0` up to but not including `x1`, and likewise for rows; origin at the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelWindow {
@@ -39,13 +43,20 @@ pub struct Film {
     pub window: PixelWindow,
     /// Row-major R, G, B, A of the window, top row first.
     pub pixels: Vec<[f32; 4]>,
+    /// What else is recorded of each pixel.
+    pub layers: FilmLayers,
 }
 
 impl Film {
     /// A black, empty picture.
     pub fn new(resolution: (u32, u32), window: PixelWindow) -> Self {
+        Self::with_layers(resolution, window, LayerRequest::NONE)
+    }
+
+    /// A black, empty picture with layers.
+    pub fn with_layers(resolution: (u32, u32), window: PixelWindow, request: LayerRequest) -> Self {
         let count = window.width() as usize * window.height() as usize;
-        Self { resolution, window, pixels: vec![[0.0; 4]; count] }
+        Self { resolution, window, pixels: vec![[0.0; 4]; count], layers: FilmLayers::new(count, request) }
     }
 
     /// Writes the pixels of a tile, which lies inside the window.

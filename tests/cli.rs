@@ -63,6 +63,19 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--background", "1,2"], "--background"),
         (&["--env-intensity", "-1"], "--env-intensity"),
         (&["--env", "1,2"], "R,G,B"),
+        (&["--env", "-1,0,0"], "not negative"),
+        (&["--env", "Studio"], "did you mean studio?"),
+        (&["--env", "#ff8800"], "did you mean 1,0.246,0 (linear light)?"),
+        (&["--background", "-1,0,0"], "not negative"),
+        (&["--glossy", "-1"], "write a whole number from 0 to 4096"),
+        (&["--shutter", "-1"], "180deg"),
+        (&["--shutter", "360"], "did you mean 360deg?"),
+        (&["--max-samples", "9", "--aa-threshold", "-1"], "write a number from 0 to 1"),
+        (&["--max-samples", "9", "--aa-threshold", "2"], "write a number from 0 to 1"),
+        (&["--light-radius", "-1"], "not negative"),
+        (&["--aperture", "-1"], "f/2.8"),
+        (&["-f", "5-"], "-s 5 renders from there"),
+        (&["-r", "huge"], "1080p"),
         (&["--split", "0"], "area"),
         (&["--refit", "0.5"], "a factor of at least 1"),
         (&["--simd", "avx"], "--simd"),
@@ -254,7 +267,8 @@ fn a_wrong_environment_names_its_option() {
     };
     let scene = path("a.gltf", br#"{"asset": {"version": "2.0"}}"#);
     let map = path("sky.hdr", b"\xff\xfe");
-    assert_fails(&["render", &scene, "--env", "white"], 66, "R,G,B, studio or none");
+    assert_fails(&["render", &scene, "--env", "white"], 2, "did you mean 1,1,1?");
+    assert_fails(&["render", &scene, "--env", "nowhere.hdr"], 66, "R,G,B, studio or none");
     assert_fails(&["render", &scene, "--env", &format!("{map}@abc")], 2, "number of degrees");
     assert_fails(&["render", &map], 65, "an environment goes after --env");
     assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
@@ -401,4 +415,77 @@ fn what_nobody_would_want_is_said() {
         ["render", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "-r", "16x9", "--overwrite"];
     let lost = stderr(&rayframe(&arguments));
     assert!(lost.contains("warning: camera \"") && lost.contains("sees nothing in frame 0"), "{lost}");
+}
+
+#[test]
+fn names_of_nodes_are_listed_and_suggested() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/shadow_catcher.gltf");
+    let render = ["render", scene, "--dry-run", "-o", "unwritten.exr"];
+    let with = |options: &[&str]| [&render[..], options].concat();
+    assert_fails(&with(&["--shadow-catcher", "flor"]), 2, "did you mean \"floor\"?");
+    assert_fails(&with(&["--aperture", "0.1", "--focus", "flor"]), 2, "did you mean \"floor\"?");
+    assert_fails(&with(&["--aperture", "0.1", "--focus", "-1"]), 2, "a distance lies above 0 metres");
+    assert_fails(&with(&["--shadow-catcher", "#999"]), 2, "\"floor\"");
+
+    let shown = rayframe(&["info", "--json", scene]);
+    let report: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
+    let nodes = report["holding_nodes"].as_array().unwrap();
+    let floor = nodes.iter().find(|node| node["name"] == "floor").unwrap();
+    assert_eq!(floor["holds"], serde_json::json!(["mesh"]));
+    let by_number = format!("#{}", floor["index"]);
+    let done = rayframe(&with(&["--shadow-catcher", &by_number, "--background", "none"]));
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    assert!(stderr(&done).contains("background none"), "{}", stderr(&done));
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains(&format!("  {by_number} \"floor\" mesh\n")), "{shown}");
+}
+
+#[test]
+fn options_that_do_nothing_say_so() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+    let said = |scene: &str, options: &[&str]| {
+        let scene = format!("{root}{scene}");
+        let arguments = ["render", &scene, "--dry-run", "--strict", "-o", "unwritten.####.exr"];
+        let done = rayframe(&[&arguments[..], options].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        stderr(&done)
+    };
+    let unlit = "light/environment_only.gltf";
+    for (scene, options, idle) in [
+        (unlit, &["--env", "none", "--env-intensity", "2"][..], "--env-intensity"),
+        (unlit, &["--light-scale", "2"], "--light-scale"),
+        (unlit, &["--light-radius", "2"], "--light-radius"),
+        (unlit, &["--env", "none", "--sun-angle", "2"], "--sun-angle"),
+        (unlit, &["--shutter", "0.5"], "--shutter"),
+        (unlit, &["--exposure", "1"], "--exposure"),
+        (unlit, &["--tone", "standard"], "--tone"),
+    ] {
+        let said = said(scene, options);
+        assert_eq!(said.matches("does nothing").count(), 1, "{said}");
+        assert!(said.contains(&format!("{idle} does nothing: ")), "{said}");
+    }
+    for (scene, options) in [
+        (unlit, &["--env", "studio", "--env-intensity", "2", "--sun-angle", "1"][..]),
+        ("light/point.gltf", &["--light-scale", "2", "--light-radius", "0.1"]),
+        ("light/directional.gltf", &["--sun-angle", "1"]),
+        ("morph/weights.gltf", &["--shutter", "0.5", "--exposure", "1", "--preview", "png"]),
+    ] {
+        let said = said(scene, options);
+        assert!(!said.contains("does nothing"), "{said}");
+    }
+}
+
+#[test]
+fn strict_says_each_thing_once_and_positions_may_be_plain() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("a.gltf");
+    std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow"]}"#).unwrap();
+    let scene = scene.to_str().unwrap();
+    assert_fails(&["render", scene, "--strict"], 65, "ACME_glow");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("lit by the studio"), "{shown}");
+    let morph = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/morph/weights.gltf");
+    let done =
+        rayframe(&["render", morph, "--animation", "0", "--dry-run", "-f", "0", "-o", "unwritten.exr"]);
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
 }

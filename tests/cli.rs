@@ -13,6 +13,10 @@ fn stderr(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+fn both<'a>(first: &[&'a str], second: &[&'a str]) -> Vec<&'a str> {
+    [first, second].concat()
+}
+
 /// One line of error, naming `word`, and this exit code.
 fn assert_fails(arguments: &[&str], code: i32, word: &str) {
     let output = rayframe(arguments);
@@ -372,9 +376,10 @@ fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_the
     {
         assert_fails(&render, 77, word);
     }
-    // The picture comes first, and neither the plan nor the list needs texels.
+    // The picture comes first, and the plan knows what texels would need; the list does not ask.
     assert_fails(&[&render[..], &["-r", "30000x30000"]].concat(), 77, "30000x30000 pixels need about");
-    let planned = rayframe(&[&render[..], &["--dry-run"]].concat());
+    assert_fails(&[&render[..], &["--dry-run"]].concat(), 77, "20 images need 1.9 GB");
+    let planned = rayframe(&["render", scene, "-o", output, "--max-memory", "2G", "--dry-run"]);
     assert_eq!(planned.status.code(), Some(0), "{}", stderr(&planned));
     let shown = rayframe(&["info", scene, "--max-memory", "100M"]);
     let text = String::from_utf8_lossy(&shown.stdout).into_owned();
@@ -421,11 +426,14 @@ fn what_nobody_would_want_is_said() {
 fn names_of_nodes_are_listed_and_suggested() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/shadow_catcher.gltf");
     let render = ["render", scene, "--dry-run", "-o", "unwritten.exr"];
-    let with = |options: &[&str]| [&render[..], options].concat();
-    assert_fails(&with(&["--shadow-catcher", "flor"]), 2, "did you mean \"floor\"?");
-    assert_fails(&with(&["--aperture", "0.1", "--focus", "flor"]), 2, "did you mean \"floor\"?");
-    assert_fails(&with(&["--aperture", "0.1", "--focus", "-1"]), 2, "a distance lies above 0 metres");
-    assert_fails(&with(&["--shadow-catcher", "#999"]), 2, "\"floor\"");
+    assert_fails(&both(&render, &["--shadow-catcher", "flor"]), 2, "did you mean \"floor\"?");
+    assert_fails(&both(&render, &["--aperture", "0.1", "--focus", "flor"]), 2, "did you mean \"floor\"?");
+    assert_fails(
+        &both(&render, &["--aperture", "0.1", "--focus", "-1"]),
+        2,
+        "a distance lies above 0 metres",
+    );
+    assert_fails(&both(&render, &["--shadow-catcher", "#999"]), 2, "\"floor\"");
 
     let shown = rayframe(&["info", "--json", scene]);
     let report: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
@@ -433,7 +441,7 @@ fn names_of_nodes_are_listed_and_suggested() {
     let floor = nodes.iter().find(|node| node["name"] == "floor").unwrap();
     assert_eq!(floor["holds"], serde_json::json!(["mesh"]));
     let by_number = format!("#{}", floor["index"]);
-    let done = rayframe(&with(&["--shadow-catcher", &by_number, "--background", "none"]));
+    let done = rayframe(&both(&render, &["--shadow-catcher", &by_number, "--background", "none"]));
     assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
     assert!(stderr(&done).contains("background none"), "{}", stderr(&done));
     let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();

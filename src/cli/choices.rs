@@ -9,7 +9,7 @@ const MOST_LISTED: usize = 20;
 pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> String {
     let names: BTreeSet<&str> = names.collect();
     let mut names: Vec<_> = names.into_iter().map(|name| (distance(asked, name), name)).collect();
-    names.sort();
+    names.sort_unstable();
     let Some(&(nearest, name)) = names.first() else {
         return "the file names none".to_owned();
     };

@@ -8,7 +8,7 @@ use crate::color::ToneCurve;
 use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame;
-use crate::gltf::{self, ImportOptions};
+use crate::gltf::{self, ImageNeed, ImportOptions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
 use crate::scene::{
     CameraChoice, Choice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers,
@@ -68,7 +68,8 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     if let Some(window) = known_window(args)? {
         check_picture(&args.scene, window, shutter, max_memory_bytes)?;
     }
-    let options = ImportOptions { max_memory_bytes, skips_texels: args.dry_run };
+    let images = if args.dry_run { ImageNeed::Budget } else { ImageNeed::Texels };
+    let options = ImportOptions { max_memory_bytes, images };
     let mut scene = gltf::import(&args.scene, &options)?;
     catch_shadows(&mut scene, &args.shadow_catcher)?;
     let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;

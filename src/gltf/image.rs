@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
+use super::ImageNeed;
 use super::accessor::Data;
 use super::context::Context;
 use super::image_budget;
@@ -24,22 +25,24 @@ pub(super) struct Encoded<'a> {
     pub(super) header: ImageHeader,
 }
 
-/// Fetches and decodes the images of `textures`, in their order; `skips_texels` leaves them undecoded.
+/// Fetches and decodes the images of `textures`, in their order, as far as they are needed.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
     resources: &mut Resources,
     textures: &TextureTable,
-    skips_texels: bool,
+    need: ImageNeed,
 ) -> Result<Vec<Image>> {
     let mut encoded = Vec::new();
     for &index in &textures.images {
         encoded.push(fetch(context, data, resources, index)?);
     }
-    if skips_texels {
+    if need != ImageNeed::Headers {
+        image_budget::check(context, &encoded, textures)?;
+    }
+    if need != ImageNeed::Texels {
         return Ok(encoded.into_iter().map(without_texels).collect());
     }
-    image_budget::check(context, &encoded, textures)?;
     for image in &encoded {
         context.charge(image.header.decoded_bytes, &image.pointer)?;
     }

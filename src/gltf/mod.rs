@@ -73,14 +73,26 @@ pub struct ImportOptions {
     /// Bytes that the imported scene may take, posed triangles included; what would need more is refused before it
     /// is allocated.
     pub max_memory_bytes: u64,
-    /// Reads no more of the images that textures use than their headers: sizes are known, and there are no texels.
-    pub skips_texels: bool,
+    /// What is wanted of the images that textures use.
+    pub images: ImageNeed,
+}
+
+/// How far the images that textures use are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ImageNeed {
+    /// They are decoded.
+    #[default]
+    Texels,
+    /// Headers only, and it is checked that decoding them would stay within the memory limit.
+    Budget,
+    /// Headers only: sizes are known, and there are no texels.
+    Headers,
 }
 
 impl Default for ImportOptions {
     /// Four gibibytes.
     fn default() -> Self {
-        Self { max_memory_bytes: 4 << 30, skips_texels: false }
+        Self { max_memory_bytes: 4 << 30, images: ImageNeed::Texels }
     }
 }
 
@@ -115,9 +127,12 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     // Build what stands alone, then what refers to it.
     let mut textures = texture::TextureTable::new(&document);
     let materials = material::import(&mut context, &document, &mut textures)?;
-    let images = image::import(&mut context, &data, &mut resources, &textures, options.skips_texels)?;
-    let mips =
-        if options.skips_texels { Vec::new() } else { mip_maps::import(&mut context, &images, &textures)? };
+    let images = image::import(&mut context, &data, &mut resources, &textures, options.images)?;
+    let mips = if options.images == ImageNeed::Texels {
+        mip_maps::import(&mut context, &images, &textures)?
+    } else {
+        Vec::new()
+    };
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;

@@ -109,6 +109,9 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         exposure: wishes.exposure,
         tone: match args.tone.unwrap_or(ToneArg::Standard) {
             ToneArg::Standard => ToneCurve::Standard,
+            ToneArg::Agx => ToneCurve::Agx,
+            ToneArg::Aces => ToneCurve::Aces,
+            ToneArg::Neutral => ToneCurve::Neutral,
         },
         existing: existing_files(args),
         keep_going: args.keep_going,

@@ -9,5 +9,5 @@ mod picture;
 
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
 pub use contact_sheet::ContactSheet;
-pub use exposure::auto_exposure_ev;
+pub use exposure::{auto_exposure_ev, covers_enough};
 pub use picture::{PreviewLook, display_picture, exr_file, png_file};

@@ -1,10 +1,13 @@
 //! What rendering will need, estimated before anything is allocated.
 
-use crate::bvh::{MOST_TRIANGLES, Split};
-use crate::error::{Error, Result, readable_bytes};
+use std::path::Path;
 
-use super::SequenceJob;
+use crate::bvh::{MOST_TRIANGLES, Split};
+use crate::error::{Error, Result, over_limit};
+use crate::film::PixelWindow;
+
 use super::job::triangle_count;
+use super::{SequenceJob, Shutter};
 
 /// A pixel: a film that is traced and its tiles (16 bytes each); a film that is written (16), its halves before and after
 /// compression (8 each), its preview before and after (4 each).
@@ -18,16 +21,41 @@ const BYTES_A_REFERENCE: u128 = 120;
 
 /// Bytes that the frames of `job` need beyond the scene itself, on the high side.
 fn estimated_bytes(job: &SequenceJob) -> u128 {
-    let window = &job.render.window;
-    let pixels = u128::from(window.width()) * u128::from(window.height());
     let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
     let references_a_triangle = match job.build.split {
         Split::Off => 1.0,
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    let bytes_a_pixel = BYTES_A_PIXEL + if job.shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 };
-    pixels * bytes_a_pixel + triangles * BYTES_A_TRIANGLE + references * BYTES_A_REFERENCE
+    picture_bytes(job.render.window, job.shutter)
+        + triangles * BYTES_A_TRIANGLE
+        + references * BYTES_A_REFERENCE
+}
+
+fn picture_bytes(window: PixelWindow, shutter: Shutter) -> u128 {
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    pixels * (BYTES_A_PIXEL + if shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 })
+}
+
+/// Refuses pictures whose pixels alone need more memory than there may be; nothing of the scene need be known.
+///
+/// # Errors
+/// [`Error::Refused`] in the name of `scene`.
+pub fn check_picture(
+    scene: &Path,
+    window: PixelWindow,
+    shutter: Shutter,
+    max_memory_bytes: u64,
+) -> Result<()> {
+    let needed = picture_bytes(window, shutter);
+    if needed <= u128::from(max_memory_bytes) {
+        return Ok(());
+    }
+    let (width, height) = (window.width(), window.height());
+    let size = over_limit(needed, max_memory_bytes.into());
+    let message =
+        format!("{width}x{height} pixels need about {size}; ask for a smaller picture or raise --max-memory");
+    Err(Error::refused(scene, "", message))
 }
 
 /// Refuses a job that needs more memory than it may have, or more triangles than ids.
@@ -43,10 +71,9 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
     if needed > u128::from(job.max_memory_bytes) {
         let (width, height) = job.render.resolution;
         return refuse(format!(
-            "{width}x{height} pixels and {triangles} triangles need about {}, but only {} may be used; ask for a smaller \
-             picture or --split off, or raise --max-memory",
-            readable_bytes(needed),
-            readable_bytes(job.max_memory_bytes.into())
+            "{width}x{height} pixels and {triangles} triangles need about {}; ask for a smaller picture or --split off, or \
+             raise --max-memory",
+            over_limit(needed, job.max_memory_bytes.into())
         ));
     }
     Ok(())

@@ -13,8 +13,7 @@ pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
     let Some(&(nearest, name)) = names.first() else {
         return "the file names none".to_owned();
     };
-    // Half of the letters may be wrong, or fewer.
-    let is_near = nearest * 2 <= asked.chars().count().max(1);
+    let is_near = is_near(asked, nearest);
     let meant = if is_near { format!("did you mean \"{}\"? ", name.escape_debug()) } else { String::new() };
     let listed: Vec<_> =
         names.iter().take(MOST_LISTED).map(|(_, name)| format!("\"{}\"", name.escape_debug())).collect();
@@ -23,6 +22,17 @@ pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
         more => format!(" and {more} more, which rayframe info --json lists"),
     };
     format!("{meant}there are {}{more}", listed.join(", "))
+}
+
+/// `did you mean "floor"?`, where one of `names` is near.
+pub(super) fn did_you_mean<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
+    let (nearest, name) = names.map(|name| (distance(asked, name), name)).min()?;
+    is_near(asked, nearest).then(|| format!("did you mean \"{name}\"?"))
+}
+
+/// Half of the letters may be wrong, or fewer.
+fn is_near(asked: &str, distance: usize) -> bool {
+    distance * 2 <= asked.chars().count().max(1)
 }
 
 /// Letters to change, add or take away, whatever their case (Levenshtein).

@@ -13,25 +13,35 @@ use crate::output::SOFTWARE;
 use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
 use crate::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_count};
 
-use super::render_args::RenderArgs;
+use super::render_args::ProgressArg;
 use super::render_job::{RenderJob, render_job};
+use super::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
 use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
 
-/// Renders what `args` ask for.
-pub(super) fn run(args: &RenderArgs) -> Ending {
-    let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
+/// Renders what is asked for.
+pub(super) fn run(given: &GivenOptions) -> Ending {
+    let meant = match given.meant() {
+        Ok(meant) => meant,
+        Err(error) => return ending(Err(error)),
+    };
+    let pool = ThreadPoolBuilder::new().num_threads(meant.args.threads.map_or(0, usize::from)).build();
     match pool {
-        Ok(pool) => pool.install(|| render(args)).unwrap_or_else(|error| ending(Err(error))),
+        Ok(pool) => {
+            let ran = pool.install(|| render(&meant));
+            ran.unwrap_or_else(|error| ending(Err(meant.explained(error))))
+        }
         Err(error) => {
             ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
         }
     }
 }
 
-fn render(args: &RenderArgs) -> Result<Ending> {
+fn render(meant: &MeantOptions) -> Result<Ending> {
+    let args = &meant.args;
     // Find everything that can go wrong before the first frame.
-    let RenderJob { sequence: job, choices, warnings, environment, inputs } = render_job(args)?;
+    let RenderJob { sequence: job, choices, warnings, environment, mut inputs } = render_job(args)?;
+    inputs.extend(meant.shot.clone());
     settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     let plan = Plan::new(&job)?;
@@ -52,7 +62,10 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         }
     }
     if args.dry_run {
-        print_plan(&plan);
+        print_output(&match args.progress {
+            ProgressArg::Json => plan_json(meant, &job, &plan),
+            _ => plan_text(meant, &job, &plan),
+        });
         return Ok(Ending::Code(0));
     }
     plan.prepare()?;
@@ -92,7 +105,7 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
 }
 
 /// No file may be written over another one of this run, or over what it reads.
-fn refuse_collisions(plan: &Plan, stats: Option<&Path>, inputs: &[PathBuf]) -> Result<()> {
+pub(super) fn refuse_collisions(plan: &Plan, stats: Option<&Path>, inputs: &[PathBuf]) -> Result<()> {
     let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
     let frames = plan.frames.iter().flat_map(|frame| [Some(&frame.path), frame.preview_path.as_ref()]);
     let frames = frames.flatten().map(|path| (path.as_path(), "will hold a frame", "-o"));
@@ -126,23 +139,6 @@ fn finish(summary: Summary, keep_going: bool) -> Ending {
             Ending::Code(error.exit_code())
         }
     }
-}
-
-fn print_plan(plan: &Plan) {
-    let lines: Vec<_> = plan
-        .frames
-        .iter()
-        .map(|frame| {
-            format!(
-                "frame {} at {:.4} s {} {}",
-                frame.frame,
-                frame.time_seconds,
-                if frame.is_done { "keep" } else { "render" },
-                frame.path.display(),
-            )
-        })
-        .collect();
-    print_output(&lines.join("\n"));
 }
 
 fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result<()> {

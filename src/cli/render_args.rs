@@ -16,8 +16,15 @@ use super::options;
 #[derive(Clone, Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is one flag of the command line")]
 pub(super) struct RenderArgs {
-    /// The scene: .glb or .gltf
+    /// The scene: .glb, .gltf, or a shot file .toml that names it and holds settings
+    #[arg(required = false, required_unless_present_any = ["config", "set"])]
     pub(super) scene: PathBuf,
+    /// Settings from a shot file, for the scene given here or the one that it names; options and -D override them
+    #[arg(long, value_name = "FILE")]
+    pub(super) config: Option<PathBuf>,
+    /// Any setting by its name in shot files, that of the long option; options override it
+    #[arg(short = 'D', long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
 
     /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format
     /// [default: <scene>.####.exr in the current folder, <scene>.exr for a still]
@@ -216,7 +223,7 @@ pub(super) struct RenderArgs {
     /// Instructions to use; never changes the picture
     #[arg(long, value_name = "LEVEL", default_value = "best", help_heading = "Work")]
     pub(super) simd: SimdArg,
-    /// Print what would be done, frame by frame, and stop
+    /// Print the settings as a shot file and what would be done, frame by frame, and stop
     #[arg(short = 'n', long, help_heading = "Work")]
     pub(super) dry_run: bool,
     /// How progress is told

@@ -40,7 +40,7 @@ pub(super) struct RenderJob {
     pub(super) warnings: Vec<Warning>,
     /// The environment in words; empty when there is none.
     pub(super) environment: String,
-    /// Files that are read and must not be written over: the scene, and the environment's picture.
+    /// Files that are read and must not be written over: the scene, the files it names, and the environment's picture.
     pub(super) inputs: Vec<PathBuf>,
 }
 
@@ -77,6 +77,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         environment::load(&wishes.environment, &scene, &selection, max_memory_bytes)?;
     let show_background = wishes.environment.shows_background();
     let mut inputs = vec![args.scene.clone()];
+    inputs.extend(scene.files.iter().cloned());
     inputs.extend(wishes.environment.files().map(PathBuf::from));
     let warnings = [scene.warnings.clone(), environment_warnings].concat();
     let description = match (show_background, description.as_str()) {

@@ -21,6 +21,7 @@ mod writer;
 
 pub use event::SequenceEvent;
 pub use existing::ExistingFiles;
+pub use exposure::exposure_ev;
 pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};

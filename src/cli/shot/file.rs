@@ -78,7 +78,7 @@ fn line_of(text: &str, at: usize) -> usize {
 /// The value as the option takes it; `None` where it has the wrong form.
 fn as_value(form: Form, value: &DeValue<'_>) -> Option<Value> {
     match value {
-        DeValue::Boolean(value) if form.is_flag => Some(Value::Flag(*value)),
+        DeValue::Boolean(value) if form.is_flag() => Some(Value::Flag(*value)),
         DeValue::Array(elements) => {
             let texts: Option<Vec<String>> =
                 elements.iter().map(|element| scalar(element.get_ref())).collect();
@@ -90,8 +90,8 @@ fn as_value(form: Form, value: &DeValue<'_>) -> Option<Value> {
                 None => None,
             }
         }
-        DeValue::String(text) if form.takes_text => Some(Value::Texts(vec![text.as_ref().into()])),
-        DeValue::Integer(_) | DeValue::Float(_) if form.takes_number => {
+        DeValue::String(text) if form.takes_text() => Some(Value::Texts(vec![text.as_ref().into()])),
+        DeValue::Integer(_) | DeValue::Float(_) if form.takes_number() => {
             Some(Value::Texts(vec![scalar(value)?.into()]))
         }
         _ => None,

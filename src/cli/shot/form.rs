@@ -13,18 +13,27 @@ const NUMBERS_OR_TEXTS: [&str; 4] = ["EV", "RATE", "SIZE", "SPEC"];
 /// How the value of an option can be written in a shot file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Form {
-    /// `true` or `false`, and nothing else.
-    pub(super) is_flag: bool,
-    /// A number.
-    pub(super) takes_number: bool,
-    /// A text in quotes.
-    pub(super) takes_text: bool,
+    /// A single value.
+    pub(super) single: Single,
     /// An array, whose elements the option takes with this between them.
     pub(super) separator: Option<&'static str>,
     /// An array of values for an option that may be given more than once.
     pub(super) is_repeated: bool,
     /// How the text names files.
     pub(super) path: PathForm,
+}
+
+/// What a single value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Single {
+    /// `true` or `false`.
+    Flag,
+    /// A number.
+    Number,
+    /// A text in quotes.
+    Text,
+    /// Either of these.
+    NumberOrText,
 }
 
 /// How a text names files.
@@ -45,14 +54,15 @@ impl Form {
     pub(super) fn of(arg: &Arg) -> Self {
         let name = value_name(arg);
         let alternatives: Vec<&str> = name.split('|').collect();
-        let is_flag = !arg.get_action().takes_values();
-        let takes_number = !is_flag && alternatives.iter().any(|name| NUMBERS.contains(name));
-        let is_number_alone =
-            takes_number && alternatives.len() == 1 && !NUMBERS_OR_TEXTS.contains(&name.as_str());
+        let is_number = alternatives.iter().any(|name| NUMBERS.contains(name));
+        let has_letters = alternatives.len() > 1 || NUMBERS_OR_TEXTS.contains(&name.as_str());
         Self {
-            is_flag,
-            takes_number,
-            takes_text: !is_flag && !is_number_alone,
+            single: match (arg.get_action().takes_values(), is_number, has_letters) {
+                (false, ..) => Single::Flag,
+                (true, true, false) => Single::Number,
+                (true, true, true) => Single::NumberOrText,
+                (true, false, _) => Single::Text,
+            },
             separator: match name.as_str() {
                 "WxH" => Some("x"),
                 "LIST" | "SPEC" => Some(","),
@@ -70,25 +80,34 @@ impl Form {
         }
     }
 
+    /// Whether it is there or not.
+    pub(super) fn is_flag(self) -> bool {
+        self.single == Single::Flag
+    }
+
+    /// Whether a number will do.
+    pub(super) fn takes_number(self) -> bool {
+        matches!(self.single, Single::Number | Single::NumberOrText)
+    }
+
+    /// Whether a text will do.
+    pub(super) fn takes_text(self) -> bool {
+        matches!(self.single, Single::Text | Single::NumberOrText)
+    }
+
     /// What is expected, in words.
     pub(super) fn expected(self) -> String {
-        let array = |of: &str| format!("an array of {of}");
-        let mut forms = Vec::new();
-        if self.is_flag {
-            forms.push("true or false".to_owned());
+        let single = match self.single {
+            Single::Flag => "true or false",
+            Single::Number => "a number",
+            Single::Text => "a text in quotes",
+            Single::NumberOrText => "a number or a text in quotes",
+        };
+        match (self.separator, self.is_repeated) {
+            (Some(_), _) => format!("{single} or an array"),
+            (None, true) => format!("{single} or an array of texts"),
+            (None, false) => single.to_owned(),
         }
-        if self.takes_number {
-            forms.push("a number".to_owned());
-        }
-        if self.takes_text {
-            forms.push("a text in quotes".to_owned());
-        }
-        if self.separator.is_some() {
-            forms.push("an array".to_owned());
-        } else if self.is_repeated {
-            forms.push(array("texts"));
-        }
-        forms.join(" or ")
     }
 }
 

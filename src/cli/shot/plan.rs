@@ -17,7 +17,7 @@ use crate::sequence::{OutputPattern, Plan, PlannedFrame, SequenceJob};
 use super::super::environment::has_lights;
 use super::super::understood::frames_text;
 use super::form::Form;
-use super::setting::{Origin, Setting, Value, arg_of, is_setting, rebased};
+use super::setting::{Origin, Setting, Value, is_setting, rebased};
 use super::{MeantOptions, options, parse};
 
 /// Raised when a field changes its meaning.
@@ -181,7 +181,7 @@ fn json_value(arg: &Arg, value: &Value) -> serde_json::Value {
 
 /// The text as a number of TOML and JSON, where it is one and may be.
 fn number(form: Form, text: &str) -> Option<String> {
-    let value = text.parse::<f64>().ok().filter(|value| form.takes_number && value.is_finite())?;
+    let value = text.parse::<f64>().ok().filter(|value| form.takes_number() && value.is_finite())?;
     // Both languages want digits on either side of the point, and no plus or zeros in front.
     let is_number = |text: &str| {
         DeValue::parse(text).is_ok_and(|value| value.get_ref().is_integer() || value.get_ref().is_float())
@@ -199,7 +199,7 @@ fn quoted(text: &str) -> String {
     for c in text.chars() {
         match c {
             '"' | '\\' => quoted.extend(['\\', c]),
-            c if c.is_control() => quoted.push_str(&format!("\\u{:04X}", u32::from(c))),
+            c if c.is_control() => quoted.extend(format!("\\u{:04X}", u32::from(c)).chars()),
             c => quoted.push(c),
         }
     }
@@ -209,6 +209,7 @@ fn quoted(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::setting::arg_of;
     use super::*;
 
     #[test]

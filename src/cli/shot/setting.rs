@@ -129,7 +129,7 @@ pub(super) fn defined(command: &Command, text: &str) -> Result<Setting> {
     let key = key.trim().replace('-', "_");
     let arg = arg_of(command, &key)
         .ok_or_else(|| usage(&format!("\"{}\" {}", key.escape_debug(), unknown(command, &key))))?;
-    let value = match (Form::of(arg).is_flag, value) {
+    let value = match (Form::of(arg).is_flag(), value) {
         (false, _) => Value::Texts(vec![value.into()]),
         (true, "true") => Value::Flag(true),
         (true, "false") => Value::Flag(false),
@@ -166,7 +166,7 @@ pub(super) fn argument_list<'a>(
             .unwrap_or_default();
         match &setting.value {
             Value::Texts(texts) if setting.key == "scene" => {
-                scene = texts.last().cloned().unwrap_or_default()
+                scene = texts.last().cloned().unwrap_or_default();
             }
             Value::Flag(true) => arguments.push(format!("--{long}").into()),
             Value::Flag(false) => {}
@@ -192,12 +192,13 @@ pub(super) fn rebased(arg: &Arg, folder: &Path, text: OsString) -> OsString {
         PathForm::File => joined(text),
         PathForm::Pattern if Path::new(&text).is_absolute() => text,
         PathForm::Pattern => Path::new(&OutputPattern::escaped(folder)).join(text).into_os_string(),
-        PathForm::Picture => match options::background(&text) {
-            Ok(Some(options::EnvironmentSource::File(..))) => joined(text),
-            Ok(_) => text,
-            // What is no picture's name and no word is left to whoever says so; here it may still be a file.
-            Err(_) if folder.join(&text).is_file() => joined(text),
-            Err(_) => text,
-        },
+        PathForm::Picture => {
+            let is_picture = match options::background(&text) {
+                Ok(source) => matches!(source, Some(options::EnvironmentSource::File(..))),
+                // A name that tells nothing may still be that of a file.
+                Err(_) => folder.join(&text).is_file(),
+            };
+            if is_picture { joined(text) } else { text }
+        }
     }
 }

@@ -22,7 +22,7 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
         return Ok(());
     }
     let frame = Frame::at(&job.scene, &job.selection, planned.time_seconds);
-    let film = scaled_up(&few_pixels(job, &frame, cancel)?, job);
+    let film = scaled_up(&few_pixels(job, &frame, cancel)?, job.render.resolution, window);
     // Nobody must take it for the frame.
     let hash = format!("coarse {}", planned.render_hash);
     let file = match job.output.format() {
@@ -64,13 +64,35 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
 }
 
 /// Each pixel of the window with the colour of the coarse one over it.
-fn scaled_up(coarse: &Film, job: &SequenceJob) -> Film {
-    let (resolution, window) = (job.render.resolution, job.render.window);
+fn scaled_up(coarse: &Film, resolution: (u32, u32), window: PixelWindow) -> Film {
     let mut film = Film::new(resolution, window);
+    let (width, height) = coarse.resolution;
+    // The pixel of `few` that lies over the middle of pixel `at` of `many`.
+    let over = |at: u32, few: u32, many: u32| {
+        (u64::from(2 * at + 1) * u64::from(few) / (2 * u64::from(many))) as usize
+    };
     let places = (window.y0..window.y1).flat_map(|y| (window.x0..window.x1).map(move |x| (x, y)));
     for (pixel, (x, y)) in film.pixels.iter_mut().zip(places) {
-        let at = y / COARSENESS * coarse.resolution.0 + x / COARSENESS;
-        *pixel = coarse.pixels[at as usize];
+        let row = over(y, height, resolution.1) * width as usize;
+        *pixel = coarse.pixels[row + over(x, width, resolution.0)];
     }
     film
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_shows_what_lies_over_it() {
+        // Three columns over 20 pixels: 6 2/3 pixels each. The middle of pixel 6 lies at 6.5, that of pixel 7 beyond.
+        let mut coarse = Film::new((3, 1), PixelWindow::full(3, 1));
+        coarse.pixels = vec![[1.0; 4], [2.0; 4], [3.0; 4]];
+        let film = scaled_up(&coarse, (20, 8), PixelWindow { x0: 5, y0: 1, x1: 20, y1: 3 });
+        assert_eq!(film.pixels.len(), 30);
+        for row in film.pixels.chunks(15) {
+            let values: Vec<f32> = row.iter().map(|pixel| pixel[0]).collect();
+            assert_eq!(values, [[1.0; 2].as_slice(), &[2.0; 6], &[3.0; 7]].concat());
+        }
+    }
 }

@@ -14,7 +14,7 @@ use std::time::Duration;
 use rayon::ThreadPoolBuilder;
 
 use crate::cancel::CancelFlag;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Warning};
 use crate::image_file::{inspect_exr, inspect_png};
 use crate::progress::{Reporter, Verbosity, print_error, print_note};
 use crate::sequence::{self, ExistingFiles, OutputFormat, Plan, SequenceJob};
@@ -37,8 +37,8 @@ struct Watch<'a> {
     /// Raised by signals.
     stop: CancelFlag,
     files: WatchedFiles,
-    /// What was understood last.
-    told: String,
+    /// What was understood last, and the warnings about it.
+    told: (String, Vec<Warning>),
     /// Whether a picture was begun.
     has_begun: bool,
 }
@@ -50,25 +50,28 @@ pub(super) fn run(given: &GivenOptions) -> Ending {
 
 fn watch(given: &GivenOptions) -> Result<Ending> {
     let internal = |message: String| Error::Internal { message };
-    let threads = given.meant()?.args.threads;
+    // What is wrong with the settings is said with the first picture.
+    let threads = given.meant().ok().and_then(|meant| meant.args.threads);
     let pool = ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
     let pool = pool.map_err(|error| internal(format!("the threads cannot be started: {error}")))?;
     let stop = CancelFlag::new();
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
     let mut watch =
-        Watch { given, stop, files: WatchedFiles::default(), told: String::new(), has_begun: false };
+        Watch { given, stop, files: WatchedFiles::default(), told: Default::default(), has_begun: false };
+    let mut is_first = true;
     loop {
         watch.files.look();
         match pool.install(|| watch.picture()) {
             Ok(()) | Err(Error::Interrupted(_)) => {}
             // What was typed will not be mended by saving a file.
-            Err(error) if !watch.has_begun && !matches!(error, Error::Invalid { .. }) => return Err(error),
+            Err(error) if is_first && !matches!(error, Error::Invalid { .. }) => return Err(error),
             Err(error) => {
                 watch.files.add(path_of(&error));
                 print_error(&error.to_string());
             }
         }
+        is_first = false;
         if !watch.files.wait_for_change(&watch.stop) {
             break;
         }
@@ -82,28 +85,34 @@ impl Watch<'_> {
         self.files.add(self.given.shot());
         let mut meant = self.given.meant()?;
         self.files.add([meant.args.scene.clone()]);
-        one_frame(&mut meant)?;
-        let RenderJob { sequence: mut job, choices, warnings, environment, inputs } =
-            render_job(&meant.args).map_err(|error| meant.explained(error))?;
-        self.files.replace(inputs.iter().cloned().chain(meant.shot.clone()));
+        self.picture_of(&mut meant).map_err(|error| meant.explained(error))
+    }
+
+    fn picture_of(&mut self, meant: &mut MeantOptions) -> Result<()> {
+        settle_for_one(&mut meant.args)?;
+        let args = &meant.args;
+        let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } = render_job(args)?;
+        inputs.extend(meant.shot.clone());
+        self.files.replace(inputs.iter().cloned());
+        refuse_many(&job)?;
         job.existing = ExistingFiles::Overwrite;
         let plan = Plan::new(&job)?;
-        refuse_collisions(&plan, meant.args.stats.as_deref(), &inputs)?;
-        if !self.has_begun {
-            protect_foreign(&job, &plan, &meant.args)?;
+        refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
+        if !self.has_begun && !args.overwrite {
+            protect_foreign(&job, &plan)?;
         }
-        let told = understood(&job, &environment);
-        if told != self.told {
+        let told = (understood(&job, &environment), [choices.as_slice(), &warnings].concat());
+        if told != self.told || job.strict {
             settle_warnings(&job.scene.path, &choices, false)?;
             settle_warnings(&job.scene.path, &warnings, job.strict)?;
-            if !meant.args.quiet {
-                print_note(&told);
+            if !args.quiet {
+                print_note(&told.0);
             }
             self.told = told;
         }
         plan.prepare()?;
         self.has_begun = true;
-        self.draw(&job, &plan, &meant.args)
+        self.draw(&job, &plan, args)
     }
 
     /// Makes the coarse picture and then the whole one, unless something changes before.
@@ -134,9 +143,8 @@ impl Watch<'_> {
     }
 }
 
-/// Makes sure that one frame is asked for; without a word about it that is the first.
-fn one_frame(meant: &mut MeantOptions) -> Result<()> {
-    let args = &mut meant.args;
+/// Asks for the first frame unless another is asked for, and for lines, which unlike bars stay when the next picture begins.
+fn settle_for_one(args: &mut RenderArgs) -> Result<()> {
     if args.dry_run {
         return Err(Error::usage("--dry-run: nothing is watched; write rayframe render --dry-run"));
     }
@@ -149,16 +157,19 @@ fn one_frame(meant: &mut MeantOptions) -> Result<()> {
     Ok(())
 }
 
-/// Pictures of Rayframe are replaced, those of others are not.
-fn protect_foreign(job: &SequenceJob, plan: &Plan, args: &RenderArgs) -> Result<()> {
-    if let [_, _, ..] = plan.frames.as_slice() {
-        return Err(Error::usage(format!(
-            "--frames: {} frames are asked for, and one is watched; write it as -f 12",
-            plan.frames.len()
-        )));
+fn refuse_many(job: &SequenceJob) -> Result<()> {
+    match job.frames.len() {
+        0 | 1 => Ok(()),
+        count => Err(Error::usage(format!(
+            "--frames: {count} frames are asked for, and one is watched; write it as -f 12"
+        ))),
     }
+}
+
+/// Pictures of Rayframe are replaced, those of others are not.
+fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
     for planned in &plan.frames {
-        if args.overwrite || !planned.path.exists() {
+        if !planned.path.exists() {
             continue;
         }
         let stored = match job.output.format() {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use crate::bvh::{BuildSettings, BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
 use crate::error::{Error, Result, Warning};
-use crate::film::PixelWindow;
+use crate::film::{LayerRequest, PixelWindow};
 use crate::frame;
 use crate::gltf::{self, ImportOptions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
@@ -228,6 +228,7 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
+        layers: LayerRequest::NONE,
     })
 }
 

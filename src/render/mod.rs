@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{Film, PixelWindow};
+use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World};
 use crate::interaction::PosedScene;
@@ -59,6 +59,8 @@ pub struct RenderSettings {
     pub glossy_samples: u32,
     /// Whether camera rays that leave the scene see the environment; else they are transparent.
     pub show_background: bool,
+    /// What is recorded besides colour and coverage; changes neither of them.
+    pub layers: LayerRequest,
 }
 
 impl Default for RenderSettings {
@@ -77,6 +79,7 @@ impl Default for RenderSettings {
             light_size: LightSize::default(),
             glossy_samples: 0,
             show_background: true,
+            layers: LayerRequest::NONE,
         }
     }
 }
@@ -123,7 +126,7 @@ pub fn render_frame(
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<(Film, RenderStatistics), Cancelled> {
-    let mut film = Film::new(settings.resolution, settings.window);
+    let mut film = Film::with_layers(settings.resolution, settings.window, settings.layers);
     let statistics = render_frame_into(&mut film, input, settings, TimePass::ONLY, cancel, on_progress)?;
     Ok((film, statistics))
 }

@@ -170,8 +170,7 @@ impl Writer<'_> {
         let EncodedFrame { film, file, preview, sha256, seconds: encode_seconds } = match encoded {
             Ok(encoded) => encoded,
             Err(error) => {
-                let settings = &self.job.render;
-                let _ = self.spent_films.send(Film::new(settings.resolution, settings.window));
+                let _ = self.spent_films.send(empty_film(self.job));
                 return Err(error);
             }
         };
@@ -214,6 +213,12 @@ impl Writer<'_> {
             write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
         })
     }
+}
+
+/// A film for a frame with all of its layers.
+pub(super) fn empty_film(job: &SequenceJob) -> Film {
+    let settings = &job.render;
+    Film::with_layers(settings.resolution, settings.window, settings.layers)
 }
 
 /// Waits for `channel` and does the pool's work meanwhile; `None` when nothing will come.

@@ -9,6 +9,7 @@ mod lens;
 mod plan;
 mod sampling;
 mod tile;
+mod tile_layers;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -159,7 +160,8 @@ pub fn render_frame_into(
     let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task
-    let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution);
+    let request = film.layers.request();
+    let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution).recording(request);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
     let rendered: Vec<RenderedTile> = tiles
@@ -174,9 +176,10 @@ pub fn render_frame_into(
 
     // The film, in tile order
     let mut statistics = RenderStatistics::default();
-    for (tile, (pixels, tile_statistics)) in tiles.iter().zip(&rendered) {
-        film.place(*tile, pixels);
-        statistics.integrator.add(tile_statistics);
+    for (tile, rendered) in tiles.iter().zip(&rendered) {
+        film.place(*tile, &rendered.pixels);
+        film.place_layers(*tile, &rendered.layers);
+        statistics.integrator.add(&rendered.statistics);
     }
     statistics.non_finite_pixels = film.blacken_non_finite();
     statistics.trace_seconds = start.elapsed().as_secs_f64();

@@ -39,7 +39,8 @@ pub struct CentreSample {
     /// First set of texture coordinates as the file has them; v grows downwards.
     pub uv: Vec2,
     /// Where the same point of the surface is in the next frame's picture less where it is in this one, pixels; x to the right,
-    /// y downwards. Where nothing is met, that of a point infinitely far away. Zero where either lies behind the camera.
+    /// y downwards. Where nothing is met, that of a point infinitely far away, and under parallel rays none. Zero where
+    /// either lies behind the camera, or the surface is hidden then.
     pub motion_forward: Vec2,
     /// The same for the previous frame.
     pub motion_back: Vec2,

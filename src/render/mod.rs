@@ -4,9 +4,11 @@
 //! depend on threads, tile order or the window that is rendered. Files and sequences are not known here.
 
 mod adaptive;
+mod centres;
 mod filter;
 mod lens;
 mod plan;
+mod projector;
 mod sampling;
 mod tile;
 mod tile_layers;
@@ -26,6 +28,7 @@ use crate::scene::{Environment, Scene};
 
 pub use crate::integrator::{GlassShadows, LightSize};
 pub use adaptive::Adaptive;
+pub use centres::{Neighbours, render_centres};
 pub use filter::PixelFilter;
 pub use lens::{Aperture, Focus, Lens};
 pub use plan::TimePass;
@@ -118,7 +121,8 @@ pub struct RenderInput<'a> {
     pub environment: &'a Environment,
 }
 
-/// Renders one frame, in parallel on the current rayon pool.
+/// Renders one frame with its layers, in parallel on the current rayon pool. There are no frames around it, so nothing
+/// moves.
 ///
 /// `on_progress` is called from worker threads with the share of the picture that is finished, 0 to 1.
 pub fn render_frame(
@@ -129,10 +133,12 @@ pub fn render_frame(
 ) -> Result<(Film, RenderStatistics), Cancelled> {
     let mut film = Film::with_layers(settings.resolution, settings.window, settings.layers);
     let statistics = render_frame_into(&mut film, input, settings, TimePass::ONLY, cancel, on_progress)?;
+    render_centres(&mut film, input, Neighbours { before: input.frame, after: input.frame }, cancel)?;
     Ok((film, statistics))
 }
 
-/// One pass of [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter.
+/// One pass of [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter. Light by parts
+/// and coverage are recorded where the film has them; the middles of pixels are left to [`render_centres`].
 pub fn render_frame_into(
     film: &mut Film,
     input: &RenderInput<'_>,

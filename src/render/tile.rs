@@ -224,7 +224,7 @@ impl Region {
 }
 
 /// The pixels of a tile along Morton's curve, which runs through aligned squares of every size one after the other.
-fn pixels_in_z_order(tile: PixelWindow) -> Vec<(u32, u32)> {
+pub(super) fn pixels_in_z_order(tile: PixelWindow) -> Vec<(u32, u32)> {
     let corner = (tile.x0 / TILE_SIZE * TILE_SIZE, tile.y0 / TILE_SIZE * TILE_SIZE);
     (0..TILE_SIZE * TILE_SIZE)
         .map(|code| (corner.0 + even_bits(code), corner.1 + even_bits(code >> 1)))

@@ -245,6 +245,11 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         if times.len() > 1 {
             film.scale(1.0 / times.len() as f32);
         }
+        if film.layers.centres.is_some() {
+            let phases = self.posed.record_centres(self.job, planned, film, self.stop)?;
+            made.phases.add(&phases);
+            made.rays.trace_seconds += phases.trace;
+        }
         self.examine(planned, &made.tree, &made.rays)?;
         Ok(made)
     }

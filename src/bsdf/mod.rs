@@ -9,16 +9,16 @@
 //! Directions are unit vectors in the local shading frame, +Z along the shading normal on the side of `wo`; both
 //! point away from the surface. What a ray does behind the surface (absorption, which medium it is in) is not known here.
 
-mod albedo;
 mod albedos;
 mod coat;
 mod cubic_table;
 mod drawn;
+mod facets;
 mod film;
 mod fresnel;
 mod ggx;
 mod ggx_anisotropic;
-mod lobe_albedo;
+mod round_albedo;
 mod sampling;
 mod sheen;
 
@@ -149,7 +149,8 @@ impl Bsdf {
         self.stretch.map_or(self.roughness, |stretch| libm::sqrtf(stretch.alpha.x))
     }
 
-    /// Where a stretched lobe's light comes from: directions with their shares of [`Albedos::specular`]; nothing for round ones.
+    /// Where a stretched lobe's light comes from: directions with their shares, which sum up to [`Albedos::specular`] to about
+    /// a thousandth; nothing for round ones.
     pub fn stretched_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
         let reflected = self.stretch.into_iter().flat_map(move |stretch| stretch.reflected(wo));

@@ -130,7 +130,8 @@ impl Tracer<'_, '_> {
             coat,
             parted,
             behind,
-            relative_ior: after / before,
+            // An index of 0 bends nothing.
+            relative_ior: if before > 0.0 && after > 0.0 { after / before } else { 1.0 },
             sharpness,
         };
         self.light(&shading);

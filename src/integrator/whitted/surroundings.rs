@@ -51,10 +51,18 @@ impl Tracer<'_, '_> {
             let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
             return shading.albedos.specular * environment.prefiltered(mirrored, roughness);
         }
-        let mut seen = Vec3::ZERO;
+        let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
         for (wi, share) in shading.bsdf.stretched_reflections(shading.wo) {
             seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
+            shares += share;
         }
-        seen
+        // The mean of what is seen, by the lobe's exact albedo
+        let scale = |albedo: f32, shares: f32| if shares > 0.0 { albedo / shares } else { 0.0 };
+        let specular = shading.albedos.specular;
+        seen * Vec3::new(
+            scale(specular.x, shares.x),
+            scale(specular.y, shares.y),
+            scale(specular.z, shares.z),
+        )
     }
 }

@@ -31,6 +31,7 @@ fn mirror() -> Material {
 }
 
 /// The camera sees `expected` and nothing else, in sum the colour.
+#[expect(clippy::unwrap_used, reason = "the stage records everything")]
 #[track_caller]
 fn assert_parts(stage: &Stage, eye: Vec3, expected: &[(LightPart, Vec3)]) {
     let film = stage.picture(eye, Vec3::ZERO);
@@ -151,6 +152,7 @@ fn wide(samples: u32, filter: PixelFilter) -> Stage {
     stage
 }
 
+#[expect(clippy::unwrap_used, reason = "the stage records everything")]
 fn coverage(stage: &Stage) -> Vec<(u32, f32)> {
     stage.picture(EYE, Vec3::ZERO).layers.coverage.unwrap()[0].clone()
 }

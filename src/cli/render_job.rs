@@ -246,6 +246,7 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
+        layers: exr_output(args).request(),
     })
 }
 

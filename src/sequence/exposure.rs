@@ -2,7 +2,7 @@
 
 use crate::bvh::Builder;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::PixelWindow;
+use crate::film::{LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::output::auto_exposure_ev;
 use crate::render::{RenderInput, RenderSettings, render_frame};
@@ -28,6 +28,7 @@ fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelle
         resolution: LOOK_SIZE,
         window: PixelWindow::full(LOOK_SIZE.0, LOOK_SIZE.1),
         samples: 1,
+        layers: LayerRequest::NONE,
         ..job.render.clone()
     };
     let duration = f64::from(duration_seconds(&job.scene, &job.selection));

@@ -15,14 +15,14 @@ use rayon::Scope;
 use crate::bvh::BuildStatistics;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result, Warning};
-use crate::film::Film;
+use crate::film::{Film, LayerRequest};
 use crate::integrator::PASS_THROUGH_LIMIT;
 use crate::output::{PreviewLook, ShapeIds, frame_attributes, run_stamp};
 use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
 
 use super::exposure::exposure_ev;
 use super::posed_frames::PosedFrames;
-use super::writer::{HandedOver, Picture, TracedFrame, Writer, receive_working};
+use super::writer::{HandedOver, Picture, TracedFrame, Writer, empty_film, receive_working};
 use super::{
     Exposure, FailedFrame, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
     Summary, TreeReport,
@@ -64,8 +64,7 @@ fn render_and_write<'a>(
     let (hand_over, handed_over) = channel();
     let (spent_films, films) = channel();
     for _ in 0..FILMS {
-        let film = Film::with_layers(job.render.resolution, job.render.window, job.exr.request());
-        let _ = spent_films.send(film);
+        let _ = spent_films.send(empty_film(job));
     }
     let (settled, when_settled) = channel::<()>();
     let writer = Writer { job, cancel, stop, on_event, spent_films };
@@ -238,7 +237,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             } else {
                 let mut scratch = match self.scratch.take() {
                     Some(scratch) => scratch,
-                    None => Film::with_layers(film.resolution, film.window, film.layers.request()),
+                    None => {
+                        let summed = LayerRequest { centres: false, ..film.layers.request() };
+                        Film::with_layers(film.resolution, film.window, summed)
+                    }
                 };
                 let traced = self.trace(planned, &mut scratch, pass);
                 film.add(&scratch);
@@ -250,6 +252,11 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         if times.len() > 1 {
             film.scale(1.0 / times.len() as f32);
+        }
+        if film.layers.centres.is_some() {
+            let phases = self.posed.record_centres(self.job, planned, film, self.stop)?;
+            made.phases.add(&phases);
+            made.rays.trace_seconds += phases.trace;
         }
         self.examine(planned, &made.tree, &made.rays)?;
         Ok(made)

@@ -2,7 +2,7 @@
 
 use crate::bvh::{MOST_TRIANGLES, Split};
 use crate::error::{Error, Result, readable_bytes};
-use crate::film::{CentreSample, LightParts, PixelCoverage};
+use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage};
 use crate::output::ExrOutput;
 
 use super::SequenceJob;
@@ -13,12 +13,12 @@ use super::job::triangle_count;
 const BYTES_A_PIXEL: u128 = 72;
 /// A film more, where a frame is the mean of several times.
 const BYTES_A_TIME_PIXEL: u128 = 16;
-/// Films that hold layers at a time: one traced with its tiles, one written.
-const LAYERED_FILMS: u128 = 3;
-/// Surfaces that share a pixel, on the high side of the mean.
+/// Surfaces that cover a pixel: most are covered by one or two, edges and leaves by more.
 const SHARES_A_PIXEL: usize = 4;
 /// A posed triangle in this frame and in the last one: corners, flags and attributes; and what refitting keeps of its leaf.
 const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
+/// A posed triangle in the frames before and after, where motion is recorded.
+const BYTES_A_MOVING_TRIANGLE: u128 = 2 * (40 + 50);
 /// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
 const BYTES_A_REFERENCE: u128 = 120;
 
@@ -32,19 +32,34 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    let bytes_a_pixel = BYTES_A_PIXEL + if job.shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 };
-    let bytes_a_pixel = bytes_a_pixel + layer_bytes_a_pixel(job);
-    pixels * bytes_a_pixel + triangles * BYTES_A_TRIANGLE + references * BYTES_A_REFERENCE
+    let layers = job.render.layers;
+    // The film that is traced, its tiles, and the film that is written.
+    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers) + channel_bytes(job);
+    if job.shutter.time_samples > 1 {
+        bytes_a_pixel += BYTES_A_TIME_PIXEL + layer_bytes(LayerRequest { centres: false, ..layers });
+    }
+    let bytes_a_triangle = BYTES_A_TRIANGLE + if layers.centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
+    pixels * bytes_a_pixel + triangles * bytes_a_triangle + references * BYTES_A_REFERENCE
 }
 
-/// What layers besides colour take: as recorded, and their channels before and after packing.
-fn layer_bytes_a_pixel(job: &SequenceJob) -> u128 {
-    let request = job.exr.request();
-    let share = |is_recorded: bool, bytes: usize| if is_recorded { bytes as u128 } else { 0 };
-    let recorded = share(request.light, size_of::<LightParts>())
-        + share(request.centres, size_of::<CentreSample>())
-        + share(request.coverage, size_of::<PixelCoverage>() + SHARES_A_PIXEL * size_of::<(u32, f32)>());
-    LAYERED_FILMS * recorded + 2 * u128::from(job.exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel())
+/// Of the layers of one pixel of a film.
+fn layer_bytes(layers: LayerRequest) -> u128 {
+    let mut bytes = 0;
+    if layers.light {
+        bytes += size_of::<LightParts>();
+    }
+    if layers.centres {
+        bytes += size_of::<CentreSample>();
+    }
+    if layers.coverage {
+        bytes += size_of::<PixelCoverage>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
+    }
+    bytes as u128
+}
+
+/// Of the channels of layers besides colour in one pixel, before and after packing.
+fn channel_bytes(job: &SequenceJob) -> u128 {
+    2 * u128::from(job.exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel())
 }
 
 /// Refuses a job that needs more memory than it may have, or more triangles than ids.

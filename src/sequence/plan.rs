@@ -132,6 +132,9 @@ fn check_layers(job: &SequenceJob) -> Result<()> {
             "--output: {layer} stands for the names of layers with files of their own; add --split-aovs or leave {layer} out",
         ));
     }
+    if job.render.layers != job.exr.request() {
+        return Err(Error::Internal { message: "other layers are rendered than are written".to_owned() });
+    }
     job.exr.contradiction().map_or(Ok(()), |why| Err(Error::usage(format!("--exr: {why}"))))
 }
 

@@ -173,10 +173,7 @@ impl Writer<'_> {
         let EncodedFrame { film, files, preview, sha256, seconds: encode_seconds } = match encoded {
             Ok(encoded) => encoded,
             Err(error) => {
-                let settings = &self.job.render;
-                let request = self.job.exr.request();
-                let _ =
-                    self.spent_films.send(Film::with_layers(settings.resolution, settings.window, request));
+                let _ = self.spent_films.send(empty_film(self.job));
                 return Err(error);
             }
         };
@@ -223,6 +220,12 @@ impl Writer<'_> {
             write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
         })
     }
+}
+
+/// A film for a frame with all of its layers.
+pub(super) fn empty_film(job: &SequenceJob) -> Film {
+    let settings = &job.render;
+    Film::with_layers(settings.resolution, settings.window, settings.layers)
 }
 
 fn layer_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<LayerFileReport> {

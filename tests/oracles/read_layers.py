@@ -86,8 +86,7 @@ def check_with_openimageio(path):
 
 def check_attributes(path):
     header = OpenEXR.File(str(path)).header()
-    assert header["framesPerSecond"] == OpenEXR.Rational(24, 1) or (
-        header["framesPerSecond"].n, header["framesPerSecond"].d) == (24, 1)
+    assert header["framesPerSecond"] == 24, header["framesPerSecond"]
     code = header["timeCode"]
     assert (code.hours, code.minutes, code.seconds, code.frame) == (0, 0, 0, 2), code
     chromaticities = header["chromaticities"]
@@ -182,6 +181,9 @@ def alone(scene, node, folder):
             other.pop("mesh", None)
             other.pop("skin", None)
             other.pop("weights", None)
+    for clip in document.get("animations", []):
+        moves_nothing = lambda target: target["path"] == "weights" and target.get("node") != node
+        clip["channels"] = [channel for channel in clip["channels"] if not moves_nothing(channel["target"])]
     for kind in ["buffers", "images"]:
         for item in document.get(kind, []):
             uri = item.get("uri", "")
@@ -200,20 +202,24 @@ def check_mattes(path, folder):
     total = sum(decoded.values())
     assert numpy.abs(total - alpha).max() < 2e-3, f"mattes sum to {numpy.abs(total - alpha).max()} beside alpha"
     document = json.loads(pathlib.Path(SCENE).read_text())
-    compared = 0
+    compared, seen = 0, {}
     for index, node in enumerate(document["nodes"]):
-        name = node.get("name") or f"#{index}"
-        if "mesh" not in node or name not in decoded:
+        if "mesh" not in node:
+            continue
+        own_name = node.get("name") or f"#{index}"
+        seen[own_name] = seen.get(own_name, 0) + 1
+        name = own_name if seen[own_name] == 1 else f"{own_name} ({seen[own_name]})"
+        if name not in decoded:
             continue
         options = ["--background", "none", "--layers", "crypto_object"]
         file = render(folder, f"alone{index}.####.exr", *options, scene=alone(SCENE, index, folder))
         file = pathlib.Path(str(file).replace("####", "0002"))
         own = channels(file)["A"].astype(float)
-        assert numpy.abs(mattes(file, "crypto_object")[name] - own).max() < 1e-3, name
+        assert numpy.abs(mattes(file, "crypto_object")[own_name] - own).max() < 1e-3, name
         assert (decoded[name] <= own + 1e-3).all(), f"{name} covers more than it does alone"
         # Where nothing else covers the pixel the two are the same.
         free = numpy.abs(total - decoded[name]) < 1e-6
-        assert numpy.abs(decoded[name] - own)[free].max() < 1e-3, name
+        assert numpy.abs(decoded[name] - own)[free].max(initial=0.0) < 1e-3, name
         compared += 1
     assert compared > 0
     return compared

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::fresnel::Shape;
-use super::{Bsdf, albedo, left_by, lobe_albedo};
+use super::round_albedo::{self, Terms};
+use super::{Bsdf, left_by};
 
 /// What the lobes do with uniform light, seen along one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,43 +73,36 @@ impl Bsdf {
         self.albedos(wo).transmission
     }
 
-    /// The specular lobe of the dielectric and of the metal; not looked up where there is none of it.
+    /// The specular lobe of the dielectric and of the metal; those of which there is nothing let nothing through or reflect nothing.
     fn lobe_albedos(&self, wo: Vec3) -> (Vec3, Vec3) {
-        let stretched = self.stretch.map(|stretch| stretch.terms(wo, self.dielectric.relative_ior));
-        let (dielectric, metal) = match &stretched {
-            None => (self.round_dielectric(wo.z), self.round_metal(wo.z)),
-            Some(terms) => {
-                let shaped = match self.dielectric.shape {
-                    Shape::Exact => terms.exact,
-                    Shape::Schlick => terms.schlick,
-                };
-                (self.dielectric.albedo(terms.total, shaped), self.metal_albedo(terms.total, terms.schlick))
-            }
+        let terms = self.terms(wo);
+        let dielectric = if self.metallic < 1.0 {
+            let shaped = match self.dielectric.shape {
+                Shape::Exact => terms.exact,
+                Shape::Schlick => terms.schlick,
+            };
+            self.dielectric.albedo(terms.total, shaped)
+        } else {
+            Vec3::ONE
         };
+        let metal =
+            if self.metallic > 0.0 { self.metal_albedo(terms.total, terms.schlick) } else { Vec3::ZERO };
         let Some(film) = &self.film else { return (dielectric, metal) };
-        let total = stretched.map_or_else(|| lobe_albedo::total(wo.z, self.roughness), |terms| terms.total);
         let cosine = self.cosine_outside_film(wo.z);
         let under = |albedo: Vec3, base_f0| {
-            let own = film.over(Vec3::ZERO, base_f0, cosine) * total;
+            let own = film.over(Vec3::ZERO, base_f0, cosine) * terms.total;
             albedo * (1.0 - film.factor) + own
         };
         (under(dielectric, self.dielectric.along_normal()), under(metal, self.base_color))
     }
 
-    fn round_dielectric(&self, cos_o: f32) -> Vec3 {
-        if self.metallic < 1.0 {
-            albedo::dielectric(cos_o, self.roughness, &self.dielectric)
-        } else {
-            Vec3::ONE
-        }
-    }
-
-    fn round_metal(&self, cos_o: f32) -> Vec3 {
-        if self.metallic > 0.0 {
-            let (total, grazing) = albedo::schlick_terms(cos_o, self.roughness);
-            self.metal_albedo(total, grazing)
-        } else {
-            Vec3::ZERO
+    /// The lobe's albedos under the factors that the material asks for.
+    fn terms(&self, wo: Vec3) -> Terms {
+        let exact = self.metallic < 1.0 && self.dielectric.shape == Shape::Exact;
+        match &self.lobe.stretch {
+            Some(stretch) => stretch.terms(wo, self.dielectric.relative_ior),
+            None if exact => round_albedo::terms(wo.z, self.lobe.roughness, self.dielectric.relative_ior),
+            None => round_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }
     }
 

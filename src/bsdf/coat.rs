@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::{SHARPEST_ALPHA, fresnel, ggx, lobe_albedo};
+use super::{SHARPEST_ALPHA, fresnel, ggx, round_albedo};
 
 /// Index of refraction of all coats.
 const COAT_IOR: f32 = 1.5;
@@ -45,7 +45,7 @@ impl Coat {
 
     /// Share of uniform light that the coat reflects; `share · F` where it is smooth.
     pub fn albedo(&self, cos_o: f32) -> f32 {
-        self.reflectance(cos_o) * lobe_albedo::total(cos_o, self.roughness)
+        self.reflectance(cos_o) * round_albedo::total(cos_o, self.roughness)
     }
 
     pub(super) fn reflectance(&self, cos_o: f32) -> f32 {

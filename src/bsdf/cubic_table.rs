@@ -1,59 +1,59 @@
-//! A smooth function of two numbers between 0 and 1, by table.
+//! Smooth functions of two numbers between 0 and 1, by table.
 //!
-//! Source: Catmull and Rom, "A Class of Local Interpolating Splines", 1974: cubic pieces through the stored values. Beyond the
-//! ends the last piece runs on as a parabola.
+//! Lagrange's cubics through the four values around a place; in the first and last piece those next to it.
 
-/// Values at steps of two coordinates from 0 to 1.
+/// Values of N functions at steps of two coordinates from 0 to 1.
 #[derive(Clone, Debug)]
-pub(super) struct CubicTable {
+pub(super) struct CubicTable<const N: usize> {
     rows: usize,
     columns: usize,
     /// Row by row, with one more row and column at each end than there are steps from 0 to 1.
-    values: Vec<f32>,
+    values: Vec<[f32; N]>,
 }
 
-impl CubicTable {
-    /// `value(x, y)` at `rows` steps of x and `columns` steps of y; at least three each.
-    pub(super) fn new(rows: usize, columns: usize, value: impl Fn(f32, f32) -> f32) -> Self {
+impl<const N: usize> CubicTable<N> {
+    /// `value(x, y)` at `rows` steps of x and `columns` steps of y; at least four each.
+    pub(super) fn new(rows: usize, columns: usize, value: impl Fn(f32, f32) -> [f32; N]) -> Self {
         let mut grid = vec![Vec::new(); rows + 2];
         for (row, line) in grid[1..=rows].iter_mut().enumerate() {
-            line.resize(columns + 2, 0.0);
+            line.resize(columns + 2, [0.0; N]);
             for (column, slot) in line[1..=columns].iter_mut().enumerate() {
                 *slot = value(row as f32 / (rows - 1) as f32, column as f32 / (columns - 1) as f32);
             }
-            line[0] = beyond(line[1], line[2], line[3]);
-            line[columns + 1] = beyond(line[columns], line[columns - 1], line[columns - 2]);
+            line[0] = beyond([&line[1], &line[2], &line[3], &line[4]]);
+            line[columns + 1] = beyond([3, 2, 1, 0].map(|back| &line[columns - 3 + back]));
         }
-        grid[0] = line_beyond(&grid[1], &grid[2], &grid[3]);
-        grid[rows + 1] = line_beyond(&grid[rows], &grid[rows - 1], &grid[rows - 2]);
+        grid[0] = line_beyond([&grid[1], &grid[2], &grid[3], &grid[4]]);
+        grid[rows + 1] = line_beyond([3, 2, 1, 0].map(|back| &grid[rows - 3 + back]));
         Self { rows, columns, values: grid.concat() }
     }
 
-    /// The function at (x, y), both from 0 to 1.
-    pub(super) fn at(&self, x: f32, y: f32) -> f32 {
+    /// The functions at (x, y), both from 0 to 1.
+    pub(super) fn at(&self, x: f32, y: f32) -> [f32; N] {
         let (row, weights_x) = piece(x, self.rows);
         let (column, weights_y) = piece(y, self.columns);
-        let mut sum = 0.0;
-        for (step, weight) in weights_x.into_iter().enumerate() {
+        let mut sums = [0.0; N];
+        for (step, weight_x) in weights_x.into_iter().enumerate() {
             let start = (row + step) * (self.columns + 2) + column;
-            let line = &self.values[start..start + 4];
-            let along = line[0] * weights_y[0]
-                + line[1] * weights_y[1]
-                + line[2] * weights_y[2]
-                + line[3] * weights_y[3];
-            sum += along * weight;
+            for (entry, weight_y) in self.values[start..start + 4].iter().zip(weights_y) {
+                let weight = weight_x * weight_y;
+                for (sum, value) in sums.iter_mut().zip(entry) {
+                    *sum += weight * value;
+                }
+            }
         }
-        sum
+        sums
     }
 }
 
-fn line_beyond(near: &[f32], next: &[f32], far: &[f32]) -> Vec<f32> {
-    near.iter().zip(next).zip(far).map(|((near, next), far)| beyond(*near, *next, *far)).collect()
+fn line_beyond<const N: usize>(lines: [&Vec<[f32; N]>; 4]) -> Vec<[f32; N]> {
+    (0..lines[0].len()).map(|column| beyond(lines.map(|line| &line[column]))).collect()
 }
 
-/// The next value of a parabola through three, nearest first.
-fn beyond(near: f32, next: f32, far: f32) -> f32 {
-    3.0 * (near - next) + far
+/// The next values of cubics through four, nearest first.
+fn beyond<const N: usize>(values: [&[f32; N]; 4]) -> [f32; N] {
+    let [near, next, far, farthest] = values;
+    std::array::from_fn(|at| 4.0 * (near[at] + far[at]) - 6.0 * next[at] - farthest[at])
 }
 
 /// The first of four neighbours around `x`, and their weights.
@@ -61,12 +61,12 @@ fn piece(x: f32, steps: usize) -> (usize, [f32; 4]) {
     let place = x.clamp(0.0, 1.0) * (steps - 1) as f32;
     let below = (place as usize).min(steps - 2);
     let t = place - below as f32;
-    let (square, cube) = (t * t, t * t * t);
+    let (before, to_next, to_last) = (t + 1.0, 1.0 - t, 2.0 - t);
     let weights = [
-        0.5 * (2.0 * square - t - cube),
-        1.0 + 0.5 * (3.0 * cube - 5.0 * square),
-        0.5 * (t + 4.0 * square - 3.0 * cube),
-        0.5 * (cube - square),
+        t * to_next * to_last * (-1.0 / 6.0),
+        before * to_next * to_last * 0.5,
+        before * t * to_last * 0.5,
+        before * t * to_next * (-1.0 / 6.0),
     ];
     (below, weights)
 }
@@ -76,11 +76,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parabolas_are_exact_up_to_the_ends() {
-        let function = |x: f32, y: f32| (x * x - 0.3 * x) * (2.0 - y * y);
+    fn cubics_are_exact_up_to_the_ends() {
+        let function = |x: f32, y: f32| [(x * x * x - 0.3 * x) * (2.0 - y * y), 1.0 - x];
         let table = CubicTable::new(5, 9, function);
         for (x, y) in [(0.0, 0.0), (1.0, 1.0), (0.03, 0.97), (0.5, 0.31), (0.99, 0.01)] {
-            assert!((table.at(x, y) - function(x, y)).abs() < 1e-6, "{x} {y}: {}", table.at(x, y));
+            let (found, expected) = (table.at(x, y), function(x, y));
+            for (found, expected) in found.iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-6, "{x} {y}: {found} {expected}");
+            }
         }
     }
 }

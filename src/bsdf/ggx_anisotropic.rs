@@ -3,16 +3,17 @@
 //! Sources: Burley, "Physically Based Shading at Disney", 2012, appendix B.2 (D); Heitz 2014, section 5.4, and Heitz 2018, as in
 //! [`super::ggx`]; `KHR_materials_anisotropy`. Directions are local: X is the direction of the larger α, +Z the normal.
 //!
-//! The albedo has no table, for it depends on four numbers: it is summed over a fixed pattern of visible normals.
+//! The albedo has no table, for it depends on four numbers: it is integrated for each view.
 
 use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::fresnel;
-use super::ggx;
+use super::facets::Facets;
+use super::round_albedo::{self, Terms};
+use super::{fresnel, ggx};
 
-/// Visible normals that stand for a lobe; its albedo is then right to about a thousandth.
+/// Visible normals that stand for a lobe; they sum up to its albedo to about a thousandth.
 const NORMALS: usize = 256;
 /// Turns from one normal to the next along their spiral: the golden section.
 const TURN: f32 = 0.618_034;
@@ -21,14 +22,6 @@ const TURN: f32 = 0.618_034;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stretch {
     pub(super) alpha: Vec2,
-}
-
-/// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Terms {
-    pub(super) total: f32,
-    pub(super) schlick: f32,
-    pub(super) exact: f32,
 }
 
 /// A direction that a lobe reflects, and how much.
@@ -93,15 +86,17 @@ impl Stretch {
         })
     }
 
-    /// The lobe's albedos for a view.
+    /// The lobe's albedos for a view from above the surface.
     pub(super) fn terms(self, wo: Vec3, relative_ior: f32) -> Terms {
-        let mut terms = Terms::default();
-        for Reflected { facet_cosine, weight, .. } in self.reflected(wo) {
-            terms.total += weight;
-            terms.schlick += weight * fresnel::schlick_weight(facet_cosine);
-            terms.exact += weight * fresnel::exact(facet_cosine, relative_ior);
+        let facets = Facets::stretched(wo, self.alpha);
+        let weight = fresnel::schlick_weight;
+        if relative_ior < 1.0 {
+            let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
+            return Terms { total, schlick, exact: round_albedo::untabulated(&facets, total, relative_ior) };
         }
-        terms
+        let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
+        let [total, schlick, exact] = facets.reflected(factors);
+        Terms { total, schlick, exact }
     }
 }
 

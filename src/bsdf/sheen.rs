@@ -3,10 +3,10 @@
 //! Source: Conty Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", 2017: the distribution "Charlie" (equation 2), its
 //! shadowing (equation 3 and table 1), and the scaling of what lies below by the lobe's albedo; `KHR_materials_sheen`. F is 1.
 
-use std::f32::consts::PI;
+use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::cubic_table::CubicTable;
 
@@ -27,7 +27,8 @@ impl Sheen {
 
     /// f(wo, wi), both above the surface.
     pub(super) fn evaluate(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        self.color * lobe(wo, wi, self.roughness * self.roughness)
+        let roughness = f64::from(self.roughness);
+        self.color * lobe(wo.as_dvec3(), wi.as_dvec3(), roughness * roughness) as f32
     }
 
     /// Share of uniform light that the fibres send towards a view.
@@ -41,37 +42,33 @@ impl Sheen {
     }
 }
 
-/// D V of the fibres.
-fn lobe(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
+/// D V of the fibres; in f64, because the exponent, up to 400, multiplies the rounding of the sine.
+fn lobe(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     let shadowing = 1.0 + masking(wo.z, alpha) + masking(wi.z, alpha);
     distribution(wo, wi, alpha) / (shadowing * (4.0 * wo.z * wi.z))
 }
 
 /// (2 + 1/α) sin^(1/α) θ_h / 2π
-fn distribution(wo: Vec3, wi: Vec3, alpha: f32) -> f32 {
-    let half = (wo + wi).normalize_or(Vec3::Z);
+fn distribution(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
+    let half = (wo + wi).normalize_or(DVec3::Z);
     let sine_squared = half.x * half.x + half.y * half.y;
     let exponent = 1.0 / alpha;
-    (2.0 + exponent) * libm::powf(sine_squared, 0.5 * exponent) / (2.0 * PI)
+    (2.0 + exponent) * libm::pow(sine_squared, 0.5 * exponent) / (2.0 * PI)
 }
 
 /// Λ of the shadowing, which is not the distribution's own but a fit.
-fn masking(cosine: f32, alpha: f32) -> f32 {
+fn masking(cosine: f64, alpha: f64) -> f64 {
     let fit = Fit::new(alpha);
-    if cosine < 0.5 {
-        libm::expf(fit.at(cosine))
-    } else {
-        libm::expf(2.0 * fit.at(0.5) - fit.at(1.0 - cosine))
-    }
+    if cosine < 0.5 { libm::exp(fit.at(cosine)) } else { libm::exp(2.0 * fit.at(0.5) - fit.at(1.0 - cosine)) }
 }
 
 /// a / (1 + b xᶜ) + d x + e
-struct Fit([f32; 5]);
+struct Fit([f64; 5]);
 
 impl Fit {
-    fn new(alpha: f32) -> Self {
-        const ROUGH: [f32; 5] = [21.5473, 3.829_87, 0.198_23, -1.977_60, -4.320_54];
-        const SMOOTH: [f32; 5] = [25.3245, 3.324_35, 0.168_01, -1.273_93, -4.859_67];
+    fn new(alpha: f64) -> Self {
+        const ROUGH: [f64; 5] = [21.5473, 3.829_87, 0.198_23, -1.977_60, -4.320_54];
+        const SMOOTH: [f64; 5] = [25.3245, 3.324_35, 0.168_01, -1.273_93, -4.859_67];
         let share = (1.0 - alpha) * (1.0 - alpha);
         let mut terms = ROUGH;
         for (term, smooth) in terms.iter_mut().zip(SMOOTH) {
@@ -80,9 +77,9 @@ impl Fit {
         Self(terms)
     }
 
-    fn at(&self, x: f32) -> f32 {
+    fn at(&self, x: f64) -> f64 {
         let [a, b, c, d, e] = self.0;
-        a / (1.0 + b * libm::powf(x, c)) + d * x + e
+        a / (1.0 + b * libm::pow(x, c)) + d * x + e
     }
 }
 
@@ -94,37 +91,39 @@ const HEMISPHERE_STEPS: usize = 72;
 
 /// The lobe's directional albedo; at most 1, which the fit exceeds where both directions graze.
 fn albedo(cosine: f32, roughness: f32) -> f32 {
-    static TABLE: OnceLock<CubicTable> = OnceLock::new();
+    static TABLE: OnceLock<CubicTable<1>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
         CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
             // Dense where fibres are upright.
-            by_quadrature(y * y, LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * x * x, HEMISPHERE_STEPS)
+            [by_quadrature(y * y, LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
         })
     });
     let place = libm::sqrtf((roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS));
-    table.at(place, libm::sqrtf(cosine.clamp(0.0, 1.0))).clamp(0.0, 1.0)
+    let [albedo] = table.at(place, libm::sqrtf(cosine.clamp(0.0, 1.0)));
+    albedo.clamp(0.0, 1.0)
 }
 
 /// ∫ f cos θ_i dω_i for F = 1, by midpoints over half the hemisphere: it is symmetric about the plane of the view.
 fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
     // Along the surface the limit is close to the value a little above it.
-    let cos_o = if cos_o > 1e-4 { cos_o } else { 1e-4 };
-    let alpha = roughness * roughness;
-    let wo = Vec3::new(libm::sqrtf(1.0 - cos_o * cos_o), 0.0, cos_o);
+    let cos_o = f64::from(if cos_o > 1e-4 { cos_o } else { 1e-4 });
+    let alpha = f64::from(roughness) * f64::from(roughness);
+    let wo = DVec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
     let masking_o = masking(cos_o, alpha);
-    let mut sum = 0.0_f64;
+    let step = 1.0 / steps as f64;
+    let turns: Vec<_> = (0..steps).map(|turn| libm::sincos((turn as f64 + 0.5) * step * PI)).collect();
+    let mut sum = 0.0;
     for ring in 0..steps {
         // Denser where light grazes, where the lobe is, and about the normal, where it has a cusp.
-        let u = (ring as f32 + 0.5) / steps as f32;
+        let u = (ring as f64 + 0.5) * step;
         let cosine = u * u * (3.0 - 2.0 * u);
-        let sine = libm::sqrtf(1.0 - cosine * cosine);
+        let sine = (1.0 - cosine * cosine).sqrt();
         let mut around = 0.0;
-        for turn in 0..steps {
-            let (sin_turn, cos_turn) = libm::sincosf((turn as f32 + 0.5) / steps as f32 * PI);
-            around += distribution(wo, Vec3::new(sine * cos_turn, sine * sin_turn, cosine), alpha);
+        for (sin_turn, cos_turn) in &turns {
+            around += distribution(wo, DVec3::new(sine * cos_turn, sine * sin_turn, cosine), alpha);
         }
         let shadowing = (1.0 + masking_o + masking(cosine, alpha)) * (4.0 * cos_o);
-        sum += f64::from(around * 6.0 * u * (1.0 - u) / shadowing);
+        sum += around * 6.0 * u * (1.0 - u) / shadowing;
     }
-    (sum * 2.0 * std::f64::consts::PI / (steps * steps) as f64) as f32
+    (sum * 2.0 * PI * step * step) as f32
 }

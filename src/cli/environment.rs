@@ -8,9 +8,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning};
 use crate::image_file::read_environment;
-use crate::scene::{
-    ComposedEnvironment, Environment, EnvironmentMap, ImageLight, ImageLightIndex, Scene, Selection,
-};
+use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, ImageLightIndex, Scene, Selection};
 
 use super::options::EnvironmentSource;
 
@@ -64,7 +62,9 @@ pub(super) fn load(
         selection.image_light.and_then(|index| Some((index, scene.image_lights.get(index.index())?)));
     let mut loaded = match (&wishes.light, image_light) {
         (Some(source), _) => of_source(source, "--env", max_memory_bytes)?,
-        (None, Some((index, light))) => of_image_light(index, light),
+        (None, Some((index, light))) => {
+            of_image_light(index, Environment::of_image_light(light, selection.moves_image_light(scene)))
+        }
         (None, None) if has_lights(scene, selection) => {
             of_source(&EnvironmentSource::None, "--env", max_memory_bytes)?
         }
@@ -99,9 +99,9 @@ pub(super) fn load(
 }
 
 /// The surroundings that come with the file, whose hash covers them.
-fn of_image_light(index: ImageLightIndex, light: &ImageLight) -> LoadedEnvironment {
+fn of_image_light(index: ImageLightIndex, environment: Environment) -> LoadedEnvironment {
     LoadedEnvironment {
-        environment: Environment::Map(EnvironmentMap::of_image_light(light)),
+        environment,
         key: format!("image light {}", index.0),
         description: "the file's image-based light".to_owned(),
         warnings: Vec::new(),

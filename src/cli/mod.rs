@@ -12,7 +12,8 @@ mod signals;
 mod understood;
 
 use std::ffi::OsString;
-use std::panic::catch_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
@@ -48,7 +49,8 @@ pub enum Ending {
 /// Parses `arguments` (the program's name first), runs what they say, and prints what went wrong in one line.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
-    let ran = catch_unwind(|| {
+    let panic_place = note_panics();
+    let ran = catch_unwind(AssertUnwindSafe(|| {
         let cli = match Cli::try_parse_from(arguments) {
             Ok(cli) => cli,
             Err(error) => return not_understood(&error),
@@ -57,11 +59,27 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
             Command::Render(args) => render::run(&args),
             Command::Info(args) => ending(info::run(&args)),
         }
-    });
+    }));
     ran.unwrap_or_else(|_| {
-        print_error("internal error: the program panicked; this is a bug worth reporting");
+        let place = panic_place.lock().map(|place| place.clone()).unwrap_or_default();
+        print_error(&format!("internal error: the program panicked{place}; this is a bug worth reporting"));
         Ending::Code(70)
     })
+}
+
+/// Has panics noted instead of printed, for decoders may panic over broken input, which is told in one line of its own. Gives
+/// where the last one was, in words. With `RUST_BACKTRACE` set they are printed as ever.
+fn note_panics() -> Arc<Mutex<String>> {
+    let place = Arc::new(Mutex::new(String::new()));
+    let noted = Arc::clone(&place);
+    if std::env::var_os("RUST_BACKTRACE").is_none() {
+        std::panic::set_hook(Box::new(move |panic| {
+            if let (Some(location), Ok(mut noted)) = (panic.location(), noted.lock()) {
+                *noted = format!(" at {location}");
+            }
+        }));
+    }
+    place
 }
 
 /// Prints why the command line does not parse: in one line, except for help and version, which come this way too.

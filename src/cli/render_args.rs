@@ -272,8 +272,14 @@ choices! {
     }
     /// Tone curves.
     ToneArg {
-        /// The standard curve
+        /// Natural contrast; middle grey stays where it is
         Standard,
+        /// Low contrast, with room for bright and coloured light, as in Blender
+        Agx,
+        /// High contrast, as films made with ACES 1.0
+        Aces,
+        /// Base colours come out as they are: Khronos PBR Neutral
+        Neutral,
     }
     /// Builders.
     BvhArg {

@@ -100,6 +100,9 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         exposure: wishes.exposure,
         tone: match args.tone {
             ToneArg::Standard => ToneCurve::Standard,
+            ToneArg::Agx => ToneCurve::Agx,
+            ToneArg::Aces => ToneCurve::Aces,
+            ToneArg::Neutral => ToneCurve::Neutral,
         },
         existing: existing_files(args),
         keep_going: args.keep_going,

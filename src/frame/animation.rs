@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use glam::{Quat, Vec3};
 
 use crate::scene::{
-    AnimationTarget, Interpolation, Keyframes, Light, LocalTransform, Material, Projection, Scene, Selection,
-    set_camera, set_light, set_material,
+    AnimationTarget, ImageLight, ImageLightPose, ImageLightProperty, Interpolation, Keyframes, Light,
+    LocalTransform, Material, Projection, Scene, Selection, set_camera, set_light, set_material,
 };
 
 /// Everything that clips move, at one time.
@@ -20,6 +20,10 @@ pub(super) struct ScenePose {
     pub(super) weights: Vec<Option<Vec<f32>>>,
     /// Weights that an animation sets on meshes; `None` leaves the mesh's own.
     pub(super) mesh_weights: Vec<Option<Vec<f32>>>,
+    /// Weights that are set one by one; the others stay what they are.
+    single_weights: Vec<(AnimationTarget, f32)>,
+    /// By [`crate::scene::ImageLightIndex`].
+    pub(super) image_lights: Vec<ImageLightPose>,
     /// By [`crate::scene::LightIndex`].
     pub(super) lights: Vec<Light>,
     /// By [`crate::scene::CameraIndex`].
@@ -46,10 +50,36 @@ impl ScenePose {
         self.lights.clone_from(&scene.lights);
         self.projections.clear();
         self.projections.extend(scene.cameras.iter().map(|camera| camera.projection));
+        self.single_weights.clear();
+        self.image_lights.clear();
+        self.image_lights.extend(scene.image_lights.iter().map(ImageLight::pose));
         materials.clone_from(&scene.materials);
         for &clip in &selection.clips {
             for channel in &scene.animations[clip.index()].channels {
                 self.apply(channel.target, &channel.keyframes, time_seconds, materials);
+            }
+        }
+        self.weigh_singly(scene);
+    }
+
+    /// Sets single weights of meshes, then those of nodes, over what else is said of them.
+    fn weigh_singly(&mut self, scene: &Scene) {
+        for &(target, value) in &self.single_weights {
+            if let AnimationTarget::MeshWeight(mesh, place) = target {
+                let rest = &scene.meshes[mesh.index()].weights;
+                let weights = self.mesh_weights[mesh.index()].get_or_insert_with(|| rest.clone());
+                weights[place as usize] = value;
+            }
+        }
+        for &(target, value) in &self.single_weights {
+            if let AnimationTarget::Weight(node, place) = target
+                && let Some(mesh) = scene.nodes[node.index()].mesh
+            {
+                let own = scene.nodes[node.index()].weights.as_ref();
+                let rest = own.or(self.mesh_weights[mesh.index()].as_ref());
+                let rest = rest.unwrap_or(&scene.meshes[mesh.index()].weights);
+                let weights = self.weights[node.index()].get_or_insert_with(|| rest.clone());
+                weights[place as usize] = value;
             }
         }
     }
@@ -82,6 +112,16 @@ impl ScenePose {
             }
             AnimationTarget::Weights(node) => self.weights[node.index()] = Some(values()),
             AnimationTarget::MeshWeights(mesh) => self.mesh_weights[mesh.index()] = Some(values()),
+            AnimationTarget::Weight(..) | AnimationTarget::MeshWeight(..) => {
+                self.single_weights.push((target, component_at(keyframes, time_seconds, 0)));
+            }
+            AnimationTarget::ImageLight(light, ImageLightProperty::Intensity) => {
+                let intensity = component_at(keyframes, time_seconds, 0);
+                self.image_lights[light.index()].intensity = if intensity > 0.0 { intensity } else { 0.0 };
+            }
+            AnimationTarget::ImageLight(light, ImageLightProperty::Rotation) => {
+                self.image_lights[light.index()].rotation = rotation_at(keyframes, time_seconds);
+            }
             AnimationTarget::Visibility(node) => {
                 self.hidden[node.index()] = component_at(keyframes, time_seconds, 0) == 0.0;
             }

@@ -17,7 +17,8 @@ use rayon::prelude::*;
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Triangle;
 use crate::scene::{
-    AlphaMode, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
+    AlphaMode, ImageLightPose, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection,
+    Skin, VariantIndex,
 };
 
 use animation::ScenePose;
@@ -49,6 +50,8 @@ pub struct Frame {
     pub materials: Vec<Material>,
     /// Lights at this time.
     pub lights: Vec<PosedLight>,
+    /// The image-based light at this time, where clips move it.
+    pub image_light: Option<ImageLightPose>,
     /// The camera at this time.
     pub camera: PosedCamera,
     scratch: Scratch,
@@ -148,6 +151,8 @@ impl Frame {
         self.lights.clear();
         let shining = drawn.iter().filter(|node| !pose.hidden[node.index()]);
         self.lights.extend(shining.filter_map(|&node| placed::light(scene, &pose.lights, node, world)));
+        let moved = selection.image_light.filter(|_| selection.moves_image_light(scene));
+        self.image_light = moved.map(|light| pose.image_lights[light.index()]);
         self.list_shapes(scene, &drawn, selection.variant);
         self.pose_shapes(scene);
     }
@@ -288,7 +293,7 @@ pub fn transmits(material: &Material) -> bool {
 
 /// Whether the material bounds a closed volume that light enters and leaves.
 pub fn is_volume(material: &Material) -> bool {
-    material.volume.is_some() && transmits(material)
+    material.volume.is_some_and(|volume| volume.thickness > 0.0) && transmits(material)
 }
 
 #[cfg(test)]

@@ -78,7 +78,8 @@ fn posing_again_gives_what_a_new_frame_gives() {
 #[test]
 fn flags_follow_the_material() {
     let transmission = Some(Transmission { factor: 1.0, texture: None });
-    let volume = Some(Volume { attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE });
+    let volume =
+        Some(Volume { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE });
     let solid = Material::default();
     assert_eq!(flags_of(&solid), PrimitiveFlags::SINGLE_SIDED);
     let glass = Material { transmission, volume, ..Material::default() };

@@ -19,7 +19,8 @@ use super::pointer::{self, Property};
 use super::raw::{ANY, Raw, check_range};
 use crate::error::Result;
 use crate::scene::{
-    Animation, AnimationTarget, Channel, Interpolation, Keyframes, LocalTransform, Mesh, Node, NodeIndex,
+    Animation, AnimationTarget, Channel, ImageLightProperty, Interpolation, Keyframes, LocalTransform, Mesh,
+    Node, NodeIndex,
 };
 
 /// What a channel moves, and what its keys may be.
@@ -52,10 +53,11 @@ pub(super) fn import(
             let Some(moved) = moved(context, data, channel, (nodes, meshes), &pointer)? else {
                 continue;
             };
-            if !targets.insert(moved.target) {
+            if moved.target.clashes(&targets) {
                 let message = "moves what another channel of this clip moves";
                 return Err(context.invalid(format!("{pointer}/target"), message));
             }
+            targets.insert(moved.target);
             let sampler = context.subscript(
                 channel.sampler.value(),
                 animation.samplers.len(),
@@ -164,19 +166,29 @@ fn check_matrix(context: &Context, target: AnimationTarget, nodes: &[Node], poin
 
 /// Components of one value of what is moved.
 fn width(context: &Context, moved: &Moved, nodes: &[Node], meshes: &[Mesh], pointer: &str) -> Result<usize> {
-    let mesh = match moved.target {
+    let (mesh, place) = match moved.target {
         AnimationTarget::Translation(_) | AnimationTarget::Scale(_) => return Ok(3),
         AnimationTarget::Rotation(_) => return Ok(4),
-        AnimationTarget::Weights(node) => nodes.get(node.index()).and_then(|node| node.mesh),
-        AnimationTarget::MeshWeights(mesh) => Some(mesh),
+        AnimationTarget::Weights(node) => (nodes.get(node.index()).and_then(|node| node.mesh), None),
+        AnimationTarget::Weight(node, place) => {
+            (nodes.get(node.index()).and_then(|node| node.mesh), Some(place))
+        }
+        AnimationTarget::MeshWeights(mesh) => (Some(mesh), None),
+        AnimationTarget::MeshWeight(mesh, place) => (Some(mesh), Some(place)),
         AnimationTarget::Visibility(_)
         | AnimationTarget::Material(..)
         | AnimationTarget::Light(..)
-        | AnimationTarget::Camera(..) => return Ok(moved.width),
+        | AnimationTarget::Camera(..)
+        | AnimationTarget::ImageLight(..) => return Ok(moved.width),
     };
     let weights = mesh.and_then(|mesh| meshes.get(mesh.index())).map(|mesh| mesh.weights.len());
-    match weights {
-        Some(count) if count > 0 => Ok(count),
+    match (weights, place) {
+        (Some(count), Some(place)) if count > place as usize => Ok(1),
+        (Some(count), Some(place)) => {
+            let message = format!("there is no morph target {place}, the mesh has {count}");
+            Err(context.invalid(format!("{pointer}/target"), message))
+        }
+        (Some(count), None) if count > 0 => Ok(count),
         _ => Err(context.invalid(format!("{pointer}/target"), "there are no morph targets to weigh")),
     }
 }
@@ -215,7 +227,9 @@ fn keyframes(
         return Err(context.invalid(format!("{pointer}/output"), message));
     }
     check_values(context, &values, values_per_key, moved, pointer)?;
-    if matches!(moved.target, AnimationTarget::Rotation(_)) {
+    if let AnimationTarget::Rotation(_) | AnimationTarget::ImageLight(_, ImageLightProperty::Rotation) =
+        moved.target
+    {
         check_rotations(context, &values, values_per_key, pointer)?;
     }
     Ok(Keyframes { times_seconds, values, width, interpolation })

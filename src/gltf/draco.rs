@@ -44,7 +44,10 @@ pub(super) fn unpack(
         return Err(context.invalid(format!("{}/bufferView", raw.pointer), "is missing"));
     };
     let stream = data.view_bytes(context, view, &format!("{}/bufferView", raw.pointer))?;
+    let used_before = context.used_bytes();
     let mesh = decode(context, stream, &raw.pointer)?;
+    let mesh_bytes = held_bytes(&mesh);
+    context.charge(mesh_bytes, &raw.pointer)?;
     let triangles = triangles(context, data, &mesh, json, raw)?;
     let Some(names) = raw.field("attributes") else {
         return Err(context.invalid(format!("{}/attributes", raw.pointer), "is missing"));
@@ -77,7 +80,20 @@ pub(super) fn unpack(
         let values = values(context, &mesh, attribute, format, &pointer)?;
         replaced.insert(reference.accessor, values);
     }
+    // The mesh goes, what was made of it stays.
+    let kept = context.used_bytes().saturating_sub(used_before).saturating_sub(mesh_bytes);
+    context.settle(used_before, kept);
     Ok(Unpacked { replaced, triangles })
+}
+
+/// Bytes of a decoded mesh: corners, values and which value each vertex has.
+fn held_bytes(mesh: &Mesh) -> u64 {
+    let corners = (mesh.num_faces() as u64).saturating_mul(12);
+    let attributes = (0..mesh.num_attributes()).map(|index| {
+        let values = mesh.attribute(index).buffer().data().len() as u64;
+        values.saturating_add((mesh.num_points() as u64).saturating_mul(4))
+    });
+    attributes.fold(corners, u64::saturating_add)
 }
 
 /// Decodes within what memory is left.

@@ -13,6 +13,8 @@ use crate::scene::{Mesh, Node, NodeIndex, SceneRoots};
 /// Bytes that a triangle takes once posed, with its share of vertices and of the hierarchy over it; an estimate that
 /// refuses scenes whose instances cannot fit.
 const POSED_TRIANGLE_BYTES: u64 = 160;
+/// Bytes that a primitive takes each time it is drawn, in both frames.
+const SHAPE_BYTES: u64 = 256;
 
 /// Fills in parents; a second one is an error.
 pub(super) fn link(context: &Context, nodes: &mut [Node]) -> Result<()> {
@@ -109,12 +111,25 @@ pub(super) fn check_size(
     scenes: &[SceneRoots],
     meshes: &[Mesh],
 ) -> Result<()> {
-    let triangles_of = |mesh: &Mesh| -> u64 {
-        let counts = mesh.primitives.iter().map(|primitive| primitive.triangles.len() as u64);
-        counts.fold(0, u64::saturating_add)
+    let largest = |of_mesh: fn(&Mesh) -> u64| -> (usize, u64) {
+        let below = sums_below(nodes, node_order, &meshes.iter().map(of_mesh).collect::<Vec<_>>());
+        let in_scene = |scene: &SceneRoots| -> u64 {
+            let counts = scene.roots.iter().map(|root| below.get(root.index()).copied().unwrap_or(0));
+            counts.fold(0, u64::saturating_add)
+        };
+        scenes.iter().map(in_scene).enumerate().max_by_key(|&(_, sum)| sum).unwrap_or_default()
     };
-    let per_mesh: Vec<u64> = meshes.iter().map(triangles_of).collect();
-    // Sum over subtrees, children before their parents.
+    let (scene, triangles) = largest(triangle_count);
+    if triangles > u64::from(u32::MAX) {
+        let message = format!("has {triangles} triangles, more than 32-bit ids can number; split the scene");
+        return Err(context.refused(format!("/scenes/{scene}"), message));
+    }
+    let (scene, bytes) = largest(posed_bytes);
+    context.charge(bytes, &format!("/scenes/{scene}"))
+}
+
+/// For every node what its own mesh and those below it come to, each instance counted.
+fn sums_below(nodes: &[Node], node_order: &[NodeIndex], per_mesh: &[u64]) -> Vec<u64> {
     let mut below: Vec<u64> = nodes
         .iter()
         .map(|node| {
@@ -122,6 +137,7 @@ pub(super) fn check_size(
             drawn.saturating_mul(node.instances.as_ref().map_or(1, |instances| instances.len() as u64))
         })
         .collect();
+    // Children before their parents
     for node in node_order.iter().rev() {
         let own = below.get(node.index()).copied().unwrap_or(0);
         let parent = nodes.get(node.index()).and_then(|node| node.parent);
@@ -129,16 +145,19 @@ pub(super) fn check_size(
             *sum = sum.saturating_add(own);
         }
     }
-    let in_scene = |scene: &SceneRoots| -> u64 {
-        let counts = scene.roots.iter().map(|root| below.get(root.index()).copied().unwrap_or(0));
-        counts.fold(0, u64::saturating_add)
-    };
-    let (largest, triangles) =
-        scenes.iter().map(in_scene).enumerate().max_by_key(|&(_, count)| count).unwrap_or_default();
-    let pointer = format!("/scenes/{largest}");
-    if triangles > u64::from(u32::MAX) {
-        let message = format!("has {triangles} triangles, more than 32-bit ids can number; split the scene");
-        return Err(context.refused(pointer, message));
-    }
-    context.charge(triangles.saturating_mul(POSED_TRIANGLE_BYTES), &pointer)
+    below
+}
+
+fn triangle_count(mesh: &Mesh) -> u64 {
+    let counts = mesh.primitives.iter().map(|primitive| primitive.triangles.len() as u64);
+    counts.fold(0, u64::saturating_add)
+}
+
+/// What the mesh takes each time it is drawn.
+fn posed_bytes(mesh: &Mesh) -> u64 {
+    let bytes = mesh.primitives.iter().map(|primitive| {
+        let triangles = primitive.triangles.len() as u64;
+        triangles.saturating_mul(POSED_TRIANGLE_BYTES).saturating_add(SHAPE_BYTES)
+    });
+    bytes.fold(0, u64::saturating_add)
 }

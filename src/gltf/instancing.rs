@@ -47,7 +47,9 @@ pub(super) fn of_node(
         return Ok(None);
     }
     if node.skin.is_some() {
-        let message = "instances of skinned meshes are not supported; such meshes are drawn once";
+        // They would all lie in the same place.
+        let message =
+            "skins place meshes by their joints alone, so instances of skinned meshes are drawn once";
         context.warn(&extension.pointer, message);
         return Ok(None);
     }

@@ -5,11 +5,11 @@
 use std::ops::RangeInclusive;
 
 use super::document::Document;
-use super::extensions::{IOR, SPECULAR, SPECULAR_GLOSSINESS};
+use super::extensions::{IMAGE_LIGHTS, IOR, LIGHTS, SPECULAR, SPECULAR_GLOSSINESS};
 use super::raw::{ANY, Raw};
 use crate::scene::{
-    AnimationTarget, CameraIndex, CameraProperty, LightIndex, LightProperty, MaterialIndex, MaterialProperty,
-    MeshIndex, NodeIndex, TextureSlot,
+    AnimationTarget, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,
+    LightProperty, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex, TextureSlot,
 };
 
 /// A property that clips may move, and what its values may be.
@@ -24,7 +24,7 @@ pub(super) struct Property {
     pub(super) is_switch: bool,
 }
 
-const MATERIAL: [(&str, MaterialProperty); 31] = [
+const MATERIAL: [(&str, MaterialProperty); 32] = [
     ("pbrMetallicRoughness/baseColorFactor", MaterialProperty::BaseColor),
     ("pbrMetallicRoughness/metallicFactor", MaterialProperty::Metallic),
     ("pbrMetallicRoughness/roughnessFactor", MaterialProperty::Roughness),
@@ -35,6 +35,7 @@ const MATERIAL: [(&str, MaterialProperty); 31] = [
     ("occlusionTexture/strength", MaterialProperty::OcclusionStrength),
     ("extensions/KHR_materials_ior/ior", MaterialProperty::Ior),
     ("extensions/KHR_materials_transmission/transmissionFactor", MaterialProperty::Transmission),
+    ("extensions/KHR_materials_volume/thicknessFactor", MaterialProperty::Thickness),
     ("extensions/KHR_materials_volume/attenuationDistance", MaterialProperty::AttenuationDistance),
     ("extensions/KHR_materials_volume/attenuationColor", MaterialProperty::AttenuationColor),
     ("extensions/KHR_materials_dispersion/dispersion", MaterialProperty::Dispersion),
@@ -73,7 +74,7 @@ const MATERIAL: [(&str, MaterialProperty); 31] = [
     ),
 ];
 
-const TEXTURES: [(&str, TextureSlot); 19] = [
+const TEXTURES: [(&str, TextureSlot); 20] = [
     ("pbrMetallicRoughness/baseColorTexture", TextureSlot::BaseColor),
     ("pbrMetallicRoughness/metallicRoughnessTexture", TextureSlot::MetallicRoughness),
     ("normalTexture", TextureSlot::Normal),
@@ -83,6 +84,10 @@ const TEXTURES: [(&str, TextureSlot); 19] = [
     ("extensions/KHR_materials_specular/specularTexture", TextureSlot::Specular),
     ("extensions/KHR_materials_specular/specularColorTexture", TextureSlot::SpecularColor),
     ("extensions/KHR_materials_pbrSpecularGlossiness/diffuseTexture", TextureSlot::BaseColor),
+    (
+        "extensions/KHR_materials_pbrSpecularGlossiness/specularGlossinessTexture",
+        TextureSlot::SpecularGlossiness,
+    ),
     ("extensions/KHR_materials_clearcoat/clearcoatTexture", TextureSlot::ClearCoat),
     ("extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", TextureSlot::ClearCoatRoughness),
     ("extensions/KHR_materials_clearcoat/clearcoatNormalTexture", TextureSlot::ClearCoatNormal),
@@ -109,6 +114,9 @@ const LIGHT: [(&str, LightProperty); 5] = [
     ("spot/outerConeAngle", LightProperty::OuterCone),
 ];
 
+const IMAGE_LIGHT: [(&str, ImageLightProperty); 2] =
+    [("intensity", ImageLightProperty::Intensity), ("rotation", ImageLightProperty::Rotation)];
+
 const CAMERA: [(&str, CameraProperty); 8] = [
     ("perspective/yfov", CameraProperty::FieldOfView),
     ("perspective/aspectRatio", CameraProperty::AspectRatio),
@@ -125,6 +133,9 @@ const NO_DEFAULT: [&str; 3] = ["aspectRatio", "zfar", "range"];
 
 /// The property that `pointer` names; `None` where the file has no such property or it is not honoured.
 pub(super) fn property(document: &Document, pointer: &str) -> Option<Property> {
+    if let Some(property) = of_single_weight(document, pointer) {
+        return Some(property);
+    }
     let (owner, key) = pointer.rsplit_once('/')?;
     let owner = Raw::at(&document.value, owner)?;
     if !owner.value.is_object() || (NO_DEFAULT.contains(&key) && owner.field(key).is_none()) {
@@ -132,11 +143,7 @@ pub(super) fn property(document: &Document, pointer: &str) -> Option<Property> {
     }
     let (array, rest) = pointer.strip_prefix('/')?.split_once('/')?;
     if array == "extensions" {
-        let rest = rest.strip_prefix("KHR_lights_punctual/lights/")?;
-        let (index, path) = numbered(rest)?;
-        let property = found(&LIGHT, path)?;
-        let target = AnimationTarget::Light(LightIndex(index), property);
-        return Some(number(target, property.width(), property.range()));
+        return of_light(rest);
     }
     let (index, path) = numbered(rest)?;
     match array {
@@ -169,6 +176,41 @@ fn found<T: Copy>(rows: &[(&str, T)], path: &str) -> Option<T> {
 
 fn number(target: AnimationTarget, width: usize, range: RangeInclusive<f32>) -> Property {
     Property { target, width, range, is_switch: false }
+}
+
+/// Of a punctual or an image-based light; `rest` follows the root's extensions.
+fn of_light(rest: &str) -> Option<Property> {
+    let (extension, rest) = rest.split_once("/lights/")?;
+    let (index, path) = numbered(rest)?;
+    match extension {
+        LIGHTS => {
+            let property = found(&LIGHT, path)?;
+            let target = AnimationTarget::Light(LightIndex(index), property);
+            Some(number(target, property.width(), property.range()))
+        }
+        IMAGE_LIGHTS => {
+            let property = found(&IMAGE_LIGHT, path)?;
+            let target = AnimationTarget::ImageLight(ImageLightIndex(index), property);
+            Some(number(target, property.width(), property.range()))
+        }
+        _ => None,
+    }
+}
+
+/// One of the weights of a node or a mesh, which need not list them.
+fn of_single_weight(document: &Document, pointer: &str) -> Option<Property> {
+    let (owner, place) = pointer.rsplit_once('/')?;
+    let owner = owner.strip_suffix("/weights")?;
+    let place: u32 = place.parse().ok().filter(|parsed: &u32| parsed.to_string() == place)?;
+    Raw::at(&document.value, owner)?;
+    let (array, index) = owner.strip_prefix('/')?.split_once('/')?;
+    let index = index.parse().ok()?;
+    let target = match array {
+        "nodes" => AnimationTarget::Weight(NodeIndex(index), place),
+        "meshes" => AnimationTarget::MeshWeight(MeshIndex(index), place),
+        _ => return None,
+    };
+    Some(number(target, 1, ANY))
 }
 
 fn of_node(node: NodeIndex, path: &str) -> Option<Property> {

@@ -31,6 +31,12 @@ impl<'a> Raw<'a> {
         self.field("extensions")?.field(name)
     }
 
+    /// The value of the extension `name` of this object, which must be an object as well.
+    pub(super) fn extension_object(&self, context: &Context, name: &str) -> Result<Option<Self>> {
+        let extension = self.extension(name);
+        extension.map(|extension| extension.expect_object(context).map(|()| extension)).transpose()
+    }
+
     /// Errors unless the value is an object.
     pub(super) fn expect_object(&self, context: &Context) -> Result<()> {
         if self.value.is_object() {

@@ -2,6 +2,8 @@
 //!
 //! Source: the text of `KHR_materials_variants`.
 
+use std::collections::BTreeMap;
+
 use super::context::Context;
 use super::document::Document;
 use super::extensions::VARIANTS;
@@ -35,9 +37,9 @@ pub(super) fn of_primitive(
     document: &Document,
     raw: &Raw,
 ) -> Result<Vec<(VariantIndex, MaterialIndex)>> {
-    let mut changed: Vec<(VariantIndex, MaterialIndex)> = Vec::new();
+    let mut changed: BTreeMap<VariantIndex, MaterialIndex> = BTreeMap::new();
     let Some(extension) = raw.extension(VARIANTS) else {
-        return Ok(changed);
+        return Ok(Vec::new());
     };
     extension.expect_object(context)?;
     let Some(mappings) = extension.field("mappings") else {
@@ -57,14 +59,14 @@ pub(super) fn of_primitive(
             };
             let number = context.subscript(number, variant_count, pointer, "variant")?;
             let variant = VariantIndex(u32::try_from(number).unwrap_or(u32::MAX));
-            if changed.iter().any(|(known, _)| *known == variant) {
+            let material = MaterialIndex(u32::try_from(material).unwrap_or(u32::MAX));
+            if changed.insert(variant, material).is_some() {
                 let message = format!("the variant {number} has a material already");
                 return Err(context.invalid(pointer, message));
             }
-            changed.push((variant, MaterialIndex(u32::try_from(material).unwrap_or(u32::MAX))));
         }
     }
-    Ok(changed)
+    Ok(changed.into_iter().collect())
 }
 
 fn variant_count(document: &Document) -> usize {

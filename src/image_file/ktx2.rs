@@ -10,6 +10,10 @@ use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 use super::texture_decode::ImageHeader;
 
 const TEXEL_BYTES: u64 = 4;
+/// The decoder counts bytes in 32 bits.
+const MOST_TEXELS: u64 = 1 << 28;
+/// What is said where the decoder gave up.
+const PANICKED: &str = "cannot be decoded";
 const LEVEL_INDEX_START: usize = 80;
 const LEVEL_INDEX_ENTRY: usize = 24;
 /// Supercompression schemes.
@@ -54,7 +58,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
     let channels = match decoded {
         Ok(Ok(channels)) => channels,
         Ok(Err(error)) => return Err(format!("cannot be decoded: {error:?}")),
-        Err(_) => return Err("cannot be decoded".to_owned()),
+        Err(_) => return Err(PANICKED.to_owned()),
     };
     let (texels, _) = channels.as_chunks::<4>();
     let expected = u64::from(header.size.0) * u64::from(header.size.1);
@@ -86,13 +90,17 @@ fn understand(bytes: &[u8]) -> Result<Header, String> {
     let second_channel = field(descriptor.saturating_add(44)).map_or(0, |word| word >> 24 & 15);
     if format != 0 || !matches!(model, MODEL_ETC1S | MODEL_UASTC) {
         return Err(format!(
-            "is KTX2 with format {format} and colour model {model}; only Basis Universal data is supported"
+            "is KTX2 with {}; only Basis Universal data is supported, so convert it to that or to PNG",
+            if format == 0 { format!("colour model {model}") } else { format_name(format) }
         ));
     }
     if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 {
         return Err(format!(
             "is KTX2 of {width}x{height}x{depth}, {layers} layers and {faces} faces, not a picture"
         ));
+    }
+    if u64::from(width) * u64::from(height) > MOST_TEXELS {
+        return Err(format!("has {width}x{height} texels, more than the {MOST_TEXELS} that can be decoded"));
     }
     if !(1..=32).contains(&levels) {
         return Err(format!("says that it has {levels} levels"));
@@ -120,6 +128,29 @@ fn understand(bytes: &[u8]) -> Result<Header, String> {
         _ => first_channel == 5,
     };
     Ok(Header { size: (width, height), level_bytes, is_red_green })
+}
+
+/// What Vulkan calls a format, of those that textures have.
+fn format_name(format: u32) -> String {
+    let name = match format {
+        9 => "R8_UNORM",
+        16 => "R8G8_UNORM",
+        23 => "R8G8B8_UNORM",
+        29 => "R8G8B8_SRGB",
+        37 => "R8G8B8A8_UNORM",
+        43 => "R8G8B8A8_SRGB",
+        97 => "R16G16B16A16_SFLOAT",
+        131..=134 => "BC1 blocks",
+        135 | 136 => "BC2 blocks",
+        137 | 138 => "BC3 blocks",
+        139..=142 => "BC4 or BC5 blocks",
+        143 | 144 => "BC6H blocks",
+        145 | 146 => "BC7 blocks",
+        147..=156 => "ETC2 or EAC blocks",
+        157..=184 => "ASTC blocks",
+        _ => "",
+    };
+    if name.is_empty() { format!("VkFormat {format}") } else { format!("{name} (VkFormat {format})") }
 }
 
 #[cfg(test)]
@@ -167,6 +198,40 @@ mod tests {
         assert!(spoiled(80 + 8, 1 << 20).contains("truncated"));
         for length in 0..UASTC.len() {
             assert!(decode(&UASTC[..length]).is_err(), "{length}");
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_errors_and_end_no_decoder() {
+        // A fixed sequence of numbers decides which bytes are spoiled.
+        let mut state = 1_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize
+        };
+        for file in [UASTC, ETC1S] {
+            for _ in 0..2000 {
+                let mut bytes = file.to_vec();
+                for _ in 0..=next() % 4 {
+                    let place = next() % bytes.len();
+                    bytes[place] = next() as u8;
+                }
+                if let Err(why) = decode(&bytes) {
+                    assert!(why != PANICKED, "{:?}", &bytes[..80]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn other_data_is_refused_by_name() {
+        for (format, name) in
+            [(43, "R8G8B8A8_SRGB"), (145, "BC7"), (97, "R16G16B16A16_SFLOAT"), (999, "VkFormat 999")]
+        {
+            let mut file = UASTC.to_vec();
+            file[12..16].copy_from_slice(&u32::to_le_bytes(format));
+            let why = header(&file).unwrap_err();
+            assert!(why.contains(name) && why.contains("PNG"), "{why}");
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use std::rc::Rc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use super::Spectrum;
 use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
-use crate::frame::{Shape, is_volume};
-use crate::geometry::{Facing, Ray};
+use crate::frame::{Frame, Shape, is_volume};
+use crate::geometry::{Aabb, Facing, Ray};
 use crate::interaction::{PosedScene, alpha_at};
 use crate::scene::{Material, MaterialIndex, NodeIndex};
 
@@ -68,8 +68,18 @@ impl Interiors {
         Some(Medium { volume, ior, half_spread, extinction })
     }
 
-    fn any(&self) -> bool {
-        self.0.iter().any(Option::is_some)
+    /// What lies around the surfaces of all volumes; nothing where there is none.
+    pub(super) fn bounds(&self, frame: &Frame) -> Aabb {
+        let mut bounds = Aabb::EMPTY;
+        let ends = frame.shapes.iter().skip(1).map(|next| next.first_triangle as usize);
+        let ends = ends.chain(std::iter::once(frame.triangles.len()));
+        for (shape, end) in
+            frame.shapes.iter().zip(ends).filter(|(shape, _)| self.0[shape.material.index()].is_some())
+        {
+            let corners = frame.triangles[shape.first_triangle as usize..end].iter().flat_map(|t| t.vertices);
+            bounds = corners.filter(|corner| corner.is_finite()).fold(bounds, Aabb::union_point);
+        }
+        bounds
     }
 }
 
@@ -156,16 +166,16 @@ impl MediaStack {
     }
 
     /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
-    /// first was entered last.
+    /// first was entered last. Where that ray misses the `bounds` of all volumes, nothing is traced.
     pub(super) fn around(
         posed: PosedScene<'_>,
         bvh: &Bvh,
-        interiors: &Interiors,
+        (interiors, bounds): (&Interiors, &Aabb),
         position: Vec3,
     ) -> Vec<Medium> {
         /// A slanted direction, so that axis-aligned edges and vertices are not met.
         const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
-        if !interiors.any() {
+        if misses(bounds, position.as_dvec3(), DIRECTION.as_dvec3()) {
             return Vec::new();
         }
         let ray = Ray::new(position, DIRECTION);
@@ -181,6 +191,19 @@ impl MediaStack {
         crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
         crossings.into_iter().map(|crossing| crossing.medium).collect()
     }
+}
+
+/// Whether a ray whose direction is positive along all axes surely misses a box; errs towards no.
+fn misses(bounds: &Aabb, origin: DVec3, direction: DVec3) -> bool {
+    if bounds.is_empty() {
+        return true;
+    }
+    let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+    // Far more than what a hit in single precision is off by.
+    let margin = (min.abs().max(max.abs()).max(origin.abs()).max_element()) * 1e-5;
+    let entry = ((min - margin - origin) / direction).max_element();
+    let exit = ((max + margin - origin) / direction).min_element();
+    exit < 0.0 || entry > exit
 }
 
 fn next_surface(posed: PosedScene<'_>, bvh: &Bvh, ray: &Ray, after: Option<HitOrder>) -> Option<Hit> {
@@ -245,6 +268,7 @@ mod tests {
                 dispersion,
                 transmission: Some(crate::scene::Transmission { factor: 1.0, texture: None }),
                 volume: Some(crate::scene::Volume {
+                    thickness: 1.0,
                     attenuation_distance: f32::INFINITY,
                     attenuation_color: Vec3::ONE,
                 }),
@@ -283,5 +307,22 @@ mod tests {
         assert_eq!(through(1.0, 1.0, f32::INFINITY), 1.0);
         assert_eq!(through(0.5, f32::INFINITY, f32::INFINITY), 1.0);
         assert_eq!(through(0.0, f32::INFINITY, 5.0), 1.0);
+    }
+
+    #[test]
+    fn only_rays_that_surely_miss_a_box_are_said_to() {
+        let bounds = Aabb { min: Vec3::new(-1.0, 2.0, 3.0), max: Vec3::new(4.0, 5.0, 9.0) };
+        let direction = DVec3::new(0.3, 0.8, 0.5);
+        // Towards points inside the box from before and within it; never from behind it, nor past its edges.
+        for aim in [DVec3::new(0.0, 3.0, 5.0), DVec3::new(-1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 9.0)] {
+            for distance in [0.0, 1.0, 100.0] {
+                assert!(!misses(&bounds, aim - direction * distance, direction), "{aim} {distance}");
+            }
+        }
+        for origin in [DVec3::new(4.1, 0.0, 0.0), DVec3::new(0.0, 0.0, 9.1), DVec3::new(0.0, 5.1, 5.0)] {
+            assert!(misses(&bounds, origin, direction), "behind: {origin}");
+        }
+        assert!(misses(&bounds, DVec3::new(3.9, 0.0, 3.0), direction), "beside");
+        assert!(misses(&Aabb::EMPTY, DVec3::ZERO, direction));
     }
 }

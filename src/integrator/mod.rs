@@ -15,7 +15,7 @@ mod shadow;
 pub mod whitted;
 
 use crate::bvh::Bvh;
-use crate::geometry::Ray;
+use crate::geometry::{Aabb, Ray};
 use crate::interaction::PosedScene;
 use crate::scene::{Environment, Projection};
 
@@ -92,6 +92,8 @@ pub struct World<'a> {
     lights: Vec<PreparedLight>,
     /// What fills the frame's volumes.
     interiors: Interiors,
+    /// What lies around all of their surfaces.
+    volume_bounds: Aabb,
     /// The volumes that the camera is in, outermost first.
     camera_media: Vec<Medium>,
     /// Settings.
@@ -108,9 +110,10 @@ impl<'a> World<'a> {
     ) -> Self {
         let camera_position = posed.frame.camera.world_from_camera.w_axis.truncate();
         let interiors = Interiors::of(&posed.frame.materials);
-        let camera_media = MediaStack::around(posed, bvh, &interiors, camera_position);
+        let volume_bounds = interiors.bounds(posed.frame);
+        let camera_media = MediaStack::around(posed, bvh, (&interiors, &volume_bounds), camera_position);
         let lights = lights::gather(posed.frame, environment, &settings);
-        Self { posed, bvh, environment, lights, interiors, camera_media, settings }
+        Self { posed, bvh, environment, lights, interiors, volume_bounds, camera_media, settings }
     }
 
     /// The volumes that a camera ray starts in: those around the camera, unless parallel rays start beside it.
@@ -119,7 +122,8 @@ impl<'a> World<'a> {
             Projection::Perspective { .. } => MediaStack::new(self.camera_media.clone()),
             Projection::Orthographic { .. } => {
                 let start = ray.at(ray.t_min);
-                MediaStack::new(MediaStack::around(self.posed, self.bvh, &self.interiors, start))
+                let volumes = (&self.interiors, &self.volume_bounds);
+                MediaStack::new(MediaStack::around(self.posed, self.bvh, volumes, start))
             }
         }
     }

@@ -19,3 +19,6 @@ pub use picture::Picture;
 pub use render::SceneRenderer;
 pub use shots::{Shot, discover};
 pub use suite::{Failure, Mode, Outcome, Suite, run};
+
+/// Frames a second of all suites.
+const FRAMES_PER_SECOND: i32 = 24;

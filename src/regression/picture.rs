@@ -68,7 +68,7 @@ impl Picture {
             render_hash: String::new(),
             frame,
             time_seconds,
-            frames_per_second: (24, 1),
+            frames_per_second: (super::FRAMES_PER_SECOND, 1),
             world_to_camera: identity,
             world_to_ndc: identity,
             time_code: None,

@@ -11,7 +11,7 @@ use crate::film::PixelWindow;
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
 use crate::render::{RenderInput, RenderSettings, render_frame};
-use crate::scene::{Environment, EnvironmentMap, Scene, Selection, SelectionRequest, mark_shadow_catchers};
+use crate::scene::{Environment, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 
 /// A scene ready to be rendered at any of its frames, with every choice at its default but for the surroundings that it
 /// asks for.
@@ -67,7 +67,9 @@ impl SceneRenderer {
         let image_light = self.selection.image_light.map(|index| &self.scene.image_lights[index.index()]);
         let environment = match (&self.surroundings.environment, image_light) {
             (Some(environment), _) => environment.clone(),
-            (None, Some(light)) => Environment::Map(EnvironmentMap::of_image_light(light)),
+            (None, Some(light)) => {
+                Environment::of_image_light(light, self.selection.moves_image_light(&self.scene))
+            }
             (None, None) if frame.lights.is_empty() => Environment::Studio,
             (None, None) => Environment::None,
         };

@@ -6,9 +6,6 @@ use super::{Picture, SceneRenderer, Shot, Tolerance, compare, discover, report, 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 
-/// Frames a second of all suites.
-const FRAMES_PER_SECOND: f64 = 24.0;
-
 /// What is rendered and compared.
 #[derive(Clone, Debug)]
 pub struct Suite {
@@ -99,7 +96,7 @@ fn rendered(
         Some((path, scene)) if path == shot.scene => scene,
         _ => SceneRenderer::open(&shot.scene)?,
     };
-    let time_seconds = f64::from(shot.frame) / FRAMES_PER_SECOND;
+    let time_seconds = f64::from(shot.frame) / f64::from(super::FRAMES_PER_SECOND);
     let result = scene.render(time_seconds, suite.resolution, suite.samples, cancel);
     // Scenes of a suite ask for nothing that is not honoured.
     let warnings: Vec<String> = scene.warnings().collect();
@@ -121,7 +118,7 @@ fn rendered(
 /// Compares a picture with its reference; gives what is wrong, or what was accepted.
 fn settle(suite: &Suite, mode: Mode, shot: &Shot, picture: &Picture) -> Result<Option<String>> {
     let path = shot.file_in(&suite.references);
-    let time_seconds = f64::from(shot.frame) / FRAMES_PER_SECOND;
+    let time_seconds = f64::from(shot.frame) / f64::from(super::FRAMES_PER_SECOND);
     let found = if path.exists() {
         let reference = Picture::read(&path)?;
         let verdict = compare(picture, &reference, &suite.tolerance);

@@ -158,7 +158,9 @@ pub fn render_frame_into(
         light_size: settings.light_size,
         glossy_samples: settings.glossy_samples,
     };
-    let world = World::new(posed, input.bvh, input.environment, integrator_settings);
+    let moved = input.frame.image_light.as_ref().and_then(|pose| input.environment.posed(pose));
+    let environment = moved.as_ref().unwrap_or(input.environment);
+    let world = World::new(posed, input.bvh, environment, integrator_settings);
     let lens = settings.lens.and_then(|lens| lens.at(input, settings.resolution));
     let time_seconds = input.frame.time_seconds as f32;
     let camera = CameraRays::new(&input.frame.camera, settings.resolution, time_seconds, lens)

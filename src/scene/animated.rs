@@ -1,4 +1,4 @@
-//! Properties of lights and cameras that clips can move, and setting them.
+//! Properties of lights, image-based ones too, and cameras that clips can move, and setting them.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
@@ -39,6 +39,16 @@ pub enum CameraProperty {
     ZFar,
 }
 
+/// A number or rotation of an image-based light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ImageLightProperty {
+    /// [`super::ImageLight::intensity`].
+    Intensity,
+    /// [`super::ImageLight::rotation`], 4 components, a quaternion x y z w.
+    Rotation,
+}
+
+const ANY: RangeInclusive<f32> = f32::MIN..=f32::MAX;
 const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
 const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
@@ -60,6 +70,18 @@ impl LightProperty {
             Self::Range => POSITIVE,
             Self::InnerCone | Self::OuterCone => RIGHT_ANGLE,
         }
+    }
+}
+
+impl ImageLightProperty {
+    /// Components of a value.
+    pub fn width(self) -> usize {
+        if self == Self::Rotation { 4 } else { 1 }
+    }
+
+    /// What every component must lie in.
+    pub fn range(self) -> RangeInclusive<f32> {
+        if self == Self::Rotation { ANY } else { NOT_NEGATIVE }
     }
 }
 

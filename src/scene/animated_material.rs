@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use glam::{Vec2, Vec3, Vec4};
 
-use super::{AlphaMode, Material, TextureRef, UvRotation};
+use super::{AlphaMode, Material, TextureRef, UvRotation, UvTransform};
 
 /// A number or colour of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -29,6 +29,8 @@ pub enum MaterialProperty {
     Ior,
     /// The factor of [`Material::transmission`].
     Transmission,
+    /// The thickness of [`Material::volume`], which is one or none.
+    Thickness,
     /// The distance of [`Material::volume`], metres.
     AttenuationDistance,
     /// The colour of [`Material::volume`], 3 components.
@@ -94,6 +96,8 @@ pub enum TextureSlot {
     Specular,
     /// That of the colour of [`Material::specular`].
     SpecularColor,
+    /// That of [`Material::glossiness`], whose colours are those of [`Material::specular`].
+    SpecularGlossiness,
     /// That of the factor of [`Material::clear_coat`].
     ClearCoat,
     /// That of the roughness of [`Material::clear_coat`].
@@ -160,6 +164,7 @@ impl MaterialProperty {
             Self::EmissiveStrength
             | Self::AlphaCutoff
             | Self::Ior
+            | Self::Thickness
             | Self::Dispersion
             | Self::SpecularColor
             | Self::IridescenceThicknessMinimum
@@ -196,19 +201,13 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
             }
         }
         MaterialProperty::TextureOffset(slot) => {
-            if let Some(texture) = texture(material, slot) {
-                texture.transform.offset = vec2(values);
-            }
+            transform(material, slot, |transform| transform.offset = vec2(values));
         }
         MaterialProperty::TextureRotation(slot) => {
-            if let Some(texture) = texture(material, slot) {
-                texture.transform.rotation = UvRotation::from_radians(first);
-            }
+            transform(material, slot, |transform| transform.rotation = UvRotation::from_radians(first));
         }
         MaterialProperty::TextureScale(slot) => {
-            if let Some(texture) = texture(material, slot) {
-                texture.transform.scale = vec2(values);
-            }
+            transform(material, slot, |transform| transform.scale = vec2(values));
         }
         _ => {
             if let Some(number) = number(material, property) {
@@ -235,6 +234,7 @@ fn number(material: &mut Material, property: MaterialProperty) -> Option<&mut f3
         MaterialProperty::OcclusionStrength => &mut material.occlusion_texture.as_mut()?.strength,
         MaterialProperty::Ior => &mut material.ior,
         MaterialProperty::Transmission => &mut material.transmission.as_mut()?.factor,
+        MaterialProperty::Thickness => &mut material.volume.as_mut()?.thickness,
         MaterialProperty::AttenuationDistance => &mut material.volume.as_mut()?.attenuation_distance,
         MaterialProperty::Dispersion => &mut material.dispersion,
         MaterialProperty::Specular => &mut material.specular.as_mut()?.factor,
@@ -266,6 +266,18 @@ fn color(material: &mut Material, property: MaterialProperty) -> Option<&mut Vec
     }
 }
 
+/// Changes where a texture is looked up.
+fn transform(material: &mut Material, slot: TextureSlot, change: impl Fn(&mut UvTransform)) {
+    if let Some(texture) = texture(material, slot) {
+        change(&mut texture.transform);
+    }
+    if slot == TextureSlot::SpecularGlossiness
+        && let Some(texture) = material.glossiness.as_mut().and_then(|glossiness| glossiness.texture.as_mut())
+    {
+        change(&mut texture.transform);
+    }
+}
+
 fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef> {
     let coat = material.clear_coat.as_mut();
     let through = material.diffuse_transmission.as_mut();
@@ -277,7 +289,9 @@ fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef
         TextureSlot::Emissive => material.emissive_texture.as_mut(),
         TextureSlot::Transmission => material.transmission.as_mut()?.texture.as_mut(),
         TextureSlot::Specular => material.specular.as_mut()?.texture.as_mut(),
-        TextureSlot::SpecularColor => material.specular.as_mut()?.color_texture.as_mut(),
+        TextureSlot::SpecularColor | TextureSlot::SpecularGlossiness => {
+            material.specular.as_mut()?.color_texture.as_mut()
+        }
         TextureSlot::ClearCoat => coat?.texture.as_mut(),
         TextureSlot::ClearCoatRoughness => coat?.roughness_texture.as_mut(),
         TextureSlot::ClearCoatNormal => coat?.normal_texture.as_mut().map(|normal| &mut normal.texture),
@@ -306,7 +320,7 @@ fn vec4(values: &[f32]) -> Vec4 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{NormalTexture, TextureIndex, Transmission, UvTransform};
+    use crate::scene::{Glossiness, NormalTexture, Specular, TextureIndex, Transmission};
 
     #[test]
     fn emission_is_the_product_of_both_whatever_comes_first() {
@@ -340,5 +354,19 @@ mod tests {
         let normal = material.normal_texture.unwrap();
         assert_eq!((normal.scale, normal.texture.transform.offset), (0.25, Vec2::new(0.5, -1.0)));
         assert_eq!(material.transmission.unwrap().factor, 0.75);
+    }
+
+    #[test]
+    fn colour_and_glossiness_are_looked_up_in_the_same_place() {
+        let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
+        let texture = Some(reference);
+        let specular = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: texture };
+        let glossiness = Some(Glossiness { factor: 1.0, texture });
+        let mut material = Material { specular: Some(specular), glossiness, ..Material::default() };
+        let slot = TextureSlot::SpecularGlossiness;
+        set_material(&mut material, MaterialProperty::TextureScale(slot), &[2.0, 3.0]);
+        let color = material.specular.unwrap().color_texture.unwrap();
+        assert_eq!(color.transform.scale, Vec2::new(2.0, 3.0));
+        assert_eq!(material.glossiness.unwrap().texture, Some(color));
     }
 }

@@ -1,8 +1,10 @@
 //! Animation clips: keyframes and what they move. Evaluation is in [`crate::frame`].
 
+use std::collections::BTreeSet;
+
 use super::{
-    CameraIndex, CameraProperty, LightIndex, LightProperty, MaterialIndex, MaterialProperty, MeshIndex,
-    NodeIndex,
+    CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex, LightProperty,
+    MaterialIndex, MaterialProperty, MeshIndex, NodeIndex,
 };
 
 /// A clip.
@@ -46,6 +48,10 @@ pub enum AnimationTarget {
     Weights(NodeIndex),
     /// Morph weights of a mesh, which those of nodes replace: one component a morph target.
     MeshWeights(MeshIndex),
+    /// One of the morph weights of a node: 1 component.
+    Weight(NodeIndex, u32),
+    /// One of the morph weights of a mesh: 1 component.
+    MeshWeight(MeshIndex, u32),
     /// Whether a node and all below it are shown: 0 hides.
     Visibility(NodeIndex),
     /// A property of a material.
@@ -54,6 +60,23 @@ pub enum AnimationTarget {
     Light(LightIndex, LightProperty),
     /// A property of a camera: 1 component.
     Camera(CameraIndex, CameraProperty),
+    /// A property of an image-based light.
+    ImageLight(ImageLightIndex, ImageLightProperty),
+}
+
+impl AnimationTarget {
+    /// Whether one of `held` moves this, too, or part of it.
+    pub fn clashes(self, held: &BTreeSet<Self>) -> bool {
+        let any = |first, last| held.range(first..=last).next().is_some();
+        held.contains(&self)
+            || match self {
+                Self::Weights(node) => any(Self::Weight(node, 0), Self::Weight(node, u32::MAX)),
+                Self::MeshWeights(mesh) => any(Self::MeshWeight(mesh, 0), Self::MeshWeight(mesh, u32::MAX)),
+                Self::Weight(node, _) => held.contains(&Self::Weights(node)),
+                Self::MeshWeight(mesh, _) => held.contains(&Self::MeshWeights(mesh)),
+                _ => false,
+            }
+    }
 }
 
 /// Values over time.

@@ -17,6 +17,27 @@ pub struct ImageLight {
     pub levels: Vec<CubeLevel>,
 }
 
+impl ImageLight {
+    /// While no clip moves it.
+    pub fn pose(&self) -> ImageLightPose {
+        ImageLightPose { intensity: self.intensity, rotation: self.rotation }
+    }
+}
+
+impl ImageLightPose {
+    /// As strong as the pictures are, and not turned.
+    pub const PLAIN: Self = Self { intensity: 1.0, rotation: Quat::IDENTITY };
+}
+
+/// What clips may move of an [`ImageLight`], at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageLightPose {
+    /// See [`ImageLight::intensity`].
+    pub intensity: f32,
+    /// See [`ImageLight::rotation`].
+    pub rotation: Quat,
+}
+
 /// Radiance from all directions on the faces of a cube.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CubeLevel {

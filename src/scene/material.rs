@@ -180,6 +180,8 @@ pub struct Transmission {
 /// A homogeneous, purely absorbing inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Volume {
+    /// Where this is 0 the surface is a thin wall. Rays measure how thick a volume is themselves, so it says no more than that.
+    pub thickness: f32,
     /// World-space metres after which white light has become `attenuation_color`; may be infinite.
     pub attenuation_distance: f32,
     /// Linear colour at that distance.

@@ -25,12 +25,12 @@ use std::path::PathBuf;
 
 use crate::error::Warning;
 
-pub use animated::{CameraProperty, LightProperty, set_camera, set_light};
+pub use animated::{CameraProperty, ImageLightProperty, LightProperty, set_camera, set_light};
 pub use animated_material::{MaterialProperty, TextureSlot, set_material};
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
 pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight, columns_for_cube};
-pub use image_light::{CubeLevel, ImageLight};
+pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{

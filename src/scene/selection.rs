@@ -85,6 +85,13 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Whether a clip moves the image-based light that is shown.
+    pub fn moves_image_light(&self, scene: &Scene) -> bool {
+        let moves = |target| matches!(target, AnimationTarget::ImageLight(light, _) if Some(light) == self.image_light);
+        let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
+        clips.flat_map(|clip| &clip.channels).any(|channel| moves(channel.target))
+    }
+
     /// Finds in `scene` what `request` asks for. A clip that `request` asks for only by asking for all, and one of
     /// whose targets an earlier clip moves, is left out with a warning.
     ///
@@ -135,7 +142,7 @@ fn disjoint_clips(scene: &Scene) -> (Vec<AnimationIndex>, Vec<Warning>) {
     let mut warnings = Vec::new();
     let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
     for (i, clip) in scene.animations.iter().enumerate() {
-        if clip.channels.iter().any(|channel| held.contains(&channel.target)) {
+        if clip.channels.iter().any(|channel| channel.target.clashes(&held)) {
             warnings.push(Warning {
                 pointer: format!("/animations/{i}"),
                 message: format!(

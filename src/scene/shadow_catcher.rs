@@ -1,6 +1,6 @@
 //! Surfaces that stand for what a picture is laid over later: only the shadows on them are rendered.
 
-use super::{AlphaMode, Material, MaterialIndex, MeshIndex, Scene};
+use super::{AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MeshIndex, Scene};
 
 /// Makes everything that is called `name` a shadow catcher: the meshes of nodes, and materials. Gives how many there are.
 ///
@@ -38,23 +38,44 @@ fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     for primitive in &mut copy.primitives {
         let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
         primitive.material = MaterialIndex(scene.materials.len() as u32);
+        // It catches in every variant.
+        primitive.variants.clear();
         scene.materials.push(material);
     }
     scene.meshes.push(copy);
-    MeshIndex(scene.meshes.len() as u32 - 1)
+    let copied = MeshIndex(scene.meshes.len() as u32 - 1);
+    for clip in &mut scene.animations {
+        let moves_copy = |channel: &Channel| {
+            let target = match channel.target {
+                AnimationTarget::MeshWeights(own) if own == mesh => AnimationTarget::MeshWeights(copied),
+                AnimationTarget::MeshWeight(own, place) if own == mesh => {
+                    AnimationTarget::MeshWeight(copied, place)
+                }
+                _ => return None,
+            };
+            Some(Channel { target, keyframes: channel.keyframes.clone() })
+        };
+        let channels: Vec<Channel> = clip.channels.iter().filter_map(moves_copy).collect();
+        clip.channels.extend(channels);
+    }
+    copied
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Mesh, Node, Primitive, Volume};
+    use crate::scene::{Animation, Interpolation, Keyframes, Mesh, Node, Primitive, VariantIndex, Volume};
 
     fn scene() -> Scene {
         let named = |name: &str| Material {
             name: Some(name.to_owned()),
             alpha_mode: AlphaMode::Blend,
             double_sided: name == "ground",
-            volume: Some(Volume { attenuation_distance: 1.0, attenuation_color: glam::Vec3::ONE }),
+            volume: Some(Volume {
+                thickness: 1.0,
+                attenuation_distance: 1.0,
+                attenuation_color: glam::Vec3::ONE,
+            }),
             ..Material::default()
         };
         let primitive = |material| Primitive {
@@ -66,15 +87,23 @@ mod tests {
             influences: None,
             triangles: Vec::new(),
             material: MaterialIndex(material),
-            variants: Vec::new(),
+            variants: vec![(VariantIndex(0), MaterialIndex(1))],
             targets: Vec::new(),
         };
         let node =
             |name: &str| Node { name: Some(name.to_owned()), mesh: Some(MeshIndex(0)), ..Node::default() };
+        let keyframes = Keyframes {
+            times_seconds: vec![0.0],
+            values: vec![1.0],
+            width: 1,
+            interpolation: Interpolation::Step,
+        };
+        let weights = Channel { target: AnimationTarget::MeshWeights(MeshIndex(0)), keyframes };
         Scene {
             materials: vec![named("ground"), named("ball")],
             meshes: vec![Mesh { primitives: vec![primitive(0), primitive(1)], ..Mesh::default() }],
             nodes: vec![node("floor"), node("ball")],
+            animations: vec![Animation { name: None, channels: vec![weights] }],
             ..Scene::default()
         }
     }
@@ -100,6 +129,12 @@ mod tests {
             primitives.iter().all(|primitive| scene.materials[primitive.material.index()].is_shadow_catcher)
         };
         assert!(catches(&scene, 0) && !catches(&scene, 1));
+        // Whatever variant is chosen.
+        let mesh = scene.nodes[0].mesh.unwrap();
+        assert!(scene.meshes[mesh.index()].primitives.iter().all(|primitive| primitive.variants.is_empty()));
+        // And as the mesh's weights move.
+        let moved: Vec<_> = scene.animations[0].channels.iter().map(|channel| channel.target).collect();
+        assert_eq!(moved, [AnimationTarget::MeshWeights(MeshIndex(0)), AnimationTarget::MeshWeights(mesh)]);
         // A name that both a node and a material have means both.
         assert_eq!(mark_shadow_catchers(&mut scene, "ball"), 2);
         assert_eq!(mark_shadow_catchers(&mut scene, "nobody"), 0);

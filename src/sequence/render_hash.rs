@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Aperture, Focus, GlassShadows};
-use crate::scene::{CameraChoice, Scene};
+use crate::scene::{CameraChoice, Scene, VariantIndex};
 
 use super::{Exposure, OutputFormat, SequenceJob};
 
@@ -38,7 +38,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "camera": camera,
         "variant": job.selection.variant.map(|variant| variant.0),
         "environment": job.environment_key,
-        "shadow_catchers": shadow_catchers(&job.scene),
+        "shadow_catchers": shadow_catchers(&job.scene, job.selection.variant),
         "integrator": "whitted",
         "resolution": [settings.resolution.0, settings.resolution.1],
         "samples": settings.samples,
@@ -54,8 +54,8 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     hex(&Sha256::digest(content.to_string().as_bytes()))
 }
 
-/// Nodes, and which primitives of theirs only catch shadows.
-fn shadow_catchers(scene: &Scene) -> Vec<[usize; 2]> {
+/// Nodes, and which primitives of theirs only catch shadows as they look in `variant`.
+fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> Vec<[usize; 2]> {
     let mut catchers = Vec::new();
     for (index, node) in scene.nodes.iter().enumerate() {
         let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh.index()));
@@ -63,7 +63,7 @@ fn shadow_catchers(scene: &Scene) -> Vec<[usize; 2]> {
         catchers.extend(
             primitives
                 .filter(|(_, primitive)| {
-                    let material = scene.materials.get(primitive.material.index());
+                    let material = scene.materials.get(primitive.material_in(variant).index());
                     material.is_some_and(|material| material.is_shadow_catcher)
                 })
                 .map(|(primitive, _)| [index, primitive]),
@@ -131,4 +131,38 @@ fn file_key(job: &SequenceJob) -> serde_json::Value {
 pub(super) fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
     bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).map(|digit| DIGITS[digit as usize] as char).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, MaterialIndex, Mesh, MeshIndex, Node, Primitive};
+
+    #[test]
+    fn catchers_are_those_of_the_variant() {
+        let primitive = Primitive {
+            positions: Vec::new(),
+            normals: None,
+            tangents: None,
+            uvs: Vec::new(),
+            colors: None,
+            influences: None,
+            triangles: Vec::new(),
+            material: MaterialIndex(0),
+            variants: vec![(VariantIndex(1), MaterialIndex(1))],
+            targets: Vec::new(),
+        };
+        let catcher = Material { is_shadow_catcher: true, ..Material::default() };
+        let scene = Scene {
+            materials: vec![Material::default(), catcher],
+            meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }],
+            nodes: vec![Node::default(), Node { mesh: Some(MeshIndex(0)), ..Node::default() }],
+            ..Scene::default()
+        };
+        assert!(
+            shadow_catchers(&scene, None).is_empty()
+                && shadow_catchers(&scene, Some(VariantIndex(0))).is_empty()
+        );
+        assert_eq!(shadow_catchers(&scene, Some(VariantIndex(1))), [[1, 0]]);
+    }
 }

@@ -65,7 +65,7 @@ fn a_far_eye_does_not_bring_light_under_a_lid() {
 fn a_ray_through_an_edge_of_glass_enters_once() {
     // The ray meets the diagonal between the two triangles of the top, then leaves through the middle of one at the bottom:
     // √(4 + 0.5² + 0.25²) metres of n = 1 with c left a metre, and nothing from there on.
-    let volume = Volume { attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.add(cuboid(Vec3::ZERO, Vec3::new(4.0, 1.0, 4.0)), glass(Some(volume)));
@@ -83,7 +83,7 @@ fn glass(volume: Option<Volume>) -> Material {
 fn what_touches_glass_from_behind_is_seen_through_it() {
     // n = 1 reflects nothing. The glowing floor coincides with the pane or the bottom of the block, whichever comes first in
     // the file; behind it there is a darker one.
-    let clear = Volume { attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE };
+    let clear = Volume { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE };
     for volume in [None, Some(clear)] {
         for glass_first in [true, false] {
             let mut stage = Stage::new();
@@ -111,7 +111,7 @@ fn directional_light_is_absorbed_on_its_way_into_a_volume() {
     // A white floor lies inside a block of n = 1, 1 m below its top: c is left of the light, and again on the way to the eye
     // that looks straight down. Directional and point light agree.
     let color = Vec3::new(0.9, 0.6, 0.3);
-    let volume = Volume { attenuation_distance: 1.0, attenuation_color: color };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: color };
     for kind in [LightKind::Directional, LightKind::Point] {
         let mut stage = Stage::new();
         stage.add(cuboid(Vec3::ZERO, Vec3::new(5.0, 1.0, 5.0)), glass(Some(volume)));

@@ -8,7 +8,7 @@ use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 fn clear_volume() -> Volume {
-    Volume { attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE }
+    Volume { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE }
 }
 
 fn glass(ior: f32, volume: Option<Volume>) -> Material {
@@ -48,6 +48,21 @@ fn a_slab_shifts_a_slanted_ray_by_snells_law() {
 }
 
 #[test]
+fn rough_glass_without_an_index_blurs_nothing() {
+    // Facets of an index of 1 bend no light, and reflect none: the floor is as sharp and bright as without the glass.
+    for volume in [None, Some(clear_volume())] {
+        let mut stage = Stage::new();
+        split_floor(&mut stage);
+        let rough = Material { roughness: 0.8, ..glass(1.0, volume) };
+        stage.add(cuboid(Vec3::Y * 2.0, Vec3::new(6.0, 0.5, 6.0)), rough);
+        for aim in [-0.01, 0.01] {
+            let seen = stage.look(Vec3::new(aim, 4.0, 0.0), Vec3::new(aim, 0.0, 0.0));
+            assert_close(seen, if aim < 0.0 { Vec3::ZERO } else { Vec3::ONE }, 1e-4);
+        }
+    }
+}
+
+#[test]
 fn a_thin_wall_does_not_bend_light() {
     let mut stage = Stage::new();
     split_floor(&mut stage);
@@ -63,7 +78,7 @@ fn a_thin_wall_does_not_bend_light() {
 fn absorption_follows_beer_and_lambert() {
     // n = 1 neither bends nor reflects: after 1.5 m with colour c at 0.5 m, c³ is left.
     let color = Vec3::new(0.9, 0.5, 0.2);
-    let volume = Volume { attenuation_distance: 0.5, attenuation_color: color };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 0.5, attenuation_color: color };
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.add(cuboid(Vec3::ZERO, Vec3::new(4.0, 0.75, 4.0)), glass(1.0, Some(volume)));
@@ -73,7 +88,7 @@ fn absorption_follows_beer_and_lambert() {
 
 #[test]
 fn a_camera_inside_a_volume_sees_through_the_way_that_is_left() {
-    let volume = Volume { attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.add(cuboid(Vec3::ZERO, Vec3::splat(4.0)), glass(1.0, Some(volume)));
@@ -84,7 +99,7 @@ fn a_camera_inside_a_volume_sees_through_the_way_that_is_left() {
 #[test]
 fn parallel_rays_that_start_beside_a_volume_are_not_in_it() {
     // The camera is in the middle of a block of 2 m; of three pixels 2 m apart only the middle one starts inside.
-    let volume = Volume { attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.projection = Projection::Orthographic { x_mag: 3.0, y_mag: 1.0, z_near: 0.0, z_far: 100.0 };
@@ -135,7 +150,7 @@ fn a_glass_block_in_a_white_furnace_disappears() {
 #[test]
 fn coincident_faces_of_equal_media_are_one_block() {
     // Two half blocks of the same glass that touch in the plane y = 0 absorb like one: no Fresnel loss and no bend between.
-    let volume = Volume { attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let one = {
         let mut stage = Stage::new();
         stage.environment = Environment::Constant(Vec3::ONE);
@@ -160,7 +175,7 @@ fn coincident_faces_of_equal_media_are_one_block() {
 fn glass_shadows_are_coloured_or_black() {
     // Light falls straight down through a box of 1 m: (0.96 · base)² · c, where c is reached at 1 m.
     let color = Vec3::new(0.9, 0.6, 0.3);
-    let volume = Volume { attenuation_distance: 1.0, attenuation_color: color };
+    let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: color };
     let mut stage = Stage::new();
     stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), lambert(Vec3::ONE));
     stage.add(cuboid(Vec3::Y * 2.0, Vec3::splat(0.5)), glass(1.5, Some(volume)));

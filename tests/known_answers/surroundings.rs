@@ -3,10 +3,10 @@
 use glam::{Vec2, Vec3, Vec4};
 use rayframe::scene::{
     ComposedEnvironment, Encoding, Environment, Image, ImageIndex, ImageMips, LightKind, Material, Sampler,
-    Texels, Texture, TextureIndex, TextureRef, UvTransform, mip_levels,
+    Specular, Texels, Texture, TextureIndex, TextureRef, Transmission, UvTransform, Volume, mip_levels,
 };
 
-use crate::stage::{Stage, assert_close, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 /// A floor of a kilometre whose black and white squares of half a metre are a texture with mip maps.
 fn chequered_floor() -> Stage {
@@ -64,6 +64,30 @@ fn mirrors_and_windows_show_textures_as_small_as_they_are() {
     // The eye lies as far above the floor as its mirror image would above the mirror: 3 + 1 + 1 up, 4 down.
     let seen = stage.look(Vec3::new(0.5, 3.0, 0.246), Vec3::new(0.5, 4.0, 0.248));
     assert_close(seen, direct.truncate(), 0.05);
+}
+
+#[test]
+fn glass_without_an_index_shows_textures_sharp() {
+    // An index of 0 leaves the reflection to its colour, here none, and bends nothing; so a footprint stays what it is.
+    let mut stage = chequered_floor();
+    let glass = Material {
+        metallic: 0.0,
+        roughness: 0.0,
+        ior: 0.0,
+        specular: Some(Specular { factor: 0.0, texture: None, color: Vec3::ONE, color_texture: None }),
+        transmission: Some(Transmission { factor: 1.0, texture: None }),
+        volume: Some(Volume {
+            thickness: 1.0,
+            attenuation_distance: f32::INFINITY,
+            attenuation_color: Vec3::ONE,
+        }),
+        ..Material::default()
+    };
+    stage.add(cuboid(Vec3::Y * 0.5, Vec3::new(2.0, 0.1, 2.0)), glass);
+    for (x, expected) in [(0.75, 1.0), (0.25, 0.0)] {
+        let seen = stage.look(Vec3::new(x, 1.0, 0.27), Vec3::new(x, 0.0, 0.25));
+        assert_close(seen, Vec3::splat(expected), 0.01);
+    }
 }
 
 fn composed(light: Environment, intensity: f32, background: Option<Environment>) -> Environment {

@@ -4,12 +4,13 @@ use std::f64::consts::PI;
 
 use glam::{DVec3, Vec3};
 
+use super::quadrature::albedos;
 use super::{Bsdf, direction};
 use crate::bsdf::Coat;
 use crate::interaction::{AnisotropySample, IridescenceSample, MaterialSample, SheenSample};
 
 /// Unpolarised Fresnel by the cosines on both sides; n is the relative index.
-fn fresnel(cos_i: f64, n: f64) -> f64 {
+pub(super) fn fresnel(cos_i: f64, n: f64) -> f64 {
     let sin_t_squared = (1.0 - cos_i * cos_i) / (n * n);
     if sin_t_squared >= 1.0 {
         return 1.0;
@@ -50,14 +51,14 @@ fn alphas(m: &MaterialSample) -> (f64, f64) {
     (alpha + (1.0 - alpha) * strength * strength, alpha)
 }
 
-fn d_ggx_anisotropic(h: DVec3, at: f64, ab: f64) -> f64 {
+pub(super) fn d_ggx_anisotropic(h: DVec3, at: f64, ab: f64) -> f64 {
     let a2 = at * ab;
     let f = DVec3::new(ab * h.x, at * h.y, a2 * h.z);
     let w2 = a2 / f.dot(f);
     a2 * w2 * w2 / PI
 }
 
-fn v_ggx_anisotropic(v: DVec3, l: DVec3, at: f64, ab: f64) -> f64 {
+pub(super) fn v_ggx_anisotropic(v: DVec3, l: DVec3, at: f64, ab: f64) -> f64 {
     let ggx_v = l.z * DVec3::new(at * v.x, ab * v.y, v.z).length();
     let ggx_l = v.z * DVec3::new(at * l.x, ab * l.y, l.z).length();
     0.5 / (ggx_v + ggx_l)
@@ -287,13 +288,12 @@ fn light_scattered_to_the_other_side() {
 
 #[test]
 fn sheen_lobe_alone() {
-    for roughness in [0.1_f32, 0.3, 0.6, 1.0] {
+    for roughness in [0.05_f32, 0.1, 0.3, 0.6, 1.0] {
         let lobe = crate::bsdf::sheen::Sheen::new(Vec3::new(1.0, 0.5, 0.0), roughness);
         for (v, l) in directions().into_iter().filter(|(_, l)| l.z > 0.0) {
             let found = lobe.evaluate(v, l).as_dvec3();
             let expected = sheen_lobe(v.as_dvec3(), l.as_dvec3(), f64::from(roughness));
-            // The exponent, up to 100, multiplies the rounding of the sine.
-            let allowed = expected * 1e-5 * (0.1 / f64::from(roughness * roughness)).max(1.0) + 1e-9;
+            let allowed = expected * 1e-5 + 1e-12;
             assert!((found.x - expected).abs() <= allowed, "{roughness} {v} {l}: {} {expected}", found.x);
             assert!((found.y - 0.5 * expected).abs() <= allowed && found.z == 0.0);
         }
@@ -321,28 +321,8 @@ fn sheen_albedo_by_quadrature() {
     }
 }
 
-/// ∫ D V cos θ_l dl with F = 1: over half vectors whose slopes are spread as D spreads them.
-fn ggx_albedo(v: DVec3, at: f64, ab: f64) -> f64 {
-    let (rings, turns) = (1200, 240);
-    let mut sum = 0.0;
-    for ring in 0..rings {
-        // tan² θ = ξ / (1 − ξ) in units of α, with ξ = 1 − s².
-        let s = (f64::from(ring) + 0.5) / f64::from(rings);
-        let slope = (1.0 - s * s).sqrt() / s;
-        for turn in 0..turns {
-            let phi = (f64::from(turn) + 0.5) / f64::from(turns) * 2.0 * PI;
-            let h = DVec3::new(at * slope * libm::cos(phi), ab * slope * libm::sin(phi), 1.0).normalize();
-            let l = h * (2.0 * v.dot(h)) - v;
-            if v.dot(h) > 0.0 && l.z > 0.0 {
-                sum += v_ggx_anisotropic(v, l, at, ab) * l.z * 4.0 * v.dot(h) / h.z * 2.0 * s;
-            }
-        }
-    }
-    sum / f64::from(rings * turns)
-}
-
 #[test]
-fn coats_and_their_albedo() {
+fn coats() {
     for roughness in [0.15_f32, 0.33, 0.6, 1.0] {
         let coat = Coat::new(0.7, roughness);
         let alpha = f64::from(roughness).powi(2);
@@ -356,12 +336,6 @@ fn coats_and_their_albedo() {
             assert!((found - expected).abs() <= 2e-5 * expected + 1e-9, "{roughness} {v} {l}");
             assert!((f64::from(coat.transmittance(v.z)) - (1.0 - blend)).abs() < 1e-6);
         }
-        for cos in [0.1_f32, 0.3, 0.7, 1.0] {
-            let v = direction(cos, 0.0).as_dvec3();
-            let expected = 0.7 * fresnel(v.z, 1.5) * ggx_albedo(v, alpha, alpha);
-            let found = f64::from(coat.albedo(cos));
-            assert!((found - expected).abs() < 1e-4, "{roughness} {cos}: {found} {expected}");
-        }
     }
 }
 
@@ -373,26 +347,8 @@ fn films_keep_the_lobes_albedo() {
         let v = direction(cos, 0.4);
         let alpha = f64::from(roughness).powi(2);
         let expected = iridescent(&film, m.base_color.as_dvec3(), f64::from(v.z))
-            * ggx_albedo(v.as_dvec3(), alpha, alpha);
+            * albedos(v.as_dvec3().normalize(), alpha, alpha, 1.5)[0];
         let found = Bsdf::new(&m, 1.0, 1.5).specular_albedo(v).as_dvec3();
         assert!((found - expected).abs().max_element() < 1e-4, "{found} {expected}");
     }
-}
-
-#[test]
-fn stretched_lobes_albedo_by_quadrature() {
-    let mut worst = 0.0_f64;
-    for (roughness, strength) in [(0.2_f32, 0.5_f32), (0.4, 0.3), (0.4, 1.0), (0.7, 0.8)] {
-        let anisotropy = Some(AnisotropySample { strength, direction: Vec3::X });
-        let m = MaterialSample { base_color: Vec3::ONE, anisotropy, ..plain(1.0, roughness) };
-        let (at, ab) = alphas(&m);
-        for (cos, azimuth) in [(1.0_f32, 0.0_f32), (0.7, 0.3), (0.4, 1.5), (0.2, 0.9)] {
-            let v = direction(cos, azimuth);
-            let expected = ggx_albedo(v.as_dvec3(), at, ab);
-            let found = f64::from(Bsdf::new(&m, 1.0, 1.5).specular_albedo(v).x);
-            worst = worst.max((found - expected).abs());
-        }
-    }
-    // A fixed pattern of normals is summed, for a table would have four dimensions.
-    assert!(worst < 1.5e-3, "{worst}");
 }

@@ -213,7 +213,7 @@ fn material(material: &Material, is_default: bool) -> MaterialReport {
         (material.double_sided, "double-sided"),
         (material.unlit, "unlit"),
         (material.transmission.is_some(), "transmission"),
-        (material.volume.is_some(), "volume"),
+        (material.volume.is_some_and(|volume| volume.thickness > 0.0), "volume"),
         (material.dispersion > 0.0, "dispersion"),
         (material.specular.is_some(), "specular"),
         (material.glossiness.is_some(), "specular-glossiness"),

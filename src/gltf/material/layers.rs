@@ -20,16 +20,16 @@ pub(super) fn apply(
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<()> {
-    if let Some(extension) = raw.extension(CLEAR_COAT) {
+    if let Some(extension) = raw.extension_object(context, CLEAR_COAT)? {
         material.clear_coat = clear_coat(context, &extension, textures)?;
     }
-    if let Some(extension) = raw.extension(SHEEN) {
+    if let Some(extension) = raw.extension_object(context, SHEEN)? {
         material.sheen = sheen(context, &extension, textures)?;
     }
-    if let Some(extension) = raw.extension(IRIDESCENCE) {
+    if let Some(extension) = raw.extension_object(context, IRIDESCENCE)? {
         material.iridescence = iridescence(context, &extension, textures)?;
     }
-    if let Some(extension) = raw.extension(ANISOTROPY) {
+    if let Some(extension) = raw.extension_object(context, ANISOTROPY)? {
         material.anisotropy = anisotropy(context, &extension, textures)?;
     }
     Ok(())
@@ -40,7 +40,6 @@ fn clear_coat(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<ClearCoat>> {
-    extension.expect_object(context)?;
     let coat = ClearCoat {
         factor: extension.number(context, "clearcoatFactor", 0.0, UNIT)?,
         texture: textures.reference(context, extension, "clearcoatTexture")?,
@@ -52,7 +51,6 @@ fn clear_coat(
 }
 
 fn sheen(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Sheen>> {
-    extension.expect_object(context)?;
     let sheen = Sheen {
         color: Vec3::from_array(extension.numbers(context, "sheenColorFactor", [0.0; 3], UNIT)?),
         color_texture: textures.reference(context, extension, "sheenColorTexture")?,
@@ -67,7 +65,6 @@ fn iridescence(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<Iridescence>> {
-    extension.expect_object(context)?;
     let film = Iridescence {
         factor: extension.number(context, "iridescenceFactor", 0.0, UNIT)?,
         texture: textures.reference(context, extension, "iridescenceTexture")?,
@@ -94,7 +91,6 @@ fn anisotropy(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<Anisotropy>> {
-    extension.expect_object(context)?;
     let anisotropy = Anisotropy {
         strength: extension.number(context, "anisotropyStrength", 0.0, UNIT)?,
         rotation_radians: extension.number(context, "anisotropyRotation", 0.0, ANY)?,

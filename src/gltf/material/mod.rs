@@ -110,12 +110,10 @@ fn occlusion_texture(
 }
 
 fn apply_own_extensions(context: &Context, material: &mut Material, raw: &Raw) -> Result<()> {
-    if let Some(extension) = raw.extension(UNLIT) {
-        extension.expect_object(context)?;
+    if raw.extension_object(context, UNLIT)?.is_some() {
         material.unlit = true;
     }
-    if let Some(extension) = raw.extension(EMISSIVE_STRENGTH) {
-        extension.expect_object(context)?;
+    if let Some(extension) = raw.extension_object(context, EMISSIVE_STRENGTH)? {
         material.emissive_strength = extension.number(context, "emissiveStrength", 1.0, NOT_NEGATIVE)?;
     }
     Ok(())

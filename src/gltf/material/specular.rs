@@ -19,10 +19,10 @@ pub(super) fn apply(
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<()> {
-    if let Some(extension) = raw.extension(SPECULAR) {
+    if let Some(extension) = raw.extension_object(context, SPECULAR)? {
         material.specular = specular(context, &extension, textures)?;
     }
-    if let Some(extension) = raw.extension(SPECULAR_GLOSSINESS) {
+    if let Some(extension) = raw.extension_object(context, SPECULAR_GLOSSINESS)? {
         for other in [IOR, SPECULAR] {
             if let Some(other_value) = raw.extension(other) {
                 let message = format!("{other} must not go with {SPECULAR_GLOSSINESS}; it is ignored here");
@@ -36,7 +36,6 @@ pub(super) fn apply(
 
 /// `None` where the extension leaves everything as it is.
 fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Specular>> {
-    extension.expect_object(context)?;
     let specular = Specular {
         factor: extension.number(context, "specularFactor", 1.0, UNIT)?,
         texture: textures.reference(context, extension, "specularTexture")?,
@@ -54,7 +53,6 @@ fn specular_glossiness(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<()> {
-    extension.expect_object(context)?;
     material.base_color = Vec4::from_array(extension.numbers(context, "diffuseFactor", [1.0; 4], UNIT)?);
     material.base_color_texture = textures.reference(context, extension, "diffuseTexture")?;
     let texture = textures.reference(context, extension, "specularGlossinessTexture")?;

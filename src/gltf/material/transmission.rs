@@ -19,28 +19,26 @@ pub(super) fn apply(
     raw: &Raw,
     textures: &mut TextureTable,
 ) -> Result<()> {
-    if let Some(extension) = raw.extension(IOR) {
+    if let Some(extension) = raw.extension_object(context, IOR)? {
         material.ior = ior(context, &extension)?;
     }
-    if let Some(extension) = raw.extension(TRANSMISSION) {
-        extension.expect_object(context)?;
+    if let Some(extension) = raw.extension_object(context, TRANSMISSION)? {
         let factor = extension.number(context, "transmissionFactor", 0.0, UNIT)?;
         let texture = textures.reference(context, &extension, "transmissionTexture")?;
         material.transmission =
             (factor > 0.0 || context.animates_properties).then_some(Transmission { factor, texture });
     }
-    if let Some(extension) = raw.extension(VOLUME) {
+    if let Some(extension) = raw.extension_object(context, VOLUME)? {
         material.volume = volume(context, &extension)?;
     }
-    if let Some(extension) = raw.extension(DISPERSION) {
-        extension.expect_object(context)?;
+    if let Some(extension) = raw.extension_object(context, DISPERSION)? {
         material.dispersion = extension.number(context, "dispersion", 0.0, NOT_NEGATIVE)?;
     }
-    if let Some(extension) = raw.extension(DIFFUSE_TRANSMISSION) {
+    if let Some(extension) = raw.extension_object(context, DIFFUSE_TRANSMISSION)? {
         material.diffuse_transmission = diffuse_transmission(context, &extension, textures)?;
         if material.diffuse_transmission.is_some()
-            && material.volume.is_some()
-            && material.transmission.is_none()
+            && material.volume.is_some_and(|volume| volume.thickness > 0.0)
+            && material.transmission.is_none_or(|transmission| transmission.factor == 0.0)
         {
             let message = "light is not followed through volumes that scatter it at their surface; they are shown \
                  as thin walls";
@@ -51,7 +49,6 @@ pub(super) fn apply(
 }
 
 fn ior(context: &Context, extension: &Raw) -> Result<f32> {
-    extension.expect_object(context)?;
     let ior = extension.number(context, "ior", 1.5, NOT_NEGATIVE)?;
     if ior > 0.0 && ior < 1.0 {
         let message = format!("is {ior}, but must be 0 or at least 1");
@@ -60,10 +57,9 @@ fn ior(context: &Context, extension: &Raw) -> Result<f32> {
     Ok(ior)
 }
 
-/// The volume, unless its thickness is zero. A ray tracer measures the thickness itself, so neither the number nor
+/// The volume, unless its thickness is and stays zero. A ray tracer measures the thickness itself, so neither the number nor
 /// its texture matters beyond that.
 fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
-    extension.expect_object(context)?;
     let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
     let color = extension.numbers(context, "attenuationColor", [1.0; 3], UNIT)?;
     let distance = match extension.field("attenuationDistance") {
@@ -74,8 +70,11 @@ fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
         let pointer = format!("{}/attenuationDistance", extension.pointer);
         return Err(context.invalid(pointer, "must be greater than 0"));
     }
-    Ok((thickness > 0.0)
-        .then_some(Volume { attenuation_distance: distance, attenuation_color: Vec3::from_array(color) }))
+    Ok((thickness > 0.0 || context.animates_properties).then_some(Volume {
+        thickness,
+        attenuation_distance: distance,
+        attenuation_color: Vec3::from_array(color),
+    }))
 }
 
 fn diffuse_transmission(
@@ -83,7 +82,6 @@ fn diffuse_transmission(
     extension: &Raw,
     textures: &mut TextureTable,
 ) -> Result<Option<DiffuseTransmission>> {
-    extension.expect_object(context)?;
     let factor = extension.number(context, "diffuseTransmissionFactor", 0.0, UNIT)?;
     let color = extension.numbers(context, "diffuseTransmissionColorFactor", [1.0; 3], UNIT)?;
     let texture = textures.reference(context, extension, "diffuseTransmissionTexture")?;

@@ -27,7 +27,7 @@ fn with_extension(name: &str, value: Value) -> Material {
 }
 
 #[test]
-fn every_value_and_texture_arrives() {
+fn specular_values_and_textures_arrive() {
     let material = with_extension(
         "KHR_materials_specular",
         json!({"specularFactor": 0.25, "specularTexture": info(1),
@@ -40,7 +40,10 @@ fn every_value_and_texture_arrives() {
         color_texture: Some(texture(2)),
     };
     assert_eq!(material, Material { specular: Some(specular), ..Material::default() });
+}
 
+#[test]
+fn a_clear_coat_arrives() {
     let material = with_extension(
         "KHR_materials_clearcoat",
         json!({"clearcoatFactor": 0.5, "clearcoatTexture": info(1), "clearcoatRoughnessFactor": 0.25,
@@ -57,7 +60,10 @@ fn every_value_and_texture_arrives() {
     };
     assert_eq!(material, Material { clear_coat: Some(coat), ..Material::default() });
     assert_eq!(material.tangent_uv_set(), Some(3));
+}
 
+#[test]
+fn sheen_arrives() {
     let material = with_extension(
         "KHR_materials_sheen",
         json!({"sheenColorFactor": [0.5, 0.25, 1], "sheenColorTexture": info(1),
@@ -70,7 +76,10 @@ fn every_value_and_texture_arrives() {
         roughness_texture: Some(texture(2)),
     };
     assert_eq!(material, Material { sheen: Some(sheen), ..Material::default() });
+}
 
+#[test]
+fn a_thin_film_arrives() {
     let material = with_extension(
         "KHR_materials_iridescence",
         json!({"iridescenceFactor": 0.5, "iridescenceTexture": info(1), "iridescenceIor": 1.75,
@@ -86,7 +95,10 @@ fn every_value_and_texture_arrives() {
         thickness_texture: Some(texture(2)),
     };
     assert_eq!(material, Material { iridescence: Some(film), ..Material::default() });
+}
 
+#[test]
+fn anisotropy_arrives() {
     let material = with_extension(
         "KHR_materials_anisotropy",
         json!({"anisotropyStrength": 0.5, "anisotropyRotation": -1.5, "anisotropyTexture": info(2)}),
@@ -94,7 +106,10 @@ fn every_value_and_texture_arrives() {
     let anisotropy = Anisotropy { strength: 0.5, rotation_radians: -1.5, texture: Some(texture(2)) };
     assert_eq!(material, Material { anisotropy: Some(anisotropy), ..Material::default() });
     assert_eq!(material.tangent_uv_set(), Some(2));
+}
 
+#[test]
+fn diffuse_transmission_and_dispersion_arrive() {
     let material = with_extension(
         "KHR_materials_diffuse_transmission",
         json!({"diffuseTransmissionFactor": 0.5, "diffuseTransmissionTexture": info(1),

@@ -94,7 +94,11 @@ fn extensions_set_their_values() {
     assert_eq!(material.emissive, Vec3::new(8.0, 4.0, 0.0));
     assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
     assert!(material.unlit && material.ior == 1.25);
-    let volume = Volume { attenuation_distance: f32::INFINITY, attenuation_color: Vec3::new(1.0, 0.5, 0.25) };
+    let volume = Volume {
+        thickness: 1.0,
+        attenuation_distance: f32::INFINITY,
+        attenuation_color: Vec3::new(1.0, 0.5, 0.25),
+    };
     assert_eq!(material.volume, Some(volume));
     assert!(scene.warnings.is_empty());
     // The default material comes last.

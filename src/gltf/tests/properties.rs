@@ -3,11 +3,12 @@
 use glam::Vec3;
 use serde_json::{Value, json};
 
-use super::Document;
+use super::{Document, ImportOptions, import};
 use crate::frame::Frame;
 use crate::scene::{
-    AnimationTarget, CameraIndex, CameraProperty, LightIndex, LightProperty, MaterialIndex, MaterialProperty,
-    MeshIndex, NodeIndex, Scene, Selection, SelectionRequest, TextureSlot,
+    AnimationTarget, CameraIndex, CameraProperty, ImageLightIndex, ImageLightProperty, LightIndex,
+    LightProperty, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex, Scene, Selection, SelectionRequest,
+    TextureSlot,
 };
 
 /// A triangle with everything that pointers can name.
@@ -27,6 +28,17 @@ fn stage() -> Document {
     document.json["extensions"] = json!({"KHR_lights_punctual": {"lights": [
         {"type": "spot", "spot": {}, "range": 4}
     ]}});
+    let light = json!({"irradianceCoefficients": vec![[1, 1, 1]; 9], "specularImageSize": 1, "specularImages": [[0, 0, 0, 0, 0, 0]]});
+    document.json["extensions"]["EXT_lights_image_based"] = json!({"lights": [light]});
+    document.json["scenes"][0]["extensions"] = json!({"EXT_lights_image_based": {"light": 0}});
+    document.push(
+        "materials",
+        json!({"extensions": {
+            "KHR_materials_transmission": {"transmissionFactor": 1},
+            "KHR_materials_volume": {},
+            "KHR_materials_pbrSpecularGlossiness": {"specularGlossinessTexture": transform}
+        }}),
+    );
     document.json["nodes"] = json!([
         {"mesh": 0, "children": [1], "extensions": {"KHR_node_visibility": {"visible": true}}},
         {"camera": 0, "extensions": {"KHR_lights_punctual": {"light": 0}}}
@@ -61,6 +73,7 @@ fn frame(scene: &Scene, time_seconds: f64) -> Frame {
 fn pointers_name_properties_of_every_kind() {
     let material = |property| AnimationTarget::Material(MaterialIndex(0), property);
     let light = |property| AnimationTarget::Light(LightIndex(0), property);
+    let image_light = |property| AnimationTarget::ImageLight(ImageLightIndex(0), property);
     let slot = TextureSlot::BaseColor;
     for (pointer, shape, width, expected) in [
         ("/nodes/0/translation", "VEC3", 3, AnimationTarget::Translation(NodeIndex(0))),
@@ -105,6 +118,34 @@ fn pointers_name_properties_of_every_kind() {
             light(LightProperty::OuterCone),
         ),
         (
+            "/materials/1/extensions/KHR_materials_volume/thicknessFactor",
+            "SCALAR",
+            1,
+            AnimationTarget::Material(MaterialIndex(1), MaterialProperty::Thickness),
+        ),
+        (
+            "/materials/1/extensions/KHR_materials_pbrSpecularGlossiness/specularGlossinessTexture/extensions/\
+             KHR_texture_transform/scale",
+            "VEC2",
+            2,
+            AnimationTarget::Material(
+                MaterialIndex(1),
+                MaterialProperty::TextureScale(TextureSlot::SpecularGlossiness),
+            ),
+        ),
+        (
+            "/extensions/EXT_lights_image_based/lights/0/intensity",
+            "SCALAR",
+            1,
+            image_light(ImageLightProperty::Intensity),
+        ),
+        (
+            "/extensions/EXT_lights_image_based/lights/0/rotation",
+            "VEC4",
+            4,
+            image_light(ImageLightProperty::Rotation),
+        ),
+        (
             "/cameras/0/perspective/yfov",
             "SCALAR",
             1,
@@ -123,8 +164,11 @@ fn pointers_name_properties_of_every_kind() {
 #[test]
 fn unknown_pointers_are_named_and_the_rest_plays() {
     for pointer in [
-        "/materials/1/emissiveFactor",
+        "/materials/2/emissiveFactor",
         "/materials/0/name",
+        "/nodes/9/weights/0",
+        "/nodes/0/weights/+0",
+        "/cameras/0/weights/0",
         "/materials/0/normalTexture/scale",
         "/cameras/0/perspective/zfar",
         "/cameras/0/orthographic/xmag",
@@ -203,6 +247,84 @@ fn frames_carry_moved_materials_lights_and_cameras() {
 }
 
 #[test]
+fn thickness_makes_a_wall_a_volume_and_an_image_light_turns() {
+    let mut document = stage();
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(1);
+    let thickness = "/materials/1/extensions/KHR_materials_volume/thicknessFactor";
+    moves(&mut document, thickness, "STEP", "SCALAR", &[0.0, 2.0]);
+    let lights = "/extensions/EXT_lights_image_based/lights/0";
+    moves(&mut document, &format!("{lights}/intensity"), "LINEAR", "SCALAR", &[0.0, 4.0]);
+    // From no turn to half a turn about +Y: half way a quarter.
+    let turn = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0];
+    moves(&mut document, &format!("{lights}/rotation"), "LINEAR", "VEC4", &turn);
+    let scene = document.import().unwrap();
+    assert!(
+        scene.warnings.iter().all(|warning| !warning.message.contains("stands still")),
+        "{:?}",
+        scene.warnings
+    );
+    let is_volume = |time| crate::frame::is_volume(&frame(&scene, time).materials[1]);
+    assert!(!is_volume(0.5) && is_volume(1.0));
+    let pose = frame(&scene, 0.5).image_light.unwrap();
+    assert_eq!(pose.intensity, 2.0);
+    assert!(
+        (pose.rotation.y - 0.5_f32.sqrt()).abs() < 1e-6 && (pose.rotation.w - 0.5_f32.sqrt()).abs() < 1e-6
+    );
+    // A rotation of length zero turns nowhere.
+    let mut document = stage();
+    moves(&mut document, &format!("{lights}/rotation"), "LINEAR", "VEC4", &[0.0; 8]);
+    assert!(document.error(65).contains("length zero"));
+}
+
+/// The triangle with two morph targets, which lift its corners by one and by ten, at weights 1/2 and 1.
+fn morphing() -> Document {
+    let mut document = Document::triangle();
+    let by = |height: f32| [0.0, 0.0, height].repeat(3);
+    let targets = [document.floats("VEC3", &by(1.0)), document.floats("VEC3", &by(10.0))];
+    document.json["meshes"][0]["primitives"][0]["targets"] =
+        json!(targets.map(|index| json!({"POSITION": index})));
+    document.json["meshes"][0]["weights"] = json!([0.5, 1.0]);
+    document.json["extensionsUsed"] = json!(["KHR_animation_pointer"]);
+    document
+}
+
+#[test]
+fn single_weights_leave_the_others_as_they_are() {
+    let height = |document: &Document, time| {
+        let scene = document.import().unwrap();
+        assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+        frame(&scene, time).triangles[0].vertices[0].z
+    };
+    let mut document = morphing();
+    assert_eq!(height(&document, 0.0), 10.5);
+    // The mesh's second weight goes to 0: 0.5 · 1 + 0.5 · 10 half way.
+    moves(&mut document, "/meshes/0/weights/1", "LINEAR", "SCALAR", &[1.0, 0.0]);
+    assert_eq!(height(&document, 0.5), 5.5);
+    // The node's first weight over that: 2 · 1 + 0.5 · 10.
+    moves(&mut document, "/nodes/0/weights/0", "LINEAR", "SCALAR", &[1.0, 3.0]);
+    assert_eq!(height(&document, 0.5), 7.0);
+    // A node's own weights are over the mesh's: 2 · 1 + 0.25 · 10.
+    document.json["nodes"][0]["weights"] = json!([0.0, 0.25]);
+    assert_eq!(height(&document, 0.5), 4.5);
+}
+
+#[test]
+fn single_weights_that_are_not_there_or_moved_twice_are_errors() {
+    let mut document = morphing();
+    moves(&mut document, "/nodes/0/weights/2", "LINEAR", "SCALAR", &[1.0, 0.0]);
+    assert!(document.error(65).contains("no morph target 2"));
+    let mut document = morphing();
+    moves(&mut document, "/nodes/0/weights/1", "LINEAR", "SCALAR", &[1.0, 0.0]);
+    let all = document.floats("SCALAR", &[0.0; 4]);
+    let input = document.floats("SCALAR", &[0.0, 1.0]);
+    let clip = &mut document.json["animations"][0];
+    clip["samplers"].as_array_mut().unwrap().push(json!({"input": input, "output": all}));
+    let named = json!({"sampler": 1, "target": {"node": 0, "path": "weights"}});
+    clip["channels"].as_array_mut().unwrap().push(named);
+    assert!(document.error(65).contains("another channel"));
+}
+
+#[test]
 fn hidden_nodes_hide_what_is_below_but_not_the_camera() {
     let mut document = stage();
     let switch = document.accessor(5121, "SCALAR", 2, &[1, 0]);
@@ -277,4 +399,15 @@ fn wrong_instances_name_their_place() {
     document.json["nodes"][0]["extensions"] =
         json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": many}}});
     assert!(document.error(77).contains("--max-memory"));
+    // Each takes a place among the shapes besides its matrix and its triangle: 20 000 · (12 + 64 + 160 + 256) B.
+    let mut document = Document::triangle();
+    let often = document.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 20_000}));
+    document.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": often}}});
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_json().to_string()).unwrap();
+    let within = |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes });
+    assert!(within(12_000_000).is_ok());
+    assert!(within(7_000_000).unwrap_err().to_string().contains("/scenes/0"));
 }

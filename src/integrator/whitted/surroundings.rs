@@ -23,13 +23,17 @@ impl Tracer<'_, '_> {
         let dull = 1.0 - shading.sharpness;
         if dull > 0.0 {
             radiance += self.dull_reflection(shading) * dull;
+        }
+        let dull_through = 1.0 - shading.sharpness_through;
+        if dull_through > 0.0 && albedos.transmission != Vec3::ZERO {
+            let roughness = shading.bsdf.roughness_through();
             for (spectrum, bsdf) in shading.ways_through() {
                 let through = albedos.transmission * spectrum.mask();
                 if through != Vec3::ZERO
                     && let Some(direction) = bsdf.refract(shading.wo)
                 {
                     let direction = shading.world_from_local * direction;
-                    radiance += through * environment.prefiltered(direction, material.roughness) * dull;
+                    radiance += through * environment.prefiltered(direction, roughness) * dull_through;
                 }
             }
         }
@@ -51,10 +55,18 @@ impl Tracer<'_, '_> {
             let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
             return shading.albedos.specular * environment.prefiltered(mirrored, roughness);
         }
-        let mut seen = Vec3::ZERO;
+        let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
         for (wi, share) in shading.bsdf.stretched_reflections(shading.wo) {
             seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
+            shares += share;
         }
-        seen
+        // The mean of what is seen, by the lobe's exact albedo
+        let scale = |albedo: f32, shares: f32| if shares > 0.0 { albedo / shares } else { 0.0 };
+        let specular = shading.albedos.specular;
+        seen * Vec3::new(
+            scale(specular.x, shares.x),
+            scale(specular.y, shares.y),
+            scale(specular.z, shares.z),
+        )
     }
 }

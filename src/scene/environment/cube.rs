@@ -13,7 +13,7 @@ use super::irradiance::irradiance_picture;
 use super::map::EnvironmentMap;
 use super::picture::{Picture, direction_from_uv};
 use super::prefilter::{Pyramid, STEPS, prefiltered_pictures};
-use crate::scene::{CubeLevel, ImageLight};
+use crate::scene::{CubeLevel, ImageLight, ImageLightPose};
 
 /// Columns of the picture of irradiance.
 const IRRADIANCE_WIDTH: usize = 64;
@@ -26,16 +26,16 @@ pub fn columns_for_cube(size: u32) -> usize {
 }
 
 impl EnvironmentMap {
-    /// The surroundings that `light` describes, its intensity and rotation included.
-    pub fn of_image_light(light: &ImageLight) -> Self {
-        let turned = |direction: Vec3| light.rotation.inverse() * direction;
+    /// The surroundings that `light` describes, as strong and turned as `pose` says.
+    pub fn of_image_light(light: &ImageLight, pose: ImageLightPose) -> Self {
+        let ImageLightPose { intensity, rotation } = pose;
+        let turned = |direction: Vec3| rotation.inverse() * direction;
         let levels = &light.levels;
         let picture = pictured(columns_for_cube(levels[0].size), |direction| {
-            radiance(&levels[0], turned(direction)) * light.intensity
+            radiance(&levels[0], turned(direction)) * intensity
         });
-        let irradiance = pictured(IRRADIANCE_WIDTH, |normal| {
-            irradiance(&light.irradiance, turned(normal)) * light.intensity
-        });
+        let irradiance =
+            pictured(IRRADIANCE_WIDTH, |normal| irradiance(&light.irradiance, turned(normal)) * intensity);
         if levels.len() == 1 {
             // Nothing for rough surfaces: make it from the picture.
             let pyramid = Pyramid::new(&picture);
@@ -45,7 +45,7 @@ impl EnvironmentMap {
             .map(|step| {
                 let roughness = step as f32 / STEPS as f32;
                 let width = [256, 128, 64][(step - 1).min(2)];
-                pictured(width, |direction| rough(levels, turned(direction), roughness) * light.intensity)
+                pictured(width, |direction| rough(levels, turned(direction), roughness) * intensity)
             })
             .collect();
         Self::from_pictures(picture, irradiance, prefiltered)
@@ -192,7 +192,7 @@ mod tests {
         image.irradiance[0] = coefficient(PI, harmonics(Vec3::X)[0]);
         image.irradiance[3] = coefficient(PI / 3.0, harmonics(Vec3::X)[3]);
         let integrated = EnvironmentMap::integrated(&image);
-        let environment = Environment::Map(EnvironmentMap::of_image_light(&image));
+        let environment = Environment::Map(EnvironmentMap::of_image_light(&image, image.pose()));
         for normal in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::new(0.6, 0.0, 0.8)] {
             let found = environment.irradiance(normal).x;
             assert!((found - (PI + PI / 3.0 * normal.x)).abs() < 0.02, "{normal}: {found}");
@@ -209,7 +209,7 @@ mod tests {
         image.intensity = 2.0;
         // A quarter turn about +Y takes +X to −Z.
         image.rotation = Quat::from_xyzw(0.0, (0.5_f32).sqrt(), 0.0, (0.5_f32).sqrt());
-        let environment = Environment::Map(EnvironmentMap::of_image_light(&image));
+        let environment = Environment::Map(EnvironmentMap::of_image_light(&image, image.pose()));
         assert!((environment.radiance(Vec3::NEG_Z).x - 2.0).abs() < 1e-5);
         assert_eq!(environment.radiance(Vec3::X).x, 0.0);
         assert!((environment.prefiltered(Vec3::X, 1.0).x - 0.5).abs() < 1e-5);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 use super::filtered::FilteredPicture;
 use super::irradiance::irradiance_picture;
@@ -26,6 +26,8 @@ pub struct EnvironmentMap {
     tables: Arc<Tables>,
     cos_rotation: f32,
     sin_rotation: f32,
+    /// Of an image-based light that clips move: how it is turned.
+    moved: Option<Quat>,
 }
 
 #[derive(Debug)]
@@ -71,7 +73,7 @@ impl EnvironmentMap {
         };
         // Whole turns are taken off in degrees, where that is exact.
         let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
-        Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation })
+        Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation, moved: None })
     }
 
     /// Lookups that someone else prepared: the picture, its irradiance, and the picture under lobes of roughness 1/8, 2/8, … 1.
@@ -79,7 +81,17 @@ impl EnvironmentMap {
         let is_lit = [&picture, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
         let filtered = FilteredPicture::new(picture);
         let tables = Tables { filtered, irradiance, prefiltered, is_lit };
-        Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0 }
+        Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0, moved: None }
+    }
+
+    /// The same, turned by `rotation` and by what it is turned to later.
+    pub(super) fn moved(&self, rotation: Quat) -> Self {
+        Self { moved: Some(rotation), ..self.clone() }
+    }
+
+    /// Whether clips turn it.
+    pub(super) fn is_moved(&self) -> bool {
+        self.moved.is_some()
     }
 
     /// Columns and rows of the picture.
@@ -120,8 +132,9 @@ impl EnvironmentMap {
         sharper.bilinear(uv) * (1.0 - share) + rougher.bilinear(uv) * share
     }
 
-    /// Turns a world direction back by the rotation about +Y.
+    /// Turns a world direction back.
     fn picture_from_world(&self, direction: Vec3) -> Vec3 {
+        let direction = self.moved.map_or(direction, |rotation| rotation.inverse() * direction);
         let Vec3 { x, y, z } = direction;
         Vec3::new(
             self.cos_rotation * x - self.sin_rotation * z,

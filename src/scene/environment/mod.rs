@@ -13,7 +13,9 @@ mod studio;
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
+
+use super::{ImageLight, ImageLightPose};
 
 pub use cube::columns_for_cube;
 pub use map::EnvironmentMap;
@@ -55,6 +57,26 @@ pub struct KeyLight {
 }
 
 impl Environment {
+    /// The surroundings that `light` describes; with `moves` at no turn and an intensity of one, for [`Environment::posed`].
+    pub fn of_image_light(light: &ImageLight, moves: bool) -> Self {
+        if !moves {
+            return Self::Map(EnvironmentMap::of_image_light(light, light.pose()));
+        }
+        Self::Map(EnvironmentMap::of_image_light(light, ImageLightPose::PLAIN).moved(Quat::IDENTITY))
+    }
+
+    /// The environment while the image-based light in it is at `pose`; `None` where it has none that moves.
+    pub fn posed(&self, pose: &ImageLightPose) -> Option<Self> {
+        let (light, intensity, background) = match self {
+            Self::Map(map) if map.is_moved() => (Self::Map(map.moved(pose.rotation)), pose.intensity, None),
+            Self::Composed(composed) => {
+                (composed.light.posed(pose)?, composed.intensity, composed.background.clone())
+            }
+            _ => return None,
+        };
+        Some(Self::Composed(Box::new(ComposedEnvironment { light, intensity, background })))
+    }
+
     /// Radiance that a ray leaving the scene along `direction` sees.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
@@ -137,6 +159,7 @@ impl Environment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::CubeLevel;
 
     #[test]
     fn constant_light_is_exact() {
@@ -185,5 +208,42 @@ mod tests {
         assert_eq!(green.radiance_over(direction, turns), half.radiance(direction));
         let dark = ComposedEnvironment { light: studio, intensity: 0.0, background: None };
         assert!(!Environment::Composed(Box::new(dark)).is_lit() && half.is_lit());
+    }
+
+    #[test]
+    fn a_moved_image_light_is_the_one_that_stands_there() {
+        // Each face a colour of its own.
+        let face = |face: u8| vec![[f32::from(face), 1.0, 0.5]];
+        let level = CubeLevel { size: 1, faces: [0, 1, 2, 3, 4, 5].map(face) };
+        let mut light = ImageLight {
+            name: None,
+            intensity: 1.0,
+            rotation: Quat::IDENTITY,
+            irradiance: std::array::from_fn(|i| Vec3::splat(if i == 0 { 3.0 } else { 0.02 * i as f32 })),
+            levels: vec![level.clone(), level],
+        };
+        let moving = Environment::of_image_light(&light, true);
+        assert!(Environment::of_image_light(&light, false).posed(&light.pose()).is_none());
+        // A quarter turn about each axis, and half as strong.
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            light.rotation = Quat::from_vec4((axis * 0.5_f32.sqrt()).extend(0.5_f32.sqrt()));
+            light.intensity = 0.5;
+            let still = Environment::of_image_light(&light, false);
+            let composed = ComposedEnvironment { light: moving.clone(), intensity: 1.0, background: None };
+            let composed = Environment::Composed(Box::new(composed));
+            for moved in [moving.posed(&light.pose()).unwrap(), composed.posed(&light.pose()).unwrap()] {
+                for direction in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.36, -0.48, 0.8)] {
+                    let close = |a: Vec3, b: Vec3| (a - b).abs().max_element() < 0.02;
+                    assert!(
+                        close(moved.radiance(direction), still.radiance(direction)),
+                        "{axis} {direction}"
+                    );
+                    assert!(close(moved.irradiance(direction), still.irradiance(direction)));
+                    assert!(close(moved.prefiltered(direction, 1.0), still.prefiltered(direction, 1.0)));
+                }
+            }
+        }
+        light.intensity = 0.0;
+        assert!(!moving.posed(&light.pose()).unwrap().is_lit());
     }
 }

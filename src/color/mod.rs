@@ -1,12 +1,15 @@
-//! Linear Rec.709 light, the sRGB transfer function both ways, luminance, exposure and the tone curves of previews.
+//! Linear Rec.709 light, the sRGB transfer function both ways, luminance, exposure and the tone curves of previews ([`ToneCurve`]).
 //!
-//! Sources: ITU-R BT.709-6 (primaries, luminance), IEC 61966-2-1:1999 (sRGB transfer function), Naka and Rushton, "S-potentials
-//! from luminosity units in the retina of fish", 1966 (the saturating response behind the standard tone curve).
+//! Sources: ITU-R BT.709-6 (primaries, luminance), IEC 61966-2-1:1999 (sRGB transfer function).
 //! EXR pixels never pass through here: they stay scene-linear.
+
+mod tone;
 
 use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
+
+pub use tone::ToneCurve;
 
 /// CIE xy coordinates of three primaries and of white.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,79 +119,6 @@ fn decode(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
 
-/// How scene-linear light, exposed, is squeezed into what a display can show.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ToneCurve {
-    /// A soft filmic curve that keeps hue: the largest channel p goes to y = p^1.25 / (p^1.25 + m), with m such that
-    /// mid-grey 0.18 stays where it is (slope in stops there 1.025: natural contrast, a gentle toe, a long shoulder, white
-    /// only at infinity). The other channels keep their ratio to it, then the colour moves towards white by y⁶, so that
-    /// strong coloured light bleaches as film does. Bijective from non-negative light to the unit cube without its far faces.
-    #[default]
-    Standard,
-}
-
-impl ToneCurve {
-    /// The name typed on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Standard => "standard",
-        }
-    }
-
-    /// Exposed scene-linear light to display-linear light in 0 to 1. Negative channels and NaN count as 0.
-    pub fn apply(self, light: Vec3) -> Vec3 {
-        match self {
-            Self::Standard => standard::apply(light),
-        }
-    }
-}
-
-mod standard {
-    use glam::Vec3;
-
-    /// m = 0.18^1.25 · (1 − 0.18) / 0.18, which makes 0.18 a fixed point.
-    const HALF_RESPONSE: f32 = 0.534_111_56;
-
-    pub(super) fn apply(light: Vec3) -> Vec3 {
-        let light = Vec3::new(positive(light.x), positive(light.y), positive(light.z));
-        let peak = largest(light);
-        if peak == 0.0 {
-            return Vec3::ZERO;
-        }
-        if peak == f32::INFINITY {
-            return Vec3::ONE;
-        }
-        let shown_peak = 1.0 / (1.0 + HALF_RESPONSE / (peak * peak.sqrt().sqrt()));
-        let bleach = bleach(shown_peak);
-        light / peak * (shown_peak * (1.0 - bleach)) + Vec3::splat(shown_peak * bleach)
-    }
-
-    #[cfg(test)]
-    pub(super) fn invert(shown: Vec3) -> Vec3 {
-        let shown_peak = largest(shown);
-        if shown_peak <= 0.0 {
-            return Vec3::ZERO;
-        }
-        let peak = libm::powf(HALF_RESPONSE * shown_peak / (1.0 - shown_peak), 0.8);
-        let bleach = bleach(shown_peak);
-        (shown - Vec3::splat(shown_peak * bleach)) * (peak / (shown_peak * (1.0 - bleach)))
-    }
-
-    fn bleach(shown_peak: f32) -> f32 {
-        let square = shown_peak * shown_peak;
-        square * square * square
-    }
-
-    fn positive(value: f32) -> f32 {
-        if value > 0.0 { value } else { 0.0 }
-    }
-
-    fn largest(color: Vec3) -> f32 {
-        let larger = if color.x > color.y { color.x } else { color.y };
-        if larger > color.z { larger } else { color.z }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -244,41 +174,5 @@ mod tests {
     fn luminance_of_white_is_one() {
         assert!((luminance(Vec3::ONE) - 1.0).abs() < 1e-6);
         assert_eq!(exposure_scale(-2.0), 0.25);
-    }
-
-    #[test]
-    fn tone_curve_keeps_grey_and_order() {
-        let grey = ToneCurve::Standard.apply(Vec3::splat(0.18));
-        assert!((grey - Vec3::splat(0.18)).abs().max_element() < 1e-3, "{grey}");
-        // y(1) = 1 / (1 + m) = 0.6518, bleaching leaves a grey alone.
-        assert!((ToneCurve::Standard.apply(Vec3::ONE).x - 0.651_84).abs() < 1e-4);
-        let mut last = 0.0;
-        for step in 1..400 {
-            let shown = ToneCurve::Standard.apply(Vec3::splat(exposure_scale(step as f32 * 0.1 - 20.0))).x;
-            assert!(shown >= last && shown <= 1.0);
-            last = shown;
-        }
-        assert!(last > 0.9999);
-    }
-
-    #[test]
-    fn tone_curve_inverts_and_bleaches() {
-        let light = Vec3::new(4.0, 0.5, 0.01);
-        let shown = ToneCurve::Standard.apply(light);
-        assert!((standard::invert(shown) - light).abs().max_element() < 1e-4);
-        let blinding = ToneCurve::Standard.apply(light * 1e5);
-        assert!(blinding.min_element() > 0.98, "{blinding}");
-        assert!(shown.x > shown.y && shown.y > shown.z);
-    }
-
-    #[test]
-    fn tone_curve_takes_anything() {
-        let curve = ToneCurve::Standard;
-        assert_eq!(curve.apply(Vec3::new(f32::NAN, -1.0, 0.0)), Vec3::ZERO);
-        assert_eq!(curve.apply(Vec3::new(f32::INFINITY, 1.0, 0.0)), Vec3::ONE);
-        let huge = curve.apply(Vec3::splat(f32::MAX));
-        assert!(huge.is_finite() && huge.max_element() <= 1.0);
-        let tiny = curve.apply(Vec3::splat(f32::from_bits(1)));
-        assert!(tiny.is_finite() && tiny.min_element() >= 0.0);
     }
 }

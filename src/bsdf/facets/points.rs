@@ -1,0 +1,121 @@
+//! Points of an arc and what facets there reflect.
+
+use std::sync::OnceLock;
+
+use glam::{Vec2, Vec3};
+
+use super::Facets;
+use super::region::{Arc, Range};
+
+/// Arcs over the region.
+const ARCS: usize = 28;
+/// Points of a whole arc, and of half of one, which will do for round lobes.
+const POINTS: usize = 20;
+const HALF_POINTS: usize = 8;
+/// Arcs where a border crosses them aslant.
+const MANY_ARCS: usize = 64;
+
+/// What the points of an arc need.
+pub(super) struct Points {
+    wo: Vec3,
+    stretch: Vec3,
+    length: f32,
+    /// The arc's normals, stretched.
+    middle: Vec3,
+    edge: Vec3,
+    /// The cosine of the arc's middle to the view; that of its edge is 0.
+    seen: f32,
+    level: Vec2,
+}
+
+impl Points {
+    pub(super) fn new(facets: &Facets, arc: &Arc) -> Self {
+        Self {
+            wo: facets.wo.as_vec3(),
+            stretch: facets.stretch.as_vec3(),
+            length: facets.length as f32,
+            middle: (arc.middle * facets.stretch).as_vec3(),
+            edge: (arc.edge * facets.stretch).as_vec3(),
+            seen: facets.view.dot(arc.middle) as f32,
+            level: arc.level.as_vec2(),
+        }
+    }
+
+    /// ∫ f G2 / G1 (v·N) dN / dβ.
+    pub(super) fn integrate<const N: usize>(
+        &self,
+        range: Range,
+        points: &[(f32, f32)],
+        factors: impl Fn(f32) -> [f32; N],
+    ) -> [f32; N] {
+        let (from, width) = (range.from as f32, (range.to - range.from) as f32);
+        let mut sums = [0.0; N];
+        for (share, weight) in points {
+            let turn = from + width * share;
+            let scale = 1.0 / (1.0 + turn * turn);
+            let (cosine, sine) = ((1.0 - turn * turn) * scale, 2.0 * turn * scale);
+            // The facet and the mirrored direction
+            let normal = self.middle * cosine + self.edge * sine;
+            let shrink = 1.0 / normal.dot(normal).sqrt();
+            let seen = self.seen * cosine;
+            let breadth = self.level.x * cosine + self.level.y * sine;
+            let facet_cosine = self.length * seen * shrink;
+            let wi = normal * (2.0 * facet_cosine * shrink) - self.wo;
+            let cos_i = if wi.z > 0.0 { wi.z } else { 0.0 };
+            // G2 / G1
+            let slopes = wi * self.stretch;
+            let root_i = slopes.dot(slopes).sqrt();
+            let kept = cos_i * (self.wo.z + self.length) / (cos_i * self.length + self.wo.z * root_i);
+            let weight = kept * seen * breadth * (2.0 * scale * weight * width);
+            let factors = factors(if facet_cosine < 1.0 { facet_cosine } else { 1.0 });
+            for (sum, factor) in sums.iter_mut().zip(factors) {
+                *sum += weight * factor;
+            }
+        }
+        sums
+    }
+}
+
+/// Places from 0 to 1 and their weights. All lie denser at ends where the integrand may begin like a square root.
+pub(super) struct Rule {
+    pub(super) arcs: Vec<(f64, f64)>,
+    pub(super) many_arcs: Vec<(f64, f64)>,
+    /// From the middle of an arc to its end.
+    pub(super) half: Vec<(f32, f32)>,
+    pub(super) whole: Vec<(f32, f32)>,
+}
+
+pub(super) fn rule() -> &'static Rule {
+    static RULE: OnceLock<Rule> = OnceLock::new();
+    RULE.get_or_init(|| {
+        let eased = |(x, weight): (f64, f64)| (x * x * (3.0 - 2.0 * x), weight * 6.0 * x * (1.0 - x));
+        let towards_end = |(x, weight): (f64, f64)| (x * (2.0 - x), weight * 2.0 * (1.0 - x));
+        let single = |(x, weight): (f64, f64)| (x as f32, weight as f32);
+        Rule {
+            arcs: legendre(ARCS).map(eased).collect(),
+            many_arcs: legendre(MANY_ARCS).map(eased).collect(),
+            half: legendre(HALF_POINTS).map(towards_end).map(single).collect(),
+            whole: legendre(POINTS).map(eased).map(single).collect(),
+        }
+    })
+}
+
+/// Roots of Legendre's polynomial, moved to the range from 0 to 1, and their weights.
+fn legendre(count: usize) -> impl Iterator<Item = (f64, f64)> {
+    let degree = count as f64;
+    (0..count).map(move |index| {
+        let mut x = libm::cos(std::f64::consts::PI * (index as f64 + 0.75) / (degree + 0.5));
+        let mut slope = 1.0;
+        for _ in 0..8 {
+            let (mut before, mut value) = (1.0, x);
+            for step in 2..=count {
+                let step = step as f64;
+                let next = ((2.0 * step - 1.0) * x * value - (step - 1.0) * before) / step;
+                (before, value) = (value, next);
+            }
+            slope = degree * (x * value - before) / (x * x - 1.0);
+            x -= value / slope;
+        }
+        (0.5 * (1.0 - x), 1.0 / ((1.0 - x * x) * slope * slope))
+    })
+}

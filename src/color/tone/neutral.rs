@@ -1,0 +1,56 @@
+//! The curve for true product colours.
+//!
+//! Source: Khronos, "PBR Neutral Tone Mapper" (2024). Colours up to about 0.8 are shown as they are but for the reflection of a
+//! common dielectric, 0.04, which is taken off; brighter ones are squeezed towards white.
+
+use glam::Vec3;
+
+use super::{largest, smallest};
+
+/// The reflectance along the normal that is taken off.
+const REFLECTANCE: f32 = 0.04;
+/// Largest channel from which colours are squeezed.
+const COMPRESSED_FROM: f32 = 0.8 - REFLECTANCE;
+/// How fast squeezed colours bleach.
+const DESATURATION: f32 = 0.15;
+
+/// Light without negative channels to what is shown.
+pub(super) fn apply(light: Vec3) -> Vec3 {
+    let least = smallest(light);
+    let offset =
+        if least < 2.0 * REFLECTANCE { least - least * least / (4.0 * REFLECTANCE) } else { REFLECTANCE };
+    let color = light - offset;
+    let peak = largest(color);
+    if peak < COMPRESSED_FROM {
+        return color;
+    }
+    if peak == f32::INFINITY {
+        return Vec3::ONE;
+    }
+    let room = 1.0 - COMPRESSED_FROM;
+    let shown_peak = 1.0 - room * room / (peak + room - COMPRESSED_FROM);
+    let share = 1.0 - 1.0 / (DESATURATION * (peak - shown_peak) + 1.0);
+    let color = color * (shown_peak / peak);
+    color + (Vec3::splat(shown_peak) - color) * share
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base_colours_come_out_as_they_are() {
+        // Lit by white light, a base colour c of a dielectric sends back c + 0.04.
+        for base in [Vec3::new(0.6, 0.3, 0.1), Vec3::new(0.05, 0.7, 0.4)] {
+            assert!((apply(base + REFLECTANCE) - base).abs().max_element() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn bright_light_is_squeezed() {
+        // White: 0.96 after the reflection; 1 − 0.24² / (0.96 + 0.24 − 0.76) = 0.86909.
+        assert!((apply(Vec3::ONE) - Vec3::splat(0.869_09)).abs().max_element() < 1e-4);
+        let red = apply(Vec3::new(1e6, 0.0, 0.0));
+        assert!(red.min_element() > 0.99, "{red}");
+    }
+}

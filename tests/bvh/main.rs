@@ -1,0 +1,46 @@
+//! The hierarchy against brute force: whatever the settings, every query gives the same bits; and what trees cost.
+
+mod inputs;
+mod queries;
+mod trees;
+
+use rayframe::bvh::{BuildSettings, Builder, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Split};
+use rayframe::cancel::CancelFlag;
+use rayframe::geometry::Triangle;
+
+/// Builders of a hierarchy.
+const HIERARCHIES: [BuilderKind; 3] = [BuilderKind::Lbvh, BuilderKind::Karras, BuilderKind::Ploc];
+
+fn flags(n: usize) -> Vec<PrimitiveFlags> {
+    (0..n)
+        .map(|i| match i % 6 {
+            0 => PrimitiveFlags::SINGLE_SIDED,
+            1 => PrimitiveFlags::FILTERED,
+            2 => PrimitiveFlags::FILTERED.with(PrimitiveFlags::SINGLE_SIDED),
+            3 if i % 12 == 3 => PrimitiveFlags::HIDDEN,
+            _ => PrimitiveFlags::default(),
+        })
+        .collect()
+}
+
+#[expect(clippy::unwrap_used, reason = "only tests call this, and nothing raises the flag")]
+fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSettings) -> Bvh {
+    Builder::default().build(triangles, flags, settings, &CancelFlag::new(), None).unwrap()
+}
+
+fn settings(builder: BuilderKind, split: Split, simd: SimdLevel) -> BuildSettings {
+    BuildSettings { builder, split, simd, ..BuildSettings::default() }
+}
+
+/// Both trees with every way of splitting and both kinds of lanes, and the slow twin of one of them.
+fn all_settings() -> Vec<BuildSettings> {
+    let mut all = vec![settings(BuilderKind::Karras, Split::Auto, SimdLevel::best())];
+    for builder in [BuilderKind::Lbvh, BuilderKind::Ploc] {
+        for split in [Split::Off, Split::Auto, Split::Area(1.0e-3), Split::Area(1.0e-30)] {
+            for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+                all.push(settings(builder, split, simd));
+            }
+        }
+    }
+    all
+}

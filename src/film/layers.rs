@@ -106,7 +106,9 @@ impl FilmLayers {
         }
         if let (Some(coverage), Some(other)) = (&mut self.coverage, &other.coverage) {
             for (shares, other) in coverage.iter_mut().zip(other) {
-                other.iter().for_each(|&(shape, share)| add_share(shares, shape, share));
+                for &(shape, share) in other {
+                    add_share(shares, shape, share);
+                }
             }
         }
     }
@@ -117,7 +119,9 @@ impl FilmLayers {
             light.as_flattened_mut().iter_mut().for_each(|channel| *channel *= factor);
         }
         for shares in self.coverage.iter_mut().flatten() {
-            shares.iter_mut().for_each(|(_, share)| *share *= factor);
+            for (_, share) in shares {
+                *share *= factor;
+            }
         }
     }
 

@@ -235,13 +235,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             let (tree, rays) = if index == 0 {
                 self.trace(planned, film, pass)?
             } else {
-                let mut scratch = match self.scratch.take() {
-                    Some(scratch) => scratch,
-                    None => {
-                        let summed = LayerRequest { centres: false, ..film.layers.request() };
-                        Film::with_layers(film.resolution, film.window, summed)
-                    }
-                };
+                let mut scratch = self.scratch.take().unwrap_or_else(|| {
+                    let summed = LayerRequest { centres: false, ..film.layers.request() };
+                    Film::with_layers(film.resolution, film.window, summed)
+                });
                 let traced = self.trace(planned, &mut scratch, pass);
                 film.add(&scratch);
                 self.scratch = Some(scratch);

@@ -99,10 +99,10 @@ impl Bsdf {
     /// The lobe's albedos under the factors that the material asks for.
     fn terms(&self, wo: Vec3) -> Terms {
         let exact = self.metallic < 1.0 && self.dielectric.shape == Shape::Exact;
-        match &self.stretch {
+        match &self.lobe.stretch {
             Some(stretch) => stretch.terms(wo, self.dielectric.relative_ior),
-            None if exact => round_albedo::terms(wo.z, self.roughness, self.dielectric.relative_ior),
-            None => round_albedo::schlick_terms(wo.z, self.roughness),
+            None if exact => round_albedo::terms(wo.z, self.lobe.roughness, self.dielectric.relative_ior),
+            None => round_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }
     }
 

@@ -9,9 +9,14 @@ use glam::{Vec2, Vec3};
 use super::{Bsdf, Coat, SHARPEST_ALPHA, ggx};
 
 impl Bsdf {
-    /// Whether the specular lobe cannot be told from a mirror's.
+    /// Whether what is reflected cannot be told from what a mirror reflects.
     pub fn is_smooth(&self) -> bool {
-        self.stretch.is_none() && self.alpha <= SHARPEST_ALPHA
+        self.lobe.is_smooth()
+    }
+
+    /// Whether what passes through is as sharp as through a smooth surface.
+    pub fn is_smooth_through(&self) -> bool {
+        self.lobe_through.is_smooth()
     }
 
     /// A direction that the specular lobe reflects and what it counts for; `None` where the draw is masked.
@@ -19,20 +24,17 @@ impl Bsdf {
         if wo.z <= 0.0 {
             return None;
         }
-        let half = self.visible_normal(wo, ggx::disk_point(u));
+        let half = self.lobe.visible_normal(wo, ggx::disk_point(u));
         let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
         let wi = half * (2.0 * facet_cosine) - wo;
         if wi.z <= 0.0 {
             return None;
         }
-        let pdf = match &self.stretch {
-            Some(stretch) => stretch.reflection_pdf(wo, half),
-            None => ggx::reflection_pdf(wo.z, half, self.alpha),
-        };
+        let pdf = self.lobe.reflection_pdf(wo, half);
         let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
         let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
-        let masking = self.lobe(wo, wi, half) * wi.z / pdf;
+        let masking = self.lobe.evaluate(wo, wi, half) * wi.z / pdf;
         (pdf > 0.0).then(|| (wi, factor * (masking * below)))
     }
 
@@ -43,7 +45,9 @@ impl Bsdf {
         if wo.z <= 0.0 {
             return Some(straight);
         }
-        let half = self.visible_normal(wo, ggx::disk_point(u));
+        // A volume's facets are those that reflect, and the index does the rest; a wall's two sides are one lobe.
+        let lobe = if self.thin { &self.lobe_through } else { &self.lobe };
+        let half = lobe.visible_normal(wo, ggx::disk_point(u));
         let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
         let wi = if self.thin {
             // A wall scatters through as it would reflect.

@@ -21,6 +21,7 @@ mod ggx_anisotropic;
 mod round_albedo;
 mod sampling;
 mod sheen;
+mod specular_lobe;
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -33,8 +34,9 @@ pub use coat::Coat;
 
 use film::Film;
 use fresnel::{Dielectric, Tint};
-use ggx_anisotropic::{Reflected, Stretch};
+use ggx_anisotropic::Reflected;
 use sheen::Sheen;
+use specular_lobe::SpecularLobe;
 
 /// Sharper lobes than this GGX α cannot be told from mirrors and would not fit floats.
 const SHARPEST_ALPHA: f32 = 0.002;
@@ -45,13 +47,13 @@ pub struct Bsdf {
     base_color: Vec3,
     metallic: f32,
     transmission: f32,
-    roughness: f32,
-    alpha: f32,
     thin: bool,
     diffuse_transmission: f32,
     diffuse_transmission_color: Vec3,
     dielectric: Dielectric,
-    stretch: Option<Stretch>,
+    lobe: SpecularLobe,
+    /// Of what passes through: sharper where the index bends light less.
+    lobe_through: SpecularLobe,
     film: Option<Film>,
     sheen: Option<Sheen>,
 }
@@ -73,22 +75,21 @@ impl Bsdf {
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
         let ior_inside = if material.ior == 0.0 { 0.0 } else { ior_inside };
         let roughness = material.roughness.clamp(0.0, 1.0);
-        let alpha = roughness * roughness;
-        let alpha = if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA };
         let tint = Tint { factor: material.specular, color: material.specular_color };
         // Seen from the denser side, the film's outer side is the other one.
         let film_outside = if ior_inside < ior_outside { ior_inside } else { ior_outside };
+        let dielectric = Dielectric::between(ior_outside, ior_inside, tint);
+        let strength = material.anisotropy.map(|anisotropy| anisotropy.strength);
         Self {
             base_color: material.base_color,
             metallic: material.metallic.clamp(0.0, 1.0),
             transmission: material.transmission.clamp(0.0, 1.0),
             diffuse_transmission: material.diffuse_transmission.clamp(0.0, 1.0),
             diffuse_transmission_color: material.diffuse_transmission_color,
-            roughness,
-            alpha,
             thin: material.thin,
-            dielectric: Dielectric::between(ior_outside, ior_inside, tint),
-            stretch: material.anisotropy.map(|anisotropy| Stretch::new(alpha, anisotropy.strength)),
+            dielectric,
+            lobe: SpecularLobe::new(roughness, strength),
+            lobe_through: SpecularLobe::new(roughness * bending(dielectric.relative_ior), strength),
             film: material.iridescence.map(|film| Film {
                 factor: film.factor,
                 ior: film.ior,
@@ -116,14 +117,15 @@ impl Bsdf {
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = (wo + mirrored).normalize_or(Vec3::Z);
         let (dielectric, metal) = self.reflectances(wo.z, wo.dot(half));
-        let lobe = self.lobe(wo, mirrored, half);
         let entering = (1.0 - self.metallic) * left_by(dielectric);
         let below = if through {
+            let lobe = if self.thin { self.lobe_through.evaluate(wo, mirrored, half) } else { 0.0 };
             self.diffusely_through(entering) * FRAC_1_PI
-                + if self.thin { self.base_color * entering * (self.transmission * lobe) } else { Vec3::ZERO }
+                + self.base_color * entering * (self.transmission * lobe)
         } else {
             let reflected = dielectric * (1.0 - self.metallic) + metal * self.metallic;
             let diffuse = (1.0 - self.transmission) * (1.0 - self.diffuse_transmission);
+            let lobe = self.lobe.evaluate(wo, mirrored, half);
             reflected * lobe + self.base_color * entering * (diffuse * FRAC_1_PI)
         };
         let Some(sheen) = &self.sheen else { return below };
@@ -144,16 +146,26 @@ impl Bsdf {
         Some(Vec3::new(-wo.x * bend, -wo.y * bend, -cosine).normalize())
     }
 
-    /// The roughness along the direction in which the specular lobe is widest.
+    /// The roughness of what is reflected, along the direction in which the lobe is widest.
     pub fn widest_roughness(&self) -> f32 {
-        self.stretch.map_or(self.roughness, |stretch| libm::sqrtf(stretch.alpha.x))
+        self.lobe.widest_roughness()
+    }
+
+    /// The roughness of what passes through: facets that bend light less blur it less, and an index of 1 not at all.
+    pub fn roughness_through(&self) -> f32 {
+        self.lobe_through.roughness
+    }
+
+    /// The same along the direction in which the lobe is widest.
+    pub fn widest_roughness_through(&self) -> f32 {
+        self.lobe_through.widest_roughness()
     }
 
     /// Where a stretched lobe's light comes from: directions with their shares, which sum up to [`Albedos::specular`] to about
     /// a thousandth; nothing for round ones.
     pub fn stretched_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
-        let reflected = self.stretch.into_iter().flat_map(move |stretch| stretch.reflected(wo));
+        let reflected = self.lobe.stretch.into_iter().flat_map(move |stretch| stretch.reflected(wo));
         reflected.map(move |Reflected { wi, facet_cosine, weight }| {
             let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
             let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
@@ -184,14 +196,6 @@ impl Bsdf {
         if self.dielectric.relative_ior < 1.0 { self.refracted_cosine(cos_o) } else { Some(cos_o) }
     }
 
-    /// D V of the specular lobe.
-    fn lobe(&self, wo: Vec3, wi: Vec3, half: Vec3) -> f32 {
-        match &self.stretch {
-            Some(stretch) => stretch.distribution(half) * stretch.visibility(wo, wi),
-            None => ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, wi.z, self.alpha),
-        }
-    }
-
     /// Of the light that enters, what is scattered to the other side, colour included.
     fn diffusely_through(&self, entering: f32) -> Vec3 {
         self.diffuse_transmission_color * (entering * (1.0 - self.transmission) * self.diffuse_transmission)
@@ -201,6 +205,13 @@ impl Bsdf {
     fn transmits_rough(&self) -> bool {
         self.thin && self.transmission > 0.0 && self.metallic < 1.0
     }
+}
+
+/// The share of a surface's roughness that what passes through keeps, by relative index of refraction: from none at 1 to all at
+/// 1.5, as viewers of glTF have it.
+fn bending(relative_ior: f32) -> f32 {
+    let ior = if relative_ior > 1.0 { relative_ior } else { 1.0 / relative_ior };
+    (2.0 * ior - 2.0).clamp(0.0, 1.0)
 }
 
 /// What a layer lets through in all colours alike. A film's factor may exceed one.

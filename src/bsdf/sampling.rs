@@ -32,12 +32,13 @@ impl Bsdf {
         } else if u_lobe < choice.diffuse + choice.diffusely_through {
             -cosine_direction(u)
         } else {
-            let half = self.visible_normal(wo, ggx::disk_point(u));
+            let through = u_lobe < choice.diffuse + choice.diffusely_through + choice.through;
+            let lobe = if through { &self.lobe_through } else { &self.lobe };
+            let half = lobe.visible_normal(wo, ggx::disk_point(u));
             let mirrored = half * (2.0 * wo.dot(half)) - wo;
             if mirrored.z <= 0.0 {
                 return None;
             }
-            let through = u_lobe < choice.diffuse + choice.diffusely_through + choice.through;
             if through { Vec3::new(mirrored.x, mirrored.y, -mirrored.z) } else { mirrored }
         };
         let pdf = self.mixture_pdf(&choice, wo, wi);
@@ -71,31 +72,17 @@ impl Bsdf {
         })
     }
 
-    pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
-        match &self.stretch {
-            Some(stretch) => stretch.visible_normal(wo, disk),
-            None => ggx::visible_normal(wo, self.alpha, disk),
-        }
-    }
-
-    fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
-        match &self.stretch {
-            Some(stretch) => stretch.reflection_pdf(wo, half),
-            None => ggx::reflection_pdf(wo.z, half, self.alpha),
-        }
-    }
-
     fn mixture_pdf(&self, choice: &LobeChoice, wo: Vec3, wi: Vec3) -> f32 {
         if wi.z == 0.0 {
             return 0.0;
         }
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = (wo + mirrored).normalize_or(Vec3::Z);
-        let lobe = self.reflection_pdf(wo, half);
         if wi.z < 0.0 {
-            choice.through * lobe + choice.diffusely_through * -wi.z * FRAC_1_PI
+            choice.through * self.lobe_through.reflection_pdf(wo, half)
+                + choice.diffusely_through * -wi.z * FRAC_1_PI
         } else {
-            choice.specular * lobe + choice.diffuse * wi.z * FRAC_1_PI
+            choice.specular * self.lobe.reflection_pdf(wo, half) + choice.diffuse * wi.z * FRAC_1_PI
         }
     }
 }

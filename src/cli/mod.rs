@@ -2,6 +2,7 @@
 
 mod environment;
 mod info;
+mod layer_options;
 mod memory_limit;
 mod options;
 mod render;

@@ -5,6 +5,7 @@
 mod atomic;
 mod environment_read;
 mod exr_attributes;
+mod exr_picture;
 mod exr_read;
 mod exr_write;
 mod ktx2;
@@ -14,9 +15,10 @@ mod texture_decode;
 
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
 pub use environment_read::{EnvironmentPixels, read_environment};
-pub use exr_attributes::FrameAttributes;
+pub use exr_attributes::{FrameAttributes, RunStamp};
+pub use exr_picture::{ExrChannel, ExrCompression, ExrPicture, ExrSamples, finite_f32, half_from_f32};
 pub use exr_read::{ExrImage, decode_exr, inspect_exr};
-pub use exr_write::{encode_exr, half_from_f32};
+pub use exr_write::{encode_exr, encode_exr_picture};
 pub use png_text::inspect_png;
 pub use png_write::encode_png;
 pub use texture_decode::{

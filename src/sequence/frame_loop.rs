@@ -5,6 +5,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Instant;
@@ -16,7 +17,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result, Warning};
 use crate::film::{Film, LayerRequest};
 use crate::integrator::PASS_THROUGH_LIMIT;
-use crate::output::{PreviewLook, frame_attributes};
+use crate::output::{PreviewLook, ShapeIds, frame_attributes, run_stamp};
 use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
 
 use super::exposure::exposure_ev;
@@ -88,6 +89,7 @@ fn render_and_write<'a>(
                 film: None,
                 scratch: None,
                 look: None,
+                shapes: None,
                 posed: PosedFrames::default(),
                 warned: Vec::new(),
             };
@@ -115,6 +117,8 @@ struct FrameLoop<'a, 's, 'p> {
     /// What the shutter sees at one of several times.
     scratch: Option<Film>,
     look: Option<PreviewLook>,
+    /// What the shapes of all frames are called.
+    shapes: Option<Arc<ShapeIds>>,
     posed: PosedFrames,
     warned: Vec<Warning>,
 }
@@ -195,21 +199,25 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
 
         // Hand over.
         let camera = &self.posed.camera_at(self.job, planned.time_seconds);
-        let attributes = frame_attributes(
+        let mut attributes = frame_attributes(
             planned.frame,
             planned.time_seconds,
             self.job.rate.as_exr_rational(),
             &planned.render_hash,
             (camera, film.resolution),
         );
+        if self.job.exr.is_stamped {
+            attributes.stamp = Some(run_stamp(seconds.of_making()));
+        }
         let format = self.job.output.format();
+        let (exr, shapes) = (&self.job.exr, self.shapes());
         Ok(HandedOver::Traced(Box::new(TracedFrame {
             planned,
             started,
             seconds,
             tree: TreeReport::new(&tree, self.job.build.builder, is_reused),
             rays: RayReport::new(&rays),
-            encoded: Picture { planned, film, attributes, look, format }.encode_in(self.pool),
+            encoded: Picture { planned, film, attributes, look, format, exr, shapes }.encode_in(self.pool),
         })))
     }
 
@@ -289,6 +297,17 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         let tone = self.job.tone;
         Ok(*self.look.insert(PreviewLook { exposure_ev, tone }))
+    }
+
+    /// What the shapes are called; found once, and only when a layer tells.
+    fn shapes(&mut self) -> Arc<ShapeIds> {
+        let layers = &self.job.exr.layers;
+        let frame = &self.posed.current;
+        let find = || match self.job.exr.needs_shapes() {
+            true => Arc::new(ShapeIds::new(&self.job.scene, &frame.shapes, layers)),
+            false => Arc::default(),
+        };
+        self.shapes.get_or_insert_with(find).clone()
     }
 
     /// Fails or warns about what the statistics say.

@@ -3,6 +3,7 @@
 use crate::bvh::{MOST_TRIANGLES, Split};
 use crate::error::{Error, Result, readable_bytes};
 use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage};
+use crate::output::ExrOutput;
 
 use super::SequenceJob;
 use super::job::triangle_count;
@@ -33,7 +34,7 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
     let layers = job.render.layers;
     // The film that is traced, its tiles, and the film that is written.
-    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers);
+    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers) + channel_bytes(job);
     if job.shutter.time_samples > 1 {
         bytes_a_pixel += BYTES_A_TIME_PIXEL + layer_bytes(LayerRequest { centres: false, ..layers });
     }
@@ -54,6 +55,11 @@ fn layer_bytes(layers: LayerRequest) -> u128 {
         bytes += size_of::<PixelCoverage>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
     }
     bytes as u128
+}
+
+/// Of the channels of layers besides colour in one pixel, before and after packing.
+fn channel_bytes(job: &SequenceJob) -> u128 {
+    2 * u128::from(job.exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel())
 }
 
 /// Refuses a job that needs more memory than it may have, or more triangles than ids.

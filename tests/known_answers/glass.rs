@@ -48,6 +48,21 @@ fn a_slab_shifts_a_slanted_ray_by_snells_law() {
 }
 
 #[test]
+fn rough_glass_without_an_index_blurs_nothing() {
+    // Facets of an index of 1 bend no light, and reflect none: the floor is as sharp and bright as without the glass.
+    for volume in [None, Some(clear_volume())] {
+        let mut stage = Stage::new();
+        split_floor(&mut stage);
+        let rough = Material { roughness: 0.8, ..glass(1.0, volume) };
+        stage.add(cuboid(Vec3::Y * 2.0, Vec3::new(6.0, 0.5, 6.0)), rough);
+        for aim in [-0.01, 0.01] {
+            let seen = stage.look(Vec3::new(aim, 4.0, 0.0), Vec3::new(aim, 0.0, 0.0));
+            assert_close(seen, if aim < 0.0 { Vec3::ZERO } else { Vec3::ONE }, 1e-4);
+        }
+    }
+}
+
+#[test]
 fn a_thin_wall_does_not_bend_light() {
     let mut stage = Stage::new();
     split_floor(&mut stage);

@@ -10,7 +10,8 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::specification::{fresnel, v_ggx_anisotropic};
-use super::{Bsdf, Coat, MaterialSample, Stretch, direction, material, round_albedo};
+use super::{Bsdf, Coat, MaterialSample, direction, material, round_albedo};
+use crate::bsdf::ggx_anisotropic::Stretch;
 
 /// Midpoints of eased steps: their error falls faster than any that the tests ask for.
 fn eased(steps: u32) -> impl Iterator<Item = (f64, f64)> {

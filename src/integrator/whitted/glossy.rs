@@ -61,7 +61,7 @@ impl Tracer<'_, '_> {
     /// Follows the lobe of frosted glass; whether it is rough and rays are asked for.
     pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) -> bool {
         let rays = self.rays_a_lobe(shading.path);
-        if rays == 0 || shading.bsdf.is_smooth() {
+        if rays == 0 || shading.bsdf.is_smooth_through() {
             return false;
         }
         for (spectrum, bsdf) in shading.ways_through() {

@@ -44,8 +44,10 @@ pub(super) struct Shading<'p, 'a> {
     behind: Behind,
     /// Index of refraction there by the one on this side.
     pub(super) relative_ior: f32,
-    /// Share of each lobe that rays follow; the environment lookup has the rest.
+    /// Share of what is reflected that rays follow; the environment lookup has the rest.
     pub(super) sharpness: f32,
+    /// The same of what passes through.
+    pub(super) sharpness_through: f32,
 }
 
 /// A ray that a surface sends on.
@@ -114,7 +116,7 @@ impl Tracer<'_, '_> {
             None => local_frame(point.shading_normal),
         };
         let wo = world_from_local.transpose() * point.wo;
-        let sharpness = if follows_rays { 1.0 } else { sharpness(bsdf.widest_roughness()) };
+        let sharpness_of = |roughness| if follows_rays { 1.0 } else { sharpness(roughness) };
         let shading = Shading {
             route: place.route,
             path,
@@ -132,7 +134,8 @@ impl Tracer<'_, '_> {
             behind,
             // An index of 0 bends nothing.
             relative_ior: if before > 0.0 && after > 0.0 { after / before } else { 1.0 },
-            sharpness,
+            sharpness: sharpness_of(bsdf.widest_roughness()),
+            sharpness_through: sharpness_of(bsdf.widest_roughness_through()),
         };
         self.light(&shading);
         self.environment(&shading);
@@ -205,8 +208,10 @@ impl Tracer<'_, '_> {
             return;
         }
         for (spectrum, bsdf) in shading.ways_through() {
-            let weight =
-                shading.weight_below * shading.albedos.transmission * shading.sharpness * spectrum.mask();
+            let weight = shading.weight_below
+                * shading.albedos.transmission
+                * shading.sharpness_through
+                * spectrum.mask();
             if weight == Vec3::ZERO {
                 continue;
             }

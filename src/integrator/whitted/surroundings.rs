@@ -23,13 +23,17 @@ impl Tracer<'_, '_> {
         let dull = 1.0 - shading.sharpness;
         if dull > 0.0 {
             radiance += self.dull_reflection(shading) * dull;
+        }
+        let dull_through = 1.0 - shading.sharpness_through;
+        if dull_through > 0.0 && albedos.transmission != Vec3::ZERO {
+            let roughness = shading.bsdf.roughness_through();
             for (spectrum, bsdf) in shading.ways_through() {
                 let through = albedos.transmission * spectrum.mask();
                 if through != Vec3::ZERO
                     && let Some(direction) = bsdf.refract(shading.wo)
                 {
                     let direction = shading.world_from_local * direction;
-                    radiance += through * environment.prefiltered(direction, material.roughness) * dull;
+                    radiance += through * environment.prefiltered(direction, roughness) * dull_through;
                 }
             }
         }

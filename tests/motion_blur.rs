@@ -7,6 +7,7 @@ use rayframe::bvh::BuildSettings;
 use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
+use rayframe::output::ExrOutput;
 use rayframe::regression::Picture;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
@@ -84,6 +85,7 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
         },
         build: BuildSettings::default(),
         output: OutputPattern::parse(folder.path().join("a.####.exr").as_os_str()).unwrap(),
+        exr: ExrOutput::default(),
         preview: false,
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,

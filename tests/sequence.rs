@@ -8,6 +8,7 @@ use rayframe::bvh::{BuildSettings, BuilderKind, Split};
 use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
+use rayframe::output::ExrOutput;
 use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
 use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
 use rayframe::sequence::{
@@ -41,6 +42,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         },
         build: BuildSettings::default(),
         output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
+        exr: ExrOutput::default(),
         preview: false,
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,

@@ -4,6 +4,7 @@ mod choices;
 mod environment;
 mod idle_options;
 mod info;
+mod layer_options;
 mod memory_limit;
 mod options;
 mod render;

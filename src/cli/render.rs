@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::output::SOFTWARE;
 use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
-use crate::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_count};
+use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::render_args::RenderArgs;
 use super::render_job::{RenderJob, render_job};
@@ -94,8 +94,8 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
 /// No file may be written over another one of this run, or over what it reads.
 fn refuse_collisions(plan: &Plan, stats: Option<&Path>, inputs: &[PathBuf]) -> Result<()> {
     let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
-    let frames = plan.frames.iter().flat_map(|frame| [Some(&frame.path), frame.preview_path.as_ref()]);
-    let frames = frames.flatten().map(|path| (path.as_path(), "will hold a frame", "-o"));
+    let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
+    let frames = frames.map(|path| (path, "will hold a frame", "-o"));
     let stats = stats.map(|path| (path, "will hold the statistics", "--stats"));
     for (path, purpose, option) in frames.chain(stats) {
         if let Some(other) = names.insert(place(path), purpose) {

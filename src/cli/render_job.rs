@@ -9,6 +9,7 @@ use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame;
 use crate::gltf::{self, ImageNeed, ImportOptions};
+use crate::output::{ExrOutput, Layer, LayerSet, matte_collisions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
 use crate::scene::{
     CameraChoice, Choice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers,
@@ -78,7 +79,11 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let show_background = wishes.environment.shows_background();
     let mut inputs = vec![args.scene.clone()];
     inputs.extend(wishes.environment.files().map(PathBuf::from));
-    let warnings = [scene.warnings.clone(), environment_warnings].concat();
+    let layers = args.layers.iter().flat_map(LayerSet::layers);
+    let has_mattes =
+        layers.into_iter().any(|layer| matches!(layer, Layer::CryptoObject | Layer::CryptoMaterial));
+    let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
+    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
     let description = match (show_background, description.as_str()) {
         (true, _) => description,
         (false, "") => "background none".to_owned(),
@@ -92,6 +97,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
     let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
+    let exr = exr_output(args);
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
     let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
     let sequence = SequenceJob {
@@ -105,6 +111,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         rate: wishes.rate,
         shutter,
         output,
+        exr,
         preview: args.preview.is_some(),
         exposure: wishes.exposure,
         tone: match args.tone.unwrap_or(ToneArg::Standard) {
@@ -210,6 +217,17 @@ fn existing_files(args: &RenderArgs) -> ExistingFiles {
     }
 }
 
+fn exr_output(args: &RenderArgs) -> ExrOutput {
+    let (samples, compression) = args.exr.unwrap_or_default();
+    ExrOutput {
+        layers: args.layers.clone().unwrap_or_default(),
+        samples,
+        compression,
+        is_split: args.split_aovs,
+        is_stamped: args.stamp,
+    }
+}
+
 fn build_settings(args: &RenderArgs, simd: SimdLevel) -> BuildSettings {
     BuildSettings {
         builder: match args.bvh {
@@ -258,6 +276,7 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
+        layers: exr_output(args).request(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::bvh::{Builder, PrimitiveFlags};
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{Film, PixelWindow};
+use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::output::{auto_exposure_ev, covers_enough};
 use crate::render::{RenderInput, RenderSettings, render_frame};
@@ -39,6 +39,7 @@ fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result
         window: PixelWindow::full(LOOK_SIZE.0, LOOK_SIZE.1),
         samples: 1,
         show_background,
+        layers: LayerRequest::NONE,
         ..job.render.clone()
     };
     let duration = f64::from(duration_seconds(&job.scene, &job.selection));

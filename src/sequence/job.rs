@@ -2,6 +2,7 @@
 
 use crate::bvh::BuildSettings;
 use crate::color::ToneCurve;
+use crate::output::ExrOutput;
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
@@ -39,6 +40,8 @@ pub struct SequenceJob {
     pub build: BuildSettings,
     /// Names.
     pub output: OutputPattern,
+    /// What EXR files hold.
+    pub exr: ExrOutput,
     /// Whether a tone-mapped PNG lies beside every EXR.
     pub preview: bool,
     /// Brightness of tone-mapped files.

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::bvh::{MOST_TRIANGLES, Split};
 use crate::error::{Error, Result, over_limit};
-use crate::film::PixelWindow;
+use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage, PixelWindow};
+use crate::output::ExrOutput;
 
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
@@ -14,8 +15,12 @@ use super::{SequenceJob, Shutter};
 const BYTES_A_PIXEL: u128 = 72;
 /// A film more, where a frame is the mean of several times.
 const BYTES_A_TIME_PIXEL: u128 = 16;
+/// Surfaces that cover a pixel: most are covered by one or two, edges and leaves by more.
+const SHARES_A_PIXEL: usize = 4;
 /// A posed triangle in this frame and in the last one: corners, flags and attributes; and what refitting keeps of its leaf.
 const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
+/// A posed triangle in the frames before and after, where motion is recorded.
+const BYTES_A_MOVING_TRIANGLE: u128 = 2 * (40 + 50);
 /// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
 const BYTES_A_REFERENCE: u128 = 120;
 
@@ -27,8 +32,18 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    picture_bytes(job.render.window, job.shutter)
-        + triangles * BYTES_A_TRIANGLE
+    let layers = job.render.layers;
+    // The film that is traced, its tiles, and the film that is written.
+    let mut layer_bytes_a_pixel = 3 * layer_bytes(layers) + channel_bytes(job);
+    if job.shutter.time_samples > 1 {
+        layer_bytes_a_pixel += layer_bytes(LayerRequest { centres: false, ..layers });
+    }
+    let bytes_a_triangle = BYTES_A_TRIANGLE + if layers.centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
+    let window = job.render.window;
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    picture_bytes(window, job.shutter)
+        + pixels * layer_bytes_a_pixel
+        + triangles * bytes_a_triangle
         + references * BYTES_A_REFERENCE
 }
 
@@ -56,6 +71,26 @@ pub fn check_picture(
     let message =
         format!("{width}x{height} pixels need about {size}; ask for a smaller picture or raise --max-memory");
     Err(Error::refused(scene, "", message))
+}
+
+/// Of the layers of one pixel of a film.
+fn layer_bytes(layers: LayerRequest) -> u128 {
+    let mut bytes = 0;
+    if layers.light {
+        bytes += size_of::<LightParts>();
+    }
+    if layers.centres {
+        bytes += size_of::<CentreSample>();
+    }
+    if layers.coverage {
+        bytes += size_of::<PixelCoverage>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
+    }
+    bytes as u128
+}
+
+/// Of the channels of layers besides colour in one pixel, before and after packing.
+fn channel_bytes(job: &SequenceJob) -> u128 {
+    2 * u128::from(job.exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel())
 }
 
 /// Refuses a job that needs more memory than it may have, or more triangles than ids.

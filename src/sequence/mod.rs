@@ -30,4 +30,4 @@ pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use rate::FrameRate;
 pub use render_hash::render_hash;
 pub use shutter::Shutter;
-pub use statistics::{FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};
+pub use statistics::{FailedFrame, FrameReport, LayerFileReport, Phases, RayReport, Summary, TreeReport};

@@ -3,8 +3,11 @@
 use crate::image_file::ExrCompression;
 use crate::output::{Layer, LayerSet, LightSamples};
 
+/// Whether a word stands for a layer.
+type Holds = fn(Layer) -> bool;
+
 /// Words that stand for several layers.
-const GROUPS: [(&str, fn(Layer) -> bool); 4] = [
+const GROUPS: [(&str, Holds); 4] = [
     ("light", |layer| matches!(layer, Layer::Light(_))),
     ("data", |layer| !layer.is_light() && !is_crypto(layer)),
     ("crypto", is_crypto),

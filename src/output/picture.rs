@@ -57,7 +57,9 @@ fn layers_file(
     let mut channels = Vec::new();
     for &layer in layers {
         channels.extend(layer_channels(layer, film, output.samples, shapes)?);
-        attributes.texts.extend(shapes.matte(layer).into_iter().flat_map(|matte| matte.attributes()));
+        if let Some(matte) = shapes.matte(layer) {
+            attributes.texts.extend(matte.attributes());
+        }
     }
     let picture = ExrPicture {
         picture_size: film.resolution,

@@ -320,9 +320,12 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     fn shapes(&mut self) -> Arc<ShapeIds> {
         let layers = &self.job.exr.layers;
         let frame = &self.posed.current;
-        let find = || match self.job.exr.needs_shapes() {
-            true => Arc::new(ShapeIds::new(&self.job.scene, &frame.shapes, layers)),
-            false => Arc::default(),
+        let find = || {
+            if self.job.exr.needs_shapes() {
+                Arc::new(ShapeIds::new(&self.job.scene, &frame.shapes, layers))
+            } else {
+                Arc::default()
+            }
         };
         self.shapes.get_or_insert_with(find).clone()
     }

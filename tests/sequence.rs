@@ -12,8 +12,8 @@ use rayframe::output::ExrOutput;
 use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
 use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
-    render_hash, run,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceEvent, SequenceJob,
+    Shutter, Summary, render_hash, run,
 };
 
 /// An empty scene in even light, written to `folder/name`.
@@ -44,6 +44,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
         exr: ExrOutput::default(),
         preview: false,
+        presentation: Presentation::default(),
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,

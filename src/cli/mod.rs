@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each from what was typed to what is meant to running it.
 
+mod audience;
 mod choices;
 mod environment;
 mod idle_options;

@@ -43,6 +43,15 @@ pub(super) struct RenderArgs {
     /// EXR files tell when and on which machine they were made, and how long that took; without it equal runs make equal files
     #[arg(long, help_heading = "Output")]
     pub(super) stamp: bool,
+    /// All frames as one file that plays: .apng (exact), .gif, or .mp4, .mov, .webm, .mkv where ffmpeg is installed
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) movie: Option<PathBuf>,
+    /// All frames small in one PNG picture, with their numbers
+    #[arg(long, value_name = "FILE.png", help_heading = "Output")]
+    pub(super) contact_sheet: Option<PathBuf>,
+    /// Show each finished frame on the terminal: as a picture (kitty, Ghostty, WezTerm, iTerm2), else in coloured blocks
+    #[arg(long, help_heading = "Output")]
+    pub(super) show: bool,
     /// Keep whole frames of the same scene, settings and version; replace all others
     #[arg(long, conflicts_with = "overwrite", help_heading = "Output")]
     pub(super) resume: bool,

@@ -16,8 +16,8 @@ use crate::scene::{
     mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, check_picture,
-    duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, Presentation, SequenceJob, Shutter,
+    check_picture, duration_seconds,
 };
 
 use super::choices::choices;
@@ -113,6 +113,11 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         output,
         exr,
         preview: args.preview.is_some(),
+        presentation: Presentation {
+            movie: args.movie.clone(),
+            contact_sheet: args.contact_sheet.clone(),
+            shows_frames: args.show,
+        },
         exposure: wishes.exposure,
         tone: match args.tone.unwrap_or(ToneArg::Standard) {
             ToneArg::Standard => ToneCurve::Standard,

@@ -264,7 +264,7 @@ fn guarded(planned: &PlannedFrame, work: impl FnOnce() -> Result<()>) -> Result<
 
 type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
 
-fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
+pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
     let bytes = std::fs::read(path).map_err(|source| Error::Missing {
         path: path.to_owned(),
         pointer: String::new(),

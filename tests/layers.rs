@@ -32,6 +32,7 @@ fn rendered(folder: &Path, options: &str) {
 }
 
 /// Usage errors come before anything is written.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn assert_refused(options: &str, word: &str) {
     let folder = tempfile::tempdir().unwrap();
     let output = render(folder.path(), options);
@@ -41,6 +42,7 @@ fn assert_refused(options: &str, word: &str) {
     assert!(names(folder.path()).is_empty(), "{options}");
 }
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
     let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
@@ -48,6 +50,7 @@ fn names(folder: &Path) -> Vec<String> {
     names
 }
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn header(path: &Path) -> Header {
     let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
     exr::block::read(file, true).unwrap().headers()[0].clone()
@@ -59,6 +62,7 @@ fn channels(path: &Path) -> BTreeMap<String, String> {
     list.iter().map(|channel| (channel.name.to_string(), format!("{:?}", channel.sample_type))).collect()
 }
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     names(folder).into_iter().map(|name| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect()
 }
@@ -197,7 +201,7 @@ fn equal_runs_make_equal_files_and_stamps_tell_them_apart() {
     for name in ["c.exr", "c.depth.exr"] {
         let own = header(&folder.path().join(name)).own_attributes;
         assert!(own.capture_date.is_some() && own.utc_offset == Some(0.0), "{name}");
-        let seconds = own.other.iter().find(|(name, _)| name.to_string() == "renderSeconds");
+        let seconds = own.other.iter().find(|(name, _)| **name == *"renderSeconds");
         assert!(matches!(seconds, Some((_, AttributeValue::F32(seconds))) if *seconds > 0.0));
     }
     // A stamp does not make it another frame.

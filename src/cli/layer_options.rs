@@ -3,8 +3,11 @@
 use crate::image_file::ExrCompression;
 use crate::output::{Layer, LayerSet, LightSamples};
 
+/// Whether a word stands for a layer.
+type Holds = fn(Layer) -> bool;
+
 /// Words that stand for several layers.
-const GROUPS: [(&str, fn(Layer) -> bool); 4] = [
+const GROUPS: [(&str, Holds); 4] = [
     ("light", |layer| matches!(layer, Layer::Light(_))),
     ("data", |layer| !layer.is_light() && !is_crypto(layer)),
     ("crypto", is_crypto),
@@ -117,7 +120,7 @@ mod tests {
         assert!(layers("Object-Id").unwrap_err().contains("did you mean \"object_id\""));
         let error = layers("depth,,uv").unwrap_err();
         assert!(error.contains("\"\" is not a layer; there are"), "{error}");
-        assert!(encoding("zipp").unwrap_err().contains("did you mean \"zip\""));
+        assert!(encoding("flaot").unwrap_err().contains("did you mean \"float\""));
     }
 
     #[test]

@@ -24,6 +24,7 @@ pub use existing::ExistingFiles;
 pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
+pub use memory::check_picture;
 pub use pattern::{OutputFormat, OutputPattern};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use rate::FrameRate;

@@ -132,7 +132,11 @@ impl Writer<'_> {
                 break;
             }
             let (planned, settled) = match frame {
-                HandedOver::Kept(planned, look) => (planned, self.keep(planned, look).map(|()| None)),
+                HandedOver::Kept(planned, look) => {
+                    let kept = self.keep(planned, look);
+                    summary.previews += usize::from(look.is_some() && kept.is_ok());
+                    (planned, kept.map(|()| None))
+                }
                 HandedOver::Failed(planned, error) => (planned, Err(error)),
                 HandedOver::Traced(frame) => (frame.planned, self.write(frame, last_settled).map(Some)),
             };

@@ -90,7 +90,9 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--integrator", "path"], "whitted"),
         (&["-t", "many"], "write a whole number from 1 to 65535"),
         (&["-s", "x"], "--start"),
-        (&["--layers", "depth"], "--layers"),
+        (&["--layers", "depht"], "did you mean \"depth\"? There are beauty, depth,"),
+        (&["--exr", "half,float"], "one type"),
+        (&["--exr", "pxr24"], "half, float, none, rle, zips, zip, piz, dwaa, dwab"),
     ] {
         let arguments = [&["render", "no-such-file.glb"], options].concat();
         assert_fails(&arguments, 2, word);

@@ -7,6 +7,7 @@ use rayframe::bvh::BuildSettings;
 use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
+use rayframe::output::ExrOutput;
 use rayframe::regression::Picture;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
@@ -15,7 +16,7 @@ use rayframe::scene::{
     Selection,
 };
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceJob, Shutter, run,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceJob, Shutter, run,
 };
 
 /// White where x < 0, moving by one metre along x in the second from 0 to 1.
@@ -84,7 +85,9 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
         },
         build: BuildSettings::default(),
         output: OutputPattern::parse(folder.path().join("a.####.exr").as_os_str()).unwrap(),
+        exr: ExrOutput::default(),
         preview: false,
+        presentation: Presentation::default(),
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,

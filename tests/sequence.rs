@@ -8,11 +8,12 @@ use rayframe::bvh::{BuildSettings, BuilderKind, Split};
 use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
+use rayframe::output::ExrOutput;
 use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
 use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
-    render_hash, run,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceEvent, SequenceJob,
+    Shutter, Summary, render_hash, run,
 };
 
 /// An empty scene in even light, written to `folder/name`.
@@ -41,7 +42,9 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         },
         build: BuildSettings::default(),
         output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
+        exr: ExrOutput::default(),
         preview: false,
+        presentation: Presentation::default(),
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,

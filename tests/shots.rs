@@ -94,6 +94,13 @@ fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
                 "agx",
                 "--threads",
                 "1",
+                "--layers",
+                "depth,uv",
+                "--exr",
+                "float,zips",
+                "--split-aovs",
+                "--contact-sheet",
+                "much/sheet.png",
                 "--keep-going",
             ],
         ),
@@ -110,7 +117,7 @@ fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
 
         rendered(&folder, &render);
         let typed = files(&folder.join(name));
-        assert!(typed.iter().any(|(name, _)| name.ends_with(".exr")));
+        assert!(typed.iter().any(|(name, _)| name.starts_with("a.0")));
         std::fs::remove_dir_all(folder.join(name)).unwrap();
         rendered(outer.path(), &["render", path]);
         assert!(files(&folder.join(name)) == typed, "{name}: other files\n{shot}");

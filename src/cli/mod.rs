@@ -1,9 +1,11 @@
 //! The command line: one file a subcommand, each from what was typed to what is meant to running it.
 
+mod audience;
 mod choices;
 mod environment;
 mod idle_options;
 mod info;
+mod layer_options;
 mod memory_limit;
 mod options;
 mod render;

@@ -11,9 +11,10 @@ use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::output::SOFTWARE;
 use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
-use crate::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_count};
+use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
-use super::render_args::ProgressArg;
+use super::audience::Audience;
+use super::render_args::{ProgressArg, RenderArgs};
 use super::render_job::{RenderJob, render_job};
 use super::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
 use super::understood::{after_the_end, understood};
@@ -44,8 +45,10 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
     inputs.extend(meant.shot.clone());
     settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
+    job.presentation.check()?;
     let plan = Plan::new(&job)?;
-    refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
+    let others = other_files(&job, args);
+    refuse_collisions(&plan, &others, &inputs)?;
     if triangle_count(&job.scene, &job.selection.roots) == 0 {
         print_warning(&format!(
             "{}: the scene draws no triangles; only what surrounds it is seen",
@@ -69,27 +72,56 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
         return Ok(Ending::Code(0));
     }
     plan.prepare()?;
-    if let Some(stats) = &args.stats {
-        probe_folder(stats)?;
+    for (path, _) in &others {
+        probe_folder(path)?;
     }
 
     // Render.
     let cancel = CancelFlag::new();
     let caught = signals::watch(&cancel)
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
-    let verbosity =
-        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
-    let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
-    let summary = sequence::run(&job, &plan, &cancel, &|event| reporter.tell(event));
+    let (summary, presented) = perform(&job, &plan, args, &cancel)?;
 
     // Say how it went.
-    if let Some(stats) = &args.stats {
-        write_statistics(stats, &job, &summary)?;
+    if let Err(error) = presented {
+        return Ok(match (caught.number(), &error) {
+            (Some(signal), Error::Interrupted(_)) => Ending::Signal(signal),
+            _ => ending(Err(error)),
+        });
     }
     match caught.number() {
         Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
         _ => Ok(finish(summary, job.keep_going)),
     }
+}
+
+/// Files that are written beside the frames, and the options that ask for them.
+pub(super) fn other_files<'a>(job: &'a SequenceJob, args: &'a RenderArgs) -> Vec<(&'a Path, &'static str)> {
+    let statistics = args.stats.as_deref().map(|path| (path, "--stats"));
+    job.presentation.files().chain(statistics).collect()
+}
+
+/// Renders the frames, tells about them, writes the statistics, and makes what is made of finished frames, which may fail
+/// for itself.
+pub(super) fn perform(
+    job: &SequenceJob,
+    plan: &Plan,
+    args: &RenderArgs,
+    cancel: &CancelFlag,
+) -> Result<(Summary, Result<()>)> {
+    let verbosity =
+        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
+    let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
+    let audience = Audience::new(job, plan, cancel)?;
+    let summary = sequence::run(job, plan, cancel, &|event| {
+        reporter.tell(event);
+        audience.watch(event, &reporter);
+    });
+    if let Some(stats) = &args.stats {
+        write_statistics(stats, job, &summary)?;
+    }
+    let presented = audience.present(&summary, cancel);
+    Ok((summary, presented))
 }
 
 /// What resuming is about to throw away; `None` when nothing.
@@ -105,12 +137,12 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
 }
 
 /// No file may be written over another one of this run, or over what it reads.
-pub(super) fn refuse_collisions(plan: &Plan, stats: Option<&Path>, inputs: &[PathBuf]) -> Result<()> {
+pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
     let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
-    let frames = plan.frames.iter().flat_map(|frame| [Some(&frame.path), frame.preview_path.as_ref()]);
-    let frames = frames.flatten().map(|path| (path.as_path(), "will hold a frame", "-o"));
-    let stats = stats.map(|path| (path, "will hold the statistics", "--stats"));
-    for (path, purpose, option) in frames.chain(stats) {
+    let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
+    let frames = frames.map(|path| (path, "will hold a frame", "-o"));
+    let others = others.iter().map(|&(path, option)| (path, "will hold something else", option));
+    for (path, purpose, option) in frames.chain(others) {
         if let Some(other) = names.insert(place(path), purpose) {
             return Err(Error::usage(format!(
                 "{option}: \"{}\" {other} and cannot be written to as well; choose another name",

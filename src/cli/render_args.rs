@@ -7,10 +7,12 @@ use clap::{Args, ValueEnum};
 
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
+use crate::image_file::ExrCompression;
+use crate::output::{LayerSet, LightSamples};
 use crate::progress::ProgressStyle;
 use crate::render::Aperture;
 
-use super::options;
+use super::{layer_options, options};
 
 /// Options of `rayframe render`, unchecked against each other and the scene.
 #[derive(Clone, Debug, Args)]
@@ -33,6 +35,30 @@ pub(super) struct RenderArgs {
     /// Tone-mapped previews beside the EXR files
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub(super) preview: Option<PreviewFormat>,
+    /// What EXR files hold besides the picture, separated by commas: depth, position, normal, geometric_normal, albedo,
+    /// emission, direct, environment, reflection, refraction, pass_through, uv, object_id, material_id, node_id, motion,
+    /// crypto_object, crypto_material; light, data, crypto and all stand for several
+    #[arg(long, value_name = "LIST", value_parser = layer_options::layers, help_heading = "Output")]
+    pub(super) layers: Option<LayerSet>,
+    /// How EXR files are stored, in any order: half or float for the picture and its light (data is always float), and none,
+    /// rle, zips, zip, piz, dwaa or dwab, of which the last two lose a little [default: half,zip]
+    #[arg(long, value_name = "TYPE,COMPRESSION", value_parser = layer_options::encoding, help_heading = "Output")]
+    pub(super) exr: Option<(LightSamples, ExrCompression)>,
+    /// A file for each layer beside the picture's, such as shot.depth.0001.exr, or with {layer} in the output's name
+    #[arg(long, help_heading = "Output")]
+    pub(super) split_aovs: bool,
+    /// EXR files tell when and on which machine they were made, and how long that took; without it equal runs make equal files
+    #[arg(long, help_heading = "Output")]
+    pub(super) stamp: bool,
+    /// All frames as one file that plays: .apng (exact), .gif, or .mp4, .mov, .webm, .mkv where ffmpeg is installed
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) movie: Option<PathBuf>,
+    /// All frames small in one PNG picture, with their numbers
+    #[arg(long, value_name = "FILE.png", help_heading = "Output")]
+    pub(super) contact_sheet: Option<PathBuf>,
+    /// Show each finished frame on the terminal: as a picture (kitty, Ghostty, WezTerm, iTerm2), else in coloured blocks
+    #[arg(long, help_heading = "Output")]
+    pub(super) show: bool,
     /// Keep whole frames of the same scene, settings and version; replace all others
     #[arg(long, conflicts_with = "overwrite", help_heading = "Output")]
     pub(super) resume: bool,

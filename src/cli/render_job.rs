@@ -9,14 +9,15 @@ use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame;
 use crate::gltf::{self, ImageNeed, ImportOptions};
+use crate::output::{ExrOutput, Layer, LayerSet, matte_collisions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
 use crate::scene::{
     CameraChoice, Choice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers,
     mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, check_picture,
-    duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, Presentation, SequenceJob, Shutter,
+    check_picture, duration_seconds,
 };
 
 use super::choices::choices;
@@ -65,8 +66,9 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let max_memory_bytes = wishes.max_memory_bytes;
     let shutter =
         args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
+    let exr = exr_output(args);
     if let Some(window) = known_window(args)? {
-        check_picture(&args.scene, window, shutter, max_memory_bytes)?;
+        check_picture(&args.scene, window, shutter, &exr, max_memory_bytes)?;
     }
     let images = if args.dry_run { ImageNeed::Budget } else { ImageNeed::Texels };
     let options = ImportOptions { max_memory_bytes, images };
@@ -79,7 +81,11 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let mut inputs = vec![args.scene.clone()];
     inputs.extend(scene.files.iter().cloned());
     inputs.extend(wishes.environment.files().map(PathBuf::from));
-    let warnings = [scene.warnings.clone(), environment_warnings].concat();
+    let layers = args.layers.iter().flat_map(LayerSet::layers);
+    let has_mattes =
+        layers.into_iter().any(|layer| matches!(layer, Layer::CryptoObject | Layer::CryptoMaterial));
+    let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
+    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
     let description = match (show_background, description.as_str()) {
         (true, _) => description,
         (false, "") => "background none".to_owned(),
@@ -106,7 +112,13 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         rate: wishes.rate,
         shutter,
         output,
+        exr,
         preview: args.preview.is_some(),
+        presentation: Presentation {
+            movie: args.movie.clone(),
+            contact_sheet: args.contact_sheet.clone(),
+            shows_frames: args.show,
+        },
         exposure: wishes.exposure,
         tone: match args.tone.unwrap_or(ToneArg::Standard) {
             ToneArg::Standard => ToneCurve::Standard,
@@ -211,6 +223,17 @@ fn existing_files(args: &RenderArgs) -> ExistingFiles {
     }
 }
 
+fn exr_output(args: &RenderArgs) -> ExrOutput {
+    let (samples, compression) = args.exr.unwrap_or_default();
+    ExrOutput {
+        layers: args.layers.clone().unwrap_or_default(),
+        samples,
+        compression,
+        is_split: args.split_aovs,
+        is_stamped: args.stamp,
+    }
+}
+
 fn build_settings(args: &RenderArgs, simd: SimdLevel) -> BuildSettings {
     BuildSettings {
         builder: match args.bvh {
@@ -259,6 +282,7 @@ fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> R
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
+        layers: exr_output(args).request(),
     })
 }
 

@@ -2,6 +2,8 @@
 
 use glam::{Vec2, Vec3};
 
+pub use crate::integrator::{LightPart, LightParts};
+
 /// Which layers are recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LayerRequest {
@@ -17,51 +19,6 @@ impl LayerRequest {
     /// Nothing besides colour and coverage.
     pub const NONE: Self = Self { light: false, centres: false, coverage: false };
 }
-
-/// How light came to the eye. What the camera sees last decides: each bit of a pixel's light is in exactly one part, so that
-/// they sum to its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LightPart {
-    /// Given off by the first surface, unlit ones included.
-    Emission,
-    /// From lamps, scattered by the first surface.
-    Direct,
-    /// From the environment, scattered by the first surface or seen by itself behind the scene.
-    Environment,
-    /// By mirror rays of the first surface, whatever they met.
-    Reflection,
-    /// By rays through the first surface where it is glass, whatever they met.
-    Refraction,
-    /// By whatever is seen behind a see-through first surface (alpha, not glass).
-    PassThrough,
-}
-
-impl LightPart {
-    /// All parts, in the order of their subscripts.
-    pub const ALL: [Self; 6] = [
-        Self::Emission,
-        Self::Direct,
-        Self::Environment,
-        Self::Reflection,
-        Self::Refraction,
-        Self::PassThrough,
-    ];
-
-    /// As layers are called.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Emission => "emission",
-            Self::Direct => "direct",
-            Self::Environment => "environment",
-            Self::Reflection => "reflection",
-            Self::Refraction => "refraction",
-            Self::PassThrough => "pass_through",
-        }
-    }
-}
-
-/// Linear Rec.709 radiance of one pixel by [`LightPart`], premultiplied like the pixel itself.
-pub type LightParts = [[f32; 3]; LightPart::ALL.len()];
 
 /// What the ray through the middle of a pixel meets first, at the frame's own time and without a lens: the first surface whose
 /// coverage is at least one half. Shadow catchers are not met.
@@ -82,7 +39,8 @@ pub struct CentreSample {
     /// First set of texture coordinates as the file has them; v grows downwards.
     pub uv: Vec2,
     /// Where the same point of the surface is in the next frame's picture less where it is in this one, pixels; x to the right,
-    /// y downwards. Where nothing is met, that of a point infinitely far away. Zero where either lies behind the camera.
+    /// y downwards. Where nothing is met, that of a point infinitely far away, and under parallel rays none. Zero where
+    /// either lies behind the camera, or the surface is hidden then.
     pub motion_forward: Vec2,
     /// The same for the previous frame.
     pub motion_back: Vec2,
@@ -110,6 +68,14 @@ impl Default for CentreSample {
 /// them have their shares each.
 pub type PixelCoverage = Vec<(u32, f32)>;
 
+/// Adds to the share of one surface.
+pub fn add_share(coverage: &mut PixelCoverage, shape: u32, share: f32) {
+    match coverage.binary_search_by_key(&shape, |&(shape, _)| shape) {
+        Ok(place) => coverage[place].1 += share,
+        Err(place) => coverage.insert(place, (shape, share)),
+    }
+}
+
 /// Row-major pixels of the film's window, for each layer that is recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilmLayers {
@@ -131,6 +97,34 @@ impl FilmLayers {
         }
     }
 
+    /// Adds another recording of the same pixels. What the middles of pixels show is not a sum and stays.
+    pub fn add(&mut self, other: &Self) {
+        if let (Some(light), Some(other)) = (&mut self.light, &other.light) {
+            let channels = other.as_flattened().as_flattened();
+            let sums = light.as_flattened_mut().as_flattened_mut();
+            sums.iter_mut().zip(channels).for_each(|(sum, channel)| *sum += channel);
+        }
+        if let (Some(coverage), Some(other)) = (&mut self.coverage, &other.coverage) {
+            for (shares, other) in coverage.iter_mut().zip(other) {
+                for &(shape, share) in other {
+                    add_share(shares, shape, share);
+                }
+            }
+        }
+    }
+
+    /// Multiplies light and coverage.
+    pub fn scale(&mut self, factor: f32) {
+        for light in self.light.iter_mut().flatten() {
+            light.as_flattened_mut().iter_mut().for_each(|channel| *channel *= factor);
+        }
+        for shares in self.coverage.iter_mut().flatten() {
+            for (_, share) in shares {
+                *share *= factor;
+            }
+        }
+    }
+
     /// What is recorded.
     pub fn request(&self) -> LayerRequest {
         LayerRequest {
@@ -138,5 +132,31 @@ impl FilmLayers {
             centres: self.centres.is_some(),
             coverage: self.coverage.is_some(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_summed_by_surface() {
+        let all = LayerRequest { light: true, centres: true, coverage: true };
+        let (mut sum, mut other) = (FilmLayers::new(1, all), FilmLayers::new(1, all));
+        sum.coverage = Some(vec![vec![(2, 0.5), (7, 0.25)]]);
+        other.coverage = Some(vec![vec![(1, 1.0), (7, 0.5), (9, 0.125)]]);
+        sum.light = Some(vec![[[1.0, 2.0, 3.0]; 6]]);
+        other.light = Some(vec![[[0.5, 0.0, 1.0]; 6]]);
+        sum.add(&other);
+        sum.scale(0.5);
+        assert_eq!(sum.coverage, Some(vec![vec![(1, 0.5), (2, 0.25), (7, 0.375), (9, 0.0625)]]));
+        assert_eq!(sum.light, Some(vec![[[0.75, 1.0, 2.0]; 6]]));
+    }
+
+    #[test]
+    fn what_is_asked_for_is_recorded() {
+        let light = LayerRequest { light: true, ..LayerRequest::NONE };
+        assert_eq!(FilmLayers::new(3, light).request(), light);
+        assert_eq!(FilmLayers::new(3, LayerRequest::NONE), FilmLayers::default());
     }
 }

@@ -2,7 +2,7 @@
 
 mod layers;
 
-pub use layers::{CentreSample, FilmLayers, LayerRequest, LightPart, LightParts, PixelCoverage};
+pub use layers::{CentreSample, FilmLayers, LayerRequest, LightPart, LightParts, PixelCoverage, add_share};
 
 /// Pixels from `x0` up to but not including `x1`, and likewise for rows; origin at the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,15 +61,24 @@ impl Film {
 
     /// Writes the pixels of a tile, which lies inside the window.
     pub fn place(&mut self, tile: PixelWindow, pixels: &[[f32; 4]]) {
-        let stride = self.window.width() as usize;
-        let rows = pixels.chunks_exact(tile.width() as usize);
-        for (y, row) in (tile.y0..tile.y1).zip(rows) {
-            let start = (y - self.window.y0) as usize * stride + (tile.x0 - self.window.x0) as usize;
-            self.pixels[start..start + row.len()].copy_from_slice(row);
+        place(self.window, &mut self.pixels, tile, pixels);
+    }
+
+    /// Writes those layers of a tile that are recorded here and there.
+    pub fn place_layers(&mut self, tile: PixelWindow, layers: &FilmLayers) {
+        let window = self.window;
+        if let (Some(all), Some(light)) = (&mut self.layers.light, &layers.light) {
+            place(window, all, tile, light);
+        }
+        if let (Some(all), Some(centres)) = (&mut self.layers.centres, &layers.centres) {
+            place(window, all, tile, centres);
+        }
+        if let (Some(all), Some(coverage)) = (&mut self.layers.coverage, &layers.coverage) {
+            place(window, all, tile, coverage);
         }
     }
 
-    /// Adds the pixels of a film of the same window.
+    /// Adds the pixels of a film of the same window, their light by parts and their coverage.
     pub fn add(&mut self, other: &Self) {
         debug_assert_eq!(self.window, other.window);
         for (sum, pixel) in self.pixels.iter_mut().zip(&other.pixels) {
@@ -77,23 +86,38 @@ impl Film {
                 *sum += channel;
             }
         }
+        self.layers.add(&other.layers);
     }
 
-    /// Multiplies all pixels.
+    /// Multiplies all pixels, their light by parts and their coverage.
     pub fn scale(&mut self, factor: f32) {
+        self.layers.scale(factor);
         self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
     }
 
-    /// Sets pixels that are infinite or not a number to transparent black and counts them.
+    /// Sets pixels that are infinite or not a number to transparent black, their light by parts too, and counts them.
     pub fn blacken_non_finite(&mut self) -> u64 {
         let mut count = 0;
-        for pixel in &mut self.pixels {
+        for (subscript, pixel) in self.pixels.iter_mut().enumerate() {
             if !pixel.iter().all(|channel| channel.is_finite()) {
                 *pixel = [0.0; 4];
+                if let Some(light) = &mut self.layers.light {
+                    light[subscript] = LightParts::default();
+                }
                 count += 1;
             }
         }
         count
+    }
+}
+
+/// Writes the row-major values of a tile among those of a window.
+fn place<T: Clone>(window: PixelWindow, all: &mut [T], tile: PixelWindow, values: &[T]) {
+    let stride = window.width() as usize;
+    let rows = values.chunks_exact(tile.width() as usize);
+    for (y, row) in (tile.y0..tile.y1).zip(rows) {
+        let start = (y - window.y0) as usize * stride + (tile.x0 - window.x0) as usize;
+        all[start..start + row.len()].clone_from_slice(row);
     }
 }
 
@@ -112,9 +136,12 @@ mod tests {
 
     #[test]
     fn non_finite_pixels_become_black_and_are_counted() {
-        let mut film = Film::new((3, 1), PixelWindow::full(3, 1));
+        let request = LayerRequest { light: true, ..LayerRequest::NONE };
+        let mut film = Film::with_layers((3, 1), PixelWindow::full(3, 1), request);
+        film.layers.light = Some(vec![[[f32::NAN; 3]; 6], [[0.5; 3]; 6], [[1.0; 3]; 6]]);
         film.pixels = vec![[f32::NAN, 1.0, 1.0, 1.0], [1.0; 4], [1.0, f32::INFINITY, 1.0, 1.0]];
         assert_eq!(film.blacken_non_finite(), 2);
         assert_eq!(film.pixels, [[0.0; 4], [1.0; 4], [0.0; 4]]);
+        assert_eq!(film.layers.light, Some(vec![[[0.0; 3]; 6], [[0.5; 3]; 6], [[0.0; 3]; 6]]));
     }
 }

@@ -1,16 +1,15 @@
 //! What an EXR file says about its picture besides pixels.
 
-use exr::meta::attribute::{AttributeValue, Chromaticities, Text};
+use exr::meta::attribute::{AttributeValue, Chromaticities, Text, TimeCode};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
 use exr::prelude::{IntegerBounds, Vec2};
 
-use super::RgbaPixels;
 use crate::color::REC709;
 
 /// Name of the attribute that holds [`FrameAttributes::render_hash`].
 pub(super) const RENDER_HASH: &str = "renderHash";
 
-/// Facts about one frame; none may differ between two runs that make the same picture.
+/// Facts about one frame; but for the stamp none may differ between two runs that make the same picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameAttributes {
     /// Program and version (`software`).
@@ -30,11 +29,27 @@ pub struct FrameAttributes {
     pub world_to_camera: [f32; 16],
     /// World to the display window, (0, 0) top left and (1, 1) bottom right (`worldToNDC`), in the same order.
     pub world_to_ndc: [f32; 16],
+    /// Hours, minutes, seconds and frames (`timeCode`), where the rate allows one.
+    pub time_code: Option<[u8; 4]>,
+    /// Further attributes, each a name of up to 31 bytes and a text of any bytes.
+    pub texts: Vec<(String, String)>,
+    /// What differs between runs, where it is asked for.
+    pub stamp: Option<RunStamp>,
+}
+
+/// When and where a frame was made, and how long that took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunStamp {
+    /// Date and time of day, universal time, as `2026:11:21 18:57:00` (`capDate`, with a `utcOffset` of 0).
+    pub capture_date: String,
+    /// Name of the machine, where it has one (`hostComputer`).
+    pub host: Option<String>,
+    /// Seconds it took to pose, build and trace (`renderSeconds`, a float).
+    pub render_seconds: f32,
 }
 
 impl FrameAttributes {
-    pub(super) fn of_image(pixels: &RgbaPixels<'_>) -> ImageAttributes {
-        let (width, height) = pixels.picture_size;
+    pub(super) fn of_image(&self, (width, height): (u32, u32)) -> ImageAttributes {
         let mut attributes =
             ImageAttributes::new(IntegerBounds::new((0, 0), (width as usize, height as usize)));
         let xy = |point: glam::Vec2| Vec2(point.x, point.y);
@@ -44,28 +59,52 @@ impl FrameAttributes {
             blue: xy(REC709.blue),
             white: xy(REC709.white),
         });
+        attributes.time_code = self.time_code.map(packed);
         attributes
     }
 
-    pub(super) fn of_layer(&self, pixels: &RgbaPixels<'_>) -> LayerAttributes {
+    pub(super) fn of_layer(&self, origin: (u32, u32)) -> LayerAttributes {
         let mut attributes = LayerAttributes {
-            layer_position: Vec2(pixels.origin.0 as i32, pixels.origin.1 as i32),
+            layer_position: Vec2(origin.0 as i32, origin.1 as i32),
             frames_per_second: Some(self.frames_per_second),
             world_to_camera: Some(self.world_to_camera),
             world_to_normalized_device: Some(self.world_to_ndc),
             software_name: Text::new_or_none(&self.software),
             ..LayerAttributes::default()
         };
-        let own = [
-            ("frame", Some(AttributeValue::I32(self.frame))),
-            ("timeSeconds", Some(AttributeValue::F64(self.time_seconds))),
-            (RENDER_HASH, Text::new_or_none(&self.render_hash).map(AttributeValue::Text)),
+        let mut own = vec![
+            ("frame", AttributeValue::I32(self.frame)),
+            ("timeSeconds", AttributeValue::F64(self.time_seconds)),
+            (RENDER_HASH, AttributeValue::Text(text(&self.render_hash))),
         ];
-        for (name, value) in own {
-            if let (Some(name), Some(value)) = (Text::new_or_none(name), value) {
-                attributes.other.insert(name, value);
-            }
+        own.extend(self.texts.iter().map(|(name, value)| (name.as_str(), AttributeValue::Text(text(value)))));
+        if let Some(stamp) = &self.stamp {
+            attributes.capture_date = Some(text(&stamp.capture_date));
+            attributes.utc_offset = Some(0.0);
+            own.push(("renderSeconds", AttributeValue::F32(stamp.render_seconds)));
+            let host = stamp.host.as_deref();
+            own.extend(host.map(|host| ("hostComputer", AttributeValue::Text(text(host)))));
         }
+        attributes.other.extend(own.into_iter().map(|(name, value)| (text(name), value)));
         attributes
+    }
+}
+
+/// OpenEXR's texts are bytes; what is not ASCII goes in as UTF-8, as other programs write it.
+fn text(text: &str) -> Text {
+    Text::from_slice_unchecked(text.as_bytes())
+}
+
+fn packed([hours, minutes, seconds, frame]: [u8; 4]) -> TimeCode {
+    TimeCode {
+        hours,
+        minutes,
+        seconds,
+        frame,
+        drop_frame: false,
+        color_frame: false,
+        field_phase: false,
+        binary_group_flags: [false; 3],
+        binary_groups: [0; 8],
     }
 }

@@ -90,12 +90,12 @@ fn stored_frame(header: &Header) -> StoredFrame {
 fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
     let reader = exr::block::read(Cursor::new(bytes), false)
         .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
-    let samples = |header: &Header| {
+    let needed = |header: &Header| {
         let (width, height) = (header.layer_size.0 as u128, header.layer_size.1 as u128);
-        width * height * header.channels.list.len() as u128
+        // At most four bytes a sample as decoded, and sixteen a pixel as handed on.
+        width * height * (header.channels.list.len() as u128 * 4 + 16)
     };
-    // Four bytes a sample as decoded, and sixteen a pixel as handed on.
-    Ok(reader.headers().iter().map(|header| samples(header) * 20).sum())
+    Ok(reader.headers().iter().map(needed).sum())
 }
 
 fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {

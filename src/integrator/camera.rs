@@ -112,6 +112,7 @@ impl CameraRays {
             weight: Vec3::ONE,
             class: PathClass::Camera,
             spectrum: Spectrum::White,
+            part: None,
             depth: 0,
             sample,
             seed,

@@ -6,6 +6,7 @@
 
 mod camera;
 mod crossings;
+mod light_part;
 mod lights;
 mod media;
 mod path;
@@ -22,6 +23,7 @@ use lights::PreparedLight;
 use media::Interiors;
 
 pub use camera::{CameraRays, ThinLens};
+pub use light_part::{LightPart, LightParts};
 pub use media::{MediaStack, Medium, VolumeId};
 pub use path::{Path, PathClass, Spectrum};
 pub use random::{R2, Seed};

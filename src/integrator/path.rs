@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::MediaStack;
 use super::random::Seed;
+use super::{LightPart, MediaStack};
 use crate::bvh::Hit;
 use crate::interaction::Footprint;
 
@@ -24,6 +24,9 @@ pub struct Path {
     pub class: PathClass,
     /// Which colours it stands for.
     pub spectrum: Spectrum,
+    /// The part of the light that whatever the last ray finds belongs to; `None` for rays from the camera, where what they
+    /// meet decides.
+    pub part: Option<LightPart>,
     /// Reflections and refractions so far.
     pub depth: u32,
     /// Subscript of the sample in its batch.

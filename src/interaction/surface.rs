@@ -1,14 +1,14 @@
 //! Geometry at a hit: point, error bound, normals on the viewer's side, and where shadow rays end.
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use super::footprint::weight_steps;
 use super::texture_lookup::{Lookups, UvFootprint};
 use super::{Footprint, PosedScene, normal};
-use crate::bvh::Hit;
-use crate::frame::{PosedVertex, Shape};
+use crate::bvh::{Hit, PrimitiveFlags};
+use crate::frame::{Frame, PosedVertex, Shape};
 use crate::geometry::{Facing, Ray, Triangle, unit};
-use crate::scene::TextureRef;
+use crate::scene::{Scene, TextureRef};
 
 /// A point of a surface, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -96,6 +96,26 @@ impl<'a> SurfacePoint<'a> {
         let [a, b, c] = self.shape.uvs(posed.scene, reference.uv_set as usize, self.corners);
         let uv = a * self.weights[0] + b * self.weights[1] + c * self.weights[2];
         (uv, UvFootprint(self.weight_steps.map(|step| (b - a) * step.x + (c - a) * step.y)))
+    }
+
+    /// Texture coordinates of set `set` as the file has them; zero where there is no such set.
+    pub fn texture_coordinates(&self, scene: &Scene, set: usize) -> Vec2 {
+        let [a, b, c] = self.shape.uvs(scene, set, self.corners);
+        a * self.weights[0] + b * self.weights[1] + c * self.weights[2]
+    }
+
+    /// Where the same point of the surface is in `frame`, which poses the same scene at another time; `None` where the
+    /// surface is hidden there. World space, metres.
+    pub fn position_in(&self, frame: &Frame) -> Option<DVec3> {
+        let primitive = self.primitive as usize;
+        let shape = &frame.shapes[*frame.shape_of_triangle.get(primitive)? as usize];
+        let place = |shape: &Shape| (shape.node, shape.instance, shape.primitive, shape.first_triangle);
+        if place(shape) != place(self.shape) || frame.flags[primitive].has(PrimitiveFlags::HIDDEN) {
+            return None;
+        }
+        let corner = |corner: u32| frame.vertices[shape.first_vertex + corner as usize].position.as_dvec3();
+        let [a, b, c] = self.corners.map(corner);
+        Some(a + (b - a) * f64::from(self.weights[1]) + (c - a) * f64::from(self.weights[2]))
     }
 
     /// A start for rays that leave on the side of `wo`.

@@ -31,7 +31,25 @@ pub fn frame_attributes(
         // Adding zero turns −0 into 0.
         world_to_camera: camera_from_world.to_cols_array().map(|value| value + 0.0),
         world_to_ndc: ndc_from_world.to_cols_array().map(|value| value + 0.0),
+        time_code: time_code(frame, frames_per_second),
+        texts: Vec::new(),
+        stamp: None,
     }
+}
+
+/// Hours, minutes, seconds and frames as SMPTE time code counts them, without dropped frames.
+///
+/// There is none for rates that are no whole number or above 30, which it cannot count, before frame 0, and after a day.
+fn time_code(frame: i64, (numerator, denominator): (i32, u32)) -> Option<[u8; 4]> {
+    let rate = u64::try_from(numerator).ok().filter(|rate| denominator == 1 && (1..=30).contains(rate))?;
+    let frame = u64::try_from(frame).ok()?;
+    let seconds = frame / rate;
+    (seconds < 24 * 3600).then_some([
+        (seconds / 3600) as u8,
+        (seconds / 60 % 60) as u8,
+        (seconds % 60) as u8,
+        (frame % rate) as u8,
+    ])
 }
 
 /// From camera space to the picture: after division x runs 0 to 1 from left to right, y 0 to 1 from top to bottom, and
@@ -103,6 +121,21 @@ mod tests {
         let ndc = ndc_from_camera(&projection, (64, 64));
         assert_near(ndc.project_point3(Vec3::new(-2.0, 2.0, -1.0)), Vec3::ZERO);
         assert_near(ndc.project_point3(Vec3::new(2.0, -2.0, -5.0)), Vec3::ONE);
+    }
+
+    #[test]
+    fn time_codes_count_frames_up_to_a_day() {
+        let film = (24, 1);
+        assert_eq!(time_code(0, film), Some([0; 4]));
+        // 1 h 2 min 3 s and 4 frames at 24 a second.
+        assert_eq!(time_code((3600 + 2 * 60 + 3) * 24 + 4, film), Some([1, 2, 3, 4]));
+        assert_eq!(time_code(24 * 3600 * 24 - 1, film), Some([23, 59, 59, 23]));
+        assert_eq!(time_code(24 * 3600 * 24, film), None);
+        assert_eq!(time_code(-1, film), None);
+        assert_eq!(time_code(29, (30, 1)), Some([0, 0, 0, 29]));
+        for rate in [(30000, 1001), (48, 1), (25, 2)] {
+            assert_eq!(time_code(10, rate), None, "{rate:?}");
+        }
     }
 
     #[test]

@@ -1,11 +1,18 @@
 //! A frame's files as bytes.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
-use crate::image_file::{DisplayPicture, FrameAttributes, RgbaPixels, encode_exr, encode_png, half_from_f32};
+use crate::image_file::{
+    DisplayPicture, ExrPicture, FrameAttributes, RgbaPixels, encode_exr, encode_exr_picture, encode_png,
+    half_from_f32,
+};
+
+use super::channels::layer_channels;
+use super::{ExrOutput, Layer, ShapeIds};
 
 /// How scene-linear colour becomes a viewable picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +23,55 @@ pub struct PreviewLook {
     pub tone: ToneCurve,
 }
 
-/// The EXR file of a frame.
+/// The EXR files of a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExrFiles {
+    /// The picture, with all layers unless they are split.
+    pub main: Vec<u8>,
+    /// The files of [`ExrOutput::split_layers`].
+    pub layers: Vec<Vec<u8>>,
+}
+
+/// The EXR files of a frame; `shapes` are those of the frame.
+///
+/// # Errors
+/// [`crate::error::Error::Internal`] when the film has not recorded a layer.
+pub fn exr_files(
+    film: &Film,
+    attributes: &FrameAttributes,
+    output: &ExrOutput,
+    shapes: &ShapeIds,
+) -> Result<ExrFiles> {
+    let file = |layers: &[Layer]| layers_file(film, attributes.clone(), output, (layers, shapes));
+    let split = || output.split_layers().par_iter().map(|&layer| file(&[layer])).collect();
+    let (main, layers): (_, Result<_>) = rayon::join(|| file(output.main_layers()), split);
+    Ok(ExrFiles { main: main?, layers: layers? })
+}
+
+fn layers_file(
+    film: &Film,
+    mut attributes: FrameAttributes,
+    output: &ExrOutput,
+    (layers, shapes): (&[Layer], &ShapeIds),
+) -> Result<Vec<u8>> {
+    let mut channels = Vec::new();
+    for &layer in layers {
+        channels.extend(layer_channels(layer, film, output.samples, shapes)?);
+        if let Some(matte) = shapes.matte(layer) {
+            attributes.texts.extend(matte.attributes());
+        }
+    }
+    let picture = ExrPicture {
+        picture_size: film.resolution,
+        origin: (film.window.x0, film.window.y0),
+        size: (film.window.width(), film.window.height()),
+        channels,
+        compression: output.compression_of(layers),
+    };
+    encode_exr_picture(picture, &attributes)
+}
+
+/// The EXR file of a frame's picture alone, as halves in ZIP.
 pub fn exr_file(film: &Film, attributes: &FrameAttributes) -> Result<Vec<u8>> {
     let PixelWindow { x0, y0, .. } = film.window;
     let pixels = RgbaPixels {
@@ -65,6 +120,10 @@ fn display_pixel([r, g, b, alpha]: [f32; 4], gain: f32, tone: ToneCurve) -> [u8;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::film::LayerRequest;
+    use crate::frame::PosedCamera;
+    use crate::output::{LayerSet, frame_attributes};
+    use crate::scene::Scene;
 
     const LOOK: PreviewLook = PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard };
 
@@ -74,6 +133,45 @@ mod tests {
         let half = display_pixels(&[[0.25, 0.125, 0.0625, 0.5]], LOOK)[0];
         assert_eq!(full[..3], half[..3]);
         assert_eq!((full[3], half[3]), (255, 128));
+    }
+
+    /// A film of shapes that nothing is known of, with everything recorded.
+    fn film() -> Film {
+        let all = LayerRequest { light: true, centres: true, coverage: true };
+        let mut film = Film::with_layers((5, 4), PixelWindow { x0: 1, y0: 2, x1: 4, y1: 4 }, all);
+        film.pixels = (0..6).map(|i| [i as f32, 0.5, -0.0, 1.0]).collect();
+        film
+    }
+
+    fn attributes() -> FrameAttributes {
+        let camera = PosedCamera::default();
+        frame_attributes(1, 0.0, (24, 1), "00ff", (&camera, (5, 4)))
+    }
+
+    #[test]
+    fn the_default_is_the_picture_alone() {
+        let files = exr_files(&film(), &attributes(), &ExrOutput::default(), &ShapeIds::default()).unwrap();
+        assert!(files.main == exr_file(&film(), &attributes()).unwrap());
+        assert!(files.layers.is_empty());
+    }
+
+    #[test]
+    fn split_layers_hold_what_one_file_would() {
+        let scene = Scene::default();
+        let layers = LayerSet::new(&Layer::ALL);
+        let shapes = ShapeIds::new(&scene, &[], &layers);
+        let together = ExrOutput { layers, ..ExrOutput::default() };
+        let split = ExrOutput { is_split: true, ..together.clone() };
+        let together = exr_files(&film(), &attributes(), &together, &shapes).unwrap();
+        assert!(together.layers.is_empty());
+        let split = exr_files(&film(), &attributes(), &split, &shapes).unwrap();
+        assert_eq!(split.layers.len(), Layer::ALL.len() - 1);
+        assert!(split.main == exr_file(&film(), &attributes()).unwrap());
+        // Every file shows the same picture of the same frame, and mattes have their names where they are.
+        let names = |file: &[u8]| file.windows(12).filter(|window| window == b"cryptomatte/").count();
+        assert_eq!(names(&together.main), 8);
+        assert_eq!(split.layers.iter().map(|file| names(file)).collect::<Vec<_>>()[16..], [4, 4]);
+        assert_eq!(names(&split.main), 0);
     }
 
     #[test]

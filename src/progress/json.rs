@@ -123,6 +123,7 @@ mod tests {
             frame: 7,
             time_seconds: 0.0,
             path,
+            layer_paths: Vec::new(),
             preview_path: None,
             render_hash: String::new(),
             is_done: false,

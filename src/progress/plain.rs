@@ -67,7 +67,8 @@ pub(super) fn kept_text(kept: usize, to_render: usize) -> Option<String> {
     }
 }
 
-pub(super) fn exposure_text(ev: f32) -> String {
+/// `exposure 0.3 stops, chosen automatically (…)`.
+pub fn exposure_text(ev: f32) -> String {
     format!("exposure {ev} stops, chosen automatically (--exposure {ev} keeps it)")
 }
 

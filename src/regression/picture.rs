@@ -71,6 +71,9 @@ impl Picture {
             frames_per_second: (super::FRAMES_PER_SECOND, 1),
             world_to_camera: identity,
             world_to_ndc: identity,
+            time_code: None,
+            texts: Vec::new(),
+            stamp: None,
         };
         let bytes = image_file::encode_exr(&pixels, &attributes)?;
         if let Some(folder) = path.parent() {

@@ -7,10 +7,10 @@ use super::surroundings::Surroundings;
 use crate::bvh::{BuildSettings, Builder};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
-use crate::film::PixelWindow;
+use crate::film::{Film, PixelWindow};
 use crate::frame::Frame;
 use crate::gltf::{ImportOptions, import};
-use crate::render::{RenderInput, RenderSettings, render_frame};
+use crate::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
 use crate::scene::{Environment, Scene, Selection, SelectionRequest, mark_shadow_catchers};
 
 /// A scene ready to be rendered at any of its frames, with every choice at its default but for the surroundings that it
@@ -61,6 +61,22 @@ impl SceneRenderer {
         samples: u32,
         cancel: &CancelFlag,
     ) -> Result<(Picture, u64)> {
+        let window = PixelWindow::full(resolution.0, resolution.1);
+        let settings = RenderSettings { resolution, window, samples, ..RenderSettings::default() };
+        let (film, statistics) = self.render_film(time_seconds, &settings, cancel)?;
+        Ok((Picture::of_film(film), statistics.non_finite_pixels))
+    }
+
+    /// The same with settings of all kinds and all that the film holds. The background is hidden where the scene asks for it.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Interrupted`] when cancelled.
+    pub fn render_film(
+        &self,
+        time_seconds: f64,
+        settings: &RenderSettings,
+        cancel: &CancelFlag,
+    ) -> Result<(Film, RenderStatistics)> {
         let frame = Frame::at(&self.scene, &self.selection, time_seconds);
         let build = BuildSettings::default();
         let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, cancel, None)?;
@@ -74,14 +90,10 @@ impl SceneRenderer {
             (None, None) => Environment::None,
         };
         let settings = RenderSettings {
-            resolution,
-            window: PixelWindow::full(resolution.0, resolution.1),
-            samples,
-            show_background: !self.surroundings.is_transparent,
-            ..RenderSettings::default()
+            show_background: settings.show_background && !self.surroundings.is_transparent,
+            ..settings.clone()
         };
         let input = RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &environment };
-        let (film, statistics) = render_frame(&input, &settings, cancel, &|_| {})?;
-        Ok((Picture::of_film(film), statistics.non_finite_pixels))
+        Ok(render_frame(&input, &settings, cancel, &|_| {})?)
     }
 }

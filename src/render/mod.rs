@@ -4,11 +4,14 @@
 //! depend on threads, tile order or the window that is rendered. Files and sequences are not known here.
 
 mod adaptive;
+mod centres;
 mod filter;
 mod lens;
 mod plan;
+mod projector;
 mod sampling;
 mod tile;
+mod tile_layers;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -17,7 +20,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{Film, PixelWindow};
+use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World};
 use crate::interaction::PosedScene;
@@ -25,6 +28,7 @@ use crate::scene::{Environment, Scene};
 
 pub use crate::integrator::{GlassShadows, LightSize};
 pub use adaptive::Adaptive;
+pub use centres::{Neighbours, render_centres};
 pub use filter::PixelFilter;
 pub use lens::{Aperture, Focus, Lens};
 pub use plan::TimePass;
@@ -59,6 +63,8 @@ pub struct RenderSettings {
     pub glossy_samples: u32,
     /// Whether camera rays that leave the scene see the environment; else they are transparent.
     pub show_background: bool,
+    /// What is recorded besides colour and coverage; changes neither of them.
+    pub layers: LayerRequest,
 }
 
 impl Default for RenderSettings {
@@ -77,6 +83,7 @@ impl Default for RenderSettings {
             light_size: LightSize::default(),
             glossy_samples: 0,
             show_background: true,
+            layers: LayerRequest::NONE,
         }
     }
 }
@@ -114,7 +121,8 @@ pub struct RenderInput<'a> {
     pub environment: &'a Environment,
 }
 
-/// Renders one frame, in parallel on the current rayon pool.
+/// Renders one frame with its layers, in parallel on the current rayon pool. There are no frames around it, so nothing
+/// moves.
 ///
 /// `on_progress` is called from worker threads with the share of the picture that is finished, 0 to 1.
 pub fn render_frame(
@@ -123,12 +131,14 @@ pub fn render_frame(
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<(Film, RenderStatistics), Cancelled> {
-    let mut film = Film::new(settings.resolution, settings.window);
+    let mut film = Film::with_layers(settings.resolution, settings.window, settings.layers);
     let statistics = render_frame_into(&mut film, input, settings, TimePass::ONLY, cancel, on_progress)?;
+    render_centres(&mut film, input, Neighbours { before: input.frame, after: input.frame }, cancel)?;
     Ok((film, statistics))
 }
 
-/// One pass of [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter.
+/// One pass of [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter. Light by parts
+/// and coverage are recorded where the film has them; the middles of pixels are left to [`render_centres`].
 pub fn render_frame_into(
     film: &mut Film,
     input: &RenderInput<'_>,
@@ -158,7 +168,8 @@ pub fn render_frame_into(
     let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task
-    let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution);
+    let request = film.layers.request();
+    let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution).recording(request);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
     let rendered: Vec<RenderedTile> = tiles
@@ -173,9 +184,10 @@ pub fn render_frame_into(
 
     // The film, in tile order
     let mut statistics = RenderStatistics::default();
-    for (tile, (pixels, tile_statistics)) in tiles.iter().zip(&rendered) {
-        film.place(*tile, pixels);
-        statistics.integrator.add(tile_statistics);
+    for (tile, rendered) in tiles.iter().zip(&rendered) {
+        film.place(*tile, &rendered.pixels);
+        film.place_layers(*tile, &rendered.layers);
+        statistics.integrator.add(&rendered.statistics);
     }
     statistics.non_finite_pixels = film.blacken_non_finite();
     statistics.trace_seconds = start.elapsed().as_secs_f64();

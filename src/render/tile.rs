@@ -1,14 +1,15 @@
 //! One tile: its samples in coherent batches through the integrator, and their mean in every pixel.
 
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::PixelWindow;
-use crate::integrator::whitted::Tracer;
+use crate::film::{FilmLayers, LayerRequest, PixelWindow};
+use crate::integrator::whitted::{Recorded, Tracer};
 use crate::integrator::{CameraRays, IntegratorStatistics, World};
 use glam::Vec2;
 
 use super::adaptive::Spread;
 use super::filter::PixelSample;
 use super::plan::SamplePlan;
+use super::tile_layers::TileLayers;
 
 /// Pixels along the side of a tile, a power of two.
 pub(super) const TILE_SIZE: u32 = 32;
@@ -17,7 +18,11 @@ pub(super) const TILE_SIZE: u32 = 32;
 const BATCH_SAMPLES: usize = 1024;
 
 /// Pixels of one tile, row by row, and what was done for them.
-pub(super) type RenderedTile = (Vec<[f32; 4]>, IntegratorStatistics);
+pub(super) struct RenderedTile {
+    pub(super) pixels: Vec<[f32; 4]>,
+    pub(super) layers: FilmLayers,
+    pub(super) statistics: IntegratorStatistics,
+}
 
 /// Renders tiles, one after the other in the same memory.
 pub(super) struct TileRenderer<'w, 'a> {
@@ -27,6 +32,10 @@ pub(super) struct TileRenderer<'w, 'a> {
     /// Of the whole picture.
     resolution: (u32, u32),
     tracer: Tracer<'w, 'a>,
+    /// What is recorded of tiles.
+    request: LayerRequest,
+    /// Of the tile at hand.
+    layers: TileLayers,
 }
 
 /// A pixel while its samples come in.
@@ -46,7 +55,14 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         plan: &'w SamplePlan,
         resolution: (u32, u32),
     ) -> Self {
-        Self { world, camera, plan, resolution, tracer: Tracer::new(world) }
+        let (tracer, request, layers) = (Tracer::new(world), LayerRequest::NONE, TileLayers::default());
+        Self { world, camera, plan, resolution, tracer, request, layers }
+    }
+
+    /// The same, which also records light by parts and coverage where they are asked for.
+    pub(super) fn recording(self, request: LayerRequest) -> Self {
+        let tracer = self.tracer.recording(Recorded { light: request.light, covers: request.coverage });
+        Self { tracer, request: LayerRequest { centres: false, ..request }, ..self }
     }
 
     /// The pixels of `tile`: each is the weighted mean of its samples, summed in their order.
@@ -55,6 +71,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         tile: PixelWindow,
         cancel: &CancelFlag,
     ) -> Result<RenderedTile, Cancelled> {
+        self.layers = TileLayers::new(tile, self.request);
         let mut pixels: Vec<Pixel> = pixels_in_z_order(tile).into_iter().map(Pixel::new).collect();
         let inside = pixels.len();
         if self.plan.looks_for_edges() {
@@ -79,8 +96,10 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         for pixel in &pixels[..inside] {
             let (x, y) = pixel.at;
             rows[((y - tile.y0) * tile.width() + x - tile.x0) as usize] = pixel.mean();
+            self.layers.normalize(pixel.at, pixel.weight);
         }
-        Ok((rows, self.tracer.take_statistics()))
+        let layers = std::mem::take(&mut self.layers).finish();
+        Ok(RenderedTile { pixels: rows, layers, statistics: self.tracer.take_statistics() })
     }
 
     /// The pixels of the picture next to a tile.
@@ -114,7 +133,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
                 self.tracer.push(ray, path);
             }
             let values = self.tracer.trace(batch.len());
-            for (sample, value) in batch.zip(values) {
+            for (sample, value) in batch.clone().zip(values) {
                 let [red, green, blue] = value.radiance.to_array();
                 let weight = set[sample % set.len()].weight;
                 let value = [red, green, blue, value.coverage];
@@ -123,6 +142,15 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
                 if self.plan.looks_for_edges() {
                     pixel.spread.add(value);
                 }
+            }
+
+            // What is recorded besides
+            let place = |sample: usize| (pixels[sample / set.len()].at, set[sample % set.len()].weight);
+            for (sample, light) in batch.zip(self.tracer.light_parts()) {
+                self.layers.add_light(place(sample), light);
+            }
+            for cover in self.tracer.covers() {
+                self.layers.add_cover(place(first + cover.sample as usize), cover);
             }
         }
         Ok(())
@@ -196,7 +224,7 @@ impl Region {
 }
 
 /// The pixels of a tile along Morton's curve, which runs through aligned squares of every size one after the other.
-fn pixels_in_z_order(tile: PixelWindow) -> Vec<(u32, u32)> {
+pub(super) fn pixels_in_z_order(tile: PixelWindow) -> Vec<(u32, u32)> {
     let corner = (tile.x0 / TILE_SIZE * TILE_SIZE, tile.y0 / TILE_SIZE * TILE_SIZE);
     (0..TILE_SIZE * TILE_SIZE)
         .map(|code| (corner.0 + even_bits(code), corner.1 + even_bits(code >> 1)))

@@ -5,6 +5,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Instant;
@@ -14,14 +15,14 @@ use rayon::Scope;
 use crate::bvh::BuildStatistics;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result, Warning};
-use crate::film::Film;
+use crate::film::{Film, LayerRequest};
 use crate::integrator::PASS_THROUGH_LIMIT;
-use crate::output::{PreviewLook, frame_attributes};
+use crate::output::{PreviewLook, ShapeIds, frame_attributes, run_stamp};
 use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
 
 use super::exposure::exposure_ev;
 use super::posed_frames::PosedFrames;
-use super::writer::{HandedOver, Picture, TracedFrame, Writer, receive_working};
+use super::writer::{HandedOver, Picture, TracedFrame, Writer, empty_film, receive_working};
 use super::{
     Exposure, FailedFrame, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
     Summary, TreeReport,
@@ -77,7 +78,7 @@ fn render_and_write<'a>(
     let (hand_over, handed_over) = channel();
     let (spent_films, films) = channel();
     for _ in 0..FILMS {
-        let _ = spent_films.send(Film::new(job.render.resolution, job.render.window));
+        let _ = spent_films.send(empty_film(job));
     }
     let (settled, when_settled) = channel::<()>();
     let writer = Writer { job, cancel, stop, on_event, spent_films };
@@ -102,6 +103,7 @@ fn render_and_write<'a>(
                 film: None,
                 scratch: None,
                 look: None,
+                shapes: None,
                 posed: PosedFrames::default(),
                 warned: Vec::new(),
                 has_seen_nothing: false,
@@ -130,6 +132,8 @@ struct FrameLoop<'a, 's, 'p> {
     /// What the shutter sees at one of several times.
     scratch: Option<Film>,
     look: Option<PreviewLook>,
+    /// What the shapes of all frames are called.
+    shapes: Option<Arc<ShapeIds>>,
     posed: PosedFrames,
     warned: Vec<Warning>,
     /// Whether it was said that the camera sees nothing.
@@ -212,21 +216,25 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
 
         // Hand over.
         let camera = &self.posed.camera_at(self.job, planned.time_seconds);
-        let attributes = frame_attributes(
+        let mut attributes = frame_attributes(
             planned.frame,
             planned.time_seconds,
             self.job.rate.as_exr_rational(),
             &planned.render_hash,
             (camera, film.resolution),
         );
+        if self.job.exr.is_stamped {
+            attributes.stamp = Some(run_stamp(seconds.of_making()));
+        }
         let format = self.job.output.format();
+        let (exr, shapes) = (&self.job.exr, self.shapes());
         Ok(HandedOver::Traced(Box::new(TracedFrame {
             planned,
             started,
             seconds,
             tree: TreeReport::new(&tree, self.job.build.builder, is_reused),
             rays: RayReport::new(&rays),
-            encoded: Picture { planned, film, attributes, look, format }.encode_in(self.pool),
+            encoded: Picture { planned, film, attributes, look, format, exr, shapes }.encode_in(self.pool),
         })))
     }
 
@@ -244,10 +252,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             let (tree, rays) = if index == 0 {
                 self.trace(planned, film, pass)?
             } else {
-                let mut scratch = match self.scratch.take() {
-                    Some(scratch) => scratch,
-                    None => Film::new(film.resolution, film.window),
-                };
+                let mut scratch = self.scratch.take().unwrap_or_else(|| {
+                    let summed = LayerRequest { centres: false, ..film.layers.request() };
+                    Film::with_layers(film.resolution, film.window, summed)
+                });
                 let traced = self.trace(planned, &mut scratch, pass);
                 film.add(&scratch);
                 self.scratch = Some(scratch);
@@ -258,6 +266,11 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         if times.len() > 1 {
             film.scale(1.0 / times.len() as f32);
+        }
+        if film.layers.centres.is_some() {
+            let phases = self.posed.record_centres(self.job, planned, film, self.stop)?;
+            made.phases.add(&phases);
+            made.rays.trace_seconds += phases.trace;
         }
         self.examine(planned, &made.tree, &made.rays)?;
         Ok(made)
@@ -301,6 +314,20 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         }
         let tone = self.job.tone;
         Ok(*self.look.insert(PreviewLook { exposure_ev, tone }))
+    }
+
+    /// What the shapes are called; found once, and only when a layer tells.
+    fn shapes(&mut self) -> Arc<ShapeIds> {
+        let layers = &self.job.exr.layers;
+        let frame = &self.posed.current;
+        let find = || {
+            if self.job.exr.needs_shapes() {
+                Arc::new(ShapeIds::new(&self.job.scene, &frame.shapes, layers))
+            } else {
+                Arc::default()
+            }
+        };
+        self.shapes.get_or_insert_with(find).clone()
     }
 
     /// Fails or warns about what the statistics say.
@@ -387,6 +414,7 @@ mod tests {
             path: "a.exr".into(),
             sha256: String::new(),
             bytes: 0,
+            layers: Vec::new(),
             seconds: Phases::default(),
             tree: TreeReport::default(),
             rays: RayReport { camera, dropped_weight, ..RayReport::default() },

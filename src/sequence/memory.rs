@@ -4,7 +4,8 @@ use std::path::Path;
 
 use crate::bvh::{MOST_TRIANGLES, Split};
 use crate::error::{Error, Result, over_limit};
-use crate::film::PixelWindow;
+use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage, PixelWindow};
+use crate::output::ExrOutput;
 
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
@@ -14,8 +15,12 @@ use super::{SequenceJob, Shutter};
 const BYTES_A_PIXEL: u128 = 72;
 /// A film more, where a frame is the mean of several times.
 const BYTES_A_TIME_PIXEL: u128 = 16;
+/// Surfaces that cover a pixel: most are covered by one or two, edges and leaves by more.
+const SHARES_A_PIXEL: usize = 4;
 /// A posed triangle in this frame and in the last one: corners, flags and attributes; and what refitting keeps of its leaf.
 const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
+/// A posed triangle in the frames before and after, where motion is recorded.
+const BYTES_A_MOVING_TRIANGLE: u128 = 2 * (40 + 50);
 /// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
 const BYTES_A_REFERENCE: u128 = 120;
 
@@ -27,14 +32,37 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    picture_bytes(job.render.window, job.shutter)
-        + triangles * BYTES_A_TRIANGLE
+    let moves = if job.exr.request().centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
+    picture_bytes(job.render.window, job.shutter, &job.exr)
+        + triangles * (BYTES_A_TRIANGLE + moves)
         + references * BYTES_A_REFERENCE
 }
 
-fn picture_bytes(window: PixelWindow, shutter: Shutter) -> u128 {
-    let pixels = u128::from(window.width()) * u128::from(window.height());
-    pixels * (BYTES_A_PIXEL + if shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 })
+fn picture_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput) -> u128 {
+    let layers = exr.request();
+    // Channels of layers besides colour, before and after packing.
+    let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
+    // The film that is traced, its tiles, and the film that is written.
+    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers) + channels;
+    if shutter.time_samples > 1 {
+        bytes_a_pixel += BYTES_A_TIME_PIXEL + layer_bytes(LayerRequest { centres: false, ..layers });
+    }
+    u128::from(window.width()) * u128::from(window.height()) * bytes_a_pixel
+}
+
+/// Of the layers of one pixel of a film.
+fn layer_bytes(layers: LayerRequest) -> u128 {
+    let mut bytes = 0;
+    if layers.light {
+        bytes += size_of::<LightParts>();
+    }
+    if layers.centres {
+        bytes += size_of::<CentreSample>();
+    }
+    if layers.coverage {
+        bytes += size_of::<PixelCoverage>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
+    }
+    bytes as u128
 }
 
 /// Refuses pictures whose pixels alone need more memory than there may be; nothing of the scene need be known.
@@ -45,9 +73,10 @@ pub fn check_picture(
     scene: &Path,
     window: PixelWindow,
     shutter: Shutter,
+    exr: &ExrOutput,
     max_memory_bytes: u64,
 ) -> Result<()> {
-    let needed = picture_bytes(window, shutter);
+    let needed = picture_bytes(window, shutter, exr);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
     }

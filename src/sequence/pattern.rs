@@ -26,10 +26,18 @@ enum Part {
     Frame {
         width: usize,
     },
+    /// The layer's name.
+    Layer,
 }
 
+/// What a layer's name stands for in the file of the picture itself.
+const MAIN_LAYER: &str = "beauty";
+/// The place for the layer's name.
+const LAYER_PLACE: &[u8] = b"{layer}";
+
 impl OutputPattern {
-    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `%%`, `%#` and `%{` are the second character itself.
+    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; `%%`, `%#` and `%{` are the second
+    /// character itself.
     ///
     /// # Errors
     /// One line: an unknown extension, a folder, or a place for the frame that is not understood.
@@ -43,6 +51,10 @@ impl OutputPattern {
                 parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
                 parts.push(Part::Frame { width });
                 at += length;
+            } else if bytes[at..].starts_with(LAYER_PLACE) {
+                parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
+                parts.push(Part::Layer);
+                at += LAYER_PLACE.len();
             } else {
                 at += usize::from(is_escape(&bytes[at..]));
                 literal.push(bytes[at]);
@@ -93,21 +105,70 @@ impl OutputPattern {
         let part = |part: &Part| match part {
             Part::Literal(text) => text.display().to_string(),
             Part::Frame { width } => "#".repeat(*width),
+            Part::Layer => "{layer}".to_owned(),
         };
         self.parts.iter().map(part).collect()
     }
 
+    /// Whether there is a place for the layer's name.
+    pub fn has_layer_place(&self) -> bool {
+        self.parts.contains(&Part::Layer)
+    }
+
     /// The file of `frame`.
     pub fn path(&self, frame: i64) -> PathBuf {
-        let mut path = OsString::new();
-        for part in &self.parts {
-            match part {
-                Part::Literal(text) => path.push(text),
-                Part::Frame { width } => path.push(format!("{frame:0width$}")),
-            }
-        }
-        PathBuf::from(path)
+        filled(&self.parts, frame, MAIN_LAYER)
     }
+
+    /// The file of a layer of `frame` beside the picture's: the layer's name stands at its place, or else in front of the
+    /// frame number in the file's name, or in front of the extension.
+    pub fn layer_path(&self, frame: i64, layer: &str) -> PathBuf {
+        if self.has_layer_place() {
+            return filled(&self.parts, frame, layer);
+        }
+        let mut parts = self.parts.clone();
+        let in_name = |part: &Part| matches!(part, Part::Literal(text) if holds_folder(text));
+        let name_start = parts.iter().rposition(in_name).unwrap_or(0);
+        let number = (name_start..parts.len()).find(|&at| matches!(parts[at], Part::Frame { .. }));
+        if let Some(number) = number {
+            parts.insert(number, Part::Literal(name_before_number(parts.get(number.wrapping_sub(1)), layer)));
+            return filled(&parts, frame, layer);
+        }
+        let path = filled(&parts, frame, layer);
+        let mut extension = OsString::from(layer);
+        extension.push(".");
+        extension.push(path.extension().unwrap_or_default());
+        path.with_extension(extension)
+    }
+}
+
+fn filled(parts: &[Part], frame: i64, layer: &str) -> PathBuf {
+    let mut path = OsString::new();
+    for part in parts {
+        match part {
+            Part::Literal(text) => path.push(text),
+            Part::Frame { width } => path.push(format!("{frame:0width$}")),
+            Part::Layer => path.push(layer),
+        }
+    }
+    PathBuf::from(path)
+}
+
+fn holds_folder(text: &OsStr) -> bool {
+    text.as_encoded_bytes().iter().any(|&byte| std::path::is_separator(char::from(byte)))
+}
+
+/// `depth.`, `depth_` or `depth-` after the separator of the number, `.depth.` where it has none.
+fn name_before_number(before: Option<&Part>, layer: &str) -> OsString {
+    let last = match before {
+        Some(Part::Literal(text)) => text.as_encoded_bytes().last().copied(),
+        _ => None,
+    };
+    OsString::from(match last {
+        Some(separator @ (b'.' | b'_' | b'-')) => format!("{layer}{}", char::from(separator)),
+        Some(byte) if !std::path::is_separator(char::from(byte)) => format!(".{layer}."),
+        _ => format!("{layer}."),
+    })
 }
 
 /// Whether `bytes` begins with a percent sign that takes the meaning from the character behind it.
@@ -230,6 +291,25 @@ mod tests {
         ] {
             assert!(OutputPattern::parse(OsStr::new(text)).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn layers_have_names_beside_the_picture() {
+        let layer = |pattern: &str| {
+            let pattern = OutputPattern::parse(OsStr::new(pattern)).unwrap();
+            pattern.layer_path(7, "depth").into_os_string().into_string().unwrap()
+        };
+        assert_eq!(layer("out/a.####.exr"), "out/a.depth.0007.exr");
+        assert_eq!(layer("a_%04d.exr"), "a_depth_0007.exr");
+        assert_eq!(layer("a-#.exr"), "a-depth-7.exr");
+        assert_eq!(layer("shot##.exr"), "shot.depth.07.exr");
+        assert_eq!(layer("####.exr"), "depth.0007.exr");
+        assert_eq!(layer("out.v2/####.exr"), "out.v2/depth.0007.exr");
+        assert_eq!(layer("####/a.exr"), "0007/a.depth.exr");
+        assert_eq!(layer("{frame}/a.####.EXR"), "7/a.depth.0007.EXR");
+        assert_eq!(layer("a.exr"), "a.depth.exr");
+        assert_eq!(layer("{layer}/a.####.exr"), "depth/a.0007.exr");
+        assert_eq!(path("{layer}/a.####.exr", 7), "beauty/a.0007.exr");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
+use crate::output::ExrOutput;
 
 use super::existing::{Decision, decide, preview_in_the_way};
 use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
@@ -20,12 +21,22 @@ pub struct PlannedFrame {
     pub time_seconds: f64,
     /// The file.
     pub path: PathBuf,
+    /// The files of the layers that are not in it, in the order of [`crate::output::ExrOutput::split_layers`].
+    pub layer_paths: Vec<PathBuf>,
     /// The tone-mapped PNG beside it.
     pub preview_path: Option<PathBuf>,
     /// What it is made from.
     pub render_hash: String,
-    /// Whether the file is there already and whole.
+    /// Whether all files but the preview are there already and whole.
     pub is_done: bool,
+}
+
+impl PlannedFrame {
+    /// All files of the frame.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        let others = self.layer_paths.iter().chain(&self.preview_path);
+        std::iter::once(&self.path).chain(others).map(PathBuf::as_path)
+    }
 }
 
 /// All frames in the order of rendering.
@@ -57,6 +68,7 @@ impl Plan {
         check_names(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
         let (frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
+        refuse_to_share(&frames)?;
         let replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
@@ -72,8 +84,7 @@ impl Plan {
         let mut folders = BTreeSet::new();
         let mut paths = Vec::new();
         for frame in &self.frames {
-            paths.push(frame.path.clone());
-            paths.extend(frame.preview_path.clone());
+            paths.extend(frame.paths().map(Path::to_owned));
         }
         for path in &paths {
             // One file a folder tells about the folder.
@@ -107,24 +118,61 @@ fn check_names(job: &SequenceJob) -> Result<()> {
             "--preview png lies beside EXR files, but -o asks for PNG files already; leave --preview out",
         ));
     }
-    Ok(())
+    check_layers(job)
+}
+
+fn check_layers(job: &SequenceJob) -> Result<()> {
+    if job.output.format() == OutputFormat::Png && job.exr != ExrOutput::default() {
+        return Err(Error::usage(
+            "--layers, --exr, --split-aovs and --stamp are about EXR files, but -o asks for PNG files; end it with .exr",
+        ));
+    }
+    if job.output.has_layer_place() && !job.exr.is_split {
+        return Err(Error::usage(
+            "--output: {layer} stands for the names of layers with files of their own; add --split-aovs or leave {layer} out",
+        ));
+    }
+    if job.render.layers != job.exr.request() {
+        return Err(Error::Internal { message: "other layers are rendered than are written".to_owned() });
+    }
+    job.exr.contradiction().map_or(Ok(()), |why| Err(Error::usage(format!("--exr: {why}"))))
+}
+
+/// No two files of a run may have one name.
+fn refuse_to_share(frames: &[PlannedFrame]) -> Result<()> {
+    let mut names = BTreeSet::new();
+    match frames.iter().flat_map(PlannedFrame::paths).find(|path| !names.insert(*path)) {
+        None => Ok(()),
+        Some(path) => Err(Error::usage(format!(
+            "--output: two files of this run would be called \"{}\"; choose another name",
+            path.display()
+        ))),
+    }
 }
 
 /// The frame, and the file that is in its way and why.
 fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFile>) {
     let path = job.output.path(frame);
+    let layers = job.exr.split_layers().iter();
+    let layer_paths: Vec<_> = layers.map(|layer| job.output.layer_path(frame, layer.name())).collect();
     let preview_path = job.preview.then(|| path.with_extension("png"));
     let render_hash = render_hash(job, frame);
-    let decision = decide(job, &path, &render_hash);
-    let is_done = decision == Decision::Keep;
-    let in_the_way = match (decision, &preview_path) {
-        (Decision::InTheWay(why), _) => Some(ReplacedFile { path: path.clone(), why }),
-        (_, Some(preview)) => preview_in_the_way(job, preview, &render_hash)
-            .map(|why| ReplacedFile { path: preview.clone(), why }),
-        (_, None) => None,
-    };
+
+    // The frame is there when all its files are.
+    let files = std::iter::once(&path).chain(&layer_paths);
+    let decisions: Vec<_> = files.map(|path| (path, decide(job, path, &render_hash))).collect();
+    let is_done = decisions.iter().all(|(_, decision)| *decision == Decision::Keep);
+    let in_the_way = decisions.into_iter().find_map(|(path, decision)| match decision {
+        Decision::InTheWay(why) => Some(ReplacedFile { path: path.clone(), why }),
+        Decision::Render | Decision::Keep => None,
+    });
+    let in_the_way = in_the_way.or_else(|| {
+        let preview = preview_path.as_ref()?;
+        let why = preview_in_the_way(job, preview, &render_hash)?;
+        Some(ReplacedFile { path: preview.clone(), why })
+    });
     let time_seconds = job.rate.time_seconds(frame);
-    (PlannedFrame { frame, time_seconds, path, preview_path, render_hash, is_done }, in_the_way)
+    (PlannedFrame { frame, time_seconds, path, layer_paths, preview_path, render_hash, is_done }, in_the_way)
 }
 
 fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {

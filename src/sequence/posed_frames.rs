@@ -5,11 +5,12 @@ use std::time::Instant;
 use crate::bvh::{BuildSettings, Builder, Bvh};
 use crate::cancel::CancelFlag;
 use crate::error::Result;
+use crate::film::Film;
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
-use crate::render::RenderSettings;
+use crate::render::{Neighbours, RenderInput, RenderSettings, render_centres};
 
-use super::{Phases, SequenceJob};
+use super::{Phases, PlannedFrame, SequenceJob};
 
 /// Reflected and refracted rays that a sample takes on average in an ordinary scene.
 const TYPICAL_BOUNCES: u32 = 1;
@@ -21,6 +22,8 @@ pub(super) struct PosedFrames {
     previous: Frame,
     builder: Builder,
     pub(super) bvh: Option<Bvh>,
+    /// The frame before the one at hand and the one after, where motion is recorded.
+    neighbours: [Frame; 2],
 }
 
 impl PosedFrames {
@@ -58,6 +61,38 @@ impl PosedFrames {
         *seconds = Phases::of_build(seconds.pose, &bvh.statistics());
         self.bvh = Some(bvh);
         Ok(false)
+    }
+
+    /// Records what the middles of pixels show at the frame's own time, and how that moves.
+    pub(super) fn record_centres(
+        &mut self,
+        job: &SequenceJob,
+        planned: &PlannedFrame,
+        film: &mut Film,
+        cancel: &CancelFlag,
+    ) -> Result<Phases> {
+        // The open shutter may have seen another time last.
+        let mut phases = Phases::default();
+        if self.current.time_seconds != planned.time_seconds {
+            self.advance(job, planned.time_seconds, cancel, &mut phases)?;
+        }
+
+        let posing = Instant::now();
+        let [before, after] = &mut self.neighbours;
+        for (neighbour, step) in [(&mut *before, -1), (&mut *after, 1)] {
+            let time_seconds = job.rate.time_seconds(planned.frame.saturating_add(step));
+            neighbour.pose(&job.scene, &job.selection, time_seconds);
+        }
+        phases.pose += posing.elapsed().as_secs_f64();
+
+        let tracing = Instant::now();
+        if let Some(bvh) = &self.bvh {
+            let (scene, frame, environment) = (&job.scene, &self.current, &job.environment);
+            let input = RenderInput { scene, frame, bvh, environment };
+            render_centres(film, &input, Neighbours { before, after }, cancel)?;
+        }
+        phases.trace += tracing.elapsed().as_secs_f64();
+        Ok(phases)
     }
 }
 

@@ -1,13 +1,13 @@
 //! What a frame was made from, in one number: equal exactly when the picture is meant to be the same.
 //!
 //! Covers the version, the content of the scene and of the environment, what is shown of it, every setting that reaches
-//! a pixel, and the time. Not covered: threads, lanes, builder, splits, crop, other frames, names and progress, none of
+//! a pixel, the layers of the files, their types and how they are packed, and the time. Not covered: threads, lanes, builder, splits, crop, other frames, names, stamps and progress, none of
 //! which change a pixel. A tone-mapped file also depends on its look and, having no data window, on the crop.
 
 use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
-use crate::output::SOFTWARE;
+use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Aperture, Focus, GlassShadows};
 use crate::scene::{CameraChoice, Scene, VariantIndex};
 
@@ -97,9 +97,21 @@ fn sampling_key(job: &SequenceJob) -> serde_json::Value {
     })
 }
 
+/// A stamp tells of the run, not of the picture: files that differ in nothing else are the same frame.
+fn same_but_for_stamp(a: &ExrOutput, b: &ExrOutput) -> bool {
+    ExrOutput { is_stamped: b.is_stamped, ..a.clone() } == *b
+}
+
 fn file_key(job: &SequenceJob) -> serde_json::Value {
     match job.output.format() {
-        OutputFormat::Exr => json!("exr rgba half"),
+        // The usual file keeps the name that it had before there were others.
+        OutputFormat::Exr if same_but_for_stamp(&job.exr, &ExrOutput::default()) => json!("exr rgba half"),
+        OutputFormat::Exr => json!({
+            "layers": job.exr.layers.layers().iter().map(|layer| layer.name()).collect::<Vec<_>>(),
+            "samples": job.exr.samples.name(),
+            "compression": job.exr.compression.name(),
+            "split": job.exr.is_split,
+        }),
         OutputFormat::Png => {
             let window = job.render.window;
             let exposure = match job.exposure {

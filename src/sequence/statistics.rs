@@ -37,6 +37,12 @@ pub struct Phases {
 }
 
 impl Phases {
+    /// Seconds in which the frame was made, without waiting and writing.
+    pub(super) fn of_making(&self) -> f64 {
+        let Self { pose, refit, bounds, split, sort, tree, widen, trace, .. } = self;
+        pose + refit + bounds + split + sort + tree + widen + trace
+    }
+
     /// Adds the phases of another time of the same frame.
     pub(super) fn add(&mut self, other: &Self) {
         self.pose += other.pose;
@@ -102,6 +108,18 @@ pub struct RayReport {
     pub non_finite_pixels: u64,
 }
 
+/// A file of one layer that was written.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LayerFileReport {
+    /// The file.
+    #[serde(serialize_with = "lossy_path")]
+    pub path: PathBuf,
+    /// SHA-256 of the file.
+    pub sha256: String,
+    /// Bytes of the file.
+    pub bytes: usize,
+}
+
 /// A frame that was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameReport {
@@ -116,6 +134,9 @@ pub struct FrameReport {
     pub sha256: String,
     /// Bytes of the file.
     pub bytes: usize,
+    /// The files of layers that are not in it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub layers: Vec<LayerFileReport>,
     /// Seconds of each phase.
     pub seconds: Phases,
     /// The hierarchy.

@@ -5,7 +5,8 @@
 //! summary. So of several failures the first frame's comes first, whatever happened first.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
@@ -16,14 +17,14 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::image_file::{FrameAttributes, decode_exr, write_atomically};
-use crate::output::{PreviewLook, exr_file, png_file};
+use crate::output::{ExrFiles, ExrOutput, PreviewLook, ShapeIds, exr_files, png_file};
 
 use super::frame_loop::panic_error;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
 use super::{
-    FailedFrame, FrameReport, OutputFormat, Phases, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
-    Summary, TreeReport,
+    FailedFrame, FrameReport, LayerFileReport, OutputFormat, Phases, PlannedFrame, RayReport, SequenceEvent,
+    SequenceJob, Summary, TreeReport,
 };
 
 /// How long a thread sleeps that has nothing to do but wait.
@@ -56,12 +57,14 @@ pub(super) struct Picture<'a> {
     pub(super) attributes: FrameAttributes,
     pub(super) look: PreviewLook,
     pub(super) format: OutputFormat,
+    pub(super) exr: &'a ExrOutput,
+    pub(super) shapes: Arc<ShapeIds>,
 }
 
 /// A frame's files before they are written.
 pub(super) struct EncodedFrame {
     film: Film,
-    file: Vec<u8>,
+    files: ExrFiles,
     preview: Option<Vec<u8>>,
     sha256: String,
     seconds: f64,
@@ -104,17 +107,17 @@ impl<'a> Picture<'a> {
 
     fn encode(self) -> Result<EncodedFrame> {
         let start = Instant::now();
-        let Self { planned, film, attributes, look, format } = self;
+        let Self { planned, film, attributes, look, format, exr, shapes } = self;
         let size = (film.window.width(), film.window.height());
         let png = || png_file(size, &film.pixels, look, &planned.render_hash);
         let file = || match format {
-            OutputFormat::Png => png(),
-            OutputFormat::Exr => exr_file(&film, &attributes),
+            OutputFormat::Png => png().map(|main| ExrFiles { main, layers: Vec::new() }),
+            OutputFormat::Exr => exr_files(&film, &attributes, exr, &shapes),
         };
-        let (file, preview) = rayon::join(file, || planned.preview_path.is_some().then(png).transpose());
-        let (file, preview) = (file?, preview?);
-        let sha256 = hex(&Sha256::digest(&file));
-        Ok(EncodedFrame { film, file, preview, sha256, seconds: start.elapsed().as_secs_f64() })
+        let (files, preview) = rayon::join(file, || planned.preview_path.is_some().then(png).transpose());
+        let (files, preview) = (files?, preview?);
+        let sha256 = hex(&Sha256::digest(&files.main));
+        Ok(EncodedFrame { film, files, preview, sha256, seconds: start.elapsed().as_secs_f64() })
     }
 }
 
@@ -164,18 +167,17 @@ impl Writer<'_> {
         summary
     }
 
-    /// Writes a frame's files. The preview comes first: where the frame is, all is.
+    /// Writes a frame's files. The picture comes last: where it is, all is.
     fn write(&self, frame: Box<TracedFrame<'_>>, last_settled: Option<Instant>) -> Result<FrameReport> {
         let TracedFrame { planned, started, mut seconds, tree, rays, encoded } = *frame;
         let encoded = encoded.recv().unwrap_or_else(|_| {
             Err(Error::Internal { message: format!("frame {}: the encoder is gone", planned.frame) })
         });
         // Whatever becomes of the frame, the loop gets a film back.
-        let EncodedFrame { film, file, preview, sha256, seconds: encode_seconds } = match encoded {
+        let EncodedFrame { film, files, preview, sha256, seconds: encode_seconds } = match encoded {
             Ok(encoded) => encoded,
             Err(error) => {
-                let settings = &self.job.render;
-                let _ = self.spent_films.send(Film::new(settings.resolution, settings.window));
+                let _ = self.spent_films.send(empty_film(self.job));
                 return Err(error);
             }
         };
@@ -185,7 +187,10 @@ impl Writer<'_> {
                 if let (Some(path), Some(preview)) = (&planned.preview_path, &preview) {
                     write_atomically(path, preview)?;
                 }
-                write_atomically(&planned.path, &file)
+                for (path, file) in planned.layer_paths.iter().zip(&files.layers) {
+                    write_atomically(path, file)?;
+                }
+                write_atomically(&planned.path, &files.main)
             })
         });
         let _ = self.spent_films.send(film);
@@ -200,7 +205,8 @@ impl Writer<'_> {
             time_seconds: planned.time_seconds,
             path: planned.path.clone(),
             sha256,
-            bytes: file.len(),
+            bytes: files.main.len(),
+            layers: layer_reports(planned, &files.layers),
             seconds,
             tree,
             rays,
@@ -218,6 +224,21 @@ impl Writer<'_> {
             write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
         })
     }
+}
+
+/// A film for a frame with all of its layers.
+pub(super) fn empty_film(job: &SequenceJob) -> Film {
+    let settings = &job.render;
+    Film::with_layers(settings.resolution, settings.window, settings.layers)
+}
+
+fn layer_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<LayerFileReport> {
+    let report = |(path, file): (&PathBuf, &Vec<u8>)| LayerFileReport {
+        path: path.clone(),
+        sha256: hex(&Sha256::digest(file)),
+        bytes: file.len(),
+    };
+    planned.layer_paths.iter().zip(files).map(report).collect()
 }
 
 /// Waits for `channel` and does the pool's work meanwhile; `None` when nothing will come.
@@ -243,7 +264,7 @@ fn guarded(planned: &PlannedFrame, work: impl FnOnce() -> Result<()>) -> Result<
 
 type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
 
-fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
+pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
     let bytes = std::fs::read(path).map_err(|source| Error::Missing {
         path: path.to_owned(),
         pointer: String::new(),

@@ -8,6 +8,7 @@ mod glass;
 mod layers;
 mod light;
 mod normals;
+mod parts;
 mod reflection;
 mod stage;
 mod surface;

@@ -71,10 +71,11 @@ impl Form {
             },
             is_repeated: matches!(arg.get_action(), ArgAction::Append),
             path: match name.as_str() {
-                "FILE" => PathForm::File,
                 _ if arg.get_id() == "scene" => PathForm::File,
+                // Also such as FILE.png.
+                name if name.starts_with("FILE") && !name.contains('|') => PathForm::File,
                 "PATTERN" => PathForm::Pattern,
-                _ if name.contains("FILE") => PathForm::Picture,
+                name if name.contains("FILE") => PathForm::Picture,
                 _ => PathForm::None,
             },
         }

@@ -15,11 +15,11 @@ use rayon::ThreadPoolBuilder;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
-use crate::image_file::{inspect_exr, inspect_png};
-use crate::progress::{Reporter, Verbosity, print_error, print_note};
-use crate::sequence::{self, ExistingFiles, OutputFormat, Plan, SequenceJob};
+use crate::image_file::{inspect_exr, inspect_png, probe_folder};
+use crate::progress::{print_error, print_note};
+use crate::sequence::{ExistingFiles, OutputFormat, Plan, SequenceJob};
 
-use super::render::refuse_collisions;
+use super::render::{other_files, perform, refuse_collisions};
 use super::render_args::{ProgressArg, RenderArgs};
 use super::render_job::{RenderJob, render_job};
 use super::shot::{GivenOptions, MeantOptions};
@@ -96,8 +96,10 @@ impl Watch<'_> {
         self.files.replace(inputs.iter().cloned());
         refuse_many(&job)?;
         job.existing = ExistingFiles::Overwrite;
+        job.presentation.check()?;
         let plan = Plan::new(&job)?;
-        refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
+        let others = other_files(&job, args);
+        refuse_collisions(&plan, &others, &inputs)?;
         if !self.has_begun && !args.overwrite {
             protect_foreign(&job, &plan)?;
         }
@@ -111,6 +113,9 @@ impl Watch<'_> {
             self.told = told;
         }
         plan.prepare()?;
+        for (path, _) in &others {
+            probe_folder(path)?;
+        }
         self.has_begun = true;
         self.draw(&job, &plan, args)
     }
@@ -134,11 +139,8 @@ impl Watch<'_> {
             for planned in &plan.frames {
                 coarse::write(job, planned, &cancel)?;
             }
-            let verbosity =
-                Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: false };
-            let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
-            let summary = sequence::run(job, plan, &cancel, &|event| reporter.tell(event));
-            summary.outcome()
+            let (summary, presented) = perform(job, plan, args, &cancel)?;
+            summary.outcome().and(presented)
         })
     }
 }

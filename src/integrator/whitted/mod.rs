@@ -16,6 +16,7 @@ mod catcher;
 mod coat;
 mod generation;
 mod glossy;
+mod records;
 mod shade;
 mod shadows;
 mod sight;
@@ -27,13 +28,16 @@ use glam::Vec3;
 
 use super::crossings::Crossings;
 use super::shadow::ShadowBatch;
-use super::{IntegratorStatistics, Path, World};
+use super::{IntegratorStatistics, LightPart, LightParts, Path, World};
 use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
 
 use generation::{Generation, Route};
+use records::Records;
 use shadows::Shadows;
 use sight::Sight;
+
+pub use records::{Cover, Recorded};
 
 /// Rays whose weight is below this are black.
 const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
@@ -61,6 +65,7 @@ pub struct Tracer<'w, 'a> {
     caught: ShadowBatch,
     /// Surfaces that touch one that is being shaded.
     touching: Crossings,
+    records: Records,
     counters: TraversalCounters,
     statistics: IntegratorStatistics,
 }
@@ -77,9 +82,27 @@ impl<'w, 'a> Tracer<'w, 'a> {
             shadows: Shadows::new(world.lights.len()),
             caught: ShadowBatch::default(),
             touching: Crossings::default(),
+            records: Records::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),
         }
+    }
+
+    /// The same tracer, which also records where light comes from or what is seen.
+    #[must_use]
+    pub fn recording(self, what: Recorded) -> Self {
+        Self { records: Records::new(what), ..self }
+    }
+
+    /// The light of each sample of the last batch by parts; empty unless it is recorded.
+    pub fn light_parts(&self) -> &[LightParts] {
+        self.records.light()
+    }
+
+    /// What the camera rays of the last batch saw, ray by ray in the order in which they were added; empty unless it is
+    /// recorded.
+    pub fn covers(&self) -> &[Cover] {
+        self.records.covers()
     }
 
     /// Adds a camera ray to the next batch; `path.sample` is a subscript of the result. Neighbours on screen should be
@@ -92,6 +115,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
     pub fn trace(&mut self, samples: usize) -> &[SampleValue] {
         self.values.clear();
         self.values.resize(samples, SampleValue::default());
+        self.records.clear(samples);
         let mut generation = std::mem::take(&mut self.generation);
         while !generation.is_empty() {
             self.find_sights(&mut generation);
@@ -110,8 +134,9 @@ impl<'w, 'a> Tracer<'w, 'a> {
         IntegratorStatistics { nodes, triangles, ..std::mem::take(&mut self.statistics) }
     }
 
-    fn add(&mut self, path: &Path, radiance: Vec3) {
-        self.values[path.sample as usize].radiance += radiance;
+    fn add(&mut self, sample: u32, part: LightPart, radiance: Vec3) {
+        self.values[sample as usize].radiance += radiance;
+        self.records.add(sample, part, radiance);
     }
 }
 

@@ -10,7 +10,7 @@ use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{Ray, unit};
 use crate::integrator::random::Purpose;
-use crate::integrator::{MediaStack, Path, PathClass, Seed, Spectrum};
+use crate::integrator::{LightPart, MediaStack, Path, PathClass, Seed, Spectrum};
 use crate::interaction::{MaterialSample, SurfacePoint, surface_at};
 
 /// Below this roughness a lobe is followed by rays only.
@@ -23,6 +23,8 @@ pub(super) struct Shading<'p, 'a> {
     /// How the ray came about.
     pub(super) route: Route,
     pub(super) path: &'p Path,
+    /// See [`Sight::part`].
+    pub(super) part: Option<LightPart>,
     pub(super) point: &'p SurfacePoint<'a>,
     pub(super) material: MaterialSample,
     pub(super) bsdf: Bsdf,
@@ -78,19 +80,19 @@ impl Tracer<'_, '_> {
         self.sights = sights;
     }
 
-    fn shade(&mut self, generation: &Generation, Sight { place, hit, share }: &Sight) {
+    fn shade(&mut self, generation: &Generation, Sight { place, hit, share, part }: &Sight) {
         let posed = self.world.posed;
         let (ray, path) = generation.ray(*place);
         let (point, material) = surface_at(posed, ray, hit, &path.footprint);
         let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
-            self.add(path, weight * material.base_color);
+            self.add(path.sample, part.unwrap_or(LightPart::Emission), weight * material.base_color);
             return;
         }
         let follows_rays = self.world.settings.glossy_samples > 0;
         let coat = material.clear_coat.map(|coat| Coated::new(&coat, &point, follows_rays));
         let weight_below = weight * coat.as_ref().map_or(1.0, |coat| coat.transmittance);
-        self.add(path, weight_below * material.emission);
+        self.add(path.sample, part.unwrap_or(LightPart::Emission), weight_below * material.emission);
 
         let behind = self.behind(path, &point, &material);
         let own_medium = self.world.interiors.medium(point.shape);
@@ -118,6 +120,7 @@ impl Tracer<'_, '_> {
         let shading = Shading {
             route: place.route,
             path,
+            part: *part,
             point: &point,
             albedos: parted.as_ref().map_or_else(|| bsdf.albedos(wo), |parted| by_color(parted, wo)),
             material,
@@ -163,7 +166,8 @@ impl Tracer<'_, '_> {
                 let media =
                     if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
                 let source = (shading.route, subscript);
-                self.shadows.push(source, ray, shading.path.sample, (contribution, media));
+                let part = shading.part.unwrap_or(LightPart::Direct);
+                self.shadows.push(source, ray, (shading.path.sample, part), (contribution, media));
             }
         }
     }
@@ -255,8 +259,13 @@ impl Tracer<'_, '_> {
                 (parent.media.clone(), None, point.reflected_footprint(posed, &parent.footprint))
             }
         };
+        let part = shading.part.or(match class {
+            PathClass::Camera => None,
+            PathClass::Reflection => Some(LightPart::Reflection),
+            PathClass::Refraction => Some(LightPart::Refraction),
+        });
         let depth = parent.depth + 1;
-        let path = Path { footprint, media, touching, weight, class, spectrum, depth, seed, ..*parent };
+        let path = Path { footprint, media, touching, weight, class, spectrum, part, depth, seed, ..*parent };
         self.children.push(shading.route.then(class), ray, path);
     }
 }

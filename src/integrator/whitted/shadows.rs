@@ -7,8 +7,8 @@ use glam::Vec3;
 use super::generation::Route;
 use super::{Tracer, seconds_since};
 use crate::geometry::Ray;
-use crate::integrator::MediaStack;
 use crate::integrator::shadow::ShadowBatch;
+use crate::integrator::{LightPart, MediaStack};
 
 /// The shadow rays of a generation.
 #[derive(Debug)]
@@ -24,6 +24,7 @@ pub(super) struct Shadows {
 #[derive(Debug)]
 struct Task {
     sample: u32,
+    part: LightPart,
     batch: u32,
     /// Subscript of the ray in its batch.
     ray: u32,
@@ -43,7 +44,7 @@ impl Shadows {
         &mut self,
         (route, light): (Route, usize),
         ray: Ray,
-        sample: u32,
+        (sample, part): (u32, LightPart),
         (contribution, media): (Vec3, MediaStack),
     ) {
         let batch = route.subscript() * self.lights + light;
@@ -51,7 +52,7 @@ impl Shadows {
             self.batches.resize_with(batch + 1, ShadowBatch::default);
         }
         let ray = self.batches[batch].push(ray);
-        self.tasks.push(Task { sample, batch: batch as u32, ray, contribution, media });
+        self.tasks.push(Task { sample, part, batch: batch as u32, ray, contribution, media });
     }
 }
 
@@ -69,11 +70,13 @@ impl Tracer<'_, '_> {
 
         // See-through ones and the sums, in the order of tasks
         self.statistics.shadow_rays += tasks.len() as u64;
-        for Task { sample, batch, ray, contribution, media } in tasks.drain(..) {
+        for Task { sample, part, batch, ray, contribution, media } in tasks.drain(..) {
             let batch = &batches[batch as usize];
             let (left, limit_reached) = batch.transmittance(self.world, ray, media, &mut self.counters);
             self.statistics.pass_through_limit_reached += u64::from(limit_reached);
-            self.values[sample as usize].radiance += contribution * left;
+            let arriving = contribution * left;
+            self.values[sample as usize].radiance += arriving;
+            self.records.add(sample, part, arriving);
         }
         for batch in batches {
             batch.clear();

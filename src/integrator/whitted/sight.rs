@@ -6,7 +6,7 @@ use super::generation::{Generation, Place};
 use super::{LEAST_WEIGHT, Tracer, seconds_since};
 use crate::bvh::Hit;
 use crate::geometry::Ray;
-use crate::integrator::{PASS_THROUGH_LIMIT, Path, PathClass};
+use crate::integrator::{LightPart, PASS_THROUGH_LIMIT, Path, PathClass};
 use crate::interaction::{alpha_at, catches_shadows};
 
 /// A surface that a ray sees.
@@ -17,6 +17,8 @@ pub(super) struct Sight {
     pub(super) hit: Hit,
     /// Share of the ray that see-through surfaces in front and the surface's own coverage leave.
     pub(super) share: f32,
+    /// See [`Path::part`]; what lies behind see-through surfaces is a part by itself.
+    pub(super) part: Option<LightPart>,
 }
 
 impl Tracer<'_, '_> {
@@ -50,16 +52,20 @@ impl Tracer<'_, '_> {
         let posed = self.world.posed;
         let weight = path.weight.max_element();
         let mut through = 1.0_f32;
+        let mut part = path.part;
         let mut next = first;
         for _ in 0..PASS_THROUGH_LIMIT {
             let Some(hit) = next else {
-                return self.escape(ray, path, through);
+                return self.escape((ray, path), through, part);
             };
             let alpha = if catches_shadows(posed, &hit) {
                 self.caught_shadow(ray, path, &hit)
             } else {
                 let alpha = alpha_at(posed, &hit);
-                self.sights.push(Sight { place, hit, share: through * alpha });
+                let sight = Sight { place, hit, share: through * alpha, part };
+                self.records.cover(posed, path, &sight);
+                self.sights.push(sight);
+                part = part.or(Some(LightPart::PassThrough));
                 alpha
             };
             through *= 1.0 - alpha;
@@ -75,7 +81,7 @@ impl Tracer<'_, '_> {
     }
 
     /// What is left of a ray leaves the scene.
-    fn escape(&mut self, ray: &Ray, path: &Path, through: f32) {
+    fn escape(&mut self, (ray, path): (&Ray, &Path), through: f32, part: Option<LightPart>) {
         if path.class == PathClass::Camera && !self.world.settings.show_background {
             return self.cover(path, 1.0 - through);
         }
@@ -86,7 +92,7 @@ impl Tracer<'_, '_> {
             PathClass::Camera => environment.background_over(ray.direction, turns),
             PathClass::Reflection | PathClass::Refraction => environment.radiance_over(ray.direction, turns),
         };
-        self.add(path, weight * radiance);
+        self.add(path.sample, part.unwrap_or(LightPart::Environment), weight * radiance);
         self.cover(path, 1.0);
     }
 

@@ -4,6 +4,7 @@ use glam::Vec3;
 
 use super::Tracer;
 use super::shade::{Shading, mirror_direction};
+use crate::integrator::LightPart;
 
 impl Tracer<'_, '_> {
     /// Diffuse light from all around, and what rough lobes see of it; unoccluded but for the occlusion map.
@@ -36,13 +37,14 @@ impl Tracer<'_, '_> {
                 }
             }
         }
-        self.add(shading.path, shading.weight_below * radiance * material.occlusion);
+        let part = shading.part.unwrap_or(LightPart::Environment);
+        self.add(shading.path.sample, part, shading.weight_below * radiance * material.occlusion);
         if let Some(coat) = &shading.coat
             && coat.sharpness < 1.0
         {
             let seen = environment.prefiltered(coat.mirrored, coat.roughness);
             let weight = coat.albedo * (1.0 - coat.sharpness) * material.occlusion;
-            self.add(shading.path, shading.weight * seen * weight);
+            self.add(shading.path.sample, part, shading.weight * seen * weight);
         }
     }
 

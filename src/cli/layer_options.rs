@@ -1,0 +1,144 @@
+//! `--layers` and `--exr`: lists of words to what they stand for.
+
+use crate::image_file::ExrCompression;
+use crate::output::{Layer, LayerSet, LightSamples};
+
+/// Whether a word stands for a layer.
+type Holds = fn(Layer) -> bool;
+
+/// Words that stand for several layers.
+const GROUPS: [(&str, Holds); 4] = [
+    ("light", |layer| matches!(layer, Layer::Light(_))),
+    ("data", |layer| !layer.is_light() && !is_crypto(layer)),
+    ("crypto", is_crypto),
+    ("all", |_| true),
+];
+
+/// `depth,normal,light`.
+pub(super) fn layers(text: &str) -> Result<LayerSet, String> {
+    let mut layers = Vec::new();
+    for word in words(text) {
+        let group = GROUPS.iter().find(|(name, _)| *name == word);
+        let before = layers.len();
+        layers.extend(Layer::ALL.into_iter().filter(|&layer| match group {
+            Some((_, holds)) => holds(layer),
+            None => layer.name() == word,
+        }));
+        if layers.len() == before {
+            let groups = GROUPS.iter().map(|(name, _)| *name);
+            let names: Vec<_> = Layer::ALL.into_iter().map(Layer::name).chain(groups).collect();
+            return Err(unknown(word, "a layer", &names));
+        }
+    }
+    Ok(LayerSet::new(&layers))
+}
+
+/// `half,zip`, either word alone, in any order.
+pub(super) fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
+    const SAMPLES: [LightSamples; 2] = [LightSamples::Half, LightSamples::Float];
+    let (mut samples, mut compression) = (None, None);
+    for word in words(text) {
+        let is_second = if let Some(found) = SAMPLES.into_iter().find(|samples| samples.name() == word) {
+            samples.replace(found).is_some()
+        } else if let Some(found) = ExrCompression::ALL.into_iter().find(|kind| kind.name() == word) {
+            compression.replace(found).is_some()
+        } else {
+            let kinds = ExrCompression::ALL.into_iter().map(ExrCompression::name);
+            let names: Vec<_> = SAMPLES.into_iter().map(LightSamples::name).chain(kinds).collect();
+            return Err(unknown(word, "a type or a compression", &names));
+        };
+        if is_second {
+            return Err(
+                "write one type (half or float) and one compression at most, such as float,piz".to_owned()
+            );
+        }
+    }
+    Ok((samples.unwrap_or_default(), compression.unwrap_or_default()))
+}
+
+fn is_crypto(layer: Layer) -> bool {
+    matches!(layer, Layer::CryptoObject | Layer::CryptoMaterial)
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',').map(str::trim)
+}
+
+/// Says what was meant, if one of `names` is near, and lists them.
+fn unknown(word: &str, what: &str, names: &[&str]) -> String {
+    let meant = nearest(word, names).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
+    let there_are = if meant.is_empty() { "; there are" } else { " There are" };
+    format!("\"{}\" is not {what}{meant}{there_are} {}", word.escape_debug(), names.join(", "))
+}
+
+/// The name that takes the fewest changes to become, at most a third of its letters.
+fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
+    let plain = word.to_ascii_lowercase().replace(['-', '.', ' '], "_");
+    let near = names.iter().map(|&name| (changes(&plain, name), name));
+    near.filter(|&(changes, name)| changes <= name.len().div_ceil(3))
+        .min_by_key(|&(changes, _)| changes)
+        .map(|(_, name)| name)
+}
+
+/// Letters to insert, remove or replace (Levenshtein's distance).
+fn changes(from: &str, to: &str) -> usize {
+    let mut row: Vec<usize> = (0..=to.len()).collect();
+    for (i, a) in from.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, b) in to.bytes().enumerate() {
+            let replaced = diagonal + usize::from(a != b);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[to.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::LightPart;
+
+    #[test]
+    fn layers_and_groups_are_listed() {
+        let names = |text| {
+            let set = layers(text).unwrap();
+            set.layers().iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(names("beauty"), "beauty");
+        assert_eq!(names("normal, depth,depth"), "beauty depth normal");
+        assert_eq!(names("crypto"), "beauty crypto_object crypto_material");
+        assert_eq!(names("light").split(' ').count(), 1 + LightPart::ALL.len());
+        assert_eq!(layers("data,light,crypto"), layers("all"));
+        assert_eq!(layers("all").unwrap().layers(), Layer::ALL);
+    }
+
+    #[test]
+    fn unknown_words_are_told_with_what_is_near() {
+        let error = layers("depht").unwrap_err();
+        assert!(error.contains("did you mean \"depth\"") && error.contains("crypto_material"), "{error}");
+        assert!(layers("Object-Id").unwrap_err().contains("did you mean \"object_id\""));
+        let error = layers("depth,,uv").unwrap_err();
+        assert!(error.contains("\"\" is not a layer; there are"), "{error}");
+        assert!(encoding("flaot").unwrap_err().contains("did you mean \"float\""));
+    }
+
+    #[test]
+    fn types_and_compressions_come_in_any_order() {
+        use {ExrCompression as C, LightSamples as S};
+        assert_eq!(encoding("float,piz"), Ok((S::Float, C::Piz)));
+        assert_eq!(encoding("dwab, half"), Ok((S::Half, C::Dwab)));
+        assert_eq!(encoding("float"), Ok((S::Float, C::Zip)));
+        assert_eq!(encoding("none"), Ok((S::Half, C::None)));
+        for text in ["", "half,float", "zip,zips", "pxr24", "half,half"] {
+            assert!(encoding(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn changes_are_counted() {
+        assert_eq!(changes("kitten", "sitting"), 3);
+        assert_eq!(changes("", "abc"), 3);
+        assert_eq!(changes("abc", "abc"), 0);
+    }
+}

@@ -1,0 +1,117 @@
+//! Names for mattes: one for each object or material, none twice.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::hash::name_id;
+use crate::error::Warning;
+use crate::scene::Scene;
+
+/// The names of nodes with a mesh, by node; other nodes have an empty one.
+pub(super) fn node_names(scene: &Scene) -> Vec<String> {
+    let nodes = scene.nodes.iter().enumerate().map(|(index, node)| {
+        node.mesh?;
+        Some(given(node.name.as_deref()).unwrap_or_else(|| format!("#{index}")))
+    });
+    unique(&nodes.collect::<Vec<_>>())
+}
+
+/// The names of materials, by material.
+pub(super) fn material_names(scene: &Scene) -> Vec<String> {
+    let last = scene.materials.len().saturating_sub(1);
+    let materials = scene.materials.iter().enumerate().map(|(index, material)| {
+        let unnamed = || if index == last { "default".to_owned() } else { format!("#{index}") };
+        Some(given(material.name.as_deref()).unwrap_or_else(unnamed))
+    });
+    unique(&materials.collect::<Vec<_>>())
+}
+
+/// What is to be said about names that mattes cannot tell apart.
+pub(super) fn collisions(names: &[String], what: &str) -> Vec<Warning> {
+    let mut by_id = BTreeMap::<u32, &str>::new();
+    let mut warnings = Vec::new();
+    for name in names.iter().filter(|name| !name.is_empty()) {
+        if let Some(other) = by_id.insert(name_id(name), name) {
+            let message = format!(
+                "Cryptomatte cannot tell the {what} \"{}\" and \"{}\" apart, whose names have the same hash; rename one",
+                other.escape_debug(),
+                name.escape_debug()
+            );
+            warnings.push(Warning { pointer: String::new(), message });
+        }
+    }
+    warnings
+}
+
+fn given(name: Option<&str>) -> Option<String> {
+    name.filter(|name| !name.is_empty()).map(str::to_owned)
+}
+
+/// The first of several equal names stays; the others become `name (2)` and so on, past whatever is taken.
+fn unique(names: &[Option<String>]) -> Vec<String> {
+    let originals: BTreeSet<&str> = names.iter().flatten().map(String::as_str).collect();
+    let mut taken = BTreeMap::<&str, u32>::new();
+    let mut unique = Vec::with_capacity(names.len());
+    for name in names {
+        let Some(name) = name else {
+            unique.push(String::new());
+            continue;
+        };
+        let count = taken.entry(name).or_insert(0);
+        let mut chosen = name.clone();
+        *count += 1;
+        if *count > 1 {
+            chosen = format!("{name} ({count})");
+            while originals.contains(chosen.as_str()) {
+                *count += 1;
+                chosen = format!("{name} ({count})");
+            }
+        }
+        unique.push(chosen);
+    }
+    unique
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, MeshIndex, Node};
+
+    fn names(texts: &[&str]) -> Vec<String> {
+        unique(&texts.iter().map(|text| Some((*text).to_owned())).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn repeated_names_get_numbers_that_nobody_has() {
+        assert_eq!(names(&["a", "b", "a", "a"]), ["a", "b", "a (2)", "a (3)"]);
+        assert_eq!(names(&["a", "a", "a (2)", "a (2)"]), ["a", "a (3)", "a (2)", "a (2) (2)"]);
+    }
+
+    #[test]
+    fn what_has_no_name_is_called_by_its_number() {
+        let mesh = Some(MeshIndex(0));
+        let node = |name: Option<&str>, mesh| Node { name: name.map(str::to_owned), mesh, ..Node::default() };
+        let scene = Scene {
+            nodes: vec![
+                node(Some("ball"), None),
+                node(Some("ball"), mesh),
+                node(None, mesh),
+                node(Some(""), mesh),
+                node(Some("#2"), mesh),
+            ],
+            materials: vec![Material::default(), Material::default()],
+            ..Scene::default()
+        };
+        assert_eq!(node_names(&scene), ["", "ball", "#2", "#3", "#2 (2)"]);
+        assert_eq!(material_names(&scene), ["#0", "default"]);
+    }
+
+    #[test]
+    fn names_with_the_same_hash_are_told() {
+        // Found by trying: both hash to 0x30cf5f63.
+        let names = ["n40665", "x", "", "", "n93112"].map(str::to_owned);
+        let warnings = collisions(&names, "nodes");
+        assert_eq!(warnings.len(), 1);
+        assert!(warnings[0].message.contains("n40665") && warnings[0].message.contains("n93112"));
+        assert!(collisions(&names[..4], "nodes").is_empty());
+    }
+}

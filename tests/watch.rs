@@ -199,7 +199,7 @@ fn what_cannot_be_watched_is_refused_at_once() {
     std::fs::write(folder.join("photo.png"), "not ours").unwrap();
     for (arguments, code, word) in [
         (&["gone.gltf"][..], 66, "gone.gltf"),
-        (&["a.gltf", "-f", "1-3"], 2, "write it as -f 12"),
+        (&["a.gltf", "-f", "1-3"], 2, "add -f 12"),
         (&["a.gltf", "-n"], 2, "rayframe render --dry-run"),
         (&["a.gltf", "-o", "photo.png"], 73, "made by another program; --overwrite"),
         (&["a.gltf", "-o", "a.jpg"], 2, "cannot be written"),

@@ -49,11 +49,13 @@ fn example(arg: &Arg) -> String {
 #[test]
 fn every_option_can_be_set_in_a_file_and_by_name() {
     let command = options();
+    let manual = include_str!("../../../docs/shots.md");
     for arg in command.get_arguments() {
         let key = arg.get_id().as_str();
         if ["config", "set", "dry_run"].contains(&key) {
             continue;
         }
+        assert!(manual.contains(&format!("`{key}`")), "docs/shots.md lacks {key}");
         // One rule for names, with one exception.
         match key {
             "scene" => assert!(arg.is_positional()),

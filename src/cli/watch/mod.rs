@@ -31,6 +31,9 @@ use files::WatchedFiles;
 /// How often a signal is looked for.
 const TICK: Duration = Duration::from_millis(25);
 
+/// The exit code of errors about what a file holds.
+const WRONG_FILE: u8 = 65;
+
 /// What lives from picture to picture.
 struct Watch<'a> {
     given: &'a GivenOptions,
@@ -64,8 +67,8 @@ fn watch(given: &GivenOptions) -> Result<Ending> {
         watch.files.look();
         match pool.install(|| watch.picture()) {
             Ok(()) | Err(Error::Interrupted(_)) => {}
-            // What was typed will not be mended by saving a file.
-            Err(error) if is_first && !matches!(error, Error::Invalid { .. }) => return Err(error),
+            // Only what is wrong in a file will be mended by saving it.
+            Err(error) if is_first && error.exit_code() != WRONG_FILE => return Err(error),
             Err(error) => {
                 watch.files.add(path_of(&error));
                 print_error(&error.to_string());
@@ -162,9 +165,7 @@ fn settle_for_one(args: &mut RenderArgs) -> Result<()> {
 fn refuse_many(job: &SequenceJob) -> Result<()> {
     match job.frames.len() {
         0 | 1 => Ok(()),
-        count => Err(Error::usage(format!(
-            "--frames: {count} frames are asked for, and one is watched; write it as -f 12"
-        ))),
+        count => Err(Error::usage(format!("{count} frames are asked for, and one is watched; add -f 12"))),
     }
 }
 

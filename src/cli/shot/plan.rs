@@ -16,7 +16,7 @@ use crate::sequence::{OutputPattern, Plan, PlannedFrame, SequenceJob};
 
 use super::super::environment::has_lights;
 use super::super::understood::frames_text;
-use super::form::Form;
+use super::form::{Form, Single};
 use super::setting::{Origin, Setting, Value, is_setting, rebased};
 use super::{MeantOptions, options, parse};
 
@@ -175,8 +175,9 @@ fn json_value(arg: &Arg, value: &Value) -> serde_json::Value {
         return json!(texts.collect::<Vec<_>>());
     }
     let text = texts.next_back().unwrap_or_default();
-    let number = number(form, &text).and_then(|number| serde_json::from_str(&number).ok());
-    number.unwrap_or_else(|| json!(text))
+    // What may also be said in letters is always a text, so that a setting has one type.
+    let number = number(form, &text).filter(|_| form.single == Single::Number);
+    number.and_then(|number| serde_json::from_str(&number).ok()).unwrap_or_else(|| json!(text))
 }
 
 /// The text as a number of TOML and JSON, where it is one and may be.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::nearest::distance;
+
 /// Names that are listed.
 const MOST_LISTED: usize = 20;
 
@@ -13,7 +15,8 @@ pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
     let Some(&(nearest, name)) = names.first() else {
         return "the file names none".to_owned();
     };
-    let is_near = is_near(asked, nearest);
+    // Half of the letters may be wrong, or fewer.
+    let is_near = nearest * 2 <= asked.chars().count().max(1);
     let meant = if is_near { format!("did you mean \"{}\"? ", name.escape_debug()) } else { String::new() };
     let listed: Vec<_> =
         names.iter().take(MOST_LISTED).map(|(_, name)| format!("\"{}\"", name.escape_debug())).collect();
@@ -22,34 +25,6 @@ pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
         more => format!(" and {more} more, which rayframe info --json lists"),
     };
     format!("{meant}there are {}{more}", listed.join(", "))
-}
-
-/// `did you mean "floor"?`, where one of `names` is near.
-pub(super) fn did_you_mean<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
-    let (nearest, name) = names.map(|name| (distance(asked, name), name)).min()?;
-    is_near(asked, nearest).then(|| format!("did you mean \"{name}\"?"))
-}
-
-/// Half of the letters may be wrong, or fewer.
-fn is_near(asked: &str, distance: usize) -> bool {
-    distance * 2 <= asked.chars().count().max(1)
-}
-
-/// Letters to change, add or take away, whatever their case (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let lower = |text: &str| text.chars().flat_map(char::to_lowercase).take(64).collect::<Vec<_>>();
-    let (a, b) = (lower(a), lower(b));
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ mod idle_options;
 mod info;
 mod layer_options;
 mod memory_limit;
+mod nearest;
 mod options;
 mod render;
 mod render_args;

@@ -8,7 +8,7 @@ use clap::{Arg, Command};
 use crate::error::{Error, Result};
 use crate::sequence::OutputPattern;
 
-use super::super::choices::did_you_mean;
+use super::super::nearest::nearest;
 use super::super::options;
 use super::form::{Form, PathForm};
 
@@ -112,13 +112,12 @@ pub(super) fn unknown(command: &Command, key: &str) -> String {
         arg.get_id() == key.replace('-', "_").as_str()
             || arg.get_long_and_visible_aliases().is_some_and(|names| names.contains(&long.as_str()))
     };
-    let meant = match args.iter().find(is_called) {
-        Some(arg) => Some(format!("did you mean \"{}\"?", arg.get_id())),
-        None => did_you_mean(key, args.iter().map(|arg| arg.get_id().as_str())),
+    let ids: Vec<&str> = args.iter().map(|arg| arg.get_id().as_str()).collect();
+    let called = args.iter().find(is_called).map(|arg| arg.get_id().as_str());
+    let meant = match called.or_else(|| nearest(key, &ids)) {
+        Some(id) => format!("did you mean \"{id}\"?"),
+        None => "settings are called as the long options of rayframe render, with _ in place of -".to_owned(),
     };
-    let meant = meant.unwrap_or_else(|| {
-        "settings are called as the long options of rayframe render, with _ in place of -".to_owned()
-    });
     format!("is no setting; {meant}")
 }
 

@@ -4,6 +4,7 @@ mod environment;
 mod info;
 mod layer_options;
 mod memory_limit;
+mod merge;
 mod options;
 mod render;
 mod render_args;
@@ -33,6 +34,8 @@ struct Cli {
 enum Command {
     /// Render a glTF scene (.glb, .gltf) to an image sequence
     Render(Box<render_args::RenderArgs>),
+    /// Join crops into what one machine would have written
+    Merge(merge::MergeArgs),
     /// Show what is in a file, what will be rendered, and what is not supported
     Info(info::InfoArgs),
 }
@@ -57,6 +60,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
         };
         match cli.command {
             Command::Render(args) => render::run(&args),
+            Command::Merge(args) => merge::run(&args),
             Command::Info(args) => ending(info::run(&args)),
         }
     }));

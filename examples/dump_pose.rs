@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [scene_path, clip, times @ ..] = arguments.as_slice() else {
         return Err("usage: dump_pose SCENE CLIP|#I|all|none TIME…".into());
     };
-    let scene = gltf::import(Path::new(scene_path), &ImportOptions { max_memory_bytes: 4 << 30 })?;
+    let scene = gltf::import(Path::new(scene_path), &ImportOptions::default())?;
     let clips = match clip.as_str() {
         "all" => ClipChoice::All,
         "none" => ClipChoice::None,

@@ -152,14 +152,42 @@ impl std::fmt::Display for Warning {
 
 /// `bytes` with a decimal unit, for messages.
 pub(crate) fn readable_bytes(bytes: u128) -> String {
+    bytes_with_decimals(bytes, 1)
+}
+
+/// `1.8 GB, more than the limit of 1.0 GB`, with as many decimals as tell the two apart.
+pub(crate) fn over_limit(needed: u128, limit: u128) -> String {
+    let both = |decimals| [needed, limit].map(|bytes| bytes_with_decimals(bytes, decimals));
+    let differing = [1, 3, 5, 7, 9].into_iter().map(both).find(|[needed, limit]| needed != limit);
+    let [needed, limit] = differing.unwrap_or_else(|| [needed, limit].map(|bytes| format!("{bytes} bytes")));
+    format!("{needed}, more than the limit of {limit}")
+}
+
+fn bytes_with_decimals(bytes: u128, decimals: usize) -> String {
     const UNITS: [(&str, f64); 4] = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
     let value = bytes as f64;
-    UNITS
-        .iter()
-        .find(|(_, size)| value >= *size)
-        .map_or_else(|| format!("{bytes} bytes"), |(unit, size)| format!("{:.1} {unit}", value / size))
+    UNITS.iter().find(|(_, size)| value >= *size).map_or_else(
+        || format!("{bytes} bytes"),
+        |(unit, size)| format!("{:.decimals$} {unit}", value / size),
+    )
 }
 
 fn pointer_prefix(pointer: &str) -> String {
     if pointer.is_empty() { String::new() } else { format!("{pointer}: ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_need_never_reads_like_its_limit() {
+        assert_eq!(over_limit(1_840_000_000, 1_000_000_000), "1.8 GB, more than the limit of 1.0 GB");
+        assert_eq!(over_limit(1_004_000_000, 1_000_000_000), "1.004 GB, more than the limit of 1.000 GB");
+        assert_eq!(
+            over_limit(1_000_000_001, 1_000_000_000),
+            "1.000000001 GB, more than the limit of 1.000000000 GB"
+        );
+        assert_eq!(over_limit(700, 600), "700 bytes, more than the limit of 600 bytes");
+    }
 }

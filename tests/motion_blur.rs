@@ -16,7 +16,7 @@ use rayframe::scene::{
     Selection,
 };
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceJob, Shutter, run,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceJob, Shutter, run,
 };
 
 /// White where x < 0, moving by one metre along x in the second from 0 to 1.
@@ -87,6 +87,7 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
         output: OutputPattern::parse(folder.path().join("a.####.exr").as_os_str()).unwrap(),
         exr: ExrOutput::default(),
         preview: false,
+        presentation: Presentation::default(),
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,

@@ -12,8 +12,8 @@ use rayframe::output::ExrOutput;
 use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
 use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
-    render_hash, run,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceEvent, SequenceJob,
+    Shutter, Summary, render_hash, run,
 };
 
 /// An empty scene in even light, written to `folder/name`.
@@ -44,6 +44,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
         exr: ExrOutput::default(),
         preview: false,
+        presentation: Presentation::default(),
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,
@@ -202,13 +203,13 @@ fn what_can_fail_fails_before_the_first_frame() {
     let error = Plan::new(&too_large).unwrap_err();
     assert_eq!(error.exit_code(), 77);
     // 2³² pixels of 72 bytes against 2³⁰ bytes.
-    assert!(error.to_string().contains("309.2 GB, but only 1.1 GB"), "{error}");
+    assert!(error.to_string().contains("309.2 GB, more than the limit of 1.1 GB"), "{error}");
     // Amounts below a gigabyte are told apart.
     too_large.render.resolution = (1000, 1000);
     too_large.render.window = PixelWindow::full(1000, 1000);
     too_large.max_memory_bytes = 20_000_000;
     let error = Plan::new(&too_large).unwrap_err();
-    assert!(error.to_string().contains("72.0 MB, but only 20.0 MB"), "{error}");
+    assert!(error.to_string().contains("72.0 MB, more than the limit of 20.0 MB"), "{error}");
     std::fs::write(folder.path().join("file"), "").unwrap();
     assert_eq!(render(&job(folder.path(), "file/a.exr", &[1])).unwrap_err().exit_code(), 73);
     assert_eq!(names(folder.path()), ["file"]);

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::Vec3;
 use sha2::{Digest as _, Sha256};
 
-use crate::error::{Error, Result, Warning};
+use crate::error::{Error, Result, Warning, over_limit};
 use crate::image_file::read_environment;
 use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, ImageLightIndex, Scene, Selection};
 
@@ -176,7 +176,8 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
         return Err(Error::invalid(path, "", "is not a regular file"));
     }
     if metadata.len() > max_bytes {
-        return Err(Error::refused(path, "", "is larger than --max-memory allows"));
+        let size = over_limit(metadata.len().into(), max_bytes.into());
+        return Err(Error::refused(path, "", format!("the file has {size}; raise --max-memory")));
     }
     let file = std::fs::File::open(path).map_err(missing)?;
     let mut bytes = Vec::new();
@@ -185,7 +186,7 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 }
 
 /// Whether any light is placed below the selected roots.
-fn has_lights(scene: &Scene, selection: &Selection) -> bool {
+pub(super) fn has_lights(scene: &Scene, selection: &Selection) -> bool {
     let mut pending = selection.roots.clone();
     while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
         if node.light.is_some() {

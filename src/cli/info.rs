@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::error::Result;
-use crate::gltf::{self, ImportOptions};
+use crate::gltf::{self, ImageNeed, ImportOptions};
 use crate::progress::print_output;
 use crate::scene::{Selection, SelectionRequest};
 
@@ -23,7 +23,7 @@ pub(super) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Most memory to use, such as 8G [default: 80 % of what there is]
+    /// Most memory to use, such as 8G; textures take none, of which only the headers are read [default: 80 % of what there is]
     #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
     max_memory: Option<u64>,
 }
@@ -31,7 +31,7 @@ pub(super) struct InfoArgs {
 /// Prints what is in the file.
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
-    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes, images: ImageNeed::Headers })?;
     let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
     let report = report::Report::new(&scene, &selection, &warnings);
     if args.json {

@@ -120,7 +120,7 @@ mod tests {
         assert!(layers("Object-Id").unwrap_err().contains("did you mean \"object_id\""));
         let error = layers("depth,,uv").unwrap_err();
         assert!(error.contains("\"\" is not a layer; there are"), "{error}");
-        assert!(encoding("zipp").unwrap_err().contains("did you mean \"zip\""));
+        assert!(encoding("flaot").unwrap_err().contains("did you mean \"float\""));
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! The command line: one file a subcommand, each from what was typed to what is meant to running it.
 
+mod audience;
+mod choices;
 mod environment;
+mod idle_options;
 mod info;
 mod layer_options;
 mod memory_limit;
@@ -134,7 +137,8 @@ fn ending(result: Result<()>) -> Ending {
 /// Names every warning once; under `--strict` the first one is an error that counts the others.
 fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool) -> Result<()> {
     let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
-    for warning in &unique {
+    // Under --strict the error says the first one.
+    for warning in unique.iter().skip(usize::from(is_strict)) {
         print_warning(&format!("{}: {warning}", path.display()));
     }
     match unique.first() {

@@ -1,9 +1,10 @@
 //! Values of single options: text to numbers and choices. Each error is one line that says what to type.
 
 use std::ffi::{OsStr, OsString};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::bvh::{Refit, Split};
+use crate::color::srgb8_to_linear;
 use crate::film::PixelWindow;
 use crate::render::Aperture;
 use crate::scene::{CameraRequest, Choice, ClipChoice};
@@ -21,13 +22,19 @@ pub(super) enum EnvironmentSource {
     File(PathBuf, f32),
 }
 
-/// `1280x720`.
+/// `1280x720`, or the name of a common size.
 pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
+    match text.to_ascii_lowercase().as_str() {
+        "720p" => return Ok((1280, 720)),
+        "1080p" => return Ok((1920, 1080)),
+        "4k" | "2160p" => return Ok((3840, 2160)),
+        _ => {}
+    }
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
     match sides {
         Some((0, _) | (_, 0)) => Err("a picture needs at least one pixel each way".to_owned()),
         Some(sides) => Ok(sides),
-        None => Err("write width and height in pixels, such as 1280x720".to_owned()),
+        None => Err("write width and height in pixels, such as 1280x720, or 720p, 1080p or 4k".to_owned()),
     }
 }
 
@@ -49,16 +56,19 @@ pub(super) fn frame(text: &str) -> Result<i32, String> {
     whole(text, i32::MIN.into(), i32::MAX.into())
 }
 
-/// `50%` or `0.5`, as a factor.
+/// `50%` or `0.5`, as a factor. What is meant by a bare number above 1 would be a guess.
 pub(super) fn scale(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text, 1.0),
     };
     match number.parse::<f64>() {
+        Ok(value) if unit == 1.0 && value > 1.0 && value.is_finite() => {
+            Err(format!("a picture {text} times as large? Write {text}% or {}", value / 100.0))
+        }
         Ok(value) if value > 0.0 && value * unit <= 100.0 => Ok(value * unit),
-        Ok(_) => Err("a scale lies above 0% and at most at 10000%".to_owned()),
-        Err(_) => Err("write a percentage such as 50%".to_owned()),
+        Ok(_) => Err("a scale lies above 0% and at most at 10000%; write 50%, 0.5 or 200%".to_owned()),
+        Err(_) => Err("write a percentage such as 50% or 200%, or a factor up to 1 such as 0.5".to_owned()),
     }
 }
 
@@ -126,6 +136,9 @@ pub(super) fn shutter(text: &str) -> Result<f64, String> {
     };
     match frames {
         Ok(frames) if frames > 0.0 && frames <= 100.0 => Ok(frames),
+        Ok(frames) if frames > 100.0 && frames.is_finite() && !text.ends_with("deg") => {
+            Err(format!("the shutter is open for 100 frames at most; did you mean {text}deg?"))
+        }
         _ => {
             Err("write frames such as 0.5, or degrees such as 180deg, above 0 and up to 100 frames"
                 .to_owned())
@@ -166,6 +179,14 @@ pub(super) fn factor(text: &str) -> Result<f32, String> {
     match finite(text) {
         Ok(value) if value >= 0.0 => Ok(value),
         _ => Err("write a number that is not negative".to_owned()),
+    }
+}
+
+/// A number from 0 to 1.
+pub(super) fn share(text: &str) -> Result<f32, String> {
+    match finite(text) {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("write a number from 0 to 1".to_owned()),
     }
 }
 
@@ -218,10 +239,32 @@ pub(super) fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
         Some((OsString::from(file), finite(degrees).ok()?))
     });
     let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
-    if file.is_empty() {
-        return Err("write a .hdr or .exr file, R,G,B, studio or none".to_owned());
+    let looks_like_picture = file.to_string_lossy().to_ascii_lowercase();
+    let looks_like_picture = [".hdr", ".exr"].iter().any(|end| looks_like_picture.contains(end));
+    if file.is_empty() || !(looks_like_picture || Path::new(&file).exists()) {
+        let meant = text.to_str().and_then(meant_environment).unwrap_or_default();
+        return Err(format!("{meant}write a .hdr or .exr file, R,G,B, studio or none"));
     }
     Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
+}
+
+/// What was meant by words and colours as other programs know them.
+fn meant_environment(text: &str) -> Option<String> {
+    let meant = match text.to_ascii_lowercase().as_str() {
+        "studio" => "studio".to_owned(),
+        "none" | "off" | "no" => "none".to_owned(),
+        "white" => "1,1,1".to_owned(),
+        "black" => "0,0,0".to_owned(),
+        "grey" | "gray" => "0.18,0.18,0.18".to_owned(),
+        other => {
+            let code = other.strip_prefix('#').filter(|code| code.len() == 6)?;
+            let [_, r, g, b] = u32::from_str_radix(code, 16).ok()?.to_be_bytes();
+            let linear = [r, g, b].map(|channel| format!("{:.3}", srgb8_to_linear(channel)));
+            let short = linear.map(|text| text.trim_end_matches('0').trim_end_matches('.').to_owned());
+            format!("{} (linear light)", short.join(","))
+        }
+    };
+    Some(format!("did you mean {meant}? Else "))
 }
 
 /// What `environment` takes, or `env` for the light itself, which is `None`.
@@ -251,11 +294,15 @@ mod tests {
     #[test]
     fn pictures_have_pixels() {
         assert_eq!(resolution("1280x720"), Ok((1280, 720)));
+        assert_eq!((resolution("1080p"), resolution("4K")), (Ok((1920, 1080)), Ok((3840, 2160))));
         for text in ["0x1", "1x0", "1280", "x", "-1x1", "1.5x2", "99999999999x1"] {
             assert!(resolution(text).is_err(), "{text}");
         }
         assert_eq!(scale("50%"), Ok(0.5));
         assert_eq!(scale("0.25"), Ok(0.25));
+        assert_eq!((scale("1"), scale("200%")), (Ok(1.0), Ok(2.0)));
+        assert!(scale("50").unwrap_err().contains("rite 50% or 0.5"));
+        assert!(scale("inf").is_err() && scale("1e300").is_err());
         assert!(
             scale("0%").is_err() && scale("NaN").is_err() && scale("-1").is_err() && scale("1e9%").is_err()
         );
@@ -309,6 +356,10 @@ mod tests {
         assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
         assert_eq!(parse("a.hdr@90"), Ok(EnvironmentSource::File("a.hdr".into(), 90.0)));
         assert_eq!(parse("a@b.hdr"), Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0)));
+        assert!(parse("Studio").unwrap_err().contains("did you mean studio?"));
+        // sRGB 0x88 is 0.246 of linear light.
+        assert!(parse("#ff8800").unwrap_err().contains("did you mean 1,0.246,0 (linear light)?"));
+        assert!(parse("white").unwrap_err().contains("did you mean 1,1,1?"));
         assert_eq!(parse("a,b.hdr"), Ok(EnvironmentSource::File("a,b.hdr".into(), 0.0)));
         assert!(
             parse("1,2").is_err()

@@ -13,6 +13,7 @@ use crate::output::SOFTWARE;
 use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
 use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
+use super::audience::Audience;
 use super::render_args::RenderArgs;
 use super::render_job::{RenderJob, render_job};
 use super::understood::{after_the_end, understood};
@@ -34,8 +35,11 @@ fn render(args: &RenderArgs) -> Result<Ending> {
     let RenderJob { sequence: job, choices, warnings, environment, inputs } = render_job(args)?;
     settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
+    job.presentation.check()?;
     let plan = Plan::new(&job)?;
-    refuse_collisions(&plan, args.stats.as_deref(), &inputs)?;
+    let others = job.presentation.files().chain(args.stats.as_deref().map(|path| (path, "--stats")));
+    let others: Vec<_> = others.collect();
+    refuse_collisions(&plan, &others, &inputs)?;
     if triangle_count(&job.scene, &job.selection.roots) == 0 {
         print_warning(&format!(
             "{}: the scene draws no triangles; only what surrounds it is seen",
@@ -56,8 +60,8 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         return Ok(Ending::Code(0));
     }
     plan.prepare()?;
-    if let Some(stats) = &args.stats {
-        probe_folder(stats)?;
+    for (path, _) in &others {
+        probe_folder(path)?;
     }
 
     // Render.
@@ -67,11 +71,21 @@ fn render(args: &RenderArgs) -> Result<Ending> {
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
-    let summary = sequence::run(&job, &plan, &cancel, &|event| reporter.tell(event));
+    let audience = Audience::new(&job, &plan, &cancel)?;
+    let summary = sequence::run(&job, &plan, &cancel, &|event| {
+        reporter.tell(event);
+        audience.watch(event, &reporter);
+    });
 
     // Say how it went.
     if let Some(stats) = &args.stats {
         write_statistics(stats, &job, &summary)?;
+    }
+    if let Err(error) = audience.present(&summary, &cancel) {
+        return Ok(match (caught.number(), &error) {
+            (Some(signal), Error::Interrupted(_)) => Ending::Signal(signal),
+            _ => ending(Err(error)),
+        });
     }
     match caught.number() {
         Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
@@ -92,12 +106,12 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
 }
 
 /// No file may be written over another one of this run, or over what it reads.
-fn refuse_collisions(plan: &Plan, stats: Option<&Path>, inputs: &[PathBuf]) -> Result<()> {
+fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
     let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
     let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
     let frames = frames.map(|path| (path, "will hold a frame", "-o"));
-    let stats = stats.map(|path| (path, "will hold the statistics", "--stats"));
-    for (path, purpose, option) in frames.chain(stats) {
+    let others = others.iter().map(|&(path, option)| (path, "will hold something else", option));
+    for (path, purpose, option) in frames.chain(others) {
         if let Some(other) = names.insert(place(path), purpose) {
             return Err(Error::usage(format!(
                 "{option}: \"{}\" {other} and cannot be written to as well; choose another name",

@@ -43,6 +43,15 @@ pub(super) struct RenderArgs {
     /// EXR files tell when and on which machine they were made, and how long that took; without it equal runs make equal files
     #[arg(long, help_heading = "Output")]
     pub(super) stamp: bool,
+    /// All frames as one file that plays: .apng (exact), .gif, or .mp4, .mov, .webm, .mkv where ffmpeg is installed
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) movie: Option<PathBuf>,
+    /// All frames small in one PNG picture, with their numbers
+    #[arg(long, value_name = "FILE.png", help_heading = "Output")]
+    pub(super) contact_sheet: Option<PathBuf>,
+    /// Show each finished frame on the terminal: as a picture (kitty, Ghostty, WezTerm, iTerm2), else in coloured blocks
+    #[arg(long, help_heading = "Output")]
+    pub(super) show: bool,
     /// Keep whole frames of the same scene, settings and version; replace all others
     #[arg(long, conflicts_with = "overwrite", help_heading = "Output")]
     pub(super) resume: bool,
@@ -91,7 +100,7 @@ pub(super) struct RenderArgs {
     #[arg(long, help_heading = "Frames")]
     pub(super) keep_going: bool,
 
-    /// Width and height in pixels [default: 1280x720]
+    /// Width and height in pixels, or 720p, 1080p or 4k [default: 1280x720]
     #[arg(short, long, value_name = "WxH", value_parser = options::resolution, conflicts_with_all = ["width", "height"], help_heading = "Picture")]
     pub(super) resolution: Option<(u32, u32)>,
     /// Width in pixels; the height follows from the camera unless given
@@ -100,50 +109,51 @@ pub(super) struct RenderArgs {
     /// Height in pixels; the width follows from the camera unless given
     #[arg(short = 'H', long, value_name = "PIXELS", value_parser = options::count, help_heading = "Picture")]
     pub(super) height: Option<u32>,
-    /// Scales the resolution
-    #[arg(long, value_name = "PERCENT", value_parser = options::scale, help_heading = "Picture")]
+    /// Scales the resolution: 50%, 0.5 or 200%; a number without % is a factor up to 1
+    #[arg(long, value_name = "PERCENT|FACTOR", allow_negative_numbers = true, value_parser = options::scale, help_heading = "Picture")]
     pub(super) scale: Option<f64>,
     /// Renders these pixels only, from (X0, Y0) up to but not including (X1, Y1), origin top left
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = options::crop, help_heading = "Picture")]
     pub(super) crop: Option<PixelWindow>,
     /// Samples a pixel
-    #[arg(long, visible_aliases = ["aa", "spp"], value_name = "N", default_value_t = 4, value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, visible_aliases = ["aa", "spp"], value_name = "N", default_value_t = 4, value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
     pub(super) samples: u32,
     /// Samples that pixels on edges take in all; the others take --samples
-    #[arg(long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 65536), help_heading = "Picture")]
     pub(super) max_samples: Option<u32>,
     /// What is an edge: differences of display values, 0 to 1, above this
-    #[arg(long, value_name = "X", default_value = "0.05", value_parser = options::factor, requires = "max_samples", help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, value_name = "X", default_value = "0.05", value_parser = options::share, requires = "max_samples", help_heading = "Picture")]
     pub(super) aa_threshold: f32,
     /// How samples count for a pixel by where they lie
     #[arg(long, value_name = "NAME", default_value = "box", help_heading = "Picture")]
     pub(super) filter: FilterArg,
     /// How long the shutter is open around a frame's time, in frames, or degrees of its turn such as 180deg: motion blur
-    #[arg(long, value_name = "FRAMES|DEG", value_parser = options::shutter, help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, value_name = "FRAMES|DEG", value_parser = options::shutter, help_heading = "Picture")]
     pub(super) shutter: Option<f64>,
     /// Times at which the open shutter looks; the scene is built anew at each, and samples are dealt out to them
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 1, 4096), requires = "shutter", help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 1, 4096), requires = "shutter", help_heading = "Picture")]
     pub(super) time_samples: u32,
-    /// Size of the lens: its radius in metres, or an f-number such as f/2.8 for a picture 24 mm high; depth of field
-    #[arg(long, value_name = "METRES|f/N", value_parser = options::aperture, help_heading = "Picture")]
+    /// Size of the lens: its radius in metres, or an f-number such as f/2.8 for a picture 24 mm high; depth of field, whose noise falls with --samples
+    #[arg(long, allow_negative_numbers = true, value_name = "METRES|f/N", value_parser = options::aperture, help_heading = "Picture")]
     pub(super) aperture: Option<Aperture>,
     /// What is sharp: a distance along the camera's axis in metres, a node's name or #I, or middle, what the picture's middle shows
     #[arg(
         long,
         value_name = "METRES|NODE|#I|middle",
         default_value = "middle",
+        allow_negative_numbers = true,
         requires = "aperture",
         help_heading = "Picture"
     )]
     pub(super) focus: String,
     /// Deepest reflection or refraction
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 0, 1024), help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 8, value_parser = |text: &str| options::whole::<u32>(text, 0, 1024), help_heading = "Picture")]
     pub(super) depth: u32,
     /// How light is followed
     #[arg(long, value_name = "NAME", default_value = "whitted", help_heading = "Picture")]
     pub(super) integrator: Integrator,
     /// Rays that follow a rough mirror or frosted glass where it is seen first, one from there on; 0 looks the environment up
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = |text: &str| options::whole::<u32>(text, 0, 4096), help_heading = "Picture")]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 0, value_parser = |text: &str| options::whole::<u32>(text, 0, 4096), help_heading = "Picture")]
     pub(super) glossy: u32,
     /// Shadows under glass
     #[arg(long, value_name = "KIND", default_value = "straight", help_heading = "Picture")]
@@ -157,44 +167,57 @@ pub(super) struct RenderArgs {
         help_heading = "Picture"
     )]
     pub(super) exposure: String,
-    /// Tone curve of previews and PNG files
-    #[arg(long, value_name = "NAME", default_value = "standard", help_heading = "Picture")]
-    pub(super) tone: ToneArg,
+    /// Tone curve of previews and PNG files [default: standard]
+    #[arg(long, value_name = "NAME", help_heading = "Picture")]
+    pub(super) tone: Option<ToneArg>,
 
-    /// Camera: a name, #0 for the first, or auto to frame the whole scene [default: the first, else auto]
+    /// Camera: a name, '#0' (in quotes) for the first, or auto to frame the whole scene [default: the first, else auto]
     #[arg(short, long, value_name = "NAME|#I|auto", help_heading = "Scene")]
     pub(super) camera: Option<String>,
-    /// Clip: a name, #0 for the first, all or none
+    /// Clip: a name, '#0' (in quotes) for the first, all or none
     #[arg(long, value_name = "NAME|#I|all|none", default_value = "all", help_heading = "Scene")]
     pub(super) animation: String,
-    /// Scene of the file: a name or #0 for the first [default: the file's]
+    /// Scene of the file: a name or '#0' (in quotes) for the first [default: the file's]
     #[arg(long = "scene", value_name = "NAME|#I", help_heading = "Scene")]
     pub(super) scene_choice: Option<String>,
-    /// Set of materials of the file: a name or #0 for the first [default: none]
+    /// Set of materials of the file: a name or '#0' (in quotes) for the first [default: none]
     #[arg(long, value_name = "NAME|#I", help_heading = "Scene")]
     pub(super) variant: Option<String>,
     /// Multiplies all lights of the file
     #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
     pub(super) light_scale: f32,
-    /// Radius of points and spots in metres: soft shadows
-    #[arg(long, value_name = "METRES", default_value = "0", value_parser = options::factor, help_heading = "Scene")]
+    /// Radius of points and spots in metres: soft shadows, whose noise falls with --samples
+    #[arg(long, allow_negative_numbers = true, value_name = "METRES", default_value = "0", value_parser = options::factor, help_heading = "Scene")]
     pub(super) light_radius: f32,
-    /// Angle that directional lights take up in the sky, in degrees: soft shadows; the sun's is 0.53
-    #[arg(long, value_name = "DEG", default_value = "0", value_parser = options::sun_angle, help_heading = "Scene")]
+    /// Angle that directional lights take up in the sky, in degrees: soft shadows, whose noise falls with --samples; the
+    /// sun's is 0.53
+    #[arg(long, allow_negative_numbers = true, value_name = "DEG", default_value = "0", value_parser = options::sun_angle, help_heading = "Scene")]
     pub(super) sun_angle: f32,
     /// Light from all around: an equirectangular .hdr or .exr turned by @degrees, a colour R,G,B, studio or none
     /// [default: studio if the scene has no light, else none]
-    #[arg(long, value_name = "FILE[@DEG]|R,G,B|studio|none", help_heading = "Scene")]
+    #[arg(
+        long,
+        value_name = "FILE[@DEG]|R,G,B|studio|none",
+        allow_hyphen_values = true,
+        help_heading = "Scene"
+    )]
     pub(super) env: Option<OsString>,
     /// Multiplies the light from all around
     #[arg(long, value_name = "X", default_value = "1", allow_negative_numbers = true, value_parser = options::factor, help_heading = "Scene")]
     pub(super) env_intensity: f32,
     /// What the camera sees behind the scene, apart from what lights it: env for the light itself, none for transparency, or
-    /// what --env takes
-    #[arg(long, value_name = "env|none|R,G,B|FILE[@DEG]", default_value = "env", help_heading = "Scene")]
+    /// what --env takes. R,G,B is linear light, which previews expose and tone-map like the rest
+    #[arg(
+        long,
+        value_name = "env|none|R,G,B|FILE[@DEG]",
+        allow_hyphen_values = true,
+        default_value = "env",
+        help_heading = "Scene"
+    )]
     pub(super) background: OsString,
-    /// A node or material that is invisible but for the shadows on it; may be given more than once
-    #[arg(long, value_name = "NAME", help_heading = "Scene")]
+    /// A node or material that is invisible but for the shadows on it: a name, or '#0' (in quotes) for the first node; may be
+    /// given more than once
+    #[arg(long, value_name = "NAME|#I", help_heading = "Scene")]
     pub(super) shadow_catcher: Vec<String>,
     /// Warnings about what is not supported become errors
     #[arg(long, help_heading = "Scene")]
@@ -214,7 +237,7 @@ pub(super) struct RenderArgs {
     pub(super) split: Split,
     /// Whether the last frame's hierarchy is fitted to triangles that moved: where it pays, never, or while its cost is at
     /// most FACTOR times the least since it was built; never changes the picture
-    #[arg(long, value_name = "auto|off|FACTOR", default_value = "auto", value_parser = options::refit, help_heading = "Work")]
+    #[arg(long, allow_negative_numbers = true, value_name = "auto|off|FACTOR", default_value = "auto", value_parser = options::refit, help_heading = "Work")]
     pub(super) refit: Refit,
     /// Instructions to use; never changes the picture
     #[arg(long, value_name = "LEVEL", default_value = "best", help_heading = "Work")]

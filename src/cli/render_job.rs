@@ -8,15 +8,21 @@ use crate::color::ToneCurve;
 use crate::error::{Error, Result, Warning};
 use crate::film::PixelWindow;
 use crate::frame;
-use crate::gltf::{self, ImportOptions};
+use crate::gltf::{self, ImageNeed, ImportOptions};
 use crate::output::{ExrOutput, Layer, LayerSet, matte_collisions};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
-use crate::scene::{CameraChoice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers};
+use crate::scene::{
+    CameraChoice, Choice, Projection, Scene, Selection, SelectionRequest, mark_shadow_catchers,
+    mark_shadow_catching_node,
+};
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, Shutter, duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, Presentation, SequenceJob, Shutter,
+    check_picture, duration_seconds,
 };
 
+use super::choices::choices;
 use super::environment::{self, EnvironmentWishes, LoadedEnvironment};
+use super::idle_options::idle_options;
 use super::memory_limit::default_max_memory_bytes;
 use super::options;
 use super::render_args::{BvhArg, FilterArg, GlassShadowsArg, Integrator, RenderArgs, SimdArg, ToneArg};
@@ -58,11 +64,19 @@ struct Wishes {
 pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let wishes = understand(args)?;
     let max_memory_bytes = wishes.max_memory_bytes;
-    let mut scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes })?;
+    let shutter =
+        args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
+    if let Some(window) = known_window(args)? {
+        check_picture(&args.scene, window, shutter, max_memory_bytes)?;
+    }
+    let images = if args.dry_run { ImageNeed::Budget } else { ImageNeed::Texels };
+    let options = ImportOptions { max_memory_bytes, images };
+    let mut scene = gltf::import(&args.scene, &options)?;
     catch_shadows(&mut scene, &args.shadow_catcher)?;
-    let (selection, choices) = Selection::resolve(&selection_request(args), &scene)?;
+    let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
         environment::load(&wishes.environment, &scene, &selection, max_memory_bytes)?;
+    let show_background = wishes.environment.shows_background();
     let mut inputs = vec![args.scene.clone()];
     inputs.extend(wishes.environment.files().map(PathBuf::from));
     let layers = args.layers.iter().flat_map(LayerSet::layers);
@@ -70,6 +84,11 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         layers.into_iter().any(|layer| matches!(layer, Layer::CryptoObject | Layer::CryptoMaterial));
     let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
     let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
+    let description = match (show_background, description.as_str()) {
+        (true, _) => description,
+        (false, "") => "background none".to_owned(),
+        (false, _) => format!("{description}, background none"),
+    };
 
     let duration = duration_seconds(&scene, &selection);
     let frames = wishes.frames.resolve(wishes.rate.last_frame(duration)).map_err(Error::usage)?;
@@ -77,7 +96,6 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let stem = args.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
-    let show_background = wishes.environment.shows_background();
     let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
     let exr = exr_output(args);
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
@@ -91,14 +109,17 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         environment_key,
         frames,
         rate: wishes.rate,
-        shutter: args
-            .shutter
-            .map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples }),
+        shutter,
         output,
         exr,
         preview: args.preview.is_some(),
+        presentation: Presentation {
+            movie: args.movie.clone(),
+            contact_sheet: args.contact_sheet.clone(),
+            shows_frames: args.show,
+        },
         exposure: wishes.exposure,
-        tone: match args.tone {
+        tone: match args.tone.unwrap_or(ToneArg::Standard) {
             ToneArg::Standard => ToneCurve::Standard,
             ToneArg::Agx => ToneCurve::Agx,
             ToneArg::Aces => ToneCurve::Aces,
@@ -109,6 +130,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         strict: args.strict,
         max_memory_bytes,
     };
+    choices.extend(idle_options(args, &sequence));
     Ok(RenderJob { sequence, choices, warnings, environment: description, inputs })
 }
 
@@ -133,12 +155,22 @@ fn understand(args: &RenderArgs) -> Result<Wishes> {
 
 fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
     for name in names {
-        if mark_shadow_catchers(scene, name) == 0 {
-            return Err(Error::usage(format!(
-                "--shadow-catcher: neither a node with a mesh nor a material is called \"{}\"",
-                name.escape_debug()
-            )));
+        if mark_shadow_catchers(scene, name) > 0 {
+            continue;
         }
+        if let Choice::Index(_) = options::choice(name)
+            && let Some(node) = scene.node(&options::choice(name))
+            && mark_shadow_catching_node(scene, node)
+        {
+            continue;
+        }
+        let nodes = scene.nodes.iter().filter(|node| node.mesh.is_some()).map(|node| node.name.as_deref());
+        let names = nodes.chain(scene.materials.iter().map(|material| material.name.as_deref()));
+        return Err(Error::usage(format!(
+            "--shadow-catcher: neither a node with a mesh nor a material is called \"{}\"; {}",
+            name.escape_debug(),
+            choices(name, names.flatten())
+        )));
     }
     Ok(())
 }
@@ -278,8 +310,9 @@ fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Optio
             let node = scene.node(&options::choice(&args.focus));
             Focus::Node(node.ok_or_else(|| {
                 Error::usage(format!(
-                    "--focus: the scene has no node \"{}\"; write a node's name, #0 for the first, metres, or middle",
-                    args.focus
+                    "--focus: the scene has no node \"{}\"; write metres, middle, '#0' for the first node, or a name: {}",
+                    args.focus.escape_debug(),
+                    choices(&args.focus, scene.nodes.iter().filter_map(|node| node.name.as_deref()))
                 ))
             })?)
         }
@@ -292,6 +325,15 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
     let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
     let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
     camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
+}
+
+/// What will be rendered, where that does not depend on the scene's camera.
+fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
+    if args.width.is_some() != args.height.is_some() {
+        return Ok(None);
+    }
+    let (width, height) = picture_size(args, 1.0)?;
+    Ok(Some(args.crop.unwrap_or(PixelWindow::full(width, height))))
 }
 
 /// Columns and rows after `--scale`. One side alone takes the other from the camera.

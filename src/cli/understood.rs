@@ -1,6 +1,6 @@
 //! The first line of a run: what was understood.
 
-use crate::scene::{CameraChoice, CameraIndex, Scene, Selection};
+use crate::scene::{Scene, Selection};
 use crate::sequence::{SequenceJob, duration_seconds, triangle_count};
 
 /// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
@@ -19,7 +19,7 @@ pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
         clips_text(&job.scene, &job.selection),
         frames_text(&job.frames),
         job.rate,
-        camera_text(&job.scene, &job.selection),
+        job.selection.camera_label(&job.scene),
         counted(triangle_count(&job.scene, &job.selection.roots), "triangle"),
     )
 }
@@ -47,21 +47,10 @@ fn clips_text(scene: &Scene, selection: &Selection) -> String {
         [] => "still".to_owned(),
         [clip] => {
             let name = scene.animations.get(clip.index()).and_then(|clip| clip.name.as_deref());
-            format!("clip {} {seconds} s", quoted(name, clip.index()))
+            format!("clip {} {} s", quoted(name, clip.index()), short(seconds))
         }
-        clips => format!("{} clips {seconds} s", clips.len()),
+        clips => format!("{} clips {} s", clips.len(), short(seconds)),
     }
-}
-
-pub(super) fn camera_text(scene: &Scene, selection: &Selection) -> String {
-    let CameraChoice::Node(node) = selection.camera else {
-        return "camera auto".to_owned();
-    };
-    let node = scene.nodes.get(node.index());
-    let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);
-    let camera_name = scene.cameras.get(index).and_then(|camera| camera.name.as_deref());
-    let name = camera_name.or_else(|| node.and_then(|node| node.name.as_deref()));
-    format!("camera {}", quoted(name, index))
 }
 
 /// The name in quotes, or `#2` where there is none; both can be typed.
@@ -93,6 +82,12 @@ pub(super) fn frames_text(frames: &[i64]) -> String {
         rest = &rest[run..];
     }
     format!("frames {}", parts.join(","))
+}
+
+/// With three decimals at most.
+pub(super) fn short(number: f32) -> String {
+    let text = format!("{number:.3}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Digits in groups of three.
@@ -131,6 +126,10 @@ mod tests {
     #[test]
     fn long_numbers_are_grouped() {
         assert_eq!(grouped(7), "7");
+        assert_eq!(
+            (short(2.5), short(10.0), short(1.041_666_6)),
+            ("2.5".into(), "10".into(), "1.042".into())
+        );
         assert_eq!(grouped(7936), "7 936");
         assert_eq!(grouped(1_234_567), "1 234 567");
         assert_eq!(counted(1, "part"), "1 part");

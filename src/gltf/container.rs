@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use super::context::Context;
-use crate::error::{Error, Result, readable_bytes};
+use crate::error::{Error, Result, over_limit};
 
 const GLB_MAGIC: &[u8; 4] = b"glTF";
 const GLB_HEADER_BYTES: usize = 12;
@@ -68,9 +68,8 @@ pub(super) fn read_regular(
             path,
             pointer,
             format!(
-                "has {}, more than the {} that can be read",
-                readable_bytes(metadata.len().into()),
-                readable_bytes(limit_bytes.into())
+                "the file has {}; raise --max-memory",
+                over_limit(metadata.len().into(), limit_bytes.into())
             ),
         ));
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use crate::error::{Error, Result, Warning, readable_bytes};
+use crate::error::{Error, Result, Warning, over_limit};
 
 /// State of one import.
 #[derive(Debug)]
@@ -104,9 +104,8 @@ impl<'a> Context<'a> {
         self.refused(
             pointer,
             format!(
-                "needs about {}, more than the limit of {}; raise it with --max-memory",
-                readable_bytes(total_bytes.into()),
-                readable_bytes(self.limit_bytes.into())
+                "all up to here needs about {}; raise --max-memory",
+                over_limit(total_bytes.into(), self.limit_bytes.into())
             ),
         )
     }

@@ -4,8 +4,10 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
+use super::ImageNeed;
 use super::accessor::Data;
 use super::context::Context;
+use super::image_budget;
 use super::resources::Resources;
 use super::texture::TextureTable;
 use crate::error::Result;
@@ -15,24 +17,34 @@ use crate::image_file::{
 };
 use crate::scene::{Image, Texels};
 
-/// An image file in memory, its size known and paid for.
-struct Encoded<'a> {
-    name: Option<String>,
-    pointer: String,
+/// An image file in memory, its size known.
+pub(super) struct Encoded<'a> {
+    pub(super) name: Option<String>,
+    pub(super) pointer: String,
     bytes: Cow<'a, [u8]>,
-    header: ImageHeader,
+    pub(super) header: ImageHeader,
 }
 
-/// Fetches and decodes the images of `textures`, in their order.
+/// Fetches and decodes the images of `textures`, in their order, as far as they are needed.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
     resources: &mut Resources,
     textures: &TextureTable,
+    need: ImageNeed,
 ) -> Result<Vec<Image>> {
     let mut encoded = Vec::new();
     for &index in &textures.images {
         encoded.push(fetch(context, data, resources, index)?);
+    }
+    if need != ImageNeed::Headers {
+        image_budget::check(context, &encoded, textures)?;
+    }
+    if need != ImageNeed::Texels {
+        return Ok(encoded.into_iter().map(without_texels).collect());
+    }
+    for image in &encoded {
+        context.charge(image.header.decoded_bytes, &image.pointer)?;
     }
     let context = &*context;
     let path = context.path;
@@ -54,6 +66,12 @@ pub(super) fn import(
     decoded.into_iter().collect()
 }
 
+fn without_texels(image: Encoded<'_>) -> Image {
+    let ImageHeader { width, height, texel_bytes, .. } = image.header;
+    let texels = if texel_bytes == 8 { Texels::Rgba16(Vec::new()) } else { Texels::Rgba8(Vec::new()) };
+    Image { name: image.name, width, height, texels }
+}
+
 /// Fetches and decodes the image `index` by itself.
 pub(super) fn load(
     context: &mut Context,
@@ -62,6 +80,7 @@ pub(super) fn load(
     index: usize,
 ) -> Result<(ImageHeader, DecodedTexels)> {
     let image = fetch(context, data, resources, index)?;
+    context.charge(image.header.decoded_bytes, &image.pointer)?;
     let texels = decode_texels(&image.bytes).map_err(|why| {
         context.invalid(image.pointer, format!("the image{} {why}", in_quotes(image.name.as_deref())))
     })?;
@@ -110,10 +129,9 @@ fn fetch<'a>(
     if let Some(why) = unjustified(&header, bytes.len()) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
-    context.charge(header.decoded_bytes, &pointer)?;
     Ok(Encoded { name, pointer, bytes, header })
 }
 
-fn in_quotes(name: Option<&str>) -> String {
+pub(super) fn in_quotes(name: Option<&str>) -> String {
     name.map_or_else(String::new, |name| format!(" \"{}\"", name.escape_debug()))
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::context::Context;
 use super::texture::TextureTable;
-use crate::error::{Result, readable_bytes};
+use crate::error::{Result, over_limit, readable_bytes};
 use crate::scene::{Encoding, Image, ImageMips, Texels, mip_bytes, mip_levels, mip_working_bytes};
 
 /// Makes the mip maps of `images`, one image after the other and each in parallel.
@@ -44,13 +44,12 @@ fn charge(context: &mut Context, image: &Image, index: Option<&usize>, bytes: u6
     }
     let name = image.name.as_ref().map_or_else(String::new, |name| format!(" \"{}\"", name.escape_debug()));
     let message = format!(
-        "the mip maps of the image{name} of {}x{} texels need {}, but {} of the limit of {} are used already; make images \
-         smaller or raise --max-memory",
+        "with {} for the mip maps of the image{name} of {}x{} texels all up to here needs {}; use smaller images or raise \
+         --max-memory",
+        readable_bytes(bytes.into()),
         image.width,
         image.height,
-        readable_bytes(bytes.into()),
-        readable_bytes(context.used_bytes().into()),
-        readable_bytes(context.limit_bytes().into())
+        over_limit(context.used_bytes().saturating_add(bytes).into(), context.limit_bytes().into())
     );
     Err(context.refused(pointer, message))
 }

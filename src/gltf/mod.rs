@@ -9,7 +9,7 @@
 //! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
 //! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
 //! what `bounds` has checked, `meshopt` and `draco` unpack what is stored compressed, and `mesh`, `material`, `variants`,
-//! `image`, `mip_maps`, `node`, `skin`, `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`)
+//! `image`, `image_budget`, `mip_maps`, `node`, `skin`, `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`)
 //! build the scene.
 //!
 //! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
@@ -30,6 +30,7 @@ mod extensions;
 mod formats;
 mod hierarchy;
 mod image;
+mod image_budget;
 mod image_light;
 mod influences;
 mod instancing;
@@ -72,12 +73,26 @@ pub struct ImportOptions {
     /// Bytes that the imported scene may take, posed triangles included; what would need more is refused before it
     /// is allocated.
     pub max_memory_bytes: u64,
+    /// What is wanted of the images that textures use.
+    pub images: ImageNeed,
+}
+
+/// How far the images that textures use are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ImageNeed {
+    /// They are decoded.
+    #[default]
+    Texels,
+    /// Headers only, and it is checked that decoding them would stay within the memory limit.
+    Budget,
+    /// Headers only: sizes are known, and there are no texels.
+    Headers,
 }
 
 impl Default for ImportOptions {
     /// Four gibibytes.
     fn default() -> Self {
-        Self { max_memory_bytes: 4 << 30 }
+        Self { max_memory_bytes: 4 << 30, images: ImageNeed::Texels }
     }
 }
 
@@ -112,8 +127,12 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     // Build what stands alone, then what refers to it.
     let mut textures = texture::TextureTable::new(&document);
     let materials = material::import(&mut context, &document, &mut textures)?;
-    let images = image::import(&mut context, &data, &mut resources, &textures)?;
-    let mips = mip_maps::import(&mut context, &images, &textures)?;
+    let images = image::import(&mut context, &data, &mut resources, &textures, options.images)?;
+    let mips = if options.images == ImageNeed::Texels {
+        mip_maps::import(&mut context, &images, &textures)?
+    } else {
+        Vec::new()
+    };
     let meshes = mesh::import(&mut context, &data, &materials)?;
     let variants = variants::import(&context, &document)?;
     let lights = light::import(&context, &document)?;

@@ -30,13 +30,40 @@ const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 3600);
 /// [`Error::CannotCreate`] when the temporary cannot be made, [`Error::WriteFailed`] when it cannot be written or renamed;
 /// then the temporary is removed and `path` is unchanged.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut temporary = create_temporary(path)?;
-    let failed = |source: io::Error| Error::WriteFailed { path: path.to_owned(), source };
+    let Replacement(mut temporary) = begin_replacing(path)?;
     // The file itself, because the wrapper's errors name the temporary.
-    temporary.as_file_mut().write_all(bytes).map_err(failed)?;
-    temporary.as_file().sync_all().map_err(failed)?;
-    temporary.persist(path).map_err(|error| failed(error.error))?;
-    sync_folder(folder_of(path)).map_err(failed)
+    let written = temporary.as_file_mut().write_all(bytes);
+    written.map_err(|source| Error::WriteFailed { path: path.to_owned(), source })?;
+    Replacement(temporary).commit(path)
+}
+
+/// A file that is written bit by bit and takes its name when it is whole; given up, it leaves nothing.
+#[derive(Debug)]
+pub(super) struct Replacement(NamedTempFile);
+
+/// Begins a file that will be named `path`.
+pub(super) fn begin_replacing(path: &Path) -> Result<Replacement> {
+    create_temporary(path).map(Replacement)
+}
+
+impl Replacement {
+    /// Where the content goes.
+    pub(super) fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Opens it for writing.
+    pub(super) fn reopen(&self, path: &Path) -> Result<File> {
+        self.0.reopen().map_err(|source| Error::WriteFailed { path: path.to_owned(), source })
+    }
+
+    /// Makes the content durable and gives it its name.
+    pub(super) fn commit(self, path: &Path) -> Result<()> {
+        let failed = |source: io::Error| Error::WriteFailed { path: path.to_owned(), source };
+        self.0.as_file().sync_all().map_err(failed)?;
+        self.0.persist(path).map_err(|error| failed(error.error))?;
+        sync_folder(folder_of(path)).map_err(failed)
+    }
 }
 
 /// Creates the folder of `path` where it is missing and makes sure that a file can be created in it.

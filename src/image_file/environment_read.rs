@@ -7,7 +7,7 @@ use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder as _};
 
 use super::decode_exr;
-use crate::error::{Error, Result, Warning, readable_bytes};
+use crate::error::{Error, Result, Warning, over_limit};
 
 /// A linear picture of the surroundings as stored, nothing projected yet.
 #[derive(Clone, Debug)]
@@ -60,8 +60,8 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let needed = u64::from(width) * u64::from(height) * 28;
     if needed > max_memory_bytes {
         let message = format!(
-            "{width}x{height} pixels need {}, more than --max-memory allows",
-            readable_bytes(needed.into())
+            "{width}x{height} pixels need {}; use a smaller picture or raise --max-memory",
+            over_limit(needed.into(), max_memory_bytes.into())
         );
         return Err(Error::refused(path, "", message));
     }

@@ -12,7 +12,7 @@ use exr::prelude::{ReadChannels as _, ReadLayers as _};
 
 use super::StoredFrame;
 use super::exr_attributes::RENDER_HASH;
-use crate::error::{Error, readable_bytes};
+use crate::error::{Error, over_limit};
 
 /// A decoded OpenEXR picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,8 +32,10 @@ pub struct ExrImage {
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<ExrImage, Error> {
     let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
-        let message =
-            format!("decoding needs up to {}, more than --max-memory allows", readable_bytes(needed));
+        let message = format!(
+            "decoding it needs up to {}; raise --max-memory",
+            over_limit(needed, max_memory_bytes.into())
+        );
         return Err(Error::refused(path, "", message));
     }
     decode(bytes).map_err(|why| Error::invalid(path, "", why))

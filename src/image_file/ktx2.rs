@@ -40,7 +40,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<ImageHeader, String> {
     let texels = u64::from(width).saturating_mul(u64::from(height));
     // A decompressed copy lies beside the texels.
     let decoded_bytes = texels.saturating_mul(TEXEL_BYTES).saturating_add(header.level_bytes);
-    Ok(ImageHeader { width, height, decoded_bytes })
+    Ok(ImageHeader { width, height, texel_bytes: TEXEL_BYTES, decoded_bytes })
 }
 
 /// Decodes the first level.

@@ -1,8 +1,9 @@
 //! Reading and writing images, and files that are either whole or not there.
 //!
-//! The only room that names the `image` and `exr` crates. It knows pixels and attributes, not what they mean.
+//! The only room that names the `image`, `png` and `exr` crates. It knows pixels and attributes, not what they mean.
 
 mod atomic;
+mod display;
 mod environment_read;
 mod exr_attributes;
 mod exr_header;
@@ -11,11 +12,13 @@ mod exr_picture;
 mod exr_read;
 mod exr_write;
 mod ktx2;
+mod movie;
 mod png_text;
 mod png_write;
 mod texture_decode;
 
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
+pub use display::{DisplayPicture, decode_png};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use exr_attributes::{FrameAttributes, RunStamp};
 pub use exr_header::{ExrHeader, ExrSampleType, ExrWindow, SharedAttributes};
@@ -23,6 +26,7 @@ pub use exr_join::{ExrTile, join_exr_tiles};
 pub use exr_picture::{ExrChannel, ExrCompression, ExrPicture, ExrSamples, finite_f32, half_from_f32};
 pub use exr_read::{ExrImage, decode_exr, inspect_exr};
 pub use exr_write::{encode_exr, encode_exr_picture};
+pub use movie::{MOVIE_ENDINGS, MovieFormat, MovieWriter, has_ffmpeg};
 pub use png_text::inspect_png;
 pub use png_write::encode_png;
 pub use texture_decode::{

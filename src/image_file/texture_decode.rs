@@ -49,7 +49,9 @@ pub struct ImageHeader {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Bytes of the texels once decoded.
+    /// Bytes of a texel once decoded: 4, or 8 with sixteen bits a channel.
+    pub texel_bytes: u64,
+    /// Bytes that decoding takes.
     pub decoded_bytes: u64,
 }
 
@@ -84,7 +86,7 @@ pub fn oversized_png(bytes: &[u8]) -> Option<String> {
         let bytes = bytes.get(start..)?.first_chunk::<4>()?;
         Some(u32::from_be_bytes(*bytes))
     };
-    let header = ImageHeader { width: field(16)?, height: field(20)?, decoded_bytes: 0 };
+    let header = ImageHeader { width: field(16)?, height: field(20)?, texel_bytes: 4, decoded_bytes: 0 };
     if image_kind(bytes) == ImageKind::Png { unjustified(&header, bytes.len()) } else { None }
 }
 
@@ -100,7 +102,7 @@ pub fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
     }
     let texels = u64::from(width).saturating_mul(u64::from(height));
     let texel_bytes = if is_deep(color) { 8 } else { 4 };
-    Ok(ImageHeader { width, height, decoded_bytes: texels.saturating_mul(texel_bytes) })
+    Ok(ImageHeader { width, height, texel_bytes, decoded_bytes: texels.saturating_mul(texel_bytes) })
 }
 
 /// Why an image of this size is not decoded, if its file is too small to justify it.
@@ -321,7 +323,7 @@ mod tests {
         let file = png(3, 2, &[0; 18], ExtendedColorType::Rgb8);
         let header = image_header(&file).unwrap();
         assert_eq!((header.width, header.height, header.decoded_bytes), (3, 2, 24));
-        let bomb = ImageHeader { width: 16000, height: 8000, decoded_bytes: 512_000_000 };
+        let bomb = ImageHeader { width: 16000, height: 8000, texel_bytes: 4, decoded_bytes: 512_000_000 };
         assert!(unjustified(&bomb, 500_000).is_some());
         assert!(unjustified(&bomb, 5_000_000).is_none());
     }

@@ -134,6 +134,8 @@ impl<'a> World<'a> {
 pub struct IntegratorStatistics {
     /// Rays from the camera.
     pub camera_rays: u64,
+    /// Those of them that meet anything.
+    pub camera_hits: u64,
     /// Mirror rays.
     pub reflection_rays: u64,
     /// Rays through glass.
@@ -157,6 +159,7 @@ impl IntegratorStatistics {
     /// Adds another batch; call in a fixed order, since one of the counts is in floating point.
     pub fn add(&mut self, other: &Self) {
         self.camera_rays += other.camera_rays;
+        self.camera_hits += other.camera_hits;
         self.reflection_rays += other.reflection_rays;
         self.refraction_rays += other.refraction_rays;
         self.shadow_rays += other.shadow_rays;

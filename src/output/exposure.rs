@@ -8,25 +8,42 @@ use crate::film::Film;
 /// Luminance of the photographer's grey card, to which the geometric mean is brought.
 const MIDDLE_GREY: f64 = 0.18;
 
+/// Pixels darker than this share of the mean count as if they had it: blackness says nothing about the light.
+const DARKEST_SHARE: f64 = 0.25;
+/// Share of the pictures from which on what is drawn decides alone, whatever is behind it.
+const LEAST_COVER: f64 = 0.01;
+
+/// Whether what is drawn covers enough of the pictures to decide the exposure.
+pub fn covers_enough(films: &[Film]) -> bool {
+    let pixels = films.iter().flat_map(|film| &film.pixels);
+    let (cover, count) =
+        pixels.fold((0.0, 0_u64), |(cover, count), pixel| (cover + f64::from(pixel[3]), count + 1));
+    cover >= LEAST_COVER * count as f64 && cover > 0.0
+}
+
 /// The exposure, in stops, that brings the geometric mean of all pixels' luminance to middle grey.
 ///
-/// Pixels that are black or transparent say nothing about the light and do not count; without any other the exposure is
-/// 0. The value is rounded to hundredths, so that what is printed can be typed again.
+/// A pixel counts as much as it is covered, and is not darker than a share of the arithmetic mean, which a few black pixels
+/// would otherwise drag down as far as they like. Without any light the exposure is 0. The value is rounded to hundredths,
+/// so that what is printed can be typed again.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
-    let mut sum = 0.0;
-    let mut count = 0_u32;
-    for &[r, g, b, alpha] in films.iter().flat_map(|film| &film.pixels) {
-        let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
-        if alpha > 0.0 && value > 0.0 && value.is_finite() {
-            sum += libm::log2(value);
-            count += 1;
-        }
-    }
-    if count == 0 {
+    let pixels = || films.iter().flat_map(|film| &film.pixels).filter_map(straight);
+    let cover: f64 = pixels().map(|(_, cover)| cover).sum();
+    let mean = pixels().map(|(value, cover)| value * cover).sum::<f64>() / cover;
+    if cover <= 0.0 || mean <= 0.0 {
         return 0.0;
     }
-    let ev = libm::log2(MIDDLE_GREY) - sum / f64::from(count);
+    let darkest = mean * DARKEST_SHARE;
+    let stops = |value: f64| libm::log2(if value > darkest { value } else { darkest });
+    let sum: f64 = pixels().map(|(value, cover)| stops(value) * cover).sum();
+    let ev = libm::log2(MIDDLE_GREY) - sum / cover;
     (libm::round(ev * 100.0) / 100.0) as f32
+}
+
+/// Luminance and cover of a pixel that shows anything.
+fn straight(&[r, g, b, alpha]: &[f32; 4]) -> Option<(f64, f64)> {
+    let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
+    (alpha > 0.0 && value.is_finite()).then_some((value, f64::from(alpha)))
 }
 
 #[cfg(test)]
@@ -51,13 +68,33 @@ mod tests {
     }
 
     #[test]
-    fn black_and_empty_pixels_do_not_count() {
-        let black = [0.0, 0.0, 0.0, 1.0];
-        let empty = [0.0; 4];
-        // Half covered, premultiplied: the surface itself has 0.36.
+    fn pixels_count_as_much_as_they_are_covered() {
+        // Premultiplied: the surface itself has 0.36, and what is empty does not count.
         let half = [0.18, 0.18, 0.18, 0.5];
-        assert_eq!(auto_exposure_ev(&[film(&[black, empty, half])]), -1.0);
-        assert_eq!(auto_exposure_ev(&[film(&[black, empty])]), 0.0);
+        assert_eq!(auto_exposure_ev(&[film(&[[0.0; 4], half])]), -1.0);
+        // Covers 1 and ½ with 0.18 and 0.18 · 2³: the mean in stops is 3 · ½ / 1.5 = 1.
+        assert_eq!(auto_exposure_ev(&[film(&[[0.18, 0.18, 0.18, 1.0], [0.72, 0.72, 0.72, 0.5]])]), -1.0);
         assert_eq!(auto_exposure_ev(&[]), 0.0);
+        assert_eq!(auto_exposure_ev(&[film(&[[0.0; 4]])]), 0.0);
+        assert_eq!(auto_exposure_ev(&[film(&[[0.0, 0.0, 0.0, 1.0]])]), 0.0);
+    }
+
+    #[test]
+    fn black_pixels_are_no_darker_than_a_share_of_the_mean() {
+        // Half is black and half 0.36: the mean is 0.18, the darkest counts 2⁻² of that; half of (1 − 2) stops.
+        let grey = [0.36, 0.36, 0.36, 1.0];
+        for dark in [0.0, 1e-30, 1e-6] {
+            assert_eq!(auto_exposure_ev(&[film(&[grey, [dark, dark, dark, 1.0]])]), 0.5, "{dark}");
+        }
+        // However many: the mean itself is never raised beyond 2 stops above grey.
+        let mut many = vec![[0.0, 0.0, 0.0, 1.0]; 9999];
+        many.push([1800.0, 1800.0, 1800.0, 1.0]);
+        assert_eq!(auto_exposure_ev(&[film(&many)]), 2.0);
+    }
+
+    #[test]
+    fn a_hundredth_of_the_picture_is_enough() {
+        let covered = |cover| covers_enough(&[film(&[[0.0; 4], [0.0, 0.0, 0.0, cover]])]);
+        assert!(covered(0.021) && covered(1.0) && !covered(0.019) && !covered(0.0) && !covers_enough(&[]));
     }
 }

@@ -7,7 +7,8 @@ use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
 use crate::image_file::{
-    ExrPicture, FrameAttributes, RgbaPixels, encode_exr, encode_exr_picture, encode_png, half_from_f32,
+    DisplayPicture, ExrPicture, FrameAttributes, RgbaPixels, encode_exr, encode_exr_picture, encode_png,
+    half_from_f32,
 };
 
 use super::channels::layer_channels;
@@ -91,6 +92,11 @@ pub fn png_file(
     render_hash: &str,
 ) -> Result<Vec<u8>> {
     encode_png(size, &display_pixels(pixels, look), render_hash)
+}
+
+/// Linear pixels as a display shows them.
+pub fn display_picture(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayPicture {
+    DisplayPicture { size, pixels: display_pixels(pixels, look) }
 }
 
 /// sRGB with straight alpha. Values are rounded to halves first, so that a preview made while rendering and one made

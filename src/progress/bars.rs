@@ -131,6 +131,11 @@ impl Bars {
         self.all.is_hidden()
     }
 
+    /// Does something while the bars are out of the way.
+    pub(super) fn suspended(&self, work: impl FnOnce()) {
+        self.all.suspend(work);
+    }
+
     /// A line above the bars.
     fn line(&self, text: &str) {
         let _ = self.all.println(one_line(text));

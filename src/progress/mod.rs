@@ -8,14 +8,18 @@ mod eta;
 mod json;
 mod plain;
 mod print;
+mod terminal_picture;
 
 use crate::sequence::SequenceEvent;
 
 use bars::Bars;
 use json::JsonLines;
 use plain::PlainLines;
+use print::print_raw;
 
+pub use plain::exposure_text;
 pub use print::{one_line, print_error, print_note, print_output, print_warning};
+pub use terminal_picture::TerminalPictures;
 
 /// How progress is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -90,6 +94,14 @@ impl Reporter {
                 lines.tell(event);
             }
             Form::Silent => self.tell_problems(event),
+        }
+    }
+
+    /// Writes characters that are a picture, above the bars where there are any.
+    pub fn show(&self, picture: &str) {
+        match &self.form {
+            Form::Bars(bars) => bars.suspended(|| print_raw(picture)),
+            Form::Plain(_) | Form::Json(_) | Form::Silent => print_raw(picture),
         }
     }
 

@@ -67,7 +67,8 @@ pub(super) fn kept_text(kept: usize, to_render: usize) -> Option<String> {
     }
 }
 
-pub(super) fn exposure_text(ev: f32) -> String {
+/// `exposure 0.3 stops, chosen automatically (…)`.
+pub fn exposure_text(ev: f32) -> String {
     format!("exposure {ev} stops, chosen automatically (--exposure {ev} keeps it)")
 }
 
@@ -121,11 +122,17 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
 /// `8 frames written to out/demo.####.exr in 24.7 s`.
 pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> String {
     let frames = |count: usize| if count == 1 { "frame" } else { "frames" };
+    let previews = match summary.previews {
+        0 => String::new(),
+        1 => ", 1 preview written beside what was kept".to_owned(),
+        count => format!(", {count} previews written beside what was kept"),
+    };
     if total == 0 && summary.failed.is_empty() && !summary.is_interrupted {
-        return match summary.kept.len() {
+        let kept = match summary.kept.len() {
             1 => "the frame was there already".to_owned(),
             kept => format!("all {kept} frames were there already"),
         };
+        return kept + &previews;
     }
     let written = match summary.written.len() {
         count if count == total => format!("{count} {}", frames(count)),
@@ -146,7 +153,7 @@ pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> Str
         ""
     };
     format!(
-        "{written} written{place} in {}{}{}{stopped}",
+        "{written} written{place} in {}{}{previews}{}{stopped}",
         duration_text(summary.seconds),
         counted(summary.kept.len(), "kept"),
         counted(summary.failed.len(), "failed"),
@@ -162,6 +169,9 @@ mod tests {
         let kept = |kept: &[i64]| Summary { kept: kept.to_vec(), ..Summary::default() };
         assert_eq!(summary_text(&kept(&[1, 2, 3, 4]), 0, "a.#.exr"), "all 4 frames were there already");
         assert_eq!(summary_text(&kept(&[1]), 0, "a.exr"), "the frame was there already");
+        let anew = Summary { previews: 2, ..kept(&[1, 2]) };
+        let text = summary_text(&anew, 0, "a.#.exr");
+        assert_eq!(text, "all 2 frames were there already, 2 previews written beside what was kept");
         let stopped = Summary { is_interrupted: true, seconds: 2.0, ..kept(&[1]) };
         let text = summary_text(&stopped, 3, "a.#.exr");
         assert!(text.starts_with("0 of 3 frames written in 2.0 s, 1 kept; stopped"), "{text}");

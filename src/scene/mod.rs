@@ -41,7 +41,7 @@ pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
 pub use mip_maps::{ImageMips, MipLevel, mip_bytes, mip_levels, mip_working_bytes};
 pub use node::{LocalTransform, Node, Skin};
 pub use selection::{CameraChoice, CameraRequest, Choice, ClipChoice, Selection, SelectionRequest};
-pub use shadow_catcher::mark_shadow_catchers;
+pub use shadow_catcher::{mark_shadow_catchers, mark_shadow_catching_node};
 pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
 pub use variant::Variant;
 

@@ -114,6 +114,20 @@ impl Selection {
         let selection = Self { roots, clips, camera, image_light, variant };
         Ok((selection, warnings))
     }
+
+    /// The camera for messages: `camera "name"`, `camera #2` where it has no name, or `camera auto`.
+    pub fn camera_label(&self, scene: &Scene) -> String {
+        let CameraChoice::Node(node) = self.camera else {
+            return "camera auto".to_owned();
+        };
+        let node = scene.nodes.get(node.index());
+        let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);
+        let camera_name = scene.cameras.get(index).and_then(|camera| camera.name.as_deref());
+        match camera_name.or_else(|| node.and_then(|node| node.name.as_deref())) {
+            Some(name) => format!("camera \"{name}\""),
+            None => format!("camera #{index}"),
+        }
+    }
 }
 
 fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {
@@ -225,7 +239,12 @@ fn find<'a>(
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
 ) -> Result<usize> {
     let (found, asked) = match choice {
-        Choice::Name(name) => (names.clone().position(|other| other == Some(name)), format!("\"{name}\"")),
+        Choice::Name(name) => {
+            // A number that nobody is called is a position: shells take # for a comment.
+            let as_position = || name.parse().ok().filter(|&i: &usize| i < names.len());
+            let found = names.clone().position(|other| other == Some(name)).or_else(as_position);
+            (found, format!("\"{name}\""))
+        }
         Choice::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
     };
     found.ok_or_else(|| {
@@ -335,6 +354,19 @@ mod tests {
         assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
         assert_eq!(selection.variant, Some(VariantIndex(1)));
         assert!(warnings.is_empty());
+    }
+
+    #[test]
+    fn numbers_that_are_no_names_are_positions() {
+        let camera = Some(CameraRequest::Placed(Choice::Name("1".to_owned())));
+        let clips = ClipChoice::One(Choice::Name("2".to_owned()));
+        let request = SelectionRequest { clips, camera, ..SelectionRequest::default() };
+        let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.clips, [AnimationIndex(2)]);
+        let mut named = scene();
+        named.animations[1].name = Some("2".to_owned());
+        assert_eq!(Selection::resolve(&request, &named).unwrap().0.clips, [AnimationIndex(1)]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Surfaces that stand for what a picture is laid over later: only the shadows on them are rendered.
 
-use super::{AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MeshIndex, Scene};
+use super::{AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MeshIndex, NodeIndex, Scene};
 
 /// Makes everything that is called `name` a shadow catcher: the meshes of nodes, and materials. Gives how many there are.
 ///
@@ -20,6 +20,15 @@ pub fn mark_shadow_catchers(scene: &mut Scene, name: &str) -> usize {
         }
     }
     marked
+}
+
+/// Makes the mesh of one node a shadow catcher; tells whether it has any.
+pub fn mark_shadow_catching_node(scene: &mut Scene, node: NodeIndex) -> bool {
+    let Some(mesh) = scene.nodes.get(node.index()).and_then(|node| node.mesh) else {
+        return false;
+    };
+    scene.nodes[node.index()].mesh = Some(catching_copy(scene, mesh));
+    true
 }
 
 /// What is left of a material when only the shadows on it count.
@@ -138,5 +147,9 @@ mod tests {
         // A name that both a node and a material have means both.
         assert_eq!(mark_shadow_catchers(&mut scene, "ball"), 2);
         assert_eq!(mark_shadow_catchers(&mut scene, "nobody"), 0);
+        let mut other = super::tests::scene();
+        assert!(mark_shadow_catching_node(&mut other, NodeIndex(0)));
+        assert!(catches(&other, 0) && !catches(&other, 1));
+        assert!(!mark_shadow_catching_node(&mut other, NodeIndex(2)));
     }
 }

@@ -1,10 +1,10 @@
 //! The exposure of tone-mapped files, fixed over the animation whatever frames are asked for.
 
-use crate::bvh::Builder;
+use crate::bvh::{Builder, PrimitiveFlags};
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{LayerRequest, PixelWindow};
+use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
-use crate::output::auto_exposure_ev;
+use crate::output::{auto_exposure_ev, covers_enough};
 use crate::render::{RenderInput, RenderSettings, render_frame};
 
 use super::job::duration_seconds;
@@ -23,11 +23,22 @@ pub(super) fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32,
     }
 }
 
+/// What is drawn decides, whatever is behind it, unless that is most of what there is to see.
 fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
+    let drawn = look(job, false, cancel)?;
+    if covers_enough(&drawn) || !job.render.show_background {
+        return Ok(auto_exposure_ev(&drawn));
+    }
+    Ok(auto_exposure_ev(&look(job, true, cancel)?))
+}
+
+/// Small pictures of the animation.
+fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result<Vec<Film>, Cancelled> {
     let settings = RenderSettings {
         resolution: LOOK_SIZE,
         window: PixelWindow::full(LOOK_SIZE.0, LOOK_SIZE.1),
         samples: 1,
+        show_background,
         layers: LayerRequest::NONE,
         ..job.render.clone()
     };
@@ -37,11 +48,22 @@ fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelle
     let mut films = Vec::new();
     for step in 0..times {
         let time_seconds = duration * f64::from(step) / f64::from(LOOK_TIMES - 1);
-        let frame = Frame::at(&job.scene, &job.selection, time_seconds);
+        let mut frame = Frame::at(&job.scene, &job.selection, time_seconds);
+        hide_shadow_catchers(&mut frame);
         let bvh = builder.build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
         let input =
             RenderInput { scene: &job.scene, frame: &frame, bvh: &bvh, environment: &job.environment };
         films.push(render_frame(&input, &settings, cancel, &|_| ())?.0);
     }
-    Ok(auto_exposure_ev(&films))
+    Ok(films)
+}
+
+/// Catchers have no light of their own to measure, and stand in nobody's way.
+fn hide_shadow_catchers(frame: &mut Frame) {
+    for (flags, &shape) in frame.flags.iter_mut().zip(&frame.shape_of_triangle) {
+        let material = frame.shapes[shape as usize].material;
+        if frame.materials[material.index()].is_shadow_catcher {
+            *flags = flags.with(PrimitiveFlags::HIDDEN);
+        }
+    }
 }

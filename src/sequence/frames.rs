@@ -85,6 +85,9 @@ fn parse_part(part: &str) -> Result<(i64, i64, usize), String> {
         .strip_prefix("..")
         .or_else(|| rest.strip_prefix('-'))
         .ok_or_else(|| format!("\"{rest}\" after {first} is not understood"))?;
+    if rest.is_empty() {
+        return Err(format!("{first}- has no end, and -s {first} renders from there to the animation's end"));
+    }
     let (last, rest) = parse_number(rest)?;
     if last < first {
         return Err(format!("{first}-{last} runs backwards"));
@@ -106,6 +109,9 @@ fn parse_number(text: &str) -> Result<(i64, &str), String> {
     let sign = usize::from(text.starts_with('-'));
     let digits = text[sign..].bytes().take_while(u8::is_ascii_digit).count();
     let (number, rest) = text.split_at(sign + digits);
+    if digits == 0 && text.is_empty() {
+        return Err("a frame number is missing".to_owned());
+    }
     if digits == 0 {
         return Err(format!("a frame number is missing before \"{text}\""));
     }

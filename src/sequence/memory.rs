@@ -1,12 +1,14 @@
 //! What rendering will need, estimated before anything is allocated.
 
+use std::path::Path;
+
 use crate::bvh::{MOST_TRIANGLES, Split};
-use crate::error::{Error, Result, readable_bytes};
-use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage};
+use crate::error::{Error, Result, over_limit};
+use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage, PixelWindow};
 use crate::output::ExrOutput;
 
-use super::SequenceJob;
 use super::job::triangle_count;
+use super::{SequenceJob, Shutter};
 
 /// A pixel: a film that is traced and its tiles (16 bytes each); a film that is written (16), its halves before and after
 /// compression (8 each), its preview before and after (4 each).
@@ -24,8 +26,6 @@ const BYTES_A_REFERENCE: u128 = 120;
 
 /// Bytes that the frames of `job` need beyond the scene itself, on the high side.
 fn estimated_bytes(job: &SequenceJob) -> u128 {
-    let window = &job.render.window;
-    let pixels = u128::from(window.width()) * u128::from(window.height());
     let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
     let references_a_triangle = match job.build.split {
         Split::Off => 1.0,
@@ -34,12 +34,43 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
     let layers = job.render.layers;
     // The film that is traced, its tiles, and the film that is written.
-    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers) + channel_bytes(job);
+    let mut layer_bytes_a_pixel = 3 * layer_bytes(layers) + channel_bytes(job);
     if job.shutter.time_samples > 1 {
-        bytes_a_pixel += BYTES_A_TIME_PIXEL + layer_bytes(LayerRequest { centres: false, ..layers });
+        layer_bytes_a_pixel += layer_bytes(LayerRequest { centres: false, ..layers });
     }
     let bytes_a_triangle = BYTES_A_TRIANGLE + if layers.centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
-    pixels * bytes_a_pixel + triangles * bytes_a_triangle + references * BYTES_A_REFERENCE
+    let window = job.render.window;
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    picture_bytes(window, job.shutter)
+        + pixels * layer_bytes_a_pixel
+        + triangles * bytes_a_triangle
+        + references * BYTES_A_REFERENCE
+}
+
+fn picture_bytes(window: PixelWindow, shutter: Shutter) -> u128 {
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    pixels * (BYTES_A_PIXEL + if shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 })
+}
+
+/// Refuses pictures whose pixels alone need more memory than there may be; nothing of the scene need be known.
+///
+/// # Errors
+/// [`Error::Refused`] in the name of `scene`.
+pub fn check_picture(
+    scene: &Path,
+    window: PixelWindow,
+    shutter: Shutter,
+    max_memory_bytes: u64,
+) -> Result<()> {
+    let needed = picture_bytes(window, shutter);
+    if needed <= u128::from(max_memory_bytes) {
+        return Ok(());
+    }
+    let (width, height) = (window.width(), window.height());
+    let size = over_limit(needed, max_memory_bytes.into());
+    let message =
+        format!("{width}x{height} pixels need about {size}; ask for a smaller picture or raise --max-memory");
+    Err(Error::refused(scene, "", message))
 }
 
 /// Of the layers of one pixel of a film.
@@ -75,10 +106,9 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
     if needed > u128::from(job.max_memory_bytes) {
         let (width, height) = job.render.resolution;
         return refuse(format!(
-            "{width}x{height} pixels and {triangles} triangles need about {}, but only {} may be used; ask for a smaller \
-             picture or --split off, or raise --max-memory",
-            readable_bytes(needed),
-            readable_bytes(job.max_memory_bytes.into())
+            "{width}x{height} pixels and {triangles} triangles need about {}; ask for a smaller picture or --split off, or \
+             raise --max-memory",
+            over_limit(needed, job.max_memory_bytes.into())
         ));
     }
     Ok(())

@@ -163,6 +163,8 @@ pub struct Summary {
     pub written: Vec<FrameReport>,
     /// Frames that were there already.
     pub kept: Vec<i64>,
+    /// Previews written beside frames that were there already.
+    pub previews: usize,
     /// Frames that could not be made.
     pub failed: Vec<FailedFrame>,
     /// Whether the run was stopped.

@@ -132,7 +132,11 @@ impl Writer<'_> {
                 break;
             }
             let (planned, settled) = match frame {
-                HandedOver::Kept(planned, look) => (planned, self.keep(planned, look).map(|()| None)),
+                HandedOver::Kept(planned, look) => {
+                    let kept = self.keep(planned, look);
+                    summary.previews += usize::from(look.is_some() && kept.is_ok());
+                    (planned, kept.map(|()| None))
+                }
                 HandedOver::Failed(planned, error) => (planned, Err(error)),
                 HandedOver::Traced(frame) => (frame.planned, self.write(frame, last_settled).map(Some)),
             };
@@ -260,7 +264,7 @@ fn guarded(planned: &PlannedFrame, work: impl FnOnce() -> Result<()>) -> Result<
 
 type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
 
-fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
+pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
     let bytes = std::fs::read(path).map_err(|source| Error::Missing {
         path: path.to_owned(),
         pointer: String::new(),

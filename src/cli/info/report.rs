@@ -10,7 +10,7 @@ use crate::scene::{
 };
 use crate::sequence::{FrameRate, duration_seconds, triangle_count};
 
-use super::super::understood::camera_text;
+use super::super::environment::has_lights;
 
 /// The support state of what is shown as the file means it.
 const SUPPORTED: &str = "supported";
@@ -22,6 +22,8 @@ pub(super) struct Report {
     pub(super) file: String,
     pub(super) scenes: Vec<SceneReport>,
     pub(super) nodes: usize,
+    /// Nodes that draw, look or shine, which options take by name.
+    pub(super) holding_nodes: Vec<NodeReport>,
     pub(super) meshes: Vec<MeshReport>,
     pub(super) materials: Vec<MaterialReport>,
     /// Names for `--variant`.
@@ -46,6 +48,14 @@ pub(super) struct SceneReport {
     pub(super) name: Option<String>,
     pub(super) is_default: bool,
     pub(super) triangles: u64,
+}
+
+/// A node that holds something.
+#[derive(Debug, Serialize)]
+pub(super) struct NodeReport {
+    pub(super) index: usize,
+    pub(super) name: Option<String>,
+    pub(super) holds: Vec<&'static str>,
 }
 
 #[derive(Debug, Serialize)]
@@ -128,6 +138,8 @@ pub(super) struct RenderedReport {
     pub(super) seconds: f32,
     pub(super) last_frame_at_24_fps: i64,
     pub(super) camera: String,
+    /// Whether the built-in studio lights it, because the file has no light of its own.
+    pub(super) is_lit_by_studio: bool,
     pub(super) triangles: u64,
 }
 
@@ -146,6 +158,7 @@ impl Report {
             file: scene.path.display().to_string(),
             scenes: scenes(scene),
             nodes: scene.nodes.len(),
+            holding_nodes: holding_nodes(scene),
             meshes: scene.meshes.iter().map(mesh).collect(),
             materials: materials(scene),
             variants: scene.variants.iter().map(|variant| variant.name.clone()).collect(),
@@ -161,7 +174,8 @@ impl Report {
                 clips: selection.clips.iter().map(|clip| clip.index()).collect(),
                 seconds,
                 last_frame_at_24_fps: FrameRate::FILM.last_frame(seconds),
-                camera: camera_text(scene, selection),
+                is_lit_by_studio: selection.image_light.is_none() && !has_lights(scene, selection),
+                camera: selection.camera_label(scene),
                 triangles: triangle_count(scene, &selection.roots),
             },
             left_out: warnings(left_out),
@@ -177,6 +191,19 @@ fn scenes(scene: &Scene) -> Vec<SceneReport> {
         triangles: triangle_count(scene, &roots.roots),
     };
     scene.scenes.iter().enumerate().map(report).collect()
+}
+
+fn holding_nodes(scene: &Scene) -> Vec<NodeReport> {
+    let report = |(index, node): (usize, &Node)| {
+        let held = [
+            (node.mesh.is_some(), "mesh"),
+            (node.camera.is_some(), "camera"),
+            (node.light.is_some(), "light"),
+        ];
+        let holds: Vec<_> = held.iter().filter(|(is, _)| *is).map(|&(_, name)| name).collect();
+        (!holds.is_empty()).then(|| NodeReport { index, name: node.name.clone(), holds })
+    };
+    scene.nodes.iter().enumerate().filter_map(report).collect()
 }
 
 fn mesh(mesh: &crate::scene::Mesh) -> MeshReport {

@@ -1,21 +1,17 @@
 //! The report for people.
 
-use super::super::understood::{counted, grouped, quoted};
+use super::super::understood::{counted, grouped, quoted, short};
 use super::report::{Report, WarningReport};
+
+/// Nodes that are listed.
+const MOST_NODES: usize = 20;
 
 /// Sections with one line an item; empty sections are left out.
 pub(super) fn text(report: &Report) -> String {
     let mut lines = vec![report.file.clone()];
     let sections = [
         ("scenes", scenes(report)),
-        (
-            "nodes",
-            vec![format!(
-                "{}, {}",
-                counted(report.nodes as u64, "node"),
-                counted(report.skins as u64, "skin")
-            )],
-        ),
+        ("nodes", nodes(report)),
         ("meshes", meshes(report)),
         ("materials", materials(report)),
         ("variants", variants(report)),
@@ -52,6 +48,22 @@ fn scenes(report: &Report) -> Vec<String> {
         let default = if scene.is_default { ", the default" } else { "" };
         (scene.name.as_deref(), format!("{}{default}", counted(scene.triangles, "triangle")))
     })
+}
+
+/// How many there are, and those that options take by name.
+fn nodes(report: &Report) -> Vec<String> {
+    let counts =
+        format!("{}, {}", counted(report.nodes as u64, "node"), counted(report.skins as u64, "skin"));
+    let line = |node: &super::report::NodeReport| match node.name.as_deref() {
+        Some(name) => format!("#{} {} {}", node.index, quoted(Some(name), node.index), node.holds.join(", ")),
+        None => format!("#{} {}", node.index, node.holds.join(", ")),
+    };
+    let mut lines = vec![counts];
+    lines.extend(report.holding_nodes.iter().take(MOST_NODES).map(line));
+    if report.holding_nodes.len() > MOST_NODES {
+        lines.push(format!("{} more, which --json lists", report.holding_nodes.len() - MOST_NODES));
+    }
+    lines
 }
 
 fn meshes(report: &Report) -> Vec<String> {
@@ -107,7 +119,7 @@ fn clips(report: &Report) -> Vec<String> {
             count => format!(", {count} more left out"),
         };
         let channels = counted(clip.channels as u64, "channel");
-        (clip.name.as_deref(), format!("{} s, {channels}{ignored}, {}", clip.seconds, clip.support))
+        (clip.name.as_deref(), format!("{} s, {channels}{ignored}, {}", short(clip.seconds), clip.support))
     })
 }
 
@@ -160,7 +172,9 @@ fn rendered(report: &Report) -> String {
         1 => format!("clip {}", clips.join("")),
         _ => format!("clips {}", clips.join(" ")),
     };
-    format!("{clips}, {frames}, {}, {}", rendered.camera, counted(rendered.triangles, "triangle"))
+    let light =
+        if rendered.is_lit_by_studio { ", lit by the studio, since the file has no light" } else { "" };
+    format!("{clips}, {frames}, {}, {}{light}", rendered.camera, counted(rendered.triangles, "triangle"))
 }
 
 fn warnings(warnings: &[WarningReport]) -> Vec<String> {

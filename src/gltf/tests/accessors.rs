@@ -131,7 +131,7 @@ fn zeros_are_refused_before_they_are_allocated() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
     std::fs::write(&path, Document::triangle().to_json().to_string()).unwrap();
-    let options = ImportOptions { max_memory_bytes: 6_000 };
+    let options = ImportOptions { max_memory_bytes: 6_000, ..ImportOptions::default() };
     assert_eq!(import(&path, &options).unwrap_err().exit_code(), 77);
 }
 

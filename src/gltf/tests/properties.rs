@@ -407,7 +407,8 @@ fn wrong_instances_name_their_place() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");
     std::fs::write(&path, document.to_json().to_string()).unwrap();
-    let within = |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes });
+    let within =
+        |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes, ..ImportOptions::default() });
     assert!(within(12_000_000).is_ok());
     assert!(within(7_000_000).unwrap_err().to_string().contains("/scenes/0"));
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::{error_text, import_bytes};
 use crate::error::Result;
-use crate::gltf::{ImportOptions, import};
+use crate::gltf::{ImageNeed, ImportOptions, import};
 use crate::scene::{Encoding, Filter, MipFilter, Scene, Texels};
 
 /// A PNG of noise with this alpha.
@@ -100,7 +100,8 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("walls.gltf");
     std::fs::write(&path, &text).unwrap();
-    let with_limit = |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes });
+    let with_limit =
+        |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes, ..ImportOptions::default() });
 
     // Least: the file as text, as JSON and as decoded images files, all texels, and a third more for mip maps.
     let texels = 20 * 64 * 64 * 4_u64;
@@ -111,12 +112,19 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
     }
     let least = texels * 4 / 3 + text.len() as u64;
     assert!((least..least * 4).contains(&enough), "{enough} for {least}");
-    // One byte less and the last image's mip maps are what is over: 85 of 256 texels' bytes, and four floats each meanwhile.
-    let told = error_text(with_limit(enough - 1), 77);
-    for word in ["/images/19", "mip maps of the image \"wall 19\" of 64x64 texels", "--max-memory"] {
-        assert!(told.contains(word), "{told}");
+    // 64² · 4 bytes and 1365 texels of mip maps each, and four floats a texel of one image's meanwhile.
+    let total = "20 images need 458.7 kB with mip maps";
+    let largest = "the largest is /images/0 \"wall 0\" with 21.8 kB (64x64 texels)";
+    for limit in [enough - 1, enough - texels / 2] {
+        let told = error_text(with_limit(limit), 77);
+        for word in [total, largest, "more than the limit of", "raise --max-memory"] {
+            assert!(told.contains(word), "{told}");
+        }
     }
-    // With much less the images themselves are.
-    let told = error_text(with_limit(enough - texels / 2), 77);
-    assert!(told.contains("/images/") && told.contains("--max-memory"), "{told}");
+    // Headers alone are not counted.
+    let headers =
+        import(&path, &ImportOptions { max_memory_bytes: enough - texels, images: ImageNeed::Headers })
+            .unwrap();
+    assert_eq!((headers.images.len(), headers.images[7].width), (20, 64));
+    assert_eq!(headers.content_hash, with_limit(enough).unwrap().content_hash);
 }

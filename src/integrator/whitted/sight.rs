@@ -34,12 +34,15 @@ impl Tracer<'_, '_> {
         self.sights.clear();
         for &place in generation.in_order() {
             let (ray, path) = generation.ray(place);
+            let first = path.touching.or(generation.hit(place));
             match path.class {
-                PathClass::Camera => self.statistics.camera_rays += 1,
+                PathClass::Camera => {
+                    self.statistics.camera_rays += 1;
+                    self.statistics.camera_hits += u64::from(first.is_some());
+                }
                 PathClass::Reflection => self.statistics.reflection_rays += 1,
                 PathClass::Refraction => self.statistics.refraction_rays += 1,
             }
-            let first = path.touching.or(generation.hit(place));
             self.follow(place, (ray, path), first);
         }
     }

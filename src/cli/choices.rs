@@ -1,0 +1,66 @@
+//! What could have been meant by a name that nothing has.
+
+use std::collections::BTreeSet;
+
+/// Names that are listed.
+const MOST_LISTED: usize = 20;
+
+/// `did you mean "floor"? There are "floor", "roof" and 12 more`, the nearest first.
+pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> String {
+    let names: BTreeSet<&str> = names.collect();
+    let mut names: Vec<_> = names.into_iter().map(|name| (distance(asked, name), name)).collect();
+    names.sort_unstable();
+    let Some(&(nearest, name)) = names.first() else {
+        return "the file names none".to_owned();
+    };
+    // Half of the letters may be wrong, or fewer.
+    let is_near = nearest * 2 <= asked.chars().count().max(1);
+    let meant = if is_near { format!("did you mean \"{}\"? ", name.escape_debug()) } else { String::new() };
+    let listed: Vec<_> =
+        names.iter().take(MOST_LISTED).map(|(_, name)| format!("\"{}\"", name.escape_debug())).collect();
+    let more = match names.len() - listed.len() {
+        0 => String::new(),
+        more => format!(" and {more} more, which rayframe info --json lists"),
+    };
+    format!("{meant}there are {}{more}", listed.join(", "))
+}
+
+/// Letters to change, add or take away, whatever their case (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let lower = |text: &str| text.chars().flat_map(char::to_lowercase).take(64).collect::<Vec<_>>();
+    let (a, b) = (lower(a), lower(b));
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let changed = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_name_comes_first() {
+        let names = ["roof", "Floor", "lamp"];
+        assert_eq!(
+            choices("flor", names.into_iter()),
+            "did you mean \"Floor\"? there are \"Floor\", \"roof\", \"lamp\""
+        );
+        assert!(choices("xyzxyz", names.into_iter()).starts_with("there are "));
+        assert_eq!(choices("a", [].into_iter()), "the file names none");
+        let many: Vec<String> = (10..40).map(|i| format!("n{i}")).collect();
+        assert!(choices("n", many.iter().map(String::as_str)).contains("and 10 more"));
+    }
+
+    #[test]
+    fn letters_that_differ_are_counted() {
+        assert_eq!((distance("kitten", "Sitting"), distance("", "abc"), distance("a", "a")), (3, 3, 0));
+    }
+}

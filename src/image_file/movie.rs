@@ -1,0 +1,348 @@
+//! Sequences of pictures in one file that plays: animated PNG and GIF by crates, film formats by `ffmpeg` where it is installed.
+//!
+//! Pictures are sRGB with straight alpha. Animated PNG keeps them to the last bit; GIF has 256 colours a picture and alpha that is
+//! there or not; films have no alpha, and what is transparent becomes black.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read as _, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use image::codecs::gif::{GifEncoder, Repeat};
+use image::{Delay, RgbaImage};
+
+use super::atomic::{Replacement, begin_replacing};
+use crate::error::{Error, Result};
+
+/// What a movie file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MovieFormat {
+    /// Exact; plays in browsers.
+    AnimatedPng,
+    /// Plays everywhere.
+    Gif,
+    /// H.264 in MP4 or QuickTime, VP9 in `WebM`, H.264 in Matroska, by `ffmpeg`.
+    Film {
+        /// Its name for the container.
+        container: &'static str,
+        /// Its name for the codec.
+        codec: &'static str,
+    },
+}
+
+/// Endings of names that [`MovieFormat::of_path`] knows, for messages.
+pub const MOVIE_ENDINGS: &str = ".apng, .gif, .mp4, .mov, .webm or .mkv";
+
+impl MovieFormat {
+    /// By the ending of a name.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        let film = |container, codec| Some(Self::Film { container, codec });
+        match ending.as_str() {
+            "apng" | "png" => Some(Self::AnimatedPng),
+            "gif" => Some(Self::Gif),
+            "mp4" | "m4v" => film("mp4", "libx264"),
+            "mov" => film("mov", "libx264"),
+            "webm" => film("webm", "libvpx-vp9"),
+            "mkv" => film("matroska", "libx264"),
+            _ => None,
+        }
+    }
+}
+
+/// Whether `ffmpeg` can be started.
+pub fn has_ffmpeg() -> bool {
+    let mut command = Command::new("ffmpeg");
+    command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// A movie while its pictures come in. The file appears under its name when it is finished, or not at all.
+pub struct MovieWriter {
+    path: PathBuf,
+    size: (u32, u32),
+    /// Numerator and denominator of the pictures a second.
+    rate: (u32, u32),
+    added: u64,
+    replacement: Replacement,
+    encoder: Encoder,
+}
+
+enum Encoder {
+    AnimatedPng(png::Writer<Sink>, Sink),
+    Gif(Box<GifEncoder<Sink>>, Sink),
+    Film(Ffmpeg),
+}
+
+/// A file that an encoder owns and that can be flushed after it.
+#[derive(Clone)]
+struct Sink(Arc<Mutex<BufWriter<File>>>);
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).flush()
+    }
+}
+
+/// The process; one that is given up must not go on waiting for pictures.
+struct Ffmpeg(Child);
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl MovieWriter {
+    /// Begins a movie of so many pictures of one size.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] where the file cannot be made or `ffmpeg` not be started, [`Error::WriteFailed`] where it cannot be
+    /// written.
+    pub fn begin(
+        path: &Path,
+        format: MovieFormat,
+        size: (u32, u32),
+        rate: (u32, u32),
+        pictures: u32,
+    ) -> Result<Self> {
+        let replacement = begin_replacing(path)?;
+        let sink =
+            || -> Result<Sink> { Ok(Sink(Arc::new(Mutex::new(BufWriter::new(replacement.reopen(path)?))))) };
+        let encoder = match format {
+            MovieFormat::AnimatedPng => {
+                let sink = sink()?;
+                let png = animated_png(sink.clone(), size, rate, pictures);
+                Encoder::AnimatedPng(png.map_err(|error| write_failed(path, error))?, sink)
+            }
+            MovieFormat::Gif => {
+                let sink = sink()?;
+                // Speed 10 of 30 looks as good as 1 and takes a fraction of the time.
+                let mut gif = GifEncoder::new_with_speed(sink.clone(), 10);
+                gif.set_repeat(Repeat::Infinite).map_err(|error| write_failed(path, error))?;
+                Encoder::Gif(Box::new(gif), sink)
+            }
+            MovieFormat::Film { container, codec } => {
+                let command = ffmpeg(size, rate, (container, codec), replacement.path()).spawn();
+                Encoder::Film(Ffmpeg(command.map_err(|error| Error::CannotCreate {
+                    path: path.to_owned(),
+                    message: format!("ffmpeg cannot be started: {error}; write {MOVIE_ENDINGS}"),
+                })?))
+            }
+        };
+        Ok(Self { path: path.to_owned(), size, rate, added: 0, replacement, encoder })
+    }
+
+    /// Adds the next picture.
+    ///
+    /// # Errors
+    /// [`Error::WriteFailed`], and [`Error::Internal`] when it has another size than the movie.
+    pub fn add(&mut self, pixels: &[[u8; 4]]) -> Result<()> {
+        let (width, height) = self.size;
+        if pixels.len() as u64 != u64::from(width) * u64::from(height) {
+            return Err(Error::Internal { message: "a movie's pictures differ in size".to_owned() });
+        }
+        let added = self.added;
+        self.added += 1;
+        match &mut self.encoder {
+            Encoder::AnimatedPng(png, _) => {
+                png.write_image_data(pixels.as_flattened()).map_err(|error| write_failed(&self.path, error))
+            }
+            Encoder::Gif(gif, _) => {
+                let delay = Delay::from_numer_denom_ms(gif_delay_ms(added, self.rate), 1);
+                let picture = RgbaImage::from_raw(width, height, pixels.as_flattened().to_vec());
+                let picture = picture.ok_or_else(|| Error::Internal {
+                    message: "a movie's picture cannot be copied".to_owned(),
+                })?;
+                let frame = image::Frame::from_parts(picture, 0, 0, delay);
+                gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))
+            }
+            Encoder::Film(Ffmpeg(process)) => {
+                let over_black: Vec<[u8; 4]> = pixels.iter().map(|pixel| over_black(*pixel)).collect();
+                let written = match &mut process.stdin {
+                    Some(input) => input.write_all(over_black.as_flattened()),
+                    None => Ok(()),
+                };
+                // What ffmpeg says about itself explains more than a closed pipe.
+                written.map_err(|error| film_failed(&self.path, process, &error.to_string()))
+            }
+        }
+    }
+
+    /// Completes the file and gives it its name.
+    ///
+    /// # Errors
+    /// [`Error::WriteFailed`].
+    pub fn finish(self) -> Result<()> {
+        let Self { path, replacement, encoder, .. } = self;
+        match encoder {
+            Encoder::AnimatedPng(png, mut sink) => {
+                png.finish().map_err(|error| write_failed(&path, error))?;
+                sink.flush().map_err(|error| write_failed(&path, error))?;
+            }
+            Encoder::Gif(gif, mut sink) => {
+                drop(gif);
+                sink.flush().map_err(|error| write_failed(&path, error))?;
+            }
+            Encoder::Film(mut ffmpeg) => {
+                drop(ffmpeg.0.stdin.take());
+                if !ffmpeg.0.wait().is_ok_and(|status| status.success()) {
+                    return Err(film_failed(&path, &mut ffmpeg.0, "it ended early"));
+                }
+            }
+        }
+        replacement.commit(&path)
+    }
+}
+
+fn animated_png(
+    sink: Sink,
+    (width, height): (u32, u32),
+    rate: (u32, u32),
+    pictures: u32,
+) -> std::result::Result<png::Writer<Sink>, png::EncodingError> {
+    let mut encoder = png::Encoder::new(sink, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_animated(pictures, 0)?;
+    let (numerator, denominator) = png_delay(rate);
+    encoder.set_frame_delay(numerator, denominator)?;
+    encoder.write_header()
+}
+
+/// Seconds a picture as a fraction of sixteen-bit numbers, exact where that is possible.
+fn png_delay((numerator, denominator): (u32, u32)) -> (u16, u16) {
+    if let (Ok(seconds), Ok(parts)) = (u16::try_from(denominator), u16::try_from(numerator)) {
+        return (seconds, parts);
+    }
+    let ten_thousandths = 1e4 * f64::from(denominator) / f64::from(numerator);
+    (ten_thousandths.round().clamp(1.0, 65535.0) as u16, 10_000)
+}
+
+/// How long picture `index` is shown: GIF counts hundredths of a second, and what one picture is shown too long the next
+/// ones are shown shorter.
+fn gif_delay_ms(index: u64, (numerator, denominator): (u32, u32)) -> u32 {
+    let hundredths = |index: u64| {
+        let exact = 100 * u128::from(index) * u128::from(denominator);
+        (exact + u128::from(numerator) / 2) / u128::from(numerator.max(1))
+    };
+    (hundredths(index + 1) - hundredths(index)).clamp(1, 65535) as u32 * 10
+}
+
+fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
+    let over = |channel: u8| ((u32::from(channel) * u32::from(alpha) + 127) / 255) as u8;
+    [over(r), over(g), over(b), 255]
+}
+
+/// Takes raw pictures from its standard input. Films have an even number of columns and rows.
+fn ffmpeg(
+    (width, height): (u32, u32),
+    (numerator, denominator): (u32, u32),
+    (container, codec): (&str, &str),
+    path: &Path,
+) -> Command {
+    let mut command = Command::new("ffmpeg");
+    command
+        .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
+        .args(["-s", &format!("{width}x{height}"), "-r", &format!("{numerator}/{denominator}"), "-i", "-"])
+        .args([
+            "-vf",
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+        ])
+        .args(["-c:v", codec, "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709"])
+        .args(["-color_trc", "iec61966-2-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
+    if codec == "libvpx-vp9" {
+        command.args(["-b:v", "0"]);
+    }
+    if matches!(container, "mp4" | "mov") {
+        command.args(["-movflags", "+faststart"]);
+    }
+    command.args(["-f", container]).arg(path);
+    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+}
+
+/// The last line that `ffmpeg` wrote, else `why`.
+fn film_failed(path: &Path, ffmpeg: &mut Child, why: &str) -> Error {
+    drop(ffmpeg.stdin.take());
+    let mut said = String::new();
+    if let Some(errors) = &mut ffmpeg.stderr {
+        let _ = errors.read_to_string(&mut said);
+    }
+    let why = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or(why);
+    write_failed(path, io::Error::other(format!("ffmpeg: {why}")))
+}
+
+fn write_failed(path: &Path, error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
+    Error::WriteFailed { path: path.to_owned(), source: io::Error::other(error) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::AnimationDecoder as _;
+
+    fn pictures() -> Vec<Vec<[u8; 4]>> {
+        (0..5_u8).map(|number| (0..12).map(|i| [number * 40, i * 20, 255, 255]).collect()).collect()
+    }
+
+    fn written(name: &str) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        let format = MovieFormat::of_path(&path).unwrap();
+        let mut movie = MovieWriter::begin(&path, format, (4, 3), (24, 1), 5).unwrap();
+        for picture in pictures() {
+            movie.add(&picture).unwrap();
+        }
+        assert!(!path.exists(), "a movie must not be seen before it is whole");
+        movie.finish().unwrap();
+        let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
+        assert_eq!(names.len(), 1);
+        std::fs::read(path).unwrap()
+    }
+
+    #[test]
+    fn animated_pngs_hold_every_picture_and_the_rate() {
+        let bytes = written("a.apng");
+        let decoder = image::codecs::png::PngDecoder::new(io::Cursor::new(&bytes)).unwrap().apng().unwrap();
+        let frames = decoder.into_frames().collect_frames().unwrap();
+        assert_eq!(frames.len(), 5);
+        for (frame, picture) in frames.iter().zip(pictures()) {
+            assert_eq!(frame.buffer().as_raw().as_slice(), picture.as_flattened());
+        }
+        assert_eq!(written("a.png"), bytes);
+        assert_eq!(
+            [(24, 1), (24000, 1001), (100_000, 1)].map(png_delay),
+            [(1, 24), (1001, 24000), (1, 10_000)]
+        );
+    }
+
+    #[test]
+    fn gifs_keep_time_over_many_pictures() {
+        let bytes = written("a.gif");
+        let decoder = image::codecs::gif::GifDecoder::new(io::Cursor::new(&bytes)).unwrap();
+        assert_eq!(decoder.into_frames().collect_frames().unwrap().len(), 5);
+        // A second of 24 pictures is a second, though each is shown for 40 or 50 ms.
+        assert_eq!((0..24).map(|index| gif_delay_ms(index, (24, 1))).sum::<u32>(), 1000);
+        assert!((0..24).all(|index| matches!(gif_delay_ms(index, (24, 1)), 40 | 50)));
+    }
+
+    #[test]
+    fn films_play_where_there_is_ffmpeg() {
+        if has_ffmpeg() {
+            for (name, mark) in [("a.mp4", &b"ftyp"[..]), ("a.webm", b"webm"), ("a.mkv", b"matroska")] {
+                let bytes = written(name);
+                assert!(bytes.windows(mark.len()).take(64).any(|window| window == mark), "{name}");
+            }
+        }
+        assert_eq!(over_black([200, 100, 50, 128]), [100, 50, 25, 255]);
+        assert_eq!(MovieFormat::of_path(Path::new("a.avi")), None);
+    }
+}

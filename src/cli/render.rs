@@ -8,13 +8,15 @@ use serde_json::json;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
 use crate::output::SOFTWARE;
-use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
+use crate::progress::{
+    Manifest, Reporter, Verbosity, print_error, print_note, print_openjd_failure, print_output, print_warning,
+};
 use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::audience::Audience;
-use super::render_args::RenderArgs;
+use super::render_args::{ProgressArg, RenderArgs};
 use super::render_job::{RenderJob, render_job};
 use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
@@ -23,7 +25,12 @@ use super::{Ending, ending, settle_warnings, signals};
 pub(super) fn run(args: &RenderArgs) -> Ending {
     let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
     match pool {
-        Ok(pool) => pool.install(|| render(args)).unwrap_or_else(|error| ending(Err(error))),
+        Ok(pool) => pool.install(|| render(args)).unwrap_or_else(|error| {
+            if args.progress == ProgressArg::OpenJd {
+                print_openjd_failure(&error.to_string());
+            }
+            ending(Err(error))
+        }),
         Err(error) => {
             ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
         }
@@ -37,8 +44,9 @@ fn render(args: &RenderArgs) -> Result<Ending> {
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     job.presentation.check()?;
     let plan = Plan::new(&job)?;
-    let others = job.presentation.files().chain(args.stats.as_deref().map(|path| (path, "--stats")));
-    let others: Vec<_> = others.collect();
+    let reports = [(&args.stats, "--stats"), (&args.manifest, "--manifest")];
+    let reports = reports.iter().filter_map(|&(path, option)| Some((path.as_deref()?, option)));
+    let others: Vec<_> = job.presentation.files().chain(reports).collect();
     refuse_collisions(&plan, &others, &inputs)?;
     if triangle_count(&job.scene, &job.selection.roots) == 0 {
         print_warning(&format!(
@@ -62,6 +70,7 @@ fn render(args: &RenderArgs) -> Result<Ending> {
     plan.prepare()?;
     for (path, _) in &others {
         probe_folder(path)?;
+        remove_stale_temporaries(&[path.to_path_buf()]);
     }
 
     // Render.
@@ -72,12 +81,19 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
     let audience = Audience::new(&job, &plan, &cancel)?;
+    let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, &job, &plan));
     let summary = sequence::run(&job, &plan, &cancel, &|event| {
+        if let Some(manifest) = &manifest {
+            manifest.tell(event);
+        }
         reporter.tell(event);
         audience.watch(event, &reporter);
     });
 
     // Say how it went.
+    if let Some(manifest) = &manifest {
+        manifest.write()?;
+    }
     if let Some(stats) = &args.stats {
         write_statistics(stats, &job, &summary)?;
     }

@@ -1,6 +1,7 @@
 //! One OpenEXR file from parts of its picture.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use exr::image::read::read;
@@ -89,15 +90,21 @@ fn decode_tile(tile: &ExrTile) -> Result<Part> {
 }
 
 fn decode(path: &Path, bytes: &[u8]) -> Result<Part> {
-    read()
+    let decoder = read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
         .first_valid_layer()
         .all_attributes()
-        .non_parallel()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| Error::invalid(path, "", format!("not a readable OpenEXR file: {error}")))
+        .non_parallel();
+    // The decoder may panic over files that lie.
+    let decoded = catch_unwind(AssertUnwindSafe(|| decoder.from_buffered(Cursor::new(bytes))));
+    let why = match decoded {
+        Ok(Ok(part)) => return Ok(part),
+        Ok(Err(error)) => error.to_string(),
+        Err(_) => "it contradicts itself".to_owned(),
+    };
+    Err(Error::invalid(path, "", format!("not a readable OpenEXR file: {why}")))
 }
 
 /// Where the rows of a part go.

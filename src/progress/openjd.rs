@@ -16,6 +16,9 @@ use super::plain::{kept_text, summary_text, written_text};
 /// Shortest time between two lines about the same frame.
 const INTERVAL: Duration = Duration::from_millis(500);
 
+/// Share of the whole that is told at most while a frame is under way.
+const MOST_BEFORE_THE_END: f64 = 0.999;
+
 /// Open Job Description's lines on the standard output.
 #[derive(Debug)]
 pub(super) struct OpenJdLines {
@@ -44,8 +47,10 @@ impl OpenJdLines {
             if let Ok(mut state) = self.state.try_lock()
                 && state.told.is_none_or(|told| told.elapsed() >= INTERVAL)
             {
+                // What is traced is not on disk yet.
+                let most = state.eta.total as f64 * MOST_BEFORE_THE_END;
                 let frames = state.begun.saturating_sub(1) as f64 + f64::from(share);
-                print_lines(&[state.progress(frames)]);
+                print_lines(&[state.progress(if frames < most { frames } else { most })]);
             }
             return;
         }

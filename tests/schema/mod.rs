@@ -4,26 +4,24 @@
 use serde_json::Value;
 
 /// A schema of the repository.
-pub struct Schema(Value);
+pub(crate) struct Schema(Value);
 
 impl Schema {
     /// `schema/NAME.schema.json`.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-    pub fn read(name: &str) -> Self {
+    pub(crate) fn read(name: &str) -> Self {
         let path = format!("{}/schema/{name}.schema.json", env!("CARGO_MANIFEST_DIR"));
         Self(serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap())
     }
 
     /// Panics unless `value` is as the schema says.
-    pub fn check(&self, value: &Value) {
-        if let Err(why) = check(&self.0, value) {
-            panic!("{why}: {value:#}");
-        }
+    pub(crate) fn check(&self, value: &Value) {
+        let outcome = check(&self.0, value);
+        assert!(outcome.is_ok(), "{outcome:?}: {value:#}");
     }
 
     /// Whether `value` is as the schema says.
-    #[allow(dead_code, reason = "not every test asks")]
-    pub fn accepts(&self, value: &Value) -> bool {
+    pub(crate) fn accepts(&self, value: &Value) -> bool {
         check(&self.0, value).is_ok()
     }
 }

@@ -66,8 +66,9 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let max_memory_bytes = wishes.max_memory_bytes;
     let shutter =
         args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
+    let exr = exr_output(args);
     if let Some(window) = known_window(args)? {
-        check_picture(&args.scene, window, shutter, max_memory_bytes)?;
+        check_picture(&args.scene, window, shutter, &exr, max_memory_bytes)?;
     }
     let images = if args.dry_run { ImageNeed::Budget } else { ImageNeed::Texels };
     let options = ImportOptions { max_memory_bytes, images };
@@ -97,7 +98,6 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let output = wishes.output.unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
     let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
-    let exr = exr_output(args);
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
     let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
     let sequence = SequenceJob {

@@ -38,8 +38,8 @@ fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result
         resolution: LOOK_SIZE,
         window: PixelWindow::full(LOOK_SIZE.0, LOOK_SIZE.1),
         samples: 1,
-        show_background,
         layers: LayerRequest::NONE,
+        show_background,
         ..job.render.clone()
     };
     let duration = f64::from(duration_seconds(&job.scene, &job.selection));

@@ -32,45 +32,22 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    let layers = job.render.layers;
-    // The film that is traced, its tiles, and the film that is written.
-    let mut layer_bytes_a_pixel = 3 * layer_bytes(layers) + channel_bytes(job);
-    if job.shutter.time_samples > 1 {
-        layer_bytes_a_pixel += layer_bytes(LayerRequest { centres: false, ..layers });
-    }
-    let bytes_a_triangle = BYTES_A_TRIANGLE + if layers.centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
-    let window = job.render.window;
-    let pixels = u128::from(window.width()) * u128::from(window.height());
-    picture_bytes(window, job.shutter)
-        + pixels * layer_bytes_a_pixel
-        + triangles * bytes_a_triangle
+    let moves = if job.exr.request().centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
+    picture_bytes(job.render.window, job.shutter, &job.exr)
+        + triangles * (BYTES_A_TRIANGLE + moves)
         + references * BYTES_A_REFERENCE
 }
 
-fn picture_bytes(window: PixelWindow, shutter: Shutter) -> u128 {
-    let pixels = u128::from(window.width()) * u128::from(window.height());
-    pixels * (BYTES_A_PIXEL + if shutter.time_samples > 1 { BYTES_A_TIME_PIXEL } else { 0 })
-}
-
-/// Refuses pictures whose pixels alone need more memory than there may be; nothing of the scene need be known.
-///
-/// # Errors
-/// [`Error::Refused`] in the name of `scene`.
-pub fn check_picture(
-    scene: &Path,
-    window: PixelWindow,
-    shutter: Shutter,
-    max_memory_bytes: u64,
-) -> Result<()> {
-    let needed = picture_bytes(window, shutter);
-    if needed <= u128::from(max_memory_bytes) {
-        return Ok(());
+fn picture_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput) -> u128 {
+    let layers = exr.request();
+    // Channels of layers besides colour, before and after packing.
+    let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
+    // The film that is traced, its tiles, and the film that is written.
+    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers) + channels;
+    if shutter.time_samples > 1 {
+        bytes_a_pixel += BYTES_A_TIME_PIXEL + layer_bytes(LayerRequest { centres: false, ..layers });
     }
-    let (width, height) = (window.width(), window.height());
-    let size = over_limit(needed, max_memory_bytes.into());
-    let message =
-        format!("{width}x{height} pixels need about {size}; ask for a smaller picture or raise --max-memory");
-    Err(Error::refused(scene, "", message))
+    u128::from(window.width()) * u128::from(window.height()) * bytes_a_pixel
 }
 
 /// Of the layers of one pixel of a film.
@@ -88,9 +65,26 @@ fn layer_bytes(layers: LayerRequest) -> u128 {
     bytes as u128
 }
 
-/// Of the channels of layers besides colour in one pixel, before and after packing.
-fn channel_bytes(job: &SequenceJob) -> u128 {
-    2 * u128::from(job.exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel())
+/// Refuses pictures whose pixels alone need more memory than there may be; nothing of the scene need be known.
+///
+/// # Errors
+/// [`Error::Refused`] in the name of `scene`.
+pub fn check_picture(
+    scene: &Path,
+    window: PixelWindow,
+    shutter: Shutter,
+    exr: &ExrOutput,
+    max_memory_bytes: u64,
+) -> Result<()> {
+    let needed = picture_bytes(window, shutter, exr);
+    if needed <= u128::from(max_memory_bytes) {
+        return Ok(());
+    }
+    let (width, height) = (window.width(), window.height());
+    let size = over_limit(needed, max_memory_bytes.into());
+    let message =
+        format!("{width}x{height} pixels need about {size}; ask for a smaller picture or raise --max-memory");
+    Err(Error::refused(scene, "", message))
 }
 
 /// Refuses a job that needs more memory than it may have, or more triangles than ids.

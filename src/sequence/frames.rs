@@ -89,6 +89,9 @@ fn parse_part(part: &str) -> Result<Range, String> {
         .strip_prefix("..")
         .or_else(|| rest.strip_prefix('-'))
         .ok_or_else(|| format!("\"{rest}\" after {first} is not understood"))?;
+    if rest.trim_start().is_empty() {
+        return Err(format!("{first}- has no end, and -s {first} renders from there to the animation's end"));
+    }
     let (last, rest) = parse_number(rest.trim_start())?;
     let step = if rest.is_empty() { 1 } else { parse_step(rest, last)? };
     if last < first && step > 0 {

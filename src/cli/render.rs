@@ -1,7 +1,7 @@
 //! `rayframe render`.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
@@ -138,11 +138,21 @@ fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) 
     Ok(())
 }
 
-/// The file that `path` names however it is written; links are followed as far as the folder.
+/// The file that `path` names however it is written; links are followed as far as the folder, of which the end may be missing.
 fn place(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let absolute = || std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    folder.canonicalize().unwrap_or_else(|_| absolute()).join(path.file_name().unwrap_or_default())
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let mut place = PathBuf::new();
+    for component in absolute.components() {
+        match component {
+            Component::ParentDir => {
+                place.pop();
+            }
+            _ => place.push(component),
+        }
+        place = place.canonicalize().unwrap_or(place);
+    }
+    place.join(path.file_name().unwrap_or_default())
 }
 
 /// The exit code; with `--keep-going` every failure has been named already.

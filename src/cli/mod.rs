@@ -8,6 +8,7 @@ mod info;
 mod layer_options;
 mod memory_limit;
 mod merge;
+mod nearest;
 mod options;
 mod render;
 mod render_args;

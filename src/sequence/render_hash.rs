@@ -141,16 +141,9 @@ mod tests {
     #[test]
     fn catchers_are_those_of_the_variant() {
         let primitive = Primitive {
-            positions: Vec::new(),
-            normals: None,
-            tangents: None,
-            uvs: Vec::new(),
-            colors: None,
-            influences: None,
-            triangles: Vec::new(),
             material: MaterialIndex(0),
             variants: vec![(VariantIndex(1), MaterialIndex(1))],
-            targets: Vec::new(),
+            ..Primitive::default()
         };
         let catcher = Material { is_shadow_catcher: true, ..Material::default() };
         let scene = Scene {

@@ -7,6 +7,7 @@ mod idle_options;
 mod info;
 mod layer_options;
 mod memory_limit;
+mod merge;
 mod nearest;
 mod options;
 mod render;
@@ -39,6 +40,8 @@ struct Cli {
 enum Command {
     /// Render a glTF scene (.glb, .gltf) or a shot file (.toml) to an image sequence
     Render(shot::GivenOptions),
+    /// Join crops into what one machine would have written
+    Merge(merge::MergeArgs),
     /// Show what is in a file, what will be rendered, and what is not supported
     Info(info::InfoArgs),
     /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
@@ -66,6 +69,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
         match cli.command {
             Command::Render(given) => render::run(&given),
             Command::Watch(given) => watch::run(&given),
+            Command::Merge(args) => merge::run(&args),
             Command::Info(args) => ending(info::run(&args)),
         }
     }));

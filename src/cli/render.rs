@@ -1,16 +1,18 @@
 //! `rayframe render`.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
 use crate::output::SOFTWARE;
-use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
+use crate::progress::{
+    Manifest, Reporter, Verbosity, print_error, print_note, print_openjd_failure, print_output, print_warning,
+};
 use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::audience::Audience;
@@ -28,10 +30,13 @@ pub(super) fn run(given: &GivenOptions) -> Ending {
     };
     let pool = ThreadPoolBuilder::new().num_threads(meant.args.threads.map_or(0, usize::from)).build();
     match pool {
-        Ok(pool) => {
-            let ran = pool.install(|| render(&meant));
-            ran.unwrap_or_else(|error| ending(Err(meant.explained(error))))
-        }
+        Ok(pool) => pool.install(|| render(&meant)).unwrap_or_else(|error| {
+            let error = meant.explained(error);
+            if meant.args.progress == ProgressArg::OpenJd {
+                print_openjd_failure(&error.to_string());
+            }
+            ending(Err(error))
+        }),
         Err(error) => {
             ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
         }
@@ -74,6 +79,7 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
     plan.prepare()?;
     for (path, _) in &others {
         probe_folder(path)?;
+        remove_stale_temporaries(&[path.to_path_buf()]);
     }
 
     // Render.
@@ -97,11 +103,12 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
 
 /// Files that are written beside the frames, and the options that ask for them.
 pub(super) fn other_files<'a>(job: &'a SequenceJob, args: &'a RenderArgs) -> Vec<(&'a Path, &'static str)> {
-    let statistics = args.stats.as_deref().map(|path| (path, "--stats"));
-    job.presentation.files().chain(statistics).collect()
+    let reports = [(&args.stats, "--stats"), (&args.manifest, "--manifest")];
+    let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
+    job.presentation.files().chain(reports).collect()
 }
 
-/// Renders the frames, tells about them, writes the statistics, and makes what is made of finished frames, which may fail
+/// Renders the frames, tells about them, writes manifest and statistics, and makes what is made of finished frames, which may fail
 /// for itself.
 pub(super) fn perform(
     job: &SequenceJob,
@@ -113,10 +120,17 @@ pub(super) fn perform(
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
     let audience = Audience::new(job, plan, cancel)?;
+    let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
     let summary = sequence::run(job, plan, cancel, &|event| {
+        if let Some(manifest) = &manifest {
+            manifest.tell(event);
+        }
         reporter.tell(event);
         audience.watch(event, &reporter);
     });
+    if let Some(manifest) = &manifest {
+        manifest.write()?;
+    }
     if let Some(stats) = &args.stats {
         write_statistics(stats, job, &summary)?;
     }
@@ -153,11 +167,21 @@ pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &
     Ok(())
 }
 
-/// The file that `path` names however it is written; links are followed as far as the folder.
+/// The file that `path` names however it is written; links are followed as far as the folder, of which the end may be missing.
 fn place(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let absolute = || std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    folder.canonicalize().unwrap_or_else(|_| absolute()).join(path.file_name().unwrap_or_default())
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let mut place = PathBuf::new();
+    for component in absolute.components() {
+        match component {
+            Component::ParentDir => {
+                place.pop();
+            }
+            _ => place.push(component),
+        }
+        place = place.canonicalize().unwrap_or(place);
+    }
+    place.join(path.file_name().unwrap_or_default())
 }
 
 /// The exit code; with `--keep-going` every failure has been named already.

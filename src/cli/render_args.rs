@@ -68,8 +68,11 @@ pub(super) struct RenderArgs {
     /// Per-frame statistics as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(super) stats: Option<PathBuf>,
+    /// What became of each frame, with hashes of its files, as JSON that is kept up to date during the run
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) manifest: Option<PathBuf>,
 
-    /// Frames: 7, 1-10, 1..10, 1-10x2, 1,5,8-12, -3--2 or all [default: all]
+    /// Frames: 7, 1-10, 1..10, 1-10x2, 1-10:2, 10-1:-1, 1,5,8-12, -3--2 or all [default: all]
     #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, help_heading = "Frames")]
     pub(super) frames: Option<String>,
     /// All frames of the animation
@@ -351,6 +354,9 @@ choices! {
         Plain,
         /// JSON lines on the standard output
         Json,
+        /// Lines for Open Job Description, as AWS Deadline Cloud reads them, on the standard output
+        #[value(name = "openjd")]
+        OpenJd,
         /// Nothing
         None,
     }
@@ -363,6 +369,7 @@ impl From<ProgressArg> for ProgressStyle {
             ProgressArg::Bar => Self::Bar,
             ProgressArg::Plain => Self::Plain,
             ProgressArg::Json => Self::Json,
+            ProgressArg::OpenJd => Self::OpenJd,
             ProgressArg::None => Self::None,
         }
     }

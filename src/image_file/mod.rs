@@ -6,6 +6,8 @@ mod atomic;
 mod display;
 mod environment_read;
 mod exr_attributes;
+mod exr_header;
+mod exr_join;
 mod exr_picture;
 mod exr_read;
 mod exr_write;
@@ -19,6 +21,8 @@ pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomi
 pub use display::{DisplayPicture, decode_png};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use exr_attributes::{FrameAttributes, RunStamp};
+pub use exr_header::{ExrHeader, ExrSampleType, ExrWindow, SharedAttributes};
+pub use exr_join::{ExrTile, join_exr_tiles};
 pub use exr_picture::{ExrChannel, ExrCompression, ExrPicture, ExrSamples, finite_f32, half_from_f32};
 pub use exr_read::{ExrImage, decode_exr, inspect_exr};
 pub use exr_write::{encode_exr, encode_exr_picture};

@@ -3,6 +3,7 @@
 //! Pictures are sRGB with straight alpha. Animated PNG keeps them to the last bit; GIF has 256 colours a picture and alpha that is
 //! there or not; films have no alpha, and what is transparent becomes black.
 
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufWriter, Read as _, Write};
 use std::path::{Path, PathBuf};
@@ -264,7 +265,13 @@ fn ffmpeg(
     if matches!(container, "mp4" | "mov") {
         command.args(["-movflags", "+faststart"]);
     }
-    command.args(["-f", container]).arg(path);
+    // A name with a colon or a dash is a name all the same.
+    let mut output = OsString::from("file:");
+    output.push(path);
+    command.args(["-f", container]).arg(output);
+    // What a terminal sends to stop this program must not stop the encoder first, which would look like a failure of its own.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     command
 }
@@ -332,6 +339,17 @@ mod tests {
         // A second of 24 pictures is a second, though each is shown for 40 or 50 ms.
         assert_eq!((0..24).map(|index| gif_delay_ms(index, (24, 1))).sum::<u32>(), 1000);
         assert!((0..24).all(|index| matches!(gif_delay_ms(index, (24, 1)), 40 | 50)));
+    }
+
+    #[test]
+    fn names_of_films_are_names_of_files_whatever_they_look_like() {
+        for name in ["-y.mp4", "http:a.mp4", "a b/c.mp4"] {
+            let command = ffmpeg((4, 3), (24, 1), ("mp4", "libx264"), Path::new(name));
+            assert_eq!(
+                command.get_args().last().unwrap(),
+                OsString::from(format!("file:{name}")).as_os_str()
+            );
+        }
     }
 
     #[test]

@@ -106,8 +106,8 @@ pub fn present(
     };
     let mut sheet = contact_sheet.as_ref().map(|_| ContactSheet::new(count, size));
 
-    // As many frames at once as there are threads
-    for group in frames.chunks(rayon::current_num_threads()) {
+    let at_once = frames_at_once(frame_bytes(job), job.max_memory_bytes, rayon::current_num_threads());
+    for group in frames.chunks(at_once) {
         cancel.check()?;
         let pictures: Vec<_> =
             group.par_iter().map(|planned| shown(job, planned, look)).collect::<Result<_>>()?;
@@ -131,6 +131,22 @@ pub fn present(
     Ok(job.presentation.files().map(|(path, _)| path.to_owned()).collect())
 }
 
+/// As many frames as there are threads, but no more than fit into memory together.
+fn frames_at_once(frame_bytes: u64, max_memory_bytes: u64, threads: usize) -> usize {
+    let fitting = max_memory_bytes / frame_bytes.max(1);
+    usize::try_from(fitting).map_or(threads, |fitting| fitting.min(threads)).max(1)
+}
+
+/// What reading a frame needs.
+fn frame_bytes(job: &SequenceJob) -> u64 {
+    /// A pixel as it is handed on, and as a display shows it.
+    const BYTES_A_PIXEL: u64 = 16 + 4;
+    let (width, height) = (job.render.window.width(), job.render.window.height());
+    // The file, and what is decoded of it.
+    let layers = 2 * job.exr.bytes_a_pixel();
+    (u64::from(width) * u64::from(height)).saturating_mul(BYTES_A_PIXEL + layers)
+}
+
 /// The frame's file as a display shows it.
 ///
 /// # Errors
@@ -149,5 +165,19 @@ pub fn shown(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Re
             })?;
             decode_png(&planned.path, &bytes)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_frames_are_read_at_once_than_fit_into_memory() {
+        assert_eq!(frames_at_once(100, 1000, 8), 8);
+        assert_eq!(frames_at_once(300, 1000, 8), 3);
+        // One is read in any case; reading it checks by itself.
+        assert_eq!(frames_at_once(2000, 1000, 8), 1);
+        assert_eq!(frames_at_once(0, u64::MAX, 8), 8);
     }
 }

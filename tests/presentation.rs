@@ -14,7 +14,10 @@ const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_19
 fn render(folder: &Path, options: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
     command.args(["render", SCENE, "-f", "1-9x4", "-r", "32x18", "--samples", "1", "--depth", "1"]);
-    command.args(["--exposure", "0"]).args(options).current_dir(folder);
+    command.args(options).current_dir(folder);
+    if !options.contains(&"--exposure") {
+        command.args(["--exposure", "0"]);
+    }
     if !options.contains(&"-o") {
         command.args(["-o", "a.####.exr"]);
     }
@@ -87,4 +90,18 @@ fn what_cannot_be_made_is_found_before_the_first_frame() {
     let output = command.current_dir(folder.path()).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&output.stderr).contains("ffmpeg"));
+}
+
+#[test]
+fn exposure_and_tone_are_not_called_idle_where_a_movie_shows_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |options: &[&str]| {
+        let output = render(folder.path(), &[&["--tone", "agx", "--exposure", "1", "-n"], options].concat());
+        assert_eq!(output.status.code(), Some(0));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    assert!(said(&[]).contains("--tone does nothing"));
+    for shown in [&["--movie", "a.gif"][..], &["--contact-sheet", "a.png"], &["--show"]] {
+        assert!(!said(shown).contains("does nothing"), "{shown:?}");
+    }
 }

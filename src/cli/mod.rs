@@ -10,6 +10,7 @@ mod memory_limit;
 mod merge;
 mod nearest;
 mod options;
+mod outcome;
 mod render;
 mod render_args;
 mod render_job;

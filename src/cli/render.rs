@@ -10,12 +10,11 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
 use crate::output::SOFTWARE;
-use crate::progress::{
-    Manifest, Reporter, Verbosity, print_error, print_note, print_openjd_failure, print_output, print_warning,
-};
+use crate::progress::{Manifest, Reporter, Verbosity, print_note, print_output, print_warning};
 use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::audience::Audience;
+use super::outcome::{Outcome, finish, tell_failure};
 use super::render_args::{ProgressArg, RenderArgs};
 use super::render_job::{RenderJob, render_job};
 use super::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
@@ -32,10 +31,8 @@ pub(super) fn run(given: &GivenOptions) -> Ending {
     match pool {
         Ok(pool) => pool.install(|| render(&meant)).unwrap_or_else(|error| {
             let error = meant.explained(error);
-            if meant.args.progress == ProgressArg::OpenJd {
-                print_openjd_failure(&error.to_string());
-            }
-            ending(Err(error))
+            tell_failure(&error, &meant.args);
+            Ending::Code(error.exit_code())
         }),
         Err(error) => {
             ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
@@ -76,28 +73,19 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
         });
         return Ok(Ending::Code(0));
     }
-    plan.prepare()?;
-    for (path, _) in &others {
-        probe_folder(path)?;
-        remove_stale_temporaries(&[path.to_path_buf()]);
-    }
+    prepare(&plan, &others)?;
 
     // Render.
     let cancel = CancelFlag::new();
     let caught = signals::watch(&cancel)
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
-    let (summary, presented) = perform(&job, &plan, args, &cancel)?;
+    let performed = perform(&job, &plan, args, &cancel);
 
     // Say how it went.
-    if let Err(error) = presented {
-        return Ok(match (caught.number(), &error) {
-            (Some(signal), Error::Interrupted(_)) => Ending::Signal(signal),
-            _ => ending(Err(error)),
-        });
-    }
-    match caught.number() {
-        Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
-        _ => Ok(finish(summary, job.keep_going)),
+    match (performed, caught.number()) {
+        (Err(Error::Interrupted(_)), Some(signal)) => Ok(Ending::Signal(signal)),
+        (Err(error), _) => Err(error),
+        (Ok(outcome), signal) => Ok(finish(outcome, signal, args)),
     }
 }
 
@@ -108,14 +96,24 @@ pub(super) fn other_files<'a>(job: &'a SequenceJob, args: &'a RenderArgs) -> Vec
     job.presentation.files().chain(reports).collect()
 }
 
-/// Renders the frames, tells about them, writes manifest and statistics, and makes what is made of finished frames, which may fail
-/// for itself.
+/// Makes sure that all files can be written, and removes what dead runs left of them half written.
+pub(super) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
+    plan.prepare()?;
+    for (path, _) in others {
+        probe_folder(path)?;
+        remove_stale_temporaries(&[path.to_path_buf()]);
+    }
+    Ok(())
+}
+
+/// Renders the frames, tells about them, writes manifest and statistics, and makes what is made of finished frames. No failure
+/// keeps the rest from being done.
 pub(super) fn perform(
     job: &SequenceJob,
     plan: &Plan,
     args: &RenderArgs,
     cancel: &CancelFlag,
-) -> Result<(Summary, Result<()>)> {
+) -> Result<Outcome> {
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
@@ -128,14 +126,11 @@ pub(super) fn perform(
         reporter.tell(event);
         audience.watch(event, &reporter);
     });
-    if let Some(manifest) = &manifest {
-        manifest.write()?;
-    }
-    if let Some(stats) = &args.stats {
-        write_statistics(stats, job, &summary)?;
-    }
+    let manifest = manifest.map(|manifest| manifest.write());
+    let statistics = args.stats.as_deref().map(|path| write_statistics(path, job, &summary));
     let presented = audience.present(&summary, cancel);
-    Ok((summary, presented))
+    let beside = [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
+    Ok(Outcome { beside: beside.collect(), summary })
 }
 
 /// What resuming is about to throw away; `None` when nothing.
@@ -182,19 +177,6 @@ fn place(path: &Path) -> PathBuf {
         place = place.canonicalize().unwrap_or(place);
     }
     place.join(path.file_name().unwrap_or_default())
-}
-
-/// The exit code; with `--keep-going` every failure has been named already.
-fn finish(summary: Summary, keep_going: bool) -> Ending {
-    match summary.outcome() {
-        Ok(()) => Ending::Code(0),
-        Err(error) => {
-            if !keep_going {
-                print_error(&error.to_string());
-            }
-            Ending::Code(error.exit_code())
-        }
-    }
 }
 
 fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result<()> {

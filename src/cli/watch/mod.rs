@@ -15,11 +15,11 @@ use rayon::ThreadPoolBuilder;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
-use crate::image_file::{inspect_exr, inspect_png, probe_folder};
+use crate::image_file::{inspect_exr, inspect_png};
 use crate::progress::{print_error, print_note};
 use crate::sequence::{ExistingFiles, OutputFormat, Plan, SequenceJob};
 
-use super::render::{other_files, perform, refuse_collisions};
+use super::render::{other_files, perform, prepare, refuse_collisions};
 use super::render_args::{ProgressArg, RenderArgs};
 use super::render_job::{RenderJob, render_job};
 use super::shot::{GivenOptions, MeantOptions};
@@ -115,10 +115,7 @@ impl Watch<'_> {
             }
             self.told = told;
         }
-        plan.prepare()?;
-        for (path, _) in &others {
-            probe_folder(path)?;
-        }
+        prepare(&plan, &others)?;
         self.has_begun = true;
         self.draw(&job, &plan, args)
     }
@@ -142,8 +139,7 @@ impl Watch<'_> {
             for planned in &plan.frames {
                 coarse::write(job, planned, &cancel)?;
             }
-            let (summary, presented) = perform(job, plan, args, &cancel)?;
-            summary.outcome().and(presented)
+            perform(job, plan, args, &cancel)?.result()
         })
     }
 }

@@ -180,6 +180,13 @@ fn read_attributes(reader: &mut impl BufRead) -> Result<BTreeMap<String, Vec<u8>
         if read < size {
             return Err(unreadable(io::ErrorKind::UnexpectedEof.into()));
         }
+        // Readers differ in which of two they believe.
+        if attributes.contains_key(&name) {
+            return Err(format!(
+                "not a readable OpenEXR file: two attributes are called \"{}\"",
+                name.escape_debug()
+            ));
+        }
         attributes.insert(name, value);
     }
 }
@@ -325,5 +332,11 @@ mod tests {
         let mut lying = bytes[..8].to_vec();
         lying.extend_from_slice(b"a\0string\0\xff\xff\xff\xff");
         assert!(ExrHeader::parse(&mut lying.as_slice()).unwrap_err().contains("too long"));
+        // The first attribute stands there twice.
+        let first = b"a\0int\0\x04\0\0\0\x01\0\0\0";
+        let twice = [&bytes[..8], first, first, &bytes[8..]].concat();
+        assert!(ExrHeader::parse(&mut twice.as_slice()).unwrap_err().contains("two attributes"));
+        let once = [&bytes[..8], first, &bytes[8..]].concat();
+        assert!(ExrHeader::parse(&mut once.as_slice()).is_ok());
     }
 }

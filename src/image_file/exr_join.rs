@@ -32,11 +32,11 @@ type Part = Image<Layer<AnyChannels<FlatSamples>>>;
 ///
 /// # Errors
 /// [`Error::Missing`] and [`Error::Invalid`] for a tile that cannot be read, or is no longer what its header said;
-/// [`Error::Unsupported`] when an attribute cannot be kept; [`Error::Internal`] when the tiles do not fit together.
+/// [`Error::Unsupported`] when an attribute cannot be kept; [`Error::Internal`] when there are no tiles.
 pub fn join_exr_tiles(tiles: &[ExrTile]) -> Result<Vec<u8>> {
     let parts: Vec<Part> = tiles.par_iter().map(decode_tile).collect::<Result<_>>()?;
     let (Some(first), Some(first_part)) = (tiles.first(), parts.first()) else {
-        return Err(internal("there are no tiles"));
+        return Err(Error::Internal { message: "there are no tiles to join".to_owned() });
     };
 
     // Lay out the picture.
@@ -51,7 +51,7 @@ pub fn join_exr_tiles(tiles: &[ExrTile]) -> Result<Vec<u8>> {
             let place = Place::new(tile.header.data_window, window, width);
             let is_copied = samples.is_some_and(|samples| copy(samples, &mut channel.sample_data, &place));
             if !is_copied {
-                return Err(internal("a tile does not fit into its picture"));
+                return Err(contradictory(tile, "its pixels are not those that its header tells of"));
             }
         }
     }
@@ -69,10 +69,24 @@ pub fn join_exr_tiles(tiles: &[ExrTile]) -> Result<Vec<u8>> {
     };
     let layer = Layer::new((width, height), attributes, encoding, channels);
     let image = Image::new(first_part.attributes.clone(), layer);
+    drop(parts);
+    encode(&image, first)
+}
+
+/// The file of the picture, with the attributes of `tile`. What the encoder takes amiss came from there.
+fn encode(image: &Part, tile: &ExrTile) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    write_compressing_in_parallel(&image, &mut bytes).map_err(|error| internal(&error.to_string()))?;
-    sort_attributes(&mut bytes).ok_or_else(|| internal("the header cannot be followed"))?;
-    check_attributes(first, &bytes)?;
+    let encoder = || write_compressing_in_parallel(image, &mut bytes);
+    let why = match catch_unwind(AssertUnwindSafe(encoder)) {
+        Ok(Ok(())) => None,
+        Ok(Err(error)) => Some(error.to_string()),
+        Err(_) => Some("it contradicts itself".to_owned()),
+    };
+    if let Some(why) = why {
+        return Err(contradictory(tile, &why));
+    }
+    sort_attributes(&mut bytes).ok_or_else(|| contradictory(tile, "its header cannot be followed"))?;
+    check_attributes(tile, &bytes)?;
     Ok(bytes)
 }
 
@@ -153,7 +167,7 @@ fn empty_like(samples: &FlatSamples, length: usize) -> FlatSamples {
 
 /// The encoder must not have dropped or changed what it does not know.
 fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
-    let joined = ExrHeader::parse(&mut &*joined).map_err(|why| internal(&why))?;
+    let joined = ExrHeader::parse(&mut &*joined).map_err(|why| contradictory(tile, &why))?;
     let (expected, kept) = (tile.header.shared(), joined.shared());
     match expected.iter().find(|(name, value)| kept.get(*name) != Some(*value)) {
         None => Ok(()),
@@ -163,6 +177,6 @@ fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
     }
 }
 
-fn internal(message: &str) -> Error {
-    Error::Internal { message: format!("the tiles could not be joined: {message}") }
+fn contradictory(tile: &ExrTile, why: &str) -> Error {
+    Error::invalid(&tile.path, "", format!("cannot be merged: {why}"))
 }

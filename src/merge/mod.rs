@@ -225,3 +225,6 @@ fn is_there(path: &Path, tiles: &[ExrTile]) -> Result<bool> {
             .to_owned(),
     })
 }
+
+#[cfg(test)]
+mod tests;

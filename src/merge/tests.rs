@@ -1,0 +1,70 @@
+use super::*;
+use crate::image_file::{
+    ExrChannel, ExrCompression, ExrPicture, ExrSamples, FrameAttributes, encode_exr_picture,
+};
+
+/// A picture of 5x4 pixels with samples of each type.
+fn whole_picture(compression: ExrCompression) -> Vec<u8> {
+    let channel = |name: &str, samples| ExrChannel { name: name.to_owned(), samples };
+    let picture = ExrPicture {
+        picture_size: (5, 4),
+        origin: (0, 0),
+        size: (5, 4),
+        channels: vec![
+            channel("R", ExrSamples::Half((0..20_u8).map(half::f16::from).collect())),
+            channel("Z", ExrSamples::Float((0..20_u8).map(f32::from).collect())),
+            channel("id", ExrSamples::Uint((0..20).collect())),
+        ],
+        compression,
+    };
+    let attributes = FrameAttributes {
+        software: "rayframe test".to_owned(),
+        render_hash: "00ff".to_owned(),
+        frame: 3,
+        time_seconds: 0.5,
+        frames_per_second: (24, 1),
+        world_to_camera: [0.5; 16],
+        world_to_ndc: [0.25; 16],
+        time_code: Some([1, 2, 3, 4]),
+        texts: Vec::new(),
+        stamp: None,
+    };
+    encode_exr_picture(picture, &attributes).unwrap()
+}
+
+/// What would be written for a tile alone.
+fn merged(tile: &Path) -> Result<Vec<u8>> {
+    let output = OutputPattern::parse("whole.exr".as_ref()).unwrap();
+    let plan = MergePlan::new(&[tile.to_owned()], &output, true, 1 << 20)?;
+    join_exr_tiles(&plan.frames[0].tiles)
+}
+
+/// Every byte of a tile with a bit turned and as 255: it is merged or refused, and neither is a bug of ours.
+#[test]
+fn broken_tiles_are_refused_and_never_an_internal_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let tile = folder.path().join("tile.exr");
+    for compression in [ExrCompression::None, ExrCompression::Zip, ExrCompression::Piz] {
+        let bytes = whole_picture(compression);
+        std::fs::write(&tile, &bytes).unwrap();
+        assert!(merged(&tile).unwrap() == bytes);
+
+        let mut refused = 0;
+        for at in 0..bytes.len() {
+            for value in [bytes[at] ^ 1, 255] {
+                let mut broken = bytes.clone();
+                broken[at] = value;
+                std::fs::write(&tile, &broken).unwrap();
+                if let Err(error) = merged(&tile) {
+                    assert!(matches!(error.exit_code(), 65 | 77), "byte {at} as {value}: {error}");
+                    refused += 1;
+                }
+            }
+        }
+        assert!(refused > 100, "{refused}");
+        for length in 0..bytes.len() {
+            std::fs::write(&tile, &bytes[..length]).unwrap();
+            assert_eq!(merged(&tile).unwrap_err().exit_code(), 65, "{length} bytes");
+        }
+    }
+}

@@ -168,6 +168,27 @@ fn the_picture_follows_the_shot_file() {
     assert_eq!(names(folder), ["a.gltf", "a.toml", "corners.bin", "look.png", "told"]);
 }
 
+#[test]
+fn a_new_name_in_the_shot_file_does_not_cost_a_foreign_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    std::fs::write(folder.join("photo.png"), "not ours").unwrap();
+    let write = |name: &str| {
+        let text = format!("scene = 'a.gltf'\nresolution = [96, 54]\noutput = '{name}.png'\n");
+        std::fs::write(folder.join("a.toml"), text).unwrap();
+    };
+    write("look");
+    let expected = rendered(folder, &["a.toml"]);
+    let mut running = watch(folder, &["a.toml", "-q"]);
+    wait_for(folder, "the first picture", &expected);
+    write("photo");
+    wait_until(folder, "an error", || told(folder).contains("made by another program; --overwrite"));
+    assert_eq!(terminate(&mut running), Some(15));
+    assert_eq!(std::fs::read(folder.join("photo.png")).unwrap(), b"not ours");
+}
+
 /// A picture that takes minutes is there at once, coarse; a change ends the work on it, and so does a signal.
 #[test]
 fn coarse_pictures_come_first_and_changes_do_not_wait() {
@@ -202,6 +223,7 @@ fn what_cannot_be_watched_is_refused_at_once() {
         (&["a.gltf", "-f", "1-3"], 2, "add -f 12"),
         (&["a.gltf", "-n"], 2, "rayframe render --dry-run"),
         (&["a.gltf", "-o", "photo.png"], 73, "made by another program; --overwrite"),
+        (&["a.gltf", "-o", "photo.exr", "--preview", "png"], 73, "photo.png: the file is there"),
         (&["a.gltf", "-o", "a.jpg"], 2, "cannot be written"),
         (&["a.gltf", "--stats", "corners.bin"], 2, "is read"),
     ] {

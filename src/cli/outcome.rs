@@ -30,7 +30,8 @@ pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &RenderArgs) -
     let mut code = 0;
     if let Err(error) = summary.outcome() {
         code = error.exit_code();
-        if !args.keep_going && !(is_interrupted && signal.is_some()) {
+        let is_told = args.keep_going || (is_interrupted && signal.is_some());
+        if !is_told {
             print_error(&error.to_string());
         }
     }

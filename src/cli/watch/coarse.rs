@@ -3,7 +3,7 @@
 use crate::bvh::Builder;
 use crate::cancel::CancelFlag;
 use crate::error::Result;
-use crate::film::{Film, PixelWindow};
+use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::image_file::write_atomically;
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
@@ -56,6 +56,7 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
         adaptive: None,
         filter: PixelFilter::Box,
         lens: None,
+        layers: LayerRequest::NONE,
         ..job.render.clone()
     };
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;

@@ -42,8 +42,6 @@ struct Watch<'a> {
     files: WatchedFiles,
     /// What was understood last, and the warnings about it.
     told: (String, Vec<Warning>),
-    /// Whether a picture was begun.
-    has_begun: bool,
 }
 
 /// Renders what is asked for until a signal comes.
@@ -60,8 +58,7 @@ fn watch(given: &GivenOptions) -> Result<Ending> {
     let stop = CancelFlag::new();
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
-    let mut watch =
-        Watch { given, stop, files: WatchedFiles::default(), told: Default::default(), has_begun: false };
+    let mut watch = Watch { given, stop, files: WatchedFiles::default(), told: Default::default() };
     let mut is_first = true;
     loop {
         watch.files.look();
@@ -103,7 +100,7 @@ impl Watch<'_> {
         let plan = Plan::new(&job)?;
         let others = other_files(&job, args);
         refuse_collisions(&plan, &others, &inputs)?;
-        if !self.has_begun && !args.overwrite {
+        if !args.overwrite {
             protect_foreign(&job, &plan)?;
         }
         let told = (understood(&job, &environment), [choices.as_slice(), &warnings].concat());
@@ -116,7 +113,6 @@ impl Watch<'_> {
             self.told = told;
         }
         prepare(&plan, &others)?;
-        self.has_begun = true;
         self.draw(&job, &plan, args)
     }
 
@@ -168,19 +164,19 @@ fn refuse_many(job: &SequenceJob) -> Result<()> {
 /// Pictures of Rayframe are replaced, those of others are not.
 fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
     for planned in &plan.frames {
-        if !planned.path.exists() {
-            continue;
-        }
-        let stored = match job.output.format() {
-            OutputFormat::Exr => inspect_exr(&planned.path),
-            OutputFormat::Png => inspect_png(&planned.path),
-        };
-        if !stored.is_ok_and(|stored| stored.render_hash.is_some()) {
-            return Err(Error::CannotCreate {
-                path: planned.path.clone(),
-                message: "the file is there and was made by another program; --overwrite replaces it"
-                    .to_owned(),
-            });
+        for path in planned.paths().filter(|path| path.exists()) {
+            let is_preview = planned.preview_path.as_deref() == Some(path);
+            let stored = match job.output.format() {
+                OutputFormat::Exr if !is_preview => inspect_exr(path),
+                _ => inspect_png(path),
+            };
+            if !stored.is_ok_and(|stored| stored.render_hash.is_some()) {
+                return Err(Error::CannotCreate {
+                    path: path.to_owned(),
+                    message: "the file is there and was made by another program; --overwrite replaces it"
+                        .to_owned(),
+                });
+            }
         }
     }
     Ok(())

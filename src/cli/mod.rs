@@ -2,6 +2,7 @@
 
 mod audience;
 mod choices;
+mod diff;
 mod environment;
 mod idle_options;
 mod info;
@@ -38,6 +39,8 @@ enum Command {
     Render(Box<render_args::RenderArgs>),
     /// Show what is in a file, what will be rendered, and what is not supported
     Info(info::InfoArgs),
+    /// Compare two pictures or two sequences; exit code 0: same within the preset, 1: different
+    Diff(diff::DiffArgs),
 }
 
 /// How a program ends.
@@ -61,6 +64,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
         match cli.command {
             Command::Render(args) => render::run(&args),
             Command::Info(args) => ending(info::run(&args)),
+            Command::Diff(args) => match diff::run(&args) {
+                Ok(is_same) => Ending::Code(u8::from(!is_same)),
+                Err(error) => ending(Err(error)),
+            },
         }
     }));
     ran.unwrap_or_else(|_| {

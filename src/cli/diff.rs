@@ -75,8 +75,9 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
 
 fn compared(args: &DiffArgs, pair: &FilePair) -> Result<(FrameReport, Option<crate::regression::FlipMap>)> {
     let (actual, reference) = (LayeredPicture::read(&pair.actual)?, LayeredPicture::read(&pair.reference)?);
-    let layers = layer_options::layers_in_files(&args.layers, &[actual.layers(), reference.layers()].concat())
-        .map_err(Error::usage)?;
+    let layers =
+        layer_options::layers_in_files(&args.layers, &[actual.layers(), reference.layers()].concat())
+            .map_err(Error::usage)?;
     let (actual, reference) = (actual.with_layers(&layers), reference.with_layers(&layers));
     let mut judgement = judge(&actual, &reference, &args.preset.limits());
     let map = judgement.flip_map.take();

@@ -14,7 +14,7 @@ const EXPLAINED_BY_SHIFT: f64 = 0.6;
 /// Pixels that a camera moves at least.
 const LEAST_SHIFT: f64 = 0.05;
 /// The share of squared differences that a factor on light must explain.
-const EXPLAINED_BY_LIGHT: f64 = 0.8;
+const EXPLAINED_BY_LIGHT: f64 = 0.6;
 /// Neighbours' differences in noise correlate less.
 const LARGEST_CORRELATION: f64 = 0.3;
 /// The share of pixels that noise reaches at least.
@@ -58,8 +58,11 @@ pub enum Cause {
     },
     /// Differences without structure.
     Noise,
-    /// Something in a part of the picture; there are no layers to tell what.
-    Local,
+    /// There are no layers to tell.
+    Unclear {
+        /// The share of pixels whose brightness differs.
+        share: f64,
+    },
 }
 
 impl std::fmt::Display for Cause {
@@ -68,14 +71,26 @@ impl std::fmt::Display for Cause {
             Self::Camera { right, down } => {
                 write!(formatter, "camera: all is {right:+.2} pixels to the right and {down:+.2} down")
             }
-            Self::Geometry { layer, pixels } => write!(formatter, "geometry: {layer} differs in {pixels} pixels"),
-            Self::Material { layer, pixels } => write!(formatter, "material: {layer} differs in {pixels} pixels"),
+            Self::Geometry { layer, pixels } => {
+                write!(formatter, "geometry: {layer} differs in {pixels} pixels")
+            }
+            Self::Material { layer, pixels } => {
+                write!(formatter, "material: {layer} differs in {pixels} pixels")
+            }
             Self::Light { factors: Some([r, g, b]) } => {
                 write!(formatter, "light: red times {r:.3}, green times {g:.3}, blue times {b:.3}")
             }
-            Self::Light { factors: None } => write!(formatter, "light: surfaces are the same, the light is not"),
+            Self::Light { factors: None } => {
+                write!(formatter, "light: surfaces are the same, the light is not")
+            }
             Self::Noise => write!(formatter, "noise: the differences have no structure"),
-            Self::Local => write!(formatter, "a part of the picture differs (no layers tell what)"),
+            Self::Unclear { share } => {
+                let percent = share * 100.0;
+                write!(
+                    formatter,
+                    "unclear: {percent:.2} % of pixels differ in brightness, and there are no layers to tell why"
+                )
+            }
         }
     }
 }
@@ -96,9 +111,9 @@ pub fn likely_cause(
         return Some(Cause::Camera { right: shift.right, down: shift.down });
     }
     let differing = |names: &[&str]| {
-        let found = names.iter().find_map(|name| {
-            layers.iter().find(|layer| layer.layer == *name && layer.different_pixels > 0)
-        });
+        let found = names
+            .iter()
+            .find_map(|name| layers.iter().find(|layer| layer.layer == *name && layer.different_pixels > 0));
         found.map(|layer| (layer.layer.clone(), layer.different_pixels))
     };
     if let Some((layer, pixels)) = differing(&GEOMETRY) {
@@ -116,9 +131,14 @@ pub fn likely_cause(
     if is_noise(&differences, reference.size.0 as usize) {
         return Some(Cause::Noise);
     }
-    let factors = light_factors(&actual.colors()?, &reference.colors()?);
+    let factors =
+        light_factors(&actual.clone().in_light().colors()?, &reference.clone().in_light().colors()?);
     let has_layers = layers.iter().any(|layer| GEOMETRY.contains(&layer.layer.as_str()));
-    if factors.is_some() || has_layers { Some(Cause::Light { factors }) } else { Some(Cause::Local) }
+    if factors.is_some() || has_layers {
+        return Some(Cause::Light { factors });
+    }
+    let different = differences.iter().filter(|difference| **difference != 0.0).count();
+    Some(Cause::Unclear { share: different as f64 / differences.len() as f64 })
 }
 
 /// Luminance as an eye would weigh it, between 0 and 1; what is not finite is 0.
@@ -161,9 +181,8 @@ fn light_factors(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<[f64; 3]
             }
         }
     }
-    let factors = [0, 1, 2].map(|channel| {
-        if square[channel] > 0.0 { cross[channel] / square[channel] } else { 1.0 }
-    });
+    let factors =
+        [0, 1, 2].map(|channel| if square[channel] > 0.0 { cross[channel] / square[channel] } else { 1.0 });
     let after: f64 = (0..3).map(|channel| actual_square[channel] - factors[channel] * cross[channel]).sum();
     (before > 0.0 && after <= (1.0 - EXPLAINED_BY_LIGHT) * before).then_some(factors)
 }
@@ -209,7 +228,7 @@ mod tests {
         };
         assert_eq!(cause(&picture(|light, x, y| light + grain(x, y))), Some(Cause::Noise));
         let part = picture(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
-        assert_eq!(cause(&part), Some(Cause::Local));
+        assert_eq!(cause(&part), Some(Cause::Unclear { share: 64.0 / 3072.0 }));
         assert_eq!(cause(&reference), None);
     }
 

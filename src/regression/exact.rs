@@ -47,7 +47,10 @@ pub fn are_identical(a: &LayeredPicture, b: &LayeredPicture) -> bool {
     };
     (a.picture_size, a.origin, a.size) == (b.picture_size, b.origin, b.size)
         && a.channels.len() == b.channels.len()
-        && a.channels.iter().zip(&b.channels).all(|(a, b)| a.name == b.name && same_values(&a.values, &b.values))
+        && a.channels
+            .iter()
+            .zip(&b.channels)
+            .all(|(a, b)| a.name == b.name && same_values(&a.values, &b.values))
 }
 
 #[cfg(test)]

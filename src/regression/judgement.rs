@@ -299,7 +299,9 @@ impl std::fmt::Display for Fault {
             Self::Channel { channel, missing_in_reference: true } => {
                 write!(formatter, "has the channel {channel}, which the reference lacks")
             }
-            Self::Channel { channel, .. } => write!(formatter, "lacks the channel {channel} of the reference"),
+            Self::Channel { channel, .. } => {
+                write!(formatter, "lacks the channel {channel} of the reference")
+            }
             Self::NotFinite { in_reference: false, values } => write!(formatter, "{values}"),
             Self::NotFinite { values, .. } => write!(formatter, "in the reference {values}"),
         }
@@ -353,7 +355,9 @@ mod tests {
             let judgement = judge(actual, reference, &Preset::Noisy.limits());
             assert!(!judgement.passes());
             let told = judgement.failures().join("\n");
-            assert!(told.contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1"));
+            assert!(
+                told.contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
+            );
         }
     }
 
@@ -373,7 +377,9 @@ mod tests {
 
     #[test]
     fn numbers_are_short() {
-        for (value, text) in [(0.031_04, "0.03104"), (0.02, "0.02"), (12.0, "12"), (0.0, "0"), (3e-7, "3.0e-7")] {
+        for (value, text) in
+            [(0.031_04, "0.03104"), (0.02, "0.02"), (12.0, "12"), (0.0, "0"), (3e-7, "3.0e-7")]
+        {
             assert_eq!(short(value), text);
         }
     }

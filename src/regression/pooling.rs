@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::FlipMap;
 
 /// Pixels on the side of a tile.
-const TILE: usize = 16;
-/// Pixels from one tile to the next, so that whatever is at most this wide and high lies whole in one of them.
-const STEP: usize = 8;
+const TILE: usize = 8;
+/// Pixels from one tile to the next, so that what is six pixels wide and high lies whole in one of them.
+const STEP: usize = 2;
 
 /// The numbers of one map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -24,7 +24,7 @@ pub struct PooledErrors {
     pub largest: f64,
     /// Column and row of the largest.
     pub largest_at: (u32, u32),
-    /// The largest mean of a tile of 16x16 pixels.
+    /// The largest mean of a tile of 8x8 pixels.
     pub tile: f64,
     /// Column and row of that tile's first pixel.
     pub tile_at: (u32, u32),
@@ -111,13 +111,13 @@ mod tests {
 
     #[test]
     fn a_speck_moves_its_tile_and_not_the_mean() {
-        // 6x6 pixels of error 0.5 in 320x180: the mean is 18 / 57600, that of a tile 18 / 256.
+        // 6x6 pixels of error 0.5 in 320x180: the mean is 18 / 57600, that of a tile 18 / 64.
         let pooled = pool(&map((320, 180), |x, y| {
             if (101..107).contains(&x) && (173..179).contains(&y) { 0.5 } else { 0.0 }
         }));
-        assert_eq!((pooled.mean, pooled.tile), (18.0 / 57600.0, 18.0 / 256.0));
-        // Tiles start at multiples of eight and at 164, the last that fits.
-        assert_eq!((pooled.tile_at, pooled.largest_at), ((96, 164), (101, 173)));
+        assert_eq!((pooled.mean, pooled.tile), (18.0 / 57600.0, 18.0 / 64.0));
+        // Tiles start at even columns and rows, the last at 172; the first that holds it all starts at (100, 172).
+        assert_eq!((pooled.tile_at, pooled.largest_at), ((100, 172), (101, 173)));
     }
 
     #[test]

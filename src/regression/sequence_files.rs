@@ -55,8 +55,7 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
         )));
     }
     if !is_sequence(actual) {
-        let pair =
-            FilePair { frame: None, actual: actual.to_owned(), reference: reference.to_owned() };
+        let pair = FilePair { frame: None, actual: actual.to_owned(), reference: reference.to_owned() };
         return Ok(PairedFiles { pairs: vec![pair], ..PairedFiles::default() });
     }
     let (mut ours, mut theirs) = (frames(actual)?, frames(reference)?);
@@ -88,11 +87,8 @@ fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
 
 /// The files of a sequence.
 fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
-    let missing = |folder: &Path, source| Error::Missing {
-        path: folder.to_owned(),
-        pointer: String::new(),
-        source,
-    };
+    let missing =
+        |folder: &Path, source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
     let around = if path.is_dir() { None } else { name_around_place(path) };
     let folder = match &around {
         None => path,
@@ -103,8 +99,9 @@ fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
         let file = entry.map_err(|source| missing(folder, source))?.path();
         let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
         let key = match &around {
-            Some((before, after, width)) => number_between(name, before, after, *width)
-                .map(|frame| (String::new(), Some(frame))),
+            Some((before, after, width)) => {
+                number_between(name, before, after, *width).map(|frame| (String::new(), Some(frame)))
+            }
             None if !name.starts_with('.') && is_picture(&file) => Some(key_of(name)),
             None => None,
         };

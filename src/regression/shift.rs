@@ -89,9 +89,8 @@ pub fn best_shift(actual: &[f32], reference: &[f32], size: (u32, u32)) -> Option
 fn refined(actual: &Grey<'_>, reference: &Grey<'_>, places: &[(i64, i64)], from: (f64, f64)) -> (f64, f64) {
     let [mut xx, mut xy, mut yy, mut xd, mut yd] = [0.0; 5];
     for &(x, y) in places {
-        let moved = |right: f64, down: f64| {
-            reference.between(x as f64 - from.0 + right, y as f64 - from.1 + down)
-        };
+        let moved =
+            |right: f64, down: f64| reference.between(x as f64 - from.0 + right, y as f64 - from.1 + down);
         let slope_x = 0.5 * (moved(1.0, 0.0) - moved(-1.0, 0.0));
         let slope_y = 0.5 * (moved(0.0, 1.0) - moved(0.0, -1.0));
         let difference = moved(0.0, 0.0) - actual.at(x, y);

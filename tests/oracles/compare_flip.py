@@ -123,7 +123,7 @@ def main():
         jobs = [(kind, pair) for kind in ("LDR", "HDR") for pair in PAIRS]
         worst = max(compare(pathlib.Path(folder), kind, number, pair) for number, (kind, pair) in enumerate(jobs))
     print(f"{len(jobs)} pairs, the largest difference is {worst:.1e}; the limit is {LIMIT:.0e}")
-    sys.exit(worst > LIMIT)
+    sys.exit(1 if worst > LIMIT else 0)
 
 
 if __name__ == "__main__":

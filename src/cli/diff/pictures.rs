@@ -44,7 +44,8 @@ impl MapPattern {
                 name.display()
             )));
         }
-        let is_input = |path: &PathBuf| paired.pairs.iter().any(|pair| [&pair.actual, &pair.reference].contains(&path));
+        let is_input =
+            |path: &PathBuf| paired.pairs.iter().any(|pair| [&pair.actual, &pair.reference].contains(&path));
         if let Some(path) = paths.iter().find(|path| is_input(path)) {
             return Err(Error::usage(format!("{option} {} is what is compared", path.display())));
         }

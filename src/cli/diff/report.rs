@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::{missing, shown};
 use crate::regression::{
-    Cause, Check, ExposureRange, Fault, FilePair, Judgement, LayerDifference, Limits, PairedFiles, PooledErrors,
-    Preset, RootMeanSquare,
+    Cause, Check, ExposureRange, Fault, FilePair, Judgement, LayerDifference, Limits, PairedFiles,
+    PooledErrors, Preset, RootMeanSquare,
 };
 
 const SCHEMA: u32 = 1;

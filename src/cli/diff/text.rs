@@ -55,7 +55,8 @@ fn table(text: &mut String, report: &Report) {
     for frame in &report.frames {
         let number = frame.frame.map_or_else(|| "-".to_owned(), |frame| frame.to_string());
         let flip = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
-        let error = frame.root_mean_square.map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
+        let error =
+            frame.root_mean_square.map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
         let _ = writeln!(
             text,
             "{number:>6}  {:>9}  {:>10}  {error:<9}  {}",
@@ -64,13 +65,15 @@ fn table(text: &mut String, report: &Report) {
             verdict(frame)
         );
     }
-    for (name, series) in [("mean FLIP ", &report.series.mean_flip), ("worst tile", &report.series.tile_flip)] {
+    for (name, series) in [("mean FLIP ", &report.series.mean_flip), ("worst tile", &report.series.tile_flip)]
+    {
         let largest = series.iter().flatten().fold(0.0, |a, &b| if b > a { b } else { a });
         let _ = writeln!(text, "{name}  {}  0 to {largest:.4}", graph(series, largest));
     }
-    for (where_not, files) in
-        [("missing in the first", &report.missing_in_actual), ("missing in the second", &report.missing_in_reference)]
-    {
+    for (where_not, files) in [
+        ("missing in the first", &report.missing_in_actual),
+        ("missing in the second", &report.missing_in_reference),
+    ] {
         for file in files {
             let _ = writeln!(text, "{where_not}: the frame of {}", one_line(file));
         }

@@ -89,10 +89,8 @@ impl Band {
 /// The errors of the pixels of `rows`, between 0 and 1.
 pub(super) fn errors(reference: &Band, test: &Band, rows: Rows, kernels: &Kernels) -> Vec<f32> {
     let (ours, theirs) = (test.filtered(rows, kernels), reference.filtered(rows, kernels));
-    let largest = libm::powf(
-        hyab(hunt_lab_from_linear([0.0, 1.0, 0.0]), hunt_lab_from_linear([0.0, 0.0, 1.0])),
-        Q_C,
-    );
+    let largest =
+        libm::powf(hyab(hunt_lab_from_linear([0.0, 1.0, 0.0]), hunt_lab_from_linear([0.0, 0.0, 1.0])), Q_C);
     let error = |at: usize| {
         let lab = |filtered: &Filtered| {
             let [lightness, red_green, blue_yellow] = &filtered.colors;

@@ -25,7 +25,9 @@ impl ExposureRange {
     pub fn of(reference: &[[f32; 3]]) -> Self {
         let mut luminances: Vec<f32> = reference
             .iter()
-            .map(|[r, g, b]| 0.2126 * at_least_zero(*r) + 0.7152 * at_least_zero(*g) + 0.0722 * at_least_zero(*b))
+            .map(|[r, g, b]| {
+                0.2126 * at_least_zero(*r) + 0.7152 * at_least_zero(*g) + 0.0722 * at_least_zero(*b)
+            })
             .collect();
         let half = luminances.len() / 2;
         luminances.sort_unstable_by(f32::total_cmp);

@@ -75,7 +75,10 @@ impl Kernels {
 fn balanced(weights: &[f64]) -> Vec<f32> {
     let above: f64 = weights.iter().filter(|weight| **weight > 0.0).sum();
     let below: f64 = -weights.iter().filter(|weight| **weight < 0.0).sum::<f64>();
-    weights.iter().map(|weight| (weight / if *weight > 0.0 { above } else { below.max(f64::MIN_POSITIVE) }) as f32).collect()
+    weights
+        .iter()
+        .map(|weight| (weight / if *weight > 0.0 { above } else { below.max(f64::MIN_POSITIVE) }) as f32)
+        .collect()
 }
 
 #[cfg(test)]

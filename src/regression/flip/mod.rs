@@ -37,7 +37,12 @@ pub struct FlipMap {
 }
 
 /// FLIP of pictures for displays, in sRGB values between 0 and 1; both are of `size`.
-pub fn flip_display(reference: &[[f32; 3]], test: &[[f32; 3]], size: (u32, u32), pixels_per_degree: f64) -> FlipMap {
+pub fn flip_display(
+    reference: &[[f32; 3]],
+    test: &[[f32; 3]],
+    size: (u32, u32),
+    pixels_per_degree: f64,
+) -> FlipMap {
     let linear = |picture: &[[f32; 3]]| -> Vec<[f32; 3]> {
         picture.iter().map(|pixel| pixel.map(|value| linear_from_srgb(unit(value)))).collect()
     };
@@ -50,7 +55,12 @@ pub fn flip_display(reference: &[[f32; 3]], test: &[[f32; 3]], size: (u32, u32),
 }
 
 /// FLIP of pictures of linear light: the largest of FLIP over all exposures that show something of the reference.
-pub fn flip_light(reference: &[[f32; 3]], test: &[[f32; 3]], size: (u32, u32), pixels_per_degree: f64) -> FlipMap {
+pub fn flip_light(
+    reference: &[[f32; 3]],
+    test: &[[f32; 3]],
+    size: (u32, u32),
+    pixels_per_degree: f64,
+) -> FlipMap {
     let range = ExposureRange::of(reference);
     let scales = range.scales();
     let errors = in_bands(size, pixels_per_degree, |rows, kernels| {

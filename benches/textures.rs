@@ -337,12 +337,9 @@ fn grid(material: u32, repeats: f32, place: impl Fn(f32, f32) -> Vec3) -> Primit
         normals: Some(normals),
         tangents: Some(tangents),
         uvs: vec![uvs],
-        colors: None,
-        influences: None,
         triangles: triangles.collect(),
         material: MaterialIndex(material),
-        variants: Vec::new(),
-        targets: Vec::new(),
+        ..Primitive::default()
     }
 }
 

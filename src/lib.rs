@@ -3,7 +3,7 @@
 //! Data flows one way: [`gltf`] imports a file into a time-free [`scene::Scene`]; [`frame::Frame`] poses it at
 //! a time; [`bvh::Builder`] turns the frame's triangles into a [`bvh::Bvh`]; [`render`] runs an [`integrator`]
 //! over tiles into a [`film::Film`]; [`output`] decides what the frame's file contains and [`image_file`] writes it.
-//! [`sequence`] is the only room that knows there is more than one frame.
+//! [`sequence`] is the only room that renders more than one frame; [`merge`] joins crops that several machines rendered.
 //!
 //! The modules stand in dependency order: each uses only those above it.
 
@@ -38,6 +38,8 @@ pub mod render;
 pub mod output;
 
 pub mod sequence;
+
+pub mod merge;
 
 pub mod regression;
 

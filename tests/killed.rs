@@ -1,11 +1,15 @@
-//! A run that is killed leaves whole frames alone under their final names, whatever it was doing.
+//! A run that is stopped leaves whole frames alone under their final names, whatever stops it and whatever it was doing: a kill,
+//! a signal that asks, a full disk, or another run in the same folder. `tests/oracles/kill_many.py` does the same hundreds of
+//! times at random moments.
 
 #![cfg(unix)]
 
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
+use std::os::unix::process::ExitStatusExt as _;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const FRAMES: usize = 10;
 
@@ -21,8 +25,12 @@ enum Moment {
 }
 
 fn command(folder: &Path) -> Command {
+    command_through(Command::new(env!("CARGO_BIN_EXE_rayframe")), folder)
+}
+
+/// The same arguments behind those of `command`.
+fn command_through(mut command: Command, folder: &Path) -> Command {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/demo/whitted_1980.gltf");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
     command
         .arg("render")
         .arg(scene)
@@ -78,6 +86,25 @@ fn wait_for(moment: Moment, child: &mut Child, folder: &Path) {
     }
 }
 
+/// The frames of a run without a break, by their names.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn whole_run(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    assert!(command(folder).stderr(Stdio::null()).status().unwrap().success());
+    assert_eq!(names(folder), frame_names());
+    frame_names().into_iter().map(|name| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect()
+}
+
+/// How many frames are in `folder`, which holds nothing else, and of those nothing but the whole.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn whole_frames(folder: &Path, whole: &BTreeMap<String, Vec<u8>>) -> usize {
+    let names = names(folder);
+    for name in &names {
+        assert!(whole.contains_key(name), "{name} was left");
+        assert!(std::fs::read(folder.join(name)).unwrap() == whole[name], "{name} is not whole");
+    }
+    names.len()
+}
+
 #[test]
 fn only_whole_frames_are_left_and_resuming_completes_them() {
     let folder = tempfile::tempdir().unwrap();
@@ -129,4 +156,102 @@ fn only_whole_frames_are_left_and_resuming_completes_them() {
         std::fs::remove_dir_all(&killed).unwrap();
     }
     assert!(cut_short > 0, "every run ended before it was killed; give it more frames");
+}
+
+#[test]
+fn a_signal_that_asks_ends_the_run_within_a_second_and_keeps_what_is_finished() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole_run(&folder.path().join("whole"));
+    // The numbers of SIGINT and SIGTERM are the same on all systems.
+    for (name, number, frames) in [("-INT", 2, 1), ("-TERM", 15, 1), ("-TERM", 15, 4)] {
+        let stopped = folder.path().join("stopped");
+        let mut child = command(&stopped).stderr(Stdio::piped()).spawn().unwrap();
+        wait_for(Moment::FramesAnd(frames, Duration::ZERO), &mut child, &stopped);
+        let asked = Instant::now();
+        assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+        let ended = child.wait().unwrap();
+        assert!(asked.elapsed() < Duration::from_secs(1), "{:?}", asked.elapsed());
+        assert_eq!(ended.signal(), Some(number), "{ended}");
+        let left = whole_frames(&stopped, &whole);
+        assert!((frames..FRAMES).contains(&left), "{left} frames");
+        assert!(command(&stopped).stderr(Stdio::null()).status().unwrap().success());
+        assert_eq!(whole_frames(&stopped, &whole), FRAMES);
+        std::fs::remove_dir_all(&stopped).unwrap();
+    }
+}
+
+#[test]
+fn two_runs_in_one_folder_both_succeed() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole_run(&folder.path().join("whole"));
+    let shared = folder.path().join("shared");
+    let mut runs = [1, 2].map(|_| command(&shared).stderr(Stdio::null()).spawn().unwrap());
+    // While they run, all that has a frame's name is whole.
+    while runs.iter_mut().any(|run| run.try_wait().unwrap().is_none()) {
+        for (name, expected) in &whole {
+            if let Ok(read) = std::fs::read(shared.join(name)) {
+                assert!(read == *expected, "{name} is not whole");
+            }
+        }
+    }
+    assert!(runs.iter_mut().all(|run| run.wait().unwrap().success()));
+    assert_eq!(whole_frames(&shared, &whole), FRAMES);
+}
+
+#[test]
+fn a_file_that_may_not_grow_is_a_failed_write() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole_run(&folder.path().join("whole"));
+    let limited = folder.path().join("limited");
+    // Blocks are of 512 or 1024 bytes; frames are longer than eight of either.
+    assert!(whole.values().all(|frame| frame.len() > 8 * 1024));
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit -f 8; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")]);
+    let output = command_through(shell, &limited).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(74), "{said}");
+    assert!(said.contains("a.0000.exr: write failed: "), "{said}");
+    assert_eq!(whole_frames(&limited, &whole), 0);
+}
+
+/// A memory file system that goes with this value.
+#[cfg(target_os = "linux")]
+struct SmallDisk<'a>(&'a Path);
+
+#[cfg(target_os = "linux")]
+impl Drop for SmallDisk<'_> {
+    fn drop(&mut self) {
+        let _ = Command::new("umount").arg(self.0).status();
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_keeps_the_frames_that_it_had_room_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole_run(&folder.path().join("whole"));
+    let bytes: usize = whole.values().map(Vec::len).sum();
+    let small = folder.path().join("small");
+    std::fs::create_dir(&small).unwrap();
+    let mount = |options: String| {
+        let mount = Command::new("mount").args(["-t", "tmpfs", "-o", &options, "tmpfs"]).arg(&small).output();
+        mount.is_ok_and(|output| output.status.success())
+    };
+    if !mount(format!("size={}", bytes / 2)) {
+        // Only the superuser may mount.
+        return;
+    }
+    let disk = SmallDisk(&small);
+    let output = command(&small).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(74), "{said}");
+    assert!(said.contains(".exr: write failed: No space left on device"), "{said}");
+    let left = whole_frames(&small, &whole);
+    assert!((1..FRAMES).contains(&left), "{left} frames");
+
+    // With room the same command goes on.
+    assert!(mount(format!("remount,size={}", bytes * 3)));
+    assert!(command(&small).stderr(Stdio::null()).status().unwrap().success());
+    assert_eq!(whole_frames(&small, &whole), FRAMES);
+    drop(disk);
 }

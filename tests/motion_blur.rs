@@ -24,15 +24,9 @@ fn moving_edge() -> Scene {
     let at = |x: f32, y: f32| Vec3::new(x, y, 0.0);
     let primitive = Primitive {
         positions: vec![at(-9.0, -9.0), at(0.0, -9.0), at(0.0, 9.0), at(-9.0, 9.0)],
-        normals: None,
-        tangents: None,
-        uvs: Vec::new(),
-        colors: None,
-        influences: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         material: MaterialIndex(0),
-        variants: Vec::new(),
-        targets: Vec::new(),
+        ..Primitive::default()
     };
     let still = LocalTransform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
     let keyframes = Keyframes {

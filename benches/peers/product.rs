@@ -135,15 +135,9 @@ fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
 fn primitive(triangles: &[Triangle]) -> Primitive {
     Primitive {
         positions: triangles.iter().flat_map(|triangle| triangle.vertices).collect(),
-        normals: None,
-        tangents: None,
-        uvs: Vec::new(),
-        colors: None,
-        influences: None,
         triangles: (0..triangles.len() as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect(),
         material: MaterialIndex(0),
-        variants: Vec::new(),
-        targets: Vec::new(),
+        ..Primitive::default()
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use super::nearest::distance;
+
 /// Names that are listed.
 const MOST_LISTED: usize = 20;
 
@@ -23,23 +25,6 @@ pub(super) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> 
         more => format!(" and {more} more, which rayframe info --json lists"),
     };
     format!("{meant}there are {}{more}", listed.join(", "))
-}
-
-/// Letters to change, add or take away, whatever their case (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let lower = |text: &str| text.chars().flat_map(char::to_lowercase).take(64).collect::<Vec<_>>();
-    let (a, b) = (lower(a), lower(b));
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
 }
 
 #[cfg(test)]

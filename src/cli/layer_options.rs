@@ -3,6 +3,8 @@
 use crate::image_file::ExrCompression;
 use crate::output::{Layer, LayerSet, LightSamples};
 
+use super::nearest::nearest;
+
 /// Whether a word stands for a layer.
 type Holds = fn(Layer) -> bool;
 
@@ -92,29 +94,6 @@ fn unknown(word: &str, what: &str, names: &[&str]) -> String {
     format!("\"{}\" is not {what}{meant}{there_are} {}", word.escape_debug(), names.join(", "))
 }
 
-/// The name that takes the fewest changes to become, at most a third of its letters.
-fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
-    let plain = word.to_ascii_lowercase().replace(['-', '.', ' '], "_");
-    let near = names.iter().map(|&name| (changes(&plain, name), name));
-    near.filter(|&(changes, name)| changes <= name.len().div_ceil(3))
-        .min_by_key(|&(changes, _)| changes)
-        .map(|(_, name)| name)
-}
-
-/// Letters to insert, remove or replace (Levenshtein's distance).
-fn changes(from: &str, to: &str) -> usize {
-    let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (i, a) in from.bytes().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, b) in to.bytes().enumerate() {
-            let replaced = diagonal + usize::from(a != b);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[to.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -154,12 +133,5 @@ mod tests {
         for text in ["", "half,float", "zip,zips", "pxr24", "half,half"] {
             assert!(encoding(text).is_err(), "{text}");
         }
-    }
-
-    #[test]
-    fn changes_are_counted() {
-        assert_eq!(changes("kitten", "sitting"), 3);
-        assert_eq!(changes("", "abc"), 3);
-        assert_eq!(changes("abc", "abc"), 0);
     }
 }

@@ -8,12 +8,16 @@ mod idle_options;
 mod info;
 mod layer_options;
 mod memory_limit;
+mod merge;
+mod nearest;
 mod options;
 mod render;
 mod render_args;
 mod render_job;
+mod shot;
 mod signals;
 mod understood;
+mod watch;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -35,12 +39,16 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Render a glTF scene (.glb, .gltf) to an image sequence
-    Render(Box<render_args::RenderArgs>),
+    /// Render a glTF scene (.glb, .gltf) or a shot file (.toml) to an image sequence
+    Render(shot::GivenOptions),
+    /// Join crops into what one machine would have written
+    Merge(merge::MergeArgs),
     /// Show what is in a file, what will be rendered, and what is not supported
     Info(info::InfoArgs),
     /// Compare two pictures or two sequences; exit code 0: same within the preset, 1: different
     Diff(diff::DiffArgs),
+    /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
+    Watch(shot::GivenOptions),
 }
 
 /// How a program ends.
@@ -62,7 +70,9 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
             Err(error) => return not_understood(&error),
         };
         match cli.command {
-            Command::Render(args) => render::run(&args),
+            Command::Render(given) => render::run(&given),
+            Command::Watch(given) => watch::run(&given),
+            Command::Merge(args) => merge::run(&args),
             Command::Info(args) => ending(info::run(&args)),
             Command::Diff(args) => match diff::run(&args) {
                 Ok(is_same) => Ending::Code(u8::from(!is_same)),
@@ -108,7 +118,7 @@ fn not_understood(error: &clap::Error) -> Ending {
 /// The message and its tip, without the usage that follows.
 fn parse_error_text(error: &clap::Error) -> String {
     if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
-        && [".glb", ".gltf"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
+        && [".glb", ".gltf", ".toml"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
     {
         return format!("what to do with \"{word}\"? Write: rayframe render {word}");
     }

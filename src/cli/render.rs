@@ -1,44 +1,58 @@
 //! `rayframe render`.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use crate::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
 use crate::output::SOFTWARE;
-use crate::progress::{Reporter, Verbosity, print_error, print_note, print_output, print_warning};
+use crate::progress::{
+    Manifest, Reporter, Verbosity, print_error, print_note, print_openjd_failure, print_output, print_warning,
+};
 use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::audience::Audience;
-use super::render_args::RenderArgs;
+use super::render_args::{ProgressArg, RenderArgs};
 use super::render_job::{RenderJob, render_job};
+use super::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
 use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
 
-/// Renders what `args` ask for.
-pub(super) fn run(args: &RenderArgs) -> Ending {
-    let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
+/// Renders what is asked for.
+pub(super) fn run(given: &GivenOptions) -> Ending {
+    let meant = match given.meant() {
+        Ok(meant) => meant,
+        Err(error) => return ending(Err(error)),
+    };
+    let pool = ThreadPoolBuilder::new().num_threads(meant.args.threads.map_or(0, usize::from)).build();
     match pool {
-        Ok(pool) => pool.install(|| render(args)).unwrap_or_else(|error| ending(Err(error))),
+        Ok(pool) => pool.install(|| render(&meant)).unwrap_or_else(|error| {
+            let error = meant.explained(error);
+            if meant.args.progress == ProgressArg::OpenJd {
+                print_openjd_failure(&error.to_string());
+            }
+            ending(Err(error))
+        }),
         Err(error) => {
             ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
         }
     }
 }
 
-fn render(args: &RenderArgs) -> Result<Ending> {
+fn render(meant: &MeantOptions) -> Result<Ending> {
+    let args = &meant.args;
     // Find everything that can go wrong before the first frame.
-    let RenderJob { sequence: job, choices, warnings, environment, inputs } = render_job(args)?;
+    let RenderJob { sequence: job, choices, warnings, environment, mut inputs } = render_job(args)?;
+    inputs.extend(meant.shot.clone());
     settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     job.presentation.check()?;
     let plan = Plan::new(&job)?;
-    let others = job.presentation.files().chain(args.stats.as_deref().map(|path| (path, "--stats")));
-    let others: Vec<_> = others.collect();
+    let others = other_files(&job, args);
     refuse_collisions(&plan, &others, &inputs)?;
     if triangle_count(&job.scene, &job.selection.roots) == 0 {
         print_warning(&format!(
@@ -56,32 +70,26 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         }
     }
     if args.dry_run {
-        print_plan(&plan);
+        print_output(&match args.progress {
+            ProgressArg::Json => plan_json(meant, &job, &plan),
+            _ => plan_text(meant, &job, &plan),
+        });
         return Ok(Ending::Code(0));
     }
     plan.prepare()?;
     for (path, _) in &others {
         probe_folder(path)?;
+        remove_stale_temporaries(&[path.to_path_buf()]);
     }
 
     // Render.
     let cancel = CancelFlag::new();
     let caught = signals::watch(&cancel)
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
-    let verbosity =
-        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
-    let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
-    let audience = Audience::new(&job, &plan, &cancel)?;
-    let summary = sequence::run(&job, &plan, &cancel, &|event| {
-        reporter.tell(event);
-        audience.watch(event, &reporter);
-    });
+    let (summary, presented) = perform(&job, &plan, args, &cancel)?;
 
     // Say how it went.
-    if let Some(stats) = &args.stats {
-        write_statistics(stats, &job, &summary)?;
-    }
-    if let Err(error) = audience.present(&summary, &cancel) {
+    if let Err(error) = presented {
         return Ok(match (caught.number(), &error) {
             (Some(signal), Error::Interrupted(_)) => Ending::Signal(signal),
             _ => ending(Err(error)),
@@ -91,6 +99,43 @@ fn render(args: &RenderArgs) -> Result<Ending> {
         Some(signal) if summary.is_interrupted => Ok(Ending::Signal(signal)),
         _ => Ok(finish(summary, job.keep_going)),
     }
+}
+
+/// Files that are written beside the frames, and the options that ask for them.
+pub(super) fn other_files<'a>(job: &'a SequenceJob, args: &'a RenderArgs) -> Vec<(&'a Path, &'static str)> {
+    let reports = [(&args.stats, "--stats"), (&args.manifest, "--manifest")];
+    let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
+    job.presentation.files().chain(reports).collect()
+}
+
+/// Renders the frames, tells about them, writes manifest and statistics, and makes what is made of finished frames, which may fail
+/// for itself.
+pub(super) fn perform(
+    job: &SequenceJob,
+    plan: &Plan,
+    args: &RenderArgs,
+    cancel: &CancelFlag,
+) -> Result<(Summary, Result<()>)> {
+    let verbosity =
+        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
+    let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
+    let audience = Audience::new(job, plan, cancel)?;
+    let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
+    let summary = sequence::run(job, plan, cancel, &|event| {
+        if let Some(manifest) = &manifest {
+            manifest.tell(event);
+        }
+        reporter.tell(event);
+        audience.watch(event, &reporter);
+    });
+    if let Some(manifest) = &manifest {
+        manifest.write()?;
+    }
+    if let Some(stats) = &args.stats {
+        write_statistics(stats, job, &summary)?;
+    }
+    let presented = audience.present(&summary, cancel);
+    Ok((summary, presented))
 }
 
 /// What resuming is about to throw away; `None` when nothing.
@@ -106,7 +151,7 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
 }
 
 /// No file may be written over another one of this run, or over what it reads.
-fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
+pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
     let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
     let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
     let frames = frames.map(|path| (path, "will hold a frame", "-o"));
@@ -122,11 +167,21 @@ fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) 
     Ok(())
 }
 
-/// The file that `path` names however it is written; links are followed as far as the folder.
+/// The file that `path` names however it is written; links are followed as far as the folder, of which the end may be missing.
 fn place(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let absolute = || std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    folder.canonicalize().unwrap_or_else(|_| absolute()).join(path.file_name().unwrap_or_default())
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let mut place = PathBuf::new();
+    for component in absolute.components() {
+        match component {
+            Component::ParentDir => {
+                place.pop();
+            }
+            _ => place.push(component),
+        }
+        place = place.canonicalize().unwrap_or(place);
+    }
+    place.join(path.file_name().unwrap_or_default())
 }
 
 /// The exit code; with `--keep-going` every failure has been named already.
@@ -140,23 +195,6 @@ fn finish(summary: Summary, keep_going: bool) -> Ending {
             Ending::Code(error.exit_code())
         }
     }
-}
-
-fn print_plan(plan: &Plan) {
-    let lines: Vec<_> = plan
-        .frames
-        .iter()
-        .map(|frame| {
-            format!(
-                "frame {} at {:.4} s {} {}",
-                frame.frame,
-                frame.time_seconds,
-                if frame.is_done { "keep" } else { "render" },
-                frame.path.display(),
-            )
-        })
-        .collect();
-    print_output(&lines.join("\n"));
 }
 
 fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result<()> {

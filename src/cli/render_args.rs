@@ -18,8 +18,15 @@ use super::{layer_options, options};
 #[derive(Clone, Debug, Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is one flag of the command line")]
 pub(super) struct RenderArgs {
-    /// The scene: .glb or .gltf
+    /// The scene: .glb, .gltf, or a shot file .toml that names it and holds settings
+    #[arg(required = false, required_unless_present_any = ["config", "set"])]
     pub(super) scene: PathBuf,
+    /// Settings from a shot file, for the scene given here or the one that it names; options and -D override them
+    #[arg(long, value_name = "FILE")]
+    pub(super) config: Option<PathBuf>,
+    /// Any setting by its name in shot files, that of the long option; options override it
+    #[arg(short = 'D', long, value_name = "KEY=VALUE")]
+    pub(super) set: Vec<String>,
 
     /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format
     /// [default: <scene>.####.exr in the current folder, <scene>.exr for a still]
@@ -61,8 +68,11 @@ pub(super) struct RenderArgs {
     /// Per-frame statistics as JSON
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(super) stats: Option<PathBuf>,
+    /// What became of each frame, with hashes of its files, as JSON that is kept up to date during the run
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(super) manifest: Option<PathBuf>,
 
-    /// Frames: 7, 1-10, 1..10, 1-10x2, 1,5,8-12, -3--2 or all [default: all]
+    /// Frames: 7, 1-10, 1..10, 1-10x2, 1-10:2, 10-1:-1, 1,5,8-12, -3--2 or all [default: all]
     #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, help_heading = "Frames")]
     pub(super) frames: Option<String>,
     /// All frames of the animation
@@ -242,7 +252,7 @@ pub(super) struct RenderArgs {
     /// Instructions to use; never changes the picture
     #[arg(long, value_name = "LEVEL", default_value = "best", help_heading = "Work")]
     pub(super) simd: SimdArg,
-    /// Print what would be done, frame by frame, and stop
+    /// Print the settings as a shot file and what would be done, frame by frame, and stop
     #[arg(short = 'n', long, help_heading = "Work")]
     pub(super) dry_run: bool,
     /// How progress is told
@@ -344,6 +354,9 @@ choices! {
         Plain,
         /// JSON lines on the standard output
         Json,
+        /// Lines for Open Job Description, as AWS Deadline Cloud reads them, on the standard output
+        #[value(name = "openjd")]
+        OpenJd,
         /// Nothing
         None,
     }
@@ -356,6 +369,7 @@ impl From<ProgressArg> for ProgressStyle {
             ProgressArg::Bar => Self::Bar,
             ProgressArg::Plain => Self::Plain,
             ProgressArg::Json => Self::Json,
+            ProgressArg::OpenJd => Self::OpenJd,
             ProgressArg::None => Self::None,
         }
     }

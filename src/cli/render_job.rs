@@ -41,7 +41,7 @@ pub(super) struct RenderJob {
     pub(super) warnings: Vec<Warning>,
     /// The environment in words; empty when there is none.
     pub(super) environment: String,
-    /// Files that are read and must not be written over: the scene, and the environment's picture.
+    /// Files that are read and must not be written over: the scene, the files it names, and the environment's picture.
     pub(super) inputs: Vec<PathBuf>,
 }
 
@@ -79,6 +79,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         environment::load(&wishes.environment, &scene, &selection, max_memory_bytes)?;
     let show_background = wishes.environment.shows_background();
     let mut inputs = vec![args.scene.clone()];
+    inputs.extend(scene.files.iter().cloned());
     inputs.extend(wishes.environment.files().map(PathBuf::from));
     let layers = args.layers.iter().flat_map(LayerSet::layers);
     let has_mattes =

@@ -157,14 +157,8 @@ mod tests {
         Primitive {
             positions: vec![position],
             normals: Some(vec![Vec3::Y]),
-            tangents: None,
-            uvs: Vec::new(),
-            colors: None,
-            influences: None,
-            triangles: Vec::new(),
             material: MaterialIndex(0),
-            variants: Vec::new(),
-            targets: Vec::new(),
+            ..Primitive::default()
         }
     }
 

@@ -8,15 +8,9 @@ use crate::scene::{CameraChoice, LocalTransform, Mesh, Node, Transmission, Volum
 fn triangle_primitive() -> Primitive {
     Primitive {
         positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-        normals: None,
-        tangents: None,
-        uvs: Vec::new(),
-        colors: None,
-        influences: None,
         triangles: vec![[0, 1, 2]],
         material: MaterialIndex(0),
-        variants: Vec::new(),
-        targets: Vec::new(),
+        ..Primitive::default()
     }
 }
 
@@ -78,8 +72,7 @@ fn posing_again_gives_what_a_new_frame_gives() {
 #[test]
 fn flags_follow_the_material() {
     let transmission = Some(Transmission { factor: 1.0, texture: None });
-    let volume =
-        Some(Volume { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE });
+    let volume = Some(Volume::CLEAR);
     let solid = Material::default();
     assert_eq!(flags_of(&solid), PrimitiveFlags::SINGLE_SIDED);
     let glass = Material { transmission, volume, ..Material::default() };

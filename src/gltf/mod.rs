@@ -146,6 +146,7 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
 
     Ok(Scene {
         path: path.to_owned(),
+        files: std::mem::take(&mut resources.files),
         content_hash: resources.finish_hash(),
         nodes: hierarchy.nodes,
         node_order: hierarchy.node_order,

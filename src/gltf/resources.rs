@@ -15,6 +15,8 @@ use crate::error::{Error, Result, readable_bytes};
 pub(super) struct Resources {
     folder: PathBuf,
     hash: Sha256,
+    /// What was read beside the scene file.
+    pub(super) files: Vec<PathBuf>,
 }
 
 impl Resources {
@@ -22,7 +24,7 @@ impl Resources {
     pub(super) fn new(context: &Context, scene_bytes: &[u8]) -> Self {
         let parent = context.path.parent().unwrap_or(Path::new(""));
         let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-        let mut resources = Self { folder: folder.to_owned(), hash: Sha256::new() };
+        let mut resources = Self { folder: folder.to_owned(), hash: Sha256::new(), files: Vec::new() };
         resources.add_to_hash(scene_bytes);
         resources
     }
@@ -80,6 +82,7 @@ impl Resources {
             }
             Ok(Uri::Relative(path)) => {
                 let bytes = self.read_inside(context, &path, pointer)?;
+                self.files.push(self.folder.join(&path));
                 self.add_to_hash(&bytes);
                 Ok(bytes)
             }

@@ -8,6 +8,8 @@ use crate::color::REC709;
 
 /// Name of the attribute that holds [`FrameAttributes::render_hash`].
 pub(super) const RENDER_HASH: &str = "renderHash";
+/// Names of the attributes that hold [`FrameAttributes::stamp`].
+pub(super) const STAMPS: [&str; 4] = ["capDate", "utcOffset", "renderSeconds", "hostComputer"];
 
 /// Facts about one frame; but for the stamp none may differ between two runs that make the same picture.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use exr::image::read::read;
-use exr::image::{AnyChannels, FlatSamples, Layer};
+use exr::image::{AnyChannels, FlatSamples, Image, Layer};
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels as _, ReadLayers as _};
@@ -48,7 +48,13 @@ pub(super) fn within_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) ->
 }
 
 fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
-    let image = read()
+    let layer = &read_first_layer(bytes)?.layer_data;
+    Ok(ExrImage { size: (layer.size.0 as u32, layer.size.1 as u32), pixels: rgba(layer)? })
+}
+
+/// The first flat part with all its channels and attributes.
+pub(super) fn read_first_layer(bytes: &[u8]) -> Result<Image<Layer<AnyChannels<FlatSamples>>>, String> {
+    read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
@@ -56,9 +62,7 @@ fn decode(bytes: &[u8]) -> Result<ExrImage, String> {
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
-        .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
-    let layer = &image.layer_data;
-    Ok(ExrImage { size: (layer.size.0 as u32, layer.size.1 as u32), pixels: rgba(layer)? })
+        .map_err(|error| format!("not a readable OpenEXR file: {error}"))
 }
 
 /// What the EXR file at `path` says about itself, provided that it is whole: its header, its table of offsets and all its

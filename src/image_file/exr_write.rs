@@ -87,7 +87,7 @@ fn named(name: &str) -> Text {
 
 /// Compresses the blocks on the current rayon pool and writes them in their order. (The crate's own parallel writer
 /// starts a pool of its own.)
-fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
+pub(super) fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
     image: &'a Image<Layers>,
     bytes: &mut Vec<u8>,
 ) -> exr::error::UnitResult {
@@ -110,7 +110,7 @@ fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
 }
 
 /// Brings the attributes of the only header into the order of their names, as OpenEXR's own library writes them.
-fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
+pub(super) fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
     const AFTER_MAGIC_AND_VERSION: usize = 8;
     let mut attributes = Vec::new();
     let mut start = AFTER_MAGIC_AND_VERSION;

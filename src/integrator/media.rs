@@ -267,11 +267,7 @@ mod tests {
                 ior: 1.6,
                 dispersion,
                 transmission: Some(crate::scene::Transmission { factor: 1.0, texture: None }),
-                volume: Some(crate::scene::Volume {
-                    thickness: 1.0,
-                    attenuation_distance: f32::INFINITY,
-                    attenuation_color: Vec3::ONE,
-                }),
+                volume: Some(crate::scene::Volume::CLEAR),
                 ..Material::default()
             };
             let interior = Interiors::of(&[material]).0[0].unwrap();

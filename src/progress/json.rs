@@ -1,7 +1,7 @@
 //! One JSON object a line on the standard output, for farms and scripts.
 //!
 //! Every object has `schema` (raised when a field changes its meaning) and `event`. Paths that are not Unicode are also
-//! given percent-encoded, without loss, as `path_percent`.
+//! given percent-encoded, without loss, as `path_percent`. `schema/progress.schema.json` describes all lines.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -91,7 +91,8 @@ fn frame_json(frame: &PlannedFrame) -> Value {
     line
 }
 
-fn add_percent_path(line: &mut Value, path: &Path) {
+/// Adds the name without loss where text cannot hold it.
+pub(super) fn add_percent_path(line: &mut Value, path: &Path) {
     if path.to_str().is_none() {
         let bytes = path.as_os_str().as_encoded_bytes();
         line["path_percent"] = json!(percent_encode(bytes, NON_ALPHANUMERIC).to_string());

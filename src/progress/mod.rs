@@ -1,4 +1,4 @@
-//! Telling the user what happens: bars on a terminal, plain lines in a pipe, JSON lines for programs.
+//! Telling the user what happens: bars on a terminal, plain lines in a pipe, JSON lines and a manifest for programs.
 //!
 //! The only room that names `indicatif`, and with `main` the only one that prints. People are told on the standard error
 //! stream, programs on the standard output. A stream that is closed is no reason to stop: the files are the product.
@@ -6,6 +6,8 @@
 mod bars;
 mod eta;
 mod json;
+mod manifest;
+mod openjd;
 mod plain;
 mod print;
 mod terminal_picture;
@@ -14,9 +16,12 @@ use crate::sequence::SequenceEvent;
 
 use bars::Bars;
 use json::JsonLines;
+use openjd::OpenJdLines;
 use plain::PlainLines;
 use print::print_raw;
 
+pub use manifest::Manifest;
+pub use openjd::print_openjd_failure;
 pub use plain::exposure_text;
 pub use print::{one_line, print_error, print_note, print_output, print_warning};
 pub use terminal_picture::TerminalPictures;
@@ -33,6 +38,8 @@ pub enum ProgressStyle {
     Plain,
     /// One JSON object a line, on the standard output.
     Json,
+    /// The lines that Open Job Description knows, on the standard output.
+    OpenJd,
     /// Not at all.
     None,
 }
@@ -60,6 +67,7 @@ enum Form {
     Bars(Bars),
     Plain(PlainLines),
     Json(JsonLines),
+    OpenJd(OpenJdLines),
     Silent,
 }
 
@@ -68,6 +76,7 @@ impl Reporter {
     pub fn new(style: ProgressStyle, verbosity: Verbosity, output: &str) -> Self {
         let form = match style {
             ProgressStyle::Json => Form::Json(JsonLines::default()),
+            ProgressStyle::OpenJd => Form::OpenJd(OpenJdLines::new(output)),
             ProgressStyle::None => Form::Silent,
             _ if verbosity.is_quiet => Form::Silent,
             ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity, output)),
@@ -93,6 +102,10 @@ impl Reporter {
                 self.tell_problems(event);
                 lines.tell(event);
             }
+            Form::OpenJd(lines) => {
+                self.tell_problems(event);
+                lines.tell(event);
+            }
             Form::Silent => self.tell_problems(event),
         }
     }
@@ -101,7 +114,7 @@ impl Reporter {
     pub fn show(&self, picture: &str) {
         match &self.form {
             Form::Bars(bars) => bars.suspended(|| print_raw(picture)),
-            Form::Plain(_) | Form::Json(_) | Form::Silent => print_raw(picture),
+            Form::Plain(_) | Form::Json(_) | Form::OpenJd(_) | Form::Silent => print_raw(picture),
         }
     }
 

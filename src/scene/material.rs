@@ -188,6 +188,12 @@ pub struct Volume {
     pub attenuation_color: Vec3,
 }
 
+impl Volume {
+    /// An inside that absorbs nothing.
+    pub const CLEAR: Self =
+        Self { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE };
+}
+
 impl Default for Material {
     fn default() -> Self {
         Self {

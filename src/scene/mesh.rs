@@ -16,7 +16,7 @@ pub struct Mesh {
 }
 
 /// Indexed triangles with one material. All attribute lists have one entry a vertex.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Primitive {
     /// Metres.
     pub positions: Vec<Vec3>,

@@ -48,7 +48,7 @@ pub use variant::Variant;
 macro_rules! typed_index {
     ($(#[$doc:meta])* $name:ident) => {
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub struct $name(pub u32);
 
         impl $name {
@@ -121,6 +121,8 @@ pub struct SceneRoots {
 pub struct Scene {
     /// The file that was imported, for messages.
     pub path: PathBuf,
+    /// Buffers and images outside the file that were read for it.
+    pub files: Vec<PathBuf>,
     /// SHA-256 over the scene file and every file it names, in a fixed order.
     pub content_hash: [u8; 32],
     /// All nodes, in the file's order.

@@ -88,16 +88,9 @@ mod tests {
             ..Material::default()
         };
         let primitive = |material| Primitive {
-            positions: Vec::new(),
-            normals: None,
-            tangents: None,
-            uvs: Vec::new(),
-            colors: None,
-            influences: None,
-            triangles: Vec::new(),
             material: MaterialIndex(material),
             variants: vec![(VariantIndex(0), MaterialIndex(1))],
-            targets: Vec::new(),
+            ..Primitive::default()
         };
         let node =
             |name: &str| Node { name: Some(name.to_owned()), mesh: Some(MeshIndex(0)), ..Node::default() };

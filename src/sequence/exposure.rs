@@ -15,8 +15,11 @@ const LOOK_SIZE: (u32, u32) = (64, 36);
 /// Times that are looked at, from the animation's first to its last.
 const LOOK_TIMES: u32 = 5;
 
-/// The exposure in stops.
-pub(super) fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
+/// The exposure of tone-mapped files in stops.
+///
+/// # Errors
+/// [`Cancelled`] when `cancel` was raised.
+pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     match job.exposure {
         Exposure::Ev(ev) => Ok(ev),
         Exposure::Auto => auto_exposure(job, cancel),

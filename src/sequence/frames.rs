@@ -24,7 +24,10 @@ pub enum FrameSpec {
 }
 
 impl FrameSpec {
-    /// Parses `7`, `1-10`, `1..10`, `1-10x2` = `1-10:2`, `-3--2`, several of these with commas, or `all`.
+    /// Parses `7`, `1-10`, `1..10`, `1-10x2` = `1-10:2`, `10-1:-1`, `-3--2`, several of these with commas, or `all`.
+    ///
+    /// Those are the ranges of Deadline (`1-10x2`, also with `step`, `by` or `every` for the `x`) and of Open Job
+    /// Description (`1-10:2`, `10-1:-1`, blanks anywhere), so that a farm's chunk can be handed on as it is.
     ///
     /// # Errors
     /// One line that says what is wrong and what would be right.
@@ -35,14 +38,11 @@ impl FrameSpec {
         let mut seen = BTreeSet::new();
         let mut frames = Vec::new();
         for part in text.split(',') {
-            let (first, last, step) = parse_part(part.trim())
+            let range = parse_part(part.trim())
                 .map_err(|why| format!("\"{text}\": {why}; write 7, 1-10, 1-10x2, 1,5,8-12, -3--2 or all"))?;
-            check_count(first, last, step)?;
-            for frame in (first..=last).step_by(step) {
-                if seen.insert(frame) {
-                    frames.push(frame);
-                }
-            }
+            let (first, _, step) = range;
+            let count = checked_count(range)?;
+            frames.extend((0..count).map(|index| first + index * step).filter(|&frame| seen.insert(frame)));
             if frames.len() > MAX_FRAMES {
                 return Err(too_many(frames.len()));
             }
@@ -68,15 +68,19 @@ impl FrameSpec {
         if first > last {
             return Err(format!("no frame lies from {first} to {last}; check --start and --end"));
         }
-        let step = usize::try_from(step).ok().filter(|&step| step > 0);
-        let step = step.ok_or("--step must be at least 1")?;
-        check_count(first, last, step)?;
-        Ok((first..=last).step_by(step).collect())
+        if step < 1 {
+            return Err("--step must be at least 1".to_owned());
+        }
+        let count = checked_count((first, last, step))?;
+        Ok((0..count).map(|index| first + index * step).collect())
     }
 }
 
-/// First frame, last frame and step of `7`, `1-10` or `1-10x2`.
-fn parse_part(part: &str) -> Result<(i64, i64, usize), String> {
+/// First frame, last frame and step, which leads from the first to the last or beyond it.
+type Range = (i64, i64, i64);
+
+/// The range that `7`, `1-10` or `1-10x2` stands for.
+fn parse_part(part: &str) -> Result<Range, String> {
     let (first, rest) = parse_number(part)?;
     if rest.is_empty() {
         return Ok((first, first, 1));
@@ -85,26 +89,33 @@ fn parse_part(part: &str) -> Result<(i64, i64, usize), String> {
         .strip_prefix("..")
         .or_else(|| rest.strip_prefix('-'))
         .ok_or_else(|| format!("\"{rest}\" after {first} is not understood"))?;
-    if rest.is_empty() {
+    if rest.trim_start().is_empty() {
         return Err(format!("{first}- has no end, and -s {first} renders from there to the animation's end"));
     }
-    let (last, rest) = parse_number(rest)?;
-    if last < first {
-        return Err(format!("{first}-{last} runs backwards"));
+    let (last, rest) = parse_number(rest.trim_start())?;
+    let step = if rest.is_empty() { 1 } else { parse_step(rest, last)? };
+    if last < first && step > 0 {
+        return Err(format!("{first}-{last} runs backwards ({first}-{last}:-1 is meant to)"));
     }
-    if rest.is_empty() {
-        return Ok((first, last, 1));
+    if last > first && step < 0 {
+        return Err(format!("steps of {step} never lead from {first} to {last}"));
     }
-    let step =
-        rest.strip_prefix(['x', ':']).ok_or_else(|| format!("\"{rest}\" after {last} is not understood"))?;
-    match step.parse::<u32>() {
-        Ok(0) => Err("a step must be at least 1".to_owned()),
-        Ok(step) => Ok((first, last, step as usize)),
+    Ok((first, last, step))
+}
+
+/// The number after `x` or another word for it; not 0.
+fn parse_step(rest: &str, last: i64) -> Result<i64, String> {
+    const WORDS: [&str; 5] = ["x", ":", "step", "by", "every"];
+    let step = WORDS.iter().find_map(|word| rest.strip_prefix(word));
+    let step = step.ok_or_else(|| format!("\"{rest}\" after {last} is not understood"))?.trim_start();
+    match step.parse::<i32>() {
+        Ok(0) => Err("a step cannot be 0".to_owned()),
+        Ok(step) => Ok(i64::from(step)),
         Err(_) => Err(format!("\"{step}\" is not a step")),
     }
 }
 
-/// The number at the beginning, and what follows it.
+/// The number at the beginning, and what follows it and blanks.
 fn parse_number(text: &str) -> Result<(i64, &str), String> {
     let sign = usize::from(text.starts_with('-'));
     let digits = text[sign..].bytes().take_while(u8::is_ascii_digit).count();
@@ -119,15 +130,16 @@ fn parse_number(text: &str) -> Result<(i64, &str), String> {
     let number = number
         .parse::<i32>()
         .map_err(|_| format!("{number} is beyond the frame numbers that files can hold, ±2147483647"))?;
-    Ok((i64::from(number), rest))
+    Ok((i64::from(number), rest.trim_start()))
 }
 
-fn check_count(first: i64, last: i64, step: usize) -> Result<(), String> {
-    let count = (last - first) as u64 / step as u64 + 1;
+/// How many frames a range has.
+fn checked_count((first, last, step): Range) -> Result<i64, String> {
+    let count = (last - first).unsigned_abs() / step.unsigned_abs().max(1) + 1;
     if count > MAX_FRAMES as u64 || last > i64::from(i32::MAX) {
         return Err(too_many(count as usize));
     }
-    Ok(())
+    Ok(count as i64)
 }
 
 fn too_many(count: usize) -> String {
@@ -161,6 +173,21 @@ mod tests {
     }
 
     #[test]
+    fn chunks_of_farms_are_understood() {
+        // Deadline.
+        assert_eq!(listed("5"), [5]);
+        assert_eq!(listed("1,3,5-9"), [1, 3, 5, 6, 7, 8, 9]);
+        for text in ["1-10x4", "1-10step4", "1-10by4", "1-10every4"] {
+            assert_eq!(listed(text), [1, 5, 9], "{text}");
+        }
+        // Open Job Description: blanks anywhere, and steps that lead downwards.
+        assert_eq!(listed("1 - 10 : 4, 12"), [1, 5, 9, 12]);
+        assert_eq!(listed("-1 - -3 : -1"), [-1, -2, -3]);
+        assert_eq!(listed("10-1:-4"), [10, 6, 2]);
+        assert_eq!(listed("3-3:-1"), [3]);
+    }
+
+    #[test]
     fn nonsense_is_refused_and_the_right_form_named() {
         for text in [
             "",
@@ -180,6 +207,11 @@ mod tests {
             "99999999999",
             "0-2000000000",
             "1-10x-1",
+            "10-1x2",
+            "10-1:0",
+            "1 2",
+            "1-10 2",
+            "1-10times2",
         ] {
             let error = FrameSpec::parse(text).unwrap_err();
             assert!(error.contains("-f") || error.contains("1-10x2"), "{text}: {error}");

@@ -22,6 +22,7 @@ mod writer;
 
 pub use event::SequenceEvent;
 pub use existing::ExistingFiles;
+pub use exposure::exposure_ev;
 pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
@@ -30,6 +31,7 @@ pub use pattern::{OutputFormat, OutputPattern};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
 pub use presentation::{Presentation, find_look, present, shown};
 pub use rate::FrameRate;
+pub(crate) use render_hash::hex;
 pub use render_hash::render_hash;
 pub use shutter::Shutter;
 pub use statistics::{FailedFrame, FrameReport, LayerFileReport, Phases, RayReport, Summary, TreeReport};

@@ -36,7 +36,8 @@ const MAIN_LAYER: &str = "beauty";
 const LAYER_PLACE: &[u8] = b"{layer}";
 
 impl OutputPattern {
-    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; `%%` is a percent sign.
+    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; `%%`, `%#` and `%{` are the second
+    /// character itself.
     ///
     /// # Errors
     /// One line: an unknown extension, a folder, or a place for the frame that is not understood.
@@ -55,8 +56,9 @@ impl OutputPattern {
                 parts.push(Part::Layer);
                 at += LAYER_PLACE.len();
             } else {
+                at += usize::from(is_escape(&bytes[at..]));
                 literal.push(bytes[at]);
-                at += if bytes[at..].starts_with(b"%%") { 2 } else { 1 };
+                at += 1;
             }
         }
         parts.push(Part::Literal(os_string(literal)?));
@@ -73,6 +75,19 @@ impl OutputPattern {
         }
         parts.push(Part::Literal(".exr".into()));
         Self { parts, format: OutputFormat::Exr }
+    }
+
+    /// Text in which no character of `path` has a meaning of its own.
+    pub fn escaped(path: &Path) -> OsString {
+        let mut bytes = Vec::new();
+        for &byte in path.as_os_str().as_encoded_bytes() {
+            if matches!(byte, b'%' | b'#' | b'{') {
+                bytes.push(b'%');
+            }
+            bytes.push(byte);
+        }
+        // Only ASCII was added, so that what was Unicode still is.
+        os_string(bytes).unwrap_or_else(|_| path.as_os_str().to_owned())
     }
 
     /// What the extension asks for.
@@ -156,6 +171,11 @@ fn name_before_number(before: Option<&Part>, layer: &str) -> OsString {
     })
 }
 
+/// Whether `bytes` begins with a percent sign that takes the meaning from the character behind it.
+fn is_escape(bytes: &[u8]) -> bool {
+    matches!(bytes, [b'%', b'%' | b'#' | b'{', ..])
+}
+
 /// Width and length of the place for the frame number that `bytes` begins with.
 fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
     match bytes {
@@ -163,7 +183,7 @@ fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
             let width = bytes.iter().take_while(|&&byte| byte == b'#').count();
             Ok(Some((width, width)))
         }
-        [b'%', b'%', ..] => Ok(None),
+        _ if is_escape(bytes) => Ok(None),
         [b'%', rest @ ..] => closed_place(rest, b'd')
             .map(|(width, length)| Some((width, length + 1)))
             .ok_or_else(|| "a % in an output name must be %04d, %d, or %% for a percent sign".to_owned()),
@@ -237,6 +257,13 @@ mod tests {
         assert_eq!(path("a.####.exr", -3), "a.-003.exr");
         assert_eq!(path("a.##.exr", 12345), "a.12345.exr");
         assert_eq!(path("50%%/{x}.exr", 1), "50%/{x}.exr");
+    }
+
+    #[test]
+    fn escaped_folders_are_taken_as_they_are() {
+        let folder = "50%/#1 {frame}/a##b";
+        let pattern = Path::new(&OutputPattern::escaped(Path::new(folder))).join("####.exr");
+        assert_eq!(path(pattern.to_str().unwrap(), 7), format!("{folder}/0007.exr"));
     }
 
     #[test]

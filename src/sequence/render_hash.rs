@@ -128,7 +128,7 @@ fn file_key(job: &SequenceJob) -> serde_json::Value {
 }
 
 /// Lower-case hexadecimal digits.
-pub(super) fn hex(bytes: &[u8]) -> String {
+pub(crate) fn hex(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";
     bytes.iter().flat_map(|byte| [byte >> 4, byte & 15]).map(|digit| DIGITS[digit as usize] as char).collect()
 }
@@ -141,16 +141,9 @@ mod tests {
     #[test]
     fn catchers_are_those_of_the_variant() {
         let primitive = Primitive {
-            positions: Vec::new(),
-            normals: None,
-            tangents: None,
-            uvs: Vec::new(),
-            colors: None,
-            influences: None,
-            triangles: Vec::new(),
             material: MaterialIndex(0),
             variants: vec![(VariantIndex(1), MaterialIndex(1))],
-            targets: Vec::new(),
+            ..Primitive::default()
         };
         let catcher = Material { is_shadow_catcher: true, ..Material::default() };
         let scene = Scene {

@@ -40,15 +40,10 @@ pub(crate) fn square(projection: Projection, distance: f32) -> Scene {
     let at = |x: f32, y: f32| Vec3::new(x, y, -distance);
     let primitive = Primitive {
         positions: vec![at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)],
-        normals: None,
-        tangents: None,
         uvs: vec![[(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(u, v)| Vec2::new(u, v)).to_vec()],
-        colors: None,
-        influences: None,
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         material: MaterialIndex(0),
-        variants: Vec::new(),
-        targets: Vec::new(),
+        ..Primitive::default()
     };
     Scene {
         nodes: vec![

@@ -83,7 +83,7 @@ fn glass(volume: Option<Volume>) -> Material {
 fn what_touches_glass_from_behind_is_seen_through_it() {
     // n = 1 reflects nothing. The glowing floor coincides with the pane or the bottom of the block, whichever comes first in
     // the file; behind it there is a darker one.
-    let clear = Volume { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE };
+    let clear = Volume::CLEAR;
     for volume in [None, Some(clear)] {
         for glass_first in [true, false] {
             let mut stage = Stage::new();

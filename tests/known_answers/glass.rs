@@ -7,10 +7,6 @@ use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
-fn clear_volume() -> Volume {
-    Volume { thickness: 1.0, attenuation_distance: f32::INFINITY, attenuation_color: Vec3::ONE }
-}
-
 fn glass(ior: f32, volume: Option<Volume>) -> Material {
     Material {
         base_color: Vec4::ONE,
@@ -39,7 +35,7 @@ fn a_slab_shifts_a_slanted_ray_by_snells_law() {
     assert!((shift - 0.465_5).abs() < 1e-4);
     let mut stage = Stage::new();
     split_floor(&mut stage);
-    stage.add(cuboid(Vec3::Y * 2.0, Vec3::new(6.0, 0.5, 6.0)), glass(1.5, Some(clear_volume())));
+    stage.add(cuboid(Vec3::Y * 2.0, Vec3::new(6.0, 0.5, 6.0)), glass(1.5, Some(Volume::CLEAR)));
 
     // Without the slab, this ray would reach the floor at `aim`; it travels towards −X, so the slab moves it to aim + shift.
     let reaches = |aim: f32| stage.look(Vec3::new(aim + 4.0, 4.0, 0.0), Vec3::new(aim, 0.0, 0.0)).x;
@@ -50,7 +46,7 @@ fn a_slab_shifts_a_slanted_ray_by_snells_law() {
 #[test]
 fn rough_glass_without_an_index_blurs_nothing() {
     // Facets of an index of 1 bend no light, and reflect none: the floor is as sharp and bright as without the glass.
-    for volume in [None, Some(clear_volume())] {
+    for volume in [None, Some(Volume::CLEAR)] {
         let mut stage = Stage::new();
         split_floor(&mut stage);
         let rough = Material { roughness: 0.8, ..glass(1.0, volume) };
@@ -116,14 +112,14 @@ fn inside_glass_steep_rays_are_reflected_totally() {
     // The critical angle of n = 1.5 is 41.8°. The eye inside the block looks at its top; a glowing ball of radiance 1 lies
     // at the mirrored place inside; outside there is nothing.
     let mut stage = Stage::new();
-    stage.add(cuboid(Vec3::ZERO, Vec3::new(20.0, 2.0, 20.0)), glass(1.5, Some(clear_volume())));
+    stage.add(cuboid(Vec3::ZERO, Vec3::new(20.0, 2.0, 20.0)), glass(1.5, Some(Volume::CLEAR)));
     stage.add(cuboid(Vec3::new(3.0, 0.5, 0.0), Vec3::splat(0.3)), unlit(Vec3::ONE));
     // From (−3, 0.5) to the top (0, 2): 63° from the normal. All of it comes back.
     assert_close(stage.look(Vec3::new(-3.0, 0.5, 0.0), Vec3::new(0.0, 2.0, 0.0)), Vec3::ONE, 1e-5);
 
     // At 21.8° inside (tan = 0.4), sin θt = 1.5 · sin 21.8°, and only F of it comes back.
     let mut stage = Stage::new();
-    stage.add(cuboid(Vec3::ZERO, Vec3::new(20.0, 2.0, 20.0)), glass(1.5, Some(clear_volume())));
+    stage.add(cuboid(Vec3::ZERO, Vec3::new(20.0, 2.0, 20.0)), glass(1.5, Some(Volume::CLEAR)));
     stage.add(cuboid(Vec3::new(0.6, 0.5, 0.0), Vec3::splat(0.2)), unlit(Vec3::ONE));
     let cos_i = 1.5 / libm::sqrt(1.5 * 1.5 + 0.36);
     let sin_t = 1.5 * libm::sqrt(1.0 - cos_i * cos_i);
@@ -142,7 +138,7 @@ fn a_glass_block_in_a_white_furnace_disappears() {
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.settings.max_depth = 30;
-    stage.add(cuboid(Vec3::ZERO, Vec3::ONE), glass(1.5, Some(clear_volume())));
+    stage.add(cuboid(Vec3::ZERO, Vec3::ONE), glass(1.5, Some(Volume::CLEAR)));
     let seen = stage.look(Vec3::new(3.0, 2.5, 2.0), Vec3::new(0.1, 0.2, 0.0));
     assert_close(seen, Vec3::ONE, 0.01);
 }

@@ -115,11 +115,7 @@ fn dispersive_slab(dispersion: f32) -> Stage {
         ior: 1.5,
         dispersion,
         transmission: Some(Transmission { factor: 1.0, texture: None }),
-        volume: Some(Volume {
-            thickness: 1.0,
-            attenuation_distance: f32::INFINITY,
-            attenuation_color: Vec3::ONE,
-        }),
+        volume: Some(Volume::CLEAR),
         ..Material::default()
     };
     let mut stage = Stage::new();

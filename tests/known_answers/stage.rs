@@ -129,18 +129,7 @@ pub(crate) fn cuboid(center: Vec3, half: Vec3) -> Primitive {
 }
 
 fn primitive(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Primitive {
-    Primitive {
-        positions,
-        normals: None,
-        tangents: None,
-        uvs: Vec::new(),
-        colors: None,
-        influences: None,
-        triangles,
-        material: MaterialIndex(0),
-        variants: Vec::new(),
-        targets: Vec::new(),
-    }
+    Primitive { positions, triangles, material: MaterialIndex(0), ..Primitive::default() }
 }
 
 /// Pure Lambert: an index of refraction of one leaves no specular lobe.

@@ -76,11 +76,7 @@ fn glass_without_an_index_shows_textures_sharp() {
         ior: 0.0,
         specular: Some(Specular { factor: 0.0, texture: None, color: Vec3::ONE, color_texture: None }),
         transmission: Some(Transmission { factor: 1.0, texture: None }),
-        volume: Some(Volume {
-            thickness: 1.0,
-            attenuation_distance: f32::INFINITY,
-            attenuation_color: Vec3::ONE,
-        }),
+        volume: Some(Volume::CLEAR),
         ..Material::default()
     };
     stage.add(cuboid(Vec3::Y * 0.5, Vec3::new(2.0, 0.1, 2.0)), glass);

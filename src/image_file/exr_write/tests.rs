@@ -1,10 +1,10 @@
 use exr::image::SpecificChannels;
-use exr::image::read::read;
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::LayerAttributes;
-use exr::prelude::{Compression, ReadChannels as _, ReadLayers as _, Vec2};
+use exr::prelude::{Compression, Vec2};
 
 use super::*;
+use crate::image_file::exr_read::read_first_layer;
 use crate::image_file::{RunStamp, StoredFrame, decode_exr, inspect_exr};
 
 fn attributes() -> FrameAttributes {
@@ -122,14 +122,7 @@ fn all_types_come_back_exactly_from_all_compressions_that_lose_nothing() {
     for compression in ExrCompression::ALL {
         let picture = mixed((61, 37), compression);
         let bytes = encode_exr_picture(picture.clone(), &attributes()).unwrap();
-        let image = read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_buffered(Cursor::new(&bytes))
-            .unwrap();
+        let image = read_first_layer(&bytes).unwrap();
         let read: Vec<_> = image.layer_data.channel_data.list.iter().collect();
         let names: Vec<_> = read.iter().map(|channel| channel.name.to_string()).collect();
         assert_eq!(names, ["B", "G", "R", "Z", "node_id", "normal.X"]);

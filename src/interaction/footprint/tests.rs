@@ -29,14 +29,10 @@ impl Stage {
         let primitive = Primitive {
             positions: positions.to_vec(),
             normals: normals.map(|normals| normals.map(Vec3::normalize).to_vec()),
-            tangents: None,
             uvs: vec![UVS.to_vec()],
-            colors: None,
-            influences: None,
             triangles: vec![[0, 1, 2]],
             material: MaterialIndex(0),
-            variants: Vec::new(),
-            targets: Vec::new(),
+            ..Primitive::default()
         };
         let scene = Scene {
             nodes: vec![Node { mesh: Some(MeshIndex(0)), ..Node::default() }],

@@ -28,14 +28,9 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
     let primitive = Primitive {
         uvs: vec![positions.iter().map(uv).collect()],
         positions,
-        normals: None,
-        tangents: None,
-        colors: None,
-        influences: None,
         triangles: vec![[0, 1, 2]],
         material: MaterialIndex(0),
-        variants: Vec::new(),
-        targets: Vec::new(),
+        ..Primitive::default()
     };
     let image =
         |texel: &[u8; 4]| Image { name: None, width: 1, height: 1, texels: Texels::Rgba8(vec![*texel]) };

@@ -1,0 +1,86 @@
+//! `rayframe merge`.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::Args;
+use rayon::ThreadPoolBuilder;
+
+use crate::cancel::CancelFlag;
+use crate::error::{Error, Result};
+use crate::merge::{MergePlan, MergedFrame, merge_frame};
+use crate::progress::print_note;
+use crate::sequence::OutputPattern;
+
+use super::memory_limit::default_max_memory_bytes;
+use super::understood::counted;
+use super::{Ending, ending, options, signals};
+
+/// Options of `rayframe merge`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct MergeArgs {
+    /// Crops in any order, whose pixels fill a picture, or the pictures of a sequence, once each
+    #[arg(required = true, value_name = "TILES")]
+    tiles: Vec<PathBuf>,
+    /// Output name; with ####, %04d or {frame:04} tiles are merged frame by frame
+    #[arg(short, long, visible_alias = "outfile", value_name = "PATTERN", required = true)]
+    output: Option<OsString>,
+    /// Merge every frame, whatever is there
+    #[arg(long)]
+    overwrite: bool,
+    /// Threads [default: all cores]
+    #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u16>(text, 1, 65535))]
+    threads: Option<u16>,
+    /// Most memory to use, such as 8G [default: 80 % of what there is]
+    #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
+    max_memory: Option<u64>,
+    /// Print warnings and errors only
+    #[arg(short, long)]
+    quiet: bool,
+}
+
+/// Merges what `args` name.
+pub(super) fn run(args: &MergeArgs) -> Ending {
+    let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
+    let merged = match pool {
+        Ok(pool) => pool.install(|| merge(args)),
+        Err(error) => Err(Error::Internal { message: format!("the threads cannot be started: {error}") }),
+    };
+    merged.unwrap_or_else(|error| ending(Err(error)))
+}
+
+fn merge(args: &MergeArgs) -> Result<Ending> {
+    // Find everything that can go wrong before the first frame.
+    let output = OutputPattern::parse(args.output.as_deref().unwrap_or_default())
+        .map_err(|why| Error::usage(format!("--output: {why}")))?;
+    let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
+    let plan = MergePlan::new(&args.tiles, &output, args.overwrite, max_memory_bytes)?;
+    plan.prepare()?;
+
+    // Merge.
+    let cancel = CancelFlag::new();
+    let caught = signals::watch(&cancel)
+        .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
+    for frame in &plan.frames {
+        if let (true, Some(signal)) = (cancel.is_raised(), caught.number()) {
+            return Ok(Ending::Signal(signal));
+        }
+        if !frame.is_done {
+            merge_frame(frame)?;
+        }
+        if !args.quiet {
+            print_note(&done_text(frame));
+        }
+    }
+    Ok(Ending::Code(0))
+}
+
+/// `out.0001.exr: 6 tiles merged`.
+fn done_text(frame: &MergedFrame) -> String {
+    let what = if frame.is_done {
+        "was there already".to_owned()
+    } else {
+        format!("{} merged", counted(frame.tiles.len() as u64, "tile"))
+    };
+    format!("{}: {what}", frame.path.display())
+}

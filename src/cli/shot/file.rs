@@ -1,0 +1,135 @@
+//! Reading a shot file. The only file that names the `toml` crate.
+
+use std::ffi::OsString;
+use std::io::Read as _;
+use std::path::Path;
+
+use clap::{Arg, Command};
+use toml::de::{DeInteger, DeTable, DeValue};
+
+use crate::error::{Error, Result, over_limit};
+
+use super::form::Form;
+use super::setting::{Origin, Setting, Value, arg_of, rebased, unknown};
+
+/// Largest shot file, bytes; what is larger is something else.
+const MAX_BYTES: u64 = 1 << 20;
+
+/// The settings of the shot file `path`, in the order of its lines.
+///
+/// # Errors
+/// [`Error::Missing`] when it cannot be read, [`Error::Refused`] when it is too large, and [`Error::Invalid`] with the
+/// line and the setting that is wrong.
+pub(super) fn read(path: &Path, command: &Command) -> Result<Vec<Setting>> {
+    let text = read_text(path)?;
+    let table = DeTable::parse(&text).map_err(|error| {
+        let line = error.span().map_or(1, |span| line_of(&text, span.start));
+        let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+        Error::invalid(path, "", format!("line {line}: {message}"))
+    })?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut settings = Vec::new();
+    for (key, value) in table.into_inner() {
+        let (line, key) = (line_of(&text, key.span().start), key.into_inner().into_owned());
+        let origin = Origin::File { path: path.to_owned(), line };
+        let wrong =
+            |why: &str| Error::invalid(path, "", format!("line {line}: \"{}\" {why}", key.escape_debug()));
+        let value = value.into_inner();
+        if value.is_table() && arg_of(command, &key).is_none() {
+            return Err(wrong("is a table; settings stand in none, each in a line of its own"));
+        }
+        let Some(arg) = arg_of(command, &key) else {
+            return Err(wrong(&unknown(command, &key)));
+        };
+        let form = Form::of(arg);
+        let value = match as_value(form, &value) {
+            Some(value) => in_folder(value, arg, folder),
+            None => {
+                return Err(wrong(&format!("is {}; write {}", kind_text(&value), form.expected())));
+            }
+        };
+        settings.push(Setting { key, value, origin });
+    }
+    settings.sort_by_key(|setting| setting.origin.line());
+    Ok(settings)
+}
+
+fn read_text(path: &Path) -> Result<String> {
+    let missing = |source| Error::Missing { path: path.to_owned(), pointer: String::new(), source };
+    if !std::fs::metadata(path).map_err(missing)?.is_file() {
+        return Err(Error::invalid(path, "", "is not a regular file; name a file"));
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(missing)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(missing)?;
+    let length = bytes.len() as u64;
+    if length > MAX_BYTES {
+        let size = over_limit(length.into(), MAX_BYTES.into());
+        return Err(Error::refused(path, "", format!("a shot file has at least {size}; name a text")));
+    }
+    String::from_utf8(bytes).map_err(|_| Error::invalid(path, "", "is not a text in UTF-8"))
+}
+
+/// The line in which the byte `at` lies.
+fn line_of(text: &str, at: usize) -> usize {
+    1 + text.bytes().take(at).filter(|&byte| byte == b'\n').count()
+}
+
+/// The value as the option takes it; `None` where it has the wrong form.
+fn as_value(form: Form, value: &DeValue<'_>) -> Option<Value> {
+    match value {
+        DeValue::Boolean(value) if form.is_flag() => Some(Value::Flag(*value)),
+        DeValue::Array(elements) => {
+            let texts: Option<Vec<String>> =
+                elements.iter().map(|element| scalar(element.get_ref())).collect();
+            match form.separator {
+                Some(separator) => Some(Value::Texts(vec![texts?.join(separator).into()])),
+                None if form.is_repeated && elements.iter().all(|element| element.get_ref().is_str()) => {
+                    Some(Value::Texts(texts?.into_iter().map(OsString::from).collect()))
+                }
+                None => None,
+            }
+        }
+        DeValue::String(text) if form.takes_text() => Some(Value::Texts(vec![text.as_ref().into()])),
+        DeValue::Integer(_) | DeValue::Float(_) if form.takes_number() => {
+            Some(Value::Texts(vec![scalar(value)?.into()]))
+        }
+        _ => None,
+    }
+}
+
+/// Numbers as they are written, and texts.
+fn scalar(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::String(text) => Some(text.as_ref().to_owned()),
+        DeValue::Integer(number) => Some(decimal(number)),
+        DeValue::Float(number) => Some(number.as_str().to_owned()),
+        _ => None,
+    }
+}
+
+/// In decimal digits; what is too long for that is left as it is, and no option takes it.
+fn decimal(number: &DeInteger<'_>) -> String {
+    i64::from_str_radix(number.as_str(), number.radix())
+        .map_or_else(|_| number.as_str().to_owned(), |number| number.to_string())
+}
+
+fn in_folder(value: Value, arg: &Arg, folder: &Path) -> Value {
+    match value {
+        Value::Texts(texts) => {
+            Value::Texts(texts.into_iter().map(|text| rebased(arg, folder, text)).collect())
+        }
+        Value::Flag(_) => value,
+    }
+}
+
+fn kind_text(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}

@@ -1,0 +1,98 @@
+//! A picture of few pixels, scaled up, to be looked at until the whole one is there.
+
+use crate::bvh::Builder;
+use crate::cancel::CancelFlag;
+use crate::error::Result;
+use crate::film::{Film, PixelWindow};
+use crate::frame::Frame;
+use crate::image_file::write_atomically;
+use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
+use crate::render::{PixelFilter, RenderInput, RenderSettings, render_frame};
+use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev};
+
+/// Pixels of the whole picture along a side of a coarse one.
+const COARSENESS: u32 = 8;
+/// Pictures of fewer pixels are made at once.
+const LEAST_PIXELS: u64 = 64 * 64;
+
+/// Writes the picture with one sample for many pixels, at one time and without a lens, under the frame's name.
+pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFlag) -> Result<()> {
+    let window = job.render.window;
+    if u64::from(window.width()) * u64::from(window.height()) < LEAST_PIXELS {
+        return Ok(());
+    }
+    let frame = Frame::at(&job.scene, &job.selection, planned.time_seconds);
+    let film = scaled_up(&few_pixels(job, &frame, cancel)?, job.render.resolution, window);
+    // Nobody must take it for the frame.
+    let hash = format!("coarse {}", planned.render_hash);
+    let file = match job.output.format() {
+        OutputFormat::Exr => {
+            let attributes = frame_attributes(
+                planned.frame,
+                planned.time_seconds,
+                job.rate.as_exr_rational(),
+                &hash,
+                (&frame.camera, film.resolution),
+            );
+            exr_file(&film, &attributes)?
+        }
+        OutputFormat::Png => {
+            let look = PreviewLook { exposure_ev: exposure_ev(job, cancel)?, tone: job.tone };
+            png_file((window.width(), window.height()), &film.pixels, look, &hash)?
+        }
+    };
+    cancel.check()?;
+    write_atomically(&planned.path, &file)
+}
+
+/// The whole picture, coarse.
+fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<Film> {
+    let (width, height) = job.render.resolution;
+    let resolution = (width.div_ceil(COARSENESS), height.div_ceil(COARSENESS));
+    let settings = RenderSettings {
+        resolution,
+        window: PixelWindow::full(resolution.0, resolution.1),
+        samples: 1,
+        adaptive: None,
+        filter: PixelFilter::Box,
+        lens: None,
+        ..job.render.clone()
+    };
+    let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
+    let input = RenderInput { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
+    Ok(render_frame(&input, &settings, cancel, &|_| ())?.0)
+}
+
+/// Each pixel of the window with the colour of the coarse one over it.
+fn scaled_up(coarse: &Film, resolution: (u32, u32), window: PixelWindow) -> Film {
+    let mut film = Film::new(resolution, window);
+    let (width, height) = coarse.resolution;
+    // The pixel of `few` that lies over the middle of pixel `at` of `many`.
+    let over = |at: u32, few: u32, many: u32| {
+        (u64::from(2 * at + 1) * u64::from(few) / (2 * u64::from(many))) as usize
+    };
+    let places = (window.y0..window.y1).flat_map(|y| (window.x0..window.x1).map(move |x| (x, y)));
+    for (pixel, (x, y)) in film.pixels.iter_mut().zip(places) {
+        let row = over(y, height, resolution.1) * width as usize;
+        *pixel = coarse.pixels[row + over(x, width, resolution.0)];
+    }
+    film
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_shows_what_lies_over_it() {
+        // Three columns over 20 pixels: 6 2/3 pixels each. The middle of pixel 6 lies at 6.5, that of pixel 7 beyond.
+        let mut coarse = Film::new((3, 1), PixelWindow::full(3, 1));
+        coarse.pixels = vec![[1.0; 4], [2.0; 4], [3.0; 4]];
+        let film = scaled_up(&coarse, (20, 8), PixelWindow { x0: 5, y0: 1, x1: 20, y1: 3 });
+        assert_eq!(film.pixels.len(), 30);
+        for row in film.pixels.chunks(15) {
+            let values: Vec<f32> = row.iter().map(|pixel| pixel[0]).collect();
+            assert_eq!(values, [[1.0; 2].as_slice(), &[2.0; 6], &[3.0; 7]].concat());
+        }
+    }
+}

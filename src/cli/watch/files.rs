@@ -1,0 +1,156 @@
+//! Noticing that files change.
+//!
+//! Their times, sizes and identities are looked at four times a second. Notices from the system would come sooner, but not from
+//! network file systems, containers' mounts and editors that put a new file in the place of the old one; and a few dozen
+//! files are looked at in less than a millisecond.
+
+use std::collections::BTreeMap;
+use std::fs::Metadata;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant, SystemTime};
+
+use crate::cancel::CancelFlag;
+
+use super::TICK;
+
+/// How often files are looked at; one that changed must have stayed the same that long before it is read.
+const INTERVAL: Duration = Duration::from_millis(250);
+
+/// What tells a file from an earlier state of it; `None` when it is not there.
+type Stamp = Option<(u64, Option<SystemTime>, u64)>;
+
+/// Files and how they looked before they were read.
+#[derive(Debug, Default)]
+pub(super) struct WatchedFiles {
+    stamps: BTreeMap<PathBuf, Stamp>,
+    /// When the files were looked at before reading began.
+    looked: Option<SystemTime>,
+    last_look: Mutex<Option<Instant>>,
+}
+
+impl WatchedFiles {
+    /// Takes the files as they are now, before they are read.
+    pub(super) fn look(&mut self) {
+        self.looked = Some(SystemTime::now());
+        self.stamps = self.now();
+    }
+
+    /// Files that are read as well.
+    pub(super) fn add(&mut self, paths: impl IntoIterator<Item = PathBuf>) {
+        for path in paths {
+            let looked = self.looked;
+            self.stamps.entry(path).or_insert_with_key(|path| {
+                // What changed since reading began may have been read before or after that.
+                stamp(path).filter(|(_, modified, _)| looked.is_none() || *modified <= looked)
+            });
+        }
+    }
+
+    /// All files that are read; others are forgotten.
+    pub(super) fn replace(&mut self, paths: impl IntoIterator<Item = PathBuf>) {
+        let mut earlier = std::mem::take(&mut self.stamps);
+        for path in paths {
+            match earlier.remove_entry(&path) {
+                Some((path, stamp)) => {
+                    self.stamps.insert(path, stamp);
+                }
+                None => self.add([path]),
+            }
+        }
+    }
+
+    /// Whether anything changed, looked at no more often than the interval allows.
+    pub(super) fn has_changed_by_now(&self) -> bool {
+        let Ok(mut last) = self.last_look.lock() else { return false };
+        if last.is_some_and(|last| last.elapsed() < INTERVAL) {
+            return false;
+        }
+        *last = Some(Instant::now());
+        self.now() != self.stamps
+    }
+
+    /// Waits until something has changed and is quiet again; `false` once `stop` is raised.
+    pub(super) fn wait_for_change(&self, stop: &CancelFlag) -> bool {
+        let mut changed = None;
+        loop {
+            let now = self.now();
+            if now != self.stamps && changed.as_ref() == Some(&now) {
+                return !stop.is_raised();
+            }
+            changed = Some(now);
+            let start = Instant::now();
+            while start.elapsed() < INTERVAL {
+                if stop.is_raised() {
+                    return false;
+                }
+                std::thread::sleep(TICK);
+            }
+        }
+    }
+
+    fn now(&self) -> BTreeMap<PathBuf, Stamp> {
+        self.stamps.keys().map(|path| (path.clone(), stamp(path))).collect()
+    }
+}
+
+fn stamp(path: &Path) -> Stamp {
+    let metadata = std::fs::metadata(path).ok()?;
+    Some((metadata.len(), metadata.modified().ok(), identity(&metadata)))
+}
+
+/// Another number for another file of the same name.
+#[cfg(unix)]
+fn identity(metadata: &Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(metadata)
+}
+
+#[cfg(not(unix))]
+fn identity(_: &Metadata) -> u64 {
+    0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_that_change_appear_or_go_are_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        std::fs::write(&path, "1").unwrap();
+        let old = SystemTime::now() - Duration::from_secs(60);
+        std::fs::File::options().write(true).open(&path).unwrap().set_modified(old).unwrap();
+        let missing = folder.path().join("b");
+        let mut files = WatchedFiles::default();
+        files.look();
+        files.add([path.clone(), missing.clone()]);
+        assert_eq!(files.now(), files.stamps);
+
+        std::fs::write(&path, "22").unwrap();
+        assert_ne!(files.now(), files.stamps);
+        files.look();
+        assert_eq!(files.now(), files.stamps);
+        std::fs::write(&missing, "").unwrap();
+        assert_ne!(files.now(), files.stamps);
+        files.look();
+        std::fs::remove_file(&path).unwrap();
+        assert_ne!(files.now(), files.stamps);
+        // What is forgotten does not matter any more.
+        files.replace([missing]);
+        assert_eq!(files.now(), files.stamps);
+    }
+
+    #[test]
+    fn a_file_that_changes_while_it_is_first_read_counts_as_changed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let mut files = WatchedFiles::default();
+        files.look();
+        std::fs::write(&path, "1").unwrap();
+        let later = SystemTime::now() + Duration::from_secs(60);
+        std::fs::File::options().write(true).open(&path).unwrap().set_modified(later).unwrap();
+        files.add([path]);
+        assert_ne!(files.now(), files.stamps);
+    }
+}

@@ -1,0 +1,202 @@
+//! `rayframe watch`: one frame, rendered again whenever something that it was made from changes.
+//!
+//! A change ends the picture under way and begins a new one, first coarse, then whole. What is wrong with a file is said in
+//! one line, and the next change is waited for: files are often broken while they are being saved.
+
+mod coarse;
+mod files;
+
+use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
+use std::time::Duration;
+
+use rayon::ThreadPoolBuilder;
+
+use crate::cancel::CancelFlag;
+use crate::error::{Error, Result, Warning};
+use crate::image_file::{inspect_exr, inspect_png, probe_folder};
+use crate::progress::{print_error, print_note};
+use crate::sequence::{ExistingFiles, OutputFormat, Plan, SequenceJob};
+
+use super::render::{other_files, perform, refuse_collisions};
+use super::render_args::{ProgressArg, RenderArgs};
+use super::render_job::{RenderJob, render_job};
+use super::shot::{GivenOptions, MeantOptions};
+use super::understood::understood;
+use super::{Ending, ending, settle_warnings, signals};
+
+use files::WatchedFiles;
+
+/// How often a signal is looked for.
+const TICK: Duration = Duration::from_millis(25);
+
+/// The exit code of errors about what a file holds.
+const WRONG_FILE: u8 = 65;
+
+/// What lives from picture to picture.
+struct Watch<'a> {
+    given: &'a GivenOptions,
+    /// Raised by signals.
+    stop: CancelFlag,
+    files: WatchedFiles,
+    /// What was understood last, and the warnings about it.
+    told: (String, Vec<Warning>),
+    /// Whether a picture was begun.
+    has_begun: bool,
+}
+
+/// Renders what is asked for until a signal comes.
+pub(super) fn run(given: &GivenOptions) -> Ending {
+    watch(given).unwrap_or_else(|error| ending(Err(error)))
+}
+
+fn watch(given: &GivenOptions) -> Result<Ending> {
+    let internal = |message: String| Error::Internal { message };
+    // What is wrong with the settings is said with the first picture.
+    let threads = given.meant().ok().and_then(|meant| meant.args.threads);
+    let pool = ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
+    let pool = pool.map_err(|error| internal(format!("the threads cannot be started: {error}")))?;
+    let stop = CancelFlag::new();
+    let caught =
+        signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
+    let mut watch =
+        Watch { given, stop, files: WatchedFiles::default(), told: Default::default(), has_begun: false };
+    let mut is_first = true;
+    loop {
+        watch.files.look();
+        match pool.install(|| watch.picture()) {
+            Ok(()) | Err(Error::Interrupted(_)) => {}
+            // Only what is wrong in a file will be mended by saving it.
+            Err(error) if is_first && error.exit_code() != WRONG_FILE => return Err(error),
+            Err(error) => {
+                watch.files.add(path_of(&error));
+                print_error(&error.to_string());
+            }
+        }
+        is_first = false;
+        if !watch.files.wait_for_change(&watch.stop) {
+            break;
+        }
+    }
+    Ok(caught.number().map_or(Ending::Code(75), Ending::Signal))
+}
+
+impl Watch<'_> {
+    /// Reads everything and makes the picture.
+    fn picture(&mut self) -> Result<()> {
+        self.files.add(self.given.shot());
+        let mut meant = self.given.meant()?;
+        self.files.add([meant.args.scene.clone()]);
+        self.picture_of(&mut meant).map_err(|error| meant.explained(error))
+    }
+
+    fn picture_of(&mut self, meant: &mut MeantOptions) -> Result<()> {
+        settle_for_one(&mut meant.args)?;
+        let args = &meant.args;
+        let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } = render_job(args)?;
+        inputs.extend(meant.shot.clone());
+        self.files.replace(inputs.iter().cloned());
+        refuse_many(&job)?;
+        job.existing = ExistingFiles::Overwrite;
+        job.presentation.check()?;
+        let plan = Plan::new(&job)?;
+        let others = other_files(&job, args);
+        refuse_collisions(&plan, &others, &inputs)?;
+        if !self.has_begun && !args.overwrite {
+            protect_foreign(&job, &plan)?;
+        }
+        let told = (understood(&job, &environment), [choices.as_slice(), &warnings].concat());
+        if told != self.told || job.strict {
+            settle_warnings(&job.scene.path, &choices, false)?;
+            settle_warnings(&job.scene.path, &warnings, job.strict)?;
+            if !args.quiet {
+                print_note(&told.0);
+            }
+            self.told = told;
+        }
+        plan.prepare()?;
+        for (path, _) in &others {
+            probe_folder(path)?;
+        }
+        self.has_begun = true;
+        self.draw(&job, &plan, args)
+    }
+
+    /// Makes the coarse picture and then the whole one, unless something changes before.
+    fn draw(&self, job: &SequenceJob, plan: &Plan, args: &RenderArgs) -> Result<()> {
+        let cancel = CancelFlag::new();
+        let (running, over) = channel::<()>();
+        thread::scope(|threads| {
+            // Dropped at the end, even by a panic.
+            let _running = running;
+            let flag = cancel.clone();
+            threads.spawn(move || {
+                while over.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                    if self.stop.is_raised() || self.files.has_changed_by_now() {
+                        flag.raise();
+                        return;
+                    }
+                }
+            });
+            for planned in &plan.frames {
+                coarse::write(job, planned, &cancel)?;
+            }
+            let (summary, presented) = perform(job, plan, args, &cancel)?;
+            summary.outcome().and(presented)
+        })
+    }
+}
+
+/// Asks for the first frame unless another is asked for, and for lines, which unlike bars stay when the next picture begins.
+fn settle_for_one(args: &mut RenderArgs) -> Result<()> {
+    if args.dry_run {
+        return Err(Error::usage("--dry-run: nothing is watched; write rayframe render --dry-run"));
+    }
+    if !args.all && args.frames.is_none() && (args.start, args.end, args.step) == (None, None, None) {
+        args.frames = Some("0".to_owned());
+    }
+    if args.progress == ProgressArg::Auto {
+        args.progress = ProgressArg::Plain;
+    }
+    Ok(())
+}
+
+fn refuse_many(job: &SequenceJob) -> Result<()> {
+    match job.frames.len() {
+        0 | 1 => Ok(()),
+        count => Err(Error::usage(format!("{count} frames are asked for, and one is watched; add -f 12"))),
+    }
+}
+
+/// Pictures of Rayframe are replaced, those of others are not.
+fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
+    for planned in &plan.frames {
+        if !planned.path.exists() {
+            continue;
+        }
+        let stored = match job.output.format() {
+            OutputFormat::Exr => inspect_exr(&planned.path),
+            OutputFormat::Png => inspect_png(&planned.path),
+        };
+        if !stored.is_ok_and(|stored| stored.render_hash.is_some()) {
+            return Err(Error::CannotCreate {
+                path: planned.path.clone(),
+                message: "the file is there and was made by another program; --overwrite replaces it"
+                    .to_owned(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The file that an error is about, whose change may mend it.
+fn path_of(error: &Error) -> Option<PathBuf> {
+    match error {
+        Error::Invalid { path, .. }
+        | Error::Unsupported { path, .. }
+        | Error::Missing { path, .. }
+        | Error::Refused { path, .. } => Some(path.clone()),
+        _ => None,
+    }
+}

@@ -1,0 +1,172 @@
+//! Whether rectangles fill a picture, each pixel once.
+//!
+//! The edges of all rectangles cut the picture into bands of rows; along a band every rectangle is there or not, so that
+//! walking from left to right over those that are finds what is missing and what is there twice.
+
+use crate::image_file::ExrWindow;
+
+/// Why rectangles do not fill a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fault {
+    /// No rectangle has these pixels.
+    Gap(ExrWindow),
+    /// Two rectangles, by their places in the list, have these pixels.
+    Overlap(usize, usize, ExrWindow),
+}
+
+/// The first fault from the top, and in its rows from the left; of several in a band, an overlap. All rectangles lie in
+/// `picture`.
+pub(super) fn first_fault(picture: ExrWindow, rectangles: &[ExrWindow]) -> Option<Fault> {
+    let mut edges: Vec<i64> = rectangles.iter().flat_map(|r| [r.y0, r.y1]).collect();
+    edges.extend([picture.y0, picture.y1]);
+    edges.sort_unstable();
+    edges.dedup();
+    let bands: Vec<(i64, i64)> = edges.windows(2).map(|rows| (rows[0], rows[1])).collect();
+
+    let mut gap: Option<ExrWindow> = None;
+    for (y0, y1) in bands {
+        let mut present: Vec<usize> = (0..rectangles.len())
+            .filter(|&index| rectangles[index].y0 <= y0 && y1 <= rectangles[index].y1)
+            .collect();
+        present.sort_by_key(|&index| (rectangles[index].x0, index));
+        if gap.is_none()
+            && let Some((first, second)) = overlapping(rectangles, &present)
+        {
+            let (a, b) = (rectangles[first], rectangles[second]);
+            return Some(Fault::Overlap(first, second, intersection(a, b)));
+        }
+        let missing = missing_spans(picture, rectangles, &present);
+        gap = match (gap, missing.first()) {
+            (None, None) => None,
+            (None, Some(&(x0, x1))) => Some(ExrWindow { x0, y0, x1, y1 }),
+            // The gap goes on downwards while all of its columns are missing.
+            (Some(gap), _) if missing.contains(&(gap.x0, gap.x1)) => Some(ExrWindow { y1, ..gap }),
+            (Some(gap), _) => return Some(Fault::Gap(gap)),
+        };
+    }
+    gap.map(Fault::Gap)
+}
+
+/// The first two neighbours that share a column; `present` is sorted by the left edge.
+fn overlapping(rectangles: &[ExrWindow], present: &[usize]) -> Option<(usize, usize)> {
+    let neighbours = present.windows(2).map(|pair| (pair[0], pair[1]));
+    let mut overlapping = neighbours.filter(|&(a, b)| rectangles[b].x0 < rectangles[a].x1);
+    overlapping.next().map(|(a, b)| (a.min(b), a.max(b)))
+}
+
+/// Columns of the picture that none of `present` has.
+fn missing_spans(picture: ExrWindow, rectangles: &[ExrWindow], present: &[usize]) -> Vec<(i64, i64)> {
+    let mut spans = Vec::new();
+    let mut filled = picture.x0;
+    for rectangle in present.iter().map(|&index| rectangles[index]) {
+        if rectangle.x0 > filled {
+            spans.push((filled, rectangle.x0));
+        }
+        filled = filled.max(rectangle.x1);
+    }
+    if filled < picture.x1 {
+        spans.push((filled, picture.x1));
+    }
+    spans
+}
+
+fn intersection(a: ExrWindow, b: ExrWindow) -> ExrWindow {
+    ExrWindow { x0: a.x0.max(b.x0), y0: a.y0.max(b.y0), x1: a.x1.min(b.x1), y1: a.y1.min(b.y1) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn window(x0: i64, y0: i64, x1: i64, y1: i64) -> ExrWindow {
+        ExrWindow { x0, y0, x1, y1 }
+    }
+
+    const PICTURE: ExrWindow = window(0, 0, 6, 4);
+
+    #[test]
+    fn whole_pictures_have_no_fault() {
+        assert_eq!(first_fault(PICTURE, &[PICTURE]), None);
+        // Two by three, and bricks whose edges do not meet, in no order.
+        let mut grid = Vec::new();
+        for (x, y) in [(2, 0), (0, 1), (1, 1), (0, 0), (2, 1), (1, 0)] {
+            grid.push(window(2 * x, 2 * y, 2 * x + 2, 2 * y + 2));
+        }
+        assert_eq!(first_fault(PICTURE, &grid), None);
+        let bricks = [window(0, 1, 5, 4), window(0, 0, 3, 1), window(3, 0, 6, 1), window(5, 1, 6, 4)];
+        assert_eq!(first_fault(PICTURE, &bricks), None);
+    }
+
+    #[test]
+    fn the_first_missing_rectangle_is_named() {
+        assert_eq!(first_fault(PICTURE, &[]), Some(Fault::Gap(PICTURE)));
+        let rows = [window(0, 0, 6, 1), window(0, 2, 6, 4)];
+        assert_eq!(first_fault(PICTURE, &rows), Some(Fault::Gap(window(0, 1, 6, 2))));
+        // Columns 2 and 3 of the upper rows and column 5 of all are missing; the former come first.
+        let holes = [window(0, 0, 2, 4), window(4, 0, 5, 4), window(2, 2, 4, 4)];
+        assert_eq!(first_fault(PICTURE, &holes), Some(Fault::Gap(window(2, 0, 4, 2))));
+        // A gap that grows wider downwards is told as far as it has one width.
+        let steps = [window(0, 0, 3, 1), window(4, 0, 6, 4), window(0, 1, 2, 4)];
+        assert_eq!(first_fault(PICTURE, &steps), Some(Fault::Gap(window(3, 0, 4, 1))));
+    }
+
+    #[test]
+    fn pixels_that_are_there_twice_are_named() {
+        let twice = [window(0, 0, 4, 4), window(3, 1, 6, 3), window(4, 0, 6, 4)];
+        assert_eq!(first_fault(PICTURE, &twice), Some(Fault::Overlap(0, 1, window(3, 1, 4, 3))));
+        assert_eq!(first_fault(PICTURE, &[PICTURE, PICTURE]), Some(Fault::Overlap(0, 1, PICTURE)));
+    }
+
+    /// The slow twin: how often each pixel is there.
+    #[test]
+    fn faults_are_found_where_counting_pixels_finds_them() {
+        // A fixed sequence of small numbers (Knuth's multiplier for 32 bits).
+        let mut state = 1_u32;
+        let mut below = |most: i64| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            i64::from(state >> 16) % most
+        };
+        let mut whole = 0;
+        for round in 0..4000 {
+            // Cuts of the picture into up to four parts, of which one is sometimes left out or moved.
+            let (x, y) = (1 + below(5), 1 + below(3));
+            let mut list =
+                vec![window(0, 0, x, y), window(x, 0, 6, y), window(0, y, x, 4), window(x, y, 6, 4)];
+            match round % 4 {
+                1 => drop(list.remove(below(4) as usize)),
+                2 => {
+                    let x0 = below(5);
+                    let y0 = below(3);
+                    list.push(window(x0, y0, x0 + 1 + below(6 - x0), y0 + 1 + below(4 - y0)));
+                }
+                3 => list[0].x1 = 1 + below(5),
+                _ => {}
+            }
+            let count = |x: i64, y: i64| {
+                list.iter().filter(|r| r.x0 <= x && x < r.x1 && r.y0 <= y && y < r.y1).count()
+            };
+            let pixels = || (0..4).flat_map(|y| (0..6).map(move |x| (x, y)));
+            let fault = first_fault(PICTURE, &list);
+            match fault {
+                None => {
+                    whole += 1;
+                    assert!(pixels().all(|(x, y)| count(x, y) == 1), "{list:?}");
+                }
+                Some(Fault::Gap(gap)) => {
+                    for (x, y) in
+                        pixels().filter(|&(x, y)| gap.x0 <= x && x < gap.x1 && gap.y0 <= y && y < gap.y1)
+                    {
+                        assert_eq!(count(x, y), 0, "{list:?} {fault:?}");
+                    }
+                }
+                Some(Fault::Overlap(_, _, both)) => {
+                    assert!(
+                        count(both.x0, both.y0) > 1 && count(both.x1 - 1, both.y1 - 1) > 1,
+                        "{list:?} {fault:?}"
+                    );
+                }
+            }
+        }
+        assert!((1000..3000).contains(&whole), "{whole}");
+    }
+}

@@ -1,0 +1,138 @@
+//! A file that says what became of each frame, for farms and scripts that come later: `--manifest`.
+//!
+//! It is there before the first frame, is replaced as a whole as frames come to their end, and holds nothing that differs
+//! between two runs that do the same. `schema/manifest.schema.json` describes it.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
+
+use crate::error::Result;
+use crate::image_file::write_atomically;
+use crate::output::SOFTWARE;
+use crate::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, hex};
+
+use super::json::add_percent_path;
+
+const SCHEMA: u32 = 1;
+/// Shortest time between two updates, so that writing long manifests does not hold up short frames.
+const INTERVAL: Duration = Duration::from_secs(1);
+
+/// The manifest of one run.
+#[derive(Debug)]
+pub struct Manifest<'a> {
+    path: &'a Path,
+    job: &'a SequenceJob,
+    plan: &'a Plan,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// What is known of frames that have come to their end, to be laid over what was planned.
+    ended: BTreeMap<i64, Value>,
+    updated: Option<Instant>,
+}
+
+impl<'a> Manifest<'a> {
+    /// The manifest of a run of `plan` that will be the file `path`.
+    pub fn new(path: &'a Path, job: &'a SequenceJob, plan: &'a Plan) -> Self {
+        Self { path, job, plan, state: Mutex::default() }
+    }
+
+    /// Notes an event and brings the file up to date, unless that was done a moment ago. What goes wrong with that is told
+    /// when the run is over, by [`Self::write`].
+    pub fn tell(&self, event: SequenceEvent<'_>) {
+        let ended = match event {
+            SequenceEvent::Started { .. } => None,
+            SequenceEvent::FrameKept(frame) => Some((frame.frame, kept(frame))),
+            SequenceEvent::FrameWritten(report) => Some((report.frame, self.written(report))),
+            SequenceEvent::FrameFailed(frame, error) => {
+                let error = json!({"code": error.exit_code(), "message": error.to_string()});
+                Some((frame.frame, json!({"status": "failed", "error": error})))
+            }
+            _ => return,
+        };
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.ended.extend(ended);
+        if state.updated.is_none_or(|updated| updated.elapsed() >= INTERVAL) {
+            let _ = self.write_state(&state);
+            state.updated = Some(Instant::now());
+        }
+    }
+
+    /// Brings the file up to date.
+    ///
+    /// # Errors
+    /// Those of [`write_atomically`].
+    pub fn write(&self) -> Result<()> {
+        self.write_state(&self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn write_state(&self, state: &State) -> Result<()> {
+        let frames: Vec<_> = self.plan.frames.iter().map(|frame| frame_json(frame, state)).collect();
+        let is_there = |frame: &Value| frame["status"] == "written" || frame["status"] == "kept";
+        let (job, window) = (self.job, self.job.render.window);
+        let manifest = json!({
+            "schema": SCHEMA,
+            "software": SOFTWARE,
+            "scene": job.scene.path.to_string_lossy(),
+            "resolution": [job.render.resolution.0, job.render.resolution.1],
+            "crop": [window.x0, window.y0, window.x1, window.y1],
+            "fps": job.rate.to_string(),
+            "complete": frames.iter().all(is_there),
+            "frames": frames,
+        });
+        write_atomically(self.path, format!("{manifest:#}\n").as_bytes())
+    }
+
+    fn written(&self, report: &FrameReport) -> Value {
+        let mut files = vec![file_json(&report.path, Some((&report.sha256, report.bytes)))];
+        let layers = report.layers.iter();
+        files.extend(layers.map(|layer| file_json(&layer.path, Some((&layer.sha256, layer.bytes)))));
+        let planned = self.plan.frames.iter().find(|planned| planned.frame == report.frame);
+        files.extend(planned.and_then(|planned| planned.preview_path.as_ref()).map(file_on_disk));
+        json!({"status": "written", "files": files})
+    }
+}
+
+/// A frame that was there already: its files as they are on disk.
+fn kept(frame: &PlannedFrame) -> Value {
+    let paths = std::iter::once(&frame.path).chain(&frame.layer_paths).chain(&frame.preview_path);
+    json!({"status": "kept", "files": paths.map(file_on_disk).collect::<Vec<_>>()})
+}
+
+fn frame_json(frame: &PlannedFrame, state: &State) -> Value {
+    let mut entry = json!({
+        "frame": frame.frame,
+        "time_seconds": frame.time_seconds,
+        "render_hash": frame.render_hash,
+        "status": "not_rendered",
+        "files": [],
+    });
+    for (key, value) in state.ended.get(&frame.frame).and_then(Value::as_object).into_iter().flatten() {
+        entry[key] = value.clone();
+    }
+    entry
+}
+
+fn file_on_disk(path: &PathBuf) -> Value {
+    let content = std::fs::read(path).ok();
+    let facts = content.map(|content| (hex(&Sha256::digest(&content)), content.len()));
+    file_json(path, facts.as_ref().map(|(sha256, bytes)| (sha256.as_str(), *bytes)))
+}
+
+/// A file with its hash and length; without them when it could not be read.
+fn file_json(path: &Path, facts: Option<(&str, usize)>) -> Value {
+    let mut file = json!({
+        "path": path.to_string_lossy(),
+        "sha256": facts.map(|(sha256, _)| sha256),
+        "bytes": facts.map(|(_, bytes)| bytes),
+    });
+    add_percent_path(&mut file, path);
+    file
+}

@@ -1,0 +1,154 @@
+//! Lines that Open Job Description's sessions read from a task's standard output, as in AWS Deadline Cloud.
+//!
+//! Source: the Open Job Description specifications, "How Jobs Are Run", section "Stdout/Stderr Messages":
+//! `openjd_progress: PERCENT`, `openjd_status: TEXT` and `openjd_fail: TEXT`.
+
+use std::io::Write as _;
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use crate::sequence::SequenceEvent;
+
+use super::eta::Eta;
+use super::one_line;
+use super::plain::{kept_text, summary_text, written_text};
+
+/// Shortest time between two lines about the same frame.
+const INTERVAL: Duration = Duration::from_millis(500);
+
+/// Share of the whole that is told at most while a frame is under way.
+const MOST_BEFORE_THE_END: f64 = 0.999;
+
+/// Open Job Description's lines on the standard output.
+#[derive(Debug)]
+pub(super) struct OpenJdLines {
+    output: String,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    eta: Eta,
+    /// Frames that have begun.
+    begun: usize,
+    /// What was told last; a farm's bar never goes back.
+    percent: f64,
+    told: Option<Instant>,
+}
+
+impl OpenJdLines {
+    pub(super) fn new(output: &str) -> Self {
+        Self { output: output.to_owned(), state: Mutex::default() }
+    }
+
+    pub(super) fn tell(&self, event: SequenceEvent<'_>) {
+        // Comes from many threads; one that would have to wait has nothing to add.
+        if let SequenceEvent::FrameProgress(_, share) = event {
+            if let Ok(mut state) = self.state.try_lock()
+                && state.told.is_none_or(|told| told.elapsed() >= INTERVAL)
+            {
+                // What is traced is not on disk yet.
+                let most = state.eta.total as f64 * MOST_BEFORE_THE_END;
+                let frames = state.begun.saturating_sub(1) as f64 + f64::from(share);
+                print_lines(&[state.progress(if frames < most { frames } else { most })]);
+            }
+            return;
+        }
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        print_lines(&self.lines(&mut state, event));
+    }
+
+    /// What is said about everything but shares of frames.
+    fn lines(&self, state: &mut State, event: SequenceEvent<'_>) -> Vec<String> {
+        match event {
+            SequenceEvent::Started { to_render, kept } => {
+                state.eta.total = to_render;
+                let kept = kept_text(kept, to_render).map(|text| status(&text));
+                std::iter::once(state.progress(0.0)).chain(kept).collect()
+            }
+            SequenceEvent::FrameStarted(_) => {
+                state.begun += 1;
+                Vec::new()
+            }
+            SequenceEvent::FrameWritten(report) => {
+                state.eta.frame_done(report.seconds.period);
+                let done = state.eta.done as f64;
+                vec![state.progress(done), status(&written_text(report, &state.eta))]
+            }
+            SequenceEvent::FrameFailed(frame, error) => {
+                state.eta.done += 1;
+                vec![failure(&format!("frame {}: {error}", frame.frame))]
+            }
+            SequenceEvent::Finished(summary) => {
+                let is_done = !summary.is_interrupted && summary.failed.is_empty();
+                let progress = is_done.then(|| state.progress(state.eta.total as f64));
+                let text = status(&summary_text(summary, state.eta.total, &self.output));
+                progress.into_iter().chain([text]).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl State {
+    /// The line that says how much is done, in frames.
+    fn progress(&mut self, frames: f64) -> String {
+        let percent = match self.eta.total {
+            0 => 100.0,
+            total => (100.0 * frames / total as f64).min(100.0),
+        };
+        self.percent = if percent > self.percent { percent } else { self.percent };
+        self.told = Some(Instant::now());
+        format!("openjd_progress: {:.1}", self.percent)
+    }
+}
+
+/// Tells why a run failed before its first frame.
+pub fn print_openjd_failure(message: &str) {
+    print_lines(&[failure(message)]);
+}
+
+fn status(text: &str) -> String {
+    format!("openjd_status: {}", one_line(text))
+}
+
+fn failure(text: &str) -> String {
+    format!("openjd_fail: {}", one_line(text))
+}
+
+fn print_lines(lines: &[String]) {
+    let mut stdout = std::io::stdout().lock();
+    for line in lines {
+        let _ = writeln!(stdout, "{line}");
+    }
+    let _ = stdout.flush();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sequence::Summary;
+
+    #[test]
+    fn progress_never_goes_back_and_ends_at_a_hundred() {
+        let lines = OpenJdLines::new("a.####.exr");
+        let mut state = State::default();
+        let begin = SequenceEvent::Started { to_render: 4, kept: 2 };
+        assert_eq!(
+            lines.lines(&mut state, begin),
+            ["openjd_progress: 0.0", "openjd_status: 2 frames are there already and are kept"]
+        );
+        // One frame and a half of four; then the first frame is on disk, which is less.
+        assert_eq!(state.progress(1.5), "openjd_progress: 37.5");
+        assert_eq!(state.progress(1.0), "openjd_progress: 37.5");
+        let summary = Summary::default();
+        assert_eq!(lines.lines(&mut state, SequenceEvent::Finished(&summary))[0], "openjd_progress: 100.0");
+        // Where nothing is left to do, all is done.
+        assert_eq!(State::default().progress(0.0), "openjd_progress: 100.0");
+    }
+
+    #[test]
+    fn messages_stay_on_their_line() {
+        assert_eq!(failure("a\nopenjd_progress: 100"), "openjd_fail: a\\nopenjd_progress: 100");
+    }
+}

@@ -1,0 +1,213 @@
+//! `rayframe watch` through the program.
+
+#![cfg(unix)]
+
+use std::os::unix::process::ExitStatusExt as _;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rayframe::image_file::inspect_png;
+
+/// Far longer than anything here takes on a machine with other things to do.
+const PATIENCE: Duration = Duration::from_secs(60);
+const SIZE: [&str; 2] = ["-r", "96x54"];
+
+/// One triangle in a plain colour, with its corners in a file of their own.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn write_scene(folder: &Path, color: &str) {
+    let scene = format!(
+        r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": [{{"mesh": 0}}],
+        "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": 0}}]}}],
+        "materials": [{{"doubleSided": true, "pbrMetallicRoughness": {{"baseColorFactor": [{color}, 1]}},
+            "extensions": {{"KHR_materials_unlit": {{}}}}}}], "extensionsUsed": ["KHR_materials_unlit"],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3",
+            "min": [-9, -9, -9], "max": [9, 9, 9]}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+        "buffers": [{{"uri": "corners.bin", "byteLength": 36}}]}}"#
+    );
+    std::fs::write(folder.join("a.gltf"), scene).unwrap();
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn write_corners(folder: &Path, top: f32) {
+    let corners = [-1.0_f32, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, top, 0.0];
+    let bytes: Vec<u8> = corners.iter().flat_map(|value| value.to_le_bytes()).collect();
+    std::fs::write(folder.join("corners.bin"), bytes).unwrap();
+}
+
+/// A process that does not outlive its test.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn watch(folder: &Path, arguments: &[&str]) -> Running {
+    let told = std::fs::File::create(folder.join("told")).unwrap();
+    let child = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .current_dir(folder)
+        .arg("watch")
+        .args(arguments)
+        .stderr(told)
+        .stdout(Stdio::null())
+        .spawn();
+    Running(child.unwrap())
+}
+
+/// What `rayframe render` writes.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn rendered(folder: &Path, arguments: &[&str]) -> Vec<u8> {
+    let file = folder.join("expected.png");
+    let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .current_dir(folder)
+        .arg("render")
+        .args(arguments)
+        .args(["--overwrite", "-o", "expected.png"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let bytes = std::fs::read(&file).unwrap();
+    std::fs::remove_file(file).unwrap();
+    bytes
+}
+
+fn told(folder: &Path) -> String {
+    std::fs::read_to_string(folder.join("told")).unwrap_or_default()
+}
+
+fn wait_until(folder: &Path, what: &str, is_so: impl Fn() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < PATIENCE, "{what} did not come; told was\n{}", told(folder));
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn wait_for(folder: &Path, what: &str, expected: &[u8]) {
+    let look: PathBuf = folder.join("look.png");
+    wait_until(folder, what, || std::fs::read(&look).is_ok_and(|bytes| bytes == expected));
+}
+
+/// Asks the process to end; gives the signal that ended it.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn terminate(running: &mut Running) -> Option<i32> {
+    let id = running.0.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    running.0.wait().unwrap().signal()
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn the_picture_follows_the_scene_its_buffer_and_mistakes() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    let scene = [&["a.gltf"][..], &SIZE].concat();
+    let red = rendered(folder, &scene);
+    let mut running = watch(folder, &[&scene[..], &["-o", "look.png"]].concat());
+    wait_for(folder, "the red picture", &red);
+
+    write_scene(folder, "0, 0, 1");
+    let blue = rendered(folder, &scene);
+    assert_ne!(red, blue);
+    wait_for(folder, "the blue picture", &blue);
+
+    write_corners(folder, -0.5);
+    let flat = rendered(folder, &scene);
+    assert_ne!(blue, flat);
+    wait_for(folder, "the flat picture", &flat);
+
+    // Half a file is told of in a line, and the picture stays.
+    std::fs::write(folder.join("a.gltf"), "{\"asset\": ").unwrap();
+    wait_until(folder, "an error", || told(folder).contains("rayframe: error: a.gltf"));
+    assert!(std::fs::read(folder.join("look.png")).unwrap() == flat);
+    std::fs::remove_file(folder.join("a.gltf")).unwrap();
+    wait_until(folder, "another error", || told(folder).contains("cannot be read"));
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    wait_for(folder, "the red picture again", &red);
+
+    assert_eq!(terminate(&mut running), Some(15));
+    assert_eq!(names(folder), ["a.gltf", "corners.bin", "look.png", "told"]);
+}
+
+#[test]
+fn the_picture_follows_the_shot_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    let write = |background: &str| {
+        let text = format!("scene = 'a.gltf'\nresolution = [96, 54]\nbackground = '{background}'\n");
+        std::fs::write(folder.join("a.toml"), text).unwrap();
+    };
+    write("none");
+    let none = rendered(folder, &["a.toml"]);
+    let mut running = watch(folder, &["a.toml", "-o", "look.png", "-q"]);
+    wait_for(folder, "the first picture", &none);
+    write("0,1,0");
+    wait_for(folder, "the green picture", &rendered(folder, &["a.toml"]));
+    std::fs::write(folder.join("a.toml"), "sampels = 4").unwrap();
+    wait_until(folder, "an error", || told(folder).contains("did you mean \"samples\"?"));
+    write("none");
+    wait_for(folder, "the first picture again", &none);
+    assert_eq!(terminate(&mut running), Some(15));
+    assert_eq!(names(folder), ["a.gltf", "a.toml", "corners.bin", "look.png", "told"]);
+}
+
+/// A picture that takes minutes is there at once, coarse; a change ends the work on it, and so does a signal.
+#[test]
+fn coarse_pictures_come_first_and_changes_do_not_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    let look = folder.join("look.png");
+    let coarse = || {
+        let stored = inspect_png(&look).ok()?;
+        stored.render_hash?.strip_prefix("coarse ").map(str::to_owned)
+    };
+    let slow = ["a.gltf", "-r", "1920x1080", "--samples", "4096", "-o", "look.png"];
+    let mut running = watch(folder, &slow);
+    wait_until(folder, "the coarse picture", || coarse().is_some());
+    let first = coarse();
+    write_scene(folder, "0, 0, 1");
+    wait_until(folder, "another coarse picture", || coarse().is_some_and(|hash| Some(hash) != first));
+    assert_eq!(terminate(&mut running), Some(15));
+    assert_eq!(names(folder), ["a.gltf", "corners.bin", "look.png", "told"]);
+}
+
+#[test]
+fn what_cannot_be_watched_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    write_scene(folder, "1, 0, 0");
+    write_corners(folder, 1.0);
+    std::fs::write(folder.join("photo.png"), "not ours").unwrap();
+    for (arguments, code, word) in [
+        (&["gone.gltf"][..], 66, "gone.gltf"),
+        (&["a.gltf", "-f", "1-3"], 2, "add -f 12"),
+        (&["a.gltf", "-n"], 2, "rayframe render --dry-run"),
+        (&["a.gltf", "-o", "photo.png"], 73, "made by another program; --overwrite"),
+        (&["a.gltf", "-o", "a.jpg"], 2, "cannot be written"),
+        (&["a.gltf", "--stats", "corners.bin"], 2, "is read"),
+    ] {
+        let mut running = watch(folder, arguments);
+        wait_until(folder, "the end", || told(folder).contains(word));
+        assert_eq!(running.0.wait().unwrap().code(), Some(code), "{arguments:?}");
+    }
+    assert_eq!(std::fs::read(folder.join("photo.png")).unwrap(), b"not ours");
+}

@@ -16,6 +16,15 @@ pub struct DisplayPicture {
     pub pixels: Vec<[u8; 4]>,
 }
 
+/// sRGB values between 0 and 1 with straight alpha, top row first, as finely as the file holds them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayValues {
+    /// Columns and rows.
+    pub size: (u32, u32),
+    /// Row-major.
+    pub pixels: Vec<[f32; 4]>,
+}
+
 impl DisplayPicture {
     /// The picture in `size`, which is at most its own; each new pixel is the mean of what it covers.
     #[must_use]
@@ -42,8 +51,7 @@ pub fn decode_png(path: &std::path::Path, bytes: &[u8]) -> Result<DisplayPicture
     Ok(DisplayPicture { size: picture.dimensions(), pixels: picture.as_raw().as_chunks::<4>().0.to_vec() })
 }
 
-/// The size and the values of a PNG file of any kind, between 0 and 1, row-major: sRGB with straight alpha, and 16-bit values
-/// as they are.
+/// The values of a PNG file of any kind, those of 16 bits as they are.
 ///
 /// # Errors
 /// [`Error::Invalid`] when `bytes`, the content of `path`, are none; [`Error::Refused`] when they would take more than
@@ -52,7 +60,7 @@ pub fn decode_png_values(
     path: &std::path::Path,
     bytes: &[u8],
     max_memory_bytes: u64,
-) -> Result<((u32, u32), Vec<[f32; 4]>)> {
+) -> Result<DisplayValues> {
     let damaged =
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable PNG file: {error}"));
     let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
@@ -64,7 +72,7 @@ pub fn decode_png_values(
         return Err(Error::refused(path, "", format!("decoding it needs up to {excess}")));
     }
     let picture = reader().decode().map_err(damaged)?.into_rgba32f();
-    Ok((picture.dimensions(), picture.as_raw().as_chunks::<4>().0.to_vec()))
+    Ok(DisplayValues { size: picture.dimensions(), pixels: picture.as_raw().as_chunks::<4>().0.to_vec() })
 }
 
 #[cfg(test)]

@@ -22,11 +22,15 @@ pub fn pixel_hash(picture: &LayeredPicture) -> String {
         match &channel.values {
             ChannelValues::Numbers(values) => {
                 hash.update(b"n");
-                values.iter().for_each(|value| hash.update(value.to_bits().to_le_bytes()));
+                for value in values {
+                    hash.update(value.to_bits().to_le_bytes());
+                }
             }
             ChannelValues::Ids(values) => {
                 hash.update(b"i");
-                values.iter().for_each(|value| hash.update(value.to_le_bytes()));
+                for value in values {
+                    hash.update(value.to_le_bytes());
+                }
             }
         }
     }

@@ -208,7 +208,7 @@ fn layer_difference(
 fn is_light(layer: &str, picture: &LayeredPicture) -> bool {
     match Layer::ALL.into_iter().find(|known| known.name() == layer) {
         Some(known) => known.is_light(),
-        None => picture.channels_of(layer).any(|channel| channel.name.ends_with(".R")),
+        None => picture.channels_of(layer).any(|channel| channel.name.strip_suffix(".R").is_some()),
     }
 }
 
@@ -275,10 +275,10 @@ fn short(value: f64) -> String {
         return format!("{value:.1e}");
     }
     let text = format!("{value:.0$}", (3.0 - digits) as usize);
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
+    if text.contains('.') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
     }
+    text
 }
 
 impl std::fmt::Display for Fault {

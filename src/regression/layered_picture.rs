@@ -83,8 +83,8 @@ impl LayeredPicture {
             return from_exr(path, &bytes);
         }
         if bytes.starts_with(b"\x89PNG") {
-            let (size, pixels) = decode_png_values(path, &bytes, MAX_MEMORY_BYTES)?;
-            return Ok(Self::of_pixels(size, ValueRange::Display, &pixels));
+            let picture = decode_png_values(path, &bytes, MAX_MEMORY_BYTES)?;
+            return Ok(Self::of_pixels(picture.size, ValueRange::Display, &picture.pixels));
         }
         if bytes.starts_with(b"#?") {
             let picture = read_environment(path, &bytes, MAX_MEMORY_BYTES)?;

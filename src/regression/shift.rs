@@ -49,7 +49,7 @@ pub fn best_shift(actual: &[f32], reference: &[f32], size: (u32, u32)) -> Option
         return None;
     }
     let (actual, reference) = (Grey { values: actual, width }, Grey { values: reference, width });
-    let step = (1..).find(|step| width * height / (step * step) <= SAMPLES).unwrap_or(1);
+    let step = (1..width.max(height)).find(|step| width * height / (step * step) <= SAMPLES).unwrap_or(1);
     let places: Vec<(i64, i64)> = (MARGIN..height - MARGIN)
         .step_by(step as usize)
         .flat_map(|y| (MARGIN..width - MARGIN).step_by(step as usize).map(move |x| (x, y)))

@@ -157,7 +157,8 @@ fn exit_codes_tell_usage_from_bad_and_missing_files() {
     let text = stage.at("a.txt");
     std::fs::write(&text, "hello").unwrap();
     let code = |arguments: &[&str]| rayframe(&[&["diff"], arguments].concat()).status.code();
-    let output = rayframe(&["diff", &a, &wide]);
+    let output = rayframe(&["diff", &a, &wide, "--heat-map", &stage.at("none.png")]);
+    assert!(!Path::new(&stage.at("none.png")).exists());
     assert!(printed(&output).contains("the size is 40x24, the reference's 48x24"));
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(code(&[&a]), Some(2));

@@ -10,7 +10,7 @@ use clap::Args;
 
 use crate::error::{Error, Result};
 use crate::image_file::write_atomically;
-use crate::progress::print_output;
+use crate::progress::{print_output, print_warning};
 use crate::regression::{FilePair, LayeredPicture, PairedFiles, Preset, judge, pair_files, pixel_hash};
 
 use super::layer_options;
@@ -51,14 +51,14 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     for pair in &paired.pairs {
         let (report, map) = compared(args, pair)?;
         for pattern in [&heat_map, &flip_map].into_iter().flatten() {
-            let Some(map) = &map else {
-                return Err(Error::usage(format!(
-                    "{} and {}: pictures without common size or without colours have no map",
+            match &map {
+                Some(map) => write_atomically(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
+                None => print_warning(&format!(
+                    "{} and {}: no map, for they have other sizes or no colours",
                     pair.actual.display(),
                     pair.reference.display()
-                )));
-            };
-            write_atomically(&pattern.path(pair.frame), &pattern.encoded(map)?)?;
+                )),
+            }
         }
         frames.push(report);
     }

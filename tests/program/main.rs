@@ -2,6 +2,7 @@
 
 mod cli;
 mod determinism;
+mod diff;
 mod killed;
 mod layers;
 mod merge;

@@ -35,6 +35,27 @@ pub(super) fn layers(text: &str) -> Result<LayerSet, String> {
     Ok(LayerSet::new(&layers))
 }
 
+/// The names of the layers that the words stand for, of those that are in files, whoever wrote them.
+pub(super) fn layers_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String> {
+    let mut names: Vec<String> = Vec::new();
+    for word in words(text) {
+        let group = GROUPS.iter().find(|(name, _)| *name == word);
+        let is_meant = |name: &str| match group {
+            Some(("all", _)) => true,
+            Some((_, holds)) => Layer::ALL.into_iter().any(|layer| layer.name() == name && holds(layer)),
+            None => name == word,
+        };
+        let before = names.len();
+        names.extend(present.iter().filter(|name| is_meant(name)).map(|name| (*name).to_owned()));
+        if names.len() == before {
+            let all: std::collections::BTreeSet<_> = present.iter().copied().collect();
+            let all: Vec<_> = all.into_iter().collect();
+            return Err(unknown(word, "a layer of these pictures", &all));
+        }
+    }
+    Ok(names)
+}
+
 /// `half,zip`, either word alone, in any order.
 pub(super) fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
     const SAMPLES: [LightSamples; 2] = [LightSamples::Half, LightSamples::Float];

@@ -2,6 +2,7 @@
 
 mod audience;
 mod choices;
+mod diff;
 mod environment;
 mod idle_options;
 mod info;
@@ -45,6 +46,8 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Show what is in a file, what will be rendered, and what is not supported
     Info(info::InfoArgs),
+    /// Compare two pictures or two sequences; exit code 0: same within the preset, 1: different
+    Diff(diff::DiffArgs),
     /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
     Watch(shot::GivenOptions),
 }
@@ -72,6 +75,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
             Command::Watch(given) => watch::run(&given),
             Command::Merge(args) => merge::run(&args),
             Command::Info(args) => ending(info::run(&args)),
+            Command::Diff(args) => match diff::run(&args) {
+                Ok(is_same) => Ending::Code(u8::from(!is_same)),
+                Err(error) => ending(Err(error)),
+            },
         }
     }));
     ran.unwrap_or_else(|_| {

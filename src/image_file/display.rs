@@ -5,7 +5,7 @@ use std::io::Cursor;
 use image::imageops::thumbnail;
 use image::{ImageFormat, ImageReader, RgbaImage};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, over_limit};
 
 /// sRGB pixels with straight alpha, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,6 +14,15 @@ pub struct DisplayPicture {
     pub size: (u32, u32),
     /// Row-major.
     pub pixels: Vec<[u8; 4]>,
+}
+
+/// sRGB values between 0 and 1 with straight alpha, top row first, as finely as the file holds them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DisplayValues {
+    /// Columns and rows.
+    pub size: (u32, u32),
+    /// Row-major.
+    pub pixels: Vec<[f32; 4]>,
 }
 
 impl DisplayPicture {
@@ -40,6 +49,30 @@ pub fn decode_png(path: &std::path::Path, bytes: &[u8]) -> Result<DisplayPicture
         .map_err(|error| Error::invalid(path, "", format!("not a readable PNG file: {error}")))?
         .into_rgba8();
     Ok(DisplayPicture { size: picture.dimensions(), pixels: picture.as_raw().as_chunks::<4>().0.to_vec() })
+}
+
+/// The values of a PNG file of any kind, those of 16 bits as they are.
+///
+/// # Errors
+/// [`Error::Invalid`] when `bytes`, the content of `path`, are none; [`Error::Refused`] when they would take more than
+/// `max_memory_bytes`.
+pub fn decode_png_values(
+    path: &std::path::Path,
+    bytes: &[u8],
+    max_memory_bytes: u64,
+) -> Result<DisplayValues> {
+    let damaged =
+        |error: image::ImageError| Error::invalid(path, "", format!("not a readable PNG file: {error}"));
+    let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let (width, height) = reader().into_dimensions().map_err(damaged)?;
+    // At most eight bytes a pixel as decoded, and sixteen as handed on.
+    let needed = u64::from(width) * u64::from(height) * 24;
+    if needed > max_memory_bytes {
+        let excess = over_limit(needed.into(), max_memory_bytes.into());
+        return Err(Error::refused(path, "", format!("decoding it needs up to {excess}")));
+    }
+    let picture = reader().decode().map_err(damaged)?.into_rgba32f();
+    Ok(DisplayValues { size: picture.dimensions(), pixels: picture.as_raw().as_chunks::<4>().0.to_vec() })
 }
 
 #[cfg(test)]

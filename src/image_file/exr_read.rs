@@ -30,6 +30,12 @@ pub struct ExrImage {
 /// [`Error::Invalid`] when it is not such a picture; [`Error::Refused`] when the pixels would take more than
 /// `max_memory_bytes`.
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<ExrImage, Error> {
+    within_memory(path, bytes, max_memory_bytes)?;
+    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+}
+
+/// Refuses a file whose pixels would take more than `max_memory_bytes`, judged by its header alone.
+pub(super) fn within_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
     let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
         let message = format!(
@@ -38,7 +44,7 @@ pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Ex
         );
         return Err(Error::refused(path, "", message));
     }
-    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+    Ok(())
 }
 
 fn decode(bytes: &[u8]) -> Result<ExrImage, String> {

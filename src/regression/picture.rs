@@ -62,20 +62,7 @@ impl Picture {
     pub fn write(&self, path: &Path, frame: i32, time_seconds: f64) -> Result<()> {
         let pixels =
             RgbaPixels { picture_size: self.size, origin: (0, 0), size: self.size, pixels: &self.pixels };
-        let identity = glam::Mat4::IDENTITY.to_cols_array();
-        let attributes = FrameAttributes {
-            software: "rayframe".to_owned(),
-            render_hash: String::new(),
-            frame,
-            time_seconds,
-            frames_per_second: (super::FRAMES_PER_SECOND, 1),
-            world_to_camera: identity,
-            world_to_ndc: identity,
-            time_code: None,
-            texts: Vec::new(),
-            stamp: None,
-        };
-        let bytes = image_file::encode_exr(&pixels, &attributes)?;
+        let bytes = image_file::encode_exr(&pixels, &attributes(frame, time_seconds))?;
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
                 path: folder.to_owned(),
@@ -83,5 +70,22 @@ impl Picture {
             })?;
         }
         image_file::write_atomically(path, &bytes)
+    }
+}
+
+/// What a file says that is not rendered on the command line.
+pub(super) fn attributes(frame: i32, time_seconds: f64) -> FrameAttributes {
+    let identity = glam::Mat4::IDENTITY.to_cols_array();
+    FrameAttributes {
+        software: "rayframe".to_owned(),
+        render_hash: String::new(),
+        frame,
+        time_seconds,
+        frames_per_second: (super::FRAMES_PER_SECOND, 1),
+        world_to_camera: identity,
+        world_to_ndc: identity,
+        time_code: None,
+        texts: Vec::new(),
+        stamp: None,
     }
 }

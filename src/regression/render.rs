@@ -45,6 +45,11 @@ impl SceneRenderer {
         Ok(Self { scene, selection, surroundings, warnings })
     }
 
+    /// The scene, to be changed.
+    pub fn scene_mut(&mut self) -> &mut Scene {
+        &mut self.scene
+    }
+
     /// What the file asks for and is not honoured.
     pub fn warnings(&self) -> impl Iterator<Item = String> {
         self.warnings.iter().map(ToString::to_string)

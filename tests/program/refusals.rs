@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::process::Command;
 
+use crate::names;
+
 /// A triangle with everything that a file may hold apart.
 const TRIANGLE: &str = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
@@ -81,14 +83,6 @@ fn set_up(folder: &Path) {
     std::fs::write(folder.join("empty.glb"), "").unwrap();
     std::fs::write(folder.join("foreign.exr"), "yesterday's picture").unwrap();
     std::fs::create_dir(folder.join("taken.exr")).unwrap();
-}
-
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn names(folder: &Path) -> Vec<std::ffi::OsString> {
-    let mut names: Vec<_> =
-        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    names.sort();
-    names
 }
 
 #[test]

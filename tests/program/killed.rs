@@ -11,6 +11,8 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::names;
+
 const FRAMES: usize = 10;
 
 /// When a run is killed.
@@ -39,17 +41,6 @@ fn command_through(mut command: Command, folder: &Path) -> Command {
         .args(["-r", "96x54", "--samples", "1", "--progress", "plain"])
         .args(["-f", &format!("0-{}", FRAMES - 1)]);
     command
-}
-
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn names(folder: &Path) -> Vec<String> {
-    // Perhaps not even the folder was made yet.
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Vec::new();
-    };
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// Half-written files are hidden and named after their frame, so that no pattern for frames finds them.

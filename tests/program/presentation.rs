@@ -7,6 +7,8 @@ use image::AnimationDecoder as _;
 use image::codecs::gif::GifDecoder;
 use image::codecs::png::PngDecoder;
 
+use crate::names;
+
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
 
 /// Renders three frames of 32x18 pixels into `folder` with more options.
@@ -22,13 +24,6 @@ fn render(folder: &Path, options: &[&str]) -> Output {
         command.args(["-o", "a.####.exr"]);
     }
     command.output().unwrap()
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 #[test]

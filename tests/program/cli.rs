@@ -1,4 +1,4 @@
-//! The program from outside: exit codes and messages that need no scene, or none but an empty one.
+//! Exit codes and messages that need no scene, or none but an empty one.
 
 use std::process::{Command, Output, Stdio};
 

@@ -7,6 +7,8 @@ use std::process::{Command, Output};
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
 
+use crate::names;
+
 /// A few spheres over a floor.
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/material/mirror.gltf");
 
@@ -40,14 +42,6 @@ fn assert_refused(options: &str, word: &str) {
     assert_eq!(output.status.code(), Some(2), "{options}: {message}");
     assert!(message.contains(word) && message.lines().count() == 1, "{options}: {message}");
     assert!(names(folder.path()).is_empty(), "{options}");
-}
-
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]

@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use rayframe::image_file::inspect_png;
 
+use crate::names;
+
 /// Far longer than anything here takes on a machine with other things to do.
 const PATIENCE: Duration = Duration::from_secs(60);
 const SIZE: [&str; 2] = ["-r", "96x54"];
@@ -99,14 +101,6 @@ fn terminate(running: &mut Running) -> Option<i32> {
     let id = running.0.id().to_string();
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
     running.0.wait().unwrap().signal()
-}
-
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn names(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).unwrap();
-    let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 #[test]

@@ -1,0 +1,103 @@
+//! `rayframe diff`: two pictures, or two sequences, against the limits of a preset.
+
+mod pictures;
+mod report;
+mod text;
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::error::{Error, Result};
+use crate::image_file::write_atomically;
+use crate::progress::{print_output, print_warning};
+use crate::regression::{FilePair, LayeredPicture, PairedFiles, Preset, judge, pair_files, pixel_hash};
+
+use super::layer_options;
+use pictures::MapPattern;
+use report::{FrameReport, Report};
+
+/// Options of `rayframe diff`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct DiffArgs {
+    /// What is judged: a picture (.exr, .png, .hdr), a sequence (shot.####.exr, shot.%04d.exr) or a folder
+    actual: PathBuf,
+    /// What it is judged by: the same kind; frames are matched by number
+    reference: PathBuf,
+    /// What may differ: exact, strict, visual or noisy (docs/regression.md says every limit)
+    #[arg(long, value_name = "PRESET", default_value = "visual", value_parser = preset)]
+    preset: Preset,
+    /// Compare only these layers: names between commas, such as beauty,depth, or light, data, crypto, all
+    #[arg(long, value_name = "LIST", default_value = "all")]
+    layers: String,
+    /// Write FLIP of every pixel as colours; for sequences a name with a place for the frame, such as heat.####.png
+    #[arg(long, value_name = "FILE.png", value_parser = clap::value_parser!(std::ffi::OsString))]
+    heat_map: Option<std::ffi::OsString>,
+    /// Write FLIP of every pixel as numbers, in a channel Y of floats
+    #[arg(long, value_name = "FILE.exr", value_parser = clap::value_parser!(std::ffi::OsString))]
+    flip_map: Option<std::ffi::OsString>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Compares, prints, and gives whether all is the same within the limits.
+pub(super) fn run(args: &DiffArgs) -> Result<bool> {
+    let paired = pair_files(&args.actual, &args.reference)?;
+    let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
+    let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
+    let is_sequence = crate::regression::is_sequence(&args.actual);
+    let mut frames = Vec::with_capacity(paired.pairs.len());
+    for pair in &paired.pairs {
+        let (report, map) = compared(args, pair)?;
+        for pattern in [&heat_map, &flip_map].into_iter().flatten() {
+            match &map {
+                Some(map) => write_atomically(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
+                None => print_warning(&format!(
+                    "{} and {}: no map, for they have other sizes or no colours",
+                    pair.actual.display(),
+                    pair.reference.display()
+                )),
+            }
+        }
+        frames.push(report);
+    }
+    let report = Report::new(args.preset, frames, &paired);
+    if args.json {
+        let json = serde_json::to_string_pretty(&report)
+            .map_err(|error| Error::Internal { message: error.to_string() })?;
+        print_output(&json);
+    } else {
+        print_output(&text::text(&report, is_sequence));
+    }
+    Ok(report.same)
+}
+
+fn compared(args: &DiffArgs, pair: &FilePair) -> Result<(FrameReport, Option<crate::regression::FlipMap>)> {
+    let (actual, reference) = (LayeredPicture::read(&pair.actual)?, LayeredPicture::read(&pair.reference)?);
+    let layers =
+        layer_options::layers_in_files(&args.layers, &[actual.layers(), reference.layers()].concat())
+            .map_err(Error::usage)?;
+    let (actual, reference) = (actual.with_layers(&layers), reference.with_layers(&layers));
+    let mut judgement = judge(&actual, &reference, &args.preset.limits());
+    let map = judgement.flip_map.take();
+    let exposures = map.as_ref().and_then(|map| map.exposures);
+    let hashes = (pixel_hash(&actual), pixel_hash(&reference));
+    Ok((FrameReport::new(pair, judgement, exposures, hashes), map))
+}
+
+fn preset(text: &str) -> std::result::Result<Preset, String> {
+    let found = Preset::ALL.into_iter().find(|preset| preset.name() == text);
+    found.ok_or_else(|| "write exact, strict, visual or noisy".to_owned())
+}
+
+/// A path for people and for JSON.
+fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+/// Files that have no counterpart: those missing in `actual`, those missing in `reference`.
+fn missing(paired: &PairedFiles) -> (Vec<String>, Vec<String>) {
+    let list = |files: &[PathBuf]| files.iter().map(|file| shown(file)).collect();
+    (list(&paired.only_in_reference), list(&paired.only_in_actual))
+}

@@ -1,0 +1,92 @@
+//! The pictures that a comparison writes: FLIP as colours or as numbers.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::path::PathBuf;
+
+use crate::error::{Error, Result};
+use crate::image_file::{
+    ExrChannel, ExrCompression, ExrPicture, ExrSamples, FrameAttributes, encode_exr_picture, encode_png,
+};
+use crate::regression::{FlipMap, PairedFiles, heat_map};
+use crate::sequence::{OutputFormat, OutputPattern};
+
+/// Where maps go.
+pub(super) struct MapPattern {
+    pattern: OutputPattern,
+    format: OutputFormat,
+}
+
+impl MapPattern {
+    /// Of `--heat-map`.
+    pub(super) fn heat_map(name: &OsStr, paired: &PairedFiles) -> Result<Self> {
+        Self::new("--heat-map", name, OutputFormat::Png, paired)
+    }
+
+    /// Of `--flip-map`.
+    pub(super) fn flip_map(name: &OsStr, paired: &PairedFiles) -> Result<Self> {
+        Self::new("--flip-map", name, OutputFormat::Exr, paired)
+    }
+
+    fn new(option: &str, name: &OsStr, format: OutputFormat, paired: &PairedFiles) -> Result<Self> {
+        let pattern =
+            OutputPattern::parse(name).map_err(|message| Error::usage(format!("{option}: {message}")))?;
+        if pattern.format() != format {
+            let ending = if format == OutputFormat::Png { ".png" } else { ".exr" };
+            return Err(Error::usage(format!("{option} {}: end it with {ending}", name.display())));
+        }
+        let paths: BTreeSet<_> =
+            paired.pairs.iter().map(|pair| pattern.path(pair.frame.unwrap_or(0))).collect();
+        if paths.len() < paired.pairs.len() {
+            return Err(Error::usage(format!(
+                "{option} {}: several pictures would share a name; write a place for the frame, such as heat.####.png, and \
+                 compare one sequence at a time",
+                name.display()
+            )));
+        }
+        let is_input =
+            |path: &PathBuf| paired.pairs.iter().any(|pair| [&pair.actual, &pair.reference].contains(&path));
+        if let Some(path) = paths.iter().find(|path| is_input(path)) {
+            return Err(Error::usage(format!("{option} {} is what is compared", path.display())));
+        }
+        Ok(Self { pattern, format })
+    }
+
+    /// The file of a frame.
+    pub(super) fn path(&self, frame: Option<i64>) -> PathBuf {
+        self.pattern.path(frame.unwrap_or(0))
+    }
+
+    /// What is in it.
+    pub(super) fn encoded(&self, map: &FlipMap) -> Result<Vec<u8>> {
+        match self.format {
+            OutputFormat::Png => encode_png(map.size, &heat_map(map), ""),
+            OutputFormat::Exr => encode_errors(map),
+        }
+    }
+}
+
+fn encode_errors(map: &FlipMap) -> Result<Vec<u8>> {
+    let channel = ExrChannel { name: "Y".to_owned(), samples: ExrSamples::Float(map.errors.clone()) };
+    let picture = ExrPicture {
+        picture_size: map.size,
+        origin: (0, 0),
+        size: map.size,
+        channels: vec![channel],
+        compression: ExrCompression::Zip,
+    };
+    let identity = glam::Mat4::IDENTITY.to_cols_array();
+    let attributes = FrameAttributes {
+        software: "rayframe".to_owned(),
+        render_hash: String::new(),
+        frame: 0,
+        time_seconds: 0.0,
+        frames_per_second: (24, 1),
+        world_to_camera: identity,
+        world_to_ndc: identity,
+        time_code: None,
+        texts: Vec::new(),
+        stamp: None,
+    };
+    encode_exr_picture(picture, &attributes)
+}

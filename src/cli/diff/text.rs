@@ -1,0 +1,127 @@
+//! What `rayframe diff` prints for people.
+
+use std::fmt::Write as _;
+
+use super::report::{FrameReport, Report};
+use crate::progress::one_line;
+
+/// Heights of the columns of a graph.
+const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+
+/// The whole report, without a line end.
+pub(super) fn text(report: &Report, is_sequence: bool) -> String {
+    let mut text = String::new();
+    if is_sequence {
+        table(&mut text, report);
+    } else {
+        for frame in &report.frames {
+            picture(&mut text, frame, report.preset.name());
+        }
+    }
+    text.trim_end().to_owned()
+}
+
+/// Every measure with its limit.
+fn picture(text: &mut String, frame: &FrameReport, preset: &str) {
+    let names = format!("{} and {}", one_line(&frame.actual), one_line(&frame.reference));
+    if frame.same && frame.identical {
+        let _ = writeln!(text, "identical: {names}");
+        return;
+    }
+    let verdict = if frame.same { "same within" } else { "different by" };
+    let _ = writeln!(text, "{verdict} preset {preset}: {names}");
+    details(text, frame);
+}
+
+fn details(text: &mut String, frame: &FrameReport) {
+    for fault in &frame.faults {
+        let _ = writeln!(text, "  FAIL {}", one_line(&fault.to_string()));
+    }
+    for check in &frame.checks {
+        let mark = if check.passes { "ok  " } else { "FAIL" };
+        let _ = writeln!(text, "  {mark} {}", one_line(&check.to_string()));
+    }
+    if let Some(found) = frame.root_mean_square {
+        let _ = writeln!(text, "       RMSE {:.3e}, PSNR {:.1} dB", found.error, found.peak_ratio_decibels);
+    }
+    if let Some(cause) = &frame.cause {
+        let _ = writeln!(text, "  likely {}", one_line(&cause.to_string()));
+    }
+}
+
+/// A line a frame, a graph, what is missing, and what fails.
+fn table(text: &mut String, report: &Report) {
+    let _ = writeln!(text, " frame  mean FLIP  worst tile  RMSE       verdict");
+    for frame in &report.frames {
+        let number = frame.frame.map_or_else(|| "-".to_owned(), |frame| frame.to_string());
+        let flip = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
+        let error =
+            frame.root_mean_square.map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
+        let _ = writeln!(
+            text,
+            "{number:>6}  {:>9}  {:>10}  {error:<9}  {}",
+            flip(frame.flip.map(|flip| flip.mean)),
+            flip(frame.flip.map(|flip| flip.tile)),
+            verdict(frame)
+        );
+    }
+    for (name, series) in [("mean FLIP ", &report.series.mean_flip), ("worst tile", &report.series.tile_flip)]
+    {
+        let largest = series.iter().flatten().fold(0.0, |a, &b| if b > a { b } else { a });
+        let _ = writeln!(text, "{name}  {}  0 to {largest:.4}", graph(series, largest));
+    }
+    for (where_not, files) in [
+        ("missing in the first", &report.missing_in_actual),
+        ("missing in the second", &report.missing_in_reference),
+    ] {
+        for file in files {
+            let _ = writeln!(text, "{where_not}: the frame of {}", one_line(file));
+        }
+    }
+    let failed = report.frames.iter().filter(|frame| !frame.same);
+    for frame in failed.clone() {
+        let _ = writeln!(text, "{} and {}:", one_line(&frame.actual), one_line(&frame.reference));
+        details(text, frame);
+    }
+    let (failed, all) = (failed.count(), report.frames.len());
+    let lost = report.missing_in_actual.len() + report.missing_in_reference.len();
+    let _ = writeln!(
+        text,
+        "{}: {failed} of {all} frames different by preset {}, {lost} missing",
+        if report.same { "same" } else { "different" },
+        report.preset.name()
+    );
+}
+
+fn verdict(frame: &FrameReport) -> String {
+    match frame.failures.as_slice() {
+        [] if frame.identical => "identical".to_owned(),
+        [] => "same".to_owned(),
+        [only] => one_line(only),
+        [first, rest @ ..] => format!("{} (and {} more)", one_line(first), rest.len()),
+    }
+}
+
+/// A column a frame, from 0 to `largest`; a blank where there is no number.
+fn graph(series: &[Option<f64>], largest: f64) -> String {
+    let column = |value: &Option<f64>| match value {
+        None => ' ',
+        Some(value) if largest > 0.0 => {
+            let height = (value / largest * (COLUMNS.len() - 1) as f64 + 0.5) as usize;
+            COLUMNS[height.min(COLUMNS.len() - 1)]
+        }
+        Some(_) => COLUMNS[0],
+    };
+    series.iter().map(column).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn graphs_reach_from_the_lowest_to_the_highest_column() {
+        assert_eq!(graph(&[Some(0.0), Some(0.07), None, Some(0.035)], 0.07), "▁█ ▅");
+        assert_eq!(graph(&[Some(0.0)], 0.0), "▁");
+    }
+}

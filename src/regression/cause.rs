@@ -1,0 +1,245 @@
+//! What most likely made two pictures differ, told from their layers, or from the colours alone.
+//!
+//! A guess for people, after simple rules in this order: a displacement of the whole picture, layers of geometry, layers of
+//! materials, differences without structure, light. A thing that moves alone before an even background looks like a camera that moves.
+
+use serde::Serialize;
+
+use super::shift::best_shift;
+use super::{LayerDifference, LayeredPicture};
+use crate::color::luminance;
+
+/// The share of squared differences that a displacement must explain.
+const EXPLAINED_BY_SHIFT: f64 = 0.6;
+/// Pixels that a camera moves at least.
+const LEAST_SHIFT: f64 = 0.05;
+/// The share of squared differences that a factor on light must explain.
+const EXPLAINED_BY_LIGHT: f64 = 0.6;
+/// Neighbours' differences in noise correlate less.
+const LARGEST_CORRELATION: f64 = 0.3;
+/// The share of pixels that noise reaches at least.
+const LEAST_NOISE: f64 = 0.1;
+
+/// Layers of what is where, the plainest first.
+const GEOMETRY: [&str; 7] =
+    ["object_id", "node_id", "depth", "position", "geometric_normal", "crypto_object", "motion"];
+/// Layers of what it is made of. Normals with normal maps are here, for geometry has been looked at before.
+const MATERIAL: [&str; 5] = ["material_id", "albedo", "normal", "uv", "crypto_material"];
+
+/// The likely cause.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Cause {
+    /// All is displaced.
+    Camera {
+        /// Pixels to the right.
+        right: f64,
+        /// Pixels downwards.
+        down: f64,
+    },
+    /// Things are elsewhere, others, or of another shape.
+    Geometry {
+        /// The layer that tells.
+        layer: String,
+        /// Pixels in which it differs.
+        pixels: usize,
+    },
+    /// Surfaces are of another material.
+    Material {
+        /// The layer that tells.
+        layer: String,
+        /// Pixels in which it differs.
+        pixels: usize,
+    },
+    /// Only light differs.
+    Light {
+        /// The factors on red, green and blue, where they explain the difference.
+        factors: Option<[f64; 3]>,
+    },
+    /// Differences without structure.
+    Noise,
+    /// There are no layers to tell.
+    Unclear {
+        /// The share of pixels whose brightness differs.
+        share: f64,
+    },
+}
+
+impl std::fmt::Display for Cause {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Camera { right, down } => {
+                write!(formatter, "camera: all is {right:+.2} pixels to the right and {down:+.2} down")
+            }
+            Self::Geometry { layer, pixels } => {
+                write!(formatter, "geometry: {layer} differs in {pixels} pixels")
+            }
+            Self::Material { layer, pixels } => {
+                write!(formatter, "material: {layer} differs in {pixels} pixels")
+            }
+            Self::Light { factors: Some([r, g, b]) } => {
+                write!(formatter, "light: red times {r:.3}, green times {g:.3}, blue times {b:.3}")
+            }
+            Self::Light { factors: None } => {
+                write!(formatter, "light: surfaces are the same, the light is not")
+            }
+            Self::Noise => write!(formatter, "noise: the differences have no structure"),
+            Self::Unclear { share } => {
+                let percent = share * 100.0;
+                write!(
+                    formatter,
+                    "unclear: {percent:.2} % of pixels differ in brightness, and there are no layers to tell why"
+                )
+            }
+        }
+    }
+}
+
+/// The likely cause of differences between two pictures of one size; `layers` are those that both have.
+pub fn likely_cause(
+    actual: &LayeredPicture,
+    reference: &LayeredPicture,
+    layers: &[LayerDifference],
+) -> Option<Cause> {
+    let greys = [actual, reference].map(|picture| picture.colors().map(|colors| shown(&colors)));
+    let [actual_grey, reference_grey] = &greys;
+    if let (Some(actual), Some(grey)) = (actual_grey, reference_grey)
+        && let Some(shift) = best_shift(actual, grey, reference.size)
+        && shift.explained >= EXPLAINED_BY_SHIFT
+        && shift.right.abs() + shift.down.abs() >= LEAST_SHIFT
+    {
+        return Some(Cause::Camera { right: shift.right, down: shift.down });
+    }
+    let differing = |names: &[&str]| {
+        let found = names
+            .iter()
+            .find_map(|name| layers.iter().find(|layer| layer.layer == *name && layer.different_pixels > 0));
+        found.map(|layer| (layer.layer.clone(), layer.different_pixels))
+    };
+    if let Some((layer, pixels)) = differing(&GEOMETRY) {
+        return Some(Cause::Geometry { layer, pixels });
+    }
+    if let Some((layer, pixels)) = differing(&MATERIAL) {
+        return Some(Cause::Material { layer, pixels });
+    }
+    let (Some(actual_grey), Some(reference_grey)) = (actual_grey, reference_grey) else { return None };
+    let differences: Vec<f64> =
+        actual_grey.iter().zip(reference_grey).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect();
+    if differences.iter().all(|&difference| difference == 0.0) {
+        return None;
+    }
+    if is_noise(&differences, reference.size.0 as usize) {
+        return Some(Cause::Noise);
+    }
+    let factors =
+        light_factors(&actual.clone().in_light().colors()?, &reference.clone().in_light().colors()?);
+    let has_layers = layers.iter().any(|layer| GEOMETRY.contains(&layer.layer.as_str()));
+    if factors.is_some() || has_layers {
+        return Some(Cause::Light { factors });
+    }
+    let different = differences.iter().filter(|difference| **difference != 0.0).count();
+    Some(Cause::Unclear { share: different as f64 / differences.len() as f64 })
+}
+
+/// Luminance as an eye would weigh it, between 0 and 1; what is not finite is 0.
+fn shown(colors: &[[f32; 3]]) -> Vec<f32> {
+    let grey = |color: &[f32; 3]| {
+        let light = luminance(glam::Vec3::from_array(*color));
+        if light.is_finite() && light > 0.0 { (light / (1.0 + light)).sqrt() } else { 0.0 }
+    };
+    colors.iter().map(grey).collect()
+}
+
+/// Whether differences are spread over the picture, around zero, and say nothing about those of their neighbours.
+fn is_noise(differences: &[f64], width: usize) -> bool {
+    let square: f64 = differences.iter().map(|difference| difference * difference).sum();
+    let sum: f64 = differences.iter().sum();
+    let different = differences.iter().filter(|difference| **difference != 0.0).count();
+    let correlation = |step: usize| {
+        let products = differences.iter().zip(differences.iter().skip(step)).map(|(a, b)| a * b);
+        products.sum::<f64>() / square
+    };
+    let is_spread = different as f64 >= LEAST_NOISE * differences.len() as f64;
+    let is_centred = sum * sum <= 0.05 * square * differences.len() as f64;
+    is_spread
+        && is_centred
+        && correlation(1).abs() <= LARGEST_CORRELATION
+        && correlation(width).abs() <= LARGEST_CORRELATION
+}
+
+/// The factor on each colour with the least squared error, if they explain most of the difference.
+fn light_factors(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<[f64; 3]> {
+    let (mut cross, mut square, mut before, mut actual_square) = ([0.0; 3], [0.0; 3], 0.0, [0.0; 3]);
+    for (ours, theirs) in actual.iter().zip(reference) {
+        for channel in 0..3 {
+            let (ours, theirs) = (f64::from(ours[channel]), f64::from(theirs[channel]));
+            if ours.is_finite() && theirs.is_finite() {
+                cross[channel] += ours * theirs;
+                square[channel] += theirs * theirs;
+                actual_square[channel] += ours * ours;
+                before += (ours - theirs) * (ours - theirs);
+            }
+        }
+    }
+    let factors =
+        [0, 1, 2].map(|channel| if square[channel] > 0.0 { cross[channel] / square[channel] } else { 1.0 });
+    let after: f64 = (0..3).map(|channel| actual_square[channel] - factors[channel] * cross[channel]).sum();
+    (before > 0.0 && after <= (1.0 - EXPLAINED_BY_LIGHT) * before).then_some(factors)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::ValueRange;
+
+    const SIZE: (u32, u32) = (64, 48);
+
+    /// A lit hill, with an offset of each pixel's own.
+    fn picture(change: impl Fn(f32, f32, f32) -> f32) -> LayeredPicture {
+        let pixel = |at: u32| {
+            let (x, y) = ((at % SIZE.0) as f32, (at / SIZE.0) as f32);
+            let light = 0.5 + 0.3 * libm::sinf(x * 0.3) * libm::cosf(y * 0.2);
+            let value = change(light, x, y);
+            [value, value * 0.5, value * 0.25, 1.0]
+        };
+        let pixels: Vec<_> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
+        LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels)
+    }
+
+    fn differing(layer: &str, different_pixels: usize) -> LayerDifference {
+        LayerDifference { layer: layer.to_owned(), different_pixels, ..LayerDifference::default() }
+    }
+
+    #[test]
+    fn colours_alone_tell_cameras_light_noise_and_parts() {
+        let reference = picture(|light, _, _| light);
+        let cause = |actual: &LayeredPicture| likely_cause(actual, &reference, &[]);
+        let moved = picture(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
+        let found = cause(&moved);
+        let Some(Cause::Camera { right, down }) = found else { panic!("{found:?}") };
+        assert!((right - 2.0).abs() < 0.05 && (down + 1.0).abs() < 0.05);
+        let found = cause(&picture(|light, _, _| light * 1.1));
+        let Some(Cause::Light { factors: Some([red, ..]) }) = found else { panic!("{found:?}") };
+        assert!((red - 1.1).abs() < 1e-4);
+        // A hash of the place, between −0.01 and 0.01.
+        let grain = |x: f32, y: f32| {
+            let mixed = ((x as u32 * 73_856_093) ^ (y as u32 * 19_349_663)).wrapping_mul(2_654_435_761);
+            ((mixed >> 16) % 1000) as f32 / 50_000.0 - 0.01
+        };
+        assert_eq!(cause(&picture(|light, x, y| light + grain(x, y))), Some(Cause::Noise));
+        let part = picture(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
+        assert_eq!(cause(&part), Some(Cause::Unclear { share: 64.0 / 3072.0 }));
+        assert_eq!(cause(&reference), None);
+    }
+
+    #[test]
+    fn layers_tell_geometry_from_material_from_light() {
+        let reference = picture(|light, _, _| light);
+        let part = picture(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
+        let cause = |layers: &[LayerDifference]| likely_cause(&part, &reference, layers).unwrap();
+        let (depth, albedo) = (differing("depth", 64), differing("albedo", 60));
+        assert!(matches!(cause(&[albedo.clone(), depth]), Cause::Geometry { pixels: 64, .. }));
+        assert!(matches!(cause(&[differing("depth", 0), albedo]), Cause::Material { pixels: 60, .. }));
+        assert_eq!(cause(&[differing("depth", 0), differing("albedo", 0)]), Cause::Light { factors: None });
+    }
+}

@@ -1,0 +1,119 @@
+//! How far the values of a channel are apart, and how many of them too far.
+
+use serde::Serialize;
+
+use super::ChannelValues;
+
+/// The differences of one channel. Values that are not finite are left to [`super::NonFinite`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ChannelDifference {
+    /// The channel.
+    pub channel: String,
+    /// Values whose bits are not the same.
+    pub different: usize,
+    /// Values beyond the absolute limit.
+    pub beyond_absolute: usize,
+    /// Values beyond the relative limit, as a share of the reference's magnitude.
+    pub beyond_relative: usize,
+    /// The largest absolute difference; of ids 1 where they differ.
+    pub largest: f64,
+    /// Column and row of the largest difference.
+    pub largest_at: (u32, u32),
+    /// The largest difference as a share of the reference's magnitude; infinite where that is 0.
+    pub largest_relative: f64,
+}
+
+/// How far a value may be from its reference. It is too far when it is beyond both.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ValueLimits {
+    /// Units of the value.
+    pub absolute: f64,
+    /// A share of the reference's magnitude.
+    pub relative: f64,
+}
+
+/// Compares two channels of pictures `width` pixels wide. Sets `is_beyond` of every pixel that is beyond both limits.
+pub fn channel_difference(
+    name: &str,
+    values: (&ChannelValues, &ChannelValues),
+    limits: &ValueLimits,
+    width: u32,
+    is_beyond: &mut [bool],
+) -> ChannelDifference {
+    let mut found = ChannelDifference { channel: name.to_owned(), ..ChannelDifference::default() };
+    for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
+        found.different += usize::from(!same_bits(values, at));
+        let Some((difference, magnitude)) = difference(values, at) else { continue };
+        if difference == 0.0 {
+            continue;
+        }
+        let relative = difference / magnitude;
+        let beyond = (difference > limits.absolute, relative > limits.relative);
+        found.beyond_absolute += usize::from(beyond.0);
+        found.beyond_relative += usize::from(beyond.1);
+        *is_beyond |= beyond.0 && beyond.1;
+        if difference > found.largest {
+            found.largest = difference;
+            found.largest_at = (at as u32 % width, at as u32 / width);
+        }
+        if relative > found.largest_relative {
+            found.largest_relative = relative;
+        }
+    }
+    found
+}
+
+fn same_bits(values: (&ChannelValues, &ChannelValues), at: usize) -> bool {
+    match values {
+        (ChannelValues::Numbers(actual), ChannelValues::Numbers(reference)) => {
+            actual[at].to_bits() == reference[at].to_bits()
+        }
+        (ChannelValues::Ids(actual), ChannelValues::Ids(reference)) => actual[at] == reference[at],
+        _ => false,
+    }
+}
+
+/// The absolute difference and the reference's magnitude; `None` when either value is not finite. Ids that differ are infinitely
+/// far apart by share and 1 by value, as are numbers and ids.
+fn difference(values: (&ChannelValues, &ChannelValues), at: usize) -> Option<(f64, f64)> {
+    match values {
+        (ChannelValues::Numbers(actual), ChannelValues::Numbers(reference)) => {
+            let (actual, reference) = (f64::from(actual[at]), f64::from(reference[at]));
+            let is_finite = actual.is_finite() && reference.is_finite();
+            is_finite.then(|| ((actual - reference).abs(), reference.abs()))
+        }
+        (ChannelValues::Ids(actual), ChannelValues::Ids(reference)) => {
+            Some((f64::from(u8::from(actual[at] != reference[at])), 0.0))
+        }
+        _ => Some((1.0, 0.0)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_count_apart_and_together() {
+        let numbers = |values: &[f32]| ChannelValues::Numbers(values.to_vec());
+        // By 0.5 of 100 (0.5 %), 0.5 of 1 (50 %), 0.0625 of 0.125 (50 %), not at all, and not a number.
+        let actual = numbers(&[100.5, 1.5, 0.1875, 3.0, f32::NAN, 1.0]);
+        let reference = numbers(&[100.0, 1.0, 0.125, 3.0, 1.0, 1.0]);
+        let limits = ValueLimits { absolute: 0.1, relative: 0.01 };
+        let mut beyond = [false; 6];
+        let found = channel_difference("R", (&actual, &reference), &limits, 3, &mut beyond);
+        assert_eq!((found.different, found.beyond_absolute, found.beyond_relative), (4, 2, 2));
+        assert_eq!((found.largest, found.largest_at, found.largest_relative), (0.5, (0, 0), 0.5));
+        assert_eq!(beyond, [false, true, false, false, false, false]);
+    }
+
+    #[test]
+    fn ids_are_equal_or_not() {
+        let (a, b) = (ChannelValues::Ids(vec![1, 5]), ChannelValues::Ids(vec![1, 6]));
+        let mut beyond = [false; 2];
+        let limits = ValueLimits { absolute: 0.5, relative: 100.0 };
+        let found = channel_difference("node_id", (&a, &b), &limits, 2, &mut beyond);
+        assert_eq!((found.different, found.largest, found.largest_at), (1, 1.0, (1, 0)));
+        assert_eq!(beyond, [false, true]);
+    }
+}

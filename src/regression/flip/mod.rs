@@ -1,0 +1,146 @@
+//! FLIP: how different two pictures look to somebody who flips between them, for each pixel from 0 (the same) to 1.
+//!
+//! Source: P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. Fairchild, *FLIP: A Difference Evaluator
+//! for Alternating Images*, HPG 2020 (pictures for displays); P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller,
+//! *Visualizing Errors in Rendered High Dynamic Range Images*, Eurographics 2021 (unbounded light); the same authors in *Ray
+//! Tracing Gems II*, chapter 19. `tests/oracles/compare_flip.py` compares the results with the published tool's.
+//!
+//! Neither picture is looked at beyond its colours: no alpha, no layers. Negative light counts as none.
+
+mod band;
+mod color;
+mod exposures;
+mod kernels;
+
+use band::{Band, Rows};
+use exposures::tone_mapped;
+use kernels::Kernels;
+use rayon::prelude::*;
+
+pub(super) use color::linear_from_srgb;
+pub use exposures::ExposureRange;
+
+/// Pixels in a degree of somebody 0.7 m from a display 0.7 m wide with 3840 columns.
+pub const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
+/// Rows that one thread works on at a time.
+const BAND_ROWS: usize = 32;
+
+/// The error of every pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FlipMap {
+    /// Columns and rows.
+    pub size: (u32, u32),
+    /// Row-major, top row first, from 0 to 1.
+    pub errors: Vec<f32>,
+    /// The exposures over which the largest errors were taken; `None` for pictures for displays.
+    pub exposures: Option<ExposureRange>,
+}
+
+/// FLIP of pictures for displays, in sRGB values between 0 and 1; both are of `size`.
+pub fn flip_display(
+    reference: &[[f32; 3]],
+    test: &[[f32; 3]],
+    size: (u32, u32),
+    pixels_per_degree: f64,
+) -> FlipMap {
+    let linear = |picture: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        picture.iter().map(|pixel| pixel.map(|value| linear_from_srgb(unit(value)))).collect()
+    };
+    let (reference, test) = (linear(reference), linear(test));
+    let errors = in_bands(size, pixels_per_degree, |rows, kernels| {
+        let band = |picture: &[[f32; 3]]| Band::new(rows, kernels.radius, |at| picture[at]);
+        band::errors(&band(&reference), &band(&test), rows, kernels)
+    });
+    FlipMap { size, errors, exposures: None }
+}
+
+/// FLIP of pictures of linear light: the largest of FLIP over all exposures that show something of the reference.
+pub fn flip_light(
+    reference: &[[f32; 3]],
+    test: &[[f32; 3]],
+    size: (u32, u32),
+    pixels_per_degree: f64,
+) -> FlipMap {
+    let range = ExposureRange::of(reference);
+    let scales = range.scales();
+    let errors = in_bands(size, pixels_per_degree, |rows, kernels| {
+        let mut worst = vec![0.0_f32; rows.width * rows.count];
+        for scale in &scales {
+            let band = |picture: &[[f32; 3]]| {
+                Band::new(rows, kernels.radius, |at| picture[at].map(|light| tone_mapped(light * scale)))
+            };
+            let found = band::errors(&band(reference), &band(test), rows, kernels);
+            for (worst, error) in worst.iter_mut().zip(found) {
+                if error > *worst {
+                    *worst = error;
+                }
+            }
+        }
+        worst
+    });
+    FlipMap { size, errors, exposures: Some(range) }
+}
+
+/// The errors of all bands, one after the other.
+fn in_bands(
+    size: (u32, u32),
+    pixels_per_degree: f64,
+    errors: impl Fn(Rows, &Kernels) -> Vec<f32> + Sync,
+) -> Vec<f32> {
+    let (width, height) = (size.0 as usize, size.1 as usize);
+    if width == 0 {
+        return Vec::new();
+    }
+    let kernels = Kernels::new(pixels_per_degree);
+    let bands = (0..height.div_ceil(BAND_ROWS)).into_par_iter().map(|band| {
+        let first = band * BAND_ROWS;
+        errors(Rows { width, height, first, count: BAND_ROWS.min(height - first) }, &kernels)
+    });
+    bands.collect::<Vec<_>>().concat()
+}
+
+/// A value between 0 and 1; what is not a number is 0.
+fn unit(value: f32) -> f32 {
+    if value > 0.0 { value.clamp(0.0, 1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(size: (u32, u32), offset: f32) -> Vec<[f32; 3]> {
+        let count = size.0 * size.1;
+        (0..count).map(|at| [at as f32 / count as f32 * 0.5 + offset, 0.3, 0.1 + offset]).collect()
+    }
+
+    #[test]
+    fn equal_pictures_have_no_error_and_black_to_white_the_largest() {
+        let size = (40, 37);
+        let picture = ramp(size, 0.0);
+        assert!(flip_display(&picture, &picture, size, PIXELS_PER_DEGREE).errors.iter().all(|&e| e == 0.0));
+        assert!(flip_light(&picture, &picture, size, PIXELS_PER_DEGREE).errors.iter().all(|&e| e == 0.0));
+        // Black and white are 100 apart; 100^0.7 = 25.12. The largest, green to blue with Hunt's chroma, is 308.2^0.7 = 55.2, of
+        // which 0.4 is 22.1: 0.95 + (25.12 − 22.1) / 33.1 · 0.05 = 0.9546.
+        let (black, white) = (vec![[0.0; 3]; 1480], vec![[1.0; 3]; 1480]);
+        let map = flip_display(&black, &white, size, PIXELS_PER_DEGREE);
+        assert!(map.errors.iter().all(|&error| (0.95..0.98).contains(&error)), "{}", map.errors[0]);
+    }
+
+    #[test]
+    fn bands_do_not_show() {
+        // One row more or less moves the borders between bands; only rows near the picture's end may change.
+        let (tall, cut) = ((24, 80), (24, 70));
+        let (reference, test) = (ramp(tall, 0.0), ramp(tall, 0.05));
+        let pixels = 24 * 70;
+        let whole = flip_display(&reference, &test, tall, PIXELS_PER_DEGREE);
+        let part = flip_display(&reference[..pixels], &test[..pixels], cut, PIXELS_PER_DEGREE);
+        let away = 24 * 59;
+        assert_eq!(whole.errors[..away], part.errors[..away]);
+    }
+
+    #[test]
+    fn one_pixel_and_no_pixels_are_pictures_too() {
+        assert_eq!(flip_light(&[[1.0; 3]], &[[1.0; 3]], (1, 1), 67.0).errors, [0.0]);
+        assert!(flip_display(&[], &[], (0, 0), 67.0).errors.is_empty());
+    }
+}

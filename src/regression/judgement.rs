@@ -1,0 +1,386 @@
+//! Two pictures against limits: every measure, every verdict with its value and its limit.
+
+use serde::Serialize;
+
+use super::channel_difference::channel_difference;
+use super::exact::are_identical;
+use super::flip::{FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
+use super::non_finite::non_finite;
+use super::pooling::pool;
+use super::root_mean_square::root_mean_square;
+use super::{
+    Cause, ChannelDifference, LayeredPicture, Limits, NonFinite, PooledErrors, RootMeanSquare, ValueLimits,
+    ValueRange, likely_cause,
+};
+use crate::color::luminance;
+use crate::output::Layer;
+
+/// Why pictures cannot be compared by numbers, or fail whatever the limits are.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Fault {
+    /// Sizes or windows differ: whole picture, first pixel held, pixels held.
+    Size {
+        /// Of the picture that is judged.
+        actual: [(u32, u32); 3],
+        /// Of the reference.
+        reference: [(u32, u32); 3],
+    },
+    /// A channel that only one of them has.
+    Channel {
+        /// The channel.
+        channel: String,
+        /// Whether it is the reference that lacks it.
+        missing_in_reference: bool,
+    },
+    /// Values that are infinite or not a number.
+    NotFinite {
+        /// Whether they are the reference's.
+        in_reference: bool,
+        /// What and where.
+        values: NonFinite,
+    },
+}
+
+/// One measure against its limit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// What was measured, in words.
+    pub measure: String,
+    /// Its value.
+    pub measured: f64,
+    /// The largest value that passes.
+    pub limit: f64,
+    /// Column and row where it is worst, if it has a place.
+    pub at: Option<(u32, u32)>,
+    /// Whether it passes.
+    pub passes: bool,
+}
+
+/// What the channels of one layer differ by.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LayerDifference {
+    /// The layer.
+    pub layer: String,
+    /// Pixels with a value beyond the limits.
+    pub different_pixels: usize,
+    /// One by one.
+    pub channels: Vec<ChannelDifference>,
+}
+
+/// All that is known about two pictures.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Judgement {
+    /// Whether every bit is the same.
+    pub is_identical: bool,
+    /// What fails whatever the limits are.
+    pub faults: Vec<Fault>,
+    /// Measures with limits.
+    pub checks: Vec<Check>,
+    /// The differences by layer.
+    pub layers: Vec<LayerDifference>,
+    /// Of the colours.
+    pub root_mean_square: Option<RootMeanSquare>,
+    /// FLIP in numbers.
+    pub flip: Option<PooledErrors>,
+    /// FLIP of every pixel; `None` without colours or with other sizes.
+    pub flip_map: Option<FlipMap>,
+    /// Why they differ, as far as that can be told; `None` when they pass.
+    pub cause: Option<Cause>,
+}
+
+impl Judgement {
+    /// Whether the picture passes.
+    pub fn passes(&self) -> bool {
+        self.faults.is_empty() && self.checks.iter().all(|check| check.passes)
+    }
+
+    /// What fails, one line each.
+    pub fn failures(&self) -> Vec<String> {
+        let checks = self.checks.iter().filter(|check| !check.passes).map(ToString::to_string);
+        self.faults.iter().map(ToString::to_string).chain(checks).collect()
+    }
+}
+
+/// Judges a picture by its reference.
+pub fn judge(actual: &LayeredPicture, reference: &LayeredPicture, limits: &Limits) -> Judgement {
+    if actual.range != reference.range {
+        let [actual, reference] = [actual, reference].map(|picture| picture.clone().in_light());
+        return judge(&actual, &reference, limits);
+    }
+    let mut judgement = Judgement { faults: faults(actual, reference), ..Judgement::default() };
+    if judgement.faults.iter().any(|fault| matches!(fault, Fault::Size { .. })) {
+        return judgement;
+    }
+    judgement.is_identical = are_identical(actual, reference);
+    judge_layers(&mut judgement, actual, reference, limits);
+    if let (Some(ours), Some(theirs)) = (actual.colors(), reference.colors()) {
+        judge_colors(&mut judgement, (&ours, &theirs), reference, limits);
+    }
+    if !judgement.passes() {
+        judgement.cause = likely_cause(actual, reference, &judgement.layers);
+    }
+    judgement
+}
+
+fn faults(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Fault> {
+    let [ours, theirs] =
+        [actual, reference].map(|picture| [picture.picture_size, picture.origin, picture.size]);
+    let mut faults = Vec::new();
+    if ours != theirs {
+        faults.push(Fault::Size { actual: ours, reference: theirs });
+    }
+    for (picture, other, is_reference) in [(actual, reference, false), (reference, actual, true)] {
+        for channel in &picture.channels {
+            if other.channel(&channel.name).is_none() {
+                let channel = channel.name.clone();
+                faults.push(Fault::Channel { channel, missing_in_reference: !is_reference });
+            }
+            if let Some(values) = non_finite(channel, picture.size.0) {
+                faults.push(Fault::NotFinite { in_reference: is_reference, values });
+            }
+        }
+    }
+    faults
+}
+
+fn judge_layers(
+    judgement: &mut Judgement,
+    actual: &LayeredPicture,
+    reference: &LayeredPicture,
+    limits: &Limits,
+) {
+    let pixels = reference.size.0 as usize * reference.size.1 as usize;
+    for layer in reference.layers() {
+        let (values, share) = if is_light(layer, reference) {
+            (&limits.light, limits.light_share)
+        } else {
+            (&limits.data, limits.data_share)
+        };
+        let difference = layer_difference(layer, actual, reference, values);
+        if share < f64::INFINITY {
+            let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
+            let worst = difference.channels.iter().filter(|channel| channel.different > 0);
+            let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
+            judgement.checks.push(Check {
+                measure: format!(
+                    "share of pixels with {layer} off by more than {} and {} %",
+                    values.absolute,
+                    values.relative * 100.0
+                ),
+                measured,
+                limit: share,
+                at: worst.map(|channel| channel.largest_at),
+                passes: measured <= share,
+            });
+        }
+        judgement.layers.push(difference);
+    }
+    let channels = judgement.layers.iter().flat_map(|layer| &layer.channels);
+    let measured = channels.map(|channel| channel.different as f64).sum();
+    let limit = limits.different_values;
+    if limit < f64::INFINITY {
+        let measure = "values whose bits differ".to_owned();
+        judgement.checks.insert(0, Check { measure, measured, limit, at: None, passes: measured <= limit });
+    }
+}
+
+fn layer_difference(
+    layer: &str,
+    actual: &LayeredPicture,
+    reference: &LayeredPicture,
+    limits: &ValueLimits,
+) -> LayerDifference {
+    let width = reference.size.0;
+    let mut is_beyond = vec![false; width as usize * reference.size.1 as usize];
+    let mut channels = Vec::new();
+    for channel in reference.channels_of(layer) {
+        if let Some(ours) = actual.channel(&channel.name) {
+            let values = (&ours.values, &channel.values);
+            channels.push(channel_difference(&channel.name, values, limits, width, &mut is_beyond));
+        }
+    }
+    let different_pixels = is_beyond.iter().filter(|beyond| **beyond).count();
+    LayerDifference { layer: layer.to_owned(), different_pixels, channels }
+}
+
+/// Layers of our own by what they are; colours of other programs are taken for light.
+fn is_light(layer: &str, picture: &LayeredPicture) -> bool {
+    match Layer::ALL.into_iter().find(|known| known.name() == layer) {
+        Some(known) => known.is_light(),
+        None => picture.channels_of(layer).any(|channel| channel.name.strip_suffix(".R").is_some()),
+    }
+}
+
+fn judge_colors(
+    judgement: &mut Judgement,
+    (actual, reference): (&[[f32; 3]], &[[f32; 3]]),
+    picture: &LayeredPicture,
+    limits: &Limits,
+) {
+    let is_display = picture.range == ValueRange::Display;
+    judgement.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
+    let flip = if is_display { flip_display } else { flip_light };
+    // Equal pictures have no error anywhere, without looking.
+    let map = if actual == reference {
+        FlipMap { size: picture.size, errors: vec![0.0; actual.len()], exposures: None }
+    } else {
+        flip(reference, actual, picture.size, PIXELS_PER_DEGREE)
+    };
+    let pooled = pool(&map);
+    let brightness = brightness_difference(actual, reference);
+    for (measure, measured, limit, at) in [
+        ("mean FLIP", pooled.mean, limits.mean_flip, None),
+        ("FLIP of the worst tile", pooled.tile, limits.tile_flip, Some(pooled.tile_at)),
+        ("difference of mean brightness", brightness, limits.brightness, None),
+    ] {
+        let at = at.filter(|_| measured > 0.0);
+        judgement.checks.push(Check {
+            measure: measure.to_owned(),
+            measured,
+            limit,
+            at,
+            passes: measured <= limit,
+        });
+    }
+    judgement.flip = Some(pooled);
+    judgement.flip_map = Some(map);
+}
+
+/// How far the mean luminance is off, as a share of the reference's.
+fn brightness_difference(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    let sum = |colors: &[[f32; 3]]| -> f64 {
+        let light = colors.iter().map(|color| f64::from(luminance(glam::Vec3::from_array(*color))));
+        light.filter(|light| light.is_finite()).sum()
+    };
+    let (ours, theirs) = (sum(actual), sum(reference));
+    if ours == theirs { 0.0 } else { ((ours - theirs) / theirs).abs() }
+}
+
+impl std::fmt::Display for Check {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let sign = if self.passes { "<=" } else { ">" };
+        write!(formatter, "{} {} {sign} {}", self.measure, short(self.measured), short(self.limit))?;
+        match self.at {
+            Some((x, y)) => write!(formatter, ", worst at column {x}, row {y}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Four digits, without zeros that say nothing.
+fn short(value: f64) -> String {
+    let digits = if value == 0.0 { 0.0 } else { libm::floor(libm::log10(value.abs())) };
+    if !digits.is_finite() || !(-4.0..4.0).contains(&digits) {
+        return format!("{value:.1e}");
+    }
+    let text = format!("{value:.0$}", (3.0 - digits) as usize);
+    if text.contains('.') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    text
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Size { actual, reference } if actual[0] != reference[0] => {
+                let [(w, h), (rw, rh)] = [actual[0], reference[0]];
+                write!(formatter, "the size is {w}x{h}, the reference's {rw}x{rh}")
+            }
+            Self::Size { actual, reference } => {
+                let [[(x, y), (w, h)], [(rx, ry), (rw, rh)]] =
+                    [actual, reference].map(|[_, origin, size]| [*origin, *size]);
+                write!(
+                    formatter,
+                    "holds {w}x{h} pixels from column {x}, row {y}, the reference {rw}x{rh} from column {rx}, row {ry}"
+                )
+            }
+            Self::Channel { channel, missing_in_reference: true } => {
+                write!(formatter, "has the channel {channel}, which the reference lacks")
+            }
+            Self::Channel { channel, .. } => {
+                write!(formatter, "lacks the channel {channel} of the reference")
+            }
+            Self::NotFinite { in_reference: false, values } => write!(formatter, "{values}"),
+            Self::NotFinite { values, .. } => write!(formatter, "in the reference {values}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::{ChannelValues, NamedChannel, Preset};
+
+    fn flat(size: (u32, u32), value: f32) -> LayeredPicture {
+        let pixels = vec![[value, value, value, 1.0]; (size.0 * size.1) as usize];
+        LayeredPicture::of_pixels(size, ValueRange::Light, &pixels)
+    }
+
+    fn red(picture: &mut LayeredPicture) -> &mut Vec<f32> {
+        let channel = picture.channels.iter_mut().find(|channel| channel.name == "R");
+        match channel.map(|channel| &mut channel.values) {
+            Some(ChannelValues::Numbers(values)) => values,
+            _ => panic!("no red"),
+        }
+    }
+
+    #[test]
+    fn equal_pictures_pass_everything() {
+        let picture = flat((20, 20), 0.5);
+        for preset in Preset::ALL {
+            let judgement = judge(&picture, &picture, &preset.limits());
+            assert!(judgement.is_identical && judgement.passes() && judgement.cause.is_none());
+        }
+    }
+
+    #[test]
+    fn exact_fails_for_one_bit_and_tells_the_value_and_the_limit() {
+        let (mut actual, reference) = (flat((20, 20), 0.5), flat((20, 20), 0.5));
+        red(&mut actual)[47] = f32::from_bits(0.5_f32.to_bits() + 1);
+        let judgement = judge(&actual, &reference, &Preset::Exact.limits());
+        let told = judgement.failures().join("\n");
+        assert!(told.contains("share of pixels with beauty off by more than 0 and 0 % 0.0025 > 0"), "{told}");
+        assert!(told.contains("worst at column 7, row 2"), "{told}");
+        assert!(!judgement.is_identical);
+        assert!(judge(&actual, &reference, &Preset::Strict.limits()).passes());
+    }
+
+    #[test]
+    fn nothing_forgives_what_is_not_finite() {
+        let mut broken = flat((20, 20), 0.5);
+        red(&mut broken)[21] = f32::NAN;
+        for (actual, reference) in [(&broken, &broken), (&broken, &flat((20, 20), 0.5))] {
+            let judgement = judge(actual, reference, &Preset::Noisy.limits());
+            assert!(!judgement.passes());
+            let told = judgement.failures().join("\n");
+            assert!(
+                told.contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
+            );
+        }
+    }
+
+    #[test]
+    fn sizes_and_channels_are_compared_before_values() {
+        let limits = Preset::Noisy.limits();
+        let told = judge(&flat((20, 20), 0.5), &flat((20, 10), 0.5), &limits).failures();
+        assert_eq!(told, ["the size is 20x20, the reference's 20x10"]);
+        let mut layered = flat((20, 20), 0.5);
+        let ids = ChannelValues::Ids(vec![1; 400]);
+        layered.channels.push(NamedChannel { name: "node_id".to_owned(), values: ids });
+        let told = judge(&flat((20, 20), 0.5), &layered, &limits).failures();
+        assert_eq!(told, ["lacks the channel node_id of the reference"]);
+        let told = judge(&layered, &flat((20, 20), 0.5), &limits).failures();
+        assert_eq!(told, ["has the channel node_id, which the reference lacks"]);
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        for (value, text) in
+            [(0.031_04, "0.03104"), (0.02, "0.02"), (12.0, "12"), (0.0, "0"), (3e-7, "3.0e-7")]
+        {
+            assert_eq!(short(value), text);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Values that are infinite or not a number: always a failure, wherever they stand.
+
+use serde::Serialize;
+
+use super::{ChannelValues, NamedChannel};
+
+/// Such values in one channel.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NonFinite {
+    /// The channel.
+    pub channel: String,
+    /// How many are not a number.
+    pub not_a_number: usize,
+    /// How many are infinite.
+    pub infinite: usize,
+    /// Column and row of the first of either.
+    pub first_at: (u32, u32),
+}
+
+/// Looks for them in a channel of a picture `width` pixels wide.
+pub fn non_finite(channel: &NamedChannel, width: u32) -> Option<NonFinite> {
+    let ChannelValues::Numbers(values) = &channel.values else { return None };
+    let first = values.iter().position(|value| !value.is_finite())? as u32;
+    Some(NonFinite {
+        channel: channel.name.clone(),
+        not_a_number: values.iter().filter(|value| value.is_nan()).count(),
+        infinite: values.iter().filter(|value| value.is_infinite()).count(),
+        first_at: (first % width, first / width),
+    })
+}
+
+impl std::fmt::Display for NonFinite {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            formatter,
+            "{} values of {} are not a number and {} infinite, the first at column {}, row {}",
+            self.not_a_number, self.channel, self.infinite, self.first_at.0, self.first_at.1
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_kinds_are_counted_with_the_place_of_the_first() {
+        let values = vec![0.0, 1.0, f32::NEG_INFINITY, f32::NAN, f32::INFINITY];
+        let channel = NamedChannel { name: "Z".to_owned(), values: ChannelValues::Numbers(values) };
+        let found = non_finite(&channel, 2).unwrap();
+        assert_eq!((found.not_a_number, found.infinite, found.first_at), (1, 2, (0, 1)));
+        let whole = NamedChannel { name: "Z".to_owned(), values: ChannelValues::Numbers(vec![f32::MAX]) };
+        assert_eq!(non_finite(&whole, 1), None);
+    }
+}

@@ -1,0 +1,219 @@
+//! Which files of two sequences belong together: those of one frame.
+//!
+//! A sequence is a folder, or a path whose file name has one place for the frame number: `####`, `%04d`, `%d`, `{frame:04}`
+//! or `{frame}`. A path that exists as a file is that file, whatever is in its name.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+/// Endings of pictures in folders.
+const PICTURES: [&str; 3] = ["exr", "png", "hdr"];
+
+/// Two files to be compared.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FilePair {
+    /// The frame number, if the names hold one.
+    pub frame: Option<i64>,
+    /// What is judged.
+    pub actual: PathBuf,
+    /// What it is judged by.
+    pub reference: PathBuf,
+}
+
+/// The files of two sequences, in the order of their names and frames.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PairedFiles {
+    /// Frames that both have.
+    pub pairs: Vec<FilePair>,
+    /// Files whose frame the reference lacks.
+    pub only_in_actual: Vec<PathBuf>,
+    /// Files of the reference whose frame is missing.
+    pub only_in_reference: Vec<PathBuf>,
+}
+
+/// What stands around a number in a name, and the number.
+type Key = (String, Option<i64>);
+
+/// Whether a path stands for a sequence.
+pub fn is_sequence(path: &Path) -> bool {
+    path.is_dir() || (!path.is_file() && name_around_place(path).is_some())
+}
+
+/// Matches the files of two sequences, or two files, by frame number. Where a folder holds several sequences, names count, too.
+///
+/// # Errors
+/// [`Error::Usage`] for a sequence beside a file, [`Error::Missing`] when a folder cannot be read or holds no frame.
+pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
+    if is_sequence(actual) != is_sequence(reference) {
+        return Err(Error::usage(format!(
+            "{} and {}: one is a sequence and the other a file; name two of a kind",
+            actual.display(),
+            reference.display()
+        )));
+    }
+    if !is_sequence(actual) {
+        let pair = FilePair { frame: None, actual: actual.to_owned(), reference: reference.to_owned() };
+        return Ok(PairedFiles { pairs: vec![pair], ..PairedFiles::default() });
+    }
+    let (mut ours, mut theirs) = (frames(actual)?, frames(reference)?);
+    if [&ours, &theirs].iter().all(|files| is_one_sequence(files)) {
+        for files in [&mut ours, &mut theirs] {
+            *files = std::mem::take(files)
+                .into_iter()
+                .map(|((_, frame), path)| ((String::new(), frame), path))
+                .collect();
+        }
+    }
+    let mut paired = PairedFiles::default();
+    for (key, actual) in &ours {
+        match theirs.remove(key) {
+            Some(reference) => {
+                paired.pairs.push(FilePair { frame: key.1, actual: actual.clone(), reference });
+            }
+            None => paired.only_in_actual.push(actual.clone()),
+        }
+    }
+    paired.only_in_reference = theirs.into_values().collect();
+    Ok(paired)
+}
+
+fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
+    files.keys().map(|(name, _)| name).collect::<BTreeSet<_>>().len() == 1
+        && files.keys().all(|(_, frame)| frame.is_some())
+}
+
+/// The files of a sequence.
+fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
+    let missing =
+        |folder: &Path, source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
+    let around = if path.is_dir() { None } else { name_around_place(path) };
+    let folder = match &around {
+        None => path,
+        Some(_) => path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")),
+    };
+    let mut files = BTreeMap::new();
+    for entry in std::fs::read_dir(folder).map_err(|source| missing(folder, source))? {
+        let file = entry.map_err(|source| missing(folder, source))?.path();
+        let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let key = match &around {
+            Some((before, after, width)) => {
+                number_between(name, before, after, *width).map(|frame| (String::new(), Some(frame)))
+            }
+            None if !name.starts_with('.') && is_picture(&file) => Some(key_of(name)),
+            None => None,
+        };
+        if let Some(key) = key.filter(|_| file.is_file()) {
+            files.insert(key, file);
+        }
+    }
+    if files.is_empty() {
+        let none = std::io::Error::new(ErrorKind::NotFound, "no frame of the sequence is there");
+        return Err(missing(path, none));
+    }
+    Ok(files)
+}
+
+fn is_picture(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    PICTURES.iter().any(|known| extension == *known)
+}
+
+/// The last number in front of the extension, and all around it.
+fn key_of(name: &str) -> Key {
+    let stem = name.rfind('.').map_or(name, |dot| &name[..dot]);
+    let Some(last) = stem.rfind(|character: char| character.is_ascii_digit()) else {
+        return (name.to_owned(), None);
+    };
+    let digits = stem[..=last].rfind(|character: char| !character.is_ascii_digit()).map_or(0, |at| at + 1);
+    // A minus sign belongs to the number where it follows a dot or begins the name, not in `shot-0001`.
+    let before = &stem[..digits];
+    let start = match before.strip_suffix('-') {
+        Some(rest) if rest.is_empty() || rest.ends_with('.') => digits - 1,
+        _ => digits,
+    };
+    match stem[start..=last].parse() {
+        Ok(frame) => (format!("{}#{}", &name[..start], &name[last + 1..]), Some(frame)),
+        Err(_) => (name.to_owned(), None),
+    }
+}
+
+/// The number of a name that is exactly `before`, a number padded to `width`, `after`.
+fn number_between(name: &str, before: &str, after: &str, width: usize) -> Option<i64> {
+    let digits = name.strip_prefix(before)?.strip_suffix(after)?;
+    let frame: i64 = digits.parse().ok()?;
+    (format!("{frame:0width$}") == digits).then_some(frame)
+}
+
+/// What stands before and after the place for the number in a file name, and its width.
+fn name_around_place(path: &Path) -> Option<(String, String, usize)> {
+    let name = path.file_name()?.to_str()?;
+    if let Some(start) = name.find('#') {
+        let width = name[start..].bytes().take_while(|byte| *byte == b'#').count();
+        return Some((name[..start].to_owned(), name[start + width..].to_owned(), width));
+    }
+    for (opening, end) in [("{frame:", '}'), ("{frame", '}'), ("%", 'd')] {
+        let Some((before, rest)) = name.split_once(opening) else { continue };
+        let Some((digits, after)) = rest.split_once(end) else { continue };
+        let width = if digits.is_empty() { Some(1) } else { digits.parse().ok() };
+        if let Some(width) = width.filter(|width| *width < 100) {
+            return Some((before.to_owned(), after.to_owned(), width));
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(names: &[&str]) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        for name in names {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        folder
+    }
+
+    fn frames_of(paired: &PairedFiles) -> Vec<i64> {
+        paired.pairs.iter().filter_map(|pair| pair.frame).collect()
+    }
+
+    #[test]
+    fn frames_are_matched_by_number_whatever_their_names_are() {
+        let ours = folder(&["a.0001.exr", "a.0002.exr", "a.0010.exr", "notes.txt", "a.0003.exr.tmp"]);
+        let theirs = folder(&["b_1.exr", "b_2.exr", "b_3.exr", "b_x.exr", "c_1.exr"]);
+        for place in ["b_#.exr", "b_%d.exr", "b_{frame}.exr"] {
+            let paired = pair_files(&ours.path().join("a.####.exr"), &theirs.path().join(place)).unwrap();
+            assert_eq!(frames_of(&paired), [1, 2]);
+            assert_eq!(paired.only_in_actual, [ours.path().join("a.0010.exr")]);
+            assert_eq!(paired.only_in_reference, [theirs.path().join("b_3.exr")]);
+        }
+        let paired = pair_files(ours.path(), &theirs.path().join("b_#.exr")).unwrap();
+        assert_eq!(frames_of(&paired), [1, 2]);
+    }
+
+    #[test]
+    fn folders_of_several_sequences_match_names_too() {
+        let ours = folder(&["a.0001.exr", "a.depth.0001.exr", "a.-001.exr"]);
+        let theirs = folder(&["a.0001.exr", "a.depth.0001.exr", "a.0002.exr", "still.png"]);
+        let paired = pair_files(ours.path(), theirs.path()).unwrap();
+        let names: Vec<_> = paired.pairs.iter().map(|pair| pair.actual.file_name().unwrap()).collect();
+        assert_eq!(names, ["a.0001.exr", "a.depth.0001.exr"]);
+        assert!(paired.pairs.iter().all(|pair| pair.actual.file_name() == pair.reference.file_name()));
+        assert_eq!((paired.only_in_actual.len(), paired.only_in_reference.len()), (1, 2));
+    }
+
+    #[test]
+    fn a_file_beside_a_sequence_and_empty_folders_are_errors() {
+        let (full, empty) = (folder(&["a.0001.exr"]), folder(&["a.txt"]));
+        let file = full.path().join("a.0001.exr");
+        assert_eq!(pair_files(&file, full.path()).unwrap_err().exit_code(), 2);
+        assert_eq!(pair_files(full.path(), empty.path()).unwrap_err().exit_code(), 66);
+        assert_eq!(pair_files(&file, &file).unwrap().pairs.len(), 1);
+        let pattern = full.path().join("a.%4d.png");
+        assert_eq!(pair_files(&pattern, &pattern).unwrap_err().exit_code(), 66);
+    }
+}

@@ -1,0 +1,145 @@
+//! Whether one picture is another one moved.
+//!
+//! Whole pixels are searched, then the rest is solved for as by B. Lucas and T. Kanade, *An Iterative Image Registration
+//! Technique with an Application to Stereo Vision*, IJCAI 1981, for one displacement of the whole picture.
+
+/// Pixels searched each way.
+const REACH: i64 = 8;
+/// Pixels at the border that are not looked at, so that whatever moved here was seen before.
+const MARGIN: i64 = REACH + 2;
+/// About how many pixels are looked at.
+const SAMPLES: i64 = 40_000;
+
+/// A displacement of the whole picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// Pixels to the right by which the reference has to be moved.
+    pub right: f64,
+    /// Pixels downwards.
+    pub down: f64,
+    /// The share of the squared difference that it explains.
+    pub explained: f64,
+}
+
+/// A picture of one value a pixel.
+struct Grey<'a> {
+    values: &'a [f32],
+    width: i64,
+}
+
+impl Grey<'_> {
+    fn at(&self, x: i64, y: i64) -> f64 {
+        f64::from(self.values[(y * self.width + x) as usize])
+    }
+
+    /// Between four pixels.
+    fn between(&self, x: f64, y: f64) -> f64 {
+        let (left, top) = (x.floor(), y.floor());
+        let (u, v) = (x - left, y - top);
+        let (left, top) = (left as i64, top as i64);
+        let row = |y: i64| self.at(left, y) * (1.0 - u) + self.at(left + 1, y) * u;
+        row(top) * (1.0 - v) + row(top + 1) * v
+    }
+}
+
+/// The displacement that leaves least of the difference; `None` when the pictures are too small or equal.
+pub fn best_shift(actual: &[f32], reference: &[f32], size: (u32, u32)) -> Option<Shift> {
+    let (width, height) = (i64::from(size.0), i64::from(size.1));
+    if width <= 4 * MARGIN || height <= 4 * MARGIN {
+        return None;
+    }
+    let (actual, reference) = (Grey { values: actual, width }, Grey { values: reference, width });
+    let step = (1..width.max(height)).find(|step| width * height / (step * step) <= SAMPLES).unwrap_or(1);
+    let places: Vec<(i64, i64)> = (MARGIN..height - MARGIN)
+        .step_by(step as usize)
+        .flat_map(|y| (MARGIN..width - MARGIN).step_by(step as usize).map(move |x| (x, y)))
+        .collect();
+    let left_over = |right: f64, down: f64| -> f64 {
+        let difference = |&(x, y): &(i64, i64)| {
+            let difference = actual.at(x, y) - reference.between(x as f64 - right, y as f64 - down);
+            difference * difference
+        };
+        places.iter().map(difference).sum()
+    };
+    let still = left_over(0.0, 0.0);
+    if still == 0.0 {
+        return None;
+    }
+    let mut best = (still, 0.0, 0.0);
+    for (right, down) in (-REACH..=REACH).flat_map(|right| (-REACH..=REACH).map(move |down| (right, down))) {
+        let (right, down) = (right as f64, down as f64);
+        let sum = left_over(right, down);
+        if sum < best.0 {
+            best = (sum, right, down);
+        }
+    }
+    for _ in 0..4 {
+        let (right, down) = refined(&actual, &reference, &places, (best.1, best.2));
+        let is_near = right.abs() <= REACH as f64 && down.abs() <= REACH as f64;
+        let sum = if is_near { left_over(right, down) } else { best.0 };
+        if sum >= best.0 {
+            break;
+        }
+        best = (sum, right, down);
+    }
+    Some(Shift { right: best.1, down: best.2, explained: 1.0 - best.0 / still })
+}
+
+/// One step of Gauss and Newton from a displacement towards the best one near it.
+fn refined(actual: &Grey<'_>, reference: &Grey<'_>, places: &[(i64, i64)], from: (f64, f64)) -> (f64, f64) {
+    let [mut xx, mut xy, mut yy, mut xd, mut yd] = [0.0; 5];
+    for &(x, y) in places {
+        let moved =
+            |right: f64, down: f64| reference.between(x as f64 - from.0 + right, y as f64 - from.1 + down);
+        let slope_x = 0.5 * (moved(1.0, 0.0) - moved(-1.0, 0.0));
+        let slope_y = 0.5 * (moved(0.0, 1.0) - moved(0.0, -1.0));
+        let difference = moved(0.0, 0.0) - actual.at(x, y);
+        xx += slope_x * slope_x;
+        xy += slope_x * slope_y;
+        yy += slope_y * slope_y;
+        xd += slope_x * difference;
+        yd += slope_y * difference;
+    }
+    let determinant = xx * yy - xy * xy;
+    if determinant <= 1e-9 * (xx + yy) * (xx + yy) {
+        return from;
+    }
+    (from.0 + (yy * xd - xy * yd) / determinant, from.1 + (xx * yd - xy * xd) / determinant)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: (u32, u32) = (80, 60);
+
+    /// Waves in both directions, moved.
+    fn waves(right: f64, down: f64) -> Vec<f32> {
+        let pixel = |at: u32| {
+            let (x, y) = (f64::from(at % SIZE.0) - right, f64::from(at / SIZE.0) - down);
+            (libm::sin(x * 0.31) * libm::cos(y * 0.23 + x * 0.05)) as f32
+        };
+        (0..SIZE.0 * SIZE.1).map(pixel).collect()
+    }
+
+    #[test]
+    fn whole_and_broken_displacements_are_found() {
+        for (right, down) in [(1.0, 0.0), (-3.0, 5.0), (0.4, -0.3), (2.5, 0.25)] {
+            let shift = best_shift(&waves(right, down), &waves(0.0, 0.0), SIZE).unwrap();
+            assert!((shift.right - right).abs() < 0.05 && (shift.down - down).abs() < 0.05, "{shift:?}");
+            assert!(shift.explained > 0.95, "{shift:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_displacement_is_not_explained() {
+        let brighter: Vec<f32> = waves(0.0, 0.0).iter().map(|value| value * 1.1 + 0.2).collect();
+        let shift = best_shift(&brighter, &waves(0.0, 0.0), SIZE).unwrap();
+        assert!(shift.explained < 0.5, "{shift:?}");
+        assert_eq!(best_shift(&brighter, &brighter, SIZE), None);
+        assert_eq!(best_shift(&[0.0; 9], &[1.0; 9], (3, 3)), None);
+        let flat = vec![0.5; brighter.len()];
+        let shift = best_shift(&flat, &vec![0.25; flat.len()], SIZE).unwrap();
+        assert_eq!(shift.explained, 0.0);
+    }
+}

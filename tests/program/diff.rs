@@ -1,0 +1,199 @@
+//! `rayframe diff` through the program: pictures, sequences, layers, maps and exit codes.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use rayframe::regression::{ChannelValues, LayeredPicture, Picture};
+use serde_json::Value;
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn rayframe(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rayframe")).args(arguments).output().unwrap()
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn printed(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// A folder of pictures.
+struct Stage(tempfile::TempDir);
+
+impl Stage {
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn at(&self, name: &str) -> String {
+        self.0.path().join(name).display().to_string()
+    }
+
+    /// Grey with a brighter square at a column.
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn square(&self, name: &str, size: (u32, u32), column: u32) -> String {
+        let pixel = |at: u32| {
+            let (x, y) = (at % size.0, at / size.0);
+            let value = if (column..column + 8).contains(&x) && (8..16).contains(&y) { 0.8 } else { 0.2 };
+            [value, value, value, 1.0]
+        };
+        let pixels = (0..size.0 * size.1).map(pixel).collect();
+        Picture { size, pixels }.write(Path::new(&self.at(name)), 0, 0.0).unwrap();
+        self.at(name)
+    }
+
+    /// Renders a scene with layers, its text changed before.
+    #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+    fn rendered(&self, name: &str, scene: &str, change: impl Fn(&mut Value), options: &[&str]) -> String {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
+        let mut text: Value = serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap();
+        change(&mut text);
+        let scene: PathBuf = self.0.path().join("changed.gltf");
+        std::fs::write(&scene, text.to_string()).unwrap();
+        let (scene, file) = (scene.display().to_string(), self.at(name));
+        let layers = "depth,normal,geometric_normal,albedo,node_id,material_id,object_id";
+        let fixed = [
+            "render",
+            &scene,
+            "-o",
+            &file,
+            "-r",
+            "96x54",
+            "-f",
+            "0",
+            "-q",
+            "--overwrite",
+            "--layers",
+            layers,
+        ];
+        let output = rayframe(&[&fixed[..], options].concat());
+        assert!(output.status.success(), "{output:?}");
+        file
+    }
+}
+
+#[test]
+fn two_pictures_are_the_same_or_not_with_value_and_limit() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (40, 24), 4);
+    let b = stage.square("b.exr", (40, 24), 24);
+    let output = rayframe(&["diff", &a, &a]);
+    assert_eq!((output.status.code(), printed(&output).starts_with("identical: ")), (Some(0), true));
+    let output = rayframe(&["diff", &b, &a]);
+    let told = printed(&output);
+    assert_eq!(output.status.code(), Some(1), "{told}");
+    assert!(told.starts_with("different by preset visual: "), "{told}");
+    assert!(
+        told.contains("  FAIL FLIP of the worst tile 0.") && told.contains(" > 0.2, worst at column "),
+        "{told}"
+    );
+    assert!(told.contains("  ok   difference of mean brightness 0 <= 0.03"), "{told}");
+}
+
+#[test]
+fn json_and_maps_say_where() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (40, 24), 4);
+    let b = stage.square("b.exr", (40, 24), 24);
+    let (heat, flip) = (stage.at("heat.png"), stage.at("flip.exr"));
+    let output =
+        rayframe(&["diff", &b, &a, "--json", "--preset", "strict", "--heat-map", &heat, "--flip-map", &flip]);
+    assert_eq!(output.status.code(), Some(1));
+    let report = json(&output);
+    assert_eq!(
+        (&report["schema"], &report["same"], &report["preset"]),
+        (&1.into(), &false.into(), &"strict".into())
+    );
+    let frame = &report["frames"][0];
+    assert_ne!(frame["actual_hash"], frame["reference_hash"]);
+    // Two squares of 64 pixels each.
+    assert_eq!(frame["layers"][0]["different_pixels"], 128);
+    assert!(frame["checks"].as_array().unwrap().iter().any(|check| check["passes"] == false));
+    let map = LayeredPicture::read(Path::new(&flip)).unwrap();
+    let ChannelValues::Numbers(errors) = &map.channels[0].values else { panic!("no numbers") };
+    let mean = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / errors.len() as f64;
+    assert_eq!(report["series"]["mean_flip"][0].as_f64(), Some(mean));
+    let heat = LayeredPicture::read(Path::new(&heat)).unwrap();
+    let red = heat.colors().unwrap();
+    assert!(red[12 * 40 + 8][0] > 0.4 && red[22 * 40 + 38][0] < 0.2, "{:?}", red[12 * 40 + 8]);
+}
+
+#[test]
+fn sequences_are_matched_by_frame_and_missing_frames_are_named() {
+    let stage = Stage::new();
+    for (frame, column) in [(1, 4), (2, 4), (3, 24)] {
+        stage.square(&format!("new/a.{frame:04}.exr"), (40, 24), column);
+    }
+    for frame in [1, 2, 3, 4] {
+        stage.square(&format!("old/b_{frame}.exr"), (40, 24), 4);
+    }
+    let (new, old) = (stage.at("new/a.####.exr"), stage.at("old/b_%d.exr"));
+    let output = rayframe(&["diff", &new, &old]);
+    let told = printed(&output);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(told.contains("mean FLIP   ▁▁█"), "{told}");
+    assert!(told.contains("missing in the first: the frame of ") && told.contains("b_4.exr"), "{told}");
+    assert!(told.contains("different: 1 of 3 frames different by preset visual, 1 missing"), "{told}");
+    let heat = stage.at("heat.####.png");
+    let report =
+        json(&rayframe(&["diff", &stage.at("new"), &stage.at("old"), "--json", "--heat-map", &heat]));
+    assert_eq!(report["series"]["frame"], serde_json::json!([1, 2, 3]));
+    assert!(Path::new(&stage.at("heat.0003.png")).exists());
+    std::fs::remove_file(stage.at("old/b_4.exr")).unwrap();
+    std::fs::remove_file(stage.at("old/b_3.exr")).unwrap();
+    std::fs::remove_file(stage.at("new/a.0003.exr")).unwrap();
+    assert_eq!(rayframe(&["diff", &new, &old, "--preset", "exact"]).status.code(), Some(0));
+}
+
+#[test]
+fn exit_codes_tell_usage_from_bad_and_missing_files() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (40, 24), 4);
+    let wide = stage.square("wide.exr", (48, 24), 4);
+    let text = stage.at("a.txt");
+    std::fs::write(&text, "hello").unwrap();
+    let code = |arguments: &[&str]| rayframe(&[&["diff"], arguments].concat()).status.code();
+    let output = rayframe(&["diff", &a, &wide, "--heat-map", &stage.at("none.png")]);
+    assert!(!Path::new(&stage.at("none.png")).exists());
+    assert!(printed(&output).contains("the size is 40x24, the reference's 48x24"));
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(code(&[&a]), Some(2));
+    assert_eq!(code(&[&a, &a, "--preset", "loose"]), Some(2));
+    assert_eq!(code(&[&a, &a, "--layers", "depth"]), Some(2));
+    assert_eq!(code(&[&a, &a, "--heat-map", "heat.exr"]), Some(2));
+    assert_eq!(code(&[&a, &stage.at("")]), Some(2));
+    assert_eq!(code(&[&a, &text]), Some(65));
+    assert_eq!(code(&[&a, &stage.at("gone.exr")]), Some(66));
+    assert_eq!(code(&[&a, &a, "--heat-map", &stage.at("gone/../a.exr/heat.png")]), Some(73));
+}
+
+#[test]
+fn layers_tell_what_changed() {
+    let stage = Stage::new();
+    let kind = |actual: &str, reference: &str| {
+        let report = json(&rayframe(&["diff", actual, reference, "--json", "--preset", "exact"]));
+        report["frames"][0]["cause"]["kind"].as_str().unwrap_or_default().to_owned()
+    };
+    let squares = "texture/base_color_srgb.gltf";
+    let intact = stage.rendered("intact.exr", squares, |_| {}, &[]);
+    let swapped = |scene: &mut Value| {
+        scene["textures"][0]["source"] = 1.into();
+        scene["textures"][1]["source"] = 0.into();
+    };
+    assert_eq!(kind(&stage.rendered("swapped.exr", squares, swapped, &[]), &intact), "material");
+    let balls = "material/metal_roughness_row.gltf";
+    let intact = stage.rendered("balls.exr", balls, |_| {}, &[]);
+    let moved = |scene: &mut Value| scene["nodes"][4]["translation"] = serde_json::json!([0.0, 1.5, 0.0]);
+    assert_eq!(kind(&stage.rendered("moved.exr", balls, moved, &[]), &intact), "geometry");
+    let lit = stage.rendered("lit.exr", "light/point.gltf", |_| {}, &[]);
+    let brighter = stage.rendered("brighter.exr", "light/point.gltf", |_| {}, &["--light-scale", "1.3"]);
+    assert_eq!(kind(&brighter, &lit), "light");
+    // Of layers that are chosen, only those count.
+    let code =
+        |layers| rayframe(&["diff", &brighter, &lit, "--preset", "exact", "--layers", layers]).status.code();
+    assert_eq!((code("data"), code("beauty"), code("depth,albedo")), (Some(0), Some(1), Some(0)));
+}

@@ -15,6 +15,7 @@ mod outcome;
 mod render;
 mod render_args;
 mod render_job;
+mod render_settings;
 mod shot;
 mod signals;
 mod understood;

@@ -1,0 +1,145 @@
+//! What of the options reaches a pixel, but for the scene and what surrounds it: sizes, samples, lens, lights.
+
+use crate::error::{Error, Result};
+use crate::film::PixelWindow;
+use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
+use crate::scene::{CameraChoice, Projection, Scene, Selection};
+
+use super::choices::choices;
+use super::options;
+use super::render_args::{FilterArg, GlassShadowsArg, Integrator, RenderArgs};
+use super::render_job::exr_output;
+
+/// A picture's size unless another is asked for, pixels.
+const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
+
+/// The settings, without the choice of a background.
+pub(super) fn render_settings(
+    args: &RenderArgs,
+    scene: &Scene,
+    selection: &Selection,
+) -> Result<RenderSettings> {
+    let resolution = picture_size(args, camera_aspect(scene, selection))?;
+    let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
+    if window.x1 > resolution.0 || window.y1 > resolution.1 {
+        return Err(Error::usage(format!(
+            "--crop: reaches beyond the picture of {}x{} pixels",
+            resolution.0, resolution.1
+        )));
+    }
+    match args.integrator {
+        Integrator::Whitted => {}
+    }
+    Ok(RenderSettings {
+        resolution,
+        window,
+        samples: args.samples,
+        max_depth: args.depth,
+        glass_shadows: match args.glass_shadows {
+            GlassShadowsArg::Straight => GlassShadows::Straight,
+            GlassShadowsArg::Opaque => GlassShadows::Opaque,
+        },
+        light_scale: args.light_scale,
+        light_size: LightSize { radius: args.light_radius, sun_angle_radians: args.sun_angle.to_radians() },
+        adaptive: adaptive(args)?,
+        filter: match args.filter {
+            FilterArg::Box => PixelFilter::Box,
+            FilterArg::Mitchell => PixelFilter::Mitchell,
+            FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
+        },
+        lens: lens(args, scene, selection)?,
+        glossy_samples: args.glossy,
+        show_background: true,
+        layers: exr_output(args).request(),
+    })
+}
+
+fn adaptive(args: &RenderArgs) -> Result<Option<Adaptive>> {
+    match args.max_samples {
+        Some(most) if most < args.samples => Err(Error::usage(format!(
+            "--max-samples: {most} are fewer than the {} of --samples",
+            args.samples
+        ))),
+        most => Ok(most.map(|most_samples| Adaptive { most_samples, threshold: args.aa_threshold })),
+    }
+}
+
+fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
+    let Some(aperture) = args.aperture else { return Ok(None) };
+    if matches!(aperture, Aperture::FNumber(_)) && is_orthographic(scene, selection) {
+        return Err(Error::usage(
+            "--aperture: an orthographic camera has no f-number; write the lens's radius in metres",
+        ));
+    }
+    let focus = match args.focus.parse::<f32>() {
+        Ok(distance) if distance > 0.0 => Focus::Metres(distance),
+        Ok(_) => return Err(Error::usage("--focus: a distance lies above 0 metres")),
+        Err(_) if args.focus == "middle" => Focus::Middle,
+        Err(_) => {
+            let node = scene.node(&options::choice(&args.focus));
+            Focus::Node(node.ok_or_else(|| {
+                Error::usage(format!(
+                    "--focus: the scene has no node \"{}\"; write metres, middle, '#0' for the first node, or a name: {}",
+                    args.focus.escape_debug(),
+                    choices(&args.focus, scene.nodes.iter().filter_map(|node| node.name.as_deref()))
+                ))
+            })?)
+        }
+    };
+    Ok(Some(Lens { aperture, focus }))
+}
+
+fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
+    let CameraChoice::Node(node) = selection.camera else { return false };
+    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
+    let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
+    camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
+}
+
+/// What will be rendered, where that does not depend on the scene's camera.
+pub(super) fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
+    if args.width.is_some() != args.height.is_some() {
+        return Ok(None);
+    }
+    let (width, height) = picture_size(args, 1.0)?;
+    Ok(Some(args.crop.unwrap_or(PixelWindow::full(width, height))))
+}
+
+/// Columns and rows after `--scale`. One side alone takes the other from the camera.
+fn picture_size(args: &RenderArgs, camera_aspect: f64) -> Result<(u32, u32)> {
+    let default = (f64::from(DEFAULT_RESOLUTION.0), f64::from(DEFAULT_RESOLUTION.1));
+    let sides = |(width, height)| (f64::from(width), f64::from(height));
+    let (width, height) = match (args.width.map(f64::from), args.height.map(f64::from)) {
+        (Some(width), Some(height)) => (width, height),
+        (Some(width), None) => (width, width / camera_aspect),
+        (None, Some(height)) => (height * camera_aspect, height),
+        (None, None) => args.resolution.map_or(default, sides),
+    };
+    let scale = args.scale.unwrap_or(1.0);
+    let side = |pixels: f64| {
+        let pixels = (pixels * scale).round().max(1.0);
+        // OpenEXR stores corners as signed 32-bit numbers.
+        if pixels > f64::from(i32::MAX) {
+            return Err(Error::usage("--resolution: a side has more than 2147483647 pixels"));
+        }
+        Ok(pixels as u32)
+    };
+    Ok((side(width)?, side(height)?))
+}
+
+/// Width over height that the camera's author had in mind.
+fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
+    let default = f64::from(DEFAULT_RESOLUTION.0) / f64::from(DEFAULT_RESOLUTION.1);
+    let CameraChoice::Node(node) = selection.camera else {
+        return default;
+    };
+    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
+    let aspect = match camera.and_then(|camera| scene.cameras.get(camera.index())) {
+        Some(camera) => match camera.projection {
+            Projection::Perspective { aspect_ratio, .. } => aspect_ratio.map_or(default, f64::from),
+            Projection::Orthographic { x_mag, y_mag, .. } => f64::from(x_mag) / f64::from(y_mag),
+        },
+        None => default,
+    };
+    if aspect.is_finite() && aspect > 0.0 { aspect } else { default }
+}

@@ -169,10 +169,11 @@ fn is_stale(entry: &fs::DirEntry, prefixes: &[OsString]) -> bool {
     let Some(mark) = mark_in(&name, prefixes) else {
         return false;
     };
+    // Where the first process is hidden (`hidepid`), so may be those of others, which are alive.
     if let Some((machine, process)) = mark.split_once('-')
         && machine == machine_mark()
         && process.bytes().all(|byte| byte.is_ascii_digit())
-        && Path::new("/proc/self").exists()
+        && Path::new("/proc/1").exists()
     {
         return !Path::new("/proc").join(process).exists();
     }

@@ -163,24 +163,24 @@ fn the_picture_follows_the_shot_file() {
 }
 
 #[test]
-fn a_new_name_in_the_shot_file_does_not_cost_a_foreign_picture() {
+fn frames_of_the_shot_are_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_scene(folder, "1, 0, 0");
     write_corners(folder, 1.0);
-    std::fs::write(folder.join("photo.png"), "not ours").unwrap();
-    let write = |name: &str| {
-        let text = format!("scene = 'a.gltf'\nresolution = [96, 54]\noutput = '{name}.png'\n");
-        std::fs::write(folder.join("a.toml"), text).unwrap();
-    };
-    write("look");
-    let expected = rendered(folder, &["a.toml"]);
+    std::fs::write(folder.join("frame.0000.png"), "a frame").unwrap();
+    let shot = "scene = 'a.gltf'\nresolution = [96, 54]\noutput = 'frame.####.png'\n";
+    std::fs::write(folder.join("a.toml"), shot).unwrap();
     let mut running = watch(folder, &["a.toml", "-q"]);
-    wait_for(folder, "the first picture", &expected);
-    write("photo");
-    wait_until(folder, "an error", || told(folder).contains("made by another program; --overwrite"));
+    wait_until(folder, "the picture", || folder.join("a.watch.png").exists());
     assert_eq!(terminate(&mut running), Some(15));
-    assert_eq!(std::fs::read(folder.join("photo.png")).unwrap(), b"not ours");
+    assert_eq!(std::fs::read(folder.join("frame.0000.png")).unwrap(), b"a frame");
+
+    // Nor does a typed name cost another frame.
+    std::fs::rename(folder.join("a.watch.png"), folder.join("frame.0007.png")).unwrap();
+    let mut running = watch(folder, &["a.gltf", "-f", "7", "-r", "64x36", "-o", "frame.####.png"]);
+    assert_eq!(running.0.wait().unwrap().code(), Some(73), "{}", told(folder));
+    assert!(told(folder).contains("is a frame of a sequence"), "{}", told(folder));
 }
 
 /// A picture that takes minutes is there at once, coarse; a change ends the work on it, and so does a signal.
@@ -202,7 +202,15 @@ fn coarse_pictures_come_first_and_changes_do_not_wait() {
     write_scene(folder, "0, 0, 1");
     wait_until(folder, "another coarse picture", || coarse().is_some_and(|hash| Some(hash) != first));
     assert_eq!(terminate(&mut running), Some(15));
-    assert_eq!(names(folder), ["a.gltf", "corners.bin", "look.png", "told"]);
+    assert_eq!(names(folder), ["a.gltf", "corners.bin", "told"], "a coarse picture was left");
+
+    // What was there whole comes back.
+    let whole = rendered(folder, &["a.gltf", "-r", "1920x1080", "--samples", "1"]);
+    std::fs::write(&look, &whole).unwrap();
+    let mut running = watch(folder, &slow);
+    wait_until(folder, "the coarse picture", || coarse().is_some());
+    assert_eq!(terminate(&mut running), Some(15));
+    assert!(std::fs::read(&look).unwrap() == whole);
 }
 
 #[test]

@@ -143,6 +143,13 @@ impl GivenOptions {
 }
 
 impl MeantOptions {
+    /// Whether a setting was typed, as an option or with `-D`.
+    pub(super) fn is_typed(&self, key: &str) -> bool {
+        self.settings
+            .iter()
+            .any(|setting| setting.key == key && !matches!(setting.origin, Origin::File { .. }))
+    }
+
     /// The error with the line of the shot file, where one of its settings is at fault.
     pub(super) fn explained(&self, error: Error) -> Error {
         let Error::Usage { message } = &error else { return error };

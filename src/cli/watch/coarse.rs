@@ -1,11 +1,13 @@
 //! A picture of few pixels, scaled up, to be looked at until the whole one is there.
 
+use std::path::Path;
+
 use crate::bvh::Builder;
 use crate::cancel::CancelFlag;
 use crate::error::Result;
 use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
-use crate::image_file::write_atomically;
+use crate::image_file::{inspect_exr, inspect_png, write_atomically};
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
 use crate::render::{PixelFilter, RenderInput, RenderSettings, render_frame};
 use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev};
@@ -15,16 +17,41 @@ const COARSENESS: u32 = 8;
 /// Pictures of fewer pixels are made at once.
 const LEAST_PIXELS: u64 = 64 * 64;
 
+/// What the hash of a coarse picture begins with.
+const MARK: &str = "coarse ";
+
+/// Whether the file `path` is a coarse picture.
+pub(super) fn is_coarse(job: &SequenceJob, path: &Path) -> bool {
+    stored_hash(job, path).is_some_and(|hash| hash.starts_with(MARK))
+}
+
+/// Whether a stored hash is that of the frame, or of a coarse picture of any.
+pub(super) fn is_of(stored: &str, render_hash: &str) -> bool {
+    stored == render_hash || stored.starts_with(MARK)
+}
+
+fn stored_hash(job: &SequenceJob, path: &Path) -> Option<String> {
+    let stored = match job.output.format() {
+        OutputFormat::Exr => inspect_exr(path),
+        OutputFormat::Png => inspect_png(path),
+    };
+    stored.ok()?.render_hash
+}
+
 /// Writes the picture with one sample for many pixels, at one time and without a lens, under the frame's name.
 pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFlag) -> Result<()> {
     let window = job.render.window;
     if u64::from(window.width()) * u64::from(window.height()) < LEAST_PIXELS {
         return Ok(());
     }
+    // Better than coarse is there already.
+    if stored_hash(job, &planned.path).as_ref() == Some(&planned.render_hash) {
+        return Ok(());
+    }
     let frame = Frame::at(&job.scene, &job.selection, planned.time_seconds);
     let film = scaled_up(&few_pixels(job, &frame, cancel)?, job.render.resolution, window);
     // Nobody must take it for the frame.
-    let hash = format!("coarse {}", planned.render_hash);
+    let hash = format!("{MARK}{}", planned.render_hash);
     let file = match job.output.format() {
         OutputFormat::Exr => {
             let attributes = frame_attributes(

@@ -6,7 +6,8 @@
 mod coarse;
 mod files;
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::Duration;
@@ -15,9 +16,9 @@ use rayon::ThreadPoolBuilder;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result, Warning};
-use crate::image_file::{inspect_exr, inspect_png};
+use crate::image_file::{inspect_exr, inspect_png, write_atomically};
 use crate::progress::{print_error, print_note};
-use crate::sequence::{ExistingFiles, OutputFormat, Plan, SequenceJob};
+use crate::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
 use super::render::{other_files, perform, prepare, refuse_collisions};
 use super::render_args::{ProgressArg, RenderArgs};
@@ -40,6 +41,8 @@ struct Watch<'a> {
     /// Raised by signals.
     stop: CancelFlag,
     files: WatchedFiles,
+    /// The last picture under the output's name that was not coarse.
+    whole: Option<Vec<u8>>,
     /// What was understood last, and the warnings about it.
     told: (String, Vec<Warning>),
 }
@@ -58,7 +61,8 @@ fn watch(given: &GivenOptions) -> Result<Ending> {
     let stop = CancelFlag::new();
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
-    let mut watch = Watch { given, stop, files: WatchedFiles::default(), told: Default::default() };
+    let mut watch =
+        Watch { given, stop, files: WatchedFiles::default(), whole: None, told: Default::default() };
     let mut is_first = true;
     loop {
         watch.files.look();
@@ -90,6 +94,9 @@ impl Watch<'_> {
 
     fn picture_of(&mut self, meant: &mut MeantOptions) -> Result<()> {
         settle_for_one(&mut meant.args)?;
+        if !meant.is_typed("output") {
+            meant.args.output = Some(own_name(meant));
+        }
         let args = &meant.args;
         let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } = render_job(args)?;
         inputs.extend(meant.shot.clone());
@@ -113,7 +120,35 @@ impl Watch<'_> {
             self.told = told;
         }
         prepare(&plan, &others)?;
-        self.draw(&job, &plan, args)
+        self.keep_whole(&job, &plan);
+        let drawn = self.draw(&job, &plan, args);
+        if self.stop.is_raised() {
+            self.put_back_whole(&job, &plan)?;
+        }
+        drawn
+    }
+
+    /// Remembers the picture that is there, unless it is a coarse one.
+    fn keep_whole(&mut self, job: &SequenceJob, plan: &Plan) {
+        for planned in &plan.frames {
+            if !coarse::is_coarse(job, &planned.path) {
+                self.whole = std::fs::read(&planned.path).ok();
+            }
+        }
+    }
+
+    /// Leaves no coarse picture behind: the last whole one takes its place, or nothing.
+    fn put_back_whole(&self, job: &SequenceJob, plan: &Plan) -> Result<()> {
+        for planned in &plan.frames {
+            if coarse::is_coarse(job, &planned.path) {
+                match &self.whole {
+                    Some(whole) => write_atomically(&planned.path, whole)?,
+                    // One that cannot be removed says itself what it is.
+                    None => drop(std::fs::remove_file(&planned.path)),
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Makes the coarse picture and then the whole one, unless something changes before.
@@ -161,7 +196,22 @@ fn refuse_many(job: &SequenceJob) -> Result<()> {
     }
 }
 
-/// Pictures of Rayframe are replaced, those of others are not.
+/// `robot.watch.png` in the current folder: what a shot file calls its frames stays theirs. EXR where settings ask for what PNG
+/// files do not hold.
+fn own_name(meant: &MeantOptions) -> OsString {
+    let args = &meant.args;
+    let is_exr = args.layers.is_some()
+        || args.exr.is_some()
+        || args.split_aovs
+        || args.stamp
+        || args.preview.is_some();
+    let named = meant.shot.as_ref().unwrap_or(&args.scene);
+    let mut name = OutputPattern::escaped(Path::new(named.file_stem().unwrap_or_default()));
+    name.push(if is_exr { ".watch.exr" } else { ".watch.png" });
+    name
+}
+
+/// Pictures of Rayframe are replaced, those of others are not, and neither are other frames of a sequence.
 fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
     for planned in &plan.frames {
         for path in planned.paths().filter(|path| path.exists()) {
@@ -170,13 +220,19 @@ fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
                 OutputFormat::Exr if !is_preview => inspect_exr(path),
                 _ => inspect_png(path),
             };
-            if !stored.is_ok_and(|stored| stored.render_hash.is_some()) {
-                return Err(Error::CannotCreate {
-                    path: path.to_owned(),
-                    message: "the file is there and was made by another program; --overwrite replaces it"
-                        .to_owned(),
-                });
-            }
+            let why = match stored.ok().and_then(|stored| stored.render_hash) {
+                None => "was made by another program",
+                Some(hash) if job.output.is_numbered() && !coarse::is_of(&hash, &planned.render_hash) => {
+                    "is a frame of a sequence"
+                }
+                Some(_) => continue,
+            };
+            return Err(Error::CannotCreate {
+                path: path.to_owned(),
+                message: format!(
+                    "the file is there and {why}; name the picture with -o, or --overwrite replaces it"
+                ),
+            });
         }
     }
     Ok(())

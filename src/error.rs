@@ -119,6 +119,11 @@ impl Error {
         Self::Usage { message: message.into() }
     }
 
+    /// That `path`, which was named on the command line, cannot be read: for `map_err`.
+    pub fn missing(path: &Path) -> impl Fn(std::io::Error) -> Self + Copy + '_ {
+        move |source| Self::Missing { path: path.to_owned(), pointer: String::new(), source }
+    }
+
     /// The process exit code, after `sysexits.h`: 65 is permanent, 75 is worth another try.
     pub fn exit_code(&self) -> u8 {
         match self {

@@ -170,7 +170,7 @@ fn explained(error: Error, path: &Path, option: &str) -> Error {
 
 /// The whole of a file that is one: devices and pipes may never end.
 fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
-    let missing = |source| Error::Missing { path: path.to_owned(), pointer: String::new(), source };
+    let missing = Error::missing(path);
     let metadata = std::fs::metadata(path).map_err(missing)?;
     if !metadata.is_file() {
         return Err(Error::invalid(path, "", "is not a regular file"));

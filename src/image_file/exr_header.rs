@@ -66,7 +66,7 @@ impl ExrHeader {
     /// # Errors
     /// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is not such a file.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let missing = |source| Error::Missing { path: path.to_owned(), pointer: String::new(), source };
+        let missing = Error::missing(path);
         let metadata = std::fs::metadata(path).map_err(missing)?;
         if !metadata.is_file() {
             return Err(Error::invalid(path, "", "is not a file with a picture"));

@@ -92,11 +92,7 @@ fn encode(image: &Part, tile: &ExrTile) -> Result<Vec<u8>> {
 
 fn decode_tile(tile: &ExrTile) -> Result<Part> {
     let ExrTile { path, header } = tile;
-    let bytes = std::fs::read(path).map_err(|source| Error::Missing {
-        path: path.clone(),
-        pointer: String::new(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(Error::missing(path))?;
     if ExrHeader::parse(&mut bytes.as_slice()).as_ref() != Ok(header) {
         return Err(Error::invalid(path, "", "was changed while it was merged"));
     }

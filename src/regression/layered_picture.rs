@@ -74,11 +74,7 @@ impl LayeredPicture {
     /// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is none of these or damaged,
     /// [`Error::Refused`] when it would take too much memory.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|source| Error::Missing {
-            path: path.to_owned(),
-            pointer: String::new(),
-            source,
-        })?;
+        let bytes = std::fs::read(path).map_err(Error::missing(path))?;
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             return from_exr(path, &bytes);
         }

@@ -44,11 +44,7 @@ impl Picture {
     /// # Errors
     /// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is not a picture.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|source| Error::Missing {
-            path: path.to_owned(),
-            pointer: String::new(),
-            source,
-        })?;
+        let bytes = std::fs::read(path).map_err(Error::missing(path))?;
         let image = image_file::decode_exr(path, &bytes, MAX_MEMORY_BYTES)?;
         Ok(Self { size: image.size, pixels: image.pixels })
     }

@@ -56,7 +56,7 @@ pub(super) fn name_below(folder: &Path, file: &Path) -> Option<String> {
 
 /// All files below `folder` with an extension, sorted.
 pub(super) fn files_below(folder: &Path, extension: &str) -> Result<Vec<PathBuf>> {
-    let missing = |source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
+    let missing = Error::missing(folder);
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(missing)? {
         let path = entry.map_err(missing)?.path();
@@ -72,11 +72,7 @@ pub(super) fn files_below(folder: &Path, extension: &str) -> Result<Vec<PathBuf>
 
 fn frames_of(scene: &Path) -> Result<Option<Vec<i32>>> {
     const POINTER: &str = "/extras/rayframe/frames";
-    let bytes = std::fs::read(scene).map_err(|source| Error::Missing {
-        path: scene.to_owned(),
-        pointer: String::new(),
-        source,
-    })?;
+    let bytes = std::fs::read(scene).map_err(Error::missing(scene))?;
     let json: serde_json::Value =
         serde_json::from_slice(&bytes).map_err(|error| Error::invalid(scene, "", error.to_string()))?;
     let Some(list) = json.pointer(POINTER) else {

@@ -85,11 +85,7 @@ impl Source {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>> {
-    std::fs::read(path).map_err(|source| Error::Missing {
-        path: path.to_owned(),
-        pointer: String::new(),
-        source,
-    })
+    std::fs::read(path).map_err(Error::missing(path))
 }
 
 #[cfg(test)]

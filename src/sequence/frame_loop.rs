@@ -14,13 +14,13 @@ use rayon::Scope;
 
 use crate::bvh::BuildStatistics;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::error::{Error, Result, Warning};
+use crate::error::{Error, Result};
 use crate::film::{Film, LayerRequest};
-use crate::integrator::PASS_THROUGH_LIMIT;
 use crate::output::{PreviewLook, ShapeIds, frame_attributes, run_stamp};
 use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
 
 use super::exposure::exposure_ev;
+use super::notes::{Notes, depth_note};
 use super::posed_frames::PosedFrames;
 use super::writer::{HandedOver, Picture, TracedFrame, Writer, empty_film, receive_working};
 use super::{
@@ -50,22 +50,11 @@ pub fn run(
     let stop = cancel.inner();
     let mut summary = render_and_write(job, plan, (cancel, &stop), on_event);
     summary.seconds = start.elapsed().as_secs_f64();
-    if let Some(message) = depth_note(&summary, job.render.max_depth) {
-        on_event(SequenceEvent::Warned(&Warning { pointer: String::new(), message }));
+    if let Some(warning) = depth_note(&summary, job.render.max_depth) {
+        on_event(SequenceEvent::Warned(&warning));
     }
     on_event(SequenceEvent::Finished(&summary));
     summary
-}
-
-/// What is said when the depth limit took more than a hundredth of the light.
-fn depth_note(summary: &Summary, max_depth: u32) -> Option<String> {
-    let (dropped, samples) = summary.written.iter().fold((0.0, 0), |(dropped, samples), frame| {
-        (dropped + frame.rays.dropped_weight, samples + frame.rays.camera)
-    });
-    let share = dropped / samples as f64;
-    (share > 0.01).then(|| {
-        format!("{:.0} % of the light was cut off at depth {max_depth}: raise --depth", share * 100.0)
-    })
 }
 
 /// The loop on this thread, the writer on one of its own.
@@ -105,8 +94,7 @@ fn render_and_write<'a>(
                 look: None,
                 shapes: None,
                 posed: PosedFrames::default(),
-                warned: Vec::new(),
-                has_seen_nothing: false,
+                notes: Notes::default(),
             };
             let reached_the_end = frame_loop.go(plan);
             let _ = receive_working(&when_settled);
@@ -135,9 +123,7 @@ struct FrameLoop<'a, 's, 'p> {
     /// What the shapes of all frames are called.
     shapes: Option<Arc<ShapeIds>>,
     posed: PosedFrames,
-    warned: Vec<Warning>,
-    /// Whether it was said that the camera sees nothing.
-    has_seen_nothing: bool,
+    notes: Notes,
 }
 
 /// What making a picture took.
@@ -272,7 +258,9 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             made.phases.add(&phases);
             made.rays.trace_seconds += phases.trace;
         }
-        self.examine(planned, &made.tree, &made.rays)?;
+        for warning in self.notes.of_frame(self.job, planned, &made.tree, &made.rays)? {
+            (self.on_event)(SequenceEvent::Warned(&warning));
+        }
         Ok(made)
     }
 
@@ -329,59 +317,6 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         };
         self.shapes.get_or_insert_with(find).clone()
     }
-
-    /// Fails or warns about what the statistics say.
-    fn examine(
-        &mut self,
-        planned: &PlannedFrame,
-        tree: &BuildStatistics,
-        rays: &RenderStatistics,
-    ) -> Result<()> {
-        if rays.non_finite_pixels > 0 && self.job.strict {
-            return Err(Error::Internal {
-                message: format!(
-                    "frame {}: {} pixels are infinite or not a number",
-                    planned.frame, rays.non_finite_pixels
-                ),
-            });
-        }
-        if rays.non_finite_pixels > 0 {
-            self.warn(format!(
-                "frame {}: {} pixels were infinite or not a number and are black; this is a bug worth reporting",
-                planned.frame, rays.non_finite_pixels
-            ));
-        }
-        let window = self.job.render.window;
-        let is_whole = (window.width(), window.height()) == self.job.render.resolution;
-        if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.has_seen_nothing {
-            self.has_seen_nothing = true;
-            self.warn(format!(
-                "{} sees nothing in frame {}: the scene lies behind it, beside it, or shows it its back",
-                self.job.selection.camera_label(&self.job.scene),
-                planned.frame
-            ));
-        }
-        if rays.integrator.pass_through_limit_reached > 0 {
-            self.warn(format!(
-                "some samples met more than {PASS_THROUGH_LIMIT} see-through surfaces; what lies behind them is missing"
-            ));
-        }
-        if tree.budget_reached {
-            self.warn(format!(
-                "--split: the area would make more than {} references a triangle and was raised",
-                self.job.build.reference_budget
-            ));
-        }
-        Ok(())
-    }
-
-    fn warn(&mut self, message: String) {
-        let warning = Warning { pointer: String::new(), message };
-        if !self.warned.contains(&warning) {
-            (self.on_event)(SequenceEvent::Warned(&warning));
-            self.warned.push(warning);
-        }
-    }
 }
 
 /// The summary of a run whose writer cannot even begin.
@@ -400,35 +335,4 @@ pub(super) fn panic_error(frame: i64, payload: &(dyn Any + Send)) -> Error {
         .or_else(|| payload.downcast_ref::<String>().cloned());
     let text = text.unwrap_or_else(|| "a worker panicked".to_owned());
     Error::Internal { message: format!("frame {frame}: {text}") }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sequence::FrameReport;
-
-    fn frame(camera: u64, dropped_weight: f64) -> FrameReport {
-        FrameReport {
-            frame: 0,
-            time_seconds: 0.0,
-            path: "a.exr".into(),
-            sha256: String::new(),
-            bytes: 0,
-            layers: Vec::new(),
-            seconds: Phases::default(),
-            tree: TreeReport::default(),
-            rays: RayReport { camera, dropped_weight, ..RayReport::default() },
-            peak_memory_bytes: None,
-        }
-    }
-
-    #[test]
-    fn light_that_the_depth_limit_takes_is_named_beyond_a_hundredth() {
-        let told = |written: Vec<FrameReport>| depth_note(&Summary { written, ..Summary::default() }, 8);
-        // 8 of 200 samples over both frames.
-        let note = told(vec![frame(100, 0.5), frame(100, 7.5)]).unwrap();
-        assert_eq!(note, "4 % of the light was cut off at depth 8: raise --depth");
-        assert_eq!(told(vec![frame(100, 1.0)]), None);
-        assert_eq!(told(Vec::new()), None);
-    }
 }

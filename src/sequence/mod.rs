@@ -10,6 +10,7 @@ mod frame_loop;
 mod frames;
 mod job;
 mod memory;
+mod notes;
 mod pattern;
 mod plan;
 mod posed_frames;

@@ -158,11 +158,7 @@ pub fn shown(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Re
             Ok(display_picture(size, &pixels, look))
         }
         OutputFormat::Png => {
-            let bytes = std::fs::read(&planned.path).map_err(|source| Error::Missing {
-                path: planned.path.clone(),
-                pointer: String::new(),
-                source,
-            })?;
+            let bytes = std::fs::read(&planned.path).map_err(Error::missing(&planned.path))?;
             decode_png(&planned.path, &bytes)
         }
     }

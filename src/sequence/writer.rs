@@ -265,11 +265,7 @@ fn guarded(planned: &PlannedFrame, work: impl FnOnce() -> Result<()>) -> Result<
 type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
 
 pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
-    let bytes = std::fs::read(path).map_err(|source| Error::Missing {
-        path: path.to_owned(),
-        pointer: String::new(),
-        source,
-    })?;
+    let bytes = std::fs::read(path).map_err(Error::missing(path))?;
     let image = decode_exr(path, &bytes, max_memory_bytes)?;
     Ok((image.size, image.pixels))
 }

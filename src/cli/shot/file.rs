@@ -55,7 +55,7 @@ pub(super) fn read(path: &Path, command: &Command) -> Result<Vec<Setting>> {
 }
 
 fn read_text(path: &Path) -> Result<String> {
-    let missing = |source| Error::Missing { path: path.to_owned(), pointer: String::new(), source };
+    let missing = Error::missing(path);
     if !std::fs::metadata(path).map_err(missing)?.is_file() {
         return Err(Error::invalid(path, "", "is not a regular file; name a file"));
     }

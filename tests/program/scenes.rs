@@ -1,0 +1,224 @@
+//! What is said of a scene: what `info` shows of it, which names there are, and what its picture lacks.
+
+use crate::cli::assert_fails;
+use crate::{both, rayframe, stderr};
+
+#[test]
+fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/material/variants.gltf");
+    let folder = tempfile::tempdir().unwrap();
+    let render = |name: &str, options: &[&str]| {
+        let path = folder.path().join(name);
+        let output = path.to_str().unwrap();
+        let arguments = [&["render", scene, "-r", "16x9", "--samples", "1", "-q", "-o", output], options];
+        let done = rayframe(&arguments.concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        rayframe::regression::Picture::read(&path).unwrap().pixels
+    };
+    let own = render("own.exr", &[]);
+    let red = render("red.exr", &["--variant", "red"]);
+    let gold = render("gold.exr", &["--variant", "#1"]);
+    // The box, left of the middle: white, red, and white again, since "gold" is for the ball alone.
+    let box_at = 4 * 16 + 5;
+    let [own_box, red_box, gold_box] = [&own, &red, &gold].map(|pixels| pixels[box_at]);
+    assert!(own_box[1] > 0.2 && red_box[1] < 0.2 * red_box[0], "{own_box:?} {red_box:?}");
+    assert_eq!(own_box, gold_box);
+    assert!(own != gold && red != gold);
+
+    assert_fails(&["render", scene, "--variant", "blue"], 2, "there is no variant \"blue\"; ");
+    assert_fails(&["render", scene, "--variant", "blue"], 2, "#0 \"red\", #1 \"gold\"");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("variants:\n  #0 \"red\"\n  #1 \"gold\"\n"), "{shown}");
+    assert!(shown.contains("KHR_materials_variants: supported"), "{shown}");
+}
+
+#[test]
+fn info_tells_of_everything_whether_it_is_supported() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let text = std::fs::read_to_string(root.join("animation/pointer_light_camera.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    // One channel of the three names what is not there; a texture is not used; an extension is not known.
+    document["animations"][0]["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
+        "/materials/9/alphaCutoff".into();
+    document["textures"] = serde_json::json!([{}]);
+    document["extensionsUsed"].as_array_mut().unwrap().push("ACME_glow".into());
+    let scene = folder.path().join("a.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let scene = scene.to_str().unwrap();
+
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    for line in [
+        "1 s, 2 channels, 1 more left out, supported in part",
+        "spot, supported",
+        "perspective, supported",
+        "1 more that no material uses",
+        "KHR_animation_pointer: supported",
+        "ACME_glow: not supported, left out",
+        "/materials/9/alphaCutoff",
+    ] {
+        assert!(shown.contains(line), "{line} is not in\n{shown}");
+    }
+    let output = rayframe(&["info", "--json", scene]);
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["schema"], 2);
+    assert_eq!(report["clips"][0]["ignored_channels"], 1);
+    assert_eq!(report["clips"][0]["support"], "supported in part");
+    assert_eq!(report["lights"][0]["support"], "supported");
+    assert_eq!(report["cameras"][0]["support"], "supported");
+    assert_eq!(report["unused_textures"], 1);
+
+    let scene = root.join("light/image_based.gltf");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene.to_str().unwrap()]).stdout).into_owned();
+    assert!(shown.contains("cube of 16x16 texels, 3 levels, supported"), "{shown}");
+}
+
+#[test]
+fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let first = folder.path().join("t0.png");
+    image::GrayImage::new(4096, 4096).save(&first).unwrap();
+    for index in 1..20 {
+        std::fs::copy(&first, folder.path().join(format!("t{index}.png"))).unwrap();
+    }
+    let numbered = |value: &dyn Fn(usize) -> serde_json::Value| (0..20).map(value).collect::<Vec<_>>();
+    let document = serde_json::json!({
+        "asset": {"version": "2.0"},
+        "images": numbered(&|index| serde_json::json!({"uri": format!("t{index}.png")})),
+        "textures": numbered(&|index| serde_json::json!({"source": index})),
+        "materials": numbered(&|index| serde_json::json!({"emissiveTexture": {"index": index}})),
+    });
+    let path = folder.path().join("walls.gltf");
+    std::fs::write(&path, document.to_string()).unwrap();
+    let scene = path.to_str().unwrap();
+    let output = folder.path().join("a.exr");
+    let output = output.to_str().unwrap();
+
+    // 20 · 89 478 484 bytes, and 89 478 480 while the last mip maps are made.
+    let render = ["render", scene, "-o", output, "--max-memory", "500M"];
+    for word in
+        ["20 images need 1.9 GB with mip maps", "/images/0 \"t0.png\" with 89.5 MB", "limit of 500.0 MB"]
+    {
+        assert_fails(&render, 77, word);
+    }
+    // The picture comes first, and the plan knows what texels would need; the list does not ask.
+    assert_fails(&[&render[..], &["-r", "30000x30000"]].concat(), 77, "30000x30000 pixels need about");
+    assert_fails(&[&render[..], &["--dry-run"]].concat(), 77, "20 images need 1.9 GB");
+    let planned = rayframe(&["render", scene, "-o", output, "--max-memory", "2G", "--dry-run"]);
+    assert_eq!(planned.status.code(), Some(0), "{}", stderr(&planned));
+    let shown = rayframe(&["info", scene, "--max-memory", "100M"]);
+    let text = String::from_utf8_lossy(&shown.stdout).into_owned();
+    assert!(
+        text.contains("#19 4096x4096, 8 bits") || text.contains("\"t19.png\" 4096x4096, 8 bits"),
+        "{text}"
+    );
+}
+
+#[test]
+fn what_nobody_would_want_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("a.exr");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+    let said = |scene: &str, options: &[&str]| {
+        let scene = format!("{root}{scene}");
+        let arguments = ["render", &scene, "-o", output.to_str().unwrap(), "-r", "16x9", "--overwrite"];
+        let done = rayframe(&[&arguments[..], &["--samples", "1", "-f", "0"], options].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        stderr(&done)
+    };
+    // A mirror in the middle of the picture and no way to go on from it.
+    let cut = said("material/mirror.gltf", &["--depth", "0"]);
+    assert!(cut.contains(" % of the light was cut off at depth 0: raise --depth"), "{cut}");
+    assert!(!said("material/diffuse.gltf", &["--depth", "0"]).contains("cut off"));
+
+    // The same camera behind everything.
+    let text = std::fs::read_to_string(format!("{root}material/diffuse.gltf")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for node in document["nodes"].as_array_mut().unwrap() {
+        if node.get("camera").is_some() {
+            *node = serde_json::json!({"name": "lost", "camera": 0, "translation": [0, 0, -1000]});
+        }
+    }
+    let scene = folder.path().join("lost.gltf");
+    std::fs::write(&scene, document.to_string()).unwrap();
+    let arguments =
+        ["render", scene.to_str().unwrap(), "-o", output.to_str().unwrap(), "-r", "16x9", "--overwrite"];
+    let lost = stderr(&rayframe(&arguments));
+    assert!(lost.contains("warning: camera \"") && lost.contains("sees nothing in frame 0"), "{lost}");
+}
+
+#[test]
+fn names_of_nodes_are_listed_and_suggested() {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/environment/shadow_catcher.gltf");
+    let render = ["render", scene, "--dry-run", "-o", "unwritten.exr"];
+    assert_fails(&both(&render, &["--shadow-catcher", "flor"]), 2, "did you mean \"floor\"?");
+    assert_fails(&both(&render, &["--aperture", "0.1", "--focus", "flor"]), 2, "did you mean \"floor\"?");
+    assert_fails(
+        &both(&render, &["--aperture", "0.1", "--focus", "-1"]),
+        2,
+        "a distance lies above 0 metres",
+    );
+    assert_fails(&both(&render, &["--shadow-catcher", "#999"]), 2, "\"floor\"");
+
+    let shown = rayframe(&["info", "--json", scene]);
+    let report: serde_json::Value = serde_json::from_slice(&shown.stdout).unwrap();
+    let nodes = report["holding_nodes"].as_array().unwrap();
+    let floor = nodes.iter().find(|node| node["name"] == "floor").unwrap();
+    assert_eq!(floor["holds"], serde_json::json!(["mesh"]));
+    let by_number = format!("#{}", floor["index"]);
+    let done = rayframe(&both(&render, &["--shadow-catcher", &by_number, "--background", "none"]));
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+    assert!(stderr(&done).contains("background none"), "{}", stderr(&done));
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains(&format!("  {by_number} \"floor\" mesh\n")), "{shown}");
+}
+
+#[test]
+fn options_that_do_nothing_say_so() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
+    let said = |scene: &str, options: &[&str]| {
+        let scene = format!("{root}{scene}");
+        let arguments = ["render", &scene, "--dry-run", "--strict", "-o", "unwritten.####.exr"];
+        let done = rayframe(&[&arguments[..], options].concat());
+        assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+        stderr(&done)
+    };
+    let unlit = "light/environment_only.gltf";
+    for (scene, options, idle) in [
+        (unlit, &["--env", "none", "--env-intensity", "2"][..], "--env-intensity"),
+        (unlit, &["--light-scale", "2"], "--light-scale"),
+        (unlit, &["--light-radius", "2"], "--light-radius"),
+        (unlit, &["--env", "none", "--sun-angle", "2"], "--sun-angle"),
+        (unlit, &["--shutter", "0.5"], "--shutter"),
+        (unlit, &["--exposure", "1"], "--exposure"),
+        (unlit, &["--tone", "standard"], "--tone"),
+    ] {
+        let said = said(scene, options);
+        assert_eq!(said.matches("does nothing").count(), 1, "{said}");
+        assert!(said.contains(&format!("{idle} does nothing: ")), "{said}");
+    }
+    for (scene, options) in [
+        (unlit, &["--env", "studio", "--env-intensity", "2", "--sun-angle", "1"][..]),
+        ("light/point.gltf", &["--light-scale", "2", "--light-radius", "0.1"]),
+        ("light/directional.gltf", &["--sun-angle", "1"]),
+        ("morph/weights.gltf", &["--shutter", "0.5", "--exposure", "1", "--preview", "png"]),
+    ] {
+        let said = said(scene, options);
+        assert!(!said.contains("does nothing"), "{said}");
+    }
+}
+
+#[test]
+fn strict_says_each_thing_once_and_positions_may_be_plain() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("a.gltf");
+    std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow"]}"#).unwrap();
+    let scene = scene.to_str().unwrap();
+    assert_fails(&["render", scene, "--strict"], 65, "ACME_glow");
+    let shown = String::from_utf8_lossy(&rayframe(&["info", scene]).stdout).into_owned();
+    assert!(shown.contains("lit by the studio"), "{shown}");
+    let morph = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/morph/weights.gltf");
+    let done =
+        rayframe(&["render", morph, "--animation", "0", "--dry-run", "-f", "0", "-o", "unwritten.exr"]);
+    assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
+}

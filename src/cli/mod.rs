@@ -21,6 +21,8 @@ mod signals;
 mod understood;
 mod watch;
 
+pub use shot::{ShotJob, ShotRequest, shot_job};
+
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};

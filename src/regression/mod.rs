@@ -24,6 +24,7 @@ mod pooling;
 mod presets;
 mod render;
 mod report;
+mod report_page;
 mod root_mean_square;
 mod sequence_files;
 mod shift;
@@ -44,6 +45,9 @@ pub use picture::Picture;
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use render::SceneRenderer;
+pub use report_page::{
+    EncodedPicture, FolderSummary, FrameStatus, ReportPage, ReportedFrame, ReportedShot, write_report,
+};
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};

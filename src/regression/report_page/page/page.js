@@ -30,7 +30,12 @@ function go(shot, frame) {
 }
 
 function goByHash() {
-  const name = decodeURIComponent(location.hash.slice(1));
+  let name = "";
+  try {
+    name = decodeURIComponent(location.hash.slice(1));
+  } catch {
+    // It was typed by hand.
+  }
   const shot = report.shots.findIndex((one) => one.frames.some((frame) => frame.name === name));
   if (shot < 0) return go(-1, 0);
   go(shot, report.shots[shot].frames.findIndex((frame) => frame.name === name));

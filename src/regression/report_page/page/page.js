@@ -241,7 +241,8 @@ function connect() {
 
 function begin() {
   byId("app").hidden = false;
-  byId("title").textContent = report.title;
+  byId("title").textContent = report.title || "report";
+  byId("hint").hidden = report.shots.length === 0;
   byId("counts").replaceChildren(
     element("span", { className: total("failed") > 0 ? "bad" : "quiet" }, `${total("failed")} failed`),
     element("span", { className: "good" }, `${total("passed")} passed`),

@@ -56,7 +56,11 @@ pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
     let missing = Error::missing(path);
     let length = std::fs::metadata(path).map_err(missing)?.len();
     if length > MAX_BYTES {
-        return Err(Error::refused(path, "", "is too large for a file of approvals; name what the report exported"));
+        return Err(Error::refused(
+            path,
+            "",
+            "is too large for a file of approvals; name what the report exported",
+        ));
     }
     let bytes = std::fs::read(path).map_err(missing)?;
     let text: ApprovalsText = serde_json::from_slice(&bytes)

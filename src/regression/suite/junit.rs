@@ -54,8 +54,7 @@ fn failed(kind: NonSuccessKind, kind_name: &str, picture: &ReportedFrame) -> Tes
     let mut status = TestCaseStatus::non_success(kind);
     let cause = picture.judgement.as_ref().and_then(|judgement| judgement.cause.as_ref());
     let cause = cause.map(|cause| format!("likely {cause}"));
-    let lines: Vec<&str> =
-        picture.messages.iter().map(String::as_str).chain(cause.as_deref()).collect();
+    let lines: Vec<&str> = picture.messages.iter().map(String::as_str).chain(cause.as_deref()).collect();
     status.set_type(kind_name);
     status.set_message(lines.first().copied().unwrap_or_default());
     status.set_description(lines.join("\n"));

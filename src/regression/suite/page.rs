@@ -6,6 +6,7 @@ use std::path::Path;
 use super::super::{FolderSummary, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
 use super::names::{pending_path, reference_path};
 use super::result::{folder_of, is_passed};
+use super::shell::shell_word;
 use super::{ShotResult, Suite, SuiteResult};
 
 /// What the page of `result` shows. `command` made it.
@@ -23,7 +24,7 @@ pub fn report_page(suite: &Suite, result: &SuiteResult, command: &str) -> Report
 }
 
 /// How each folder did, in the order of names.
-pub(super) fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
+pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
     let mut folders = BTreeMap::<&str, FolderSummary>::new();
     let mut count = |folder, picture: &ReportedFrame| {
         let summary = folders.entry(folder).or_default();
@@ -40,7 +41,8 @@ pub(super) fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
 }
 
 fn reported(suite: &Suite, shot: &ShotResult) -> ReportedShot {
-    let command = |verb: &str| format!("rayframe {verb} {} --suite {}", quoted(&shot.name), file(&suite.file));
+    let command =
+        |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), file(&suite.file));
     let mut commands = vec![("Test again".to_owned(), command("test"))];
     let is = |status| shot.pictures.iter().find(|picture| picture.status == status);
     if let Some(picture) = is(FrameStatus::Different) {
@@ -68,7 +70,7 @@ fn reported(suite: &Suite, shot: &ShotResult) -> ReportedShot {
 }
 
 fn dangling(suite: &Suite, picture: &ReportedFrame) -> ReportedShot {
-    let accept = format!("rayframe accept {} --suite {}", quoted(&picture.name), file(&suite.file));
+    let accept = format!("rayframe accept {} --suite {}", shell_word(&picture.name), file(&suite.file));
     ReportedShot {
         name: picture.name.clone(),
         preset: suite.limits.name(),
@@ -79,27 +81,5 @@ fn dangling(suite: &Suite, picture: &ReportedFrame) -> ReportedShot {
 }
 
 fn file(path: &Path) -> String {
-    quoted(&path.display().to_string())
-}
-
-/// As a shell takes it for one word.
-fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@%,".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', r"'\''"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_words_for_a_shell() {
-        assert_eq!(quoted("light/point.0012"), "light/point.0012");
-        assert_eq!(quoted("my shot"), "'my shot'");
-        assert_eq!(quoted("it's $HOME"), r"'it'\''s $HOME'");
-        assert_eq!(quoted(""), "''");
-    }
+    shell_word(&path.display().to_string())
 }

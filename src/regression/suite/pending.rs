@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::Suite;
+use super::super::{Judgement, LayeredPicture, judge};
 use super::names::{
     ReferenceFile, pending_path, reference_files, reference_path, removal_path, shots_of_picture,
 };
 use super::run::fitting;
+use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 
@@ -95,6 +96,22 @@ pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
 /// [`Error::WriteFailed`] when the system refuses.
 pub fn reject(pending: &Pending) -> Result<()> {
     remove_file(&pending.file)
+}
+
+/// The picture that waits judged by its reference, with the limits of the one of `shots` that it belongs to.
+///
+/// # Errors
+/// Those of reading the shot's limits.
+pub fn judge_pending(
+    suite: &Suite,
+    shots: &[SuiteShot],
+    pending: &Pending,
+    actual: &LayeredPicture,
+    expected: &LayeredPicture,
+) -> Result<Judgement> {
+    let shot = shots.iter().find(|shot| shots_of_picture(&pending.name).any(|name| name == shot.name));
+    let limits = shot.map_or(Ok(suite.limits), |shot| suite.limits_of(&shot.path))?;
+    Ok(judge(actual, expected, &limits.limits))
 }
 
 /// Lets `bytes` wait to become the reference of the picture `name`; nothing waits any more where there are none.

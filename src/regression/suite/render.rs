@@ -53,9 +53,9 @@ fn frames(summary: Summary) -> Vec<(i64, Result<PathBuf>)> {
         // Files hold 0 in their place, so that only the report tells.
         let picture = match report.rays.non_finite_pixels {
             0 => Ok(report.path),
-            count => Err(Error::Different {
-                message: format!("{count} pixels came out infinite or not a number"),
-            }),
+            count => {
+                Err(Error::Different { message: format!("{count} pixels came out infinite or not a number") })
+            }
         };
         (report.frame, picture)
     });

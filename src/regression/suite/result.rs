@@ -17,6 +17,8 @@ pub struct ShotResult {
     pub limits: Limits,
     /// Its pictures in the order of frames; one broken one where the shot could not be opened.
     pub pictures: Vec<ReportedFrame>,
+    /// What the scene asks for and is not honoured.
+    pub warnings: Vec<String>,
     /// Rendering and comparing.
     pub seconds: f64,
 }

@@ -25,7 +25,7 @@ mod test;
 mod understood;
 mod watch;
 
-pub use shot::{ShotJob, ShotRequest, shot_job};
+pub use shot::{ShotJob, ShotRequest, scene_of_shot, shot_job};
 pub use suite_options::ShotFiles;
 
 use std::ffi::OsString;
@@ -175,16 +175,17 @@ fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool
     for warning in unique.iter().skip(usize::from(is_strict)) {
         print_warning(&format!("{}: {warning}", path.display()));
     }
-    match unique.first() {
-        Some(first) if is_strict => Err(Error::unsupported(
-            path,
-            first.pointer.clone(),
-            format!(
-                "{} (--strict refuses {})",
-                first.message,
-                understood::counted(unique.len() as u64, "warning")
-            ),
-        )),
+    match refusal(path, warnings) {
+        Some(error) if is_strict => Err(error),
         _ => Ok(()),
     }
+}
+
+/// What `--strict` says of the warnings: the first one, and how many there are.
+fn refusal(path: &std::path::Path, warnings: &[Warning]) -> Option<Error> {
+    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
+    let first = unique.first()?;
+    let count = understood::counted(unique.len() as u64, "warning");
+    let message = format!("{} (--strict refuses {count})", first.message);
+    Some(Error::unsupported(path, first.pointer.clone(), message))
 }

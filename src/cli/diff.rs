@@ -87,8 +87,7 @@ fn compared(args: &DiffArgs, pair: &FilePair) -> Result<(FrameReport, Option<cra
 }
 
 fn preset(text: &str) -> std::result::Result<Preset, String> {
-    let found = Preset::ALL.into_iter().find(|preset| preset.name() == text);
-    found.ok_or_else(|| "write exact, strict, visual or noisy".to_owned())
+    Preset::of_name(text).ok_or_else(|| format!("write {}", Preset::NAMES))
 }
 
 /// A path for people and for JSON.

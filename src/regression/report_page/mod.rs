@@ -5,6 +5,8 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::{Judgement, LayeredPicture, Limits};
 use crate::error::Result;
 
@@ -73,7 +75,8 @@ pub struct ReportedFrame {
 }
 
 /// What was found about a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
     /// It is as its reference.
     Passed,

@@ -43,12 +43,14 @@ use std::path::{Path, PathBuf};
 use gltf_builder::Built;
 
 /// The settings of all pictures, and where the references lie.
-const SUITE: &str = r#"# The pictures of all scenes, against which `rayframe test scenes` compares.
+const SUITE: &str = r#"# The pictures of all scenes: `rayframe test --suite scenes` renders them and compares.
 scenes = "."
 references = "../reference_images"
 report = "../target/regression"
+max_reference_kib = 256
+
+[test]
 preset = "exact"
-max_reference_size = "256K"
 
 [shot]
 resolution = [160, 90]

@@ -45,10 +45,11 @@ pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use render::SceneRenderer;
 pub use report_page::{
-    EncodedPicture, FolderSummary, FrameStatus, ReportPage, ReportedFrame, ReportedShot, write_report,
+    EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, ReportPage, ReportedFrame,
+    ReportedShot, write_report,
 };
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
-pub use sequence_files::{FilePair, PairedFiles, is_sequence, pair_files};
+pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};
 pub use shots::{Shot, discover};
 

@@ -35,8 +35,7 @@ const SECTIONS: [&str; 13] = [
 #[derive(Clone, Debug)]
 pub(crate) struct Gltf {
     shows: &'static str,
-    frames: Vec<usize>,
-    surroundings: Option<Json>,
+    shot: Vec<(&'static str, Json)>,
     bytes: Vec<u8>,
     sections: Vec<(&'static str, Vec<Json>)>,
     extensions: Vec<(&'static str, bool)>,
@@ -55,8 +54,7 @@ impl Gltf {
     pub(crate) fn new(shows: &'static str) -> Self {
         Self {
             shows,
-            frames: Vec::new(),
-            surroundings: None,
+            shot: Vec::new(),
             bytes: Vec::new(),
             sections: Vec::new(),
             extensions: Vec::new(),
@@ -69,14 +67,14 @@ impl Gltf {
         }
     }
 
-    /// Frames, at 24 a second, that have a reference picture; a still scene has one without a number.
+    /// Frames, at 24 a second, that have a reference picture; without this there is one, of frame 0.
     pub(crate) fn reference_frames(&mut self, frames: &[usize]) {
-        self.frames = frames.to_vec();
+        self.shot("frames", list(frames.iter().copied()));
     }
 
-    /// What the reference picture shows around the scene, in the form that `rayframe`'s regression tests read.
-    pub(crate) fn surroundings(&mut self, surroundings: Json) {
-        self.surroundings = Some(surroundings);
+    /// A setting of the reference picture that no scene file can hold, called as in docs/shots.md.
+    pub(crate) fn shot(&mut self, setting: &'static str, value: impl Into<Json>) {
+        self.shot.push((setting, value.into()));
     }
 
     /// Appends to a top-level array.
@@ -298,7 +296,7 @@ impl Gltf {
     pub(crate) fn to_file_text(&self) -> String {
         let mut root = object([
             ("asset", object([("version", "2.0".into()), ("generator", "rayframe make_scenes".into())])),
-            ("extras", self.extras()),
+            ("extras", object([("shows", self.shows.into())])),
         ]);
         let used = self.extensions.iter().map(|(name, _)| *name);
         let required = self.extensions.iter().filter(|(_, required)| *required).map(|(name, _)| *name);
@@ -323,17 +321,16 @@ impl Gltf {
         root.to_file_text()
     }
 
-    fn extras(&self) -> Json {
-        let mut extras = object([("shows", self.shows.into())]);
-        let mut rayframe = object([]);
-        if !self.frames.is_empty() {
-            rayframe.set("frames", list(self.frames.iter().copied()));
+    /// The text of the shot file for the scene file `name` beside it; `None` where the suite's settings are enough.
+    pub(crate) fn to_shot_text(&self, name: &str) -> Option<String> {
+        if self.shot.is_empty() {
+            return None;
         }
-        if let Some(surroundings) = &self.surroundings {
-            rayframe.set("surroundings", surroundings.clone());
-        }
-        set_unless_empty(&mut extras, "rayframe", rayframe);
-        extras
+        // One line of JSON is one of TOML, but for objects, which no setting takes.
+        let scene = [("scene", name.into())];
+        let lines =
+            scene.iter().chain(&self.shot).map(|(key, value)| format!("{key} = {}\n", value.to_line()));
+        Some(lines.collect())
     }
 
     fn section(&self, name: &str) -> Vec<Json> {

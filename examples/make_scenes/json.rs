@@ -49,10 +49,16 @@ impl Json {
         text
     }
 
-    fn write(&self, out: &mut String, level: usize) {
-        // Short values, and long texts, stay on one line.
+    /// The text without line ends.
+    pub(crate) fn to_line(&self) -> String {
         let mut line = String::new();
         self.write_inline(&mut line);
+        line
+    }
+
+    fn write(&self, out: &mut String, level: usize) {
+        // Short values, and long texts, stay on one line.
+        let line = self.to_line();
         if line.len() + 2 * level <= LINE_LENGTH {
             out.push_str(&line);
             return;

@@ -1,5 +1,5 @@
-//! Writes the text glTF scenes of `scenes/`, each of which shows one thing, and the picture that surrounds some, or checks that they are what this program
-//! writes.
+//! Writes the suite `scenes/`: text glTF scenes, each of which shows one thing, shot files beside those that need settings, and
+//! the picture that surrounds some; or checks that they are what this program writes.
 //!
 //! `cargo run --release --example make_scenes` writes them; with `-- --check` it only compares. Running it again gives
 //! the same bytes on every machine: all arithmetic is IEEE or `libm`.
@@ -42,6 +42,23 @@ use std::path::{Path, PathBuf};
 
 use gltf_builder::Built;
 
+/// The settings of all pictures, and where the references lie.
+const SUITE: &str = r#"# The pictures of all scenes: `rayframe test --suite scenes` renders them and compares.
+scenes = "."
+references = "../reference_images"
+report = "../target/regression"
+max_reference_kib = 256
+
+[test]
+preset = "exact"
+
+[shot]
+resolution = [160, 90]
+samples = 4
+frames = 0
+strict = true
+"#;
+
 /// A scene: its path below `scenes/` without the extension, and what builds it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
@@ -80,8 +97,14 @@ pub(crate) fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>>
     let mut files = BTreeMap::new();
     for entry in areas.concat() {
         let gltf = (entry.build)().map_err(|error| format!("{}: {error}", entry.path))?;
-        files.insert(PathBuf::from(format!("{}.gltf", entry.path)), gltf.to_file_text().into_bytes());
+        let scene = PathBuf::from(format!("{}.gltf", entry.path));
+        let name = scene.file_name().unwrap_or_default().to_string_lossy();
+        if let Some(shot) = gltf.to_shot_text(&name) {
+            files.insert(scene.with_extension("toml"), shot.into_bytes());
+        }
+        files.insert(scene, gltf.to_file_text().into_bytes());
     }
+    files.insert(PathBuf::from("suite.toml"), SUITE.into());
     files.insert(PathBuf::from(surroundings::PICTURE_PATH), surroundings::picture());
     Ok(files)
 }

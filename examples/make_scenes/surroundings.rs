@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::gltf_builder::{Built, Gltf};
-use super::json::{Json, list, object};
+use super::json::list;
 use super::materials::Material;
 use super::node::Node;
 use super::shapes::{cuboid, floor, ico_sphere};
@@ -58,11 +58,6 @@ fn rgbe(color: [f32; 3]) -> [u8; 4] {
     [red, green, blue, exponent]
 }
 
-/// The picture, turned.
-fn quarters(degrees: f32) -> Json {
-    object([("picture", "quarters.hdr".into()), ("degrees", degrees.into())])
-}
-
 /// A matte, a rough and a mirror ball.
 fn three_balls(gltf: &mut Gltf) {
     camera(gltf, Vec3::new(0.0, 0.35, 5.0), Vec3::ZERO, 30.0);
@@ -85,7 +80,7 @@ fn picture_around() -> Built {
          its tint.",
     );
     three_balls(&mut gltf);
-    gltf.surroundings(object([("environment", quarters(0.0))]));
+    gltf.shot("env", "quarters.hdr");
     Ok(gltf)
 }
 
@@ -95,7 +90,8 @@ fn turned() -> Built {
          yellow to the right.",
     );
     three_balls(&mut gltf);
-    gltf.surroundings(object([("environment", quarters(90.0)), ("intensity", 0.5.into())]));
+    gltf.shot("env", "quarters.hdr@90");
+    gltf.shot("env_intensity", 0.5);
     Ok(gltf)
 }
 
@@ -104,7 +100,8 @@ fn background() -> Built {
         "The room of four colours lights the balls and is seen in them, but behind them is an even dark violet.",
     );
     three_balls(&mut gltf);
-    gltf.surroundings(object([("environment", quarters(0.0)), ("background", list([0.06_f32, 0.02, 0.1]))]));
+    gltf.shot("env", "quarters.hdr");
+    gltf.shot("background", list([0.06, 0.02, 0.1]));
     Ok(gltf)
 }
 
@@ -125,6 +122,7 @@ fn shadow_catcher() -> Built {
     let red = Material::matte("red", [0.7, 0.1, 0.08]).add_to(&mut gltf);
     let cube = cuboid(0.8, 0.8, 0.8).plain().add_to(&mut gltf, red);
     gltf.node(Node::mesh(cube).named("box").at(0.8, 0.4, 0.0));
-    gltf.surroundings(object([("transparent", true.into()), ("shadow_catchers", list(["floor"]))]));
+    gltf.shot("background", "none");
+    gltf.shot("shadow_catcher", list(["floor"]));
     Ok(gltf)
 }

@@ -3,7 +3,7 @@
 use glam::{Quat, Vec2, Vec3};
 
 use super::gltf_builder::{Built, Gltf};
-use super::json::{list, object};
+use super::json::list;
 use super::materials::{Alpha, Material, TextureUse};
 use super::node::Node;
 use super::pictures::{self, Filter, Picture, Wrap};
@@ -91,7 +91,7 @@ fn mirrored() -> Built {
     gltf.node(Node::mesh(ball).at(-0.95, 0.7, 0.0));
     let mirror = quad(1.5, 1.3).plain().add_to(&mut gltf, silver);
     gltf.node(Node::mesh(mirror).at(0.95, 0.7, 0.0).turned(Quat::from_rotation_y(-0.25)));
-    gltf.surroundings(object([("environment", list([0.35_f32, 0.45, 0.6]))]));
+    gltf.shot("env", list([0.35, 0.45, 0.6]));
     Ok(gltf)
 }
 

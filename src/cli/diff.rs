@@ -104,8 +104,7 @@ fn compared(
 }
 
 fn preset(text: &str) -> std::result::Result<Preset, String> {
-    let found = Preset::ALL.into_iter().find(|preset| preset.name() == text);
-    found.ok_or_else(|| "write exact, strict, visual or noisy".to_owned())
+    Preset::of_name(text).ok_or_else(|| format!("write {}", Preset::NAMES))
 }
 
 /// A path for people and for JSON.

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand, each from what was typed to what is meant to running it.
 
+mod accept;
 mod audience;
 mod choices;
 mod diff;
@@ -16,12 +17,16 @@ mod render;
 mod render_args;
 mod render_job;
 mod render_settings;
+mod review;
 mod shot;
 mod signals;
+mod suite_options;
+mod test;
 mod understood;
 mod watch;
 
-pub use shot::{ShotJob, ShotRequest, shot_job};
+pub use shot::{ShotJob, ShotRequest, scene_of_shot, shot_job};
+pub use suite_options::ShotFiles;
 
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -51,6 +56,14 @@ enum Command {
     Info(info::InfoArgs),
     /// Compare two pictures or two sequences; exit code 0: same within the preset, 1: different
     Diff(diff::DiffArgs),
+    /// Render a suite of shots and compare them with their references; exit code 1: something differs
+    Test(test::TestArgs),
+    /// Make pictures that rayframe test kept the references
+    Accept(accept::AcceptArgs),
+    /// Forget pictures that rayframe test kept
+    Reject(accept::RejectArgs),
+    /// Look at pictures that rayframe test kept, one by one, and accept or reject each
+    Review(review::ReviewArgs),
     /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
     Watch(shot::GivenOptions),
 }
@@ -77,6 +90,10 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
             Command::Render(given) => render::run(&given),
             Command::Watch(given) => watch::run(&given),
             Command::Merge(args) => merge::run(&args),
+            Command::Test(args) => test::run(&args),
+            Command::Accept(args) => ending(accept::accept(&args)),
+            Command::Reject(args) => ending(accept::reject(&args)),
+            Command::Review(args) => ending(review::run(&args)),
             Command::Info(args) => ending(info::run(&args)),
             Command::Diff(args) => match diff::run(&args) {
                 Ok(is_same) => Ending::Code(u8::from(!is_same)),
@@ -158,16 +175,17 @@ fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool
     for warning in unique.iter().skip(usize::from(is_strict)) {
         print_warning(&format!("{}: {warning}", path.display()));
     }
-    match unique.first() {
-        Some(first) if is_strict => Err(Error::unsupported(
-            path,
-            first.pointer.clone(),
-            format!(
-                "{} (--strict refuses {})",
-                first.message,
-                understood::counted(unique.len() as u64, "warning")
-            ),
-        )),
+    match refusal(path, warnings) {
+        Some(error) if is_strict => Err(error),
         _ => Ok(()),
     }
+}
+
+/// What `--strict` says of the warnings: the first one, and how many there are.
+fn refusal(path: &std::path::Path, warnings: &[Warning]) -> Option<Error> {
+    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
+    let first = unique.first()?;
+    let count = understood::counted(unique.len() as u64, "warning");
+    let message = format!("{} (--strict refuses {count})", first.message);
+    Some(Error::unsupported(path, first.pointer.clone(), message))
 }

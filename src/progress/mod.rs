@@ -10,6 +10,7 @@ mod manifest;
 mod openjd;
 mod plain;
 mod print;
+mod suite;
 mod terminal_picture;
 
 use crate::sequence::SequenceEvent;
@@ -18,12 +19,12 @@ use bars::Bars;
 use json::JsonLines;
 use openjd::OpenJdLines;
 use plain::PlainLines;
-use print::print_raw;
 
 pub use manifest::Manifest;
 pub use openjd::print_openjd_failure;
 pub use plain::exposure_text;
-pub use print::{one_line, print_error, print_note, print_output, print_warning};
+pub use print::{one_line, print_error, print_note, print_output, print_raw, print_warning};
+pub use suite::SuiteProgress;
 pub use terminal_picture::TerminalPictures;
 
 /// How progress is told.

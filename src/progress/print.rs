@@ -24,7 +24,7 @@ pub fn print_output(text: &str) {
 }
 
 /// Characters as they are, to the standard error stream.
-pub(super) fn print_raw(text: &str) {
+pub fn print_raw(text: &str) {
     let mut stderr = std::io::stderr().lock();
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
 }

@@ -23,13 +23,12 @@ mod picture;
 mod pooling;
 mod presets;
 mod render;
-mod report;
 mod report_page;
 mod root_mean_square;
 mod sequence_files;
 mod shift;
 mod shots;
-mod suite;
+pub mod suite;
 mod surroundings;
 
 pub use cause::{Cause, likely_cause};
@@ -53,7 +52,6 @@ pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};
 pub use shots::{Shot, discover};
-pub use suite::{Failure, Mode, Outcome, Suite, run};
 
 /// Frames a second of all suites.
 const FRAMES_PER_SECOND: i32 = 24;

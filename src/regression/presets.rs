@@ -46,6 +46,14 @@ impl Preset {
     /// All of them, the narrowest first.
     pub const ALL: [Self; 4] = [Self::Exact, Self::Strict, Self::Visual, Self::Noisy];
 
+    /// Their names, for messages.
+    pub const NAMES: &'static str = "exact, strict, visual or noisy";
+
+    /// The one of this name.
+    pub fn of_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|preset| preset.name() == name)
+    }
+
     /// As it is typed.
     pub fn name(self) -> &'static str {
         match self {

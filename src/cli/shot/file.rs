@@ -1,78 +1,119 @@
-//! Reading a shot file. The only file that names the `toml` crate.
+//! Reading a shot file, and the settings of a suite file.
 
 use std::ffi::OsString;
-use std::io::Read as _;
 use std::path::Path;
 
 use clap::{Arg, Command};
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use crate::error::{Error, Result, over_limit};
+use crate::error::{Error, Result};
+use crate::settings_file::{line_of, not_toml, read_text};
 
 use super::form::Form;
 use super::setting::{Origin, Setting, Value, arg_of, rebased, unknown};
 
-/// Largest shot file, bytes; what is larger is something else.
-const MAX_BYTES: u64 = 1 << 20;
+/// The table of a shot file that holds limits for comparing its pictures, and no settings.
+const LIMITS: &str = "test";
+/// The table of a suite file that holds settings for all its shots.
+const SHOT: &str = "shot";
+
+/// A file in hand, for saying where in it something is wrong.
+struct Source<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    fn line(&self, at: usize) -> usize {
+        line_of(self.text, at)
+    }
+
+    /// What is wrong with the key that begins at the byte `at`.
+    fn wrong(&self, at: usize, key: &str, why: &str) -> Error {
+        let line = self.line(at);
+        Error::invalid(self.path, "", format!("line {line}: \"{}\" {why}", key.escape_debug()))
+    }
+
+    fn table(&self) -> Result<DeTable<'_>> {
+        let table = DeTable::parse(self.text);
+        Ok(table.map_err(|error| not_toml(self.path, self.text, &error))?.into_inner())
+    }
+
+    /// The settings of a table, in the order of its lines.
+    fn settings(&self, command: &Command, table: DeTable<'_>) -> Result<Vec<Setting>> {
+        let mut settings = Vec::new();
+        for (key, value) in table {
+            settings.push(self.setting(command, (key.span().start, key.get_ref()), value.get_ref())?);
+        }
+        settings.sort_by_key(|setting| setting.origin.line());
+        Ok(settings)
+    }
+
+    fn setting(&self, command: &Command, (at, key): (usize, &str), value: &DeValue<'_>) -> Result<Setting> {
+        let wrong = |why: &str| self.wrong(at, key, why);
+        if value.is_table() && arg_of(command, key).is_none() {
+            return Err(wrong("is a table; settings stand in none, each in a line of its own"));
+        }
+        let arg = arg_of(command, key).ok_or_else(|| wrong(&unknown(command, key)))?;
+        let form = Form::of(arg);
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let value = as_value(form, value)
+            .map(|value| in_folder(value, arg, folder))
+            .ok_or_else(|| wrong(&format!("is {}; write {}", kind_text(value), form.expected())))?;
+        let origin = Origin::File { path: self.path.to_owned(), line: self.line(at) };
+        Ok(Setting { key: key.to_owned(), value, origin })
+    }
+}
 
 /// The settings of the shot file `path`, in the order of its lines.
 ///
 /// # Errors
 /// [`Error::Missing`] when it cannot be read, [`Error::Refused`] when it is too large, and [`Error::Invalid`] with the
 /// line and the setting that is wrong.
-pub(super) fn read(path: &Path, command: &Command) -> Result<Vec<Setting>> {
+pub(super) fn read_shot(path: &Path, command: &Command) -> Result<Vec<Setting>> {
     let text = read_text(path)?;
-    let table = DeTable::parse(&text).map_err(|error| {
-        let line = error.span().map_or(1, |span| line_of(&text, span.start));
-        let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-        Error::invalid(path, "", format!("line {line}: {message}"))
-    })?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let mut settings = Vec::new();
-    for (key, value) in table.into_inner() {
-        let (line, key) = (line_of(&text, key.span().start), key.into_inner().into_owned());
-        let origin = Origin::File { path: path.to_owned(), line };
-        let wrong =
-            |why: &str| Error::invalid(path, "", format!("line {line}: \"{}\" {why}", key.escape_debug()));
-        let value = value.into_inner();
-        if value.is_table() && arg_of(command, &key).is_none() {
-            return Err(wrong("is a table; settings stand in none, each in a line of its own"));
+    let source = Source { path, text: &text };
+    let mut table = source.table()?;
+    if table.get(LIMITS).is_some_and(|limits| limits.get_ref().is_table()) {
+        table.remove(LIMITS);
+    }
+    source.settings(command, table)
+}
+
+/// What the shot file `path` sets as its scene, if anything; nothing else in it is understood.
+///
+/// # Errors
+/// Those of [`read_shot`].
+pub(super) fn read_scene(path: &Path, command: &Command) -> Result<Option<Setting>> {
+    let text = read_text(path)?;
+    let source = Source { path, text: &text };
+    let table = source.table()?;
+    let scene = table.get_key_value("scene");
+    scene
+        .map(|(key, value)| source.setting(command, (key.span().start, key.get_ref()), value.get_ref()))
+        .transpose()
+}
+
+/// The settings that the suite file `path` has for all its shots, in the order of its lines; nothing else in it is understood.
+///
+/// # Errors
+/// Those of [`read_shot`].
+pub(super) fn read_suite(path: &Path, command: &Command) -> Result<Vec<Setting>> {
+    let text = read_text(path)?;
+    let source = Source { path, text: &text };
+    let Some((key, shot)) = source.table()?.remove_entry(SHOT) else { return Ok(Vec::new()) };
+    let table = match shot.into_inner() {
+        DeValue::Table(table) => table,
+        other => {
+            let why = format!("is {}; write [{SHOT}] and below it settings for all shots", kind_text(&other));
+            return Err(source.wrong(key.span().start, key.get_ref(), &why));
         }
-        let Some(arg) = arg_of(command, &key) else {
-            return Err(wrong(&unknown(command, &key)));
-        };
-        let form = Form::of(arg);
-        let value = match as_value(form, &value) {
-            Some(value) => in_folder(value, arg, folder),
-            None => {
-                return Err(wrong(&format!("is {}; write {}", kind_text(&value), form.expected())));
-            }
-        };
-        settings.push(Setting { key, value, origin });
+    };
+    if let Some((key, _)) = table.get_key_value("scene") {
+        let why = "differs from shot to shot; name it in a shot file";
+        return Err(source.wrong(key.span().start, key.get_ref(), why));
     }
-    settings.sort_by_key(|setting| setting.origin.line());
-    Ok(settings)
-}
-
-fn read_text(path: &Path) -> Result<String> {
-    let missing = Error::missing(path);
-    if !std::fs::metadata(path).map_err(missing)?.is_file() {
-        return Err(Error::invalid(path, "", "is not a regular file; name a file"));
-    }
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(missing)?;
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(missing)?;
-    let length = bytes.len() as u64;
-    if length > MAX_BYTES {
-        let size = over_limit(length.into(), MAX_BYTES.into());
-        return Err(Error::refused(path, "", format!("a shot file has at least {size}; name a text")));
-    }
-    String::from_utf8(bytes).map_err(|_| Error::invalid(path, "", "is not a text in UTF-8"))
-}
-
-/// The line in which the byte `at` lies.
-fn line_of(text: &str, at: usize) -> usize {
-    1 + text.bytes().take(at).filter(|&byte| byte == b'\n').count()
+    source.settings(command, table)
 }
 
 /// The value as the option takes it; `None` where it has the wrong form.

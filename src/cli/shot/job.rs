@@ -1,9 +1,14 @@
 //! A shot as it is rendered for a suite: its file's settings over the suite's.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result, Warning};
+use crate::error::{Result, Warning};
 use crate::sequence::SequenceJob;
+
+use super::super::refusal;
+use super::super::render_job::{RenderJob, render_job};
+use super::setting::{Origin, Setting, Value};
+use super::{MeantOptions, defined_by, file, is_shot, no_scene, options, put_together};
 
 /// Which shot is meant, and what is said about it elsewhere.
 #[derive(Clone, Copy, Debug)]
@@ -28,7 +33,45 @@ pub struct ShotJob {
 /// Reads a shot file or a scene, and understands all settings as `rayframe render` does.
 ///
 /// # Errors
-/// Those of a command line, of a shot file, and of loading the scene.
+/// Those of a command line, of a shot file, and of loading the scene; under `strict` the first warning.
 pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
-    Err(Error::Internal { message: format!("{} is not read yet", request.path.display()) })
+    let meant = meant(request)?;
+    let RenderJob { sequence, warnings, .. } =
+        render_job(&meant.args).map_err(|error| meant.explained(error))?;
+    match refusal(&sequence.scene.path, &warnings) {
+        Some(error) if sequence.strict => Err(error),
+        _ => Ok(ShotJob { sequence, warnings }),
+    }
+}
+
+/// The scene that the shot file `path` names. Neither the scene nor other settings are looked at.
+///
+/// # Errors
+/// Those of reading the file, and [`Error::Invalid`] where it names none.
+///
+/// [`Error::Invalid`]: crate::error::Error::Invalid
+pub fn scene_of_shot(path: &Path) -> Result<PathBuf> {
+    let scene = file::read_scene(path, &options())?;
+    match scene.map(|scene| scene.value) {
+        Some(Value::Texts(texts)) => Ok(texts.into_iter().collect()),
+        Some(Value::Flag(_)) | None => Err(no_scene(Some(path))),
+    }
+}
+
+/// The settings by their precedence: overrides, the shot's own, the suite's.
+pub(super) fn meant(request: &ShotRequest<'_>) -> Result<MeantOptions> {
+    let command = options();
+    let overrides = defined_by(&command, request.overrides)?;
+    let suite = request.suite.map(|suite| file::read_suite(suite, &command)).transpose()?;
+    let suite = suite.unwrap_or_default();
+    if is_shot(request.path) {
+        let own = file::read_shot(request.path, &command)?;
+        return put_together(&command, Some(request.path.to_owned()), [overrides, own, suite]);
+    }
+    let scene = Setting {
+        key: "scene".to_owned(),
+        value: Value::Texts(vec![request.path.as_os_str().to_owned()]),
+        origin: Origin::Typed,
+    };
+    put_together(&command, None, [vec![scene], overrides, suite])
 }

@@ -23,7 +23,7 @@ use super::render_args::RenderArgs;
 
 use setting::{Origin, Setting, Value, arg_of, argument_list, excludes, is_setting};
 
-pub use job::{ShotJob, ShotRequest, shot_job};
+pub use job::{ShotJob, ShotRequest, scene_of_shot, shot_job};
 pub(super) use plan::{plan_json, plan_text};
 
 /// The options that were typed, before anything else is taken into account.
@@ -82,25 +82,11 @@ impl GivenOptions {
     pub(super) fn meant(&self) -> Result<MeantOptions> {
         let command = options();
         let shot = self.shot();
-        let mut settings = self.typed(&command)?;
-        let mut layers = vec![self.defined(&command)?];
+        let mut layers = vec![self.typed(&command)?, self.defined(&command)?];
         if let Some(shot) = &shot {
-            layers.push(file::read(shot, &command)?);
+            layers.push(file::read_shot(shot, &command)?);
         }
-        for mut layer in layers {
-            for setting in &layer {
-                check_alone(&command, setting)?;
-            }
-            layer.retain(|lower| !settings.iter().any(|higher| excludes(&command, higher, lower)));
-            settings.extend(layer);
-        }
-        if !settings.iter().any(|setting| setting.key == "scene") {
-            return Err(no_scene(shot.as_deref()));
-        }
-        let matches = parse(&command, &settings).map_err(|error| blamed(&command, &settings, &error))?;
-        let args =
-            RenderArgs::from_arg_matches(&matches).map_err(|error| blamed(&command, &settings, &error))?;
-        Ok(MeantOptions { args, shot, matches, settings })
+        put_together(&command, shot, layers)
     }
 
     /// What was typed as options and as the scene.
@@ -128,20 +114,47 @@ impl GivenOptions {
 
     /// What was typed as `-D KEY=VALUE`.
     fn defined(&self, command: &Command) -> Result<Vec<Setting>> {
-        let mut settings: Vec<Setting> = Vec::new();
-        for text in self.0.get_many::<String>("set").unwrap_or_default() {
-            let setting = setting::defined(command, text)?;
-            let earlier = settings.iter_mut().find(|earlier| earlier.key == setting.key);
-            match (earlier, arg_of(command, &setting.key)) {
-                (Some(earlier), Some(arg)) if form::Form::of(arg).is_repeated => {
-                    earlier.value.extend(setting.value);
-                }
-                (Some(earlier), _) => *earlier = setting,
-                (None, _) => settings.push(setting),
-            }
-        }
-        Ok(settings)
+        defined_by(command, self.0.get_many::<String>("set").unwrap_or_default())
     }
+}
+
+/// What the texts `KEY=VALUE` set, of which the last counts, unless they add up.
+fn defined_by<'a>(command: &Command, texts: impl IntoIterator<Item = &'a String>) -> Result<Vec<Setting>> {
+    let mut settings: Vec<Setting> = Vec::new();
+    for text in texts {
+        let setting = setting::defined(command, text)?;
+        let earlier = settings.iter_mut().find(|earlier| earlier.key == setting.key);
+        match (earlier, arg_of(command, &setting.key)) {
+            (Some(earlier), Some(arg)) if form::Form::of(arg).is_repeated => {
+                earlier.value.extend(setting.value);
+            }
+            (Some(earlier), _) => *earlier = setting,
+            (None, _) => settings.push(setting),
+        }
+    }
+    Ok(settings)
+}
+
+/// The settings that are left where those of earlier layers come before those of later ones.
+fn put_together(
+    command: &Command,
+    shot: Option<PathBuf>,
+    layers: impl IntoIterator<Item = Vec<Setting>>,
+) -> Result<MeantOptions> {
+    let mut settings: Vec<Setting> = Vec::new();
+    for mut layer in layers {
+        for setting in layer.iter().filter(|setting| setting.origin != Origin::Typed) {
+            check_alone(command, setting)?;
+        }
+        layer.retain(|lower| !settings.iter().any(|higher| excludes(command, higher, lower)));
+        settings.extend(layer);
+    }
+    if !settings.iter().any(|setting| setting.key == "scene") {
+        return Err(no_scene(shot.as_deref()));
+    }
+    let matches = parse(command, &settings).map_err(|error| blamed(command, &settings, &error))?;
+    let args = RenderArgs::from_arg_matches(&matches).map_err(|error| blamed(command, &settings, &error))?;
+    Ok(MeantOptions { args, shot, matches, settings })
 }
 
 impl MeantOptions {
@@ -200,15 +213,15 @@ fn check_alone(command: &Command, setting: &Setting) -> Result<()> {
     Err(setting.error(&source.unwrap_or_else(|| parse_error_text(&error))))
 }
 
-/// The setting without which the others would do, the last in the file first, and why.
+/// The setting without which the others would do, the last in the last file first, and why.
 fn blamed(command: &Command, settings: &[Setting], error: &clap::Error) -> Error {
     let why = parse_error_text(error);
-    let mut suspects: Vec<_> = settings.iter().filter(|setting| setting.origin != Origin::Typed).collect();
-    suspects.sort_by_key(|setting| std::cmp::Reverse(setting.origin.line()));
+    // What counts least first.
+    let suspects = settings.iter().rev().filter(|setting| setting.origin != Origin::Typed);
     let is_at_fault = |suspect: &Setting| {
         parse(command, settings.iter().filter(|setting| setting.key != suspect.key)).is_ok()
     };
-    match suspects.into_iter().find(|suspect| suspect.key != "scene" && is_at_fault(suspect)) {
+    match suspects.clone().find(|suspect| suspect.key != "scene" && is_at_fault(suspect)) {
         Some(setting) => setting.error(&why),
         None => Error::usage(why),
     }

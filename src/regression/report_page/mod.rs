@@ -10,6 +10,8 @@ mod picture;
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::{Judgement, Limits};
 use crate::error::Result;
 use crate::image_file::{probe_folder, write_atomically};
@@ -82,7 +84,8 @@ pub struct ReportedFrame {
 }
 
 /// What was found about a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
     /// It is as its reference.
     Passed,

@@ -1,0 +1,151 @@
+//! `rayframe review`: pending pictures one by one, each shown beside its reference, each with a question.
+
+use std::io::BufRead;
+use std::path::Path;
+
+use clap::Args;
+
+use super::accept::{done, refuse_in_ci, waiting};
+use super::suite_options::{ShotFiles, SuiteOption};
+use crate::color::ToneCurve;
+use crate::error::{Error, Result};
+use crate::output::{PreviewLook, display_picture};
+use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
+use crate::regression::suite::{self, Pending, PendingKind, Suite, SuiteShot};
+use crate::regression::{Judgement, LayeredPicture};
+
+/// Options of `rayframe review`.
+#[derive(Clone, Debug, Args)]
+pub(super) struct ReviewArgs {
+    /// Only the shot or picture of this name, or all whose names contain it
+    #[arg(default_value = "", hide_default_value = true)]
+    filter: String,
+    #[command(flatten)]
+    suite: SuiteOption,
+}
+
+/// What somebody decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Decision {
+    Accept,
+    Reject,
+    Skip,
+    Quit,
+}
+
+/// Asks about everything that waits.
+pub(super) fn run(args: &ReviewArgs) -> Result<()> {
+    refuse_in_ci("review")?;
+    let suite = args.suite.read()?;
+    let shots = suite::discover(&suite, &ShotFiles)?;
+    let waiting = waiting(&suite, &args.filter)?;
+    let mut answers = std::io::stdin().lock();
+    let mut left = 0;
+    for (at, pending) in waiting.iter().enumerate() {
+        show(&suite, &shots, pending, (at + 1, waiting.len()))?;
+        match ask(&mut answers)? {
+            Decision::Accept => {
+                suite::accept(&suite, pending)?;
+                print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
+            }
+            Decision::Reject => {
+                suite::reject(pending)?;
+                print_output(&format!("rejected {}", pending.name));
+            }
+            Decision::Skip => left += 1,
+            Decision::Quit => {
+                left += waiting.len() - at;
+                break;
+            }
+        }
+    }
+    if left > 0 {
+        print_output(&format!("{left} still waiting"));
+    }
+    Ok(())
+}
+
+/// Asks until the answer is understood; the end of the input is the wish to stop.
+fn ask(answers: &mut impl BufRead) -> Result<Decision> {
+    loop {
+        print_raw("  [a]ccept, [r]eject, [s]kip, [q]uit? ");
+        let mut line = String::new();
+        let length = answers.read_line(&mut line).map_err(|source| Error::Missing {
+            path: "standard input".into(),
+            pointer: String::new(),
+            source,
+        })?;
+        let word = line.trim().to_ascii_lowercase();
+        match word.as_str() {
+            _ if length == 0 => return Ok(Decision::Quit),
+            "a" | "accept" | "y" | "yes" => return Ok(Decision::Accept),
+            "r" | "reject" | "n" | "no" => return Ok(Decision::Reject),
+            "s" | "skip" => return Ok(Decision::Skip),
+            "q" | "quit" => return Ok(Decision::Quit),
+            _ => {}
+        }
+    }
+}
+
+/// What waits, how it differs, and, where the terminal can, the pictures.
+fn show(suite: &Suite, shots: &[SuiteShot], pending: &Pending, (at, count): (usize, usize)) -> Result<()> {
+    let what = match pending.kind {
+        PendingKind::Add => "has no reference yet",
+        PendingKind::Replace => "differs from its reference",
+        PendingKind::Remove => "is a reference that no shot asks for",
+    };
+    print_output(&format!("{at}/{count} {} {what}", one_line(&pending.name)));
+    let expected = picture(&pending.reference, pending.kind != PendingKind::Add)?;
+    let actual = picture(&pending.file, pending.kind != PendingKind::Remove)?;
+    if let (Some(actual), Some(expected)) = (&actual, &expected) {
+        let judgement = suite::judge_pending(suite, shots, pending, actual, expected)?;
+        print_output(&described(&judgement));
+    }
+    if let Some(terminal) = TerminalPictures::of_stderr() {
+        for (title, picture) in [("reference", &expected), ("new", &actual)] {
+            if let Some(text) = picture.as_ref().and_then(|picture| drawn(terminal, picture)) {
+                print_raw(&format!("  {title}\n{text}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn picture(path: &Path, is_there: bool) -> Result<Option<LayeredPicture>> {
+    is_there.then(|| LayeredPicture::read(path)).transpose()
+}
+
+fn described(judgement: &Judgement) -> String {
+    let likely = judgement.cause.as_ref().map(|cause| format!("likely {cause}"));
+    let mut lines = judgement.failures();
+    if lines.is_empty() {
+        lines.push("it passes now".to_owned());
+    }
+    let lines = lines.into_iter().chain(likely).map(|line| format!("  {}", one_line(&line)));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn drawn(terminal: TerminalPictures, picture: &LayeredPicture) -> Option<String> {
+    let colors = picture.clone().in_light().colors()?;
+    let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+    Some(terminal.text(&display_picture(
+        picture.size,
+        &pixels,
+        PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard },
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_words_or_their_first_letters() {
+        let decided = |text: &str| ask(&mut text.as_bytes()).unwrap();
+        assert_eq!(decided("a\n"), Decision::Accept);
+        assert_eq!(decided("what?\n\nReject\n"), Decision::Reject);
+        assert_eq!(decided(" s \n"), Decision::Skip);
+        assert_eq!(decided("q\n"), Decision::Quit);
+        assert_eq!(decided("maybe\n"), Decision::Quit);
+    }
+}

@@ -1,0 +1,67 @@
+//! What the commands about suites have in common: which suite is meant, and how its shots are read.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{ShotRequest, scene_of_shot, shot_job};
+use crate::error::{Error, Result, Warning};
+use crate::regression::suite::{SUITE_FILE, ShotReader, Suite, shell_word};
+use crate::sequence::SequenceJob;
+
+/// Which suite is meant.
+#[derive(Clone, Debug, Args)]
+pub(super) struct SuiteOption {
+    /// The suite: its folder or its file [default: suite.toml here, or in the nearest folder above that has one]
+    #[arg(long, value_name = "DIR|FILE")]
+    suite: Option<PathBuf>,
+}
+
+impl SuiteOption {
+    /// Reads the suite.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when none is named and none found, and those of reading it.
+    pub(super) fn read(&self) -> Result<Suite> {
+        if let Some(path) = &self.suite {
+            return Suite::read(path);
+        }
+        let here = Path::new(SUITE_FILE);
+        if here.is_file() {
+            return Suite::read(here);
+        }
+        let folder = std::env::current_dir().unwrap_or_default();
+        let file = Suite::find(&folder).ok_or_else(|| {
+            Error::usage(format!(
+                "there is no {SUITE_FILE} here or in a folder above; rayframe test --init makes one, --suite names one elsewhere"
+            ))
+        })?;
+        Suite::read(&file)
+    }
+
+    /// The folder that is named, or the current one.
+    pub(super) fn folder(&self) -> &Path {
+        self.suite.as_deref().unwrap_or(Path::new(""))
+    }
+}
+
+/// ` --suite DIR` as it was typed; nothing where it was not.
+pub(super) fn shown_suite(option: &SuiteOption) -> String {
+    let path = option.suite.as_ref().map(|path| shell_word(&path.display().to_string()));
+    path.map(|path| format!(" --suite {path}")).unwrap_or_default()
+}
+
+/// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShotFiles;
+
+impl ShotReader for ShotFiles {
+    fn scene(&self, shot: &Path) -> Result<PathBuf> {
+        scene_of_shot(shot)
+    }
+
+    fn job(&self, suite: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)> {
+        let job = shot_job(&ShotRequest { path: shot, suite: Some(&suite.file), overrides: &[] })?;
+        Ok((job.sequence, job.warnings))
+    }
+}

@@ -1,0 +1,40 @@
+//! A line on a terminal that tells how far a suite is.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::print::one_line;
+
+/// The line; it is gone at the end.
+#[derive(Debug)]
+pub struct SuiteProgress {
+    line: ProgressBar,
+    failed: AtomicUsize,
+}
+
+impl SuiteProgress {
+    /// A line on the standard error stream, where that is a terminal and the line is wanted.
+    pub fn new(is_wanted: bool) -> Self {
+        let target = if is_wanted { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let line = ProgressBar::with_draw_target(None, target);
+        if let Ok(style) = ProgressStyle::with_template("{pos} {msg}") {
+            line.set_style(style);
+        }
+        Self { line, failed: AtomicUsize::new(0) }
+    }
+
+    /// A shot is finished; may be called from any thread.
+    pub fn tell(&self, name: &str, passes: bool) {
+        let failed = self.failed.fetch_add(usize::from(!passes), Ordering::Relaxed) + usize::from(!passes);
+        self.line.inc(1);
+        let failures = if failed > 0 { format!(", {failed} failed") } else { String::new() };
+        self.line.set_message(format!("shots{failures}: {}", one_line(name)));
+    }
+}
+
+impl Drop for SuiteProgress {
+    fn drop(&mut self) {
+        self.line.finish_and_clear();
+    }
+}

@@ -1,0 +1,74 @@
+//! The file that the report's tick boxes export: which changes somebody has looked at and approved.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::super::{LayeredPicture, pixel_hash};
+use super::{Pending, PendingKind};
+use crate::error::{Error, Result};
+
+/// The form of the file that is understood.
+const SCHEMA: u32 = 1;
+/// Largest file, bytes.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// What was approved about one picture.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+pub struct Approval {
+    /// The picture.
+    pub name: String,
+    /// The hash of its pixels ([`pixel_hash`]); `None` approves that its reference is removed.
+    pub hash: Option<String>,
+}
+
+#[derive(Debug, Deserialize)]
+struct ApprovalsText {
+    schema: u32,
+    approved: Vec<Approval>,
+}
+
+impl Approval {
+    /// Why this is not what waits; `None` when it is.
+    ///
+    /// # Errors
+    /// Those of reading the picture.
+    pub fn contradiction(&self, pending: &Pending) -> Result<Option<String>> {
+        let why = match (&self.hash, pending.kind) {
+            (None, PendingKind::Remove) => return Ok(None),
+            (None, _) => "its removal was approved, but a picture waits",
+            (Some(_), PendingKind::Remove) => "a picture was approved, but its removal waits",
+            (Some(hash), _) if pixel_hash(&LayeredPicture::read(&pending.file)?) == *hash => {
+                return Ok(None);
+            }
+            (Some(_), _) => "the picture that waits is another than the one that was approved",
+        };
+        Ok(Some(format!("{}: {why}; run rayframe test and look again", self.name)))
+    }
+}
+
+/// Reads an approvals file; of several approvals of one picture the last counts.
+///
+/// # Errors
+/// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is not one.
+pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
+    let missing = Error::missing(path);
+    let length = std::fs::metadata(path).map_err(missing)?.len();
+    if length > MAX_BYTES {
+        return Err(Error::refused(
+            path,
+            "",
+            "is too large for a file of approvals; name what the report exported",
+        ));
+    }
+    let bytes = std::fs::read(path).map_err(missing)?;
+    let text: ApprovalsText = serde_json::from_slice(&bytes)
+        .map_err(|error| Error::invalid(path, "", format!("is no file of approvals: {error}")))?;
+    if text.schema != SCHEMA {
+        let message = format!("has schema {}; this version understands {SCHEMA}", text.schema);
+        return Err(Error::invalid(path, "/schema", message));
+    }
+    let approvals = text.approved.into_iter().map(|approval| (approval.name.clone(), approval));
+    Ok(approvals.collect::<BTreeMap<_, _>>().into_values().collect())
+}

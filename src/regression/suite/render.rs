@@ -1,0 +1,66 @@
+//! A shot's pictures, made as `rayframe render` makes them, in a folder of their own.
+
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::error::{Error, Result};
+use crate::sequence::{
+    ExistingFiles, OutputPattern, Plan, Presentation, SequenceJob, Summary, run as run_sequence,
+};
+
+/// Pictures of a shot; they are gone when this is dropped.
+#[derive(Debug)]
+pub(super) struct RenderedShot {
+    /// All frames in their order, each with its file or why there is none.
+    pub(super) frames: Vec<(i64, Result<PathBuf>)>,
+    _folder: TempDir,
+}
+
+/// Renders all frames of `job`, one EXR file each; what else the job asks for (previews, films, names) is left out.
+///
+/// # Errors
+/// What fails before the first frame; [`Error::Interrupted`] when cancelled.
+pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<RenderedShot> {
+    let folder = tempfile::tempdir().map_err(|source| Error::CannotCreate {
+        path: std::env::temp_dir(),
+        message: format!("a folder for pictures cannot be created: {source}"),
+    })?;
+    job.output = pattern_in(folder.path())?;
+    job.preview = false;
+    job.presentation = Presentation::default();
+    job.exr.is_split = false;
+    job.exr.is_stamped = false;
+    job.existing = ExistingFiles::Overwrite;
+    job.keep_going = true;
+    let plan = Plan::new(&job)?;
+    plan.prepare()?;
+    let summary = run_sequence(&job, &plan, cancel, &|_| {});
+    if summary.is_interrupted {
+        return Err(Error::Interrupted(Cancelled));
+    }
+    Ok(RenderedShot { frames: frames(summary), _folder: folder })
+}
+
+fn pattern_in(folder: &Path) -> Result<OutputPattern> {
+    let pattern = Path::new(&OutputPattern::escaped(folder)).join("frame.####.exr");
+    OutputPattern::parse(pattern.as_os_str()).map_err(|message| Error::Internal { message })
+}
+
+fn frames(summary: Summary) -> Vec<(i64, Result<PathBuf>)> {
+    let written = summary.written.into_iter().map(|report| {
+        // Files hold 0 in their place, so that only the report tells.
+        let picture = match report.rays.non_finite_pixels {
+            0 => Ok(report.path),
+            count => {
+                Err(Error::Different { message: format!("{count} pixels came out infinite or not a number") })
+            }
+        };
+        (report.frame, picture)
+    });
+    let failed = summary.failed.into_iter().map(|failed| (failed.frame, Err(failed.error)));
+    let mut frames: Vec<_> = written.chain(failed).collect();
+    frames.sort_by_key(|(frame, _)| *frame);
+    frames
+}

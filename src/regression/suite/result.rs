@@ -1,0 +1,90 @@
+//! What a run found.
+
+use std::path::PathBuf;
+
+use super::super::{FrameStatus, Limits, ReportedFrame};
+
+/// One shot.
+#[derive(Clone, Debug)]
+pub struct ShotResult {
+    /// Its name.
+    pub name: String,
+    /// Its file.
+    pub path: PathBuf,
+    /// The preset's name, with a word where limits were changed.
+    pub preset: String,
+    /// What passes.
+    pub limits: Limits,
+    /// Its pictures in the order of frames; one broken one where the shot could not be opened.
+    pub pictures: Vec<ReportedFrame>,
+    /// What the scene asks for and is not honoured.
+    pub warnings: Vec<String>,
+    /// Rendering and comparing.
+    pub seconds: f64,
+}
+
+/// All that was tested.
+#[derive(Clone, Debug, Default)]
+pub struct SuiteResult {
+    /// In the order of their names.
+    pub shots: Vec<ShotResult>,
+    /// References that no shot asks for.
+    pub dangling: Vec<ReportedFrame>,
+    /// Wall-clock seconds.
+    pub seconds: f64,
+}
+
+impl ShotResult {
+    /// Whether every picture is as its reference.
+    pub fn passes(&self) -> bool {
+        self.pictures.iter().all(is_passed)
+    }
+
+    /// What is wrong, one line each, with the name of the picture.
+    pub fn failures(&self) -> Vec<String> {
+        failures_of(self.pictures.iter())
+    }
+
+    /// The folder of the shot, empty for the suite's own.
+    pub fn folder(&self) -> &str {
+        folder_of(&self.name)
+    }
+}
+
+impl SuiteResult {
+    /// Whether every picture is as its reference, and every reference has a picture.
+    pub fn passes(&self) -> bool {
+        self.dangling.is_empty() && self.shots.iter().all(ShotResult::passes)
+    }
+
+    /// All pictures, and the references without one.
+    pub fn pictures(&self) -> impl Iterator<Item = &ReportedFrame> {
+        self.shots.iter().flat_map(|shot| &shot.pictures).chain(&self.dangling)
+    }
+
+    /// What is wrong, one line each, with the name of the picture.
+    pub fn failures(&self) -> Vec<String> {
+        failures_of(self.pictures())
+    }
+
+    /// How many pictures pass, and how many do not.
+    pub fn counts(&self) -> (usize, usize) {
+        let passed = self.pictures().filter(|picture| is_passed(picture)).count();
+        (passed, self.pictures().count() - passed)
+    }
+}
+
+fn failures_of<'a>(pictures: impl Iterator<Item = &'a ReportedFrame>) -> Vec<String> {
+    let lines = pictures
+        .flat_map(|picture| picture.messages.iter().map(|message| format!("{}: {message}", picture.name)));
+    lines.collect()
+}
+
+pub(super) fn is_passed(picture: &ReportedFrame) -> bool {
+    picture.status == FrameStatus::Passed
+}
+
+/// The folder of a name, empty where there is none.
+pub(super) fn folder_of(name: &str) -> &str {
+    name.rsplit_once('/').map_or("", |(folder, _)| folder)
+}

@@ -55,6 +55,7 @@ function missingPictures(frame, problem) {
     ];
   }
   if (!fails(frame)) return ["This frame passes; a report has numbers and no pictures of such."];
+  if (frame.status === "broken") return ["There is no picture."];
   return ["There are no colours to show."];
 }
 

@@ -328,7 +328,8 @@ impl Gltf {
         }
         // One line of JSON is one of TOML, but for objects, which no setting takes.
         let scene = [("scene", name.into())];
-        let lines = scene.iter().chain(&self.shot).map(|(key, value)| format!("{key} = {}\n", value.to_line()));
+        let lines =
+            scene.iter().chain(&self.shot).map(|(key, value)| format!("{key} = {}\n", value.to_line()));
         Some(lines.collect())
     }
 

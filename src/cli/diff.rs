@@ -1,5 +1,6 @@
 //! `rayframe diff`: two pictures, or two sequences, against the limits of a preset.
 
+mod page;
 mod pictures;
 mod report;
 mod text;
@@ -14,6 +15,7 @@ use crate::progress::{print_output, print_warning};
 use crate::regression::{FilePair, LayeredPicture, PairedFiles, Preset, judge, pair_files, pixel_hash};
 
 use super::layer_options;
+use page::DiffPage;
 use pictures::MapPattern;
 use report::{FrameReport, Report};
 
@@ -36,6 +38,9 @@ pub(super) struct DiffArgs {
     /// Write FLIP of every pixel as numbers, in a channel Y of floats
     #[arg(long, value_name = "FILE.exr", value_parser = clap::value_parser!(std::ffi::OsString))]
     flip_map: Option<std::ffi::OsString>,
+    /// Write DIR/index.html: both pictures with a slider, flicker, exposure, heat map, graph and all numbers, in one file
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -46,10 +51,11 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
+    let mut page = args.report.as_deref().map(DiffPage::new).transpose()?;
     let is_sequence = crate::regression::is_sequence(&args.actual);
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {
-        let (report, map) = compared(args, pair)?;
+        let (report, map) = compared(args, pair, page.as_mut())?;
         for pattern in [&heat_map, &flip_map].into_iter().flatten() {
             match &map {
                 Some(map) => write_atomically(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
@@ -62,6 +68,9 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
         }
         frames.push(report);
     }
+    if let Some(page) = page {
+        page.finish(args, &paired)?;
+    }
     let report = Report::new(args.preset, frames, &paired);
     if args.json {
         let json = serde_json::to_string_pretty(&report)
@@ -73,14 +82,22 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     Ok(report.same)
 }
 
-fn compared(args: &DiffArgs, pair: &FilePair) -> Result<(FrameReport, Option<crate::regression::FlipMap>)> {
-    let (actual, reference) = (LayeredPicture::read(&pair.actual)?, LayeredPicture::read(&pair.reference)?);
-    let layers =
-        layer_options::layers_in_files(&args.layers, &[actual.layers(), reference.layers()].concat())
-            .map_err(Error::usage)?;
-    let (actual, reference) = (actual.with_layers(&layers), reference.with_layers(&layers));
+fn compared(
+    args: &DiffArgs,
+    pair: &FilePair,
+    page: Option<&mut DiffPage>,
+) -> Result<(FrameReport, Option<crate::regression::FlipMap>)> {
+    let whole = (LayeredPicture::read(&pair.actual)?, LayeredPicture::read(&pair.reference)?);
+    let layers = layer_options::layers_in_files(&args.layers, &[whole.0.layers(), whole.1.layers()].concat())
+        .map_err(Error::usage)?;
+    // The page shows colours even where other layers are compared.
+    let kept = page.is_some().then(|| whole.clone());
+    let (actual, reference) = (whole.0.with_layers(&layers), whole.1.with_layers(&layers));
     let mut judgement = judge(&actual, &reference, &args.preset.limits());
     let map = judgement.flip_map.take();
+    if let (Some(page), Some(whole)) = (page, kept) {
+        page.add(pair, [&whole.0, &whole.1], &judgement, map.as_ref());
+    }
     let exposures = map.as_ref().and_then(|map| map.exposures);
     let hashes = (pixel_hash(&actual), pixel_hash(&reference));
     Ok((FrameReport::new(pair, judgement, exposures, hashes), map))

@@ -269,7 +269,7 @@ impl std::fmt::Display for Check {
 }
 
 /// Four digits, without zeros that say nothing.
-fn short(value: f64) -> String {
+pub(super) fn short(value: f64) -> String {
     let digits = if value == 0.0 { 0.0 } else { libm::floor(libm::log10(value.abs())) };
     if !digits.is_finite() || !(-4.0..4.0).contains(&digits) {
         return format!("{value:.1e}");

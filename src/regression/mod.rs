@@ -36,8 +36,9 @@ pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
-    EncodedPicture, FolderSummary, FrameStatus, ReportPage, ReportedFrame, ReportedShot, write_report,
+    EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, ReportPage, ReportedFrame,
+    ReportedShot, write_report,
 };
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
-pub use sequence_files::{FilePair, PairedFiles, is_sequence, pair_files};
+pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};

@@ -33,6 +33,13 @@ impl LayeredPicture {
             let size = (picture.width, picture.height);
             return Ok(Self::of_pixels(size, ValueRange::Light, &pixels));
         }
+        if bytes.starts_with(b"version https://git-lfs") {
+            return Err(Error::invalid(
+                path,
+                "",
+                "only says where Git LFS keeps the picture; run git lfs pull",
+            ));
+        }
         Err(Error::invalid(path, "", "is neither an OpenEXR, a PNG nor a Radiance .hdr file"))
     }
 

@@ -80,6 +80,11 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     Ok(paired)
 }
 
+/// The number of a frame, as its file name tells it.
+pub fn frame_number(path: &Path) -> Option<i64> {
+    key_of(path.file_name()?.to_str()?).1
+}
+
 fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
     files.keys().map(|(name, _)| name).collect::<BTreeSet<_>>().len() == 1
         && files.keys().all(|(_, frame)| frame.is_some())

@@ -11,6 +11,7 @@ mod progress;
 mod refusals;
 mod scenes;
 mod shots;
+mod suite;
 mod watch;
 
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What programs and people are told while frames are rendered: JSON lines and the manifest against their schemas, lines for
 //! Open Job Description, and estimates on a terminal and in a pipe.
 
-mod schema;
+pub(crate) mod schema;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

@@ -1,14 +1,23 @@
 //! One HTML file that shows what a run of comparisons found. It holds everything it needs and asks no network.
 //!
 //! A [`ReportPage`] is plain data; [`write_report`] makes the file of it. Pictures are kept as [`EncodedPicture`]s, small enough for
-//! many of them to wait in memory.
+//! many of them to wait in memory. The files in `page` are the page's own: its elements, its looks and its script by subject.
+
+mod budget;
+mod data;
+mod html;
+mod picture;
 
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Judgement, LayeredPicture, Limits};
+use super::{Judgement, Limits};
 use crate::error::Result;
+use crate::image_file::{probe_folder, write_atomically};
+
+pub use budget::PICTURE_BUDGET_BYTES;
+pub use picture::EncodedPicture;
 
 /// What the page shows.
 #[derive(Clone, Debug, Default)]
@@ -90,28 +99,13 @@ pub enum FrameStatus {
     Broken,
 }
 
-/// The colours of a picture, packed to be shown by a page at any exposure.
-#[derive(Clone, Debug)]
-pub struct EncodedPicture {}
-
-impl EncodedPicture {
-    /// Packs the colours; `None` for a picture without any.
-    pub fn new(picture: &LayeredPicture) -> Option<Self> {
-        let _ = picture;
-        None
-    }
-
-    /// Bytes that it takes on the page.
-    pub fn size_bytes(&self) -> usize {
-        0
-    }
-}
-
-/// Writes the page to `path`; folders are created.
+/// Writes the page to `path`; folders are created. Equal data give equal bytes. Pictures beyond [`PICTURE_BUDGET_BYTES`] are left out,
+/// and the page says so.
 ///
 /// # Errors
 /// [`crate::error::Error::CannotCreate`] or [`crate::error::Error::WriteFailed`].
 pub fn write_report(page: &ReportPage, path: &Path) -> Result<()> {
-    let _ = (page, path);
-    Ok(())
+    let text = html::html(page, PICTURE_BUDGET_BYTES)?;
+    probe_folder(path)?;
+    write_atomically(path, text.as_bytes())
 }

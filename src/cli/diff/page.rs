@@ -1,0 +1,199 @@
+//! The page that a comparison writes: its pictures, and the commands that make its numbers again.
+
+use std::path::{Path, PathBuf};
+
+use super::{DiffArgs, shown};
+use crate::error::{Error, Result};
+use crate::image_file::probe_folder;
+use crate::regression::{
+    EncodedPicture, FilePair, FlipMap, FolderSummary, FrameStatus, Judgement, LayeredPicture,
+    PICTURE_BUDGET_BYTES, PairedFiles, ReportPage, ReportedFrame, ReportedShot, frame_number, is_sequence,
+    write_report,
+};
+
+/// Bytes of packed pictures to choose from; beyond, frames are kept without.
+const MEMORY_BYTES: usize = 4 * PICTURE_BUDGET_BYTES;
+
+/// A page that is being made.
+pub(super) struct DiffPage {
+    path: PathBuf,
+    frames: Vec<ReportedFrame>,
+    room: usize,
+}
+
+impl DiffPage {
+    /// Makes sure that the page can be written.
+    pub(super) fn new(folder: &Path) -> Result<Self> {
+        if folder.as_os_str().is_empty() {
+            return Err(Error::usage("--report: name a folder"));
+        }
+        let path = folder.join("index.html");
+        probe_folder(&path)?;
+        Ok(Self { path, frames: Vec::new(), room: MEMORY_BYTES })
+    }
+
+    /// Adds two files that were compared; pictures are kept where they differ.
+    pub(super) fn add(
+        &mut self,
+        pair: &FilePair,
+        pictures: [&LayeredPicture; 2],
+        judgement: &Judgement,
+        map: Option<&FlipMap>,
+    ) {
+        let passes = judgement.passes();
+        let [actual, expected] =
+            pictures.map(|picture| if passes { None } else { EncodedPicture::new(picture) });
+        let actual = match map {
+            Some(map) => actual.map(|picture| picture.with_errors(map)),
+            None => actual,
+        };
+        let frame = ReportedFrame {
+            name: stem(&pair.actual),
+            frame: pair.frame,
+            status: if passes { FrameStatus::Passed } else { FrameStatus::Different },
+            messages: judgement.failures(),
+            judgement: Some(Judgement { flip_map: None, ..judgement.clone() }),
+            expected,
+            actual,
+            actual_hash: None,
+        };
+        self.push(frame);
+    }
+
+    /// Adds the files that have no counterpart, and writes the page.
+    pub(super) fn finish(mut self, args: &DiffArgs, paired: &PairedFiles) -> Result<()> {
+        for file in &paired.only_in_actual {
+            self.add_lonely(file, FrameStatus::Missing)?;
+        }
+        for file in &paired.only_in_reference {
+            self.add_lonely(file, FrameStatus::Dangling)?;
+        }
+        if self.frames.iter().all(|frame| frame.frame.is_some()) {
+            self.frames.sort_by_key(|frame| frame.frame);
+        }
+        let failed = self.frames.iter().filter(|frame| frame.status != FrameStatus::Passed).count();
+        let passed = self.frames.len() - failed;
+        let mut page = ReportPage {
+            title: format!("{} against {}", shown(&args.actual), shown(&args.reference)),
+            command: command(args, &args.actual, &args.reference, &["--report", &folder(args)]),
+            folders: vec![FolderSummary { name: String::new(), passed, failed, seconds: 0.0 }],
+            shots: Vec::new(),
+            can_approve: false,
+        };
+        if failed > 0 {
+            page.shots.push(ReportedShot {
+                name: shown(&args.actual),
+                preset: args.preset.name().to_owned(),
+                limits: args.preset.limits(),
+                commands: commands(args, paired, &self.frames),
+                frames: self.frames,
+            });
+        }
+        write_report(&page, &self.path)
+    }
+
+    fn add_lonely(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
+        let picture = EncodedPicture::new(&LayeredPicture::read(file)?);
+        let is_missing = status == FrameStatus::Missing;
+        let message =
+            if is_missing { "has no reference" } else { "is a reference of nothing that was judged" };
+        let (actual, expected) = if is_missing { (picture, None) } else { (None, picture) };
+        self.push(ReportedFrame {
+            name: stem(file),
+            frame: frame_number(file),
+            status,
+            messages: vec![format!("{} {message}", shown(file))],
+            judgement: None,
+            expected,
+            actual,
+            actual_hash: None,
+        });
+        Ok(())
+    }
+
+    fn push(&mut self, mut frame: ReportedFrame) {
+        let pictures = [&mut frame.expected, &mut frame.actual];
+        let bytes: usize =
+            pictures.iter().filter_map(|picture| picture.as_ref()).map(EncodedPicture::size_bytes).sum();
+        match self.room.checked_sub(bytes) {
+            Some(room) => self.room = room,
+            None => {
+                for picture in pictures {
+                    *picture = picture.take().map(EncodedPicture::left_out);
+                }
+            }
+        }
+        self.frames.push(frame);
+    }
+}
+
+/// What to type for the numbers again, for one frame, and for a heat map.
+fn commands(args: &DiffArgs, paired: &PairedFiles, frames: &[ReportedFrame]) -> Vec<(String, String)> {
+    let again = |options: &[&str]| command(args, &args.actual, &args.reference, options);
+    let mut commands = Vec::new();
+    if is_sequence(&args.actual)
+        && let Some(pair) = worst_pair(paired, frames)
+    {
+        let folder = args.report.as_deref().unwrap_or(Path::new("report")).join("frame");
+        let alone = command(args, &pair.actual, &pair.reference, &["--report", &shown(&folder)]);
+        commands.push(("One frame alone, here the worst".to_owned(), alone));
+    }
+    commands.push(("All numbers as JSON".to_owned(), again(&["--json"])));
+    let heat_map = if is_sequence(&args.actual) { "heat.####.png" } else { "heat.png" };
+    commands.push(("The heat map as a picture".to_owned(), again(&["--heat-map", heat_map])));
+    commands.push(("This page again".to_owned(), again(&["--report", &folder(args)])));
+    commands
+}
+
+fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[ReportedFrame]) -> Option<&'a FilePair> {
+    let tile = |pair: &FilePair| {
+        let name = stem(&pair.actual);
+        let frame =
+            frames.iter().find(|frame| frame.name == name && frame.status == FrameStatus::Different)?;
+        Some(frame.judgement.as_ref()?.flip.map_or(0.0, |flip| flip.tile))
+    };
+    let worst = paired.pairs.iter().filter_map(|pair| Some((tile(pair)?, pair)));
+    worst.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, pair)| pair)
+}
+
+fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -> String {
+    let (actual, reference) = (shown(actual), shown(reference));
+    let mut words = vec!["rayframe", "diff", &actual, &reference, "--preset", args.preset.name()];
+    if args.layers != "all" {
+        words.extend(["--layers", &args.layers]);
+    }
+    words.extend(options);
+    words.into_iter().map(shell_word).collect::<Vec<_>>().join(" ")
+}
+
+/// A word as a POSIX shell takes it for itself.
+fn shell_word(word: &str) -> String {
+    let is_plain = |character: char| character.is_ascii_alphanumeric() || "_-./=:,+@%".contains(character);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+fn folder(args: &DiffArgs) -> String {
+    args.report.as_deref().map(shown).unwrap_or_default()
+}
+
+/// A path without its ending.
+fn stem(path: &Path) -> String {
+    shown(&path.with_extension(""))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_commands_survive_a_shell() {
+        for (word, text) in
+            [("a/b.exr", "a/b.exr"), ("a.####.exr", "'a.####.exr'"), ("it's", "'it'\\''s'"), ("", "''")]
+        {
+            assert_eq!(shell_word(word), text);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! Which pictures a page has room for.
+
+use super::data::FramePlaces;
+use super::picture::pack_errors;
+use super::{FrameStatus, ReportPage, ReportedFrame};
+
+/// Bytes of pictures, packed and as text, that a page holds. Browsers open such a page within seconds.
+pub const PICTURE_BUDGET_BYTES: usize = 64 << 20;
+
+/// The packed pictures of a page, and where those of each frame are among them.
+#[derive(Debug, Default)]
+pub(super) struct Places {
+    pub(super) pictures: Vec<Vec<u8>>,
+    /// One a frame of each shot.
+    pub(super) shots: Vec<Vec<FramePlaces>>,
+}
+
+impl Places {
+    /// Takes pictures as long as there is room: first the worst frame of each shot, then the next worst. A frame has all its pictures
+    /// or none.
+    pub(super) fn new(page: &ReportPage, budget_bytes: usize) -> Self {
+        let mut order = Vec::new();
+        for (shot_index, shot) in page.shots.iter().enumerate() {
+            let mut frames: Vec<_> = shot.frames.iter().enumerate().collect();
+            frames.retain(|(_, frame)| frame.expected.is_some() || frame.actual.is_some());
+            frames.sort_by(|(_, a), (_, b)| badness(b).total_cmp(&badness(a)));
+            let ranked = frames.into_iter().enumerate();
+            order.extend(ranked.map(|(rank, (frame_index, _))| (rank, shot_index, frame_index)));
+        }
+        order.sort_unstable();
+        let shots = page.shots.iter().map(|shot| vec![FramePlaces::default(); shot.frames.len()]).collect();
+        let mut places = Self { pictures: Vec::new(), shots };
+        let mut room = budget_bytes;
+        for (_, shot, index) in order {
+            let frame = &page.shots[shot].frames[index];
+            places.shots[shot][index] = places.take(frame, &mut room);
+        }
+        places
+    }
+
+    fn take(&mut self, frame: &ReportedFrame, room: &mut usize) -> FramePlaces {
+        let left_out = FramePlaces { left_out: true, ..FramePlaces::default() };
+        let pictures = [&frame.expected, &frame.actual].map(Option::as_ref);
+        if pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
+            return left_out;
+        }
+        let [expected, actual] = pictures.map(|picture| picture.and_then(|picture| picture.colors.clone()));
+        let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref());
+        let errors =
+            map.map(pack_errors).or_else(|| frame.actual.as_ref().and_then(|picture| picture.errors.clone()));
+        let parts = [&expected, &actual, &errors].into_iter().flatten();
+        let bytes: usize = parts.map(|part| super::picture::text_bytes(part.len())).sum();
+        if bytes > *room {
+            return left_out;
+        }
+        *room -= bytes;
+        let mut place = |part: Option<Vec<u8>>| {
+            part.map(|part| {
+                self.pictures.push(part);
+                self.pictures.len() - 1
+            })
+        };
+        FramePlaces {
+            expected: place(expected),
+            actual: place(actual),
+            errors: place(errors),
+            left_out: false,
+        }
+    }
+}
+
+/// What to show first.
+fn badness(frame: &ReportedFrame) -> f64 {
+    let tile = frame.judgement.as_ref().and_then(|judgement| judgement.flip).map(|flip| flip.tile);
+    match frame.status {
+        FrameStatus::Passed => -1.0,
+        _ => tile.unwrap_or(2.0),
+    }
+}

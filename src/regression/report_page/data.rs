@@ -1,0 +1,191 @@
+//! What the page's script reads: the report as JSON, with pictures by number.
+
+use serde::Serialize;
+
+use super::super::judgement::short;
+use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
+use super::budget::Places;
+use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
+
+/// All of it. Numbers that are not finite are `null`; those that people read are texts.
+#[derive(Serialize)]
+pub(super) struct PageData<'a> {
+    schema: u32,
+    title: &'a str,
+    command: &'a str,
+    can_approve: bool,
+    folders: Vec<FolderData<'a>>,
+    shots: Vec<ShotData<'a>>,
+    budget_mebibytes: usize,
+    /// Frames whose pictures had no room.
+    left_out: usize,
+    /// 256 colours of the heat map.
+    magma: Vec<[u8; 3]>,
+}
+
+#[derive(Serialize)]
+struct FolderData<'a> {
+    name: &'a str,
+    passed: usize,
+    failed: usize,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct ShotData<'a> {
+    name: &'a str,
+    preset: &'a str,
+    mean_limit: f64,
+    tile_limit: f64,
+    commands: &'a [(String, String)],
+    frames: Vec<FrameData<'a>>,
+}
+
+#[derive(Serialize)]
+struct FrameData<'a> {
+    name: &'a str,
+    frame: Option<i64>,
+    status: &'static str,
+    messages: &'a [String],
+    hash: Option<&'a str>,
+    expected: Option<PictureData>,
+    actual: Option<PictureData>,
+    /// The number of the packed errors.
+    errors: Option<usize>,
+    /// Whether its pictures had no room.
+    left_out: bool,
+    judgement: Option<JudgementData<'a>>,
+}
+
+#[derive(Serialize)]
+struct PictureData {
+    width: u32,
+    height: u32,
+    is_light: bool,
+    /// The number of the packed colours.
+    picture: usize,
+}
+
+#[derive(Serialize)]
+struct JudgementData<'a> {
+    is_identical: bool,
+    cause: Option<String>,
+    rmse: Option<String>,
+    psnr: Option<String>,
+    flip: Option<PooledErrors>,
+    checks: Vec<CheckData<'a>>,
+    layers: &'a [LayerDifference],
+}
+
+#[derive(Serialize)]
+struct CheckData<'a> {
+    measure: &'a str,
+    measured: String,
+    limit: String,
+    /// Measured as a share of the limit.
+    share: f64,
+    at: Option<(u32, u32)>,
+    passes: bool,
+}
+
+impl<'a> PageData<'a> {
+    pub(super) fn new(page: &'a ReportPage, places: &Places, budget_bytes: usize) -> Self {
+        let shots = page.shots.iter().zip(&places.shots);
+        Self {
+            schema: 1,
+            title: &page.title,
+            command: &page.command,
+            can_approve: page.can_approve,
+            folders: page
+                .folders
+                .iter()
+                .map(|folder| FolderData {
+                    name: &folder.name,
+                    passed: folder.passed,
+                    failed: folder.failed,
+                    seconds: folder.seconds,
+                })
+                .collect(),
+            shots: shots.map(|(shot, places)| shot_data(shot, places)).collect(),
+            budget_mebibytes: budget_bytes >> 20,
+            left_out: places.shots.iter().flatten().filter(|place| place.left_out).count(),
+            magma: (0..=255).map(|step| magma(step as f32 / 255.0)).collect(),
+        }
+    }
+}
+
+/// Where the pictures of a frame are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct FramePlaces {
+    pub(super) expected: Option<usize>,
+    pub(super) actual: Option<usize>,
+    pub(super) errors: Option<usize>,
+    pub(super) left_out: bool,
+}
+
+fn shot_data<'a>(shot: &'a ReportedShot, places: &[FramePlaces]) -> ShotData<'a> {
+    let frames = shot.frames.iter().zip(places);
+    ShotData {
+        name: &shot.name,
+        preset: &shot.preset,
+        mean_limit: shot.limits.mean_flip,
+        tile_limit: shot.limits.tile_flip,
+        commands: &shot.commands,
+        frames: frames.map(|(frame, places)| frame_data(frame, *places)).collect(),
+    }
+}
+
+fn frame_data(frame: &ReportedFrame, places: FramePlaces) -> FrameData<'_> {
+    let picture = |picture: &Option<EncodedPicture>, place: Option<usize>| {
+        let (picture, place) = (picture.as_ref()?, place?);
+        let (width, height) = picture.size;
+        Some(PictureData { width, height, is_light: picture.range == ValueRange::Light, picture: place })
+    };
+    FrameData {
+        name: &frame.name,
+        frame: frame.frame,
+        status: status(frame.status),
+        messages: &frame.messages,
+        hash: frame.actual_hash.as_deref(),
+        expected: picture(&frame.expected, places.expected),
+        actual: picture(&frame.actual, places.actual),
+        errors: places.errors,
+        left_out: places.left_out,
+        judgement: frame.judgement.as_ref().map(judgement_data),
+    }
+}
+
+fn judgement_data(judgement: &Judgement) -> JudgementData<'_> {
+    let square = judgement.root_mean_square;
+    JudgementData {
+        is_identical: judgement.is_identical,
+        cause: judgement.cause.as_ref().map(ToString::to_string),
+        rmse: square.map(|found| short(found.error)),
+        psnr: square.map(|found| format!("{:.1} dB", found.peak_ratio_decibels)),
+        flip: judgement.flip,
+        checks: judgement.checks.iter().map(check_data).collect(),
+        layers: &judgement.layers,
+    }
+}
+
+fn check_data(check: &Check) -> CheckData<'_> {
+    CheckData {
+        measure: &check.measure,
+        measured: short(check.measured),
+        limit: short(check.limit),
+        share: check.measured / check.limit,
+        at: check.at,
+        passes: check.passes,
+    }
+}
+
+/// As the script knows it.
+pub(super) fn status(status: FrameStatus) -> &'static str {
+    match status {
+        FrameStatus::Passed => "passed",
+        FrameStatus::Different => "different",
+        FrameStatus::Missing => "missing",
+        FrameStatus::Dangling => "dangling",
+        FrameStatus::Broken => "broken",
+    }
+}

@@ -1,0 +1,81 @@
+// From halves to what a display shows, and to colours of errors.
+
+/** The value of each half. */
+const VALUES = (() => {
+  const values = new Float32Array(65536);
+  for (let half = 0; half < 65536; half++) {
+    const [exponent, fraction] = [(half >> 10) & 31, half & 1023];
+    let value = exponent === 0 ? fraction * 2 ** -24 : (1 + fraction / 1024) * 2 ** (exponent - 15);
+    if (exponent === 31) value = fraction === 0 ? Infinity : NaN;
+    values[half] = half & 0x8000 ? -value : value;
+  }
+  return values;
+})();
+
+const encoded = (light) => (light <= 0.0031308 ? light * 12.92 : 1.055 * light ** (1 / 2.4) - 0.055);
+const decoded = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
+const byteOf = (light) => (light > 0 ? Math.floor(encoded(Math.min(light, 1)) * 255 + 0.5) : 0);
+
+/** Linear light of each half of a picture for displays. */
+let displayLight = null;
+function lightTable(isLight) {
+  if (isLight) return VALUES;
+  displayLight = displayLight || VALUES.map((value) => (value > 0 ? decoded(value) : 0));
+  return displayLight;
+}
+
+/** What is shown for each half at an exposure. */
+const exposed = { key: "", tables: {} };
+function byteTable(isLight, stops) {
+  if (exposed.key !== String(stops)) Object.assign(exposed, { key: String(stops), tables: {} });
+  if (!exposed.tables[isLight]) {
+    const [light, scale] = [lightTable(isLight), 2 ** stops];
+    const table = new Uint8ClampedArray(65536);
+    for (let half = 0; half < 65536; half++) table[half] = byteOf(light[half] * scale);
+    exposed.tables[isLight] = table;
+  }
+  return exposed.tables[isLight];
+}
+
+/** A picture as it is shown; what is not finite is magenta. */
+function shownPicture(picture, stops) {
+  const image = new ImageData(picture.width, picture.height);
+  const [table, [r, g, b], data] = [byteTable(picture.isLight, stops), picture.planes, image.data];
+  for (let at = 0, to = 0; at < r.length; at++, to += 4) {
+    data[to] = table[r[at]];
+    data[to + 1] = table[g[at]];
+    data[to + 2] = table[b[at]];
+    data[to + 3] = 255;
+  }
+  if (!picture.isFinite) {
+    const isBroken = (half) => (half & 0x7c00) === 0x7c00;
+    for (let at = 0; at < r.length; at++) {
+      if (isBroken(r[at]) || isBroken(g[at]) || isBroken(b[at])) data.set([255, 0, 255, 255], at * 4);
+    }
+  }
+  return image;
+}
+
+/** Light to bytes, for sums that are no halves. */
+const BYTES = Uint8ClampedArray.from({ length: 65536 }, (_, at) => byteOf(at / 65535));
+
+/** How far two pictures of one size are apart in linear light. */
+function shownDifference(expected, actual, stops) {
+  const image = new ImageData(actual.width, actual.height);
+  const [ours, theirs, scale] = [lightTable(actual.isLight), lightTable(expected.isLight), 2 ** stops * 65535];
+  for (let plane = 0; plane < 3; plane++) {
+    const [a, b] = [actual.planes[plane], expected.planes[plane]];
+    for (let at = 0, to = plane; at < a.length; at++, to += 4) {
+      const apart = Math.abs(ours[a[at]] - theirs[b[at]]) * scale;
+      image.data[to] = apart < 65535 ? BYTES[Math.round(apart)] : a[at] === b[at] ? 0 : 255;
+    }
+  }
+  for (let to = 3; to < image.data.length; to += 4) image.data[to] = 255;
+  return image;
+}
+
+function shownErrors(errors, width, height) {
+  const image = new ImageData(width, height);
+  errors.forEach((error, at) => image.data.set([...report.magma[error], 255], at * 4));
+  return image;
+}

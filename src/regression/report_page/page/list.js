@@ -1,0 +1,130 @@
+// The list of failures with its filter, and the overview.
+
+const KINDS = ["different", "missing", "dangling", "broken"];
+
+/** The kind that a shot is listed as: that of its first failing frame. */
+const kindsOf = (shot) => new Set(failing(shot).map((frame) => frame.status));
+
+function isListed(shot) {
+  if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
+  const words = state.filter.toLowerCase().split(/\s+/).filter(Boolean);
+  const text = [shot.name, ...failing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.judgement?.cause || ""])].join("\n");
+  return words.every((word) => text.toLowerCase().includes(word));
+}
+const listed = () => report.shots.map((_, index) => index).filter((index) => isListed(report.shots[index]));
+
+/** A name with its folders in grey. */
+function nameParts(name) {
+  const cut = name.lastIndexOf("/") + 1;
+  return [element("span", { className: "folder" }, name.slice(0, cut)), name.slice(cut)];
+}
+
+function showList() {
+  const indices = listed();
+  byId("shots").replaceChildren(...indices.map(listItem));
+  byId("to-overview").setAttribute("aria-current", String(state.shot < 0));
+  byId("shots-none").hidden = indices.length > 0 || report.shots.length === 0;
+}
+
+function listItem(index) {
+  const shot = report.shots[index];
+  const frames = failing(shot);
+  const kind = frames[0]?.status || "different";
+  const all = approvable(shot);
+  const isDone = all.length > 0 && all.every(isApproved);
+  const count = shot.frames.length > 1 ? `${frames.length}/${shot.frames.length}` : "";
+  const button = element(
+    "button",
+    { type: "button", "aria-current": String(index === state.shot), title: `${shot.name}: ${[...kindsOf(shot)].join(", ")}${isDone ? ", approved" : ""}` },
+    element("span", { className: `dot ${isDone ? "approved" : kind}` }),
+    element("span", { className: "name" }, ...nameParts(shot.name), element("span", { className: "unseen" }, `, ${kind}${isDone ? ", approved" : ""}`)),
+    element("span", { className: "quiet numbers" }, count),
+  );
+  button.addEventListener("click", () => {
+    go(index, worstFrame(shot));
+    openList(false);
+  });
+  const item = element("li", {});
+  if (report.can_approve) {
+    const box = element("input", { type: "checkbox", "aria-label": "Approve " + shot.name });
+    showTick(box, all);
+    box.addEventListener("change", () => {
+      approve(all, box.checked);
+      byId("shots").querySelector(`[aria-label="${CSS.escape("Approve " + shot.name)}"]`)?.focus();
+    });
+    item.append(element("span", { className: "tick" }, box));
+  }
+  item.append(button);
+  return item;
+}
+
+function showKinds() {
+  const count = (kind) => report.shots.filter((shot) => kindsOf(shot).has(kind)).length;
+  const buttons = KINDS.filter((kind) => count(kind) > 0).map((kind) => {
+    const button = element("button", { type: "button", "aria-pressed": String(state.kinds.has(kind)) }, `${kind} ${count(kind)}`);
+    button.addEventListener("click", () => {
+      if (!state.kinds.delete(kind)) state.kinds.add(kind);
+      button.setAttribute("aria-pressed", String(state.kinds.has(kind)));
+      showList();
+    });
+    return button;
+  });
+  byId("kinds").replaceChildren(...(buttons.length > 1 ? buttons : []));
+}
+
+function openList(on) {
+  byId("list").classList.toggle("open", on);
+  byId("list-toggle").setAttribute("aria-expanded", String(on));
+}
+
+const total = (key) => report.folders.reduce((sum, folder) => sum + folder[key], 0);
+
+function showOverview() {
+  const [failed, passed] = [total("failed"), total("passed")];
+  byId("overview-title").textContent =
+    failed > 0 ? `${failed} of ${plural(failed + passed, "picture")} failed` : passed === 1 ? "The picture is as its reference" : `All ${passed} pictures are as their references`;
+  byId("overview-title").className = failed > 0 ? "" : "good";
+  byId("overview-note").hidden = report.left_out === 0;
+  byId("overview-note").textContent =
+    `The pictures of ${plural(report.left_out, "frame")} are left out: they would take more than ${report.budget_mebibytes} MiB of this page. ` +
+    "Those frames tell a command that shows them.";
+  byId("overview-command").replaceChildren(commandBox(report.command, "the command of this report"));
+  byId("folders").replaceChildren(...(report.folders.length > 0 ? [folderTable()] : []));
+  byId("failures").replaceChildren(...(report.shots.length > 0 ? [failureTable()] : []));
+}
+
+const row = (kind, ...cells) => element("tr", {}, ...cells.map((cell, at) => element(kind, { className: at > 0 ? "number" : "path", scope: kind === "th" ? "col" : "" }, cell)));
+
+function folderTable() {
+  const isTimed = report.folders.some((folder) => folder.seconds > 0);
+  const cells = (name, { passed, failed, seconds }) => [
+    name,
+    String(passed),
+    element("span", { className: failed > 0 ? "bad" : "quiet" }, String(failed)),
+    ...(isTimed ? [seconds.toFixed(1) + " s"] : []),
+  ];
+  const body = report.folders.map((folder) => row("td", ...cells(folder.name || "./", folder)));
+  const sums = { passed: total("passed"), failed: total("failed"), seconds: total("seconds") };
+  const table = element(
+    "table",
+    {},
+    element("thead", {}, row("th", "folder", "passed", "failed", ...(isTimed ? ["time"] : []))),
+    element("tbody", {}, ...body),
+  );
+  if (body.length > 1) table.append(element("tfoot", {}, row("td", ...cells("all", sums))));
+  return element("div", { className: "scroll" }, table);
+}
+
+function failureTable() {
+  const rows = report.shots.map((shot, index) => {
+    const worst = shot.frames[worstFrame(shot)];
+    const link = element("button", { type: "button", className: "link" }, shot.name);
+    link.addEventListener("click", () => go(index, worstFrame(shot)));
+    const flip = worst?.judgement?.flip;
+    const number = (value) => element("td", { className: "number" }, value === undefined ? "" : value.toFixed(4));
+    const why = worst?.judgement?.cause || worst?.messages[0] || "";
+    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), number(flip?.mean), number(flip?.tile), element("td", {}, why));
+  });
+  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
+}

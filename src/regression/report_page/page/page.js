@@ -1,0 +1,255 @@
+// What happens when something is chosen, and how the page begins.
+
+/** Shows a frame of a shot, or the overview. */
+function go(shot, frame) {
+  const isNew = shot !== state.shot;
+  Object.assign(state, { shot, frame });
+  if (isNew) state.pixel = null;
+  const name = shot < 0 ? "" : "#" + encodeURIComponent(shownFrame().name);
+  if (location.hash !== name && (name || location.hash)) {
+    try {
+      history.replaceState(null, "", name || "#");
+    } catch {
+      // A page in a frame may not.
+    }
+  }
+  byId("overview").hidden = shot >= 0;
+  byId("failure").hidden = shot < 0;
+  if (shot >= 0) {
+    if (isNew) byId("graph").replaceChildren();
+    showDetails();
+    showGraph();
+    load(shownFrame());
+    if (isNew) say(`${shownFrame().name}, ${shownFrame().status}`);
+  } else beat();
+  showApprovals();
+  if (isNew) {
+    showList();
+    byId("shots").querySelector("[aria-current=true]")?.scrollIntoView({ block: "nearest" });
+  }
+}
+
+function goByHash() {
+  const name = decodeURIComponent(location.hash.slice(1));
+  const shot = report.shots.findIndex((one) => one.frames.some((frame) => frame.name === name));
+  if (shot < 0) return go(-1, 0);
+  go(shot, report.shots[shot].frames.findIndex((frame) => frame.name === name));
+}
+
+/** The next failure of the list, or the one before. */
+function step(direction) {
+  const places = listed();
+  const at = places.indexOf(state.shot);
+  const next = at < 0 ? (direction > 0 ? 0 : places.length - 1) : at + direction;
+  if (next >= 0 && next < places.length) go(places[next], worstFrame(report.shots[places[next]]));
+}
+
+function stepFrame(direction, onlyFailing) {
+  const frames = shownShot()?.frames || [];
+  for (let at = state.frame + direction; at >= 0 && at < frames.length; at += direction) {
+    if (!onlyFailing || fails(frames[at])) return go(state.shot, at);
+  }
+}
+
+function setMode(mode, isQuiet) {
+  if (!canShow(mode)) return;
+  state.mode = mode;
+  if (mode === "flicker" && !isQuiet && !calm.matches) state.flicker.runs = true;
+  if (state.shot >= 0) arrange();
+}
+
+function setFlicker(runs) {
+  state.flicker.runs = runs;
+  showModeTools(shownMode());
+  beat();
+}
+
+function toggleFlicker() {
+  const runs = !(state.flicker.runs && shownMode() === "flicker");
+  setMode("flicker", true);
+  setFlicker(runs);
+}
+
+function setWipe(share) {
+  state.wipe = Math.min(1, Math.max(0, share));
+  if (shownMode() !== "wipe") return;
+  const range = byId("wipe");
+  if (range) range.value = Math.round(state.wipe * 1000);
+  paint();
+}
+
+function setStops(stops) {
+  state.stops = Math.min(10, Math.max(-10, stops));
+  byId("stops").value = state.stops;
+  const text = `${state.stops > 0 ? "+" : state.stops < 0 ? "−" : ""}${Math.abs(state.stops).toFixed(2)} stops`;
+  byId("stops-text").textContent = text;
+  byId("stops").setAttribute("aria-valuetext", text);
+  byId("stops-reset").disabled = state.stops === 0;
+  paint();
+}
+
+function setZoom(zoom) {
+  state.zoom = zoom;
+  fit();
+  showZooms();
+  if (state.pixel) reveal();
+}
+
+function setMarker(on) {
+  state.marker = on;
+  byId("marker-toggle").setAttribute("aria-pressed", String(on));
+  view.panes.forEach(mark);
+}
+
+function setFilter(text) {
+  state.filter = text;
+  byId("filter").value = text;
+  showList();
+  if (state.shot >= 0) showDetails();
+}
+
+const THEMES = ["auto", "light", "dark"];
+function setTheme(theme) {
+  if (theme === "auto") delete document.documentElement.dataset.theme;
+  else document.documentElement.dataset.theme = theme;
+  byId("theme").textContent = "Theme: " + theme;
+  byId("theme").setAttribute("aria-label", "Theme: " + theme);
+  memory.write("theme", theme);
+}
+const nextTheme = () => setTheme(THEMES[(THEMES.indexOf(byId("theme").textContent.slice(7)) + 1) % THEMES.length]);
+
+/** Buttons of which one is pressed. */
+function segment(name, isPressed, isPossible, title, act) {
+  const button = element("button", { type: "button", title, disabled: !isPossible, "aria-pressed": String(isPressed) }, name);
+  button.addEventListener("click", act);
+  return button;
+}
+
+/** Replaces buttons and keeps the focus on the one of that name. */
+function renew(holder, buttons) {
+  const focused = holder.contains(document.activeElement) ? document.activeElement.textContent : null;
+  holder.replaceChildren(...buttons);
+  buttons.find((button) => button.textContent === focused)?.focus();
+}
+
+function showModes(shown) {
+  renew(
+    byId("modes"),
+    MODES.map(([mode, name, key]) => segment(name, mode === shown, canShow(mode), `${name} (${key})`, () => setMode(mode))),
+  );
+  showModeTools(shown);
+}
+
+function showZooms() {
+  renew(
+    byId("zooms"),
+    ZOOMS.map((zoom) => segment(zoom ? zoom + "×" : "Fit", zoom === state.zoom, true, "Zoom (z)", () => setZoom(zoom))),
+  );
+}
+
+function range(id, name, [min, max, by], value, act) {
+  const input = element("input", { type: "range", id, min, max, step: by, value });
+  const output = element("output", { htmlFor: id });
+  const change = () => (output.textContent = act(Number(input.value)));
+  input.addEventListener("input", change);
+  change();
+  return [element("label", { htmlFor: id }, name), input, output];
+}
+
+/** What the mode has of its own: the slider's place, the rate, the gain, the legend. */
+function showModeTools(mode) {
+  const holder = byId("mode-tools");
+  if (holder.dataset.mode === mode && mode !== "heat" && mode !== "flicker") return;
+  holder.dataset.mode = mode;
+  const parts = {
+    side: () => [element("span", { className: "quiet" }, view.expected && view.actual ? "Both scroll together; drag to pan." : view.actual ? "There is no reference." : "Nothing was rendered for this reference.")],
+    wipe: () =>
+      range("wipe", "Slider", [0, 1000, 5], Math.round(state.wipe * 1000), (value) => {
+        if (Math.round(state.wipe * 1000) !== value) setWipe(value / 1000);
+        return "";
+      }),
+    flicker: () => [
+      segment(state.flicker.runs ? "Stop" : "Start", false, true, "Flicker on and off (f)", () => setFlicker(!state.flicker.runs)),
+      segment("Swap", false, true, "Swap expected and actual (Space)", () => (setFlicker(false), swap())),
+      ...range("rate", "Rate", [0.5, 10, 0.5], state.flicker.rate, (value) => {
+        state.flicker.rate = value;
+        beat();
+        return `${value.toFixed(1)} a second`;
+      }),
+    ],
+    heat: () => [legend()],
+    difference: () =>
+      range("gain", "Amplified", [0, 10, 1], state.gain, (value) => {
+        const isNew = state.gain !== value;
+        state.gain = value;
+        if (isNew) paint();
+        return `× ${2 ** value}`;
+      }),
+  }[mode]();
+  renew(holder, parts);
+}
+
+/** The colours of errors from 0 to 1, with the limit of the worst tile. */
+function legend() {
+  const canvas = element("canvas", { width: 256, height: 1, role: "img", "aria-label": "Colours of FLIP from 0 to 1" });
+  canvas.getContext("2d").putImageData(shownErrors(Uint8Array.from({ length: 256 }, (_, at) => at), 256, 1), 0, 0);
+  const tick = (at, text) => {
+    const label = element("span", {}, text);
+    label.style.left = at * 100 + "%";
+    return label;
+  };
+  const limit = shownShot().tile_limit;
+  const ticks = [tick(0, "0 same"), ...(limit > 0.12 && limit < 0.8 ? [tick(limit, `▲ tile limit ${limit}`)] : []), tick(1, "1")];
+  return element("div", { className: "legend" }, canvas, element("div", { className: "legend-ticks" }, ...ticks));
+}
+
+function connect() {
+  const on = (id, kind, act) => byId(id).addEventListener(kind, act);
+  on("previous", "click", () => step(-1));
+  on("next", "click", () => step(1));
+  on("stops", "input", () => setStops(Number(byId("stops").value)));
+  on("stops-reset", "click", () => setStops(0));
+  on("marker-toggle", "click", () => setMarker(!state.marker));
+  on("filter", "input", () => setFilter(byId("filter").value));
+  on("to-overview", "click", () => (go(-1, 0), openList(false)));
+  on("list-toggle", "click", () => openList(!byId("list").classList.contains("open")));
+  on("theme", "click", nextTheme);
+  on("help-open", "click", () => byId("help").showModal());
+  on("keys-on", "change", () => memory.write("keys", (keysAreOn = byId("keys-on").checked)));
+  on("approve-frame", "change", () => approve([shownFrame()], byId("approve-frame").checked));
+  on("approve-shot", "change", () => approve(shownShot().frames, byId("approve-shot").checked));
+  on("approve-shown", "click", () => approve(listed().flatMap((index) => approvable(report.shots[index])), true));
+  on("export", "click", exportApprovals);
+  document.addEventListener("keydown", onKey);
+  addEventListener("hashchange", goByHash);
+  addEventListener("resize", () => {
+    if (state.shot < 0) return;
+    showGraph();
+    fit();
+  });
+}
+
+function begin() {
+  byId("app").hidden = false;
+  byId("title").textContent = report.title;
+  byId("counts").replaceChildren(
+    element("span", { className: total("failed") > 0 ? "bad" : "quiet" }, `${total("failed")} failed`),
+    element("span", { className: "good" }, `${total("passed")} passed`),
+  );
+  byId("accept-command").replaceChildren(commandBox("rayframe accept --approvals approvals.json", "accept"));
+  byId("keys-on").checked = keysAreOn;
+  setTheme(THEMES.includes(memory.read("theme")) ? memory.read("theme") : "auto");
+  recallApprovals();
+  connect();
+  showKinds();
+  showKeys();
+  showZooms();
+  setStops(0);
+  showOverview();
+  showList();
+  // A comparison of two things has one failure, and nothing to choose from.
+  if (!location.hash && report.shots.length === 1) go(0, worstFrame(report.shots[0]));
+  else goByHash();
+}
+
+begin();

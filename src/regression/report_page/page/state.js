@@ -1,0 +1,40 @@
+// What is looked at and how; everything else is drawn from it.
+
+const state = {
+  /** The shot's index; −1 is the overview. */
+  shot: -1,
+  frame: 0,
+  mode: "side",
+  stops: 0,
+  /** A factor, or 0 to fit. */
+  zoom: 0,
+  /** Stops by which differences are amplified. */
+  gain: 3,
+  /** Where expected ends and actual begins, as a share of the width. */
+  wipe: 0.5,
+  flicker: { runs: false, rate: 2, shows: "expected" },
+  marker: true,
+  /** Column and row. */
+  pixel: null,
+  filter: "",
+  kinds: new Set(),
+};
+
+const shownShot = () => report.shots[state.shot];
+const shownFrame = () => shownShot()?.frames[state.frame];
+const fails = (frame) => frame.status !== "passed";
+const failing = (shot) => shot.frames.filter(fails);
+
+/** The frame to begin with: the worst tile, or the first that has no number. */
+function worstFrame(shot) {
+  const badness = (frame) => (fails(frame) ? (frame.judgement?.flip?.tile ?? 2) : -1);
+  let worst = 0;
+  shot.frames.forEach((frame, index) => {
+    if (badness(frame) > badness(shot.frames[worst])) worst = index;
+  });
+  return worst;
+}
+
+function frameLabel(frame) {
+  return frame.frame === null ? frame.name : "frame " + frame.frame;
+}

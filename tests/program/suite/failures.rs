@@ -1,0 +1,146 @@
+//! What fails, and what is said about it.
+
+use super::{SUITE, Stage};
+
+const POINT: (&str, &str) = ("light/point.gltf", "light/point.gltf");
+
+#[test]
+fn a_new_folder_becomes_a_suite_that_guards_a_scene() {
+    let stage = Stage::new("");
+    stage.run(&["test", "--init"]).ends(73, &["suite.toml", "is there already"]);
+    std::fs::remove_file(stage.path("suite.toml")).unwrap();
+    stage.run(&["test"]).ends(2, &["rayframe test --init makes one"]);
+    stage.run(&["test", "--init"]).ends(0, &["suite.toml written"]);
+    stage.run(&["test"]).ends(65, &["neither a shot file (.toml) nor a scene"]);
+    stage.scene("point.gltf", POINT.1, "", "");
+    stage.run(&["test"]).ends(1, &["there is no reference references/point.exr", "report/index.html"]);
+    stage.run(&["accept"]).ends(0, &["added references/point.exr"]);
+    stage.run(&["test"]).ends(0, &["1 picture as their references"]);
+    assert!(std::fs::read_to_string(stage.path(".gitignore")).unwrap().contains("*.new"));
+    // From a folder below, too.
+    std::fs::create_dir(stage.path("below")).unwrap();
+    let below = stage.path("below");
+    let suite = ["test", "--suite", ".."];
+    let output =
+        std::process::Command::new(env!("CARGO_BIN_EXE_rayframe")).arg("test").current_dir(&below).output();
+    assert!(output.unwrap().status.success());
+    let output =
+        std::process::Command::new(env!("CARGO_BIN_EXE_rayframe")).args(suite).current_dir(&below).output();
+    assert!(output.unwrap().status.success());
+}
+
+#[test]
+fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_rejected() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 9");
+    let ran = stage.run(&["test"]);
+    ran.ends(
+        1,
+        &["FAIL light/point (preset visual)", "mean FLIP 0.", " > 0.08", "likely light", "1 of 1 picture"],
+    );
+    assert_eq!(stage.references(), ["light/point.exr", "light/point.exr.new"]);
+    // Looking never settles anything.
+    stage.run(&["test"]).ends(1, &["FAIL light/point"]);
+    stage.run(&["reject"]).ends(0, &["rejected light/point"]);
+    assert_eq!(stage.references(), ["light/point.exr"]);
+    stage.run(&["test"]).ends(1, &["FAIL light/point"]);
+    stage.run(&["accept", "light/point"]).ends(0, &["replaced references/light/point.exr"]);
+    stage.run(&["test"]).ends(0, &["as their references"]);
+    assert_eq!(stage.references(), ["light/point.exr"]);
+}
+
+#[test]
+fn a_picture_that_passes_again_leaves_nothing_waiting() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 9");
+    stage.run(&["test"]).ends(1, &[]);
+    stage.scene(POINT.0, POINT.1, "", "");
+    stage.run(&["test"]).ends(0, &[]);
+    assert_eq!(stage.references(), ["light/point.exr"]);
+    stage.run(&["accept"]).ends(0, &["nothing waits"]);
+    stage.run(&["accept", "light"]).ends(2, &["nothing that waits is called \"light\""]);
+}
+
+#[test]
+fn a_reference_without_a_shot_fails_and_its_removal_can_be_accepted() {
+    let stage = Stage::accepted(SUITE, &[POINT, ("light/spot.gltf", "light/spot.gltf")]);
+    std::fs::rename(stage.path("light/spot.gltf"), stage.path("light/lamp.gltf")).unwrap();
+    // A filter looks at its own part.
+    stage.run(&["test", "light/point"]).ends(0, &["1 picture as"]);
+    stage
+        .run(&["test", "light"])
+        .ends(1, &["FAIL light/lamp", "FAIL light/spot", "no shot asks for this reference"]);
+    stage.run(&["accept"]).ends(0, &["added references/light/lamp.exr", "removed references/light/spot.exr"]);
+    stage.run(&["test"]).ends(0, &["2 pictures as"]);
+    assert_eq!(stage.references(), ["light/lamp.exr", "light/point.exr"]);
+}
+
+#[test]
+fn sizes_frames_and_broken_files_fail() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    stage.write("suite.toml", &SUITE.replace("48", "32"));
+    stage.run(&["test"]).ends(1, &["the size is 32x27, the reference's 48x27"]);
+
+    // Two frames have other names than one.
+    stage.write("suite.toml", &SUITE.replace("frames = 0", "frames = [0, 12]"));
+    let words = ["FAIL light/point.0000", "FAIL light/point.0012", "FAIL light/point\n", "no shot asks for"];
+    stage.run(&["test"]).ends(1, &words);
+
+    stage.write("suite.toml", SUITE);
+    stage.write("references/light/point.exr", "version https://git-lfs.github.com/spec/v1\noid sha256:12\n");
+    stage.run(&["test"]).ends(1, &["FAIL light/point", "git lfs pull"]);
+    stage.write(POINT.0, "{");
+    stage.run(&["test"]).ends(1, &["FAIL light/point", "light/point.gltf: "]);
+    // What could not be opened may still ask for its reference.
+    assert!(!stage.run(&["test"]).text.contains("no shot asks"));
+}
+
+#[test]
+fn what_is_too_large_for_a_reference_fails_and_is_not_kept() {
+    let stage = Stage::new(&format!("max_reference_kib = 1\n{SUITE}"));
+    stage.scene(POINT.0, POINT.1, "", "");
+    stage.run(&["test"]).ends(1, &["KiB and a reference at most 1", "raise max_reference_kib"]);
+    assert_eq!(stage.references(), [] as [&str; 0]);
+    stage.write("suite.toml", SUITE);
+    stage.run(&["test"]).ends(1, &["no reference"]);
+    stage.write("suite.toml", &format!("max_reference_kib = 1\n{SUITE}"));
+    stage.run(&["accept"]).ends(77, &["a reference at most 1"]);
+}
+
+#[test]
+fn shot_files_have_settings_and_limits_of_their_own() {
+    let stage = Stage::new(SUITE);
+    stage.scene("point.gltf", POINT.1, "", "");
+    stage.write("dim.toml", "scene = 'point.gltf'\nlight_scale = 0.5\n[test]\npreset = 'exact'\n");
+    stage.write(
+        "bright.toml",
+        "scene = 'point.gltf'\nlight_scale = 2\n[test]\nmean_flip = 1\ntile_flip = 1\nbrightness = 1\n",
+    );
+    let list = stage.run(&["test", "--list"]);
+    assert_eq!(list.stdout, "bright\ndim\n");
+    stage.run(&["test"]).ends(1, &[]);
+    stage.run(&["accept"]).ends(0, &[]);
+    for (shot, from) in [("dim", "0.5"), ("bright", "2")] {
+        let text = std::fs::read_to_string(stage.path(&format!("{shot}.toml"))).unwrap();
+        stage.write(&format!("{shot}.toml"), &text.replace(&format!("= {from}\n"), "= 0.55\n"));
+    }
+    let ran = stage.run(&["test"]);
+    ran.ends(1, &["FAIL dim (preset exact)", "values whose bits differ"]);
+    assert!(!ran.text.contains("FAIL bright"), "{}", ran.text);
+    stage.write("dim.toml", "scene = 'point.gltf'\n[test]\npresets = 'exact'\n");
+    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "line 3: unknown field `presets`"]);
+    stage.write("dim.toml", "scene = 'point.gltf'\nsampels = 4\n");
+    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "line 2: \"sampels\"", "samples"]);
+    stage.run(&["test", "dusk"]).ends(2, &["no shot's name contains \"dusk\""]);
+}
+
+#[test]
+fn what_is_not_honoured_is_told_and_fails_where_that_is_wanted() {
+    let stage = Stage::new(SUITE);
+    stage.scene("a.gltf", POINT.1, "\"asset\"", "\"extensionsUsed\": [\"ACME_glow\"], \"asset\"");
+    stage.run(&["test"]).ends(1, &["warning: a: ", "ACME_glow"]);
+    stage.run(&["accept"]).ends(0, &[]);
+    stage.run(&["test"]).ends(0, &["ACME_glow"]);
+    stage.write("suite.toml", &format!("{SUITE}strict = true\n"));
+    stage.run(&["test"]).ends(1, &["FAIL a", "ACME_glow"]);
+}

@@ -1,0 +1,68 @@
+//! What machines read: JSON after its schema, JUnit's XML; and what people read where there is much of it.
+
+use serde_json::Value;
+
+use super::{SUITE, Stage};
+use crate::progress::schema::Schema;
+
+fn stage() -> Stage {
+    let scenes = [("a/point.gltf", "light/point.gltf"), ("a/spot.gltf", "light/spot.gltf")];
+    let stage = Stage::accepted(SUITE, &scenes);
+    stage.scene("a/spot.gltf", "light/spot.gltf", "\"intensity\": ", "\"intensity\": 9");
+    stage.scene("b/new.gltf", "light/range.gltf", "", "");
+    stage.write("b/broken.glb", "glTF?");
+    std::fs::copy(stage.path("references/a/point.exr"), stage.path("references/old.exr")).unwrap();
+    stage
+}
+
+#[test]
+fn json_is_as_its_schema_says() {
+    let ran = stage().run(&["test", "--json"]);
+    assert_eq!(ran.code, Some(1));
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+    Schema::read("test").check(&report);
+    let statuses: Vec<_> = report["shots"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|shot| (shot["name"].as_str().unwrap(), shot["pictures"][0]["status"].as_str().unwrap()))
+        .collect();
+    let expected =
+        [("a/point", "passed"), ("a/spot", "different"), ("b/broken", "broken"), ("b/new", "missing")];
+    assert_eq!(statuses, expected);
+    assert_eq!(report["dangling"], serde_json::json!(["old"]));
+    assert_eq!((&report["passed"], &report["failed"]), (&1.into(), &4.into()));
+}
+
+#[test]
+fn junit_names_every_picture() {
+    let stage = stage();
+    stage.run(&["test", "--junit", "out/junit.xml"]).ends(1, &[]);
+    let xml = std::fs::read_to_string(stage.path("out/junit.xml")).unwrap();
+    for words in [
+        "<testsuites name=\"rayframe test\" tests=\"5\" skipped=\"0\" failures=\"3\" errors=\"1\"",
+        "<testsuite name=\"a\" tests=\"2\" skipped=\"0\" errors=\"0\" failures=\"1\"",
+        "<testcase name=\"a/point\" classname=\"a\"",
+        "type=\"different\"",
+        "type=\"missing\"",
+        "type=\"broken\"",
+        "type=\"dangling\"",
+        "likely light",
+    ] {
+        assert!(xml.contains(words), "no {words} in {xml}");
+    }
+    stage.run(&["test", "--junit", "suite.toml/junit.xml"]).ends(73, &["suite.toml"]);
+}
+
+#[test]
+fn people_read_a_line_a_folder_and_then_failures() {
+    let stage = stage();
+    let ran = stage.run(&["test"]);
+    let lines: Vec<&str> = ran.stdout.lines().collect();
+    assert!(lines[0].starts_with(".  ") && lines[0].ends_with("1 failed"), "{}", ran.stdout);
+    assert!(lines[1].starts_with("a  ") && lines[2].starts_with("b  "), "{}", ran.stdout);
+    assert_eq!(stage.run(&["test", "a/point", "-q"]).text, "");
+    let passes = stage.run(&["test", "a/point"]);
+    assert_eq!(passes.text.lines().count(), 2, "{}", passes.text);
+    assert!(stage.run(&["test", "-q"]).stdout.starts_with("FAIL a/spot"));
+}

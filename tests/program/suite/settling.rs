@@ -1,0 +1,113 @@
+//! Accepting, rejecting and reviewing, one by one, by a file, and not where nobody looks.
+
+use serde_json::json;
+
+use super::{SUITE, Stage};
+
+const SCENES: [(&str, &str); 3] = [
+    ("point.gltf", "light/point.gltf"),
+    ("point_far.gltf", "light/spot.gltf"),
+    ("sun.gltf", "light/directional.gltf"),
+];
+
+/// Three pictures wait.
+fn waiting() -> Stage {
+    let stage = Stage::new(SUITE);
+    for (name, scene) in SCENES {
+        stage.scene(name, scene, "", "");
+    }
+    stage.run(&["test"]).ends(1, &["3 of 3 pictures failed"]);
+    stage
+}
+
+#[test]
+fn a_name_means_its_shot_alone_and_a_part_of_a_name_all_that_have_it() {
+    let stage = waiting();
+    stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
+    assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
+    stage.run(&["reject", "poi"]).ends(0, &["rejected point_far"]);
+    assert_eq!(stage.references(), ["point.exr", "sun.exr.new"]);
+}
+
+#[test]
+fn review_asks_about_each() {
+    let stage = waiting();
+    let ran = stage.run_with(&["review"], "a\nwhat\nr\n", None);
+    ran.ends(
+        0,
+        &[
+            "1/3 point has no reference yet",
+            "added references/point.exr",
+            "rejected point_far",
+            "1 still waiting",
+        ],
+    );
+    assert_eq!(stage.references(), ["point.exr", "sun.exr.new"]);
+    stage.run_with(&["review"], "s\n", None).ends(0, &["1 still waiting"]);
+    stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
+    stage.run(&["test", "point"]).ends(1, &[]);
+    let ran = stage.run_with(&["review", "point"], "y\n", None);
+    ran.ends(
+        0,
+        &["differs from its reference", "mean FLIP", "likely light", "replaced references/point.exr"],
+    );
+}
+
+#[test]
+fn nothing_becomes_a_reference_where_ci_is_set() {
+    let stage = Stage::new(SUITE);
+    stage.scene("point.gltf", "light/point.gltf", "", "");
+    stage.run_with(&["test"], "", Some("true")).ends(1, &["no reference", "CI is set"]);
+    assert_eq!(stage.references(), [] as [&str; 0]);
+    stage.run(&["test"]).ends(1, &[]);
+    for command in ["accept", "review"] {
+        stage.run_with(&[command], "a\n", Some("1")).ends(2, &["CI is set"]);
+    }
+    assert_eq!(stage.references(), ["point.exr.new"]);
+    // A variable that says no says no.
+    stage.run_with(&["accept"], "", Some("false")).ends(0, &["added"]);
+}
+
+/// The hashes that the report exports, and JSON says.
+fn hash(stage: &Stage, name: &str) -> String {
+    let ran = stage.run(&["test", "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    let shots = report["shots"].as_array().unwrap().iter();
+    let mut pictures = shots.flat_map(|shot| shot["pictures"].as_array().unwrap());
+    let picture = pictures.find(|picture| picture["name"] == name).unwrap();
+    picture["hash"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn approvals_are_accepted_where_they_fit_what_waits() {
+    let stage = waiting();
+    let approvals = |approved: serde_json::Value| {
+        stage.write("approvals.json", &json!({"schema": 1, "approved": approved}).to_string());
+    };
+    let accept = ["accept", "--approvals", "approvals.json"];
+    approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}, {"name": "point", "hash": "0000"}]));
+    // One that does not fit holds up all.
+    stage
+        .run(&accept)
+        .ends(1, &["nothing was accepted: point: ", "is another than the one that was approved"]);
+    approvals(json!([{"name": "gone", "hash": "0000"}]));
+    stage.run(&accept).ends(1, &["gone: nothing of this name waits"]);
+    approvals(json!([{"name": "sun", "hash": null}]));
+    stage.run(&accept).ends(1, &["its removal was approved, but a picture waits"]);
+    approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}]));
+    stage.run(&accept).ends(0, &["added references/sun.exr"]);
+    assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr"]);
+
+    std::fs::remove_file(stage.path("sun.gltf")).unwrap();
+    stage.run(&["test"]).ends(1, &["no shot asks"]);
+    approvals(json!([{"name": "sun", "hash": null}]));
+    stage.run(&accept).ends(0, &["removed references/sun.exr"]);
+
+    for (text, words) in
+        [("{", "is no file of approvals"), ("{\"schema\": 2, \"approved\": []}", "has schema 2")]
+    {
+        stage.write("approvals.json", text);
+        stage.run(&accept).ends(65, &[words]);
+    }
+    stage.run(&["accept", "--approvals", "gone.json"]).ends(66, &["gone.json"]);
+}

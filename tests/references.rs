@@ -1,96 +1,88 @@
-//! Every scene of `scenes/` looks as its reference in `reference_images/`.
+//! The suite of `scenes/`: every shot looks as its references, one test each, and every reference has a shot.
 //!
-//! `RAYFRAME_ACCEPT=1 cargo test --release --test references` writes what is missing or different and fails nevertheless,
-//! naming what it wrote; look at the pictures, run again without it, and commit both. `RAYFRAME_FILTER=light/` looks at a
-//! part. Where `CI` is set nothing is accepted.
+//! It is what `rayframe test --suite scenes` does. `cargo test --test references light/` tests a part. A picture that differs waits
+//! beside its reference; look at `target/regression/index.html`, then `cargo run --release -- accept --suite scenes`, and commit
+//! the reference together with what changed it. Where `CI` is set nothing is kept.
 
 use std::path::Path;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex};
+use std::time::Instant;
 
+use libtest_mimic::{Arguments, Failed, Trial};
 use rayframe::cancel::CancelFlag;
-use rayframe::regression::{Mode, Outcome, Picture, Suite, Tolerance, run};
+use rayframe::cli::ShotFiles;
+use rayframe::error::Result;
+use rayframe::regression::suite::{
+    RunOptions, ShotResult, Suite, SuiteResult, SuiteShot, discover, finish, is_ci, report_page, test_shot,
+};
+use rayframe::regression::{ReportedFrame, write_report};
 
-#[test]
-fn scenes_look_as_their_references() {
-    let accept = std::env::var_os("RAYFRAME_ACCEPT").is_some_and(|value| value != "0");
-    let in_ci = std::env::var_os("CI").is_some();
-    assert!(!(accept && in_ci), "RAYFRAME_ACCEPT is refused where CI is set");
-    let mode = if accept { Mode::Accept } else { Mode::Check };
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let suite = Suite {
-        scenes: root.join("scenes"),
-        references: root.join("reference_images"),
-        report: root.join("target/regression"),
-        filter: std::env::var("RAYFRAME_FILTER").unwrap_or_default(),
-        resolution: (160, 90),
-        samples: 4,
-        tolerance: Tolerance::EXACT,
-    };
-    let outcome = run(&suite, mode, &CancelFlag::default()).unwrap();
-    assert!(outcome.failures.is_empty(), "{}", described(&outcome));
-    assert!(!outcome.passed.is_empty(), "no shot was found");
-}
-
-fn described(outcome: &Outcome) -> String {
-    let lines: Vec<String> = outcome.failures.iter().map(ToString::to_string).collect();
-    format!(
-        "{} of {} shots failed:\n{}\nRAYFRAME_ACCEPT=1 accepts what is right",
-        lines.len(),
-        lines.len() + outcome.passed.len(),
-        lines.join("\n")
-    )
-}
-
-/// The whole life of a reference: missing, accepted, right, changed, dangling.
-#[test]
-fn every_change_of_a_reference_fails_once() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let suite = Suite {
-        scenes: at("scenes"),
-        references: at("references"),
-        report: at("report"),
-        filter: String::new(),
-        resolution: (8, 6),
-        samples: 1,
-        tolerance: Tolerance::EXACT,
-    };
-    std::fs::create_dir_all(at("scenes/camera")).unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/camera/perspective.gltf");
-    std::fs::copy(scene, at("scenes/camera/perspective.gltf")).unwrap();
-    let reference = at("references/camera/perspective.exr");
-    let message = |mode| {
-        let outcome = run(&suite, mode, &CancelFlag::default()).unwrap();
-        assert_eq!(outcome.passed.len() + outcome.failures.len(), 1, "{outcome:?}");
-        outcome.failures.first().map_or("passed".to_owned(), ToString::to_string)
-    };
-
-    assert!(message(Mode::Check).contains("no reference at"));
-    assert!(at("report/camera/perspective.actual.exr").exists());
-    assert!(message(Mode::Accept).contains("accepted, written to"));
-    assert_eq!(message(Mode::Check), "passed");
-
-    let mut changed = Picture::read(&reference).unwrap();
-    changed.pixels[9][0] += 0.25;
-    changed.write(&reference, 0, 0.0).unwrap();
-    let told = message(Mode::Check);
-    assert!(told.contains("1 pixels differ") && told.contains("column 1, row 1"), "{told}");
-    assert!(at("report/camera/perspective.difference.exr").exists());
-    assert!(message(Mode::Accept).contains("accepted, written to"));
-    assert_eq!(message(Mode::Check), "passed");
-
-    std::fs::rename(&reference, at("references/camera/gone.exr")).unwrap();
-    let outcome = run(&suite, Mode::Check, &CancelFlag::default()).unwrap();
-    assert_eq!(outcome.failures.len(), 2, "{outcome:?}");
-    assert!(outcome.failures[1].message.contains("no scene asks for this reference"));
-}
-
-/// However geometry and images are packed, without loss the picture is that of the plain file to the last bit.
-#[test]
-fn packed_scenes_look_as_the_plain_one() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_images/storage");
-    let picture = |name: &str| Picture::read(&folder.join(format!("{name}.exr"))).unwrap();
-    let plain = picture("plain");
-    for name in ["meshopt_ext", "meshopt_khr", "draco", "webp", "basis_uastc", "basis_etc1s"] {
-        assert!(picture(name) == plain, "{name}");
+#[expect(clippy::print_stderr, reason = "a test says what is wrong")]
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    match tested(&arguments) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
     }
+}
+
+fn tested(arguments: &Arguments) -> Result<ExitCode> {
+    let suite = Arc::new(Suite::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"))?);
+    let shots = discover(&suite, &ShotFiles)?;
+    let results = Arc::new(Mutex::new(Vec::new()));
+    let trials = shots.iter().map(|shot| trial(&suite, shot, &results)).collect();
+    let start = Instant::now();
+    let conclusion = libtest_mimic::run(arguments, trials);
+    let shots_of_results =
+        std::mem::take(&mut *results.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
+    if arguments.list || shots_of_results.is_empty() {
+        return Ok(conclusion.exit_code());
+    }
+    let is_whole = shots_of_results.len() == shots.len();
+    let seconds = start.elapsed().as_secs_f64();
+    let dangling = report(&suite, &shots, shots_of_results, seconds)?;
+    // References without a shot are told where all shots are known.
+    Ok(if dangling > 0 && is_whole { ExitCode::from(101) } else { conclusion.exit_code() })
+}
+
+fn trial(suite: &Arc<Suite>, shot: &SuiteShot, results: &Arc<Mutex<Vec<ShotResult>>>) -> Trial {
+    let (suite, shot, results) = (Arc::clone(suite), shot.clone(), Arc::clone(results));
+    Trial::test(shot.name.clone(), move || {
+        let result = test_shot(&suite, &ShotFiles, &shot, !is_ci(), &CancelFlag::new())?;
+        let messages: Vec<String> = result.pictures.iter().flat_map(described).collect();
+        let passes = result.passes();
+        if let Ok(mut results) = results.lock() {
+            results.push(result);
+        }
+        if passes { Ok(()) } else { Err(Failed::from(messages.join("\n"))) }
+    })
+}
+
+fn described(picture: &ReportedFrame) -> Vec<String> {
+    picture.messages.iter().map(|message| format!("{}: {message}", picture.name)).collect()
+}
+
+/// Writes the page; gives the number of references that no shot asks for.
+#[expect(clippy::print_stderr, reason = "a test says what is wrong")]
+fn report(suite: &Suite, shots: &[SuiteShot], mut results: Vec<ShotResult>, seconds: f64) -> Result<usize> {
+    results.sort_by(|a, b| a.name.cmp(&b.name));
+    let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
+    let dangling = finish(suite, shots, &results, &options)?;
+    let result = SuiteResult { shots: results, dangling, seconds };
+    let page = suite.report.join("index.html");
+    write_report(&report_page(suite, &result, "cargo test --release --test references"), &page)?;
+    for line in result.dangling.iter().flat_map(described) {
+        eprintln!("{line}");
+    }
+    if !result.passes() {
+        eprintln!(
+            "report: {}\naccept what is right: cargo run --release -- accept --suite scenes",
+            page.display()
+        );
+    }
+    Ok(result.dangling.len())
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::suite_options::{SuiteOption, is_ci};
+use super::suite_options::SuiteOption;
 use crate::error::{Error, Result};
 use crate::progress::print_output;
 use crate::regression::suite::{self, Approval, Pending, PendingKind, Suite};
@@ -57,7 +57,7 @@ pub(super) fn reject(args: &RejectArgs) -> Result<()> {
 
 /// Where nobody looks, nothing becomes a reference.
 pub(super) fn refuse_in_ci(command: &str) -> Result<()> {
-    if is_ci() {
+    if suite::is_ci() {
         let message = format!(
             "{command}: CI is set, and references are written where somebody looks at them; accept them at home and commit them"
         );

@@ -51,11 +51,6 @@ pub(super) fn shown_suite(option: &SuiteOption) -> String {
     path.map(|path| format!(" --suite {path}")).unwrap_or_default()
 }
 
-/// Whether a build server runs this, which has nobody to look at pictures.
-pub(super) fn is_ci() -> bool {
-    std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "0" && value != "false")
-}
-
 /// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShotFiles;

@@ -105,7 +105,7 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
     let options = RunOptions {
         filter: args.filter.clone(),
         // Where nobody looks, nothing waits to be looked at; the report holds the pictures.
-        keeps_pending: !super::suite_options::is_ci(),
+        keeps_pending: !suite::is_ci(),
         threads: args.threads.map_or(0, |threads| threads as usize),
     };
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());

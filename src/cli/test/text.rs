@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::progress::one_line;
-use crate::regression::suite::{ShotResult, SuiteResult, folders};
+use crate::regression::suite::{ShotResult, SuiteResult, folders, is_ci};
 use crate::regression::{FolderSummary, FrameStatus, ReportedFrame};
 
 use super::super::understood::counted;
@@ -42,7 +42,7 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: boo
     let can_accept = |picture: &ReportedFrame| {
         matches!(picture.status, FrameStatus::Missing | FrameStatus::Different | FrameStatus::Dangling)
     };
-    if super::super::suite_options::is_ci() {
+    if is_ci() {
         text.push_str("CI is set: nothing is kept to be accepted here");
     } else if result.pictures().any(can_accept) {
         let _ = write!(text, "look, then: rayframe review{suite}, or rayframe accept|reject [NAME]{suite}");

@@ -32,7 +32,7 @@ pub use discover::{ShotReader, SuiteShot, discover};
 pub use junit::junit_xml;
 pub use leftovers::finish;
 pub use page::{folders, report_page};
-pub use pending::{Pending, PendingKind, accept, judge_pending, pending, reject};
+pub use pending::{Pending, PendingKind, accept, is_ci, judge_pending, pending, reject};
 pub use result::{ShotResult, SuiteResult};
 pub use run::{RunOptions, run};
 pub use shell::shell_word;

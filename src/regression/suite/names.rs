@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn pictures_belong_to_shots() {
-        let shots = |name| shots_of_picture(name).collect::<Vec<_>>();
+        let shots = |name: &str| shots_of_picture(name).map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(picture_name("walk", -3, 2), "walk.-003");
         assert_eq!(shots(&picture_name("walk", -3, 2)), ["walk.-003", "walk"]);
         assert_eq!(shots(&picture_name("a/walk", 12, 9)), ["a/walk.0012", "a/walk"]);

@@ -35,6 +35,12 @@ pub enum PendingKind {
     Remove,
 }
 
+/// Whether a build server runs this, which has nobody to look at pictures: the variable `CI` is set, and does not say no. There
+/// nothing should be kept to be accepted, and nothing be accepted.
+pub fn is_ci() -> bool {
+    std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "0" && value != "false")
+}
+
 /// All that waits, in the order of names, of the pictures or shots that `filter` means (see [`super::RunOptions`]).
 ///
 /// # Errors

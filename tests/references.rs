@@ -16,7 +16,7 @@ use rayframe::error::Result;
 use rayframe::regression::suite::{
     RunOptions, ShotResult, Suite, SuiteResult, SuiteShot, discover, finish, is_ci, report_page, test_shot,
 };
-use rayframe::regression::{ReportedFrame, write_report};
+use rayframe::regression::write_report;
 
 #[expect(clippy::print_stderr, reason = "a test says what is wrong")]
 fn main() -> ExitCode {
@@ -53,17 +53,13 @@ fn trial(suite: &Arc<Suite>, shot: &SuiteShot, results: &Arc<Mutex<Vec<ShotResul
     let (suite, shot, results) = (Arc::clone(suite), shot.clone(), Arc::clone(results));
     Trial::test(shot.name.clone(), move || {
         let result = test_shot(&suite, &ShotFiles, &shot, !is_ci(), &CancelFlag::new())?;
-        let messages: Vec<String> = result.pictures.iter().flat_map(described).collect();
+        let messages = result.failures();
         let passes = result.passes();
         if let Ok(mut results) = results.lock() {
             results.push(result);
         }
         if passes { Ok(()) } else { Err(Failed::from(messages.join("\n"))) }
     })
-}
-
-fn described(picture: &ReportedFrame) -> Vec<String> {
-    picture.messages.iter().map(|message| format!("{}: {message}", picture.name)).collect()
 }
 
 /// Writes the page; gives the number of references that no shot asks for.
@@ -75,8 +71,8 @@ fn report(suite: &Suite, shots: &[SuiteShot], mut results: Vec<ShotResult>, seco
     let result = SuiteResult { shots: results, dangling, seconds };
     let page = suite.report.join("index.html");
     write_report(&report_page(suite, &result, "cargo test --release --test references"), &page)?;
-    for line in result.dangling.iter().flat_map(described) {
-        eprintln!("{line}");
+    for picture in &result.dangling {
+        eprintln!("{}: {}", picture.name, picture.messages.join("; "));
     }
     if !result.passes() {
         eprintln!(

@@ -223,7 +223,8 @@ mod tests {
         assert!((red - 1.1).abs() < 1e-4);
         // A hash of the place, between −0.01 and 0.01.
         let grain = |x: f32, y: f32| {
-            let mixed = ((x as u32 * 73_856_093) ^ (y as u32 * 19_349_663)).wrapping_mul(2_654_435_761);
+            let mixed = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
+            let mixed = mixed.wrapping_mul(2_654_435_761);
             ((mixed >> 16) % 1000) as f32 / 50_000.0 - 0.01
         };
         assert_eq!(cause(&picture(|light, x, y| light + grain(x, y))), Some(Cause::Noise));

@@ -9,7 +9,7 @@ use crate::regression::suite::SUITE_FILE;
 
 const SUITE_TEXT: &str = r#"# A suite: `rayframe test` renders what is here and compares it with the pictures in references/.
 # Every scene (.glb, .gltf) is a shot, and every shot file (.toml) that names one; a scene that a shot file names is none by itself.
-# docs/regression.md tells more.
+# docs/suites.md tells more.
 
 references = "references"   # expected pictures, at the paths of the shots
 report = "report"           # index.html goes here when something differs, or nothing

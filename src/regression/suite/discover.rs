@@ -55,7 +55,7 @@ pub fn discover(suite: &Suite, reader: &dyn ShotReader) -> Result<Vec<SuiteShot>
         }
     }
     if shots.is_empty() {
-        let message = "there is neither a shot file (.toml) nor a scene (.glb, .gltf) here; docs/regression.md tells how to begin";
+        let message = "there is neither a shot file (.toml) nor a scene (.glb, .gltf) here; docs/suites.md tells how to begin";
         return Err(Error::invalid(place(&suite.scenes), "", message));
     }
     Ok(shots.into_iter().map(|(name, path)| SuiteShot { name, path }).collect())

@@ -40,6 +40,11 @@ impl ShotResult {
         self.pictures.iter().all(is_passed)
     }
 
+    /// What is wrong, one line each, with the name of the picture.
+    pub fn failures(&self) -> Vec<String> {
+        failures_of(self.pictures.iter())
+    }
+
     /// The folder of the shot, empty for the suite's own.
     pub fn folder(&self) -> &str {
         folder_of(&self.name)
@@ -57,11 +62,22 @@ impl SuiteResult {
         self.shots.iter().flat_map(|shot| &shot.pictures).chain(&self.dangling)
     }
 
+    /// What is wrong, one line each, with the name of the picture.
+    pub fn failures(&self) -> Vec<String> {
+        failures_of(self.pictures())
+    }
+
     /// How many pictures pass, and how many do not.
     pub fn counts(&self) -> (usize, usize) {
         let passed = self.pictures().filter(|picture| is_passed(picture)).count();
         (passed, self.pictures().count() - passed)
     }
+}
+
+fn failures_of<'a>(pictures: impl Iterator<Item = &'a ReportedFrame>) -> Vec<String> {
+    let lines = pictures
+        .flat_map(|picture| picture.messages.iter().map(|message| format!("{}: {message}", picture.name)));
+    lines.collect()
 }
 
 pub(super) fn is_passed(picture: &ReportedFrame) -> bool {

@@ -7,6 +7,8 @@ function showDetails() {
   byId("status").className = "status " + frame.status;
   byId("preset").textContent = "preset " + shot.preset;
   const places = listed();
+  byId("previous").disabled = places.indexOf(state.shot) <= 0;
+  byId("next").disabled = places.indexOf(state.shot) === places.length - 1;
   byId("position").textContent = `${places.indexOf(state.shot) + 1 || "–"} of ${places.length}`;
   byId("messages").replaceChildren(...frame.messages.map((message) => element("li", {}, message)));
   const cause = frame.judgement?.cause;

@@ -52,7 +52,7 @@ function drawn(shot, width) {
   const x = (index) => LEFT + (index + 0.5) * step;
   const bottom = PLOT_STEP + PLOT_HEIGHT + 4;
   const root = vector("svg", { viewBox: `0 0 ${width} 148`, preserveAspectRatio: "none", "aria-hidden": "true" });
-  const band = Math.max(step, 3);
+  const band = Math.min(Math.max(step, 3), 14);
   root.append(vector("rect", { class: "chosen", x: x(state.frame) - band / 2, y: 2, width: band, height: bottom }));
   PLOTS.forEach((plot, row) => root.append(...plotted(shot, plot, { x, top: 4 + row * PLOT_STEP, step, width })));
   const label = (index, anchor) => {

@@ -101,7 +101,7 @@ function tell() {
     if (!picture || x >= picture.width || y >= picture.height) return null;
     return picture.planes.map((plane) => VALUES[plane[y * picture.width + x]]);
   };
-  const text = (list) => list.map((value) => valueText(value).padStart(9)).join("");
+  const text = (list) => list.map((value) => valueText(value).padStart(9)).join("").slice(1);
   const [expected, actual] = [values(view.expected), values(view.actual)];
   const parts = [line("column", `${x}  `), line("expected", expected ? text(expected) : "none"), line("actual  ", actual ? text(actual) : "none")];
   parts[0].append(element("b", {}, "row "), String(y));

@@ -44,7 +44,7 @@ function listItem(index) {
     go(index, worstFrame(shot));
     openList(false);
   });
-  const item = element("li", {});
+  const item = element("li", { className: index === state.shot ? "current" : "" });
   if (report.can_approve) {
     const box = element("input", { type: "checkbox", "aria-label": "Approve " + shot.name });
     showTick(box, all);
@@ -69,7 +69,8 @@ function showKinds() {
     });
     return button;
   });
-  byId("kinds").replaceChildren(...(buttons.length > 1 ? buttons : []));
+  byId("kinds").replaceChildren(...buttons);
+  byId("kinds").hidden = buttons.length < 2;
 }
 
 function openList(on) {
@@ -112,19 +113,21 @@ function folderTable() {
     element("tbody", {}, ...body),
   );
   if (body.length > 1) table.append(element("tfoot", {}, row("td", ...cells("all", sums))));
-  return element("div", { className: "scroll" }, table);
+  return element("div", { className: "scroll narrow" }, table);
 }
 
 function failureTable() {
   const rows = report.shots.map((shot, index) => {
     const worst = shot.frames[worstFrame(shot)];
-    const link = element("button", { type: "button", className: "link" }, shot.name);
+    const link = element("button", { type: "button", className: "link" }, ...nameParts(shot.name));
     link.addEventListener("click", () => go(index, worstFrame(shot)));
-    const flip = worst?.judgement?.flip;
-    const number = (value) => element("td", { className: "number" }, value === undefined ? "" : value.toFixed(4));
+    const largest = (key) => {
+      const values = shot.frames.flatMap((frame) => frame.judgement?.flip?.[key] ?? []);
+      return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
+    };
     const why = worst?.judgement?.cause || worst?.messages[0] || "";
-    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), number(flip?.mean), number(flip?.tile), element("td", {}, why));
+    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", {}, why));
   });
-  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause, or what is wrong"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 }

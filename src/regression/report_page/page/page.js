@@ -159,7 +159,7 @@ function range(id, name, [min, max, by], value, act) {
 /** What the mode has of its own: the slider's place, the rate, the gain, the legend. */
 function showModeTools(mode) {
   const holder = byId("mode-tools");
-  if (holder.dataset.mode === mode && mode !== "heat" && mode !== "flicker") return;
+  if (holder.dataset.mode === mode && (mode === "wipe" || mode === "difference")) return;
   holder.dataset.mode = mode;
   const parts = {
     side: () => [element("span", { className: "quiet" }, view.expected && view.actual ? "Both scroll together; drag to pan." : view.actual ? "There is no reference." : "Nothing was rendered for this reference.")],
@@ -199,7 +199,11 @@ function legend() {
     return label;
   };
   const limit = shownShot().tile_limit;
-  const ticks = [tick(0, "0 same"), ...(limit > 0.12 && limit < 0.8 ? [tick(limit, `▲ tile limit ${limit}`)] : []), tick(1, "1")];
+  const ticks = [tick(0, limit > 0.08 ? "0" : "0 as expected"), tick(1, "1")];
+  if (limit > 0.03 && limit < 0.75) {
+    ticks.splice(1, 0, tick(limit, `▴ limit of the worst tile ${limit}`));
+    ticks[1].className = "limit-at";
+  }
   return element("div", { className: "legend" }, canvas, element("div", { className: "legend-ticks" }, ...ticks));
 }
 
@@ -211,6 +215,7 @@ function connect() {
   on("stops-reset", "click", () => setStops(0));
   on("marker-toggle", "click", () => setMarker(!state.marker));
   on("filter", "input", () => setFilter(byId("filter").value));
+  on("home", "click", () => go(-1, 0));
   on("to-overview", "click", () => (go(-1, 0), openList(false)));
   on("list-toggle", "click", () => openList(!byId("list").classList.contains("open")));
   on("theme", "click", nextTheme);
@@ -239,6 +244,10 @@ function begin() {
   byId("accept-command").replaceChildren(commandBox("rayframe accept --approvals approvals.json", "accept"));
   byId("keys-on").checked = keysAreOn;
   setTheme(THEMES.includes(memory.read("theme")) ? memory.read("theme") : "auto");
+  // Without anything to choose from there is no list.
+  const isAlone = report.shots.length < 2 && !report.can_approve;
+  document.body.classList.toggle("alone", isAlone);
+  byId("home").hidden = !isAlone || report.shots.length === 0;
   recallApprovals();
   connect();
   showKinds();

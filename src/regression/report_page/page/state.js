@@ -25,9 +25,9 @@ const shownFrame = () => shownShot()?.frames[state.frame];
 const fails = (frame) => frame.status !== "passed";
 const failing = (shot) => shot.frames.filter(fails);
 
-/** The frame to begin with: the worst tile, or the first that has no number. */
+/** The frame to begin with: that of the worst tile, or the first failure if none has a number. */
 function worstFrame(shot) {
-  const badness = (frame) => (fails(frame) ? (frame.judgement?.flip?.tile ?? 2) : -1);
+  const badness = (frame) => (fails(frame) ? (frame.judgement?.flip?.tile ?? 0) : -1);
   let worst = 0;
   shot.frames.forEach((frame, index) => {
     if (badness(frame) > badness(shot.frames[worst])) worst = index;

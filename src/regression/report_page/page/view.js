@@ -93,13 +93,14 @@ function makePane(name) {
 /** Sizes of sheets and of the windows that they scroll in. */
 function fit() {
   const tallest = innerWidth > 820 ? Math.min(innerHeight * 0.58, 720) : innerHeight * 0.62;
+  const around = innerWidth > 820 ? 20 : 0;
   for (const pane of view.panes) {
     const { width, height, port, sheet } = pane;
-    pane.scale = state.zoom || Math.max(0.01, Math.min(port.clientWidth / width, tallest / height, 16));
+    pane.scale = state.zoom || Math.max(0.01, Math.min((port.clientWidth - around) / width, (tallest - around) / height, 16));
     sheet.style.width = width * pane.scale + "px";
     sheet.style.height = height * pane.scale + "px";
     sheet.classList.toggle("pixels", pane.scale >= 1);
-    port.style.height = Math.max(120, Math.min(tallest, height * pane.scale)) + (state.zoom ? 14 : 0) + "px";
+    port.style.height = Math.max(120, Math.min(tallest, height * pane.scale + around)) + (state.zoom ? 14 : 0) + "px";
     mark(pane);
   }
   cross();

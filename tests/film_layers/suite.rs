@@ -75,27 +75,27 @@ fn parts_sum_to_the_colour_on_all_scenes() {
         let (plain, layered) = (film(&job, time_seconds, &plain), film(&job, time_seconds, &layered));
         let bits =
             |film: &Film| -> Vec<u32> { film.pixels.as_flattened().iter().map(|c| c.to_bits()).collect() };
-        assert!(bits(&plain) == bits(&layered), "{}: layers change the colour", name);
+        assert!(bits(&plain) == bits(&layered), "{name}: layers change the colour");
 
         let (light, coverage) = (layered.layers.light.unwrap(), layered.layers.coverage.unwrap());
         for (pixel, parts) in layered.pixels.iter().zip(&light) {
             for channel in 0..3 {
                 let sum: f32 = parts.iter().map(|part| part[channel]).sum();
                 let difference = (sum - pixel[channel]).abs();
-                assert!(difference <= 1e-5 * pixel[channel], "{}: {parts:?} are not {pixel:?}", name);
+                assert!(difference <= 1e-5 * pixel[channel], "{name}: {parts:?} are not {pixel:?}");
                 let stored: f32 = parts.iter().map(|part| rounded(part[channel])).sum();
                 let difference = (stored - rounded(pixel[channel])).abs();
                 let allowed = 2.0 * half_ulp(pixel[channel]);
-                assert!(difference <= allowed, "{}: {parts:?} are not {pixel:?}", name);
+                assert!(difference <= allowed, "{name}: {parts:?} are not {pixel:?}");
             }
             for (largest, part) in largest.iter_mut().zip(parts) {
                 *largest = largest.max(part[0]);
             }
         }
         for (pixel, shares) in layered.pixels.iter().zip(&coverage) {
-            assert!(shares.is_sorted_by(|a, b| a.0 < b.0), "{}: {shares:?}", name);
+            assert!(shares.is_sorted_by(|a, b| a.0 < b.0), "{name}: {shares:?}");
             let sum: f32 = shares.iter().map(|&(_, share)| share).sum();
-            assert!(sum <= pixel[3] + 1e-5, "{}: {shares:?} cover {pixel:?}", name);
+            assert!(sum <= pixel[3] + 1e-5, "{name}: {shares:?} cover {pixel:?}");
         }
     }
     // Each part is somewhere.

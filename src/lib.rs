@@ -4,12 +4,15 @@
 //! a time; [`bvh::Builder`] turns the frame's triangles into a [`bvh::Bvh`]; [`render`] runs an [`integrator`]
 //! over tiles into a [`film::Film`]; [`output`] decides what the frame's file contains and [`image_file`] writes it.
 //! [`sequence`] is the only room that renders more than one frame; [`merge`] joins crops that several machines rendered.
+//! [`regression`] compares pictures, and renders suites of shots through [`sequence`] to compare them with references.
 //!
 //! The modules stand in dependency order: each uses only those above it.
 
 pub mod cancel;
 
 pub mod error;
+
+mod settings_file;
 
 pub mod geometry;
 

@@ -1,19 +1,16 @@
 //! Reading a shot file, and the settings of a suite file.
 
 use std::ffi::OsString;
-use std::io::Read as _;
 use std::path::Path;
 
 use clap::{Arg, Command};
 use toml::de::{DeInteger, DeTable, DeValue};
 
-use crate::error::{Error, Result, over_limit};
+use crate::error::{Error, Result};
+use crate::settings_file::{line_of, not_toml, read_text};
 
 use super::form::Form;
 use super::setting::{Origin, Setting, Value, arg_of, rebased, unknown};
-
-/// Largest shot file, bytes; what is larger is something else.
-const MAX_BYTES: u64 = 1 << 20;
 
 /// The table of a shot file that holds limits for comparing its pictures, and no settings.
 const LIMITS: &str = "test";
@@ -38,12 +35,8 @@ impl Source<'_> {
     }
 
     fn table(&self) -> Result<DeTable<'_>> {
-        let table = DeTable::parse(self.text).map_err(|error| {
-            let line = error.span().map_or(1, |span| self.line(span.start));
-            let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-            Error::invalid(self.path, "", format!("line {line}: {message}"))
-        })?;
-        Ok(table.into_inner())
+        let table = DeTable::parse(self.text);
+        Ok(table.map_err(|error| not_toml(self.path, self.text, &error))?.into_inner())
     }
 
     /// The settings of a table, in the order of its lines.
@@ -121,27 +114,6 @@ pub(super) fn read_suite(path: &Path, command: &Command) -> Result<Vec<Setting>>
         return Err(source.wrong(key.span().start, key.get_ref(), why));
     }
     source.settings(command, table)
-}
-
-fn read_text(path: &Path) -> Result<String> {
-    let missing = Error::missing(path);
-    if !std::fs::metadata(path).map_err(missing)?.is_file() {
-        return Err(Error::invalid(path, "", "is not a regular file; name a file"));
-    }
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(missing)?;
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(missing)?;
-    let length = bytes.len() as u64;
-    if length > MAX_BYTES {
-        let size = over_limit(length.into(), MAX_BYTES.into());
-        return Err(Error::refused(path, "", format!("a shot file has at least {size}; name a text")));
-    }
-    String::from_utf8(bytes).map_err(|_| Error::invalid(path, "", "is not a text in UTF-8"))
-}
-
-/// The line in which the byte `at` lies.
-fn line_of(text: &str, at: usize) -> usize {
-    1 + text.bytes().take(at).filter(|&byte| byte == b'\n').count()
 }
 
 /// The value as the option takes it; `None` where it has the wrong form.

@@ -10,7 +10,21 @@
 //! writes. A picture without reference, a reference without picture, another size and whatever the limits do not allow fail.
 //! Nothing here writes a reference but [`accept`], and [`run`] never calls it.
 //!
-//! What a shot file means is for the command line to say: a [`ShotReader`] makes jobs of shots.
+//! What a shot file means is for the command line to say: a [`ShotReader`] makes jobs of shots. A test of another project:
+//!
+//! ```no_run
+//! use rayframe::cancel::CancelFlag;
+//! use rayframe::cli::ShotFiles;
+//! use rayframe::regression::suite::{RunOptions, Suite, is_ci, run};
+//!
+//! # fn main() -> rayframe::error::Result<()> {
+//! let suite = Suite::read("pictures".as_ref())?;
+//! let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
+//! let result = run(&suite, &ShotFiles, &options, &CancelFlag::new(), &|_| {})?;
+//! assert!(result.passes(), "{}", result.failures().join("\n"));
+//! # Ok(())
+//! # }
+//! ```
 
 mod approvals;
 mod discover;

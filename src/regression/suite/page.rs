@@ -14,13 +14,21 @@ pub fn report_page(suite: &Suite, result: &SuiteResult, command: &str) -> Report
     let failed = result.shots.iter().filter(|shot| !shot.passes());
     let mut shots: Vec<ReportedShot> = failed.map(|shot| reported(suite, shot)).collect();
     shots.extend(result.dangling.iter().map(|picture| dangling(suite, picture)));
+    shots.sort_by(|a, b| a.name.cmp(&b.name));
     ReportPage {
-        title: suite.file.parent().unwrap_or(Path::new("")).join("").display().to_string(),
+        title: title(suite),
         command: command.to_owned(),
         folders: folders(result),
         shots,
         can_approve: true,
     }
+}
+
+/// The name of the suite's folder.
+fn title(suite: &Suite) -> String {
+    let folder = suite.file.canonicalize().ok().and_then(|file| Some(file.parent()?.to_owned()));
+    let name = folder.as_deref().and_then(Path::file_name).unwrap_or_default();
+    name.display().to_string()
 }
 
 /// How each folder did, in the order of names.

@@ -7,13 +7,12 @@ use serde::de::IgnoredAny;
 
 use super::limits::{LimitTable, PresetLimits};
 use crate::error::{Error, Result};
+use crate::settings_file::{not_toml, read_text};
 
 /// The name of a suite's file.
 pub const SUITE_FILE: &str = "suite.toml";
 /// Largest reference unless the suite says otherwise, KiB: a thousand pictures are 256 MiB.
 const MAX_REFERENCE_KIB: u64 = 256;
-/// Largest settings file, bytes; what is larger is something else.
-const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// A suite.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,19 +88,8 @@ impl Suite {
 }
 
 fn parse<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T> {
-    let missing = Error::missing(path);
-    let metadata = std::fs::metadata(path).map_err(missing)?;
-    if !metadata.is_file() || metadata.len() > MAX_FILE_BYTES {
-        return Err(Error::invalid(path, "", "is no text of settings; name a file of at most 1 MiB"));
-    }
-    let bytes = std::fs::read(path).map_err(missing)?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::invalid(path, "", "is not a text in UTF-8"))?;
-    toml::from_str(&text).map_err(|error| {
-        let at = error.span().map_or(0, |span| span.start);
-        let line = 1 + text.bytes().take(at).filter(|&byte| byte == b'\n').count();
-        let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-        Error::invalid(path, "", format!("line {line}: {message}"))
-    })
+    let text = read_text(path)?;
+    toml::from_str(&text).map_err(|error| not_toml(path, &text, &error))
 }
 
 #[cfg(test)]

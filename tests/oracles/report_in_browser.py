@@ -2,7 +2,7 @@
 
     cargo build --release
     apt-get install chromium
-    pip install playwright OpenEXR numpy
+    pip install playwright OpenEXR numpy pillow
     python tests/oracles/report_in_browser.py [target/release/rayframe] [report.html of `rayframe test`] [folder for screenshots]
 
 Renders a pair and a sequence that differ, writes their pages with `rayframe diff --report`, and compares what their canvases hold
@@ -24,6 +24,7 @@ import tempfile
 
 import numpy
 import OpenEXR
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -62,9 +63,23 @@ def make_pages():
     render(scene, "new/a.####.exr", "-f", "3", "--light-scale", 1.3)
     render(scene, "new/a.####.exr", "-f", "4", "--light-scale", 1.8)
     (FOLDER / "new/a.0006.exr").unlink()
+    write_png("old.png", numpy.tile(numpy.arange(256, dtype=numpy.uint8), (64, 1)))
+    write_png("new.png", numpy.tile(numpy.arange(256, dtype=numpy.uint8)[::-1], (64, 1)))
+    write_png("small.png", numpy.full((40, 100), 120, dtype=numpy.uint8))
+    broken = halves(FOLDER / "old.exr").astype(numpy.float32)
+    broken[5, 7] = [numpy.nan, 0, 0]
+    broken[5, 8] = [numpy.inf, 0, 0]
+    OpenEXR.File({"type": OpenEXR.scanlineimage}, {"RGB": broken}).write(str(FOLDER / "broken.exr"))
     rayframe("diff", "new.exr", "old.exr", "--report", "pair", codes=(1,))
+    rayframe("diff", "new.png", "old.png", "--report", "display", codes=(1,))
+    rayframe("diff", "small.png", "old.png", "--report", "sizes", codes=(1,))
+    rayframe("diff", "broken.exr", "old.exr", "--layers", "beauty", "--report", "broken", codes=(1,))
     rayframe("diff", "new", "old", "--report", "sequence", codes=(1,))
     rayframe("diff", "old", "old", "--report", "same")
+
+
+def write_png(name, grey):
+    Image.fromarray(numpy.stack([grey, 255 - grey, grey // 2], axis=-1)).save(FOLDER / name)
 
 
 def allow_approvals(page, target):
@@ -188,6 +203,49 @@ def check_pair(browser, folder):
     check("? opens the keys", page.page.locator("#help").is_visible())
     page.page.screenshot(path=SHOTS / "keys_light.png")
     page.press("Escape")
+    page.close()
+
+
+def check_other_pictures(browser, folder):
+    old, new = (numpy.asarray(Image.open(folder / name)).astype(int) for name in ("old.png", "new.png"))
+    page = Page(browser, folder / "display/index.html", "display", color_scheme="light")
+    check("pictures for displays are shown as they are", (page.canvas(0) == old).all() and (page.canvas(1) == new).all())
+    encoded = old / 255
+    light = numpy.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    page.press("-")
+    # Halves next to 1 are 1/2048 apart, so they are up to 1/16 of a step of 255 off.
+    off = numpy.abs(page.canvas(0) - shown(light, -1))
+    check("exposure works on their light", off.max() <= 1 and (off > 0).mean() < 1 / 16, f"{(off > 0).mean():.4f} are a step off")
+    page.close()
+    page = Page(browser, folder / "sizes/index.html", "sizes", color_scheme="light")
+    small = numpy.asarray(Image.open(folder / "small.png")).astype(int)
+    check("other sizes stand side by side", page.canvas(0).shape == old.shape and (page.canvas(1) == small).all())
+    check("and have no difference", page.page.locator("#modes button:disabled").all_inner_texts() == ["Heat map", "Difference"])
+    page.press("2", ".", "3", "f")
+    check("the larger size holds both", page.canvas().shape == old.shape)
+    page.close()
+    page = Page(browser, folder / "broken/index.html", "broken", color_scheme="light")
+    magenta = numpy.argwhere((page.canvas(1) == [255, 0, 255]).all(axis=2)).tolist()
+    check("what is not finite is magenta", magenta == [[5, 7], [5, 8]], magenta)
+    check("and is told", "1 values of R are not a number and 1 infinite" in page.text("#messages"))
+    page.close()
+
+
+def check_left_out(browser, path, target):
+    """The same page as if there had been no room."""
+    text = re.sub(r'(<script type="text/plain" id="picture-\d+">).*?(</script>)', "", path.read_text(), flags=re.S)
+    found = re.search(r'(<script type="application/json" id="data">)(.*?)(</script>)', text, re.S)
+    data = json.loads(found[2])
+    for frame in data["shots"][0]["frames"]:
+        if frame["actual"] or frame["expected"]:
+            frame.update(left_out=True, actual=None, expected=None, errors=None)
+            data["left_out"] += 1
+    target.write_text(text[: found.start(2)] + json.dumps(data).replace("<", "\\u003c") + text[found.end(2) :])
+    page = Page(browser, target, "left out", color_scheme="light")
+    told = page.text("#no-pictures")
+    check("what is left out is told with a command", "left out" in told and "64 MiB" in told and "rayframe diff new/a.0004.exr" in told)
+    page.press("g")
+    check("the overview counts it", "3 frames are left out" in page.text("#overview-note"), page.text("#overview-note"))
     page.close()
 
 
@@ -384,7 +442,9 @@ def main():
         program = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         check_pair(browser, folder)
+        check_other_pictures(browser, folder)
         check_sequence(browser, folder)
+        check_left_out(browser, folder / "sequence/index.html", folder / "left_out.html")
         check_keyboard(browser, folder / "approvals.html")
         check_approvals(browser, SUITE or folder / "approvals.html", SUITE is not None)
         check_phone(browser, SUITE or folder / "approvals.html")

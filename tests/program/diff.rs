@@ -1,5 +1,7 @@
 //! `rayframe diff` through the program: pictures, sequences, layers, maps and exit codes.
 
+mod report;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

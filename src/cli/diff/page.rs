@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{DiffArgs, shown};
 use crate::error::{Error, Result};
 use crate::image_file::probe_folder;
+use crate::regression::suite::shell_word;
 use crate::regression::{
     EncodedPicture, FilePair, FlipMap, FolderSummary, FrameStatus, Judgement, LayeredPicture,
     PICTURE_BUDGET_BYTES, PairedFiles, ReportPage, ReportedFrame, ReportedShot, frame_number, is_sequence,
@@ -166,15 +167,6 @@ fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -
     words.into_iter().map(shell_word).collect::<Vec<_>>().join(" ")
 }
 
-/// A word as a POSIX shell takes it for itself.
-fn shell_word(word: &str) -> String {
-    let is_plain = |character: char| character.is_ascii_alphanumeric() || "_-./=:,+@%".contains(character);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word.to_owned();
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
-}
-
 fn folder(args: &DiffArgs) -> String {
     args.report.as_deref().map(shown).unwrap_or_default()
 }
@@ -182,18 +174,4 @@ fn folder(args: &DiffArgs) -> String {
 /// A path without its ending.
 fn stem(path: &Path) -> String {
     shown(&path.with_extension(""))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn words_of_commands_survive_a_shell() {
-        for (word, text) in
-            [("a/b.exr", "a/b.exr"), ("a.####.exr", "'a.####.exr'"), ("it's", "'it'\\''s'"), ("", "''")]
-        {
-            assert_eq!(shell_word(word), text);
-        }
-    }
 }

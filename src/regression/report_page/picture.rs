@@ -86,7 +86,7 @@ fn pack_colors(colors: &[[f32; 3]], width: usize) -> Vec<u8> {
 
 /// The value that a value is told from.
 fn before<T: Copy>(plane: &[T], at: usize, width: usize) -> Option<T> {
-    let distance = if at % width.max(1) == 0 { width } else { 1 };
+    let distance = if at.is_multiple_of(width) { width } else { 1 };
     at.checked_sub(distance).map(|before| plane[before])
 }
 

@@ -37,8 +37,17 @@ function byteTable(isLight, stops) {
   return exposed.tables[isLight];
 }
 
+/** The last image that was made of something, made anew where it is asked for otherwise. */
+const images = new WeakMap();
+function lastImage(source, key, make) {
+  if (images.get(source)?.key !== key) images.set(source, { key, image: make() });
+  return images.get(source).image;
+}
+
+const shownPicture = (picture, stops) => lastImage(picture, stops, () => exposedPicture(picture, stops));
+
 /** A picture as it is shown; what is not finite is magenta. */
-function shownPicture(picture, stops) {
+function exposedPicture(picture, stops) {
   const image = new ImageData(picture.width, picture.height);
   const [table, [r, g, b], data] = [byteTable(picture.isLight, stops), picture.planes, image.data];
   for (let at = 0, to = 0; at < r.length; at++, to += 4) {
@@ -74,8 +83,17 @@ function shownDifference(expected, actual, stops) {
   return image;
 }
 
-function shownErrors(errors, width, height) {
+const shownErrors = (errors, width, height) => lastImage(errors, "errors", () => coloredErrors(errors, width, height));
+
+function coloredErrors(errors, width, height) {
   const image = new ImageData(width, height);
-  errors.forEach((error, at) => image.data.set([...report.magma[error], 255], at * 4));
+  const data = image.data;
+  for (let at = 0, to = 0; at < errors.length; at++, to += 4) {
+    const color = report.magma[errors[at]];
+    data[to] = color[0];
+    data[to + 1] = color[1];
+    data[to + 2] = color[2];
+    data[to + 3] = 255;
+  }
   return image;
 }

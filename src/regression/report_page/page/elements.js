@@ -34,7 +34,7 @@ function commandBox(command, name) {
     say(button.textContent);
     setTimeout(() => (button.textContent = "Copy"), 1600);
   });
-  return element("div", { className: "command" }, element("pre", { tabIndex: 0 }, text), button);
+  return element("div", { className: "command" }, element("pre", {}, text), button);
 }
 
 /** Where a page may not write to the clipboard, the text is selected instead. */

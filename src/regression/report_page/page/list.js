@@ -126,7 +126,7 @@ function failureTable() {
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
     const why = worst?.judgement?.cause || worst?.messages[0] || "";
-    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", {}, why));
+    return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
   const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause, or what is wrong"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));

@@ -30,7 +30,12 @@ function go(shot, frame) {
 }
 
 function goByHash() {
-  const name = decodeURIComponent(location.hash.slice(1));
+  let name = "";
+  try {
+    name = decodeURIComponent(location.hash.slice(1));
+  } catch {
+    // It was typed by hand.
+  }
   const shot = report.shots.findIndex((one) => one.frames.some((frame) => frame.name === name));
   if (shot < 0) return go(-1, 0);
   go(shot, report.shots[shot].frames.findIndex((frame) => frame.name === name));
@@ -236,7 +241,8 @@ function connect() {
 
 function begin() {
   byId("app").hidden = false;
-  byId("title").textContent = report.title;
+  byId("title").textContent = report.title || "report";
+  byId("hint").hidden = report.shots.length === 0;
   byId("counts").replaceChildren(
     element("span", { className: total("failed") > 0 ? "bad" : "quiet" }, `${total("failed")} failed`),
     element("span", { className: "good" }, `${total("passed")} passed`),

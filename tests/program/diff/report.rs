@@ -1,0 +1,107 @@
+//! What `rayframe diff` writes for others: JSON as its schema says, and the page.
+
+use serde_json::Value;
+
+use super::{Stage, json, rayframe};
+use crate::progress::schema::Schema;
+
+#[test]
+fn json_is_as_its_schema_says() {
+    let stage = Stage::new();
+    let schema = Schema::read("diff");
+    let a = stage.square("a.exr", (40, 24), 4);
+    let b = stage.square("b.exr", (40, 24), 24);
+    let wide = stage.square("wide.exr", (48, 24), 4);
+    let broken = stage.at("broken.exr");
+    // What we write is finite; other programs write what they like.
+    let pixel = |x: usize, _: usize| (0.2_f32, if x == 7 { f32::INFINITY } else { 0.2 }, f32::NAN, 1.0_f32);
+    exr::prelude::write_rgba_file(&broken, 40, 24, pixel).unwrap();
+    for frame in [1, 2, 3] {
+        stage.square(&format!("new/a.{frame:04}.exr"), (40, 24), 4 * frame);
+    }
+    stage.square("old/a.0002.exr", (40, 24), 4);
+    stage.square("old/a.0004.exr", (40, 24), 4);
+    let (new, old) = (stage.at("new"), stage.at("old"));
+    let lit = stage.rendered("lit.exr", "light/point.gltf", |_| {}, &[]);
+    let brighter = stage.rendered("brighter.exr", "light/point.gltf", |_| {}, &["--light-scale", "1.3"]);
+    let pairs = [[&a, &a], [&b, &a], [&wide, &a], [&broken, &a], [&new, &old], [&lit, &a], [&brighter, &lit]];
+    let is_faulty = |actual: &String| [&wide, &broken, &lit].contains(&actual);
+    for [actual, reference] in pairs {
+        for preset in ["exact", "strict", "visual", "noisy"] {
+            let report = json(&rayframe(&["diff", actual, reference, "--preset", preset, "--json"]));
+            schema.check(&report);
+            assert_eq!(
+                report["frames"][0]["faults"].as_array().unwrap().is_empty(),
+                !is_faulty(actual),
+                "{actual}"
+            );
+            // What the schema lets pass is not everything.
+            for (name, value) in [("schema", 2.into()), ("preset", "loose".into()), ("same", Value::Null)] {
+                let mut wrong = report.clone();
+                wrong[name] = value;
+                assert!(!schema.accepts(&wrong), "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_report_is_one_page_that_holds_the_pictures() {
+    let stage = Stage::new();
+    let a = stage.square("a.exr", (40, 24), 4);
+    let b = stage.square("b.exr", (40, 24), 24);
+    let folder = stage.at("deep/report");
+    let output = rayframe(&["diff", &b, &a, "--report", &folder]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let page = report_page(&folder);
+    let shot = &page["shots"][0];
+    assert_eq!((&page["can_approve"], &page["folders"][0]["failed"]), (&false.into(), &1.into()));
+    assert_eq!(shot["frames"][0]["actual"]["width"], 40);
+    assert_eq!(shot["frames"][0]["status"], "different");
+    let command = format!("rayframe diff {b} {a} --preset visual --json");
+    assert!(shot["commands"].as_array().unwrap().iter().any(|named| named[1] == command.as_str()), "{shot}");
+    // Twice the same, byte for byte.
+    let bytes = std::fs::read(format!("{folder}/index.html")).unwrap();
+    rayframe(&["diff", &b, &a, "--report", &folder]);
+    assert!(bytes == std::fs::read(format!("{folder}/index.html")).unwrap());
+    assert_eq!(rayframe(&["diff", &a, &a, "--report", &folder]).status.code(), Some(0));
+    let page = report_page(&folder);
+    assert_eq!((page["shots"].as_array().map(Vec::len), &page["folders"][0]["passed"]), (Some(0), &1.into()));
+    // A page that cannot be written is refused before anything is compared.
+    let output = rayframe(&["diff", &stage.at("gone.exr"), &a, "--report", &format!("{a}/report")]);
+    assert_eq!(output.status.code(), Some(73), "{output:?}");
+    assert_eq!(rayframe(&["diff", &a, &a, "--report", ""]).status.code(), Some(2));
+}
+
+#[test]
+fn a_report_of_a_sequence_has_all_frames_and_those_without_a_counterpart() {
+    let stage = Stage::new();
+    for (frame, column) in [(1, 4), (2, 24), (4, 4)] {
+        stage.square(&format!("new/a.{frame:04}.exr"), (40, 24), column);
+    }
+    for frame in [1, 2, 3] {
+        stage.square(&format!("old/a.{frame:04}.exr"), (40, 24), 4);
+    }
+    let folder = stage.at("report");
+    let output = rayframe(&["diff", &stage.at("new/a.####.exr"), &stage.at("old"), "--report", &folder]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let page = report_page(&folder);
+    let frames = page["shots"][0]["frames"].as_array().unwrap();
+    let told: Vec<_> =
+        frames.iter().map(|frame| (frame["frame"].as_i64(), frame["status"].as_str())).collect();
+    let wanted = [(1, "passed"), (2, "different"), (3, "dangling"), (4, "missing")];
+    assert_eq!(told, wanted.map(|(frame, status)| (Some(frame), Some(status))));
+    let has = |frame: usize, side: &str| !frames[frame][side].is_null();
+    let pictures = [0, 1, 2, 3].map(|frame| (has(frame, "expected"), has(frame, "actual")));
+    assert_eq!(pictures, [(false, false), (true, true), (true, false), (false, true)]);
+    assert_eq!((has(0, "judgement"), has(1, "errors"), has(3, "judgement")), (true, true, false));
+    assert!(page["shots"][0]["commands"][0][1].as_str().unwrap().contains("a.0002.exr"));
+}
+
+/// The data of a page.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn report_page(folder: &str) -> Value {
+    let text = std::fs::read_to_string(format!("{folder}/index.html")).unwrap();
+    let (_, rest) = text.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}

@@ -8,7 +8,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
 use rayframe::output::ExrOutput;
-use rayframe::regression::Picture;
+use rayframe::regression::LayeredPicture;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
     Animation, AnimationIndex, AnimationTarget, CameraChoice, Channel, Environment, Interpolation, Keyframes,
@@ -92,8 +92,8 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
     let plan = Plan::new(&job).unwrap();
     plan.prepare().unwrap();
     run(&job, &plan, &CancelFlag::new(), &|_| ()).outcome().unwrap();
-    let picture = Picture::read(&folder.path().join("a.0001.exr")).unwrap();
-    picture.pixels.iter().map(|pixel| pixel[0]).collect()
+    let picture = LayeredPicture::read(&folder.path().join("a.0001.exr")).unwrap();
+    picture.rgba().unwrap().iter().map(|pixel| pixel[0]).collect()
 }
 
 #[test]

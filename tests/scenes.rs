@@ -1,9 +1,11 @@
-//! The scenes in `scenes/` are what `examples/make_scenes` writes, byte for byte, and nothing else lies there.
+//! The suite in `scenes/` is what `examples/make_scenes` writes, byte for byte, and nothing else lies there.
 
 #[path = "../examples/make_scenes/main.rs"]
 mod make_scenes;
 
 use std::path::Path;
+
+use rayframe::regression::{LayeredPicture, are_identical};
 
 #[test]
 fn every_file_is_reproduced() {
@@ -33,5 +35,16 @@ fn scenes_are_small() {
     for (path, content) in make_scenes::all_scenes().unwrap() {
         let limit = if path.starts_with("demo") { 1_500_000 } else { 60_000 };
         assert!(content.len() < limit, "{}: {} bytes", path.display(), content.len());
+    }
+}
+
+/// However geometry and images are packed, without loss the picture is that of the plain file to the last bit.
+#[test]
+fn packed_scenes_look_as_the_plain_one() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_images/storage");
+    let picture = |name: &str| LayeredPicture::read(&folder.join(format!("{name}.exr"))).unwrap();
+    let plain = picture("plain");
+    for name in ["meshopt_ext", "meshopt_khr", "draco", "webp", "basis_uastc", "basis_etc1s"] {
+        assert!(are_identical(&picture(name), &plain), "{name}");
     }
 }

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::process::Command;
 
-use rayframe::regression::{Picture, Tolerance, compare};
+use rayframe::regression::{LayeredPicture, Preset, judge};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Renders a scene of `environment/` as reference pictures are, with options; a name of a picture stands for its path.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn render(scene: &str, options: &[&str]) -> Picture {
+fn render(scene: &str, options: &[&str]) -> LayeredPicture {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.exr");
     let pictures = Path::new(ROOT).join("scenes/environment");
@@ -26,7 +26,7 @@ fn render(scene: &str, options: &[&str]) -> Picture {
         .output()
         .unwrap();
     assert!(output.status.success(), "{scene}: {}", String::from_utf8_lossy(&output.stderr));
-    Picture::read(&file).unwrap()
+    LayeredPicture::read(&file).unwrap()
 }
 
 #[test]
@@ -42,20 +42,21 @@ fn options_make_the_reference_pictures() {
     ] {
         let reference =
             Path::new(ROOT).join("reference_images/environment").join(scene).with_extension("exr");
-        let verdict =
-            compare(&render(scene, options), &Picture::read(&reference).unwrap(), &Tolerance::EXACT);
-        assert!(verdict.is_pass(), "{scene} {options:?}: {verdict}");
+        let reference = LayeredPicture::read(&reference).unwrap();
+        let judgement = judge(&render(scene, options), &reference, &Preset::Exact.limits());
+        assert!(judgement.passes(), "{scene} {options:?}: {}", judgement.failures().join("\n"));
     }
 }
 
 #[test]
 fn a_picture_may_stand_behind_another_light() {
     let seen = render("picture", &["--env", "0,0,0", "--background", "quarters.hdr@90"]);
-    let corner = seen.pixels[0];
+    let pixels = seen.rgba().unwrap();
+    let corner = pixels[0];
     // Turned by 90°, blue lies to the left: (0.125, 0.25, 0.75).
     assert_eq!(corner, [0.125, 0.25, 0.75, 1.0]);
     // The balls are black before it.
-    let middle = seen.pixels[45 * 160 + 80];
+    let middle = pixels[45 * 160 + 80];
     assert_eq!(middle, [0.0, 0.0, 0.0, 1.0]);
 }
 

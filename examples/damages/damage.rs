@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use rayframe::cancel::CancelFlag;
+use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::error::Result;
-use rayframe::regression::{Picture, SceneRenderer};
+use rayframe::frame::Frame;
+use rayframe::regression::{LayeredPicture, ValueRange};
 use rayframe::scene::{AnimationTarget, NodeIndex, Scene};
+use rayframe::sequence::film_of;
 
 use crate::pictures::{changed_on_display, gaussian};
 
@@ -13,6 +16,8 @@ use crate::pictures::{changed_on_display, gaussian};
 const SIZE: (u32, u32) = (288, 162);
 /// Samples a pixel.
 const SAMPLES: u32 = 4;
+/// When all pictures are taken, seconds.
+const TIME_SECONDS: f64 = 0.5;
 
 /// One damage, the scene that it is done to, and the picture before and after.
 pub(crate) struct Damage {
@@ -20,12 +25,12 @@ pub(crate) struct Damage {
     pub(crate) scene: &'static str,
     /// Whether a person would have to look for it.
     pub(crate) is_small: bool,
-    pub(crate) intact: Picture,
-    pub(crate) damaged: Picture,
+    pub(crate) intact: LayeredPicture,
+    pub(crate) damaged: LayeredPicture,
 }
 
-/// What is done to pixels.
-type Change = fn(&mut Picture);
+/// What is done to pixels, row by row.
+type Change = fn(&mut [[f32; 4]]);
 /// What is done to a scene.
 type Edit = fn(&mut Scene);
 
@@ -56,25 +61,23 @@ pub(crate) fn all(scenes: &Path) -> Result<Vec<Damage>> {
     for scene in [DEMO, BALLS] {
         let intact = render(scenes, scene, |_| {})?;
         for (name, is_small, change) in CHANGES {
-            let mut damaged = intact.clone();
-            change(&mut damaged);
-            damages.push(Damage {
-                name,
-                scene,
-                is_small,
-                intact: intact.clone(),
-                damaged: damaged.as_stored(),
-            });
+            let mut pixels = intact.rgba().unwrap_or_default();
+            change(&mut pixels);
+            let damaged = LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels).as_halves();
+            damages.push(Damage { name, scene, is_small, intact: intact.clone(), damaged });
         }
     }
     Ok(damages)
 }
 
-fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<Picture> {
-    let mut renderer = SceneRenderer::open(&scenes.join(scene).with_extension("gltf"))?;
-    edit(renderer.scene_mut());
-    let (picture, _) = renderer.render(0.5, SIZE, SAMPLES, &CancelFlag::new())?;
-    Ok(picture.as_stored())
+fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<LayeredPicture> {
+    let path = scenes.join(scene).with_extension("gltf");
+    let overrides = [format!("resolution={}x{}", SIZE.0, SIZE.1), format!("samples={SAMPLES}")];
+    let mut job = shot_job(&ShotRequest { path: &path, suite: None, overrides: &overrides })?.sequence;
+    edit(&mut job.scene);
+    let frame = Frame::at(&job.scene, &job.selection, TIME_SECONDS);
+    let (film, _) = film_of(&job, &frame, &job.render, &CancelFlag::new())?;
+    Ok(LayeredPicture::of_film(&film).as_halves())
 }
 
 /// The third ball is the fifth node.
@@ -104,23 +107,23 @@ fn bend_joint(scene: &mut Scene) {
 }
 
 /// A square that is half as bright.
-fn speck(picture: &mut Picture) {
-    let width = picture.size.0 as usize;
+fn speck(pixels: &mut [[f32; 4]]) {
+    let width = SIZE.0 as usize;
     for (y, x) in (101..107).flat_map(|y| (131..137).map(move |x| (y, x))) {
-        for value in &mut picture.pixels[y * width + x][..3] {
+        for value in &mut pixels[y * width + x][..3] {
             *value *= 0.5;
         }
     }
 }
 
-fn shift(picture: &mut Picture) {
-    for row in picture.pixels.chunks_exact_mut(picture.size.0 as usize) {
+fn shift(pixels: &mut [[f32; 4]]) {
+    for row in pixels.chunks_exact_mut(SIZE.0 as usize) {
         row.copy_within(..row.len() - 1, 1);
     }
 }
 
-fn noise(picture: &mut Picture) {
-    for (at, pixel) in picture.pixels.iter_mut().enumerate() {
+fn noise(pixels: &mut [[f32; 4]]) {
+    for (at, pixel) in pixels.iter_mut().enumerate() {
         for (channel, value) in pixel[..3].iter_mut().enumerate() {
             let offset = 0.01 * gaussian((at * 3 + channel) as u32);
             *value = changed_on_display(*value, |shown| shown + offset);
@@ -128,8 +131,8 @@ fn noise(picture: &mut Picture) {
     }
 }
 
-fn exposure(picture: &mut Picture) {
-    for pixel in &mut picture.pixels {
+fn exposure(pixels: &mut [[f32; 4]]) {
+    for pixel in pixels {
         for value in &mut pixel[..3] {
             *value *= 1.02;
         }

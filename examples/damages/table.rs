@@ -7,7 +7,7 @@ use rayframe::error::Result;
 use rayframe::regression::{ChannelValues, Judgement, LayeredPicture, Preset, judge};
 
 use crate::damage::{Damage, all};
-use crate::pictures::{display, light};
+use crate::pictures::display;
 
 /// What Blender's render tests allow: a channel off by this, in display values, …
 const IDIFF_FAIL: f32 = 0.016;
@@ -36,7 +36,7 @@ pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
     for damage in all(scenes)? {
         let displays = [display(&damage.damaged), display(&damage.intact)];
         let idiff_share = share_beyond(&displays, IDIFF_FAIL);
-        let lights = [light(&damage.damaged), light(&damage.intact)];
+        let lights = [&damage.damaged, &damage.intact].map(Clone::clone);
         rows.push(row(&damage, "EXR", &lights, idiff_share));
         rows.push(row(&damage, "PNG", &displays, idiff_share));
     }

@@ -3,16 +3,12 @@
 //! Layers are recognised by the names that our own files give them (README, "Layers"); channels of other programs make layers
 //! named by what stands before their last dot.
 
-use std::path::Path;
-
 use super::flip::linear_from_srgb;
-use crate::error::{Error, Result};
-use crate::image_file::{ExrSamples, decode_exr_channels, decode_png_values, read_environment};
+use crate::film::Film;
+use crate::image_file::half_from_f32;
 
 /// The name of the layer of R, G, B and A.
 pub const BEAUTY: &str = "beauty";
-/// Bytes that a decoded picture may take.
-const MAX_MEMORY_BYTES: u64 = 4 << 30;
 
 /// What the values of the colours mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,34 +64,25 @@ impl LayeredPicture {
         Self { picture_size: size, origin: (0, 0), size, range, channels }
     }
 
-    /// Reads an OpenEXR, PNG or Radiance file; which it is is told by its first bytes.
-    ///
-    /// # Errors
-    /// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is none of these or damaged,
-    /// [`Error::Refused`] when it would take too much memory.
-    pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-        if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            return from_exr(path, &bytes);
+    /// The colours of a film.
+    pub fn of_film(film: &Film) -> Self {
+        let window = film.window;
+        let held = Self::of_pixels((window.width(), window.height()), ValueRange::Light, &film.pixels);
+        Self { picture_size: film.resolution, origin: (window.x0, window.y0), ..held }
+    }
+
+    /// The picture that an OpenEXR file of halves holds: each number becomes the nearest half. What is not finite stays, so that a
+    /// comparison sees it.
+    #[must_use]
+    pub fn as_halves(mut self) -> Self {
+        for channel in &mut self.channels {
+            if let ChannelValues::Numbers(values) = &mut channel.values {
+                for value in values.iter_mut().filter(|value| value.is_finite()) {
+                    *value = half_from_f32(*value).to_f32();
+                }
+            }
         }
-        if bytes.starts_with(b"\x89PNG") {
-            let picture = decode_png_values(path, &bytes, MAX_MEMORY_BYTES)?;
-            return Ok(Self::of_pixels(picture.size, ValueRange::Display, &picture.pixels));
-        }
-        if bytes.starts_with(b"#?") {
-            let picture = read_environment(path, &bytes, MAX_MEMORY_BYTES)?;
-            let pixels: Vec<_> = picture.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
-            let size = (picture.width, picture.height);
-            return Ok(Self::of_pixels(size, ValueRange::Light, &pixels));
-        }
-        if bytes.starts_with(b"version https://git-lfs") {
-            return Err(Error::invalid(
-                path,
-                "",
-                "only says where Git LFS keeps the picture; run git lfs pull",
-            ));
-        }
-        Err(Error::invalid(path, "", "is neither an OpenEXR, a PNG nor a Radiance .hdr file"))
+        self
     }
 
     /// The channel called `name`.
@@ -148,17 +135,28 @@ impl LayeredPicture {
         self
     }
 
+    fn numbers(&self, name: &str) -> Option<&Vec<f32>> {
+        match &self.channel(name)?.values {
+            ChannelValues::Numbers(values) => Some(values),
+            ChannelValues::Ids(_) => None,
+        }
+    }
+
+    /// R, G, B and A of each pixel as they are; without A all is opaque. `None` without colours.
+    pub fn rgba(&self) -> Option<Vec<[f32; 4]>> {
+        let (r, g, b) = (self.numbers("R")?, self.numbers("G")?, self.numbers("B")?);
+        let alpha = self.numbers("A");
+        let alpha = |at: usize| alpha.and_then(|alpha| alpha.get(at)).copied().unwrap_or(1.0);
+        Some((0..r.len()).map(|at| [r[at], g[at], b[at], alpha(at)]).collect())
+    }
+
     /// The colours as they are seen over black; a picture of `Y` alone is grey. `None` without colours.
     pub fn colors(&self) -> Option<Vec<[f32; 3]>> {
-        let numbers = |name: &str| match self.channel(name).map(|channel| &channel.values) {
-            Some(ChannelValues::Numbers(values)) => Some(values),
-            _ => None,
-        };
-        let color = |name: &str| numbers(name).or_else(|| numbers("Y"));
+        let color = |name| self.numbers(name).or_else(|| self.numbers("Y"));
         let (r, g, b) = (color("R")?, color("G")?, color("B")?);
         let opaque = Vec::new();
         let alpha = match self.range {
-            ValueRange::Display => numbers("A").unwrap_or(&opaque),
+            ValueRange::Display => self.numbers("A").unwrap_or(&opaque),
             ValueRange::Light => &opaque,
         };
         let pixel = |at: usize| {
@@ -183,63 +181,31 @@ pub fn layer_of(channel: &str) -> &str {
     }
 }
 
-fn from_exr(path: &Path, bytes: &[u8]) -> Result<LayeredPicture> {
-    let picture = decode_exr_channels(path, bytes, MAX_MEMORY_BYTES)?;
-    let mut channels: Vec<_> = picture
-        .channels
-        .into_iter()
-        .map(|channel| NamedChannel {
-            name: channel.name,
-            values: match channel.samples {
-                ExrSamples::Half(values) => {
-                    ChannelValues::Numbers(values.into_iter().map(half::f16::to_f32).collect())
-                }
-                ExrSamples::Float(values) => ChannelValues::Numbers(values),
-                ExrSamples::Uint(values) => ChannelValues::Ids(values),
-            },
-        })
-        .collect();
-    channels.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(LayeredPicture {
-        picture_size: picture.picture_size,
-        origin: picture.origin,
-        size: picture.size,
-        range: ValueRange::Light,
-        channels,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image_file::{ExrChannel, ExrCompression, ExrPicture, encode_exr_picture};
-    use crate::regression::picture::attributes;
+    use crate::film::PixelWindow;
 
     #[test]
-    fn all_kinds_of_channels_come_back_with_their_window() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.exr");
-        let half = half::f16::from_f32;
-        let picture = ExrPicture {
-            picture_size: (6, 5),
-            origin: (3, 1),
-            size: (2, 1),
-            channels: vec![
-                ExrChannel { name: "object_id".into(), samples: ExrSamples::Uint(vec![7, u32::MAX]) },
-                ExrChannel { name: "R".into(), samples: ExrSamples::Half(vec![half(0.5), half(f32::NAN)]) },
-                ExrChannel { name: "Z".into(), samples: ExrSamples::Float(vec![1.5, f32::INFINITY]) },
-            ],
-            compression: ExrCompression::Zip,
-        };
-        std::fs::write(&path, encode_exr_picture(picture, &attributes(0, 0.0)).unwrap()).unwrap();
-        let back = LayeredPicture::read(&path).unwrap();
-        assert_eq!((back.picture_size, back.origin, back.size), ((6, 5), (3, 1), (2, 1)));
-        assert_eq!(back.layers(), [BEAUTY, "depth", "object_id"]);
-        assert_eq!(back.channels[1].values, ChannelValues::Numbers(vec![1.5, f32::INFINITY]));
-        assert_eq!(back.channels[2].values, ChannelValues::Ids(vec![7, u32::MAX]));
-        assert!(back.colors().is_none());
-        std::fs::write(&path, "hello").unwrap();
-        assert_eq!(LayeredPicture::read(&path).unwrap_err().exit_code(), 65);
+    fn films_become_colours_in_their_window() {
+        let mut film = Film::new((6, 5), PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 });
+        film.pixels = vec![[0.1, 0.2, 0.3, 1.0], [f32::INFINITY, 1e6, 0.0, 0.5]];
+        let picture = LayeredPicture::of_film(&film);
+        assert_eq!((picture.picture_size, picture.origin, picture.size), ((6, 5), (3, 1), (2, 1)));
+        assert_eq!(picture.rgba().unwrap(), film.pixels);
+        // Halves have 11 bits, 2⁻¹⁴ apart at 0.1: 1638 · 2⁻¹⁴. The largest one is 65504.
+        let stored = picture.as_halves().rgba().unwrap();
+        assert_eq!((stored[0][0], stored[0][3]), (1638.0 / 16384.0, 1.0));
+        assert_eq!(stored[1], [f32::INFINITY, 65504.0, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn without_alpha_all_is_opaque_and_without_colours_there_is_nothing() {
+        let mut picture = LayeredPicture::of_pixels((1, 1), ValueRange::Light, &[[0.1, 0.2, 0.3, 0.4]]);
+        picture.channels.retain(|channel| channel.name != "A");
+        assert_eq!(picture.rgba().unwrap(), [[0.1, 0.2, 0.3, 1.0]]);
+        picture.channels.retain(|channel| channel.name != "G");
+        assert_eq!(picture.rgba(), None);
     }
 
     #[test]

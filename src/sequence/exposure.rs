@@ -1,14 +1,14 @@
 //! The exposure of tone-mapped files, fixed over the animation whatever frames are asked for.
 
-use crate::bvh::{Builder, PrimitiveFlags};
+use crate::bvh::PrimitiveFlags;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::output::{auto_exposure_ev, covers_enough};
-use crate::render::{RenderInput, RenderSettings, render_frame};
+use crate::render::RenderSettings;
 
 use super::job::duration_seconds;
-use super::{Exposure, SequenceJob};
+use super::{Exposure, SequenceJob, film_of};
 
 /// Size of the renders that are looked at.
 const LOOK_SIZE: (u32, u32) = (64, 36);
@@ -47,16 +47,12 @@ fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result
     };
     let duration = f64::from(duration_seconds(&job.scene, &job.selection));
     let times = if duration > 0.0 { LOOK_TIMES } else { 1 };
-    let mut builder = Builder::default();
     let mut films = Vec::new();
     for step in 0..times {
         let time_seconds = duration * f64::from(step) / f64::from(LOOK_TIMES - 1);
         let mut frame = Frame::at(&job.scene, &job.selection, time_seconds);
         hide_shadow_catchers(&mut frame);
-        let bvh = builder.build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-        let input =
-            RenderInput { scene: &job.scene, frame: &frame, bvh: &bvh, environment: &job.environment };
-        films.push(render_frame(&input, &settings, cancel, &|_| ())?.0);
+        films.push(film_of(job, &frame, &settings, cancel)?.0);
     }
     Ok(films)
 }

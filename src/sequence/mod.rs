@@ -6,6 +6,7 @@
 mod event;
 mod existing;
 mod exposure;
+mod film_of;
 mod frame_loop;
 mod frames;
 mod job;
@@ -24,6 +25,7 @@ mod writer;
 pub use event::SequenceEvent;
 pub use existing::ExistingFiles;
 pub use exposure::exposure_ev;
+pub use film_of::film_of;
 pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};

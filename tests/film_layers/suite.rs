@@ -3,9 +3,12 @@
 use std::path::Path;
 
 use rayframe::cancel::CancelFlag;
+use rayframe::cli::{ShotFiles, ShotRequest, shot_job};
 use rayframe::film::{Film, LayerRequest, LightPart, PixelWindow};
-use rayframe::regression::{SceneRenderer, discover};
+use rayframe::frame::Frame;
+use rayframe::regression::suite::{Suite, discover};
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, PixelFilter, RenderSettings};
+use rayframe::sequence::{SequenceJob, film_of};
 
 const ALL: LayerRequest = LayerRequest { light: true, centres: true, coverage: true };
 
@@ -13,14 +16,38 @@ fn scenes() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
 }
 
-fn settings(resolution: (u32, u32), samples: u32) -> RenderSettings {
+/// What `rayframe test` makes of a shot.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn job(path: &Path) -> SequenceJob {
+    let suite = scenes().join("suite.toml");
+    shot_job(&ShotRequest { path, suite: Some(&suite), overrides: &[] }).unwrap().sequence
+}
+
+/// Every picture of the suite: its shot's name and job, and its time in seconds.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn pictures() -> impl Iterator<Item = (String, SequenceJob, f64)> {
+    let shots = discover(&Suite::read(&scenes()).unwrap(), &ShotFiles).unwrap();
+    shots.into_iter().flat_map(|shot| {
+        let job = job(&shot.path);
+        let times: Vec<f64> = job.frames.iter().map(|&frame| job.rate.time_seconds(frame)).collect();
+        times.into_iter().map(move |time_seconds| (shot.name.clone(), job.clone(), time_seconds))
+    })
+}
+
+/// The job of a scene, whatever its shot file says.
+fn scene_job(name: &str) -> SequenceJob {
+    job(&scenes().join(name).with_extension("gltf"))
+}
+
+fn settings(job: &SequenceJob, resolution: (u32, u32), samples: u32) -> RenderSettings {
     let window = PixelWindow::full(resolution.0, resolution.1);
-    RenderSettings { resolution, window, samples, ..RenderSettings::default() }
+    RenderSettings { resolution, window, samples, ..job.render.clone() }
 }
 
 #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
-fn film(scene: &SceneRenderer, time_seconds: f64, settings: &RenderSettings) -> Film {
-    scene.render_film(time_seconds, settings, &CancelFlag::new()).unwrap().0
+fn film(job: &SequenceJob, time_seconds: f64, settings: &RenderSettings) -> Film {
+    let frame = Frame::at(&job.scene, &job.selection, time_seconds);
+    film_of(job, &frame, settings, &CancelFlag::new()).unwrap().0
 }
 
 /// The distance of halves around `value`: 11 significant bits, down to 2⁻²⁴.
@@ -41,36 +68,34 @@ fn rounded(value: f32) -> f32 {
 /// exponent (half a unit of rounding), up to three the one below (a quarter each), and the colour is rounded, too.
 #[test]
 fn parts_sum_to_the_colour_on_all_scenes() {
-    let plain = settings((16, 9), 2);
-    let layered = RenderSettings { layers: ALL, ..plain.clone() };
     let mut largest = [0.0_f32; 6];
-    for shot in discover(&scenes()).unwrap() {
-        let scene = SceneRenderer::open(&shot.scene).unwrap();
-        let time_seconds = f64::from(shot.frame) / 24.0;
-        let (plain, layered) = (film(&scene, time_seconds, &plain), film(&scene, time_seconds, &layered));
+    for (name, job, time_seconds) in pictures() {
+        let plain = settings(&job, (16, 9), 2);
+        let layered = RenderSettings { layers: ALL, ..plain.clone() };
+        let (plain, layered) = (film(&job, time_seconds, &plain), film(&job, time_seconds, &layered));
         let bits =
             |film: &Film| -> Vec<u32> { film.pixels.as_flattened().iter().map(|c| c.to_bits()).collect() };
-        assert!(bits(&plain) == bits(&layered), "{}: layers change the colour", shot.name);
+        assert!(bits(&plain) == bits(&layered), "{name}: layers change the colour");
 
         let (light, coverage) = (layered.layers.light.unwrap(), layered.layers.coverage.unwrap());
         for (pixel, parts) in layered.pixels.iter().zip(&light) {
             for channel in 0..3 {
                 let sum: f32 = parts.iter().map(|part| part[channel]).sum();
                 let difference = (sum - pixel[channel]).abs();
-                assert!(difference <= 1e-5 * pixel[channel], "{}: {parts:?} are not {pixel:?}", shot.name);
+                assert!(difference <= 1e-5 * pixel[channel], "{name}: {parts:?} are not {pixel:?}");
                 let stored: f32 = parts.iter().map(|part| rounded(part[channel])).sum();
                 let difference = (stored - rounded(pixel[channel])).abs();
                 let allowed = 2.0 * half_ulp(pixel[channel]);
-                assert!(difference <= allowed, "{}: {parts:?} are not {pixel:?}", shot.name);
+                assert!(difference <= allowed, "{name}: {parts:?} are not {pixel:?}");
             }
             for (largest, part) in largest.iter_mut().zip(parts) {
                 *largest = largest.max(part[0]);
             }
         }
         for (pixel, shares) in layered.pixels.iter().zip(&coverage) {
-            assert!(shares.is_sorted_by(|a, b| a.0 < b.0), "{}: {shares:?}", shot.name);
+            assert!(shares.is_sorted_by(|a, b| a.0 < b.0), "{name}: {shares:?}");
             let sum: f32 = shares.iter().map(|&(_, share)| share).sum();
-            assert!(sum <= pixel[3] + 1e-5, "{}: {shares:?} cover {pixel:?}", shot.name);
+            assert!(sum <= pixel[3] + 1e-5, "{name}: {shares:?} cover {pixel:?}");
         }
     }
     // Each part is somewhere.
@@ -82,10 +107,10 @@ fn parts_sum_to_the_colour_on_all_scenes() {
 #[test]
 fn without_a_background_shares_sum_to_the_coverage() {
     let layers = LayerRequest { coverage: true, ..LayerRequest::NONE };
-    let settings = RenderSettings { layers, show_background: false, ..settings((32, 18), 4) };
     for name in ["material/alpha_blend_stack", "demo/whitted_1980", "light/point"] {
-        let scene = SceneRenderer::open(&scenes().join(name).with_extension("gltf")).unwrap();
-        let film = film(&scene, 0.0, &settings);
+        let job = scene_job(name);
+        let settings = RenderSettings { layers, show_background: false, ..settings(&job, (32, 18), 4) };
+        let film = film(&job, 0.0, &settings);
         for (pixel, shares) in film.pixels.iter().zip(film.layers.coverage.unwrap()) {
             // What is dropped of nearly covered samples, at most 1/1024, counts as covered.
             let sum: f32 = shares.iter().map(|&(_, share)| share).sum();
@@ -95,29 +120,32 @@ fn without_a_background_shares_sum_to_the_coverage() {
 }
 
 /// Everything at once: samples beyond the tile, negative weights, a lens, rough mirrors.
-fn elaborate() -> RenderSettings {
+fn elaborate(job: &SequenceJob) -> RenderSettings {
     RenderSettings {
         adaptive: Some(Adaptive { most_samples: 6, threshold: 0.05 }),
         filter: PixelFilter::Mitchell,
         lens: Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Middle }),
         glossy_samples: 2,
         layers: ALL,
-        ..settings((50, 40), 3)
+        ..settings(job, (50, 40), 3)
     }
 }
 
 #[test]
 fn crops_and_threads_leave_layers_as_they_are() {
     for (name, time_seconds) in [("demo/whitted_1980", 0.2), ("material/alpha_blend_stack", 0.0)] {
-        let scene = SceneRenderer::open(&scenes().join(name).with_extension("gltf")).unwrap();
-        let whole = film(&scene, time_seconds, &elaborate());
+        let job = scene_job(name);
+        let whole = film(&job, time_seconds, &elaborate(&job));
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            assert!(pool.install(|| film(&scene, time_seconds, &elaborate())) == whole, "{name}: {threads}");
+            assert!(
+                pool.install(|| film(&job, time_seconds, &elaborate(&job))) == whole,
+                "{name}: {threads}"
+            );
         }
 
         let window = PixelWindow { x0: 13, y0: 30, x1: 37, y1: 39 };
-        let crop = film(&scene, time_seconds, &RenderSettings { window, ..elaborate() });
+        let crop = film(&job, time_seconds, &RenderSettings { window, ..elaborate(&job) });
         let mut part = Film::with_layers(whole.resolution, window, ALL);
         for y in window.y0..window.y1 {
             for x in window.x0..window.x1 {
@@ -136,8 +164,8 @@ fn crops_and_threads_leave_layers_as_they_are() {
 
 #[test]
 fn parts_of_an_elaborate_picture_sum_to_it_where_nothing_is_clamped() {
-    let scene = SceneRenderer::open(&scenes().join("demo/whitted_1980.gltf")).unwrap();
-    let film = film(&scene, 0.2, &elaborate());
+    let job = scene_job("demo/whitted_1980");
+    let film = film(&job, 0.2, &elaborate(&job));
     let mut compared = 0;
     for (pixel, parts) in film.pixels.iter().zip(film.layers.light.unwrap()) {
         for channel in 0..3 {

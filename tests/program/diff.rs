@@ -5,7 +5,7 @@ mod report;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use rayframe::regression::{ChannelValues, LayeredPicture, Picture};
+use rayframe::regression::{ChannelValues, LayeredPicture, ValueRange};
 use serde_json::Value;
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -43,8 +43,9 @@ impl Stage {
             let value = if (column..column + 8).contains(&x) && (8..16).contains(&y) { 0.8 } else { 0.2 };
             [value, value, value, 1.0]
         };
-        let pixels = (0..size.0 * size.1).map(pixel).collect();
-        Picture { size, pixels }.write(Path::new(&self.at(name)), 0, 0.0).unwrap();
+        let pixels: Vec<_> = (0..size.0 * size.1).map(pixel).collect();
+        let picture = LayeredPicture::of_pixels(size, ValueRange::Light, &pixels);
+        picture.write(Path::new(&self.at(name))).unwrap();
         self.at(name)
     }
 

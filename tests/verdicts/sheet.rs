@@ -6,7 +6,11 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use image::{ImageFormat, RgbaImage};
 use rayframe::cancel::CancelFlag;
-use rayframe::regression::SceneRenderer;
+use rayframe::cli::{ShotRequest, shot_job};
+use rayframe::film::PixelWindow;
+use rayframe::frame::Frame;
+use rayframe::render::RenderSettings;
+use rayframe::sequence::film_of;
 use serde_json::{Map, Value, json};
 
 /// Pixels of a card's place, each way.
@@ -208,13 +212,19 @@ impl Sheet {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.gltf");
         std::fs::write(&path, file.to_string()).unwrap();
-        let renderer = SceneRenderer::open(&path).unwrap();
-        assert_eq!(renderer.warnings().collect::<Vec<_>>(), Vec::<String>::new());
+        let shot = shot_job(&ShotRequest { path: &path, suite: None, overrides: &[] }).unwrap();
+        assert_eq!(shot.warnings, []);
+        let job = shot.sequence;
+        // Nor did any clip give way to another.
+        assert_eq!(job.selection.clips.len(), job.scene.animations.len());
         let size = (self.cards as u32 * PIXELS, PIXELS);
-        let (picture, _) = renderer.render(time_seconds, size, 1, &CancelFlag::new()).unwrap();
+        let window = PixelWindow::full(size.0, size.1);
+        let settings = RenderSettings { resolution: size, window, samples: 1, ..job.render.clone() };
+        let frame = Frame::at(&job.scene, &job.selection, time_seconds);
+        let (film, _) = film_of(&job, &frame, &settings, &CancelFlag::new()).unwrap();
         let middle = |card: usize| {
             let place = (PIXELS / 2 * size.0 + card as u32 * PIXELS + PIXELS / 2) as usize;
-            let [red, green, blue, _] = picture.pixels[place];
+            let [red, green, blue, _] = film.pixels[place];
             [red, green, blue]
         };
         (0..self.cards).map(middle).collect()

@@ -59,7 +59,7 @@ pub fn scene_of_shot(path: &Path) -> Result<PathBuf> {
 }
 
 /// The settings by their precedence: overrides, the shot's own, the suite's.
-pub(super) fn meant(request: &ShotRequest<'_>) -> Result<MeantOptions> {
+fn meant(request: &ShotRequest<'_>) -> Result<MeantOptions> {
     let command = options();
     let overrides = defined_by(&command, request.overrides)?;
     let suite = request.suite.map(|suite| file::read_suite(suite, &command)).transpose()?;
@@ -75,3 +75,6 @@ pub(super) fn meant(request: &ShotRequest<'_>) -> Result<MeantOptions> {
     };
     put_together(&command, None, [vec![scene], overrides, suite])
 }
+
+#[cfg(test)]
+mod tests;

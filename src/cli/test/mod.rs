@@ -91,9 +91,10 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     if let Some(file) = &args.junit {
         write_atomically(file, suite::junit_xml(&result)?.as_bytes())?;
     }
-    let text = match args.json {
-        true => report::json(&suite, &result, &page)?,
-        false => text::text(&result, &page, &shown_suite(&args.suite), args.quiet),
+    let text = if args.json {
+        report::json(&suite, &result, &page)?
+    } else {
+        text::text(&result, &page, &shown_suite(&args.suite), args.quiet)
     };
     if !text.is_empty() {
         print_output(&text);

@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
-use crate::bvh::Builder;
 use crate::cancel::CancelFlag;
 use crate::error::Result;
 use crate::film::{Film, LayerRequest, PixelWindow};
 use crate::frame::Frame;
 use crate::image_file::{inspect_exr, inspect_png, write_atomically};
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
-use crate::render::{PixelFilter, RenderInput, RenderSettings, render_frame};
-use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev};
+use crate::render::{PixelFilter, RenderSettings};
+use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, film_of};
 
 /// Pixels of the whole picture along a side of a coarse one.
 const COARSENESS: u32 = 8;
@@ -86,9 +85,7 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
         layers: LayerRequest::NONE,
         ..job.render.clone()
     };
-    let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-    let input = RenderInput { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
-    Ok(render_frame(&input, &settings, cancel, &|_| ())?.0)
+    Ok(film_of(job, frame, &settings, cancel)?.0)
 }
 
 /// Each pixel of the window with the colour of the coarse one over it.

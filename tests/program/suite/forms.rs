@@ -5,6 +5,7 @@ use serde_json::Value;
 use super::{SUITE, Stage};
 use crate::progress::schema::Schema;
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn stage() -> Stage {
     let scenes = [("a/point.gltf", "light/point.gltf"), ("a/spot.gltf", "light/spot.gltf")];
     let stage = Stage::accepted(SUITE, &scenes);

@@ -1,0 +1,135 @@
+use super::super::tests::{given, shot};
+use super::*;
+
+/// A folder with a scene, a shot in a folder of its own, and a suite file.
+fn suite(shot: &str, suite: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/camera/perspective.gltf");
+    std::fs::create_dir(folder.path().join("shots")).unwrap();
+    std::fs::copy(scene, folder.path().join("shots/a.gltf")).unwrap();
+    std::fs::write(folder.path().join("shots/a.toml"), shot).unwrap();
+    std::fs::write(folder.path().join("suite.toml"), suite).unwrap();
+    folder
+}
+
+fn job_of(folder: &Path, name: &str, overrides: &[&str]) -> Result<ShotJob> {
+    let overrides: Vec<String> = overrides.iter().map(ToString::to_string).collect();
+    let (path, suite) = (folder.join(name), folder.join("suite.toml"));
+    shot_job(&ShotRequest { path: &path, suite: Some(&suite), overrides: &overrides })
+}
+
+#[test]
+fn overrides_come_before_the_shot_before_the_suite_before_defaults() {
+    let folder = suite(
+        "scene = 'a.gltf'\nsamples = 3\ndepth = 3\nwidth = 32\n[test]\npreset = 'visual'\nwhatever = 1",
+        "scenes = 'shots'\n[shot]\nsamples = 2\ndepth = 2\nglossy = 2\nresolution = [64, 36]\nframes = '0-2'\n[more]\nsampels = 1",
+    );
+    let ShotJob { sequence, warnings } = job_of(folder.path(), "shots/a.toml", &["samples=4"]).unwrap();
+    let render = &sequence.render;
+    assert_eq!((render.samples, render.max_depth, render.glossy_samples), (4, 3, 2));
+    // The suite's resolution cannot be said beside the shot's width; the height follows from the scene.
+    assert_eq!(render.resolution.0, 32);
+    assert_eq!(sequence.frames, [0, 1, 2]);
+    assert_eq!(sequence.scene.path, folder.path().join("shots/a.gltf"));
+    assert!(warnings.is_empty());
+    // The scene without the shot file.
+    let sequence = job_of(folder.path(), "shots/a.gltf", &["depth=5"]).unwrap().sequence;
+    assert_eq!((sequence.render.samples, sequence.render.max_depth), (2, 5));
+    assert_eq!(sequence.render.resolution, (64, 36));
+    // Without a suite, and as the command line understands it.
+    let path = folder.path().join("shots/a.toml");
+    let alone = shot_job(&ShotRequest { path: &path, suite: None, overrides: &[] }).unwrap().sequence;
+    let typed = given(&[path.to_str().unwrap()]).meant().unwrap();
+    let rendered = render_job(&typed.args).unwrap().sequence;
+    assert_eq!(alone.render, rendered.render);
+    assert_eq!((alone.render.samples, alone.render.resolution), (3, rendered.render.resolution));
+}
+
+#[test]
+fn a_suite_names_files_from_its_own_folder() {
+    let folder =
+        suite("scene = 'a.gltf'", "[shot]\nenv = 'sky.hdr@90'\nbackground = 'black'\nmanifest = 'm.json'");
+    let path = folder.path().join("shots/a.toml");
+    let suite = folder.path().join("suite.toml");
+    let read = |overrides: &[String]| {
+        meant(&ShotRequest { path: &path, suite: Some(&suite), overrides }).unwrap().args
+    };
+    let args = read(&[]);
+    assert_eq!(args.env, Some(folder.path().join("sky.hdr@90").into_os_string()));
+    assert_eq!(args.manifest, Some(folder.path().join("m.json")));
+    assert_eq!(args.scene, folder.path().join("shots/a.gltf"));
+    // What is said beside them is named from the current folder, as after -D.
+    assert_eq!(read(&["env=sea.hdr".to_owned()]).env, Some("sea.hdr".into()));
+}
+
+#[test]
+fn mistakes_in_a_suite_are_named_with_file_and_line() {
+    let good = "scene = 'a.gltf'";
+    for (shot, suite_text, file, words) in [
+        (good, "[shot]\nsampels = 4", "suite.toml", &["line 2: \"sampels\"", "\"samples\"?"][..]),
+        (good, "[shot]\n\nsamples = 0", "suite.toml", &["line 3: samples: write a whole number"]),
+        (good, "[shot]\nscene = 'b.gltf'", "suite.toml", &["line 2: \"scene\" differs from shot to shot"]),
+        (good, "\nshot = 4", "suite.toml", &["line 2: \"shot\" is a number; write [shot]"]),
+        (good, "[[shot]]\nsamples = 4", "suite.toml", &["line 1: \"shot\" is an array; write [shot]"]),
+        (good, "[shot]\n[shot.test]\nmean = 1", "suite.toml", &["line 2: \"test\" is a table"]),
+        (good, "[shot]\ntime_samples = 4", "suite.toml", &["line 2: time_samples: ", "--shutter"]),
+        (good, "[shot]\nfps = 0", "suite.toml", &["line 2: fps: "]),
+        (good, "[shot]\ncamera = 'nobody'", "suite.toml", &["line 2: camera: "]),
+        (good, "[shot", "suite.toml", &["line 1: "]),
+        // Also where the shot says something else, for then it is wrong for the next one.
+        ("scene = 'a.gltf'\nsamples = 1", "[shot]\nsamples = 0", "suite.toml", &["line 2: samples: "]),
+        ("scene = 'a.gltf'\nfps = 0", "[shot]\nfps = 25", "a.toml", &["line 2: fps: "]),
+        ("scene = 'a.gltf'\n[limits]", "", "a.toml", &["line 2: \"limits\" is a table"]),
+        ("scene = 'a.gltf'\ntest = 1", "", "a.toml", &["line 2: \"test\" is no setting"]),
+        ("samples = 1\n[test]\nscene = 'a.gltf'", "", "a.toml", &["names no scene"]),
+        // The others would do without the suite's line, which counts least.
+        ("scene = 'a.gltf'\nresume = true", "\n\n\n[shot]\ntime_samples = 2", "suite.toml", &["line 5: "]),
+    ] {
+        let folder = suite(shot, suite_text);
+        let error = job_of(folder.path(), "shots/a.toml", &[]).unwrap_err();
+        assert_eq!(error.exit_code(), 65, "{suite_text}: {error}");
+        for word in [file].iter().chain(words) {
+            assert!(error.to_string().contains(word), "{suite_text}: {error}");
+        }
+        assert!(!error.to_string().contains('\n'), "{error}");
+    }
+    let folder = suite(good, "[shot]");
+    let error = job_of(folder.path(), "shots/a.toml", &["sampels=4"]).unwrap_err();
+    assert!(error.to_string().contains("-D sampels=4") && error.exit_code() == 2, "{error}");
+    let error = job_of(folder.path(), "shots/b.gltf", &[]).unwrap_err();
+    assert_eq!(error.exit_code(), 66, "{error}");
+    std::fs::remove_file(folder.path().join("suite.toml")).unwrap();
+    let error = job_of(folder.path(), "shots/a.toml", &[]).unwrap_err();
+    assert!(error.to_string().contains("suite.toml") && error.exit_code() == 66, "{error}");
+}
+
+#[test]
+fn what_is_not_honoured_is_a_warning_or_an_error() {
+    let folder = suite("scene = 'a.gltf'", "");
+    let scene = folder.path().join("shots/a.gltf");
+    let text = std::fs::read_to_string(&scene).unwrap();
+    let used = "\"extensionsUsed\": [";
+    assert!(text.contains(used));
+    let text = text.replacen(used, &format!("{used}\"ACME_fur\", "), 1);
+    std::fs::write(&scene, text).unwrap();
+    let warnings = job_of(folder.path(), "shots/a.toml", &[]).unwrap().warnings;
+    assert!(warnings.iter().any(|warning| warning.message.contains("ACME_fur")), "{warnings:?}");
+    let error = job_of(folder.path(), "shots/a.toml", &["strict=true"]).unwrap_err();
+    assert!(error.to_string().contains("ACME_fur") && error.exit_code() == 65, "{error}");
+}
+
+#[test]
+fn the_scene_of_a_shot_is_found_whatever_else_it_says() {
+    let (folder, path) = shot("sampels = 0\nscene = 'sub/a.glb'\n[limits]");
+    assert_eq!(scene_of_shot(Path::new(&path)).unwrap(), folder.path().join("sub/a.glb"));
+    for (text, word) in [
+        ("samples = 1", "names no scene"),
+        ("\nscene = 4", "line 2: \"scene\" is a number"),
+        ("\nscene = ", "line 2"),
+    ] {
+        let (_folder, path) = shot(text);
+        let error = scene_of_shot(Path::new(&path)).unwrap_err();
+        assert!(error.to_string().contains(word) && error.exit_code() == 65, "{error}");
+    }
+    assert_eq!(scene_of_shot(Path::new("nobody.toml")).unwrap_err().exit_code(), 66);
+}

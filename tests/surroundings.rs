@@ -20,7 +20,7 @@ fn render(scene: &str, options: &[&str]) -> LayeredPicture {
     let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
         .arg("render")
         .arg(pictures.join(scene).with_extension("gltf"))
-        .args(["-r", "160x90", "--samples", "4", "-q", "-o"])
+        .args(["-r", "160x90", "--samples", "4", "--layers", "object_id,material_id", "-q", "-o"])
         .arg(&file)
         .args(options)
         .output()

@@ -59,7 +59,7 @@ impl Suite {
         let file = if path.is_dir() { path.join(SUITE_FILE) } else { path.to_owned() };
         let text: SuiteText = parse(&file)?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        let below = |path: Option<PathBuf>, default: &str| folder.join(path.unwrap_or(default.into()));
+        let below = |path: Option<PathBuf>, default: &str| joined(folder, &path.unwrap_or(default.into()));
         let limits = PresetLimits::default().with(&text.test);
         let limits = limits.map_err(|why| Error::invalid(&file, "", format!("[test] {why}")))?;
         Ok(Self {
@@ -87,6 +87,15 @@ impl Suite {
     }
 }
 
+/// `path` from `folder`, without a way down and up again that would only be hard to read.
+fn joined(folder: &Path, path: &Path) -> PathBuf {
+    let name = folder.file_name().is_some() && !folder.is_symlink();
+    match (path.strip_prefix(".."), folder.parent()) {
+        (Ok(rest), Some(parent)) if name => joined(parent, rest),
+        _ => folder.join(path),
+    }
+}
+
 fn parse<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T> {
     let text = read_text(path)?;
     toml::from_str(&text).map_err(|error| not_toml(path, &text, &error))
@@ -109,7 +118,10 @@ mod tests {
         let (folder, read) = suite("references = '../refs'\n[shot]\nsamples = 4\n[test]\npreset = 'exact'");
         let read = read.unwrap();
         assert_eq!(read.scenes, folder.path().join(""));
-        assert_eq!(read.references, folder.path().join("../refs"));
+        assert_eq!(read.references, folder.path().with_file_name("refs"));
+        assert_eq!(joined(Path::new("scenes"), Path::new("../a/b")), Path::new("a/b"));
+        assert_eq!(joined(Path::new(""), Path::new("../a")), Path::new("../a"));
+        assert_eq!(joined(Path::new(".."), Path::new("../a")), Path::new("../../a"));
         assert_eq!(read.report, folder.path().join("report"));
         assert_eq!(read.limits.preset, Preset::Exact);
         assert_eq!(read.max_reference_bytes, 256 << 10);

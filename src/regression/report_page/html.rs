@@ -26,6 +26,7 @@ const SCRIPT: &str = concat!(
     include_str!("page/list.js"),
     include_str!("page/details.js"),
     include_str!("page/keys.js"),
+    include_str!("page/tools.js"),
     include_str!("page/page.js"),
     "})();\n",
 );

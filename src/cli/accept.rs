@@ -4,19 +4,19 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::suite_options::SuiteOption;
+use super::suite_options::{ShotFiles, SuiteOption};
 use crate::error::{Error, Result};
 use crate::progress::print_output;
 use crate::regression::suite::{self, Approval, Pending, PendingKind, Suite};
 
-/// Options of `rayframe reject`.
+/// Which pending pictures are meant; all options of `rayframe reject` and `rayframe review`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct RejectArgs {
     /// Only the shot or picture of this name, or all whose names contain it
     #[arg(default_value = "", hide_default_value = true)]
-    filter: String,
+    pub(super) filter: String,
     #[command(flatten)]
-    suite: SuiteOption,
+    pub(super) suite: SuiteOption,
 }
 
 /// Options of `rayframe accept`.
@@ -25,32 +25,37 @@ pub(super) struct AcceptArgs {
     #[command(flatten)]
     which: RejectArgs,
     /// Accept what this file approves, which a report exported, and nothing else
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "filter")]
     approvals: Option<PathBuf>,
 }
 
 /// Makes pending pictures references.
 pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     refuse_in_ci("accept")?;
-    let suite = args.which.suite.read()?;
-    let waiting = waiting(&suite, &args.which.filter)?;
+    let (suite, waiting) = waiting(&args.which)?;
     let chosen = match &args.approvals {
-        Some(file) => approved(&suite::read_approvals(file)?, waiting)?,
+        Some(file) => approved(&suite, &suite::read_approvals(file)?, waiting)?,
         None => waiting,
     };
     for pending in &chosen {
         suite::accept(&suite, pending)?;
         print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
     }
+    if chosen.is_empty() {
+        print_output("nothing waits; rayframe test finds what differs");
+    }
     Ok(())
 }
 
 /// Forgets pending pictures.
 pub(super) fn reject(args: &RejectArgs) -> Result<()> {
-    let suite = args.suite.read()?;
-    for pending in waiting(&suite, &args.filter)? {
-        suite::reject(&pending)?;
-        print_output(&format!("rejected {}", pending.name));
+    let (_, waiting) = waiting(args)?;
+    for pending in &waiting {
+        suite::reject(pending)?;
+        print_output(&rejected(pending));
+    }
+    if waiting.is_empty() {
+        print_output("nothing waits; rayframe test finds what differs");
     }
     Ok(())
 }
@@ -66,6 +71,14 @@ pub(super) fn refuse_in_ci(command: &str) -> Result<()> {
     Ok(())
 }
 
+/// What is said about a change that was not made.
+pub(super) fn rejected(pending: &Pending) -> String {
+    match pending.kind {
+        PendingKind::Remove => format!("kept {}", pending.reference.display()),
+        PendingKind::Add | PendingKind::Replace => format!("rejected {}", pending.name),
+    }
+}
+
 /// What happened to the reference.
 pub(super) fn done(kind: PendingKind) -> &'static str {
     match kind {
@@ -75,30 +88,31 @@ pub(super) fn done(kind: PendingKind) -> &'static str {
     }
 }
 
-/// What waits; a filter that fits nothing is a mistake.
-pub(super) fn waiting(suite: &Suite, filter: &str) -> Result<Vec<Pending>> {
-    let waiting = suite::pending(suite, filter)?;
-    if waiting.is_empty() {
-        if !filter.is_empty() {
-            let message = format!(
-                "nothing that waits is called \"{}\"; rayframe test finds what differs",
-                filter.escape_debug()
-            );
-            return Err(Error::usage(message));
-        }
-        print_output("nothing waits; rayframe test finds what differs");
-    }
-    Ok(waiting)
+/// The suite, and what waits in it.
+pub(super) fn waiting(args: &RejectArgs) -> Result<(Suite, Vec<Pending>)> {
+    let suite = args.suite.read()?;
+    let shots = suite::discover(&suite, &ShotFiles)?;
+    let waiting = suite::pending(&suite, &shots, &args.filter)?;
+    Ok((suite, waiting))
 }
 
-/// Those of `waiting` that are approved; all approvals must fit, or nothing is accepted.
-fn approved(approvals: &[Approval], waiting: Vec<Pending>) -> Result<Vec<Pending>> {
+/// Those of `waiting` that are approved; what is already as it was approved counts as done. All others must fit, or nothing is
+/// accepted.
+fn approved(suite: &Suite, approvals: &[Approval], waiting: Vec<Pending>) -> Result<Vec<Pending>> {
     let mut contradictions = Vec::new();
+    let mut chosen = Vec::new();
     for approval in approvals {
         match waiting.iter().find(|pending| pending.name == approval.name) {
-            Some(pending) => contradictions.extend(approval.contradiction(pending)?),
-            None => contradictions
-                .push(format!("{}: nothing of this name waits; run rayframe test first", approval.name)),
+            Some(pending) => match approval.contradiction(pending)? {
+                None => chosen.push(pending.clone()),
+                Some(_) if approval.is_done(suite) => {}
+                Some(contradiction) => contradictions.push(contradiction),
+            },
+            None if approval.is_done(suite) => {}
+            None => contradictions.push(format!(
+                "{}: nothing of this name waits; run rayframe test, which keeps what can become a reference",
+                approval.name
+            )),
         }
     }
     if let Some(first) = contradictions.first() {
@@ -108,6 +122,5 @@ fn approved(approvals: &[Approval], waiting: Vec<Pending>) -> Result<Vec<Pending
         };
         return Err(Error::Different { message: format!("nothing was accepted: {first}{more}") });
     }
-    let is_approved = |pending: &Pending| approvals.iter().any(|approval| approval.name == pending.name);
-    Ok(waiting.into_iter().filter(is_approved).collect())
+    Ok(chosen)
 }

@@ -63,7 +63,7 @@ enum Command {
     /// Forget pictures that rayframe test kept
     Reject(accept::RejectArgs),
     /// Look at pictures that rayframe test kept, one by one, and accept or reject each
-    Review(review::ReviewArgs),
+    Review(accept::RejectArgs),
     /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
     Watch(shot::GivenOptions),
 }

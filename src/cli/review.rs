@@ -3,26 +3,13 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use clap::Args;
-
-use super::accept::{done, refuse_in_ci, waiting};
-use super::suite_options::{ShotFiles, SuiteOption};
+use super::accept::{RejectArgs, done, refuse_in_ci, rejected, waiting};
 use crate::color::ToneCurve;
 use crate::error::{Error, Result};
 use crate::output::{PreviewLook, display_picture};
 use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
-use crate::regression::suite::{self, Pending, PendingKind, Suite, SuiteShot};
-use crate::regression::{Judgement, LayeredPicture};
-
-/// Options of `rayframe review`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct ReviewArgs {
-    /// Only the shot or picture of this name, or all whose names contain it
-    #[arg(default_value = "", hide_default_value = true)]
-    filter: String,
-    #[command(flatten)]
-    suite: SuiteOption,
-}
+use crate::regression::suite::{self, Pending, PendingKind, Suite, judge_pending};
+use crate::regression::{Judgement, LayeredPicture, pixel_hash};
 
 /// What somebody decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,23 +21,29 @@ enum Decision {
 }
 
 /// Asks about everything that waits.
-pub(super) fn run(args: &ReviewArgs) -> Result<()> {
+pub(super) fn run(args: &RejectArgs) -> Result<()> {
     refuse_in_ci("review")?;
-    let suite = args.suite.read()?;
-    let shots = suite::discover(&suite, &ShotFiles)?;
-    let waiting = waiting(&suite, &args.filter)?;
+    let (suite, waiting) = waiting(args)?;
+    if waiting.is_empty() {
+        print_output("nothing waits; rayframe test finds what differs");
+    }
     let mut answers = std::io::stdin().lock();
     let mut left = 0;
     for (at, pending) in waiting.iter().enumerate() {
-        show(&suite, &shots, pending, (at + 1, waiting.len()))?;
+        let shown = show(&suite, pending, (at + 1, waiting.len()));
         match ask(&mut answers)? {
+            Decision::Accept if hash_of(&pending.file) != shown => {
+                let message = format!("{} was rendered anew meanwhile and is still waiting", pending.name);
+                print_output(&one_line(&message));
+                left += 1;
+            }
             Decision::Accept => {
                 suite::accept(&suite, pending)?;
                 print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
             }
             Decision::Reject => {
                 suite::reject(pending)?;
-                print_output(&format!("rejected {}", pending.name));
+                print_output(&rejected(pending));
             }
             Decision::Skip => left += 1,
             Decision::Quit => {
@@ -63,6 +56,11 @@ pub(super) fn run(args: &ReviewArgs) -> Result<()> {
         print_output(&format!("{left} still waiting"));
     }
     Ok(())
+}
+
+/// What somebody looks at, to be known again.
+fn hash_of(file: &Path) -> Option<String> {
+    LayeredPicture::read(file).ok().as_ref().map(pixel_hash)
 }
 
 /// Asks until the answer is understood; the end of the input is the wish to stop.
@@ -82,24 +80,27 @@ fn ask(answers: &mut impl BufRead) -> Result<Decision> {
             "r" | "reject" | "n" | "no" => return Ok(Decision::Reject),
             "s" | "skip" => return Ok(Decision::Skip),
             "q" | "quit" => return Ok(Decision::Quit),
-            _ => {}
+            _ => print_raw("  a, r, s or q, and then the enter key\n"),
         }
     }
 }
 
-/// What waits, how it differs, and, where the terminal can, the pictures.
-fn show(suite: &Suite, shots: &[SuiteShot], pending: &Pending, (at, count): (usize, usize)) -> Result<()> {
+/// What waits, how it differs, and, where the terminal can, the pictures. Gives the hash of the one that waits. What cannot be read is
+/// told of, and can still be decided about.
+fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option<String> {
     let what = match pending.kind {
         PendingKind::Add => "has no reference yet",
         PendingKind::Replace => "differs from its reference",
         PendingKind::Remove => "is a reference that no shot asks for",
     };
     print_output(&format!("{at}/{count} {} {what}", one_line(&pending.name)));
-    let expected = picture(&pending.reference, pending.kind != PendingKind::Add)?;
-    let actual = picture(&pending.file, pending.kind != PendingKind::Remove)?;
+    let expected = picture(&pending.reference, pending.kind != PendingKind::Add);
+    let actual = picture(&pending.file, pending.kind != PendingKind::Remove);
     if let (Some(actual), Some(expected)) = (&actual, &expected) {
-        let judgement = suite::judge_pending(suite, shots, pending, actual, expected)?;
-        print_output(&described(&judgement));
+        match judge_pending(suite, pending, actual, expected) {
+            Ok(judgement) => print_output(&described(&judgement)),
+            Err(error) => print_output(&format!("  {}", one_line(&error.to_string()))),
+        }
     }
     if let Some(terminal) = TerminalPictures::of_stderr() {
         for (title, picture) in [("reference", &expected), ("new", &actual)] {
@@ -108,11 +109,15 @@ fn show(suite: &Suite, shots: &[SuiteShot], pending: &Pending, (at, count): (usi
             }
         }
     }
-    Ok(())
+    actual.as_ref().map(pixel_hash)
 }
 
-fn picture(path: &Path, is_there: bool) -> Result<Option<LayeredPicture>> {
-    is_there.then(|| LayeredPicture::read(path)).transpose()
+fn picture(path: &Path, is_there: bool) -> Option<LayeredPicture> {
+    if !is_there {
+        return None;
+    }
+    let read = LayeredPicture::read(path);
+    read.inspect_err(|error| print_output(&format!("  {}", one_line(&error.to_string())))).ok()
 }
 
 fn described(judgement: &Judgement) -> String {

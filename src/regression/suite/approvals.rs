@@ -6,7 +6,8 @@ use std::path::Path;
 use serde::Deserialize;
 
 use super::super::{LayeredPicture, pixel_hash};
-use super::{Pending, PendingKind};
+use super::names::reference_path;
+use super::{Pending, PendingKind, Suite};
 use crate::error::{Error, Result};
 
 /// The form of the file that is understood.
@@ -16,10 +17,13 @@ const MAX_BYTES: u64 = 64 << 20;
 
 /// What was approved about one picture.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
+#[serde(deny_unknown_fields)]
 pub struct Approval {
     /// The picture.
     pub name: String,
     /// The hash of its pixels ([`pixel_hash`]); `None` approves that its reference is removed.
+    // Named so that it may be null, but not be left out.
+    #[serde(deserialize_with = "Option::deserialize")]
     pub hash: Option<String>,
 }
 
@@ -30,6 +34,15 @@ struct ApprovalsText {
 }
 
 impl Approval {
+    /// Whether the reference is already as it was approved.
+    pub fn is_done(&self, suite: &Suite) -> bool {
+        let reference = reference_path(&suite.references, &self.name);
+        match &self.hash {
+            Some(hash) => LayeredPicture::read(&reference).is_ok_and(|picture| pixel_hash(&picture) == *hash),
+            None => !reference.exists(),
+        }
+    }
+
     /// Why this is not what waits; `None` when it is.
     ///
     /// # Errors

@@ -3,18 +3,34 @@
 use std::collections::BTreeSet;
 
 use super::super::{EncodedPicture, FrameStatus, LayeredPicture, ReportedFrame};
-use super::names::{
-    ReferenceFile, pending_path, reference_files, reference_path, removal_path, shots_of_picture,
-};
-use super::pending::remove_file;
-use super::run::fitting;
-use super::test_shot::broken;
-use super::{RunOptions, ShotResult, Suite, SuiteShot};
+use super::filter::Filter;
+use super::names::{ReferenceFile, picture_name, reference_files, reference_path};
+use super::pending::{forget_picture, forget_removal, keep_removal};
+use super::test_shot::reported;
+use super::{ShotReader, ShotResult, Suite, SuiteShot};
 use crate::error::Result;
 
-/// What is left after all shots: gives the references that no shot asks for, and removes what earlier runs left pending.
+/// The references of a suite that no shot asks for, without rendering anything.
 ///
-/// `shots` are all of the suite, `results` those that were tested.
+/// # Errors
+/// Those of reading the references, and of opening the shots.
+pub fn dangling_references(
+    suite: &Suite,
+    reader: &dyn ShotReader,
+    shots: &[SuiteShot],
+) -> Result<Vec<String>> {
+    let mut asked = BTreeSet::new();
+    for shot in shots {
+        let (job, _) = reader.job(suite, &shot.path)?;
+        asked.extend(job.frames.iter().map(|&frame| picture_name(&shot.name, frame, job.frames.len())));
+    }
+    let files = reference_files(&suite.references)?;
+    let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
+    Ok(references.map(|file| file.name().to_owned()).filter(|name| !asked.contains(name)).collect())
+}
+
+/// What is left after all shots: gives the references that no shot asks for, and forgets what earlier runs kept and this one would
+/// not. `shots` are all of the suite, `results` those that `word` means and that were tested.
 ///
 /// # Errors
 /// When the references cannot be read, or what waits beside them cannot be written.
@@ -22,60 +38,48 @@ pub fn finish(
     suite: &Suite,
     shots: &[SuiteShot],
     results: &[ShotResult],
-    options: &RunOptions,
+    word: &str,
+    keeps_pending: bool,
 ) -> Result<Vec<ReportedFrame>> {
+    let files = reference_files(&suite.references)?;
+    let filter = Filter::new(word, shots, files.iter().map(ReferenceFile::name));
     let asked: BTreeSet<&str> =
         results.iter().flat_map(|shot| &shot.pictures).map(|picture| picture.name.as_str()).collect();
     // A shot that was not tested, or could not be opened, may ask for any frame.
-    let is_known =
-        |shot: &SuiteShot| results.iter().any(|result| result.name == shot.name && !is_unopened(result));
-    let unknown: BTreeSet<&str> =
-        shots.iter().filter(|shot| !is_known(shot)).map(|shot| shot.name.as_str()).collect();
-    let is_settled = |name: &str| !shots_of_picture(name).any(|shot| unknown.contains(shot));
-    let fits = fitting(&options.filter, shots.iter().map(|shot| shot.name.as_str()));
-    let is_meant = |name: &str| shots_of_picture(name).any(&fits);
-    let files = reference_files(&suite.references)?;
+    let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
+    let is_settled = |name: &str| filter.owner(name).is_none_or(is_known);
     let mut dangling = Vec::new();
     for file in &files {
+        let name = file.name();
+        let is_asked_for = asked.contains(name);
+        let is_over = !is_asked_for && is_settled(name) && filter.means_picture(name);
         match file {
-            ReferenceFile::Reference(name) => {
-                if !asked.contains(name.as_str()) && is_settled(name) && is_meant(name) {
-                    dangling.push(without_shot(suite, name));
-                    if options.keeps_pending {
-                        keep_removal(suite, name)?;
-                    }
+            ReferenceFile::Reference(_) if is_over => {
+                dangling.push(without_shot(suite, name));
+                if keeps_pending {
+                    keep_removal(suite, name, filter.owner(name))?;
                 }
             }
-            ReferenceFile::Pending(name) => {
-                let is_stale = !asked.contains(name.as_str()) && is_settled(name) && is_meant(name);
-                if options.keeps_pending && is_stale {
-                    remove_file(&pending_path(&suite.references, name))?;
-                }
+            ReferenceFile::Pending(_) if is_over && keeps_pending => forget_picture(suite, name)?,
+            ReferenceFile::Removal(_) if keeps_pending && (is_asked_for || !is_settled(name)) => {
+                forget_removal(suite, name)?;
             }
-            ReferenceFile::Removal(name) => {
-                let is_stale =
-                    asked.contains(name.as_str()) || !files.contains(&ReferenceFile::Reference(name.clone()));
-                if options.keeps_pending && is_stale {
-                    remove_file(&removal_path(&suite.references, name))?;
-                }
-            }
+            _ => {}
         }
     }
     Ok(dangling)
 }
 
+/// Whether nothing is known of what the shot asks for.
 fn is_unopened(result: &ShotResult) -> bool {
-    result.pictures.iter().any(|picture| picture.status == FrameStatus::Broken && picture.frame.is_none())
+    matches!(&*result.pictures, [only] if only.status == FrameStatus::Broken && only.name == result.name)
 }
 
 fn without_shot(suite: &Suite, name: &str) -> ReportedFrame {
-    let mut reported = broken(name.to_owned(), None, "no shot asks for this reference".to_owned());
-    reported.status = FrameStatus::Dangling;
+    let has_scene = ["glb", "gltf"].iter().any(|ending| suite.scenes.join(format!("{name}.{ending}")).exists());
+    let why = if has_scene { ", for a shot file names the scene of this name" } else { "" };
+    let message = format!("no shot asks for this reference{why}");
     let expected = LayeredPicture::read(&reference_path(&suite.references, name));
-    reported.expected = expected.ok().as_ref().and_then(EncodedPicture::new);
-    reported
-}
-
-fn keep_removal(suite: &Suite, name: &str) -> Result<()> {
-    crate::image_file::write_atomically(&removal_path(&suite.references, name), b"")
+    let expected = expected.ok().as_ref().and_then(EncodedPicture::new);
+    ReportedFrame { expected, ..reported(name.to_owned(), None, FrameStatus::Dangling, message) }
 }

@@ -35,10 +35,10 @@ impl Default for PresetLimits {
 }
 
 impl PresetLimits {
-    /// The preset's name, with a word where a limit is another one.
+    /// The preset's name, with a word where limits are others.
     pub(super) fn name(&self) -> String {
         let name = self.preset.name();
-        if self.limits == self.preset.limits() { name.to_owned() } else { format!("{name}, changed") }
+        if self.limits == self.preset.limits() { name.to_owned() } else { format!("{name} with own limits") }
     }
 
     /// With what `table` says; a preset in it replaces all limits.
@@ -96,7 +96,7 @@ mod tests {
         let changed = strict.with(&table("tile_flip = 1\nlight_absolute = 0.25")).unwrap();
         assert_eq!((changed.limits.tile_flip, changed.limits.light.absolute), (1.0, 0.25));
         assert_eq!(changed.limits.mean_flip, Preset::Strict.limits().mean_flip);
-        assert_eq!(changed.name(), "strict, changed");
+        assert_eq!(changed.name(), "strict with own limits");
         let noisy = changed.with(&table("preset = 'noisy'\nbrightness = inf")).unwrap();
         assert_eq!(noisy.limits.brightness, f64::INFINITY);
         assert_eq!(noisy.limits.tile_flip, Preset::Noisy.limits().tile_flip);

@@ -20,7 +20,7 @@
 //! # fn main() -> rayframe::error::Result<()> {
 //! let suite = Suite::read("pictures".as_ref())?;
 //! let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
-//! let result = run(&suite, &ShotFiles, &options, &CancelFlag::new(), &|_| {})?;
+//! let result = run(&suite, &ShotFiles, &options, &CancelFlag::new(), &|_, _| {})?;
 //! assert!(result.passes(), "{}", result.failures().join("\n"));
 //! # Ok(())
 //! # }
@@ -28,6 +28,7 @@
 
 mod approvals;
 mod discover;
+mod filter;
 mod junit;
 mod leftovers;
 mod limits;
@@ -44,11 +45,11 @@ mod test_shot;
 pub use approvals::{Approval, read_approvals};
 pub use discover::{ShotReader, SuiteShot, discover};
 pub use junit::junit_xml;
-pub use leftovers::finish;
+pub use leftovers::{dangling_references, finish};
 pub use page::{folders, report_page};
 pub use pending::{Pending, PendingKind, accept, is_ci, judge_pending, pending, reject};
 pub use result::{ShotResult, SuiteResult};
-pub use run::{RunOptions, run};
+pub use run::{OnShot, RunOptions, chosen_shots, run};
 pub use shell::shell_word;
 pub use suite_file::{SUITE_FILE, Suite};
-pub use test_shot::test_shot;
+pub use test_shot::{TestContext, test_shot};

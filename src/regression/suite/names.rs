@@ -16,13 +16,11 @@ pub(super) fn picture_name(shot: &str, frame: i64, frames: usize) -> String {
     if frames > 1 { format!("{shot}.{frame:04}") } else { shot.to_owned() }
 }
 
-/// The shots that a picture of this name may belong to: one of its name, or one of several frames.
-pub(super) fn shots_of_picture(name: &str) -> impl Iterator<Item = &str> {
-    let numbered = name.rsplit_once('.').filter(|(_, number)| {
-        let digits = number.strip_prefix('-').unwrap_or(number);
-        digits.len() >= 3 && digits.bytes().all(|byte| byte.is_ascii_digit())
-    });
-    std::iter::once(name).chain(numbered.map(|(shot, _)| shot))
+/// The shot that a picture would be a frame of, if it is called as one: `walk` for `walk.0012`.
+pub(super) fn numbered_shot(picture: &str) -> Option<&str> {
+    let (shot, number) = picture.rsplit_once('.')?;
+    let digits = number.strip_prefix('-').unwrap_or(number);
+    (digits.len() >= 3 && digits.bytes().all(|byte| byte.is_ascii_digit())).then_some(shot)
 }
 
 /// The reference of the picture `name` below `references`.
@@ -49,6 +47,15 @@ pub(super) enum ReferenceFile {
     Pending(String),
     /// That one waits to be removed.
     Removal(String),
+}
+
+impl ReferenceFile {
+    /// The picture.
+    pub(super) fn name(&self) -> &str {
+        match self {
+            Self::Reference(name) | Self::Pending(name) | Self::Removal(name) => name,
+        }
+    }
 }
 
 /// All files below `references` that belong to pictures, in the order of their names; none where there is no such folder.
@@ -79,29 +86,41 @@ pub(super) fn name_below(folder: &Path, file: &Path) -> Option<String> {
     Some(parts.join("/"))
 }
 
-/// All files below `folder`, sorted; hidden ones and what lies in hidden folders are left out.
+/// All files below `folder`, sorted; hidden ones and what lies in hidden folders are left out, links are followed.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read.
 pub(super) fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    collect(folder, &mut Vec::new(), &mut files)?;
+    files.sort();
+    Ok(files)
+}
+
+/// Adds the files below `folder`, which lies in the folders `around` it.
+fn collect(folder: &Path, around: &mut Vec<PathBuf>, files: &mut Vec<PathBuf>) -> Result<()> {
     let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let missing = Error::missing(place);
-    let mut files = Vec::new();
+    let itself = place.canonicalize().map_err(missing)?;
+    // A link that leads round in a circle.
+    if around.contains(&itself) {
+        return Ok(());
+    }
+    around.push(itself);
     for entry in std::fs::read_dir(place).map_err(missing)? {
         let entry = entry.map_err(missing)?;
         if entry.file_name().to_string_lossy().starts_with('.') {
             continue;
         }
         let path = folder.join(entry.file_name());
-        // Links to folders are not followed, for they may lead round in circles.
-        if entry.file_type().map_err(missing)?.is_dir() {
-            files.extend(files_below(&path)?);
+        if path.is_dir() {
+            collect(&path, around, files)?;
         } else {
             files.push(path);
         }
     }
-    files.sort();
-    Ok(files)
+    around.pop();
+    Ok(())
 }
 
 #[cfg(test)]
@@ -121,12 +140,11 @@ mod tests {
     }
 
     #[test]
-    fn pictures_belong_to_shots() {
-        let shots = |name: &str| shots_of_picture(name).map(str::to_owned).collect::<Vec<_>>();
+    fn frames_of_shots_are_called_by_number() {
         assert_eq!(picture_name("walk", -3, 2), "walk.-003");
-        assert_eq!(shots(&picture_name("walk", -3, 2)), ["walk.-003", "walk"]);
-        assert_eq!(shots(&picture_name("a/walk", 12, 9)), ["a/walk.0012", "a/walk"]);
+        assert_eq!(numbered_shot(&picture_name("walk", -3, 2)), Some("walk"));
+        assert_eq!(numbered_shot(&picture_name("a/walk", 12, 9)), Some("a/walk"));
         assert_eq!(picture_name("walk", 12, 1), "walk");
-        assert_eq!(shots("v1.2"), ["v1.2"]);
+        assert_eq!((numbered_shot("v1.2"), numbered_shot("walk")), (None, None));
     }
 }

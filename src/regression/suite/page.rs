@@ -3,24 +3,28 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::{FolderSummary, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
+use super::super::{FolderSummary, FrameStatus, Preset, ReportPage, ReportedFrame, ReportedShot};
 use super::names::{pending_path, reference_path};
 use super::result::{folder_of, is_passed};
 use super::shell::shell_word;
 use super::{ShotResult, Suite, SuiteResult};
 
-/// What the page of `result` shows. `command` made it.
-pub fn report_page(suite: &Suite, result: &SuiteResult, command: &str) -> ReportPage {
-    let failed = result.shots.iter().filter(|shot| !shot.passes());
-    let mut shots: Vec<ReportedShot> = failed.map(|shot| reported(suite, shot)).collect();
-    shots.extend(result.dangling.iter().map(|picture| dangling(suite, picture)));
+/// What the page of `result` shows; the pictures of failures move there. `command` made it. Where nothing is kept, no command says how to
+/// accept it.
+pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pending: bool) -> ReportPage {
+    let folders = folders(&result);
+    let failed = result.shots.into_iter().filter(|shot| !shot.passes());
+    let mut shots: Vec<ReportedShot> = failed.map(|shot| reported(suite, shot, keeps_pending)).collect();
+    shots.extend(result.dangling.into_iter().map(|picture| dangling(suite, picture, keeps_pending)));
     shots.sort_by(|a, b| a.name.cmp(&b.name));
+    let whole_path = suite.file.canonicalize().unwrap_or_else(|_| suite.file.clone());
     ReportPage {
         title: title(suite),
         command: command.to_owned(),
-        folders: folders(result),
+        folders,
         shots,
         can_approve: true,
+        accept_command: format!("rayframe accept --approvals approvals.json --suite {}", file(&whole_path)),
     }
 }
 
@@ -48,43 +52,46 @@ pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
     folders.into_iter().map(|(name, summary)| FolderSummary { name: name.to_owned(), ..summary }).collect()
 }
 
-fn reported(suite: &Suite, shot: &ShotResult) -> ReportedShot {
-    let command =
-        |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), file(&suite.file));
+fn reported(suite: &Suite, shot: ShotResult, keeps_pending: bool) -> ReportedShot {
+    let command = |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), file(&suite.file));
     let mut commands = vec![("Test again".to_owned(), command("test"))];
     let is = |status| shot.pictures.iter().find(|picture| picture.status == status);
-    if let Some(picture) = is(FrameStatus::Different) {
+    // Limits of its own are nothing that diff can be told.
+    if let (Some(picture), Some(preset), true) =
+        (is(FrameStatus::Different), Preset::of_name(&shot.preset), keeps_pending)
+    {
         let (new, old) = (
             pending_path(&suite.references, &picture.name),
             reference_path(&suite.references, &picture.name),
         );
-        let preset = shot.preset.split(',').next().unwrap_or_default();
+        let which = if shot.pictures.len() > 1 { format!(", here {}", picture.name) } else { String::new() };
         commands.push((
-            "Compare in numbers".to_owned(),
-            format!("rayframe diff {} {} --preset {preset}", file(&new), file(&old)),
+            format!("Compare in numbers{which}"),
+            format!("rayframe diff {} {} --preset {}", file(&new), file(&old), preset.name()),
         ));
     }
-    if is(FrameStatus::Different).is_some() || is(FrameStatus::Missing).is_some() {
+    if keeps_pending && (is(FrameStatus::Different).is_some() || is(FrameStatus::Missing).is_some()) {
         commands.push(("Accept".to_owned(), command("accept")));
         commands.push(("Reject".to_owned(), command("reject")));
     }
     ReportedShot {
-        name: shot.name.clone(),
-        preset: shot.preset.clone(),
-        limits: shot.limits,
-        frames: shot.pictures.clone(),
         commands,
+        name: shot.name,
+        preset: shot.preset,
+        limits: shot.limits,
+        frames: shot.pictures,
     }
 }
 
-fn dangling(suite: &Suite, picture: &ReportedFrame) -> ReportedShot {
-    let accept = format!("rayframe accept {} --suite {}", shell_word(&picture.name), file(&suite.file));
+fn dangling(suite: &Suite, picture: ReportedFrame, keeps_pending: bool) -> ReportedShot {
+    let word = shell_word(&format!("{}.exr", picture.name));
+    let accept = format!("rayframe accept {word} --suite {}", file(&suite.file));
     ReportedShot {
         name: picture.name.clone(),
         preset: suite.limits.name(),
         limits: suite.limits.limits,
-        frames: vec![picture.clone()],
-        commands: vec![("Remove it".to_owned(), accept)],
+        frames: vec![picture],
+        commands: if keeps_pending { vec![("Remove it".to_owned(), accept)] } else { Vec::new() },
     }
 }
 

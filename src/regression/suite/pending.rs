@@ -3,10 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::super::{Judgement, LayeredPicture, judge};
-use super::names::{
-    ReferenceFile, pending_path, reference_files, reference_path, removal_path, shots_of_picture,
-};
-use super::run::fitting;
+use super::filter::Filter;
+use super::names::{ReferenceFile, pending_path, reference_files, reference_path, removal_path};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
@@ -22,6 +20,8 @@ pub struct Pending {
     pub reference: PathBuf,
     /// The file that waits.
     pub file: PathBuf,
+    /// The shot that the picture belongs to.
+    pub shot: Option<SuiteShot>,
 }
 
 /// What accepting does.
@@ -36,22 +36,26 @@ pub enum PendingKind {
 }
 
 /// Whether a build server runs this, which has nobody to look at pictures: the variable `CI` is set, and does not say no. There
-/// nothing should be kept to be accepted, and nothing be accepted.
+/// nothing should be kept to be accepted, and [`accept`] refuses.
 pub fn is_ci() -> bool {
     std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "0" && value != "false")
 }
 
-/// All that waits, in the order of names, of the pictures or shots that `filter` means (see [`super::RunOptions`]).
+/// All that waits, in the order of names, of the shot or picture called `word`, or else of all whose names contain it. `shots` are all of
+/// the suite.
 ///
 /// # Errors
-/// [`Error::Missing`] when the references cannot be read.
-pub fn pending(suite: &Suite, filter: &str) -> Result<Vec<Pending>> {
+/// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when nothing that is meant waits, unless `word` is empty.
+pub fn pending(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<Pending>> {
     let files = reference_files(&suite.references)?;
+    let names = files.iter().map(ReferenceFile::name);
+    let filter = Filter::new(word, shots, names);
     let mut all = Vec::new();
-    for file in files {
-        let (name, is_removal) = match file {
-            ReferenceFile::Pending(name) => (name, false),
-            ReferenceFile::Removal(name) => (name, true),
+    for file in files.iter().filter(|file| filter.means_picture(file.name())) {
+        let name = file.name().to_owned();
+        let is_removal = match file {
+            ReferenceFile::Pending(_) => false,
+            ReferenceFile::Removal(_) => true,
             ReferenceFile::Reference(_) => continue,
         };
         let reference = reference_path(&suite.references, &name);
@@ -61,12 +65,17 @@ pub fn pending(suite: &Suite, filter: &str) -> Result<Vec<Pending>> {
             (false, false) => PendingKind::Add,
         };
         let file = if is_removal { removal_path } else { pending_path }(&suite.references, &name);
-        all.push(Pending { name, kind, reference, file });
+        let shot = filter.owner(&name).and_then(|owner| shots.iter().find(|shot| shot.name == owner));
+        all.push(Pending { name, kind, reference, file, shot: shot.cloned() });
     }
-    let names: Vec<String> =
-        all.iter().flat_map(|one| shots_of_picture(&one.name).map(str::to_owned)).collect();
-    let fits = fitting(filter, names.iter().map(String::as_str));
-    all.retain(|one| shots_of_picture(&one.name).any(&fits));
+    if all.is_empty() && !word.is_empty() {
+        let word = word.escape_debug();
+        return Err(Error::usage(if filter.is_name() {
+            format!("nothing of {word} waits; rayframe test finds what differs")
+        } else {
+            format!("nothing that waits is called \"{word}\"; rayframe test finds what differs")
+        }));
+    }
     all.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(all)
 }
@@ -74,26 +83,44 @@ pub fn pending(suite: &Suite, filter: &str) -> Result<Vec<Pending>> {
 /// Makes the change.
 ///
 /// # Errors
-/// [`Error::Refused`] when the picture is larger than the suite allows, [`Error::WriteFailed`] when the system refuses.
+/// [`Error::Usage`] where `CI` is set; [`Error::Refused`] when the reference or the shots have changed since the picture was rendered, or
+/// it is larger than the suite allows; [`Error::WriteFailed`] when the system refuses.
 pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
-    let failed = |path: &Path| {
-        let path = path.to_owned();
-        move |source| Error::WriteFailed { path, source }
-    };
+    if is_ci() {
+        return Err(Error::usage(
+            "CI is set, and references are written where somebody looks at them; accept them at home and commit them",
+        ));
+    }
+    if let Some(why) = outdated(pending)? {
+        let message = format!("{why} since this was found; run rayframe test and look again");
+        return Err(Error::refused(&pending.file, "", message));
+    }
     if pending.kind == PendingKind::Remove {
         remove_file(&pending.reference)?;
         return remove_file(&pending.file);
     }
     let bytes = std::fs::metadata(&pending.file).map_err(Error::missing(&pending.file))?.len();
-    if bytes > suite.max_reference_bytes {
-        let message = format!(
-            "has {} KiB and a reference at most {}; ask for fewer pixels or layers, or raise max_reference_kib",
-            bytes.div_ceil(1024),
-            suite.max_reference_bytes / 1024
-        );
+    if let Some(message) = suite.too_large(bytes) {
         return Err(Error::refused(&pending.file, "", message));
     }
-    std::fs::rename(&pending.file, &pending.reference).map_err(failed(&pending.reference))
+    std::fs::rename(&pending.file, &pending.reference)
+        .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })
+}
+
+/// What is not as it was when the change was found; `None` when all is.
+fn outdated(pending: &Pending) -> Result<Option<&'static str>> {
+    let modified = |path: &Path| std::fs::metadata(path).and_then(|metadata| metadata.modified());
+    let found = modified(&pending.file).map_err(Error::missing(&pending.file))?;
+    if modified(&pending.reference).is_ok_and(|reference| reference > found) {
+        return Ok(Some("the reference has changed"));
+    }
+    if pending.kind == PendingKind::Remove {
+        let owner = std::fs::read_to_string(&pending.file).map_err(Error::missing(&pending.file))?;
+        if owner != owner_text(pending.shot.as_ref().map(|shot| shot.name.as_str())) {
+            return Ok(Some("the shots of its name have changed"));
+        }
+    }
+    Ok(None)
 }
 
 /// Forgets the change; the reference stays as it is.
@@ -104,36 +131,48 @@ pub fn reject(pending: &Pending) -> Result<()> {
     remove_file(&pending.file)
 }
 
-/// The picture that waits judged by its reference, with the limits of the one of `shots` that it belongs to.
+/// The picture that waits judged by its reference, with the limits of its shot.
 ///
 /// # Errors
-/// Those of reading the shot's limits.
+/// Those of reading the pictures and the shot's limits.
 pub fn judge_pending(
     suite: &Suite,
-    shots: &[SuiteShot],
     pending: &Pending,
     actual: &LayeredPicture,
     expected: &LayeredPicture,
 ) -> Result<Judgement> {
-    let shot = shots.iter().find(|shot| shots_of_picture(&pending.name).any(|name| name == shot.name));
-    let limits = shot.map_or(Ok(suite.limits), |shot| suite.limits_of(&shot.path))?;
+    let limits = pending.shot.as_ref().map_or(Ok(suite.limits), |shot| suite.limits_of(&shot.path))?;
     Ok(judge(actual, expected, &limits.limits))
 }
 
-/// Lets `bytes` wait to become the reference of the picture `name`; nothing waits any more where there are none.
-pub(super) fn keep(suite: &Suite, name: &str, bytes: Option<&[u8]>) -> Result<()> {
+/// Lets `bytes` wait to become the reference of the picture `name`.
+pub(super) fn keep(suite: &Suite, name: &str, bytes: &[u8]) -> Result<()> {
     let file = pending_path(&suite.references, name);
-    match bytes {
-        Some(bytes) => {
-            probe_folder(&file)?;
-            write_atomically(&file, bytes)
-        }
-        None => remove_file(&file),
-    }
+    probe_folder(&file)?;
+    write_atomically(&file, bytes)
+}
+
+/// Forgets what waited to become the reference of the picture `name`.
+pub(super) fn forget_picture(suite: &Suite, name: &str) -> Result<()> {
+    remove_file(&pending_path(&suite.references, name))
+}
+
+/// Forgets that the reference `name` waited for its end.
+pub(super) fn forget_removal(suite: &Suite, name: &str) -> Result<()> {
+    remove_file(&removal_path(&suite.references, name))
+}
+
+/// Lets the end of the reference `name` wait; `owner` is the shot that it would be of, which does not ask for it.
+pub(super) fn keep_removal(suite: &Suite, name: &str, owner: Option<&str>) -> Result<()> {
+    write_atomically(&removal_path(&suite.references, name), owner_text(owner).as_bytes())
+}
+
+fn owner_text(owner: Option<&str>) -> String {
+    owner.map_or_else(|| "no shot\n".to_owned(), |owner| format!("not asked for by {owner}\n"))
 }
 
 /// Removes a file, if it is there.
-pub(super) fn remove_file(path: &Path) -> Result<()> {
+fn remove_file(path: &Path) -> Result<()> {
     match std::fs::remove_file(path) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => {
             Err(Error::WriteFailed { path: path.to_owned(), source })

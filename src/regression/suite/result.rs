@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::error::Error;
+
 use super::super::{FrameStatus, Limits, ReportedFrame};
 
 /// One shot.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct ShotResult {
     /// Its name.
     pub name: String,
@@ -19,12 +21,14 @@ pub struct ShotResult {
     pub pictures: Vec<ReportedFrame>,
     /// What the scene asks for and is not honoured.
     pub warnings: Vec<String>,
+    /// Why pictures could not be kept beside the references.
+    pub not_kept: Vec<Error>,
     /// Rendering and comparing.
     pub seconds: f64,
 }
 
 /// All that was tested.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct SuiteResult {
     /// In the order of their names.
     pub shots: Vec<ShotResult>,

@@ -11,8 +11,8 @@ use crate::settings_file::{not_toml, read_text};
 
 /// The name of a suite's file.
 pub const SUITE_FILE: &str = "suite.toml";
-/// Largest reference unless the suite says otherwise, KiB: a thousand pictures are 256 MiB.
-const MAX_REFERENCE_KIB: u64 = 256;
+/// Largest reference unless the suite says otherwise, KiB: room for 320x180 pixels with several layers of data.
+const MAX_REFERENCE_KIB: u64 = 1024;
 
 /// A suite.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct Suite {
     pub file: PathBuf,
     /// Where shots are looked for.
     pub scenes: PathBuf,
+    /// Files and folders below it in which none are looked for.
+    pub excluded: Vec<PathBuf>,
     /// References, at the paths of the shots.
     pub references: PathBuf,
     /// Where the report goes.
@@ -35,12 +37,20 @@ pub struct Suite {
 #[serde(deny_unknown_fields, default)]
 struct SuiteText {
     scenes: Option<PathBuf>,
+    exclude: Vec<PathBuf>,
     references: Option<PathBuf>,
     report: Option<PathBuf>,
     max_reference_kib: Option<u64>,
     test: LimitTable,
     #[serde(rename = "shot")]
     _shot: IgnoredAny,
+}
+
+/// What tells a suite file from a shot file.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct SuiteMark {
+    shot: Option<IgnoredAny>,
 }
 
 /// What a suite wants to know of a shot file.
@@ -62,8 +72,10 @@ impl Suite {
         let below = |path: Option<PathBuf>, default: &str| joined(folder, &path.unwrap_or(default.into()));
         let limits = PresetLimits::default().with(&text.test);
         let limits = limits.map_err(|why| Error::invalid(&file, "", format!("[test] {why}")))?;
+        let scenes = below(text.scenes.filter(|path| path != Path::new(".")), "");
         Ok(Self {
-            scenes: below(text.scenes.filter(|path| path != Path::new(".")), ""),
+            excluded: text.exclude.iter().map(|path| scenes.join(path)).collect(),
+            scenes,
             references: below(text.references, "references"),
             report: below(text.report, "report"),
             max_reference_bytes: text.max_reference_kib.unwrap_or(MAX_REFERENCE_KIB).saturating_mul(1024),
@@ -77,6 +89,17 @@ impl Suite {
         folder.ancestors().map(|folder| folder.join(SUITE_FILE)).find(|file| file.is_file())
     }
 
+    /// Why a file of so many bytes is too large for a reference; `None` when it is not.
+    pub(super) fn too_large(&self, bytes: u64) -> Option<String> {
+        (bytes > self.max_reference_bytes).then(|| {
+            format!(
+                "the file has {} KiB and a reference at most {}; ask for fewer pixels or layers, or raise max_reference_kib",
+                bytes.div_ceil(1024),
+                self.max_reference_bytes / 1024
+            )
+        })
+    }
+
     /// What passes for the shot at `path`: what the suite says, and what the shot file says of itself.
     pub(super) fn limits_of(&self, path: &Path) -> Result<PresetLimits> {
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
@@ -85,6 +108,12 @@ impl Suite {
         let text: ShotText = parse(path)?;
         self.limits.with(&text.test).map_err(|why| Error::invalid(path, "", format!("[test] {why}")))
     }
+}
+
+/// Whether a `.toml` file is a suite's and no shot's: by its name, or because it has a table `[shot]`.
+pub(super) fn is_suite_file(path: &Path) -> bool {
+    path.file_name().is_some_and(|name| name == SUITE_FILE)
+        || parse(path).is_ok_and(|mark: SuiteMark| mark.shot.is_some())
 }
 
 /// `path` from `folder`, without a way down and up again that would only be hard to read.
@@ -124,7 +153,7 @@ mod tests {
         assert_eq!(joined(Path::new(".."), Path::new("../a")), Path::new("../../a"));
         assert_eq!(read.report, folder.path().join("report"));
         assert_eq!(read.limits.preset, Preset::Exact);
-        assert_eq!(read.max_reference_bytes, 256 << 10);
+        assert_eq!(read.max_reference_bytes, 1024 << 10);
         std::fs::create_dir_all(folder.path().join("a/b")).unwrap();
         assert_eq!(Suite::find(&folder.path().join("a/b")), Some(folder.path().join(SUITE_FILE)));
     }

@@ -1,44 +1,59 @@
 //! One shot: rendered, compared, and kept where it differs.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
 use super::super::{
-    EncodedPicture, FrameStatus, Judgement, LayeredPicture, Limits, ReportedFrame, judge, pixel_hash,
+    EncodedPicture, FrameStatus, Judgement, LayeredPicture, Limits, PictureRoom, ReportedFrame, judge,
+    pixel_hash,
 };
 use super::limits::PresetLimits;
 use super::names::{picture_name, reference_path};
-use super::pending::keep;
+use super::pending::{forget_picture, forget_removal, keep};
 use super::render::render_shot;
-use super::result::is_passed;
 use super::{ShotReader, ShotResult, Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 
+/// What all shots of a run have in common.
+#[derive(Clone, Copy)]
+pub struct TestContext<'a> {
+    /// The suite.
+    pub suite: &'a Suite,
+    /// Understands its shots.
+    pub reader: &'a dyn ShotReader,
+    /// Whether pictures without reference, and those that differ, are kept beside the references.
+    pub keeps_pending: bool,
+    /// For the pictures of failures, until the report is written.
+    pub room: &'a PictureRoom,
+    /// Shots that are tested at the same time, which share the memory.
+    pub shots_at_once: usize,
+    /// Raised to stop.
+    pub cancel: &'a CancelFlag,
+}
+
 /// Renders and compares one shot.
 ///
 /// # Errors
-/// [`Error::Interrupted`] when cancelled, and what writing beside the references meets; all else is in the result.
-pub fn test_shot(
-    suite: &Suite,
-    reader: &dyn ShotReader,
-    shot: &SuiteShot,
-    keeps_pending: bool,
-    cancel: &CancelFlag,
-) -> Result<ShotResult> {
-    cancel.check()?;
+/// [`Error::Interrupted`] when cancelled; all else is in the result.
+pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResult> {
+    context.cancel.check()?;
     let start = Instant::now();
-    let limits = suite.limits_of(&shot.path);
-    let passing = limits.as_ref().map_or(suite.limits, |limits| *limits);
-    let tested = match limits.and_then(|limits| tested(suite, reader, shot, limits, cancel)) {
-        Ok(tested) => tested,
-        Err(error @ Error::Interrupted(_)) => return Err(error),
-        Err(error) => unopened(shot, &error),
-    };
-    if keeps_pending {
-        for picture in &tested.pictures {
-            keep(suite, &picture.reported.name, picture.pending.as_deref())?;
+    let limits = context.suite.limits_of(&shot.path);
+    let passing = limits.as_ref().map_or(context.suite.limits, |limits| *limits);
+    let tested = catch_unwind(AssertUnwindSafe(|| tested(context, shot, limits?)));
+    let tested = match tested {
+        Ok(Ok(tested)) => tested,
+        Ok(Err(error @ Error::Interrupted(_))) => return Err(error),
+        Ok(Err(error)) => unopened(shot, error.to_string()),
+        Err(_) => {
+            unopened(shot, "internal error: the program panicked; this is a bug worth reporting".to_owned())
         }
+    };
+    let mut not_kept = Vec::new();
+    if context.keeps_pending {
+        not_kept.extend(tested.pictures.iter().filter_map(|picture| settle(context.suite, picture).err()));
     }
     Ok(ShotResult {
         name: shot.name.clone(),
@@ -47,6 +62,7 @@ pub fn test_shot(
         limits: passing.limits,
         pictures: tested.pictures.into_iter().map(|picture| picture.reported).collect(),
         warnings: tested.warnings,
+        not_kept,
         seconds: start.elapsed().as_secs_f64(),
     })
 }
@@ -59,19 +75,25 @@ struct TestedShot {
 /// A picture, and the file that may become its reference.
 struct TestedPicture {
     reported: ReportedFrame,
-    pending: Option<Vec<u8>>,
+    file: Option<Vec<u8>>,
 }
 
-fn unopened(shot: &SuiteShot, error: &Error) -> TestedShot {
-    let reported = broken(shot.name.clone(), None, error.to_string());
-    TestedShot { pictures: vec![TestedPicture { reported, pending: None }], warnings: Vec::new() }
+fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
+    let reported = reported(shot.name.clone(), None, FrameStatus::Broken, message);
+    TestedShot { pictures: vec![TestedPicture { reported, file: None }], warnings: Vec::new() }
 }
 
-pub(super) fn broken(name: String, frame: Option<i64>, message: String) -> ReportedFrame {
+/// A picture of which only this is known.
+pub(super) fn reported(
+    name: String,
+    frame: Option<i64>,
+    status: FrameStatus,
+    message: String,
+) -> ReportedFrame {
     ReportedFrame {
         name,
         frame,
-        status: FrameStatus::Broken,
+        status,
         messages: vec![message],
         judgement: None,
         expected: None,
@@ -80,25 +102,35 @@ pub(super) fn broken(name: String, frame: Option<i64>, message: String) -> Repor
     }
 }
 
-fn tested(
-    suite: &Suite,
-    reader: &dyn ShotReader,
-    shot: &SuiteShot,
-    limits: PresetLimits,
-    cancel: &CancelFlag,
-) -> Result<TestedShot> {
-    let (job, warnings) = reader.job(suite, &shot.path)?;
-    let rendered = render_shot(job, cancel)?;
+/// Keeps a picture that somebody has to look at, and forgets what earlier runs kept where it passes. What cannot be tested says
+/// nothing about that.
+fn settle(suite: &Suite, picture: &TestedPicture) -> Result<()> {
+    let name = &picture.reported.name;
+    match (picture.reported.status, &picture.file) {
+        (FrameStatus::Passed, _) => forget_picture(suite, name)?,
+        (FrameStatus::Missing | FrameStatus::Different, Some(bytes)) => keep(suite, name, bytes)?,
+        _ => return Ok(()),
+    }
+    forget_removal(suite, name)
+}
+
+fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
+    let (mut job, warnings) = context.reader.job(context.suite, &shot.path)?;
+    job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
+    let rendered = render_shot(job, context.cancel)?;
     let count = rendered.frames.len();
     let pictures = rendered.frames.iter().map(|(frame, file)| {
         let name = picture_name(&shot.name, *frame, count);
         let number = (count > 1).then_some(*frame);
-        match file {
-            Ok(file) => compared(suite, &limits.limits, name, number, file),
+        let mut picture = match file {
+            Ok(file) => compared(context.suite, &limits.limits, (name, number), file)?,
             Err(error) => {
-                Ok(TestedPicture { reported: broken(name, number, error.to_string()), pending: None })
+                let reported = reported(name, number, FrameStatus::Broken, error.to_string());
+                TestedPicture { reported, file: None }
             }
-        }
+        };
+        context.room.admit(&mut picture.reported);
+        Ok(picture)
     });
     Ok(TestedShot {
         pictures: pictures.collect::<Result<_>>()?,
@@ -110,55 +142,56 @@ fn tested(
 fn compared(
     suite: &Suite,
     limits: &Limits,
-    name: String,
-    frame: Option<i64>,
+    (name, frame): (String, Option<i64>),
     file: &Path,
 ) -> Result<TestedPicture> {
     let reference = reference_path(&suite.references, &name);
     let actual = LayeredPicture::read(file)?;
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
-    let mut reported = broken(name, frame, String::new());
-    reported.messages.clear();
-    if reference.exists() {
+    let mut picture = if reference.exists() {
         match LayeredPicture::read(&reference) {
-            Ok(expected) => settle(&mut reported, &actual, &expected, limits),
-            Err(error) => {
-                reported.status = FrameStatus::Different;
-                reported.messages.push(error.to_string());
-            }
+            Ok(expected) => judged((name, frame), &actual, &expected, limits),
+            Err(error) => reported(name, frame, FrameStatus::Different, error.to_string()),
         }
     } else {
-        reported.status = FrameStatus::Missing;
-        reported.messages.push(format!("there is no reference {}", reference.display()));
+        let message = format!("there is no reference {}", reference.display());
+        reported(name, frame, FrameStatus::Missing, message)
+    };
+    let is_passed = picture.status == FrameStatus::Passed;
+    let stored = if is_passed { size_of(&reference) } else { bytes.len() as u64 };
+    if let Some(message) = suite.too_large(stored) {
+        picture.status = FrameStatus::Broken;
+        picture.messages.insert(0, message);
     }
-    let stored = if is_passed(&reported) { size_of(&reference) } else { bytes.len() as u64 };
-    if stored > suite.max_reference_bytes {
-        reported.status = FrameStatus::Broken;
-        reported.messages.push(format!(
-            "the file has {} KiB and a reference at most {}; ask for fewer pixels or layers, or raise max_reference_kib",
-            stored.div_ceil(1024),
-            suite.max_reference_bytes / 1024
-        ));
+    if picture.status != FrameStatus::Passed {
+        let errors = picture.judgement.as_mut().and_then(|judgement| judgement.flip_map.take());
+        picture.actual = EncodedPicture::new(&actual).map(|packed| match &errors {
+            Some(map) => packed.with_errors(map),
+            None => packed,
+        });
+        picture.actual_hash = Some(pixel_hash(&actual));
     }
-    if !is_passed(&reported) {
-        reported.actual = EncodedPicture::new(&actual);
-        reported.actual_hash = Some(pixel_hash(&actual));
-    }
-    let waits = matches!(reported.status, FrameStatus::Missing | FrameStatus::Different);
-    Ok(TestedPicture { reported, pending: waits.then_some(bytes) })
+    Ok(TestedPicture { reported: picture, file: Some(bytes) })
 }
 
-fn settle(reported: &mut ReportedFrame, actual: &LayeredPicture, expected: &LayeredPicture, limits: &Limits) {
+fn judged(
+    (name, frame): (String, Option<i64>),
+    actual: &LayeredPicture,
+    expected: &LayeredPicture,
+    limits: &Limits,
+) -> ReportedFrame {
     let mut judgement: Judgement = judge(actual, expected, limits);
-    if judgement.passes() {
-        reported.status = FrameStatus::Passed;
+    let passes = judgement.passes();
+    let mut picture = reported(name, frame, FrameStatus::Passed, String::new());
+    picture.messages = judgement.failures();
+    if passes {
         judgement.flip_map = None;
     } else {
-        reported.status = FrameStatus::Different;
-        reported.messages = judgement.failures();
-        reported.expected = EncodedPicture::new(expected);
+        picture.status = FrameStatus::Different;
+        picture.expected = EncodedPicture::new(expected);
     }
-    reported.judgement = Some(judgement);
+    picture.judgement = Some(judgement);
+    picture
 }
 
 fn size_of(file: &Path) -> u64 {

@@ -36,7 +36,7 @@ pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
-    EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, ReportPage, ReportedFrame,
+    EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, PictureRoom, ReportPage, ReportedFrame,
     ReportedShot, write_report,
 };
 pub use root_mean_square::{RootMeanSquare, root_mean_square};

@@ -7,19 +7,15 @@ use crate::error::{Error, Result};
 use crate::image_file::probe_folder;
 use crate::regression::suite::shell_word;
 use crate::regression::{
-    EncodedPicture, FilePair, FlipMap, FolderSummary, FrameStatus, Judgement, LayeredPicture,
-    PICTURE_BUDGET_BYTES, PairedFiles, ReportPage, ReportedFrame, ReportedShot, frame_number, is_sequence,
-    write_report,
+    EncodedPicture, FilePair, FlipMap, FolderSummary, FrameStatus, Judgement, LayeredPicture, PairedFiles,
+    PictureRoom, ReportPage, ReportedFrame, ReportedShot, frame_number, is_sequence, write_report,
 };
-
-/// Bytes of packed pictures to choose from; beyond, frames are kept without.
-const MEMORY_BYTES: usize = 4 * PICTURE_BUDGET_BYTES;
 
 /// A page that is being made.
 pub(super) struct DiffPage {
     path: PathBuf,
     frames: Vec<ReportedFrame>,
-    room: usize,
+    room: PictureRoom,
 }
 
 impl DiffPage {
@@ -30,7 +26,7 @@ impl DiffPage {
         }
         let path = folder.join("index.html");
         probe_folder(&path)?;
-        Ok(Self { path, frames: Vec::new(), room: MEMORY_BYTES })
+        Ok(Self { path, frames: Vec::new(), room: PictureRoom::new() })
     }
 
     /// Adds two files that were compared; pictures are kept where they differ.
@@ -113,17 +109,7 @@ impl DiffPage {
     }
 
     fn push(&mut self, mut frame: ReportedFrame) {
-        let pictures = [&mut frame.expected, &mut frame.actual];
-        let bytes: usize =
-            pictures.iter().filter_map(|picture| picture.as_ref()).map(EncodedPicture::size_bytes).sum();
-        match self.room.checked_sub(bytes) {
-            Some(room) => self.room = room,
-            None => {
-                for picture in pictures {
-                    *picture = picture.take().map(EncodedPicture::left_out);
-                }
-            }
-        }
+        self.room.admit(&mut frame);
         self.frames.push(frame);
     }
 }

@@ -7,6 +7,7 @@ mod budget;
 mod data;
 mod html;
 mod picture;
+mod room;
 
 use std::path::Path;
 
@@ -18,6 +19,7 @@ use crate::image_file::{probe_folder, write_atomically};
 
 pub use budget::PICTURE_BUDGET_BYTES;
 pub use picture::EncodedPicture;
+pub use room::PictureRoom;
 
 /// What the page shows.
 #[derive(Clone, Debug, Default)]

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::Instant;
 
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -14,9 +14,10 @@ use rayframe::cancel::CancelFlag;
 use rayframe::cli::ShotFiles;
 use rayframe::error::Result;
 use rayframe::regression::suite::{
-    RunOptions, ShotResult, Suite, SuiteResult, SuiteShot, discover, finish, is_ci, report_page, test_shot,
+    ShotResult, Suite, SuiteResult, SuiteShot, TestContext, dangling_references, discover, finish, is_ci,
+    report_page, test_shot,
 };
-use rayframe::regression::write_report;
+use rayframe::regression::{PictureRoom, write_report};
 
 #[expect(clippy::print_stderr, reason = "a test says what is wrong")]
 fn main() -> ExitCode {
@@ -32,53 +33,60 @@ fn main() -> ExitCode {
 
 fn tested(arguments: &Arguments) -> Result<ExitCode> {
     let suite = Arc::new(Suite::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"))?);
-    let shots = discover(&suite, &ShotFiles)?;
+    let shots = Arc::new(discover(&suite, &ShotFiles)?);
     let results = Arc::new(Mutex::new(Vec::new()));
-    let trials = shots.iter().map(|shot| trial(&suite, shot, &results)).collect();
+    let mut trials: Vec<Trial> = shots.iter().map(|shot| trial(&suite, shot, &results)).collect();
+    let (of_suite, of_shots) = (Arc::clone(&suite), Arc::clone(&shots));
+    trials.push(Trial::test("references_have_shots", move || {
+        let dangling = dangling_references(&of_suite, &ShotFiles, &of_shots)?;
+        if dangling.is_empty() { Ok(()) } else { Err(Failed::from(dangling.join("\n"))) }
+    }));
     let start = Instant::now();
     let conclusion = libtest_mimic::run(arguments, trials);
-    let shots_of_results =
-        std::mem::take(&mut *results.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
-    if arguments.list || shots_of_results.is_empty() {
-        return Ok(conclusion.exit_code());
+    let results = std::mem::take(&mut *results.lock().unwrap_or_else(PoisonError::into_inner));
+    // A part of the shots leaves the report of all as it was, unless there is something to be seen.
+    if results.len() == shots.len() || results.iter().any(|result| !result.passes()) {
+        report(&suite, &shots, results, start.elapsed().as_secs_f64())?;
     }
-    let is_whole = shots_of_results.len() == shots.len();
-    let seconds = start.elapsed().as_secs_f64();
-    let dangling = report(&suite, &shots, shots_of_results, seconds)?;
-    // References without a shot are told where all shots are known.
-    Ok(if dangling > 0 && is_whole { ExitCode::from(101) } else { conclusion.exit_code() })
+    Ok(conclusion.exit_code())
 }
+
+/// Room for the pictures of failures.
+static ROOM: LazyLock<PictureRoom> = LazyLock::new(PictureRoom::new);
 
 fn trial(suite: &Arc<Suite>, shot: &SuiteShot, results: &Arc<Mutex<Vec<ShotResult>>>) -> Trial {
     let (suite, shot, results) = (Arc::clone(suite), shot.clone(), Arc::clone(results));
     Trial::test(shot.name.clone(), move || {
-        let result = test_shot(&suite, &ShotFiles, &shot, !is_ci(), &CancelFlag::new())?;
-        let messages = result.failures();
-        let passes = result.passes();
-        if let Ok(mut results) = results.lock() {
-            results.push(result);
-        }
-        if passes { Ok(()) } else { Err(Failed::from(messages.join("\n"))) }
+        let cancel = CancelFlag::new();
+        let context = TestContext {
+            suite: &suite,
+            reader: &ShotFiles,
+            keeps_pending: !is_ci(),
+            room: &ROOM,
+            shots_at_once: 1,
+            cancel: &cancel,
+        };
+        let result = test_shot(&context, &shot)?;
+        let (passes, failures) = (result.passes(), result.failures());
+        results.lock().unwrap_or_else(PoisonError::into_inner).push(result);
+        if passes { Ok(()) } else { Err(Failed::from(failures.join("\n"))) }
     })
 }
 
-/// Writes the page; gives the number of references that no shot asks for.
-#[expect(clippy::print_stderr, reason = "a test says what is wrong")]
-fn report(suite: &Suite, shots: &[SuiteShot], mut results: Vec<ShotResult>, seconds: f64) -> Result<usize> {
+/// Writes the page.
+#[expect(clippy::print_stderr, reason = "a test says what is to be done")]
+fn report(suite: &Suite, shots: &[SuiteShot], mut results: Vec<ShotResult>, seconds: f64) -> Result<()> {
     results.sort_by(|a, b| a.name.cmp(&b.name));
-    let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
-    let dangling = finish(suite, shots, &results, &options)?;
+    let dangling = finish(suite, shots, &results, "", !is_ci())?;
     let result = SuiteResult { shots: results, dangling, seconds };
+    let passes = result.passes();
     let page = suite.report.join("index.html");
-    write_report(&report_page(suite, &result, "cargo test --release --test references"), &page)?;
-    for picture in &result.dangling {
-        eprintln!("{}: {}", picture.name, picture.messages.join("; "));
-    }
-    if !result.passes() {
+    write_report(&report_page(suite, result, "cargo test --release --test references", !is_ci()), &page)?;
+    if !passes {
         eprintln!(
             "report: {}\naccept what is right: cargo run --release -- accept --suite scenes",
             page.display()
         );
     }
-    Ok(result.dangling.len())
+    Ok(())
 }

@@ -34,7 +34,7 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     refuse_in_ci("accept")?;
     let (suite, waiting) = waiting(&args.which)?;
     let chosen = match &args.approvals {
-        Some(file) => approved(&suite, &suite::read_approvals(file)?, waiting)?,
+        Some(file) => approved(&suite, &suite::read_approvals(file)?, &waiting)?,
         None => waiting,
     };
     for pending in &chosen {
@@ -98,7 +98,7 @@ pub(super) fn waiting(args: &RejectArgs) -> Result<(Suite, Vec<Pending>)> {
 
 /// Those of `waiting` that are approved; what is already as it was approved counts as done. All others must fit, or nothing is
 /// accepted.
-fn approved(suite: &Suite, approvals: &[Approval], waiting: Vec<Pending>) -> Result<Vec<Pending>> {
+fn approved(suite: &Suite, approvals: &[Approval], waiting: &[Pending]) -> Result<Vec<Pending>> {
     let mut contradictions = Vec::new();
     let mut chosen = Vec::new();
     for approval in approvals {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::shot::check_suite_settings;
 use super::{ShotRequest, scene_of_shot, shot_job};
 use crate::error::{Error, Result, Warning};
 use crate::regression::suite::{SUITE_FILE, ShotReader, Suite, shell_word};
@@ -23,32 +24,37 @@ impl SuiteOption {
     /// # Errors
     /// [`Error::Usage`] when none is named and none found, and those of reading it.
     pub(super) fn read(&self) -> Result<Suite> {
+        let suite = Suite::read(&self.file()?)?;
+        check_suite_settings(&suite.file)?;
+        Ok(suite)
+    }
+
+    fn file(&self) -> Result<PathBuf> {
+        let here = PathBuf::from(SUITE_FILE);
         if let Some(path) = &self.suite {
-            return Suite::read(path);
+            return Ok(path.clone());
         }
-        let here = Path::new(SUITE_FILE);
         if here.is_file() {
-            return Suite::read(here);
+            return Ok(here);
         }
         let folder = std::env::current_dir().unwrap_or_default();
-        let file = Suite::find(&folder).ok_or_else(|| {
+        Suite::find(&folder).ok_or_else(|| {
             Error::usage(format!(
                 "there is no {SUITE_FILE} here or in a folder above; rayframe test --init makes one, --suite names one elsewhere"
             ))
-        })?;
-        Suite::read(&file)
+        })
+    }
+
+    /// ` --suite DIR` as it was typed; nothing where it was not.
+    pub(super) fn shown(&self) -> String {
+        let path = self.suite.as_ref().map(|path| shell_word(&path.display().to_string()));
+        path.map(|path| format!(" --suite {path}")).unwrap_or_default()
     }
 
     /// The folder that is named, or the current one.
     pub(super) fn folder(&self) -> &Path {
         self.suite.as_deref().unwrap_or(Path::new(""))
     }
-}
-
-/// ` --suite DIR` as it was typed; nothing where it was not.
-pub(super) fn shown_suite(option: &SuiteOption) -> String {
-    let path = option.suite.as_ref().map(|path| shell_word(&path.display().to_string()));
-    path.map(|path| format!(" --suite {path}")).unwrap_or_default()
 }
 
 /// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.

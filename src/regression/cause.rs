@@ -51,11 +51,13 @@ pub enum Cause {
         /// Pixels in which it differs.
         pixels: usize,
     },
-    /// Only light differs.
+    /// Only light differs, or what a surface does with it.
     Light {
         /// The factors on red, green and blue, where they explain the difference.
         factors: Option<[f64; 3]>,
     },
+    /// Things are where they were; whether they have other colours or other light no layer tells.
+    MaterialOrLight,
     /// Differences without structure.
     Noise,
     /// There are no layers to tell.
@@ -69,33 +71,52 @@ impl std::fmt::Display for Cause {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Camera { right, down } => {
-                write!(formatter, "camera: all is {right:+.2} pixels to the right and {down:+.2} down")
+                let (x, y) =
+                    (if *right < 0.0 { "left" } else { "right" }, if *down < 0.0 { "up" } else { "down" });
+                write!(
+                    formatter,
+                    "camera: all is {:.2} pixels to the {x} and {:.2} {y}",
+                    right.abs(),
+                    down.abs()
+                )
             }
             Self::Geometry { layer, pixels } => {
-                write!(formatter, "geometry: {layer} differs in {pixels} pixels")
+                write!(formatter, "geometry: {layer} differs in {}", pixels_text(*pixels))
             }
             Self::Material { layer, pixels } => {
-                write!(formatter, "material: {layer} differs in {pixels} pixels")
+                write!(formatter, "material: {layer} differs in {}", pixels_text(*pixels))
             }
             Self::Light { factors: Some([r, g, b]) } => {
                 write!(formatter, "light: red times {r:.3}, green times {g:.3}, blue times {b:.3}")
             }
             Self::Light { factors: None } => {
-                write!(formatter, "light: surfaces are the same, the light is not")
+                write!(
+                    formatter,
+                    "light: shapes and colours are the same; lamps, surroundings, roughness, metalness, glow or glass are not"
+                )
             }
+            Self::MaterialOrLight => write!(
+                formatter,
+                "material or light: things are where they were; a layer albedo would tell colours from light"
+            ),
             Self::Noise => write!(formatter, "noise: the differences have no structure"),
             Self::Unclear { share } => {
                 let percent = share * 100.0;
                 write!(
                     formatter,
-                    "unclear: {percent:.2} % of pixels differ in brightness, and there are no layers to tell why"
+                    "unclear: {percent:.2} % of pixels differ in brightness; layers object_id, material_id and albedo would tell why"
                 )
             }
         }
     }
 }
 
-/// The likely cause of differences between two pictures of one size; `layers` are those that both have.
+fn pixels_text(count: usize) -> String {
+    format!("{count} pixel{}", if count == 1 { "" } else { "s" })
+}
+
+/// The likely cause of differences between two pictures of one size. `layers` are those that both have, and in which pixels differ
+/// beyond the limits; what the limits allow is no cause.
 pub fn likely_cause(
     actual: &LayeredPicture,
     reference: &LayeredPicture,
@@ -133,9 +154,12 @@ pub fn likely_cause(
     }
     let factors =
         light_factors(&actual.clone().in_light().colors()?, &reference.clone().in_light().colors()?);
-    let has_layers = layers.iter().any(|layer| GEOMETRY.contains(&layer.layer.as_str()));
-    if factors.is_some() || has_layers {
+    let has = |names: &[&str]| layers.iter().any(|layer| names.contains(&layer.layer.as_str()));
+    if factors.is_some() || (has(&GEOMETRY) && has(&["albedo"])) {
         return Some(Cause::Light { factors });
+    }
+    if has(&GEOMETRY) || has(&MATERIAL) {
+        return Some(Cause::MaterialOrLight);
     }
     let different = differences.iter().filter(|difference| **difference != 0.0).count();
     Some(Cause::Unclear { share: different as f64 / differences.len() as f64 })
@@ -242,5 +266,6 @@ mod tests {
         assert!(matches!(cause(&[albedo.clone(), depth]), Cause::Geometry { pixels: 64, .. }));
         assert!(matches!(cause(&[differing("depth", 0), albedo]), Cause::Material { pixels: 60, .. }));
         assert_eq!(cause(&[differing("depth", 0), differing("albedo", 0)]), Cause::Light { factors: None });
+        assert_eq!(cause(&[differing("object_id", 0), differing("material_id", 0)]), Cause::MaterialOrLight);
     }
 }

@@ -118,9 +118,25 @@ pub fn judge(actual: &LayeredPicture, reference: &LayeredPicture, limits: &Limit
         judge_colors(&mut judgement, (&ours, &theirs), reference, limits);
     }
     if !judgement.passes() {
-        judgement.cause = likely_cause(actual, reference, &judgement.layers);
+        judgement.cause =
+            likely_cause(actual, reference, &beyond_limits(&judgement.layers, reference, limits));
     }
     judgement
+}
+
+/// The layers, those that pass without a pixel that differs.
+fn beyond_limits(
+    layers: &[LayerDifference],
+    reference: &LayeredPicture,
+    limits: &Limits,
+) -> Vec<LayerDifference> {
+    let pixels = f64::from(reference.size.0) * f64::from(reference.size.1);
+    let settled = layers.iter().map(|layer| {
+        let share = if is_light(&layer.layer, reference) { limits.light_share } else { limits.data_share };
+        let passes = layer.different_pixels as f64 <= share * pixels;
+        LayerDifference { different_pixels: if passes { 0 } else { layer.different_pixels }, ..layer.clone() }
+    });
+    settled.collect()
 }
 
 fn faults(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Fault> {
@@ -260,7 +276,7 @@ fn brightness_difference(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
 impl std::fmt::Display for Check {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let sign = if self.passes { "<=" } else { ">" };
-        write!(formatter, "{} {} {sign} {}", self.measure, short(self.measured), short(self.limit))?;
+        write!(formatter, "{}: {} {sign} {}", self.measure, short(self.measured), short(self.limit))?;
         match self.at {
             Some((x, y)) => write!(formatter, ", worst at column {x}, row {y}"),
             None => Ok(()),
@@ -270,6 +286,10 @@ impl std::fmt::Display for Check {
 
 /// Four digits, without zeros that say nothing.
 pub(super) fn short(value: f64) -> String {
+    // Counts as they are.
+    if value == libm::trunc(value) && value.abs() < 1e9 {
+        return format!("{value:.0}");
+    }
     let digits = if value == 0.0 { 0.0 } else { libm::floor(libm::log10(value.abs())) };
     if !digits.is_finite() || !(-4.0..4.0).contains(&digits) {
         return format!("{value:.1e}");
@@ -341,7 +361,10 @@ mod tests {
         red(&mut actual)[47] = f32::from_bits(0.5_f32.to_bits() + 1);
         let judgement = judge(&actual, &reference, &Preset::Exact.limits());
         let told = judgement.failures().join("\n");
-        assert!(told.contains("share of pixels with beauty off by more than 0 and 0 % 0.0025 > 0"), "{told}");
+        assert!(
+            told.contains("share of pixels with beauty off by more than 0 and 0 %: 0.0025 > 0"),
+            "{told}"
+        );
         assert!(told.contains("worst at column 7, row 2"), "{told}");
         assert!(!judgement.is_identical);
         assert!(judge(&actual, &reference, &Preset::Strict.limits()).passes());

@@ -37,7 +37,7 @@ pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
     EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, PictureRoom, ReportPage, ReportedFrame,
-    ReportedShot, write_report,
+    ReportedShot, check_report_place, write_report,
 };
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};

@@ -91,10 +91,10 @@ fn two_pictures_are_the_same_or_not_with_value_and_limit() {
     assert_eq!(output.status.code(), Some(1), "{told}");
     assert!(told.starts_with("different by preset visual: "), "{told}");
     assert!(
-        told.contains("  FAIL FLIP of the worst tile 0.") && told.contains(" > 0.2, worst at column "),
+        told.contains("  FAIL FLIP of the worst tile: 0.") && told.contains(" > 0.2, worst at column "),
         "{told}"
     );
-    assert!(told.contains("  ok   difference of mean brightness 0 <= 0.03"), "{told}");
+    assert!(told.contains("  ok   difference of mean brightness: 0 <= 0.03"), "{told}");
 }
 
 #[test]

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::{DiffArgs, shown};
 use crate::error::{Error, Result};
-use crate::image_file::probe_folder;
 use crate::regression::suite::shell_word;
 use crate::regression::{
     EncodedPicture, FilePair, FlipMap, FolderSummary, FrameStatus, Judgement, LayeredPicture, PairedFiles,
-    PictureRoom, ReportPage, ReportedFrame, ReportedShot, frame_number, is_sequence, write_report,
+    PictureRoom, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number, is_sequence,
+    write_report,
 };
 
 /// A page that is being made.
@@ -25,7 +25,7 @@ impl DiffPage {
             return Err(Error::usage("--report: name a folder"));
         }
         let path = folder.join("index.html");
-        probe_folder(&path)?;
+        check_report_place(&path)?;
         Ok(Self { path, frames: Vec::new(), room: PictureRoom::new() })
     }
 
@@ -76,6 +76,7 @@ impl DiffPage {
             folders: vec![FolderSummary { name: String::new(), passed, failed, seconds: 0.0 }],
             shots: Vec::new(),
             can_approve: false,
+            accept_command: String::new(),
         };
         if failed > 0 {
             page.shots.push(ReportedShot {

@@ -8,7 +8,7 @@ use crate::sequence::SequenceJob;
 use super::super::refusal;
 use super::super::render_job::{RenderJob, render_job};
 use super::setting::{Origin, Setting, Value};
-use super::{MeantOptions, defined_by, file, is_shot, no_scene, options, put_together};
+use super::{MeantOptions, check_alone, defined_by, file, is_shot, no_scene, options, put_together};
 
 /// Which shot is meant, and what is said about it elsewhere.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +56,43 @@ pub fn scene_of_shot(path: &Path) -> Result<PathBuf> {
         Some(Value::Texts(texts)) => Ok(texts.into_iter().collect()),
         Some(Value::Flag(_)) | None => Err(no_scene(Some(path))),
     }
+}
+
+/// Settings that say what becomes of files and of the terminal, of which a suite has ways of its own.
+const NOT_FOR_SUITES: [&str; 16] = [
+    "all",
+    "contact_sheet",
+    "keep_going",
+    "manifest",
+    "movie",
+    "output",
+    "overwrite",
+    "preview",
+    "progress",
+    "quiet",
+    "resume",
+    "show",
+    "split_aovs",
+    "stamp",
+    "stats",
+    "threads",
+];
+
+/// Finds what is wrong with the settings that a suite file has for all its shots.
+///
+/// # Errors
+/// Those of reading the file, and [`Error::Invalid`] with the line for a setting that is wrong or has no effect.
+///
+/// [`Error::Invalid`]: crate::error::Error::Invalid
+pub(in super::super) fn check_suite_settings(path: &Path) -> Result<()> {
+    let command = options();
+    for setting in file::read_suite(path, &command)? {
+        check_alone(&command, &setting)?;
+        if NOT_FOR_SUITES.contains(&setting.key.as_str()) {
+            return Err(setting.error("has no effect on what is compared; leave it out"));
+        }
+    }
+    Ok(())
 }
 
 /// The settings by their precedence: overrides, the shot's own, the suite's.

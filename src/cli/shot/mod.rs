@@ -23,6 +23,7 @@ use super::render_args::RenderArgs;
 
 use setting::{Origin, Setting, Value, arg_of, argument_list, excludes, is_setting};
 
+pub(super) use job::check_suite_settings;
 pub use job::{ShotJob, ShotRequest, scene_of_shot, shot_job};
 pub(super) use plan::{plan_json, plan_text};
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use super::super::suite_options::SuiteOption;
 use crate::error::{Error, Result};
-use crate::image_file::write_atomically;
+use crate::image_file::{probe_folder, write_atomically};
 use crate::progress::print_output;
 use crate::regression::suite::SUITE_FILE;
 
@@ -13,7 +14,7 @@ const SUITE_TEXT: &str = r#"# A suite: `rayframe test` renders what is here and 
 
 references = "references"   # expected pictures, at the paths of the shots
 report = "report"           # index.html goes here when something differs, or nothing
-max_reference_kib = 256     # what is larger is refused: references live in version control (or in Git LFS: git lfs track "*.exr")
+max_reference_kib = 1024    # what is larger is refused: references live in version control (or in Git LFS: git lfs track "*.exr")
 
 [test]
 preset = "visual"           # exact, strict, visual or noisy; a shot file may have a table [test] of its own
@@ -22,6 +23,7 @@ preset = "visual"           # exact, strict, visual or noisy; a shot file may ha
 resolution = [320, 180]
 samples = 4
 frames = 0                  # of an animation: 0, [0, 12, 24], "1-10" or "all"
+layers = ["object_id", "material_id"]   # few bytes that tell what moved from what looks otherwise; "albedo" and "depth" tell more
 "#;
 
 /// What version control leaves alone.
@@ -31,7 +33,8 @@ const IGNORED: &str = "/report/\n*.new\n";
 ///
 /// # Errors
 /// [`Error::CannotCreate`] when there is a suite already or the folder cannot be written to.
-pub(super) fn init(folder: &Path) -> Result<()> {
+pub(super) fn init(option: &SuiteOption) -> Result<()> {
+    let folder = option.folder();
     let is_file = folder.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
     let file = if is_file { folder.to_owned() } else { folder.join(SUITE_FILE) };
     let folder = file.parent().unwrap_or(Path::new(""));
@@ -39,22 +42,22 @@ pub(super) fn init(folder: &Path) -> Result<()> {
         let message = "is there already; edit it, or name another folder with --suite".to_owned();
         return Err(Error::CannotCreate { path: file, message });
     }
-    if !folder.as_os_str().is_empty() {
-        std::fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
-            path: folder.to_owned(),
-            message: format!("the folder cannot be created: {error}"),
-        })?;
-    }
+    probe_folder(&file)?;
     write_atomically(&file, SUITE_TEXT.as_bytes())?;
     let ignore = folder.join(".gitignore");
-    let hint = if ignore.exists() {
-        format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim())
-    } else {
-        write_atomically(&ignore, IGNORED.as_bytes())?;
-        String::new()
+    let hint = match std::fs::read_to_string(&ignore) {
+        Ok(text) if IGNORED.lines().all(|line| text.lines().any(|found| found.trim() == line)) => {
+            String::new()
+        }
+        Ok(_) => format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim()),
+        Err(_) => {
+            write_atomically(&ignore, IGNORED.as_bytes())?;
+            String::new()
+        }
     };
+    let suite = option.shown();
     print_output(&format!(
-        "{} written; put a scene beside it, then:\n  rayframe test     renders it, and says that there is no reference yet\n  rayframe accept   makes what was rendered the reference\n  rayframe test     passes until the picture changes{hint}",
+        "{} written; put a scene beside it, then:\n  rayframe test{suite}     renders it, and says that there is no reference yet\n  rayframe accept{suite}   makes what was rendered the reference\n  rayframe test{suite}     passes until the picture changes{hint}",
         file.display()
     ));
     Ok(())

@@ -5,18 +5,18 @@ mod report;
 mod text;
 
 use std::io::IsTerminal as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
-use super::suite_options::{ShotFiles, SuiteOption, shown_suite};
+use super::suite_options::{ShotFiles, SuiteOption};
 use super::{Ending, ending, options, signals};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
-use crate::progress::{SuiteProgress, print_output};
+use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
 use crate::regression::suite::{self, RunOptions, Suite, SuiteResult};
-use crate::regression::write_report;
+use crate::regression::{check_report_place, write_report};
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]
@@ -28,10 +28,10 @@ pub(super) struct TestArgs {
     #[command(flatten)]
     suite: SuiteOption,
     /// Make a suite of the folder, the current one unless --suite names another
-    #[arg(long, conflicts_with_all = ["filter", "list", "json", "junit", "report"])]
+    #[arg(long, conflicts_with_all = ["filter", "list", "json", "junit", "report", "threads", "quiet"])]
     init: bool,
     /// Print the names of the shots and do nothing
-    #[arg(long, conflicts_with_all = ["json", "junit", "report"])]
+    #[arg(long, conflicts_with_all = ["json", "junit", "report", "threads", "quiet"])]
     list: bool,
     /// Print what was found as JSON
     #[arg(long)]
@@ -69,37 +69,41 @@ pub(super) fn run(args: &TestArgs) -> Ending {
 
 fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     if args.init {
-        return init::init(args.suite.folder()).map(|()| true);
+        return init::init(&args.suite).map(|()| true);
     }
-    let mut suite = args.suite.read()?;
-    if let Some(report) = &args.report {
-        suite.report.clone_from(report);
-    }
+    let suite = args.suite.read()?;
     if args.list {
-        let shots = suite::discover(&suite, &ShotFiles)?;
-        let names = shots.iter().map(|shot| shot.name.as_str());
-        let names: Vec<&str> = names.filter(|name| name.contains(&args.filter)).collect();
+        let chosen = suite::chosen_shots(&suite, &suite::discover(&suite, &ShotFiles)?, &args.filter)?;
+        let names: Vec<String> = chosen.iter().map(|shot| one_line(&shot.name)).collect();
         print_output(&names.join("\n"));
         return Ok(true);
     }
-    let page = suite.report.join("index.html");
-    for file in [Some(page.as_path()), args.junit.as_deref()].into_iter().flatten() {
+
+    // Find what cannot be written before anything is rendered.
+    let page = args.report.as_ref().unwrap_or(&suite.report).join("index.html");
+    check_report_place(&page)?;
+    if let Some(file) = &args.junit {
         probe_folder(file)?;
     }
+
     let result = tested(args, &suite, cancel)?;
-    write_report(&suite::report_page(&suite, &result, &command(args, &suite)), &page)?;
+    let passes = result.passes();
+    for error in result.shots.iter().flat_map(|shot| &shot.not_kept) {
+        print_warning(&format!("a picture could not be kept to be accepted: {error}"));
+    }
     if let Some(file) = &args.junit {
         write_atomically(file, suite::junit_xml(&result)?.as_bytes())?;
     }
     let text = if args.json {
         report::json(&suite, &result, &page)?
     } else {
-        text::text(&result, &page, &shown_suite(&args.suite), args.quiet)
+        text::text(&result, &page, &args.suite.shown(), args.quiet)
     };
+    write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
     if !text.is_empty() {
         print_output(&text);
     }
-    Ok(result.passes())
+    Ok(passes)
 }
 
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
@@ -110,16 +114,28 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
         threads: args.threads.map_or(0, |threads| threads as usize),
     };
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());
-    suite::run(suite, &ShotFiles, &options, cancel, &|shot| progress.tell(&shot.name, shot.passes()))
+    let result = suite::run(suite, &ShotFiles, &options, cancel, &|count, shot| {
+        progress.tell(count, &shot.name, shot.passes());
+    });
+    if matches!(result, Err(Error::Interrupted(_))) {
+        let (tested, count) = progress.counts();
+        print_note(&format!(
+            "stopped after {tested} of {} shots; the report is that of an earlier run",
+            if count == 0 { "the".to_owned() } else { count.to_string() }
+        ));
+    }
+    result
 }
 
 /// The command that was given, to be typed again.
 fn command(args: &TestArgs, suite: &Suite) -> String {
-    let mut command = "rayframe test".to_owned();
-    for word in [&args.filter].into_iter().filter(|word| !word.is_empty()) {
-        command.push(' ');
-        command.push_str(&suite::shell_word(word));
+    let mut words = vec!["rayframe".to_owned(), "test".to_owned()];
+    if !args.filter.is_empty() {
+        words.push(args.filter.clone());
     }
-    let file: &Path = &suite.file;
-    format!("{command} --suite {}", suite::shell_word(&file.display().to_string()))
+    words.extend(["--suite".to_owned(), suite.file.display().to_string()]);
+    if let Some(folder) = &args.report {
+        words.extend(["--report".to_owned(), folder.display().to_string()]);
+    }
+    words.iter().map(|word| suite::shell_word(word)).collect::<Vec<_>>().join(" ")
 }

@@ -18,7 +18,7 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: boo
     if !is_quiet {
         folder_lines(&mut text, &folders(result));
     }
-    for shot in result.shots.iter().filter(|shot| !shot.warnings.is_empty()) {
+    for shot in result.shots.iter().filter(|shot| !is_quiet && !shot.warnings.is_empty()) {
         let _ = writeln!(text, "warning: {}: {}", one_line(&shot.name), one_line(&shot.warnings.join("; ")));
     }
     for shot in result.shots.iter().filter(|shot| !shot.passes()) {

@@ -169,6 +169,7 @@ mod tests {
             folders: vec![FolderSummary { failed: 2, passed: 3, ..FolderSummary::default() }],
             shots: vec![shot],
             can_approve: true,
+            accept_command: String::new(),
         }
     }
 
@@ -241,7 +242,7 @@ mod tests {
         let plain = between(&text, "<noscript>", "</noscript>");
         assert!(
             plain.contains("<p>2 failed, 3 passed.</p>")
-                && plain.contains("<li>a&lt;b2: different<br>mean FLIP 0.")
+                && plain.contains("<li>a&lt;b2: different<br>mean FLIP: 0.")
         );
     }
 }

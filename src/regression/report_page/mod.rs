@@ -14,12 +14,15 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Judgement, Limits};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 
 pub use budget::PICTURE_BUDGET_BYTES;
 pub use picture::EncodedPicture;
 pub use room::PictureRoom;
+
+/// What all pages begin with.
+const GENERATOR: &str = "<meta name=\"generator\" content=\"rayframe\">";
 
 /// What the page shows.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +37,8 @@ pub struct ReportPage {
     pub shots: Vec<ReportedShot>,
     /// Whether failures can be approved, which gives them tick boxes.
     pub can_approve: bool,
+    /// The command that takes what was approved, as it is to be typed; empty where nothing can be.
+    pub accept_command: String,
 }
 
 /// How the shots of a folder did.
@@ -99,6 +104,20 @@ pub enum FrameStatus {
     Dangling,
     /// It could not be rendered, or cannot be accepted as it is.
     Broken,
+}
+
+/// Makes sure that a page can be written to `path`; folders are created.
+///
+/// # Errors
+/// [`Error::CannotCreate`] when it cannot, or when something that is not such a page has the name.
+pub fn check_report_place(path: &Path) -> Result<()> {
+    if let Ok(text) = std::fs::read(path)
+        && !text.windows(GENERATOR.len()).take(4096).any(|part| part == GENERATOR.as_bytes())
+    {
+        let message = "is there already and no report; name another folder".to_owned();
+        return Err(Error::CannotCreate { path: path.to_owned(), message });
+    }
+    probe_folder(path)
 }
 
 /// Writes the page to `path`; folders are created. Equal data give equal bytes. Pictures beyond [`PICTURE_BUDGET_BYTES`] are left out,

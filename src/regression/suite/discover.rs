@@ -1,11 +1,12 @@
 //! Which shots a suite has.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
-use super::Suite;
 use super::names::{files_below, name_below, numbered_shot};
 use super::suite_file::is_suite_file;
+use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result, Warning};
 use crate::sequence::SequenceJob;
 
@@ -48,7 +49,7 @@ pub fn discover(suite: &Suite, reader: &dyn ShotReader) -> Result<Vec<SuiteShot>
             }
             // What is wrong with it is said when it is rendered. It most likely names the scene beside it.
             Err(_) => {
-                named.extend(["gltf", "glb"].map(|extension| same_file(&shot.with_extension(extension))))
+                named.extend(["gltf", "glb"].map(|extension| same_file(&shot.with_extension(extension))));
             }
         }
     }
@@ -97,7 +98,8 @@ fn own_files(suite: &Suite) -> Result<Vec<PathBuf>> {
     let scenes = same_file(&suite.scenes);
     let below =
         |folder: PathBuf| Some(folder).filter(|folder| *folder != scenes && folder.starts_with(&scenes));
-    let others = suites.iter().filter_map(|file| below(same_file(file).parent()?.to_owned()));
+    let named = suites.iter().filter(|file| file.file_name() == Some(OsStr::new(SUITE_FILE)));
+    let others = named.filter_map(|file| below(same_file(file).parent()?.to_owned()));
     let results =
         [&suite.references, &suite.report].into_iter().filter_map(|folder| below(same_file(folder)));
     let excluded = suite.excluded.iter().map(|path| same_file(path));
@@ -121,7 +123,6 @@ fn same_file(path: &Path) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
-    use super::super::SUITE_FILE;
     use super::*;
 
     /// Takes the text of a shot file for the name of its scene.

@@ -34,6 +34,9 @@ pub fn junit_xml(result: &SuiteResult) -> Result<String> {
 fn case_of_shot(shot: &ShotResult, picture: &ReportedFrame) -> TestCase {
     let mut case = case(picture);
     case.set_time(Duration::from_secs_f64(shot.seconds / shot.pictures.len() as f64));
+    if !shot.warnings.is_empty() {
+        case.set_system_err(shot.warnings.join("\n"));
+    }
     case
 }
 

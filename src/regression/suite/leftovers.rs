@@ -76,7 +76,8 @@ fn is_unopened(result: &ShotResult) -> bool {
 }
 
 fn without_shot(suite: &Suite, name: &str) -> ReportedFrame {
-    let has_scene = ["glb", "gltf"].iter().any(|ending| suite.scenes.join(format!("{name}.{ending}")).exists());
+    let has_scene =
+        ["glb", "gltf"].iter().any(|ending| suite.scenes.join(format!("{name}.{ending}")).exists());
     let why = if has_scene { ", for a shot file names the scene of this name" } else { "" };
     let message = format!("no shot asks for this reference{why}");
     let expected = LayeredPicture::read(&reference_path(&suite.references, name));

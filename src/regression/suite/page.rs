@@ -53,7 +53,8 @@ pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
 }
 
 fn reported(suite: &Suite, shot: ShotResult, keeps_pending: bool) -> ReportedShot {
-    let command = |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), file(&suite.file));
+    let command =
+        |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), file(&suite.file));
     let mut commands = vec![("Test again".to_owned(), command("test"))];
     let is = |status| shot.pictures.iter().find(|picture| picture.status == status);
     // Limits of its own are nothing that diff can be told.

@@ -36,7 +36,7 @@ fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_reje
     let ran = stage.run(&["test"]);
     ran.ends(
         1,
-        &["FAIL light/point (preset visual)", "mean FLIP 0.", " > 0.08", "likely light", "1 of 1 picture"],
+        &["FAIL light/point (preset visual)", "mean FLIP: 0.", " > 0.08", "likely light", "1 of 1 picture"],
     );
     assert_eq!(stage.references(), ["light/point.exr", "light/point.exr.new"]);
     // Looking never settles anything.

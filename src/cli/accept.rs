@@ -9,6 +9,9 @@ use crate::error::{Error, Result};
 use crate::progress::print_output;
 use crate::regression::suite::{self, Approval, Pending, PendingKind, Suite};
 
+/// What is said where nothing waits.
+pub(super) const NOTHING: &str = "nothing waits; rayframe test finds what differs";
+
 /// Which pending pictures are meant; all options of `rayframe reject` and `rayframe review`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct RejectArgs {
@@ -42,7 +45,10 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
         print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));
     }
     if chosen.is_empty() {
-        print_output("nothing waits; rayframe test finds what differs");
+        print_output(match args.approvals {
+            Some(_) => "all that was approved is settled already",
+            None => NOTHING,
+        });
     }
     Ok(())
 }
@@ -55,7 +61,7 @@ pub(super) fn reject(args: &RejectArgs) -> Result<()> {
         print_output(&rejected(pending));
     }
     if waiting.is_empty() {
-        print_output("nothing waits; rayframe test finds what differs");
+        print_output(NOTHING);
     }
     Ok(())
 }
@@ -105,7 +111,6 @@ fn approved(suite: &Suite, approvals: &[Approval], waiting: &[Pending]) -> Resul
         match waiting.iter().find(|pending| pending.name == approval.name) {
             Some(pending) => match approval.contradiction(pending)? {
                 None => chosen.push(pending.clone()),
-                Some(_) if approval.is_done(suite) => {}
                 Some(contradiction) => contradictions.push(contradiction),
             },
             None if approval.is_done(suite) => {}

@@ -3,7 +3,7 @@
 use std::io::BufRead;
 use std::path::Path;
 
-use super::accept::{RejectArgs, done, refuse_in_ci, rejected, waiting};
+use super::accept::{NOTHING, RejectArgs, done, refuse_in_ci, rejected, waiting};
 use crate::color::ToneCurve;
 use crate::error::{Error, Result};
 use crate::output::{PreviewLook, display_picture};
@@ -25,7 +25,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
     refuse_in_ci("review")?;
     let (suite, waiting) = waiting(args)?;
     if waiting.is_empty() {
-        print_output("nothing waits; rayframe test finds what differs");
+        print_output(NOTHING);
     }
     let mut answers = std::io::stdin().lock();
     let mut left = 0;

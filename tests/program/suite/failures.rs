@@ -144,3 +144,49 @@ fn what_is_not_honoured_is_told_and_fails_where_that_is_wanted() {
     stage.write("suite.toml", &format!("{SUITE}strict = true\n"));
     stage.run(&["test"]).ends(1, &["FAIL a", "ACME_glow"]);
 }
+
+#[test]
+fn a_mistake_in_a_shot_file_is_told_as_that_shots_failure() {
+    let stage = Stage::accepted(SUITE, &[("point.gltf", POINT.1), ("spot.gltf", "light/spot.gltf")]);
+    stage.write("point.toml", "scene = 'point.gltf\n");
+    stage.run(&["test"]).ends(1, &["FAIL point\n", "point.toml: line 1", "1 of 2 pictures failed"]);
+    // Its scene is no shot meanwhile, and another suite's file is none at all.
+    stage.write("point.toml", "scene = 'point.gltf'");
+    stage.write("fast.toml", "[shot]\nsamples = 1");
+    assert_eq!(stage.run(&["test", "--list"]).stdout, "point\nspot\n");
+    stage.run(&["test", "--list", "--suite", "fast.toml"]).ends(0, &["point\nspot\n"]);
+}
+
+#[test]
+fn reports_go_where_they_are_wanted_and_replace_nothing_else() {
+    let stage = Stage::accepted(SUITE, &[POINT]);
+    for _ in 0..2 {
+        stage.run(&["test", "--report", "pages"]).ends(0, &[]);
+    }
+    assert!(stage.path("pages/index.html").exists());
+    stage.write("site/index.html", "<html>mine</html>");
+    stage.run(&["test", "--report", "site"]).ends(73, &["site/index.html: is there already and no report"]);
+    stage.run(&["test", "--report", "."]).ends(0, &["1 picture as"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_a_test_and_says_so() {
+    use std::os::unix::process::ExitStatusExt as _;
+    let stage = Stage::new(&SUITE.replace("[48, 27]", "[1280, 720]").replace("samples = 1", "samples = 64"));
+    stage.scene(POINT.0, POINT.1, "", "");
+    let child = std::process::Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .arg("test")
+        .current_dir(stage.path(""))
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let pid = rustix::process::Pid::from_child(&child);
+    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.signal(), Some(2));
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains("stopped after 0 of") && told.contains("earlier run"), "{told}");
+    assert_eq!(stage.references(), [] as [&str; 0]);
+}

@@ -98,6 +98,8 @@ fn approvals_are_accepted_where_they_fit_what_waits() {
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}]));
     stage.run(&accept).ends(0, &["added references/sun.exr"]);
     assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr"]);
+    // Once more changes nothing, and is no mistake.
+    stage.run(&accept).ends(0, &["all that was approved is settled already"]);
 
     std::fs::remove_file(stage.path("sun.gltf")).unwrap();
     stage.run(&["test"]).ends(1, &["no shot asks"]);
@@ -111,4 +113,63 @@ fn approvals_are_accepted_where_they_fit_what_waits() {
         stage.run(&accept).ends(65, &[words]);
     }
     stage.run(&["accept", "--approvals", "gone.json"]).ends(66, &["gone.json"]);
+}
+
+#[test]
+fn a_word_that_names_something_never_means_something_else() {
+    let stage = waiting();
+    stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
+    // Typed once more, it does not fall back to what contains it.
+    for command in ["accept", "reject", "review"] {
+        stage.run(&[command, "point"]).ends(2, &["nothing of point waits"]);
+    }
+    assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
+    stage.run(&["accept", "sun.exr"]).ends(0, &["added references/sun.exr"]);
+    stage.run(&["test", "point.gltf"]).ends(0, &["1 picture as"]);
+    assert_eq!(stage.run(&["test", "--list", "point"]).stdout, "point\n");
+    stage.run(&["test", "--list", "moon"]).ends(2, &["no shot's name contains \"moon\""]);
+}
+
+#[test]
+fn what_has_changed_since_it_was_found_is_not_settled() {
+    let stage = waiting();
+    stage.run(&["accept"]).ends(0, &[]);
+    // A removal, and then the shot is back.
+    let (scene, away) = (stage.path("sun.gltf"), stage.path("sun.away"));
+    std::fs::rename(&scene, &away).unwrap();
+    stage.run(&["test"]).ends(1, &["no shot asks for this reference"]);
+    std::fs::rename(&away, &scene).unwrap();
+    stage.run(&["accept"]).ends(77, &["have changed since this was found"]);
+    stage.run(&["test", "point"]).ends(0, &[]);
+    stage.run(&["accept"]).ends(0, &["nothing waits"]);
+    // A picture, and then another reference.
+    stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
+    stage.run(&["test"]).ends(1, &[]);
+    let reference = stage.path("references/point.exr");
+    let later = std::time::SystemTime::now() + std::time::Duration::from_secs(60);
+    std::fs::File::options().append(true).open(&reference).unwrap().set_modified(later).unwrap();
+    stage.run(&["accept"]).ends(77, &["the reference has changed since this was found"]);
+}
+
+#[test]
+fn what_cannot_be_tested_leaves_what_waits() {
+    let stage = waiting();
+    let references = stage.references();
+    stage.write("point.gltf", "{");
+    stage.run(&["test"]).ends(1, &["FAIL point\n"]);
+    assert_eq!(stage.references(), references);
+    stage.write("suite.toml", &SUITE.replace("samples", "sampels"));
+    stage.run(&["test"]).ends(65, &["suite.toml: line 5: \"sampels\"", "samples"]);
+    assert_eq!(stage.references(), references);
+    stage.write("suite.toml", &format!("{SUITE}threads = 2\n"));
+    stage.run(&["test"]).ends(65, &["line 7", "threads", "has no effect"]);
+}
+
+#[test]
+fn review_goes_on_where_a_reference_is_damaged() {
+    let stage = waiting();
+    stage.run(&["accept"]).ends(0, &[]);
+    stage.write("references/point.exr", "version https://git-lfs.github.com/spec/v1\n");
+    stage.run(&["test"]).ends(1, &["git lfs pull"]);
+    stage.run_with(&["review"], "r\n", None).ends(0, &["git lfs pull", "rejected point"]);
 }

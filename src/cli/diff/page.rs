@@ -76,6 +76,7 @@ impl DiffPage {
             folders: vec![FolderSummary { name: String::new(), passed, failed, seconds: 0.0 }],
             shots: Vec::new(),
             can_approve: false,
+            accept_command: String::new(),
         };
         if failed > 0 {
             page.shots.push(ReportedShot {

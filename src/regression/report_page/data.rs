@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::super::judgement::short;
 use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
 use super::budget::Places;
-use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
+use super::{EncodedPicture, FrameStatus, PLAIN_ACCEPT, ReportPage, ReportedFrame, ReportedShot};
 
 /// All of it. Numbers that are not finite are `null`; those that people read are texts.
 #[derive(Serialize)]
@@ -14,6 +14,8 @@ pub(super) struct PageData<'a> {
     title: &'a str,
     command: &'a str,
     can_approve: bool,
+    /// Empty where nothing can be approved.
+    accept_command: &'a str,
     folders: Vec<FolderData<'a>>,
     shots: Vec<ShotData<'a>>,
     budget_mebibytes: usize,
@@ -96,6 +98,7 @@ impl<'a> PageData<'a> {
             title: &page.title,
             command: &page.command,
             can_approve: page.can_approve,
+            accept_command: accept_command(page),
             folders: page
                 .folders
                 .iter()
@@ -111,6 +114,14 @@ impl<'a> PageData<'a> {
             left_out: places.shots.iter().flatten().filter(|place| place.left_out).count(),
             magma: (0..=255).map(|step| magma(step as f32 / 255.0)).collect(),
         }
+    }
+}
+
+fn accept_command(page: &ReportPage) -> &str {
+    match page.accept_command.as_str() {
+        _ if !page.can_approve => "",
+        "" => PLAIN_ACCEPT,
+        command => command,
     }
 }
 

@@ -169,6 +169,7 @@ mod tests {
             folders: vec![FolderSummary { failed: 2, passed: 3, ..FolderSummary::default() }],
             shots: vec![shot],
             can_approve: true,
+            accept_command: String::new(),
         }
     }
 
@@ -233,6 +234,18 @@ mod tests {
         let waits = &mut waiting.shots[0].frames[1].actual;
         *waits = waits.take().map(EncodedPicture::left_out);
         assert_eq!(data(&html(&waiting, usize::MAX).unwrap())["shots"][0]["frames"][1]["left_out"], true);
+    }
+
+    #[test]
+    fn the_command_that_takes_approvals_is_told() {
+        let told = |can_approve, command: &str| {
+            let page = ReportPage { can_approve, accept_command: command.to_owned(), ..page("light/point") };
+            data(&html(&page, PICTURE_BUDGET_BYTES).unwrap())["accept_command"].clone()
+        };
+        let whole = "rayframe accept --approvals approvals.json --suite 'my scenes'";
+        assert_eq!(told(true, whole), whole);
+        assert_eq!(told(true, ""), "rayframe accept --approvals approvals.json");
+        assert_eq!([told(false, whole), told(false, "")], ["", ""]);
     }
 
     #[test]

@@ -34,7 +34,13 @@ pub struct ReportPage {
     pub shots: Vec<ReportedShot>,
     /// Whether failures can be approved, which gives them tick boxes.
     pub can_approve: bool,
+    /// The whole command that takes the exported `approvals.json`, as it is to be typed where `command` was; empty where nothing can
+    /// be approved. Where it is empty and something can, the page shows [`PLAIN_ACCEPT`].
+    pub accept_command: String,
 }
+
+/// What takes approvals where the suite is the one that is found without being named.
+pub const PLAIN_ACCEPT: &str = "rayframe accept --approvals approvals.json";
 
 /// How the shots of a folder did.
 #[derive(Clone, Debug, Default, PartialEq)]

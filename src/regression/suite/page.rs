@@ -21,6 +21,7 @@ pub fn report_page(suite: &Suite, result: &SuiteResult, command: &str) -> Report
         folders: folders(result),
         shots,
         can_approve: true,
+        accept_command: String::new(),
     }
 }
 

@@ -1,7 +1,9 @@
 //! Which pictures a page has room for.
 
+use std::borrow::Cow;
+
 use super::data::FramePlaces;
-use super::picture::pack_errors;
+use super::picture::{pack_errors, text_bytes};
 use super::{FrameStatus, ReportPage, ReportedFrame};
 
 /// Bytes of pictures, packed and as text, that a page holds. Browsers open such a page within seconds.
@@ -9,16 +11,16 @@ pub const PICTURE_BUDGET_BYTES: usize = 64 << 20;
 
 /// The packed pictures of a page, and where those of each frame are among them.
 #[derive(Debug, Default)]
-pub(super) struct Places {
-    pub(super) pictures: Vec<Vec<u8>>,
+pub(super) struct Places<'a> {
+    pub(super) pictures: Vec<Cow<'a, [u8]>>,
     /// One a frame of each shot.
     pub(super) shots: Vec<Vec<FramePlaces>>,
 }
 
-impl Places {
+impl<'a> Places<'a> {
     /// Takes pictures as long as there is room: first the worst frame of each shot, then the next worst. A frame has all its pictures
     /// or none.
-    pub(super) fn new(page: &ReportPage, budget_bytes: usize) -> Self {
+    pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
         let mut order = Vec::new();
         for (shot_index, shot) in page.shots.iter().enumerate() {
             let mut frames: Vec<_> = shot.frames.iter().enumerate().collect();
@@ -38,23 +40,30 @@ impl Places {
         places
     }
 
-    fn take(&mut self, frame: &ReportedFrame, room: &mut usize) -> FramePlaces {
+    /// What the pictures take as text.
+    pub(super) fn text_bytes(&self) -> usize {
+        let around = "<script type=\"text/plain\" id=\"picture-99999\"></script>\n".len();
+        self.pictures.iter().map(|part| text_bytes(part.len()) + around).sum()
+    }
+
+    fn take(&mut self, frame: &'a ReportedFrame, room: &mut usize) -> FramePlaces {
         let left_out = FramePlaces { left_out: true, ..FramePlaces::default() };
         let pictures = [&frame.expected, &frame.actual].map(Option::as_ref);
         if pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
             return left_out;
         }
-        let [expected, actual] = pictures.map(|picture| picture.and_then(|picture| picture.colors.clone()));
+        let [expected, actual] =
+            pictures.map(|picture| picture.and_then(|picture| picture.colors.as_deref()).map(Cow::from));
         let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref());
-        let errors =
-            map.map(pack_errors).or_else(|| frame.actual.as_ref().and_then(|picture| picture.errors.clone()));
+        let packed = || frame.actual.as_ref().and_then(|picture| picture.errors.as_deref()).map(Cow::from);
+        let errors = map.map(|map| Cow::from(pack_errors(map))).or_else(packed);
         let parts = [&expected, &actual, &errors].into_iter().flatten();
-        let bytes: usize = parts.map(|part| super::picture::text_bytes(part.len())).sum();
+        let bytes: usize = parts.map(|part| text_bytes(part.len())).sum();
         if bytes > *room {
             return left_out;
         }
         *room -= bytes;
-        let mut place = |part: Option<Vec<u8>>| {
+        let mut place = |part: Option<Cow<'a, [u8]>>| {
             part.map(|part| {
                 self.pictures.push(part);
                 self.pictures.len() - 1

@@ -91,7 +91,7 @@ struct CheckData<'a> {
 }
 
 impl<'a> PageData<'a> {
-    pub(super) fn new(page: &'a ReportPage, places: &Places, budget_bytes: usize) -> Self {
+    pub(super) fn new(page: &'a ReportPage, places: &Places<'_>, budget_bytes: usize) -> Self {
         let shots = page.shots.iter().zip(&places.shots);
         Self {
             schema: 1,

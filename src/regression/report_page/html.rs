@@ -33,52 +33,58 @@ const SCRIPT: &str = concat!(
 
 /// The page.
 pub(super) fn html(page: &ReportPage, budget_bytes: usize) -> Result<String> {
+    html_of([PAGE, STYLE, SCRIPT], page, budget_bytes)
+}
+
+fn html_of(sources: [&str; 3], page: &ReportPage, budget_bytes: usize) -> Result<String> {
+    // Browsers hash what they have read, without carriage returns, which a checkout may have added.
+    let [template, style, script] = sources.map(|source| source.replace('\r', ""));
     let places = Places::new(page, budget_bytes);
     let json = serde_json::to_string(&PageData::new(page, &places, budget_bytes))
         .map_err(|error| Error::Internal { message: error.to_string() })?;
-    let parts = [
-        ("policy", policy()),
-        ("title", escaped(&page.title)),
-        ("style", STYLE.to_owned()),
-        ("list", plain_list(page)),
-        // Within a script element only `<` could end it or begin a comment; in JSON it stands in texts alone.
-        ("data", json.replace('<', "\\u003c")),
-        ("pictures", picture_elements(&places)),
-        ("script", SCRIPT.to_owned()),
-    ];
-    Ok(filled(PAGE, &parts))
+    // Within a script element only `<` could end it or begin a comment; in JSON it stands in texts alone.
+    let json = json.replace('<', "\\u003c");
+    let others = template.len() + style.len() + script.len() + json.len();
+    let mut text = String::with_capacity(others + places.text_bytes() + 65536);
+    fill(&mut text, &template, |text, name| match name {
+        "policy" => text.push_str(&policy(&script, &style)),
+        "title" => text.push_str(&escaped(&page.title)),
+        "style" => text.push_str(&style),
+        "list" => plain_list(text, page),
+        "data" => text.push_str(&json),
+        "pictures" => picture_elements(text, &places),
+        "script" => text.push_str(&script),
+        _ => {}
+    });
+    Ok(text)
 }
 
-/// Puts each part where the template has its name in double braces. Parts are not looked into.
-fn filled(template: &str, parts: &[(&str, String)]) -> String {
-    let mut text = String::new();
+/// Writes each part where the template has its name in double braces. Parts are not looked into.
+fn fill(text: &mut String, template: &str, write_part: impl Fn(&mut String, &str)) {
     let mut rest = template;
     while let Some((before, (name, after))) =
         rest.split_once("{{").and_then(|(before, rest)| Some((before, rest.split_once("}}")?)))
     {
         text.push_str(before);
-        if let Some((_, part)) = parts.iter().find(|(known, _)| *known == name) {
-            text.push_str(part);
-        }
+        write_part(text, name);
         rest = after;
     }
-    text + rest
+    text.push_str(rest);
 }
 
 /// Nothing may be loaded, and nothing may run but this script.
-fn policy() -> String {
+fn policy(script: &str, style: &str) -> String {
     let hash = |text: &str| STANDARD.encode(Sha256::digest(text.as_bytes()));
     format!(
         "default-src 'none'; script-src 'sha256-{}'; style-src 'sha256-{}'; img-src data: blob:; base-uri 'none'; \
          form-action 'none'",
-        hash(SCRIPT),
-        hash(STYLE)
+        hash(script),
+        hash(style)
     )
 }
 
 /// The failures for somebody without scripts.
-fn plain_list(page: &ReportPage) -> String {
-    let mut text = String::new();
+fn plain_list(text: &mut String, page: &ReportPage) {
     let failed: usize = page.folders.iter().map(|folder| folder.failed).sum();
     let passed: usize = page.folders.iter().map(|folder| folder.passed).sum();
     let _ = write!(text, "<p>{failed} failed, {passed} passed.</p>\n<ul>");
@@ -91,20 +97,16 @@ fn plain_list(page: &ReportPage) -> String {
             text.push_str("</li>");
         }
     }
-    text + "\n</ul>"
+    text.push_str("\n</ul>");
 }
 
 /// Each in an element of its own, so that only those that are looked at are unpacked.
-fn picture_elements(places: &Places) -> String {
-    let mut text = String::new();
+fn picture_elements(text: &mut String, places: &Places<'_>) {
     for (index, picture) in places.pictures.iter().enumerate() {
-        let _ = writeln!(
-            text,
-            "<script type=\"text/plain\" id=\"picture-{index}\">{}</script>",
-            STANDARD.encode(picture)
-        );
+        let _ = write!(text, "<script type=\"text/plain\" id=\"picture-{index}\">");
+        STANDARD.encode_string(picture, text);
+        text.push_str("</script>\n");
     }
-    text
 }
 
 fn escaped(text: &str) -> String {
@@ -197,11 +199,21 @@ mod tests {
     fn equal_data_give_equal_bytes_and_ask_no_network() {
         let text = html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap();
         assert_eq!(text, html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap());
+        let of_windows = [PAGE, STYLE, SCRIPT].map(|source| source.replace('\n', "\r\n"));
+        let sources = of_windows.each_ref().map(String::as_str);
+        assert_eq!(text, html_of(sources, &page("light/point"), PICTURE_BUDGET_BYTES).unwrap());
         for asks in ["http:", "https:", "src=", "@import", "url("] {
             // The name space of SVG is a name.
             assert!(!text.replace("http://www.w3.org/2000/svg", "").contains(asks), "{asks}");
         }
-        assert!(text.contains("default-src 'none'; script-src 'sha256-"));
+        for (kind, embedded) in [
+            ("style", between(&text, "<style>", "</style>")),
+            ("script", between(&text, "<script>", "</script>")),
+        ] {
+            assert!(!embedded.contains('\r'));
+            let hash = STANDARD.encode(Sha256::digest(embedded.as_bytes()));
+            assert!(text.contains(&format!("{kind}-src 'sha256-{hash}'")), "{kind}");
+        }
     }
 
     #[test]

@@ -95,7 +95,7 @@ def allow_approvals(page, target):
                 frame["hash"] = hashlib.sha256(frame["name"].encode()).hexdigest()
     other = json.loads(json.dumps(data["shots"][0]["frames"][3]))
     other.update(name="z/broken<b>", status="broken", frame=None, messages=["cannot be rendered </script><script>alert(1)</script>"])
-    data["shots"].append({**data["shots"][0], "name": "z/broken<b>", "frames": [other]})
+    data["shots"].append({**data["shots"][0], "name": "z/broken<b>", "frames": [other], "worst": 0})
     target.write_text(text[: found.start(2)] + json.dumps(data).replace("<", "\\u003c") + text[found.end(2) :])
 
 

@@ -23,11 +23,12 @@ impl<'a> Places<'a> {
     pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
         let mut order = Vec::new();
         for (shot_index, shot) in page.shots.iter().enumerate() {
-            let mut frames: Vec<_> = shot.frames.iter().enumerate().collect();
-            frames.retain(|(_, frame)| frame.expected.is_some() || frame.actual.is_some());
-            frames.sort_by(|(_, a), (_, b)| badness(b).total_cmp(&badness(a)));
+            let mut frames = worst_first(&shot.frames);
+            frames.retain(|index| {
+                shot.frames[*index].expected.is_some() || shot.frames[*index].actual.is_some()
+            });
             let ranked = frames.into_iter().enumerate();
-            order.extend(ranked.map(|(rank, (frame_index, _))| (rank, shot_index, frame_index)));
+            order.extend(ranked.map(|(rank, frame_index)| (rank, shot_index, frame_index)));
         }
         order.sort_unstable();
         let shots = page.shots.iter().map(|shot| vec![FramePlaces::default(); shot.frames.len()]).collect();
@@ -78,11 +79,17 @@ impl<'a> Places<'a> {
     }
 }
 
-/// What to show first.
+/// The indices of `frames` by what to show first: failures by their worst tiles, then those without a number, then what passes.
+pub(super) fn worst_first(frames: &[ReportedFrame]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..frames.len()).collect();
+    order.sort_by(|a, b| badness(&frames[*b]).total_cmp(&badness(&frames[*a])));
+    order
+}
+
 fn badness(frame: &ReportedFrame) -> f64 {
     let tile = frame.judgement.as_ref().and_then(|judgement| judgement.flip).map(|flip| flip.tile);
     match frame.status {
         FrameStatus::Passed => -1.0,
-        _ => tile.unwrap_or(2.0),
+        _ => tile.unwrap_or(0.0),
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::super::judgement::short;
 use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
-use super::budget::Places;
+use super::budget::{Places, worst_first};
 use super::{EncodedPicture, FrameStatus, PLAIN_ACCEPT, ReportPage, ReportedFrame, ReportedShot};
 
 /// All of it. Numbers that are not finite are `null`; those that people read are texts.
@@ -41,6 +41,8 @@ struct ShotData<'a> {
     tile_limit: f64,
     commands: &'a [(String, String)],
     frames: Vec<FrameData<'a>>,
+    /// The index of the frame to begin with.
+    worst: usize,
 }
 
 #[derive(Serialize)]
@@ -143,6 +145,7 @@ fn shot_data<'a>(shot: &'a ReportedShot, places: &[FramePlaces]) -> ShotData<'a>
         tile_limit: shot.limits.tile_flip,
         commands: &shot.commands,
         frames: frames.map(|(frame, places)| frame_data(frame, *places)).collect(),
+        worst: worst_first(&shot.frames).first().copied().unwrap_or_default(),
     }
 }
 

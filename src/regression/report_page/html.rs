@@ -231,7 +231,7 @@ mod tests {
     #[test]
     fn what_has_no_room_is_left_out_and_told() {
         let page = page("light/point");
-        let bytes: usize = Places::new(&page, usize::MAX).pictures.iter().map(Vec::len).sum();
+        let bytes: usize = Places::new(&page, usize::MAX).pictures.iter().map(|part| part.len()).sum();
         // Room for one of the two frames: the second is the worse one.
         let text = html(&page, bytes).unwrap();
         let all = data(&text);
@@ -258,6 +258,28 @@ mod tests {
         assert_eq!(told(true, whole), whole);
         assert_eq!(told(true, ""), "rayframe accept --approvals approvals.json");
         assert_eq!([told(false, whole), told(false, "")], ["", ""]);
+    }
+
+    #[test]
+    fn the_frame_that_is_shown_first_has_room_first() {
+        let mut page = page("light/point");
+        let frames = &mut page.shots[0].frames;
+        frames.insert(0, ReportedFrame { judgement: None, ..frames[0].clone() });
+        frames.insert(1, ReportedFrame { status: FrameStatus::Passed, ..frames[2].clone() });
+        frames[3].judgement.as_mut().unwrap().flip_map = None;
+        let room = |frame: &ReportedFrame| {
+            [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedPicture::size_bytes).sum()
+        };
+        let all = data(&html(&page, room(&page.shots[0].frames[3])).unwrap());
+        let shot = &all["shots"][0];
+        assert_eq!(shot["worst"], 3);
+        let shown: Vec<bool> =
+            shot["frames"].as_array().unwrap().iter().map(|frame| frame["actual"].is_object()).collect();
+        assert_eq!(shown, [false, false, false, true]);
+        // Without any number it is the first failure.
+        page.shots[0].frames.truncate(2);
+        page.shots[0].frames.reverse();
+        assert_eq!(data(&html(&page, 0).unwrap())["shots"][0]["worst"], 1);
     }
 
     #[test]

@@ -235,18 +235,27 @@ def check_other_pictures(browser, folder):
 
 
 def check_left_out(browser, path, target):
-    """The same page as if there had been no room."""
+    """The same page as if there had been no room: for the worst frame because it is too large, for another because of others."""
     text = re.sub(r'(<script type="text/plain" id="picture-\d+">).*?(</script>)', "", path.read_text(), flags=re.S)
     found = re.search(r'(<script type="application/json" id="data">)(.*?)(</script>)', text, re.S)
     data = json.loads(found[2])
     for frame in data["shots"][0]["frames"]:
         if frame["actual"] or frame["expected"]:
-            frame.update(left_out=True, actual=None, expected=None, errors=None)
+            left_out = {"why": "no_room", "command": "rayframe diff alone"} if frame["frame"] == 3 else {"why": "too_large", "command": None}
+            if frame["frame"] == 4:
+                left_out["command"] = "rayframe diff --heat-map heat.png"
+            frame.update(left_out=left_out, actual=None, expected=None, errors=None)
             data["left_out"] += 1
     target.write_text(text[: found.start(2)] + json.dumps(data).replace("<", "\\u003c") + text[found.end(2) :])
     page = Page(browser, target, "left out", color_scheme="light")
     told = page.text("#no-pictures")
-    check("what is left out is told with a command", "left out" in told and "64 MiB" in told and "rayframe diff new/a.0004.exr" in told)
+    check("a frame that is too large says so and names the heat map", "they alone take more than the 64 MiB" in told and "--heat-map" in told, told)
+    page.press("ArrowLeft")
+    told = page.text("#no-pictures")
+    check("a frame without room names what shows it alone", "those of other frames" in told and "rayframe diff alone" in told, told)
+    page.press("Shift+ArrowRight", "Shift+ArrowRight")
+    told = page.text("#no-pictures")
+    check("where nothing shows it no command is named", "they alone" in told and page.page.locator("#no-pictures code").count() == 0, told)
     page.press("g")
     check("the overview counts it", "3 frames are left out" in page.text("#overview-note"), page.text("#overview-note"))
     page.close()

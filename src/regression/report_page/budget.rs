@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::data::FramePlaces;
+use super::data::{FramePlaces, LeftOut};
 use super::picture::{pack_errors, text_bytes};
-use super::{FrameStatus, ReportPage, ReportedFrame};
+use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame};
 
 /// Bytes of pictures, packed and as text, that a page holds. Browsers open such a page within seconds.
 pub const PICTURE_BUDGET_BYTES: usize = 64 << 20;
@@ -36,7 +36,7 @@ impl<'a> Places<'a> {
         let mut room = budget_bytes;
         for (_, shot, index) in order {
             let frame = &page.shots[shot].frames[index];
-            places.shots[shot][index] = places.take(frame, &mut room);
+            places.shots[shot][index] = places.take(frame, budget_bytes, &mut room);
         }
         places
     }
@@ -47,11 +47,15 @@ impl<'a> Places<'a> {
         self.pictures.iter().map(|part| text_bytes(part.len()) + around).sum()
     }
 
-    fn take(&mut self, frame: &'a ReportedFrame, room: &mut usize) -> FramePlaces {
-        let left_out = FramePlaces { left_out: true, ..FramePlaces::default() };
+    fn take(&mut self, frame: &'a ReportedFrame, budget_bytes: usize, room: &mut usize) -> FramePlaces {
+        let left_out = |bytes| {
+            let why = if bytes > budget_bytes { LeftOut::TooLarge } else { LeftOut::NoRoom };
+            FramePlaces { left_out: Some(why), ..FramePlaces::default() }
+        };
         let pictures = [&frame.expected, &frame.actual].map(Option::as_ref);
-        if pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
-            return left_out;
+        let known_bytes = pictures.into_iter().flatten().map(EncodedPicture::needed_bytes).sum();
+        if known_bytes > *room || pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
+            return left_out(known_bytes);
         }
         let [expected, actual] =
             pictures.map(|picture| picture.and_then(|picture| picture.colors.as_deref()).map(Cow::from));
@@ -61,7 +65,7 @@ impl<'a> Places<'a> {
         let parts = [&expected, &actual, &errors].into_iter().flatten();
         let bytes: usize = parts.map(|part| text_bytes(part.len())).sum();
         if bytes > *room {
-            return left_out;
+            return left_out(bytes);
         }
         *room -= bytes;
         let mut place = |part: Option<Cow<'a, [u8]>>| {
@@ -74,7 +78,7 @@ impl<'a> Places<'a> {
             expected: place(expected),
             actual: place(actual),
             errors: place(errors),
-            left_out: false,
+            left_out: None,
         }
     }
 }

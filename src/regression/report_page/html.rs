@@ -126,9 +126,13 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::super::picture::tests::unpacked;
+    use super::super::picture::{pack_errors, text_bytes};
     use super::super::{
-        EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, ReportedFrame, ReportedShot,
+        EncodedPicture, FolderSummary, FrameCommands, FrameStatus, PICTURE_BUDGET_BYTES, ReportedFrame,
+        ReportedShot,
     };
     use super::*;
     use crate::regression::{LayeredPicture, Preset, ValueRange, judge};
@@ -172,6 +176,7 @@ mod tests {
             shots: vec![shot],
             can_approve: true,
             accept_command: String::new(),
+            frame_commands: BTreeMap::new(),
         }
     }
 
@@ -236,7 +241,8 @@ mod tests {
         let text = html(&page, bytes).unwrap();
         let all = data(&text);
         let frames = &all["shots"][0]["frames"];
-        assert_eq!((&frames[0]["left_out"], &frames[1]["left_out"]), (&true.into(), &false.into()));
+        assert_eq!(frames[0]["left_out"], serde_json::json!({"why": "no_room", "command": null}));
+        assert!(frames[1]["left_out"].is_null());
         assert!(frames[0]["actual"].is_null() && frames[0]["expected"].is_null());
         assert_eq!((&all["left_out"], text.matches("id=\"picture-").count()), (&1.into(), 3));
         let none = data(&html(&page, 10).unwrap());
@@ -245,7 +251,40 @@ mod tests {
         let mut waiting = page;
         let waits = &mut waiting.shots[0].frames[1].actual;
         *waits = waits.take().map(EncodedPicture::left_out);
-        assert_eq!(data(&html(&waiting, usize::MAX).unwrap())["shots"][0]["frames"][1]["left_out"], true);
+        assert_eq!(
+            data(&html(&waiting, usize::MAX).unwrap())["shots"][0]["frames"][1]["left_out"]["why"],
+            "no_room"
+        );
+    }
+
+    #[test]
+    fn a_frame_without_room_tells_what_shows_it() {
+        let mut page = page("light/point");
+        let room = page.shots[0].frames.iter().map(|frame| {
+            let pictures = [&frame.expected, &frame.actual].into_iter().flatten();
+            let colors: usize = pictures.map(EncodedPicture::size_bytes).sum();
+            let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref()).unwrap();
+            colors + text_bytes(pack_errors(map).len())
+        });
+        let room = room.max().unwrap();
+        let commands = FrameCommands { alone: Some("alone".to_owned()), heat_map: Some("map".to_owned()) };
+        page.frame_commands.insert("light/point".to_owned(), commands);
+        let left_out = |page: &ReportPage, budget_bytes| {
+            data(&html(page, budget_bytes).unwrap())["shots"][0]["frames"][0]["left_out"].clone()
+        };
+        let (alone, map) = (
+            serde_json::json!({"why": "no_room", "command": "alone"}),
+            serde_json::json!({"why": "too_large", "command": "map"}),
+        );
+        // The second frame is worse; the page has room for either.
+        assert_eq!(left_out(&page, room), alone);
+        assert_eq!(left_out(&page, room / 2), map);
+        assert!(left_out(&page, 2 * room).is_null());
+        // A picture whose pixels are gone keeps its size.
+        let waits = &mut page.shots[0].frames[0].actual;
+        *waits = waits.take().map(EncodedPicture::left_out).map(EncodedPicture::left_out);
+        assert_eq!(left_out(&page, 2 * room), alone);
+        assert_eq!(left_out(&page, room / 2), map);
     }
 
     #[test]

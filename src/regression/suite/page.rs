@@ -22,6 +22,7 @@ pub fn report_page(suite: &Suite, result: &SuiteResult, command: &str) -> Report
         shots,
         can_approve: true,
         accept_command: String::new(),
+        frame_commands: BTreeMap::new(),
     }
 }
 

@@ -47,12 +47,14 @@ async function load(frame) {
 function missingPictures(frame, problem) {
   if (problem) return [problem];
   if (frame.left_out) {
-    const command = shownShot().commands[0]?.[1] || report.command;
-    return [
-      `The pictures of this frame are left out: all of them would take more than ${report.budget_mebibytes} MiB of this page. ` +
-        "A run with fewer pictures has room for them, such as:",
-      commandBox(command),
-    ];
+    const { why, command } = frame.left_out;
+    const limit = `${report.budget_mebibytes} MiB that a page has for pictures`;
+    const isTooLarge = why === "too_large";
+    const reason = isTooLarge ? `they alone take more than the ${limit}` : `those of other frames come first and leave too little of the ${limit}`;
+    const text = `The pictures of this frame are left out: ${reason}. `;
+    if (command) return [text + (isTooLarge ? "The heat map as a picture has no such limit:" : "A page of this frame alone has room:"), commandBox(command)];
+    const leavesMore = !isTooLarge && report.can_approve && report.shots.length > 1 && frame.status !== "dangling";
+    return [text + (leavesMore ? "A test of this shot alone leaves it more room; its worst frames come first." : "")];
   }
   if (!fails(frame)) return ["This frame passes; a report has numbers and no pictures of such."];
   if (frame.status === "broken") return ["There is no picture."];

@@ -1,5 +1,8 @@
 // What is looked at and how; everything else is drawn from it.
 
+/** Swaps a second. Web Content Accessibility Guidelines 2.2, criterion 2.3.1, allow three flashes a second. */
+const FASTEST_SWAPS = 3;
+
 const state = {
   /** The shot's index; −1 is the overview. */
   shot: -1,

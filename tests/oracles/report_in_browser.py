@@ -74,6 +74,10 @@ def make_pages():
     rayframe("diff", "new.png", "old.png", "--report", "display", codes=(1,))
     rayframe("diff", "small.png", "old.png", "--report", "sizes", codes=(1,))
     rayframe("diff", "old.png", "small.png", "--report", "larger", codes=(1,))
+    # More columns than a canvas of Chromium has.
+    for name, grey in (("wide_old.png", 50), ("wide_new.png", 200)):
+        write_png(name, numpy.full((2, 70000), grey, dtype=numpy.uint8))
+    rayframe("diff", "wide_new.png", "wide_old.png", "--report", "wide", codes=(1,))
     rayframe("diff", "broken.exr", "old.exr", "--layers", "beauty", "--report", "broken", codes=(1,))
     rayframe("diff", "new", "old", "--report", "sequence", codes=(1,))
     rayframe("diff", "old", "old", "--report", "same")
@@ -115,12 +119,11 @@ def shown(light, stops=0.0):
 class Page:
     """A page that was opened, with what it asked for and complained of."""
 
-    def __init__(self, browser, path, name, forgets=False, **options):
+    def __init__(self, browser, path, name, script="", **options):
         self.name = name
         self.context = browser.new_context(viewport={"width": 1360, "height": 900}, accept_downloads=True, **options)
         self.page = self.context.new_page()
-        if forgets:
-            self.page.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden'); } })")
+        self.page.add_init_script(script)
         self.address = path.as_uri()
         self.requests, self.errors = [], []
         self.page.on("request", lambda request: self.requests.append(request.url))
@@ -242,6 +245,21 @@ def check_other_pictures(browser, folder):
     magenta = numpy.argwhere((page.canvas(1) == [255, 0, 255]).all(axis=2)).tolist()
     check("what is not finite is magenta", magenta == [[5, 7], [5, 8]], magenta)
     check("and is told", "1 values of R are not a number and 1 infinite" in page.text("#messages"))
+    page.close()
+
+
+def check_too_large(browser, folder):
+    page = Page(browser, folder / "wide/index.html", "wide", color_scheme="light")
+    told = page.page.locator("#stage .note").all_inner_texts()
+    check("a picture beyond the browser's limit is told in words", len(told) == 2 and all("70000 by 2 pixels" in text for text in told), told)
+    page.press("3", "2", "+", "4", "5", "z", "m")
+    check("in every view", page.page.locator("#stage .note").count() == 1)
+    page.page.screenshot(path=SHOTS / "wide_light.png")
+    page.errors = [error for error in page.errors if "InvalidStateError" not in error]
+    page.close()
+    page = Page(browser, folder / "pair/index.html", "no canvas", script="HTMLCanvasElement.prototype.getContext = () => null")
+    check("a browser without canvases says so, too", page.page.locator("#stage .note").count() == 2)
+    page.errors = [error for error in page.errors if "null" not in error]
     page.close()
 
 
@@ -426,7 +444,7 @@ def check_approvals(browser, path, is_suite):
         check("names are texts", page.text("#shot-name") == "z/broken<b>" and "</script><script>alert(1)" in page.text("#messages"))
         page.page.screenshot(path=SHOTS / "broken_dark.png")
     page.close()
-    page = Page(browser, path, "without memory", forgets=True)
+    page = Page(browser, path, "without memory", script="Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden'); } })")
     approve_first(page, len(data["shots"]))
     check("where nothing can be stored approvals work, too", page.text("#approved-count").startswith("1 of"))
     page.close()
@@ -481,6 +499,7 @@ def main():
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         check_pair(browser, folder)
         check_other_pictures(browser, folder)
+        check_too_large(browser, folder)
         check_sequence(browser, folder)
         check_left_out(browser, folder / "sequence/index.html", folder / "left_out.html")
         check_keyboard(browser, folder / "approvals.html")

@@ -416,6 +416,33 @@ def approve_first(page, shots):
     page.press("a")
 
 
+def check_memory(page, path, data):
+    """Ticks are of one page, and of the pictures that were seen: `page` has one tick."""
+    other = FOLDER / "elsewhere" / path.name
+    other.parent.mkdir()
+    shutil.copy(path, other)
+    page.page.goto(other.as_uri())
+    page.settle()
+    check("a page of the same name elsewhere has ticks of its own", page.text("#approved-count").startswith("0 of"), page.text("#approved-count"))
+    page.page.locator("#approve-shown").click()
+    page.page.reload()
+    page.settle()
+    count = int(page.text("#approved-count").split()[0])
+    changed = next(frame for shot in data["shots"] for frame in shot["frames"] if frame["status"] in ("different", "missing") and frame["hash"])
+    other.write_text(other.read_text().replace(changed["hash"], "0" * 64))
+    page.page.reload()
+    page.settle()
+    check("a tick does not survive another picture", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
+    other.write_text(other.read_text().replace("0" * 64, changed["hash"]))
+    page.page.reload()
+    page.settle()
+    check("and does not come back", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
+    page.requests = [url for url in page.requests if url != other.as_uri()]
+    page.page.goto(page.address)
+    page.settle()
+    check("and the ticks of the first page are as they were", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
+
+
 def check_approvals(browser, path, is_suite):
     page = Page(browser, path, "approvals", color_scheme="dark")
     data = json.loads(page.page.locator("#data").text_content())
@@ -428,6 +455,7 @@ def check_approvals(browser, path, is_suite):
     page.page.reload()
     page.settle()
     check("ticks survive a reload", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
+    check_memory(page, path, data)
     page.page.locator("#approve-shown").click()
     check("all that are shown are approved", page.text("#approved-count").startswith(f"{len(can)} of {len(can)}"), page.text("#approved-count"))
     with page.page.expect_download() as download:

@@ -73,6 +73,11 @@ def make_pages():
     rayframe("diff", "new.exr", "old.exr", "--report", "pair", codes=(1,))
     rayframe("diff", "new.png", "old.png", "--report", "display", codes=(1,))
     rayframe("diff", "small.png", "old.png", "--report", "sizes", codes=(1,))
+    rayframe("diff", "old.png", "small.png", "--report", "larger", codes=(1,))
+    # More columns than a canvas of Chromium has.
+    for name, grey in (("wide_old.png", 50), ("wide_new.png", 200)):
+        write_png(name, numpy.full((2, 70000), grey, dtype=numpy.uint8))
+    rayframe("diff", "wide_new.png", "wide_old.png", "--report", "wide", codes=(1,))
     rayframe("diff", "broken.exr", "old.exr", "--layers", "beauty", "--report", "broken", codes=(1,))
     rayframe("diff", "new", "old", "--report", "sequence", codes=(1,))
     rayframe("diff", "old", "old", "--report", "same")
@@ -88,13 +93,14 @@ def allow_approvals(page, target):
     found = re.search(r'(<script type="application/json" id="data">)(.*?)(</script>)', text, re.S)
     data = json.loads(found[2])
     data["can_approve"] = True
+    data["accept_command"] = "rayframe accept --approvals approvals.json --suite sequence"
     for shot in data["shots"]:
         for frame in shot["frames"]:
             if frame["status"] in ("different", "missing"):
                 frame["hash"] = hashlib.sha256(frame["name"].encode()).hexdigest()
     other = json.loads(json.dumps(data["shots"][0]["frames"][3]))
     other.update(name="z/broken<b>", status="broken", frame=None, messages=["cannot be rendered </script><script>alert(1)</script>"])
-    data["shots"].append({**data["shots"][0], "name": "z/broken<b>", "frames": [other]})
+    data["shots"].append({**data["shots"][0], "name": "z/broken<b>", "frames": [other], "worst": 0})
     target.write_text(text[: found.start(2)] + json.dumps(data).replace("<", "\\u003c") + text[found.end(2) :])
 
 
@@ -113,12 +119,11 @@ def shown(light, stops=0.0):
 class Page:
     """A page that was opened, with what it asked for and complained of."""
 
-    def __init__(self, browser, path, name, forgets=False, **options):
+    def __init__(self, browser, path, name, script="", **options):
         self.name = name
         self.context = browser.new_context(viewport={"width": 1360, "height": 900}, accept_downloads=True, **options)
         self.page = self.context.new_page()
-        if forgets:
-            self.page.add_init_script("Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden'); } })")
+        self.page.add_init_script(script)
         self.address = path.as_uri()
         self.requests, self.errors = [], []
         self.page.on("request", lambda request: self.requests.append(request.url))
@@ -226,6 +231,16 @@ def check_other_pictures(browser, folder):
     page.press("2", ".", "3", "f")
     check("the larger size holds both", page.canvas().shape == old.shape)
     page.close()
+    page = Page(browser, folder / "larger/index.html", "larger", color_scheme="light")
+    box = page.page.locator("#stage canvas").nth(1).bounding_box()
+    page.page.mouse.move(box["x"] + box["width"] - 1, box["y"] + box["height"] - 1)
+    page.settle()
+    height, width, _ = old.shape
+    told = page.text("#inspector")
+    check("beyond the smaller one the larger is inspected", f"column {width - 1}" in told and re.search(r"expected +none", told) is not None, told)
+    rings = page.page.locator("#stage .cross").evaluate_all("(rings) => rings.map((ring) => ring.hidden)")
+    check("and only it is marked", rings == [True, False], rings)
+    page.close()
     page = Page(browser, folder / "broken/index.html", "broken", color_scheme="light")
     magenta = numpy.argwhere((page.canvas(1) == [255, 0, 255]).all(axis=2)).tolist()
     check("what is not finite is magenta", magenta == [[5, 7], [5, 8]], magenta)
@@ -233,19 +248,43 @@ def check_other_pictures(browser, folder):
     page.close()
 
 
+def check_too_large(browser, folder):
+    page = Page(browser, folder / "wide/index.html", "wide", color_scheme="light")
+    told = page.page.locator("#stage .note").all_inner_texts()
+    check("a picture beyond the browser's limit is told in words", len(told) == 2 and all("70000 by 2 pixels" in text for text in told), told)
+    page.press("3", "2", "+", "4", "5", "z", "m")
+    check("in every view", page.page.locator("#stage .note").count() == 1)
+    page.page.screenshot(path=SHOTS / "wide_light.png")
+    page.errors = [error for error in page.errors if "InvalidStateError" not in error]
+    page.close()
+    page = Page(browser, folder / "pair/index.html", "no canvas", script="HTMLCanvasElement.prototype.getContext = () => null")
+    check("a browser without canvases says so, too", page.page.locator("#stage .note").count() == 2)
+    page.errors = [error for error in page.errors if "null" not in error]
+    page.close()
+
+
 def check_left_out(browser, path, target):
-    """The same page as if there had been no room."""
+    """The same page as if there had been no room: for the worst frame because it is too large, for another because of others."""
     text = re.sub(r'(<script type="text/plain" id="picture-\d+">).*?(</script>)', "", path.read_text(), flags=re.S)
     found = re.search(r'(<script type="application/json" id="data">)(.*?)(</script>)', text, re.S)
     data = json.loads(found[2])
     for frame in data["shots"][0]["frames"]:
         if frame["actual"] or frame["expected"]:
-            frame.update(left_out=True, actual=None, expected=None, errors=None)
+            left_out = {"why": "no_room", "command": "rayframe diff alone"} if frame["frame"] == 3 else {"why": "too_large", "command": None}
+            if frame["frame"] == 4:
+                left_out["command"] = "rayframe diff --heat-map heat.png"
+            frame.update(left_out=left_out, actual=None, expected=None, errors=None)
             data["left_out"] += 1
     target.write_text(text[: found.start(2)] + json.dumps(data).replace("<", "\\u003c") + text[found.end(2) :])
     page = Page(browser, target, "left out", color_scheme="light")
     told = page.text("#no-pictures")
-    check("what is left out is told with a command", "left out" in told and "64 MiB" in told and "rayframe diff new/a.0004.exr" in told)
+    check("a frame that is too large says so and names the heat map", "they alone take more than the 64 MiB" in told and "--heat-map" in told, told)
+    page.press("ArrowLeft")
+    told = page.text("#no-pictures")
+    check("a frame without room names what shows it alone", "those of other frames" in told and "rayframe diff alone" in told, told)
+    page.press("Shift+ArrowRight", "Shift+ArrowRight")
+    told = page.text("#no-pictures")
+    check("where nothing shows it no command is named", "they alone" in told and page.page.locator("#no-pictures code").count() == 0, told)
     page.press("g")
     check("the overview counts it", "3 frames are left out" in page.text("#overview-note"), page.text("#overview-note"))
     page.close()
@@ -293,9 +332,11 @@ def check_slider(page, old, new):
 
 def check_flicker(page, old, new):
     page.press("3")
-    page.page.locator("#rate").fill("10")
+    rate = page.page.locator("#rate")
+    check("flicker stays below three flashes a second, and says so", rate.get_attribute("max") == "3" and "at most 3" in rate.get_attribute("title"))
+    rate.fill("3")
     seen = set()
-    for _ in range(12):
+    for _ in range(20):
         canvas, label = page.canvas(), page.text(".pane-label strong")
         kind = "expected" if (canvas == shown(old)).all() else "actual" if (canvas == shown(new)).all() else "neither"
         seen.add(kind)
@@ -375,6 +416,33 @@ def approve_first(page, shots):
     page.press("a")
 
 
+def check_memory(page, path, data):
+    """Ticks are of one page, and of the pictures that were seen: `page` has one tick."""
+    other = FOLDER / "elsewhere" / path.name
+    other.parent.mkdir()
+    shutil.copy(path, other)
+    page.page.goto(other.as_uri())
+    page.settle()
+    check("a page of the same name elsewhere has ticks of its own", page.text("#approved-count").startswith("0 of"), page.text("#approved-count"))
+    page.page.locator("#approve-shown").click()
+    page.page.reload()
+    page.settle()
+    count = int(page.text("#approved-count").split()[0])
+    changed = next(frame for shot in data["shots"] for frame in shot["frames"] if frame["status"] in ("different", "missing") and frame["hash"])
+    other.write_text(other.read_text().replace(changed["hash"], "0" * 64))
+    page.page.reload()
+    page.settle()
+    check("a tick does not survive another picture", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
+    other.write_text(other.read_text().replace("0" * 64, changed["hash"]))
+    page.page.reload()
+    page.settle()
+    check("and does not come back", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
+    page.requests = [url for url in page.requests if url != other.as_uri()]
+    page.page.goto(page.address)
+    page.settle()
+    check("and the ticks of the first page are as they were", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
+
+
 def check_approvals(browser, path, is_suite):
     page = Page(browser, path, "approvals", color_scheme="dark")
     data = json.loads(page.page.locator("#data").text_content())
@@ -387,6 +455,7 @@ def check_approvals(browser, path, is_suite):
     page.page.reload()
     page.settle()
     check("ticks survive a reload", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
+    check_memory(page, path, data)
     page.page.locator("#approve-shown").click()
     check("all that are shown are approved", page.text("#approved-count").startswith(f"{len(can)} of {len(can)}"), page.text("#approved-count"))
     with page.page.expect_download() as download:
@@ -395,7 +464,7 @@ def check_approvals(browser, path, is_suite):
     found = json.loads(pathlib.Path(download.value.path()).read_text())
     wanted = [{"name": frame["name"], "hash": None if frame["status"] == "dangling" else frame["hash"]} for frame in can]
     check("it names every picture with its hash", found == {"schema": 1, "approved": wanted}, f"{len(found['approved'])} pictures")
-    check("the command that takes it is shown", page.page.get_by_text("rayframe accept --approvals approvals.json").is_visible())
+    check("the command that takes it is shown", page.text("#accept-command code") == data["accept_command"] != "")
     if not is_suite:
         page.page.locator("#shots button").last.click()
         page.settle()
@@ -403,7 +472,7 @@ def check_approvals(browser, path, is_suite):
         check("names are texts", page.text("#shot-name") == "z/broken<b>" and "</script><script>alert(1)" in page.text("#messages"))
         page.page.screenshot(path=SHOTS / "broken_dark.png")
     page.close()
-    page = Page(browser, path, "without memory", forgets=True)
+    page = Page(browser, path, "without memory", script="Object.defineProperty(window, 'localStorage', { get() { throw new Error('forbidden'); } })")
     approve_first(page, len(data["shots"]))
     check("where nothing can be stored approvals work, too", page.text("#approved-count").startswith("1 of"))
     page.close()
@@ -458,6 +527,7 @@ def main():
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         check_pair(browser, folder)
         check_other_pictures(browser, folder)
+        check_too_large(browser, folder)
         check_sequence(browser, folder)
         check_left_out(browser, folder / "sequence/index.html", folder / "left_out.html")
         check_keyboard(browser, folder / "approvals.html")

@@ -1,14 +1,15 @@
 //! The page that a comparison writes: its pictures, and the commands that make its numbers again.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::{DiffArgs, shown};
 use crate::error::{Error, Result};
 use crate::regression::suite::shell_word;
 use crate::regression::{
-    EncodedPicture, FilePair, FlipMap, FolderSummary, FrameStatus, Judgement, LayeredPicture, PairedFiles,
-    PictureRoom, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number, is_sequence,
-    write_report,
+    EncodedPicture, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, Judgement, LayeredPicture,
+    PairedFiles, PictureRoom, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number,
+    is_sequence, write_report,
 };
 
 /// A page that is being made.
@@ -77,6 +78,7 @@ impl DiffPage {
             shots: Vec::new(),
             can_approve: false,
             accept_command: String::new(),
+            frame_commands: frame_commands(args, paired, &self.frames),
         };
         if failed > 0 {
             page.shots.push(ReportedShot {
@@ -122,15 +124,40 @@ fn commands(args: &DiffArgs, paired: &PairedFiles, frames: &[ReportedFrame]) -> 
     if is_sequence(&args.actual)
         && let Some(pair) = worst_pair(paired, frames)
     {
-        let folder = args.report.as_deref().unwrap_or(Path::new("report")).join("frame");
-        let alone = command(args, &pair.actual, &pair.reference, &["--report", &shown(&folder)]);
-        commands.push(("One frame alone, here the worst".to_owned(), alone));
+        commands.push(("One frame alone, here the worst".to_owned(), alone(args, pair)));
     }
     commands.push(("All numbers as JSON".to_owned(), again(&["--json"])));
     let heat_map = if is_sequence(&args.actual) { "heat.####.png" } else { "heat.png" };
     commands.push(("The heat map as a picture".to_owned(), again(&["--heat-map", heat_map])));
     commands.push(("This page again".to_owned(), again(&["--report", &folder(args)])));
     commands
+}
+
+/// What shows a pair whose pictures have no room on this page. Where no FLIP was measured there is no heat map either.
+fn frame_commands(
+    args: &DiffArgs,
+    paired: &PairedFiles,
+    frames: &[ReportedFrame],
+) -> BTreeMap<String, FrameCommands> {
+    let pairs: BTreeMap<_, _> = paired.pairs.iter().map(|pair| (stem(&pair.actual), pair)).collect();
+    let failed = frames.iter().filter(|frame| frame.status == FrameStatus::Different);
+    let known = failed.filter_map(|frame| {
+        let pair = pairs.get(&frame.name)?;
+        let has_flip = frame.judgement.as_ref().is_some_and(|judgement| judgement.flip.is_some());
+        let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
+        let commands = FrameCommands {
+            alone: is_sequence(&args.actual).then(|| alone(args, pair)),
+            heat_map: has_flip.then(heat_map),
+        };
+        Some((frame.name.clone(), commands))
+    });
+    known.collect()
+}
+
+/// A page of one frame, in a folder below this page's.
+fn alone(args: &DiffArgs, pair: &FilePair) -> String {
+    let folder = args.report.as_deref().unwrap_or(Path::new("report")).join("frame");
+    command(args, &pair.actual, &pair.reference, &["--report", &shown(&folder)])
 }
 
 fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[ReportedFrame]) -> Option<&'a FilePair> {

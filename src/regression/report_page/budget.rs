@@ -1,31 +1,34 @@
 //! Which pictures a page has room for.
 
-use super::data::FramePlaces;
-use super::picture::pack_errors;
-use super::{FrameStatus, ReportPage, ReportedFrame};
+use std::borrow::Cow;
+
+use super::data::{FramePlaces, LeftOut};
+use super::picture::{pack_errors, text_bytes};
+use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame};
 
 /// Bytes of pictures, packed and as text, that a page holds. Browsers open such a page within seconds.
 pub const PICTURE_BUDGET_BYTES: usize = 64 << 20;
 
 /// The packed pictures of a page, and where those of each frame are among them.
 #[derive(Debug, Default)]
-pub(super) struct Places {
-    pub(super) pictures: Vec<Vec<u8>>,
+pub(super) struct Places<'a> {
+    pub(super) pictures: Vec<Cow<'a, [u8]>>,
     /// One a frame of each shot.
     pub(super) shots: Vec<Vec<FramePlaces>>,
 }
 
-impl Places {
+impl<'a> Places<'a> {
     /// Takes pictures as long as there is room: first the worst frame of each shot, then the next worst. A frame has all its pictures
     /// or none.
-    pub(super) fn new(page: &ReportPage, budget_bytes: usize) -> Self {
+    pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
         let mut order = Vec::new();
         for (shot_index, shot) in page.shots.iter().enumerate() {
-            let mut frames: Vec<_> = shot.frames.iter().enumerate().collect();
-            frames.retain(|(_, frame)| frame.expected.is_some() || frame.actual.is_some());
-            frames.sort_by(|(_, a), (_, b)| badness(b).total_cmp(&badness(a)));
+            let mut frames = worst_first(&shot.frames);
+            frames.retain(|index| {
+                shot.frames[*index].expected.is_some() || shot.frames[*index].actual.is_some()
+            });
             let ranked = frames.into_iter().enumerate();
-            order.extend(ranked.map(|(rank, (frame_index, _))| (rank, shot_index, frame_index)));
+            order.extend(ranked.map(|(rank, frame_index)| (rank, shot_index, frame_index)));
         }
         order.sort_unstable();
         let shots = page.shots.iter().map(|shot| vec![FramePlaces::default(); shot.frames.len()]).collect();
@@ -33,28 +36,39 @@ impl Places {
         let mut room = budget_bytes;
         for (_, shot, index) in order {
             let frame = &page.shots[shot].frames[index];
-            places.shots[shot][index] = places.take(frame, &mut room);
+            places.shots[shot][index] = places.take(frame, budget_bytes, &mut room);
         }
         places
     }
 
-    fn take(&mut self, frame: &ReportedFrame, room: &mut usize) -> FramePlaces {
-        let left_out = FramePlaces { left_out: true, ..FramePlaces::default() };
+    /// What the pictures take as text.
+    pub(super) fn text_bytes(&self) -> usize {
+        let around = "<script type=\"text/plain\" id=\"picture-99999\"></script>\n".len();
+        self.pictures.iter().map(|part| text_bytes(part.len()) + around).sum()
+    }
+
+    fn take(&mut self, frame: &'a ReportedFrame, budget_bytes: usize, room: &mut usize) -> FramePlaces {
+        let left_out = |bytes| {
+            let why = if bytes > budget_bytes { LeftOut::TooLarge } else { LeftOut::NoRoom };
+            FramePlaces { left_out: Some(why), ..FramePlaces::default() }
+        };
         let pictures = [&frame.expected, &frame.actual].map(Option::as_ref);
-        if pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
-            return left_out;
+        let known_bytes = pictures.into_iter().flatten().map(EncodedPicture::needed_bytes).sum();
+        if known_bytes > *room || pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
+            return left_out(known_bytes);
         }
-        let [expected, actual] = pictures.map(|picture| picture.and_then(|picture| picture.colors.clone()));
+        let [expected, actual] =
+            pictures.map(|picture| picture.and_then(|picture| picture.colors.as_deref()).map(Cow::from));
         let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref());
-        let errors =
-            map.map(pack_errors).or_else(|| frame.actual.as_ref().and_then(|picture| picture.errors.clone()));
+        let packed = || frame.actual.as_ref().and_then(|picture| picture.errors.as_deref()).map(Cow::from);
+        let errors = map.map(|map| Cow::from(pack_errors(map))).or_else(packed);
         let parts = [&expected, &actual, &errors].into_iter().flatten();
-        let bytes: usize = parts.map(|part| super::picture::text_bytes(part.len())).sum();
+        let bytes: usize = parts.map(|part| text_bytes(part.len())).sum();
         if bytes > *room {
-            return left_out;
+            return left_out(bytes);
         }
         *room -= bytes;
-        let mut place = |part: Option<Vec<u8>>| {
+        let mut place = |part: Option<Cow<'a, [u8]>>| {
             part.map(|part| {
                 self.pictures.push(part);
                 self.pictures.len() - 1
@@ -64,16 +78,22 @@ impl Places {
             expected: place(expected),
             actual: place(actual),
             errors: place(errors),
-            left_out: false,
+            left_out: None,
         }
     }
 }
 
-/// What to show first.
+/// The indices of `frames` by what to show first: failures by their worst tiles, then those without a number, then what passes.
+pub(super) fn worst_first(frames: &[ReportedFrame]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..frames.len()).collect();
+    order.sort_by(|a, b| badness(&frames[*b]).total_cmp(&badness(&frames[*a])));
+    order
+}
+
 fn badness(frame: &ReportedFrame) -> f64 {
     let tile = frame.judgement.as_ref().and_then(|judgement| judgement.flip).map(|flip| flip.tile);
     match frame.status {
         FrameStatus::Passed => -1.0,
-        _ => tile.unwrap_or(2.0),
+        _ => tile.unwrap_or(0.0),
     }
 }

@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use super::super::judgement::short;
 use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
-use super::budget::Places;
-use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
+use super::budget::{Places, worst_first};
+use super::{EncodedPicture, FrameStatus, PLAIN_ACCEPT, ReportPage, ReportedFrame, ReportedShot};
 
 /// All of it. Numbers that are not finite are `null`; those that people read are texts.
 #[derive(Serialize)]
@@ -14,6 +14,8 @@ pub(super) struct PageData<'a> {
     title: &'a str,
     command: &'a str,
     can_approve: bool,
+    /// Empty where nothing can be approved.
+    accept_command: &'a str,
     folders: Vec<FolderData<'a>>,
     shots: Vec<ShotData<'a>>,
     budget_mebibytes: usize,
@@ -39,6 +41,8 @@ struct ShotData<'a> {
     tile_limit: f64,
     commands: &'a [(String, String)],
     frames: Vec<FrameData<'a>>,
+    /// The index of the frame to begin with.
+    worst: usize,
 }
 
 #[derive(Serialize)]
@@ -52,9 +56,26 @@ struct FrameData<'a> {
     actual: Option<PictureData>,
     /// The number of the packed errors.
     errors: Option<usize>,
-    /// Whether its pictures had no room.
-    left_out: bool,
+    /// Why its pictures had no room, if so.
+    left_out: Option<LeftOutData<'a>>,
     judgement: Option<JudgementData<'a>>,
+}
+
+#[derive(Serialize)]
+struct LeftOutData<'a> {
+    why: LeftOut,
+    /// What shows it, if there is something.
+    command: Option<&'a str>,
+}
+
+/// Why pictures are not on the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum LeftOut {
+    /// They take more than the page has for all, so that no other page shows them either.
+    TooLarge,
+    /// Those of other frames came first.
+    NoRoom,
 }
 
 #[derive(Serialize)]
@@ -89,13 +110,14 @@ struct CheckData<'a> {
 }
 
 impl<'a> PageData<'a> {
-    pub(super) fn new(page: &'a ReportPage, places: &Places, budget_bytes: usize) -> Self {
+    pub(super) fn new(page: &'a ReportPage, places: &Places<'_>, budget_bytes: usize) -> Self {
         let shots = page.shots.iter().zip(&places.shots);
         Self {
             schema: 1,
             title: &page.title,
             command: &page.command,
             can_approve: page.can_approve,
+            accept_command: accept_command(page),
             folders: page
                 .folders
                 .iter()
@@ -106,11 +128,19 @@ impl<'a> PageData<'a> {
                     seconds: folder.seconds,
                 })
                 .collect(),
-            shots: shots.map(|(shot, places)| shot_data(shot, places)).collect(),
+            shots: shots.map(|(shot, places)| shot_data(page, shot, places)).collect(),
             budget_mebibytes: budget_bytes >> 20,
-            left_out: places.shots.iter().flatten().filter(|place| place.left_out).count(),
+            left_out: places.shots.iter().flatten().filter(|place| place.left_out.is_some()).count(),
             magma: (0..=255).map(|step| magma(step as f32 / 255.0)).collect(),
         }
+    }
+}
+
+fn accept_command(page: &ReportPage) -> &str {
+    match page.accept_command.as_str() {
+        _ if !page.can_approve => "",
+        "" => PLAIN_ACCEPT,
+        command => command,
     }
 }
 
@@ -120,10 +150,10 @@ pub(super) struct FramePlaces {
     pub(super) expected: Option<usize>,
     pub(super) actual: Option<usize>,
     pub(super) errors: Option<usize>,
-    pub(super) left_out: bool,
+    pub(super) left_out: Option<LeftOut>,
 }
 
-fn shot_data<'a>(shot: &'a ReportedShot, places: &[FramePlaces]) -> ShotData<'a> {
+fn shot_data<'a>(page: &'a ReportPage, shot: &'a ReportedShot, places: &[FramePlaces]) -> ShotData<'a> {
     let frames = shot.frames.iter().zip(places);
     ShotData {
         name: &shot.name,
@@ -131,11 +161,12 @@ fn shot_data<'a>(shot: &'a ReportedShot, places: &[FramePlaces]) -> ShotData<'a>
         mean_limit: shot.limits.mean_flip,
         tile_limit: shot.limits.tile_flip,
         commands: &shot.commands,
-        frames: frames.map(|(frame, places)| frame_data(frame, *places)).collect(),
+        frames: frames.map(|(frame, places)| frame_data(page, frame, *places)).collect(),
+        worst: worst_first(&shot.frames).first().copied().unwrap_or_default(),
     }
 }
 
-fn frame_data(frame: &ReportedFrame, places: FramePlaces) -> FrameData<'_> {
+fn frame_data<'a>(page: &'a ReportPage, frame: &'a ReportedFrame, places: FramePlaces) -> FrameData<'a> {
     let picture = |picture: &Option<EncodedPicture>, place: Option<usize>| {
         let (picture, place) = (picture.as_ref()?, place?);
         let (width, height) = picture.size;
@@ -150,9 +181,18 @@ fn frame_data(frame: &ReportedFrame, places: FramePlaces) -> FrameData<'_> {
         expected: picture(&frame.expected, places.expected),
         actual: picture(&frame.actual, places.actual),
         errors: places.errors,
-        left_out: places.left_out,
+        left_out: places.left_out.map(|why| left_out_data(page, &frame.name, why)),
         judgement: frame.judgement.as_ref().map(judgement_data),
     }
+}
+
+fn left_out_data<'a>(page: &'a ReportPage, name: &str, why: LeftOut) -> LeftOutData<'a> {
+    let commands = page.frame_commands.get(name);
+    let command = commands.and_then(|commands| match why {
+        LeftOut::TooLarge => commands.heat_map.as_deref(),
+        LeftOut::NoRoom => commands.alone.as_deref(),
+    });
+    LeftOutData { why, command }
 }
 
 fn judgement_data(judgement: &Judgement) -> JudgementData<'_> {

@@ -33,52 +33,58 @@ const SCRIPT: &str = concat!(
 
 /// The page.
 pub(super) fn html(page: &ReportPage, budget_bytes: usize) -> Result<String> {
+    html_of([PAGE, STYLE, SCRIPT], page, budget_bytes)
+}
+
+fn html_of(sources: [&str; 3], page: &ReportPage, budget_bytes: usize) -> Result<String> {
+    // Browsers hash what they have read, without carriage returns, which a checkout may have added.
+    let [template, style, script] = sources.map(|source| source.replace('\r', ""));
     let places = Places::new(page, budget_bytes);
     let json = serde_json::to_string(&PageData::new(page, &places, budget_bytes))
         .map_err(|error| Error::Internal { message: error.to_string() })?;
-    let parts = [
-        ("policy", policy()),
-        ("title", escaped(&page.title)),
-        ("style", STYLE.to_owned()),
-        ("list", plain_list(page)),
-        // Within a script element only `<` could end it or begin a comment; in JSON it stands in texts alone.
-        ("data", json.replace('<', "\\u003c")),
-        ("pictures", picture_elements(&places)),
-        ("script", SCRIPT.to_owned()),
-    ];
-    Ok(filled(PAGE, &parts))
+    // Within a script element only `<` could end it or begin a comment; in JSON it stands in texts alone.
+    let json = json.replace('<', "\\u003c");
+    let others = template.len() + style.len() + script.len() + json.len();
+    let mut text = String::with_capacity(others + places.text_bytes() + 65536);
+    fill(&mut text, &template, |text, name| match name {
+        "policy" => text.push_str(&policy(&script, &style)),
+        "title" => text.push_str(&escaped(&page.title)),
+        "style" => text.push_str(&style),
+        "list" => plain_list(text, page),
+        "data" => text.push_str(&json),
+        "pictures" => picture_elements(text, &places),
+        "script" => text.push_str(&script),
+        _ => {}
+    });
+    Ok(text)
 }
 
-/// Puts each part where the template has its name in double braces. Parts are not looked into.
-fn filled(template: &str, parts: &[(&str, String)]) -> String {
-    let mut text = String::new();
+/// Writes each part where the template has its name in double braces. Parts are not looked into.
+fn fill(text: &mut String, template: &str, write_part: impl Fn(&mut String, &str)) {
     let mut rest = template;
     while let Some((before, (name, after))) =
         rest.split_once("{{").and_then(|(before, rest)| Some((before, rest.split_once("}}")?)))
     {
         text.push_str(before);
-        if let Some((_, part)) = parts.iter().find(|(known, _)| *known == name) {
-            text.push_str(part);
-        }
+        write_part(text, name);
         rest = after;
     }
-    text + rest
+    text.push_str(rest);
 }
 
 /// Nothing may be loaded, and nothing may run but this script.
-fn policy() -> String {
+fn policy(script: &str, style: &str) -> String {
     let hash = |text: &str| STANDARD.encode(Sha256::digest(text.as_bytes()));
     format!(
         "default-src 'none'; script-src 'sha256-{}'; style-src 'sha256-{}'; img-src data: blob:; base-uri 'none'; \
          form-action 'none'",
-        hash(SCRIPT),
-        hash(STYLE)
+        hash(script),
+        hash(style)
     )
 }
 
 /// The failures for somebody without scripts.
-fn plain_list(page: &ReportPage) -> String {
-    let mut text = String::new();
+fn plain_list(text: &mut String, page: &ReportPage) {
     let failed: usize = page.folders.iter().map(|folder| folder.failed).sum();
     let passed: usize = page.folders.iter().map(|folder| folder.passed).sum();
     let _ = write!(text, "<p>{failed} failed, {passed} passed.</p>\n<ul>");
@@ -91,20 +97,16 @@ fn plain_list(page: &ReportPage) -> String {
             text.push_str("</li>");
         }
     }
-    text + "\n</ul>"
+    text.push_str("\n</ul>");
 }
 
 /// Each in an element of its own, so that only those that are looked at are unpacked.
-fn picture_elements(places: &Places) -> String {
-    let mut text = String::new();
+fn picture_elements(text: &mut String, places: &Places<'_>) {
     for (index, picture) in places.pictures.iter().enumerate() {
-        let _ = writeln!(
-            text,
-            "<script type=\"text/plain\" id=\"picture-{index}\">{}</script>",
-            STANDARD.encode(picture)
-        );
+        let _ = write!(text, "<script type=\"text/plain\" id=\"picture-{index}\">");
+        STANDARD.encode_string(picture, text);
+        text.push_str("</script>\n");
     }
-    text
 }
 
 fn escaped(text: &str) -> String {
@@ -124,9 +126,13 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::super::picture::tests::unpacked;
+    use super::super::picture::{pack_errors, text_bytes};
     use super::super::{
-        EncodedPicture, FolderSummary, FrameStatus, PICTURE_BUDGET_BYTES, ReportedFrame, ReportedShot,
+        EncodedPicture, FolderSummary, FrameCommands, FrameStatus, PICTURE_BUDGET_BYTES, ReportedFrame,
+        ReportedShot,
     };
     use super::*;
     use crate::regression::{LayeredPicture, Preset, ValueRange, judge};
@@ -170,6 +176,7 @@ mod tests {
             shots: vec![shot],
             can_approve: true,
             accept_command: String::new(),
+            frame_commands: BTreeMap::new(),
         }
     }
 
@@ -197,11 +204,21 @@ mod tests {
     fn equal_data_give_equal_bytes_and_ask_no_network() {
         let text = html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap();
         assert_eq!(text, html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap());
+        let of_windows = [PAGE, STYLE, SCRIPT].map(|source| source.replace('\n', "\r\n"));
+        let sources = of_windows.each_ref().map(String::as_str);
+        assert_eq!(text, html_of(sources, &page("light/point"), PICTURE_BUDGET_BYTES).unwrap());
         for asks in ["http:", "https:", "src=", "@import", "url("] {
             // The name space of SVG is a name.
             assert!(!text.replace("http://www.w3.org/2000/svg", "").contains(asks), "{asks}");
         }
-        assert!(text.contains("default-src 'none'; script-src 'sha256-"));
+        for (kind, embedded) in [
+            ("style", between(&text, "<style>", "</style>")),
+            ("script", between(&text, "<script>", "</script>")),
+        ] {
+            assert!(!embedded.contains('\r'));
+            let hash = STANDARD.encode(Sha256::digest(embedded.as_bytes()));
+            assert!(text.contains(&format!("{kind}-src 'sha256-{hash}'")), "{kind}");
+        }
     }
 
     #[test]
@@ -219,12 +236,13 @@ mod tests {
     #[test]
     fn what_has_no_room_is_left_out_and_told() {
         let page = page("light/point");
-        let bytes: usize = Places::new(&page, usize::MAX).pictures.iter().map(Vec::len).sum();
+        let bytes: usize = Places::new(&page, usize::MAX).pictures.iter().map(|part| part.len()).sum();
         // Room for one of the two frames: the second is the worse one.
         let text = html(&page, bytes).unwrap();
         let all = data(&text);
         let frames = &all["shots"][0]["frames"];
-        assert_eq!((&frames[0]["left_out"], &frames[1]["left_out"]), (&true.into(), &false.into()));
+        assert_eq!(frames[0]["left_out"], serde_json::json!({"why": "no_room", "command": null}));
+        assert!(frames[1]["left_out"].is_null());
         assert!(frames[0]["actual"].is_null() && frames[0]["expected"].is_null());
         assert_eq!((&all["left_out"], text.matches("id=\"picture-").count()), (&1.into(), 3));
         let none = data(&html(&page, 10).unwrap());
@@ -233,7 +251,74 @@ mod tests {
         let mut waiting = page;
         let waits = &mut waiting.shots[0].frames[1].actual;
         *waits = waits.take().map(EncodedPicture::left_out);
-        assert_eq!(data(&html(&waiting, usize::MAX).unwrap())["shots"][0]["frames"][1]["left_out"], true);
+        assert_eq!(
+            data(&html(&waiting, usize::MAX).unwrap())["shots"][0]["frames"][1]["left_out"]["why"],
+            "no_room"
+        );
+    }
+
+    #[test]
+    fn a_frame_without_room_tells_what_shows_it() {
+        let mut page = page("light/point");
+        let room = page.shots[0].frames.iter().map(|frame| {
+            let pictures = [&frame.expected, &frame.actual].into_iter().flatten();
+            let colors: usize = pictures.map(EncodedPicture::size_bytes).sum();
+            let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref()).unwrap();
+            colors + text_bytes(pack_errors(map).len())
+        });
+        let room = room.max().unwrap();
+        let commands = FrameCommands { alone: Some("alone".to_owned()), heat_map: Some("map".to_owned()) };
+        page.frame_commands.insert("light/point".to_owned(), commands);
+        let left_out = |page: &ReportPage, budget_bytes| {
+            data(&html(page, budget_bytes).unwrap())["shots"][0]["frames"][0]["left_out"].clone()
+        };
+        let (alone, map) = (
+            serde_json::json!({"why": "no_room", "command": "alone"}),
+            serde_json::json!({"why": "too_large", "command": "map"}),
+        );
+        // The second frame is worse; the page has room for either.
+        assert_eq!(left_out(&page, room), alone);
+        assert_eq!(left_out(&page, room / 2), map);
+        assert!(left_out(&page, 2 * room).is_null());
+        // A picture whose pixels are gone keeps its size.
+        let waits = &mut page.shots[0].frames[0].actual;
+        *waits = waits.take().map(EncodedPicture::left_out).map(EncodedPicture::left_out);
+        assert_eq!(left_out(&page, 2 * room), alone);
+        assert_eq!(left_out(&page, room / 2), map);
+    }
+
+    #[test]
+    fn the_command_that_takes_approvals_is_told() {
+        let told = |can_approve, command: &str| {
+            let page = ReportPage { can_approve, accept_command: command.to_owned(), ..page("light/point") };
+            data(&html(&page, PICTURE_BUDGET_BYTES).unwrap())["accept_command"].clone()
+        };
+        let whole = "rayframe accept --approvals approvals.json --suite 'my scenes'";
+        assert_eq!(told(true, whole), whole);
+        assert_eq!(told(true, ""), "rayframe accept --approvals approvals.json");
+        assert_eq!([told(false, whole), told(false, "")], ["", ""]);
+    }
+
+    #[test]
+    fn the_frame_that_is_shown_first_has_room_first() {
+        let mut page = page("light/point");
+        let frames = &mut page.shots[0].frames;
+        frames.insert(0, ReportedFrame { judgement: None, ..frames[0].clone() });
+        frames.insert(1, ReportedFrame { status: FrameStatus::Passed, ..frames[2].clone() });
+        frames[3].judgement.as_mut().unwrap().flip_map = None;
+        let room = |frame: &ReportedFrame| {
+            [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedPicture::size_bytes).sum()
+        };
+        let all = data(&html(&page, room(&page.shots[0].frames[3])).unwrap());
+        let shot = &all["shots"][0];
+        assert_eq!(shot["worst"], 3);
+        let shown: Vec<bool> =
+            shot["frames"].as_array().unwrap().iter().map(|frame| frame["actual"].is_object()).collect();
+        assert_eq!(shown, [false, false, false, true]);
+        // Without any number it is the first failure.
+        page.shots[0].frames.truncate(2);
+        page.shots[0].frames.reverse();
+        assert_eq!(data(&html(&page, 0).unwrap())["shots"][0]["worst"], 1);
     }
 
     #[test]

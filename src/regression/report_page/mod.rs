@@ -9,6 +9,7 @@ mod html;
 mod picture;
 mod room;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
@@ -37,9 +38,24 @@ pub struct ReportPage {
     pub shots: Vec<ReportedShot>,
     /// Whether failures can be approved, which gives them tick boxes.
     pub can_approve: bool,
-    /// The command that takes what was approved, as it is to be typed; empty where nothing can be.
+    /// The whole command that takes the exported `approvals.json`, as it is to be typed where `command` was; empty where nothing can
+    /// be approved. Where it is empty and something can, the page shows [`PLAIN_ACCEPT`].
     pub accept_command: String,
+    /// What shows a frame whose pictures had no room, by the frame's name; those that are not here show no command.
+    pub frame_commands: BTreeMap<String, FrameCommands>,
 }
+
+/// Commands, as they are to be typed, that show one frame of a shot.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FrameCommands {
+    /// Makes a page of this frame alone, for frames that others left no room.
+    pub alone: Option<String>,
+    /// Writes its heat map as a picture, for frames that are too large for any page.
+    pub heat_map: Option<String>,
+}
+
+/// What takes approvals where the suite is the one that is found without being named.
+pub const PLAIN_ACCEPT: &str = "rayframe accept --approvals approvals.json";
 
 /// How the shots of a folder did.
 #[derive(Clone, Debug, Default, PartialEq)]

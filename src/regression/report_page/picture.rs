@@ -22,6 +22,8 @@ pub struct EncodedPicture {
     pub(super) colors: Option<Vec<u8>>,
     /// FLIP of every pixel in 255 steps, packed alike.
     pub(super) errors: Option<Vec<u8>>,
+    /// What it would take on the page if it were not left out.
+    left_out_bytes: usize,
 }
 
 impl EncodedPicture {
@@ -29,7 +31,13 @@ impl EncodedPicture {
     /// largest half.
     pub fn new(picture: &LayeredPicture) -> Option<Self> {
         let colors = pack_colors(&picture.colors()?, picture.size.0 as usize);
-        Some(Self { size: picture.size, range: picture.range, colors: Some(colors), errors: None })
+        Some(Self {
+            size: picture.size,
+            range: picture.range,
+            colors: Some(colors),
+            errors: None,
+            left_out_bytes: 0,
+        })
     }
 
     /// With the map that makes the heat map, for a judgement that does not keep its own.
@@ -41,7 +49,12 @@ impl EncodedPicture {
     /// Without its pixels: the page says that there is a picture, and that there was no room for it.
     #[must_use]
     pub fn left_out(self) -> Self {
-        Self { colors: None, errors: None, ..self }
+        Self { colors: None, errors: None, left_out_bytes: self.needed_bytes(), ..self }
+    }
+
+    /// Bytes that it takes on the page, or would take if it were not left out.
+    pub(super) fn needed_bytes(&self) -> usize {
+        self.left_out_bytes + self.size_bytes()
     }
 
     /// Bytes that it takes on the page.

@@ -25,6 +25,7 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
         shots,
         can_approve: true,
         accept_command: format!("rayframe accept --approvals approvals.json --suite {}", file(&whole_path)),
+        frame_commands: BTreeMap::new(),
     }
 }
 

@@ -169,24 +169,33 @@ fn reports_go_where_they_are_wanted_and_replace_nothing_else() {
     stage.run(&["test", "--report", "."]).ends(0, &["1 picture as"]);
 }
 
-#[cfg(unix)]
+#[cfg(target_os = "linux")]
 #[test]
 fn a_signal_ends_a_test_and_says_so() {
     use std::os::unix::process::ExitStatusExt as _;
-    let stage = Stage::new(&SUITE.replace("[48, 27]", "[1280, 720]").replace("samples = 1", "samples = 64"));
+    use std::process::{Command, Stdio};
+    let stage =
+        Stage::new(&SUITE.replace("[48, 27]", "[1920, 1080]").replace("samples = 1", "samples = 256"));
     stage.scene(POINT.0, POINT.1, "", "");
-    let child = std::process::Command::new(env!("CARGO_BIN_EXE_rayframe"))
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rayframe"))
         .arg("test")
         .current_dir(stage.path(""))
-        .stderr(std::process::Stdio::piped())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    let pid = rustix::process::Pid::from_child(&child);
-    rustix::process::kill_process(pid, rustix::process::Signal::INT).unwrap();
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.signal(), Some(2));
-    let told = String::from_utf8(output.stderr).unwrap();
+    // Until it listens: the signals that are caught, as bits, the first of which is signal 1.
+    let catches = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        u64::from_str_radix(caught.trim(), 16).unwrap() & (1 << 1) != 0
+    };
+    while !catches() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let ended = child.wait().unwrap();
+    assert_eq!(ended.signal(), Some(2));
+    let told = std::io::read_to_string(child.stderr.take().unwrap()).unwrap();
     assert!(told.contains("stopped after 0 of") && told.contains("earlier run"), "{told}");
     assert_eq!(stage.references(), [] as [&str; 0]);
 }

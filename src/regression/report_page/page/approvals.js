@@ -1,8 +1,9 @@
 // What somebody approves, and the file that says so.
 
-/** Names of approved pictures, each with the hash of what was seen. */
+/** Names of approved pictures, each with what was seen. */
 const approved = new Map();
-const MEMORY = "approved:" + report.title;
+/** Ticks are this page's own: suites of one name lie in several places. */
+const MEMORY = "approved:" + JSON.stringify([location.href.split("#")[0], report.title, report.accept_command]);
 
 /** Whether a picture can be approved: one that was rendered, or a reference that nothing asks for. */
 function canApprove(frame) {
@@ -12,22 +13,35 @@ function canApprove(frame) {
 }
 const isApproved = (frame) => approved.has(frame.name);
 const approvable = (shot) => shot.frames.filter(canApprove);
-const hashOf = (frame) => (frame.status === "dangling" ? null : frame.hash);
 
-/** Ticks of before, where the pictures are still those that were seen. */
-function recallApprovals() {
-  const stored = memory.read(MEMORY) || {};
-  for (const frame of report.shots.flatMap(approvable)) {
-    if (Object.hasOwn(stored, frame.name) && stored[frame.name] === hashOf(frame)) approved.set(frame.name, hashOf(frame));
-  }
+/** What a tick was given for. A reference that nothing asks for has no hash, so it is told by its packed pixels. */
+function seen(frame) {
+  if (frame.status !== "dangling") return frame.hash;
+  const text = frame.expected ? byId("picture-" + frame.expected.picture).textContent : "";
+  let sum = 0x811c9dc5;
+  // FNV-1a.
+  for (let at = 0; at < text.length; at++) sum = Math.imul(sum ^ text.charCodeAt(at), 0x01000193) >>> 0;
+  return `${text.length} ${sum}`;
 }
+
+/** Ticks of before, where the pictures are still those that were seen; the others are forgotten. */
+function recallApprovals() {
+  const stored = memory.read(MEMORY);
+  if (!stored) return;
+  for (const frame of report.shots.flatMap(approvable)) {
+    if (Object.hasOwn(stored, frame.name) && stored[frame.name] === seen(frame)) approved.set(frame.name, seen(frame));
+  }
+  remember();
+}
+
+const remember = () => memory.write(MEMORY, Object.fromEntries(approved));
 
 function approve(frames, on) {
   for (const frame of frames.filter(canApprove)) {
-    if (on) approved.set(frame.name, hashOf(frame));
+    if (on) approved.set(frame.name, seen(frame));
     else approved.delete(frame.name);
   }
-  memory.write(MEMORY, Object.fromEntries(approved));
+  remember();
   showApprovals();
   showList();
   say(byId("approved-count").textContent);
@@ -59,7 +73,7 @@ function showApprovals() {
 
 function approvalsText() {
   const names = report.shots.flatMap(approvable).filter(isApproved);
-  const list = names.map((frame) => ({ name: frame.name, hash: hashOf(frame) }));
+  const list = names.map((frame) => ({ name: frame.name, hash: frame.status === "dangling" ? null : frame.hash }));
   return JSON.stringify({ schema: 1, approved: list }, null, 2) + "\n";
 }
 

@@ -4,7 +4,7 @@ const report = JSON.parse(byId("data").textContent);
 
 // A shot of which nothing is known has a frame that says so.
 for (const shot of report.shots) {
-  const nothing = { frame: null, hash: null, expected: null, actual: null, errors: null, left_out: false, judgement: null };
+  const nothing = { frame: null, hash: null, expected: null, actual: null, errors: null, left_out: null, judgement: null };
   if (shot.frames.length === 0) shot.frames.push({ name: shot.name, status: "broken", messages: ["has no frames"], ...nothing });
 }
 

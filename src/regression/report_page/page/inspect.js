@@ -40,10 +40,10 @@ function inspectAt(pane, event) {
 
 /** Chooses the pixel whose values are told. */
 function inspect(x, y) {
-  const pane = view.panes[0];
-  if (!pane) return;
-  const within = (value, count) => Math.min(Math.max(value, 0), count - 1);
-  state.pixel = [within(x, pane.width), within(y, pane.height)];
+  if (view.panes.length === 0) return;
+  // Of two sizes the larger can be inspected; the other has no values there.
+  const within = (value, side) => Math.min(Math.max(value, 0), Math.max(...view.panes.map((pane) => pane[side])) - 1);
+  state.pixel = [within(x, "width"), within(y, "height")];
   cross();
   tell();
 }
@@ -73,9 +73,9 @@ function goTo([x, y]) {
 
 /** Rings around the pixel on every pane. */
 function cross() {
-  for (const { cross: ring, scale } of view.panes) {
-    ring.hidden = !state.pixel;
-    if (!state.pixel) continue;
+  for (const { cross: ring, scale, width, height } of view.panes) {
+    ring.hidden = !state.pixel || state.pixel[0] >= width || state.pixel[1] >= height;
+    if (ring.hidden) continue;
     ring.style.left = (state.pixel[0] + 0.5) * scale + "px";
     ring.style.top = (state.pixel[1] + 0.5) * scale + "px";
   }

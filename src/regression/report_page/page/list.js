@@ -87,8 +87,8 @@ function showOverview() {
   byId("overview-title").className = failed > 0 ? "" : "good";
   byId("overview-note").hidden = report.left_out === 0;
   byId("overview-note").textContent =
-    `The pictures of ${plural(report.left_out, "frame")} are left out: they would take more than ${report.budget_mebibytes} MiB of this page. ` +
-    "Those frames tell a command that shows them.";
+    `The pictures of ${plural(report.left_out, "frame")} are left out: a page has ${report.budget_mebibytes} MiB for all pictures. ` +
+    "Those frames say what shows them, where there is something.";
   byId("overview-command").replaceChildren(commandBox(report.command, "the command of this report"));
   byId("folders").replaceChildren(...(report.folders.length > 0 ? [folderTable()] : []));
   byId("failures").replaceChildren(...(report.shots.length > 0 ? [failureTable()] : []));

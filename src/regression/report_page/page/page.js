@@ -158,7 +158,7 @@ function begin() {
     element("span", { className: total("failed") > 0 ? "bad" : "quiet" }, `${total("failed")} failed`),
     element("span", { className: "good" }, `${total("passed")} passed`),
   );
-  byId("accept-command").replaceChildren(commandBox("rayframe accept --approvals approvals.json", "accept"));
+  byId("accept-command").replaceChildren(commandBox(report.accept_command, "accept"));
   byId("keys-on").checked = keysAreOn;
   setTheme(THEMES.includes(memory.read("theme")) ? memory.read("theme") : "auto");
   // Without anything to choose from there is no list.

@@ -1,5 +1,8 @@
 // What is looked at and how; everything else is drawn from it.
 
+/** Swaps a second. Web Content Accessibility Guidelines 2.2, criterion 2.3.1, allow three flashes a second. */
+const FASTEST_SWAPS = 3;
+
 const state = {
   /** The shot's index; −1 is the overview. */
   shot: -1,
@@ -26,14 +29,7 @@ const fails = (frame) => frame.status !== "passed";
 const failing = (shot) => shot.frames.filter(fails);
 
 /** The frame to begin with: that of the worst tile, or the first failure if none has a number. */
-function worstFrame(shot) {
-  const badness = (frame) => (fails(frame) ? (frame.judgement?.flip?.tile ?? 0) : -1);
-  let worst = 0;
-  shot.frames.forEach((frame, index) => {
-    if (badness(frame) > badness(shot.frames[worst])) worst = index;
-  });
-  return worst;
-}
+const worstFrame = (shot) => shot.worst;
 
 function frameLabel(frame) {
   return frame.frame === null ? frame.name : "frame " + frame.frame;

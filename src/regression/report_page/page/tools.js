@@ -29,8 +29,8 @@ function showZooms() {
   );
 }
 
-function range(id, name, [min, max, by], value, act) {
-  const input = element("input", { type: "range", id, min, max, step: by, value });
+function range(id, name, [min, max, by], value, act, title) {
+  const input = element("input", { type: "range", id, min, max, step: by, value, title: title || "" });
   const output = element("output", { htmlFor: id });
   const change = () => (output.textContent = act(Number(input.value)));
   input.addEventListener("input", change);
@@ -53,11 +53,11 @@ function showModeTools(mode) {
     flicker: () => [
       segment(state.flicker.runs ? "Stop" : "Start", false, true, "Flicker on and off (f)", () => setFlicker(!state.flicker.runs)),
       segment("Swap", false, true, "Swap expected and actual (Space)", () => (setFlicker(false), swap())),
-      ...range("rate", "Rate", [0.5, 10, 0.5], state.flicker.rate, (value) => {
+      ...range("rate", "Rate", [0.5, FASTEST_SWAPS, 0.5], state.flicker.rate, (value) => {
         state.flicker.rate = value;
         beat();
         return `${value.toFixed(1)} a second`;
-      }),
+      }, `Swaps a second; at most ${FASTEST_SWAPS}, for faster flashes can harm people`),
     ],
     heat: () => [legend()],
     difference: () =>

@@ -47,12 +47,14 @@ async function load(frame) {
 function missingPictures(frame, problem) {
   if (problem) return [problem];
   if (frame.left_out) {
-    const command = shownShot().commands[0]?.[1] || report.command;
-    return [
-      `The pictures of this frame are left out: all of them would take more than ${report.budget_mebibytes} MiB of this page. ` +
-        "A run with fewer pictures has room for them, such as:",
-      commandBox(command),
-    ];
+    const { why, command } = frame.left_out;
+    const limit = `${report.budget_mebibytes} MiB that a page has for pictures`;
+    const isTooLarge = why === "too_large";
+    const reason = isTooLarge ? `they alone take more than the ${limit}` : `those of other frames come first and leave too little of the ${limit}`;
+    const text = `The pictures of this frame are left out: ${reason}. `;
+    if (command) return [text + (isTooLarge ? "The heat map as a picture has no such limit:" : "A page of this frame alone has room:"), commandBox(command)];
+    const leavesMore = !isTooLarge && report.can_approve && report.shots.length > 1 && frame.status !== "dangling";
+    return [text + (leavesMore ? "A test of this shot alone leaves it more room; its worst frames come first." : "")];
   }
   if (!fails(frame)) return ["This frame passes; a report has numbers and no pictures of such."];
   if (frame.status === "broken") return ["There is no picture."];
@@ -110,37 +112,60 @@ function fit() {
 const TITLES = { expected: "expected", actual: "actual", heat: "FLIP, what an eye sees", difference: "difference" };
 
 function paint() {
-  for (const pane of view.panes) {
-    const context = pane.canvas.getContext("2d", { willReadFrequently: true });
-    const show = (picture) => context.putImageData(shownPicture(picture, state.stops), 0, 0);
-    context.clearRect(0, 0, pane.width, pane.height);
-    pane.label.textContent = TITLES[pane.name] || "";
-    pane.note.textContent = "";
-    if (pane.name === "wipe") {
-      const column = Math.round(state.wipe * pane.width);
-      show(view.expected);
-      const image = shownPicture(view.actual, state.stops);
-      context.clearRect(column, 0, pane.width - column, pane.height);
-      context.putImageData(image, 0, 0, column, 0, Math.max(0, image.width - column), image.height);
-      pane.line.style.left = (column / pane.width) * 100 + "%";
-      pane.label.textContent = "◂ expected";
-      pane.note.append(element("strong", {}, "actual ▸"));
-    } else if (pane.name === "flicker") {
-      show(view[state.flicker.shows]);
-      pane.label.textContent = state.flicker.shows;
-    } else if (pane.name === "heat") {
-      context.putImageData(shownErrors(view.errors, pane.width, pane.height), 0, 0);
-    } else if (pane.name === "difference") {
-      context.putImageData(shownDifference(view.expected, view.actual, state.stops + state.gain), 0, 0);
-      pane.note.textContent = `linear light × ${2 ** state.gain}`;
-    } else {
-      show(view[pane.name]);
-      if (view.panes.length === 1) pane.note.textContent = pane.name === "actual" ? "no reference" : "no render";
+  for (const pane of view.panes.filter(({ isDark }) => !isDark)) {
+    try {
+      paintPane(pane);
+      pane.holds = pane.holds || holdsPixels(pane);
+    } catch (error) {
+      pane.holds = false;
+      console.warn(error);
     }
-    const shown = pane.name === "flicker" ? state.flicker.shows : TITLES[pane.name] || "expected, then actual";
-    pane.canvas.setAttribute("aria-label", `${shown}, ${pane.width} by ${pane.height} pixels`);
+    if (!pane.holds) darken(pane);
   }
   tell();
+}
+
+/** Whether what was painted is there: beyond a browser's limit a canvas stays empty without a word. Pictures are opaque. */
+const holdsPixels = ({ canvas }) => canvas.getContext("2d").getImageData(0, 0, 1, 1).data[3] === 255;
+
+/** Says in words what cannot be shown. */
+function darken(pane) {
+  pane.isDark = true;
+  pane.label.textContent = TITLES[pane.name] || pane.name;
+  const count = `${pane.width} by ${pane.height} pixels`;
+  const why = pane.width * pane.height === 0 ? "The picture is empty" : `This browser cannot show a picture of ${count}; one of a desktop computer may, or a picture of a part`;
+  pane.port.replaceChildren(element("p", { className: "note" }, why + "."));
+}
+
+function paintPane(pane) {
+  const context = pane.canvas.getContext("2d", { willReadFrequently: true });
+  const show = (picture) => context.putImageData(shownPicture(picture, state.stops), 0, 0);
+  context.clearRect(0, 0, pane.width, pane.height);
+  pane.label.textContent = TITLES[pane.name] || "";
+  pane.note.textContent = "";
+  if (pane.name === "wipe") {
+    const column = Math.round(state.wipe * pane.width);
+    show(view.expected);
+    const image = shownPicture(view.actual, state.stops);
+    context.clearRect(column, 0, pane.width - column, pane.height);
+    context.putImageData(image, 0, 0, column, 0, Math.max(0, image.width - column), image.height);
+    pane.line.style.left = (column / pane.width) * 100 + "%";
+    pane.label.textContent = "◂ expected";
+    pane.note.append(element("strong", {}, "actual ▸"));
+  } else if (pane.name === "flicker") {
+    show(view[state.flicker.shows]);
+    pane.label.textContent = state.flicker.shows;
+  } else if (pane.name === "heat") {
+    context.putImageData(shownErrors(view.errors, pane.width, pane.height), 0, 0);
+  } else if (pane.name === "difference") {
+    context.putImageData(shownDifference(view.expected, view.actual, state.stops + state.gain), 0, 0);
+    pane.note.textContent = `linear light × ${2 ** state.gain}`;
+  } else {
+    show(view[pane.name]);
+    if (view.panes.length === 1) pane.note.textContent = pane.name === "actual" ? "no reference" : "no render";
+  }
+  const shown = pane.name === "flicker" ? state.flicker.shows : TITLES[pane.name] || "expected, then actual";
+  pane.canvas.setAttribute("aria-label", `${shown}, ${pane.width} by ${pane.height} pixels`);
 }
 
 /** Frames of the worst places on a pane. */

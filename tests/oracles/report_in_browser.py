@@ -41,7 +41,7 @@ failures = []
 
 
 def check(name, holds, detail=""):
-    print(("ok   " if holds else "FAIL ") + name + (f": {detail}" if detail != "" else ""), flush=True)
+    print(("ok   " if holds else "FAIL ") + name + (": " + " ".join(str(detail).split()) if detail != "" else ""), flush=True)
     if not holds:
         failures.append(name)
 

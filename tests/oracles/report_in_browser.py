@@ -3,11 +3,13 @@
     cargo build --release
     apt-get install chromium
     pip install playwright OpenEXR numpy pillow
-    python tests/oracles/report_in_browser.py [target/release/rayframe] [report.html of `rayframe test`] [folder for screenshots]
+    python tests/oracles/report_in_browser.py [target/release/rayframe] [report.html of `rayframe test`] [folder for screenshots] \
+        [folder of that suite]
 
 Renders a pair and a sequence that differ, writes their pages with `rayframe diff --report`, and compares what their canvases hold
 with numbers made here from the EXR files. Approvals are checked on the page of a suite where one is given, and otherwise on a page of
-our own whose data are changed to allow them. Prints a line a check and ends with 1 when one does not hold. Nothing may be asked of
+our own whose data are changed to allow them. Where the suite's folder is given, too, the command that its page shows is run on a copy of
+it, from elsewhere; its pictures must still wait there. Prints a line a check and ends with 1 when one does not hold. Nothing may be asked of
 the network, and the console must stay empty. No browser is downloaded: the system's Chromium is used (CHROMIUM names another).
 """
 
@@ -17,6 +19,7 @@ import json
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -31,13 +34,14 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/rayframe").resolve()
 SUITE = pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) > 2 and sys.argv[2] else None
 SHOTS = pathlib.Path(sys.argv[3] if len(sys.argv) > 3 else ROOT / "target/report_in_browser").resolve()
+SUITE_FOLDER = pathlib.Path(sys.argv[4]).resolve() if len(sys.argv) > 4 else None
 SIZE = "192x108"
 FOLDER = pathlib.Path(tempfile.mkdtemp(prefix="rayframe-report-"))
 failures = []
 
 
 def check(name, holds, detail=""):
-    print(("ok   " if holds else "FAIL ") + name + (f": {detail}" if detail != "" else ""), flush=True)
+    print(("ok   " if holds else "FAIL ") + name + (": " + " ".join(str(detail).split()) if detail != "" else ""), flush=True)
     if not holds:
         failures.append(name)
 
@@ -443,6 +447,29 @@ def check_memory(page, path, data):
     check("and the ticks of the first page are as they were", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
 
 
+def check_accepted(command, exported, pictures):
+    """Types the command in a folder of its own, for a copy of the suite."""
+    here, copy = FOLDER / "typed_here", FOLDER / "copy of suite"
+    here.mkdir()
+    (here / "approvals.json").write_text(exported)
+    shutil.copytree(SUITE_FOLDER, copy)
+    words = shlex.split(command)
+    check("the command that takes approvals names the suite", "--suite" in words, command)
+    if "--suite" not in words:
+        return
+    at = words.index("--suite") + 1
+    named = (here / words[at]).resolve()
+    check("and does so from anywhere", named in (SUITE_FOLDER, SUITE_FOLDER / "suite.toml"), named)
+    words[0], words[at] = str(PROGRAM), str(copy / named.relative_to(SUITE_FOLDER))
+    outside_ci = {name: value for name, value in os.environ.items() if name != "CI"}
+    done = subprocess.run(words, capture_output=True, text=True, cwd=here, env=outside_ci)
+    lines = done.stdout.splitlines()
+    check("it is accepted", done.returncode == 0 and len(lines) == len(pictures), f"{done.returncode} {len(lines)} lines {done.stderr}")
+    waiting = sorted(str(path.relative_to(copy)) for path in copy.rglob("*.new"))
+    left = [path for path in waiting if any(path.split(".exr")[0].endswith(frame["name"]) for frame in pictures)]
+    check("and nothing of it waits any more", left == [], left)
+
+
 def check_approvals(browser, path, is_suite):
     page = Page(browser, path, "approvals", color_scheme="dark")
     data = json.loads(page.page.locator("#data").text_content())
@@ -461,10 +488,13 @@ def check_approvals(browser, path, is_suite):
     with page.page.expect_download() as download:
         page.page.locator("#export").click()
     check("the file is called approvals.json", download.value.suggested_filename == "approvals.json")
-    found = json.loads(pathlib.Path(download.value.path()).read_text())
+    exported = pathlib.Path(download.value.path()).read_text()
+    found = json.loads(exported)
     wanted = [{"name": frame["name"], "hash": None if frame["status"] == "dangling" else frame["hash"]} for frame in can]
     check("it names every picture with its hash", found == {"schema": 1, "approved": wanted}, f"{len(found['approved'])} pictures")
     check("the command that takes it is shown", page.text("#accept-command code") == data["accept_command"] != "")
+    if is_suite and SUITE_FOLDER:
+        check_accepted(page.text("#accept-command code"), exported, can)
     if not is_suite:
         page.page.locator("#shots button").last.click()
         page.settle()

@@ -51,6 +51,23 @@ pub struct RunStamp {
 }
 
 impl FrameAttributes {
+    /// Of a picture that nothing is known of but its values.
+    pub fn unknown() -> Self {
+        let identity = glam::Mat4::IDENTITY.to_cols_array();
+        Self {
+            software: "rayframe".to_owned(),
+            render_hash: String::new(),
+            frame: 0,
+            time_seconds: 0.0,
+            frames_per_second: (24, 1),
+            world_to_camera: identity,
+            world_to_ndc: identity,
+            time_code: None,
+            texts: Vec::new(),
+            stamp: None,
+        }
+    }
+
     pub(super) fn of_image(&self, (width, height): (u32, u32)) -> ImageAttributes {
         let mut attributes =
             ImageAttributes::new(IntegerBounds::new((0, 0), (width as usize, height as usize)));

@@ -24,6 +24,7 @@ mod root_mean_square;
 mod sequence_files;
 mod shift;
 pub mod suite;
+mod verdict_text;
 
 pub use cause::{Cause, likely_cause};
 pub use channel_difference::{ChannelDifference, ValueLimits, channel_difference};

@@ -56,7 +56,7 @@ impl LayeredPicture {
         let (picture_size, origin, size) = (light.picture_size, light.origin, light.size);
         let compression = ExrCompression::Zip;
         let picture = ExrPicture { picture_size, origin, size, channels, compression };
-        let bytes = encode_exr_picture(picture, &attributes())?;
+        let bytes = encode_exr_picture(picture, &FrameAttributes::unknown())?;
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
                 path: folder.to_owned(),
@@ -107,23 +107,6 @@ fn exr_channel(channel: NamedChannel) -> ExrChannel {
     ExrChannel { name: channel.name, samples }
 }
 
-/// Of a picture that nothing is known of but its values.
-fn attributes() -> FrameAttributes {
-    let identity = glam::Mat4::IDENTITY.to_cols_array();
-    FrameAttributes {
-        software: "rayframe".to_owned(),
-        render_hash: String::new(),
-        frame: 0,
-        time_seconds: 0.0,
-        frames_per_second: (24, 1),
-        world_to_camera: identity,
-        world_to_ndc: identity,
-        time_code: None,
-        texts: Vec::new(),
-        stamp: None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,7 +127,7 @@ mod tests {
             ],
             compression: ExrCompression::Zip,
         };
-        std::fs::write(&path, encode_exr_picture(picture, &attributes()).unwrap()).unwrap();
+        std::fs::write(&path, encode_exr_picture(picture, &FrameAttributes::unknown()).unwrap()).unwrap();
         let back = LayeredPicture::read(&path).unwrap();
         assert_eq!((back.picture_size, back.origin, back.size), ((6, 5), (3, 1), (2, 1)));
         assert_eq!(back.layers(), [BEAUTY, "depth", "object_id"]);

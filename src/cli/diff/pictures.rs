@@ -75,18 +75,5 @@ fn encode_errors(map: &FlipMap) -> Result<Vec<u8>> {
         channels: vec![channel],
         compression: ExrCompression::Zip,
     };
-    let identity = glam::Mat4::IDENTITY.to_cols_array();
-    let attributes = FrameAttributes {
-        software: "rayframe".to_owned(),
-        render_hash: String::new(),
-        frame: 0,
-        time_seconds: 0.0,
-        frames_per_second: (24, 1),
-        world_to_camera: identity,
-        world_to_ndc: identity,
-        time_code: None,
-        texts: Vec::new(),
-        stamp: None,
-    };
-    encode_exr_picture(picture, &attributes)
+    encode_exr_picture(picture, &FrameAttributes::unknown())
 }

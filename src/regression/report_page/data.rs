@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::super::judgement::short;
+use super::super::verdict_text::short;
 use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
 use super::budget::{Places, worst_first};
 use super::{EncodedPicture, FrameStatus, PLAIN_ACCEPT, ReportPage, ReportedFrame, ReportedShot};

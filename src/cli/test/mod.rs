@@ -42,7 +42,7 @@ pub(super) struct TestArgs {
     /// Where the report goes, instead of the suite's own place
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Shots rendered at once [default: as many as there are cores]
+    /// Threads in all, and so many shots at once [default: as many as there are cores]
     #[arg(short, long, value_name = "N", value_parser = options::count)]
     threads: Option<u32>,
     /// Print failures alone

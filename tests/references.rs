@@ -77,8 +77,8 @@ fn trial(suite: &Arc<Suite>, shot: &SuiteShot, results: &Arc<Mutex<Vec<ShotResul
 #[expect(clippy::print_stderr, reason = "a test says what is to be done")]
 fn report(suite: &Suite, shots: &[SuiteShot], mut results: Vec<ShotResult>, seconds: f64) -> Result<()> {
     results.sort_by(|a, b| a.name.cmp(&b.name));
-    let dangling = finish(suite, shots, &results, "", !is_ci())?;
-    let result = SuiteResult { shots: results, dangling, seconds };
+    let (dangling, not_kept) = finish(suite, shots, &results, "", !is_ci())?;
+    let result = SuiteResult { shots: results, dangling, not_kept, seconds };
     let passes = result.passes();
     let page = suite.report.join("index.html");
     write_report(&report_page(suite, result, "cargo test --release --test references", !is_ci()), &page)?;

@@ -40,6 +40,10 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
         Some(file) => approved(&suite, &suite::read_approvals(file)?, &waiting)?,
         None => waiting,
     };
+    // All or nothing.
+    for pending in &chosen {
+        suite::check_acceptable(&suite, pending)?;
+    }
     for pending in &chosen {
         suite::accept(&suite, pending)?;
         print_output(&format!("{} {}", done(pending.kind), pending.reference.display()));

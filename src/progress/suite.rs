@@ -10,7 +10,6 @@ use super::print::one_line;
 #[derive(Debug)]
 pub struct SuiteProgress {
     line: ProgressBar,
-    count: AtomicUsize,
     failed: AtomicUsize,
 }
 
@@ -22,21 +21,20 @@ impl SuiteProgress {
         if let Ok(style) = ProgressStyle::with_template("{pos} {msg}") {
             line.set_style(style);
         }
-        Self { line, count: AtomicUsize::new(0), failed: AtomicUsize::new(0) }
+        Self { line, failed: AtomicUsize::new(0) }
     }
 
     /// One of `count` shots is finished; may be called from any thread.
     pub fn tell(&self, count: usize, name: &str, passes: bool) {
-        self.count.store(count, Ordering::Relaxed);
         let failed = self.failed.fetch_add(usize::from(!passes), Ordering::Relaxed) + usize::from(!passes);
         self.line.inc(1);
         let failures = if failed > 0 { format!(", {failed} failed") } else { String::new() };
         self.line.set_message(format!("of {count} shots{failures}: {}", one_line(name)));
     }
 
-    /// Shots that are finished, and all; 0 and 0 before the first.
-    pub fn counts(&self) -> (usize, usize) {
-        (self.line.position() as usize, self.count.load(Ordering::Relaxed))
+    /// Shots that are finished.
+    pub fn finished(&self) -> usize {
+        self.line.position() as usize
     }
 }
 

@@ -155,11 +155,14 @@ pub fn likely_cause(
     let factors =
         light_factors(&actual.clone().in_light().colors()?, &reference.clone().in_light().colors()?);
     let has = |names: &[&str]| layers.iter().any(|layer| names.contains(&layer.layer.as_str()));
-    if factors.is_some() || (has(&GEOMETRY) && has(&["albedo"])) {
-        return Some(Cause::Light { factors });
-    }
-    if has(&GEOMETRY) || has(&MATERIAL) {
+    let has_things = has(&GEOMETRY) || has(&MATERIAL);
+    // One factor on all colours is a lamp; one on each may as well be paint, where no albedo tells.
+    let is_grey = factors.is_some_and(|[r, g, b]| (r / g - 1.0).abs() < 0.02 && (b / g - 1.0).abs() < 0.02);
+    if has_things && !has(&["albedo"]) && !is_grey {
         return Some(Cause::MaterialOrLight);
+    }
+    if factors.is_some() || has(&GEOMETRY) {
+        return Some(Cause::Light { factors });
     }
     let different = differences.iter().filter(|difference| **difference != 0.0).count();
     Some(Cause::Unclear { share: different as f64 / differences.len() as f64 })
@@ -214,7 +217,7 @@ fn light_factors(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<[f64; 3]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::ValueRange;
+    use crate::regression::{ChannelValues, ValueRange};
 
     const SIZE: (u32, u32) = (64, 48);
 
@@ -266,6 +269,18 @@ mod tests {
         assert!(matches!(cause(&[albedo.clone(), depth]), Cause::Geometry { pixels: 64, .. }));
         assert!(matches!(cause(&[differing("depth", 0), albedo]), Cause::Material { pixels: 60, .. }));
         assert_eq!(cause(&[differing("depth", 0), differing("albedo", 0)]), Cause::Light { factors: None });
-        assert_eq!(cause(&[differing("object_id", 0), differing("material_id", 0)]), Cause::MaterialOrLight);
+        let ids = [differing("object_id", 0), differing("material_id", 0)];
+        assert_eq!(cause(&ids), Cause::MaterialOrLight);
+        // Twice the light, and another paint.
+        let of = |actual: &LayeredPicture| likely_cause(actual, &reference, &ids).unwrap();
+        assert!(matches!(of(&picture(|light, _, _| light * 2.0)), Cause::Light { factors: Some(_) }));
+        let mut painted = reference.clone();
+        for channel in painted.channels.iter_mut().filter(|channel| channel.name == "R") {
+            let ChannelValues::Numbers(values) = &mut channel.values else { continue };
+            for value in values {
+                *value *= 0.5;
+            }
+        }
+        assert_eq!(of(&painted), Cause::MaterialOrLight);
     }
 }

@@ -52,7 +52,7 @@ pub(super) fn init(option: &SuiteOption) -> Result<()> {
         Ok(_) => format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim()),
         Err(_) => {
             write_atomically(&ignore, IGNORED.as_bytes())?;
-            String::new()
+            format!("\n{} leaves the report and what waits out of version control", ignore.display())
         }
     };
     let suite = option.shown();

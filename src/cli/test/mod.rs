@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::suite_options::{ShotFiles, SuiteOption};
+use super::understood::counted;
 use super::{Ending, ending, options, signals};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
@@ -43,7 +44,7 @@ pub(super) struct TestArgs {
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Threads in all, and so many shots at once [default: as many as there are cores]
-    #[arg(short, long, value_name = "N", value_parser = options::count)]
+    #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1024))]
     threads: Option<u32>,
     /// Print failures alone
     #[arg(short, long)]
@@ -88,8 +89,8 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
 
     let result = tested(args, &suite, cancel)?;
     let passes = result.passes();
-    for error in result.shots.iter().flat_map(|shot| &shot.not_kept) {
-        print_warning(&format!("a picture could not be kept to be accepted: {error}"));
+    for error in result.not_kept() {
+        print_warning(&format!("what was found cannot be kept to be accepted: {error}"));
     }
     if let Some(file) = &args.junit {
         write_atomically(file, suite::junit_xml(&result)?.as_bytes())?;
@@ -118,11 +119,8 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
         progress.tell(count, &shot.name, shot.passes());
     });
     if matches!(result, Err(Error::Interrupted(_))) {
-        let (tested, count) = progress.counts();
-        print_note(&format!(
-            "stopped after {tested} of {} shots; the report is that of an earlier run",
-            if count == 0 { "the".to_owned() } else { count.to_string() }
-        ));
+        let tested = counted(progress.finished() as u64, "shot");
+        print_note(&format!("stopped after {tested}; no report was made"));
     }
     result
 }

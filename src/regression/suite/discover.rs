@@ -44,11 +44,11 @@ pub fn discover(suite: &Suite, reader: &dyn ShotReader) -> Result<Vec<SuiteShot>
     let mut named = BTreeSet::new();
     for shot in &shot_files {
         match reader.scene(shot) {
-            Ok(scene) => {
+            Ok(scene) if scene.exists() => {
                 named.insert(same_file(&scene));
             }
             // What is wrong with it is said when it is rendered. It most likely names the scene beside it.
-            Err(_) => {
+            _ => {
                 named.extend(["gltf", "glb"].map(|extension| same_file(&shot.with_extension(extension))));
             }
         }

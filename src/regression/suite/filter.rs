@@ -12,6 +12,8 @@ pub(super) struct Filter<'a> {
     word: &'a str,
     meaning: Meaning,
     shots: BTreeSet<&'a str>,
+    /// Shots of which a picture's name contains the word.
+    of_pictures: BTreeSet<&'a str>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,8 +29,9 @@ impl<'a> Filter<'a> {
     pub(super) fn new<'b>(
         word: &'a str,
         shots: &'a [SuiteShot],
-        mut pictures: impl Iterator<Item = &'b str>,
+        pictures: impl Iterator<Item = &'b str>,
     ) -> Self {
+        let pictures: Vec<&str> = pictures.collect();
         let shots: BTreeSet<&str> = shots.iter().map(|shot| shot.name.as_str()).collect();
         let file_of_shot = [".toml", ".gltf", ".glb"].iter().find_map(|ending| word.strip_suffix(ending));
         let is_frame = numbered_shot(word).is_some_and(|shot| shots.contains(shot));
@@ -37,10 +40,12 @@ impl<'a> Filter<'a> {
             _ if shots.contains(word) => (word, Meaning::Shot),
             (Some(picture), _) => (picture, Meaning::Picture),
             (_, Some(shot)) if shots.contains(shot) => (shot, Meaning::Shot),
-            _ if is_frame || pictures.any(|picture| picture == word) => (word, Meaning::Picture),
+            _ if is_frame || pictures.contains(&word) => (word, Meaning::Picture),
             _ => (word, Meaning::Part),
         };
-        Self { word, meaning, shots }
+        let containing = pictures.iter().filter(|picture| picture.contains(word));
+        let of_pictures = containing.filter_map(|picture| owner(&shots, picture)).collect();
+        Self { word, meaning, shots, of_pictures }
     }
 
     /// Whether the word is a name, so that it is a mistake if nothing of that name is there.
@@ -54,7 +59,7 @@ impl<'a> Filter<'a> {
             Meaning::All => true,
             Meaning::Shot => name == self.word,
             Meaning::Picture => owner(&self.shots, self.word) == Some(name),
-            Meaning::Part => name.contains(self.word),
+            Meaning::Part => name.contains(self.word) || self.of_pictures.contains(name),
         }
     }
 
@@ -105,6 +110,8 @@ mod tests {
         assert_eq!(meant("old"), ["old"]);
         assert_eq!(meant(""), ["point", "point_far", "walk", "walk.0000", "walk.0012", "old"]);
         let filter = Filter::new("walk.0012", &shots, pictures.iter().copied());
+        assert!(filter.means_shot("walk") && !filter.means_shot("point"));
+        let filter = Filter::new("12", &shots, pictures.iter().copied());
         assert!(filter.means_shot("walk") && !filter.means_shot("point"));
         assert_eq!((filter.owner("point_far"), filter.owner("old")), (Some("point_far"), None));
     }

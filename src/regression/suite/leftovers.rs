@@ -1,6 +1,7 @@
 //! What no shot of a run asked for: references without a picture, and what earlier runs kept.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use super::super::{EncodedPicture, FrameStatus, LayeredPicture, ReportedFrame};
 use super::filter::Filter;
@@ -8,7 +9,7 @@ use super::names::{ReferenceFile, picture_name, reference_files, reference_path}
 use super::pending::{forget_picture, forget_removal, keep_removal};
 use super::test_shot::reported;
 use super::{ShotReader, ShotResult, Suite, SuiteShot};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// The references of a suite that no shot asks for, without rendering anything.
 ///
@@ -29,18 +30,18 @@ pub fn dangling_references(
     Ok(references.map(|file| file.name().to_owned()).filter(|name| !asked.contains(name)).collect())
 }
 
-/// What is left after all shots: gives the references that no shot asks for, and forgets what earlier runs kept and this one would
-/// not. `shots` are all of the suite, `results` those that `word` means and that were tested.
+/// What is left after all shots: gives the references that no shot asks for, and why what waits beside them could not be changed; forgets
+/// what earlier runs kept and this one would not. `shots` are all of the suite, `results` those that `word` means and that were tested.
 ///
 /// # Errors
-/// When the references cannot be read, or what waits beside them cannot be written.
+/// When the references cannot be read.
 pub fn finish(
     suite: &Suite,
     shots: &[SuiteShot],
     results: &[ShotResult],
     word: &str,
     keeps_pending: bool,
-) -> Result<Vec<ReportedFrame>> {
+) -> Result<(Vec<ReportedFrame>, Vec<Error>)> {
     let files = reference_files(&suite.references)?;
     let filter = Filter::new(word, shots, files.iter().map(ReferenceFile::name));
     let asked: BTreeSet<&str> =
@@ -49,6 +50,7 @@ pub fn finish(
     let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
     let is_settled = |name: &str| filter.owner(name).is_none_or(is_known);
     let mut dangling = Vec::new();
+    let mut not_kept = Vec::new();
     for file in &files {
         let name = file.name();
         let is_asked_for = asked.contains(name);
@@ -57,17 +59,19 @@ pub fn finish(
             ReferenceFile::Reference(_) if is_over => {
                 dangling.push(without_shot(suite, name));
                 if keeps_pending {
-                    keep_removal(suite, name, filter.owner(name))?;
+                    not_kept.extend(keep_removal(suite, name, filter.owner(name)).err());
                 }
             }
-            ReferenceFile::Pending(_) if is_over && keeps_pending => forget_picture(suite, name)?,
+            ReferenceFile::Pending(_) if is_over && keeps_pending => {
+                not_kept.extend(forget_picture(suite, name).err());
+            }
             ReferenceFile::Removal(_) if keeps_pending && (is_asked_for || !is_settled(name)) => {
-                forget_removal(suite, name)?;
+                not_kept.extend(forget_removal(suite, name).err());
             }
             _ => {}
         }
     }
-    Ok(dangling)
+    Ok((dangling, not_kept))
 }
 
 /// Whether nothing is known of what the shot asks for.
@@ -76,8 +80,9 @@ fn is_unopened(result: &ShotResult) -> bool {
 }
 
 fn without_shot(suite: &Suite, name: &str) -> ReportedFrame {
-    let has_scene =
-        ["glb", "gltf"].iter().any(|ending| suite.scenes.join(format!("{name}.{ending}")).exists());
+    let scenes = ["glb", "gltf"].map(|ending| suite.scenes.join(format!("{name}.{ending}")));
+    let is_excluded = |scene: &Path| suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
+    let has_scene = scenes.iter().any(|scene| scene.exists() && !is_excluded(scene));
     let why = if has_scene { ", for a shot file names the scene of this name" } else { "" };
     let message = format!("no shot asks for this reference{why}");
     let expected = LayeredPicture::read(&reference_path(&suite.references, name));

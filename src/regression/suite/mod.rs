@@ -47,7 +47,7 @@ pub use discover::{ShotReader, SuiteShot, discover};
 pub use junit::junit_xml;
 pub use leftovers::{dangling_references, finish};
 pub use page::{folders, report_page};
-pub use pending::{Pending, PendingKind, accept, is_ci, judge_pending, pending, reject};
+pub use pending::{Pending, PendingKind, accept, check_acceptable, is_ci, judge_pending, pending, reject};
 pub use result::{ShotResult, SuiteResult};
 pub use run::{OnShot, RunOptions, chosen_shots, run};
 pub use shell::shell_word;

@@ -17,14 +17,16 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
     let mut shots: Vec<ReportedShot> = failed.map(|shot| reported(suite, shot, keeps_pending)).collect();
     shots.extend(result.dangling.into_iter().map(|picture| dangling(suite, picture, keeps_pending)));
     shots.sort_by(|a, b| a.name.cmp(&b.name));
-    let whole_path = suite.file.canonicalize().unwrap_or_else(|_| suite.file.clone());
+    // Where nothing is kept, it is accepted elsewhere, in another folder.
+    let whole_path = suite.file.canonicalize().ok().filter(|_| keeps_pending);
+    let suite_path = whole_path.as_deref().unwrap_or(&suite.file);
     ReportPage {
         title: title(suite),
         command: command.to_owned(),
         folders,
         shots,
         can_approve: true,
-        accept_command: format!("rayframe accept --approvals approvals.json --suite {}", file(&whole_path)),
+        accept_command: format!("rayframe accept --approvals approvals.json --suite {}", file(suite_path)),
         frame_commands: BTreeMap::new(),
     }
 }

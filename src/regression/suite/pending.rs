@@ -86,6 +86,20 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<Pen
 /// [`Error::Usage`] where `CI` is set; [`Error::Refused`] when the reference or the shots have changed since the picture was rendered, or
 /// it is larger than the suite allows; [`Error::WriteFailed`] when the system refuses.
 pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
+    check_acceptable(suite, pending)?;
+    if pending.kind == PendingKind::Remove {
+        remove_file(&pending.reference)?;
+        return remove_file(&pending.file);
+    }
+    std::fs::rename(&pending.file, &pending.reference)
+        .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })
+}
+
+/// Finds out whether [`accept`] would refuse the change.
+///
+/// # Errors
+/// As for [`accept`], but for what the system says to the change itself.
+pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
     if is_ci() {
         return Err(Error::usage(
             "CI is set, and references are written where somebody looks at them; accept them at home and commit them",
@@ -96,15 +110,13 @@ pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
         return Err(Error::refused(&pending.file, "", message));
     }
     if pending.kind == PendingKind::Remove {
-        remove_file(&pending.reference)?;
-        return remove_file(&pending.file);
+        return Ok(());
     }
     let bytes = std::fs::metadata(&pending.file).map_err(Error::missing(&pending.file))?.len();
-    if let Some(message) = suite.too_large(bytes) {
-        return Err(Error::refused(&pending.file, "", message));
+    match suite.too_large(bytes) {
+        Some(message) => Err(Error::refused(&pending.file, "", message)),
+        None => Ok(()),
     }
-    std::fs::rename(&pending.file, &pending.reference)
-        .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })
 }
 
 /// What is not as it was when the change was found; `None` when all is.

@@ -34,6 +34,8 @@ pub struct SuiteResult {
     pub shots: Vec<ShotResult>,
     /// References that no shot asks for.
     pub dangling: Vec<ReportedFrame>,
+    /// Why what waits could not be changed after the last shot.
+    pub not_kept: Vec<Error>,
     /// Wall-clock seconds.
     pub seconds: f64,
 }
@@ -59,6 +61,11 @@ impl SuiteResult {
     /// Whether every picture is as its reference, and every reference has a picture.
     pub fn passes(&self) -> bool {
         self.dangling.is_empty() && self.shots.iter().all(ShotResult::passes)
+    }
+
+    /// Why pictures, or that references are over, could not be kept to be accepted.
+    pub fn not_kept(&self) -> impl Iterator<Item = &Error> {
+        self.shots.iter().flat_map(|shot| &shot.not_kept).chain(&self.not_kept)
     }
 
     /// All pictures, and the references without one.

@@ -46,13 +46,15 @@ pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Ve
             let message = "there is neither a shot file (.toml) nor a scene (.glb, .gltf) in the suite; docs/suites.md tells how to begin";
             Error::invalid(folder.unwrap_or(".".as_ref()), "", message)
         } else {
-            Error::usage(format!(
-                "no shot's name contains \"{}\"; rayframe test --list names all of them",
-                word.escape_debug()
-            ))
+            nothing_called(word)
         });
     }
     Ok(chosen)
+}
+
+fn nothing_called(word: &str) -> Error {
+    let word = word.escape_debug();
+    Error::usage(format!("no shot's name contains \"{word}\"; rayframe test --list names all of them"))
 }
 
 /// Renders and compares the shots of a suite, several at once. Each is told when it is finished.
@@ -85,8 +87,11 @@ pub fn run(
         cancel,
     };
     let results = test_shots(&context, &chosen, threads / workers, on_shot)?;
-    let dangling = finish(suite, &shots, &results, &options.filter, options.keeps_pending)?;
-    Ok(SuiteResult { shots: results, dangling, seconds: start.elapsed().as_secs_f64() })
+    let (dangling, not_kept) = finish(suite, &shots, &results, &options.filter, options.keeps_pending)?;
+    if results.is_empty() && dangling.is_empty() {
+        return Err(nothing_called(&options.filter));
+    }
+    Ok(SuiteResult { shots: results, dangling, not_kept, seconds: start.elapsed().as_secs_f64() })
 }
 
 /// As many shots at once as the context says, each with so many threads.

@@ -51,6 +51,7 @@ struct SuiteText {
 #[serde(default)]
 struct SuiteMark {
     shot: Option<IgnoredAny>,
+    scene: Option<IgnoredAny>,
 }
 
 /// What a suite wants to know of a shot file.
@@ -73,8 +74,16 @@ impl Suite {
         let limits = PresetLimits::default().with(&text.test);
         let limits = limits.map_err(|why| Error::invalid(&file, "", format!("[test] {why}")))?;
         let scenes = below(text.scenes.filter(|path| path != Path::new(".")), "");
+        let excluded: Vec<_> = text.exclude.iter().map(|path| scenes.join(path)).collect();
+        // What is not there may be made later; what looks like a pattern is meant as one.
+        if let Some(pattern) = text.exclude.iter().find(|path| path.to_string_lossy().contains(['*', '?'])) {
+            let pattern = pattern.display();
+            let message =
+                format!("exclude: \"{pattern}\" is taken for a name; write whole names of files and folders");
+            return Err(Error::invalid(&file, "", message));
+        }
         Ok(Self {
-            excluded: text.exclude.iter().map(|path| scenes.join(path)).collect(),
+            excluded,
             scenes,
             references: below(text.references, "references"),
             report: below(text.report, "report"),
@@ -110,10 +119,10 @@ impl Suite {
     }
 }
 
-/// Whether a `.toml` file is a suite's and no shot's: by its name, or because it has a table `[shot]`.
+/// Whether a `.toml` file is a suite's and no shot's: by its name, or because it has a table `[shot]` and names no scene.
 pub(super) fn is_suite_file(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name == SUITE_FILE)
-        || parse(path).is_ok_and(|mark: SuiteMark| mark.shot.is_some())
+        || parse(path).is_ok_and(|mark: SuiteMark| mark.shot.is_some() && mark.scene.is_none())
 }
 
 /// `path` from `folder`, without a way down and up again that would only be hard to read.
@@ -176,6 +185,7 @@ mod tests {
         for (text, words) in [
             ("scenes = '.'\nrefs = 'r'", "line 2: unknown field `refs`"),
             ("scenes = 4", "line 1"),
+            ("exclude = ['*.glb']", "exclude: \"*.glb\" is taken for a name"),
             ("[test]\npreset = 'lose'", "[test] preset"),
             ("max_reference_kib = -1", "line 1"),
         ] {

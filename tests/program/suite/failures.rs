@@ -154,6 +154,11 @@ fn a_mistake_in_a_shot_file_is_told_as_that_shots_failure() {
     stage.write("point.toml", "scene = 'point.gltf'");
     stage.write("fast.toml", "[shot]\nsamples = 1");
     assert_eq!(stage.run(&["test", "--list"]).stdout, "point\nspot\n");
+    // A shot file with a table that belongs to suites, or with a scene that is not there, is still one.
+    stage.write("point.toml", "scene = 'pint.gltf'");
+    stage.write("spot.toml", "scene = 'spot.gltf'\n[shot]\nsamples = 2");
+    let words = ["FAIL point\n", "pint.gltf", "FAIL spot\n", "line 2", "2 of 2 pictures failed"];
+    stage.run(&["test"]).ends(1, &words);
     stage.run(&["test", "--list", "--suite", "fast.toml"]).ends(0, &["point\nspot\n"]);
 }
 
@@ -196,6 +201,18 @@ fn a_signal_ends_a_test_and_says_so() {
     let ended = child.wait().unwrap();
     assert_eq!(ended.signal(), Some(2));
     let told = std::io::read_to_string(child.stderr.take().unwrap()).unwrap();
-    assert!(told.contains("stopped after 0 of") && told.contains("earlier run"), "{told}");
+    assert!(told.contains("stopped after 0 shots; no report was made"), "{told}");
     assert_eq!(stage.references(), [] as [&str; 0]);
+}
+
+#[test]
+fn a_part_of_a_name_tests_the_shots_of_its_pictures() {
+    let stage = Stage::accepted(
+        &SUITE.replace("frames = 0", "frames = [0, 12]"),
+        &[("walk.gltf", "animation/hierarchy.gltf")],
+    );
+    for word in ["12", "walk.00", "."] {
+        stage.run(&["test", word]).ends(0, &["2 pictures as their references"]);
+    }
+    stage.run(&["test", "7"]).ends(2, &["no shot's name contains"]);
 }

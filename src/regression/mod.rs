@@ -37,8 +37,8 @@ pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
-    EncodedPicture, FolderSummary, FrameCommands, FrameStatus, PICTURE_BUDGET_BYTES, PLAIN_ACCEPT,
-    PictureRoom, ReportPage, ReportedFrame, ReportedShot, check_report_place, write_report,
+    EncodedPicture, FolderSummary, FrameCommands, FrameStatus, PICTURE_BUDGET_BYTES, PictureRoom, ReportPage,
+    ReportedFrame, ReportedShot, check_report_place, write_report,
 };
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};

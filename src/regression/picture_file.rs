@@ -19,16 +19,23 @@ impl LayeredPicture {
     /// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is none of these or damaged,
     /// [`Error::Refused`] when it would take too much memory.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::missing(path))?;
+        Self::decode(path, &std::fs::read(path).map_err(Error::missing(path))?)
+    }
+
+    /// The picture in the bytes of the file `path`, which is named in errors.
+    ///
+    /// # Errors
+    /// Those of [`LayeredPicture::read`], but for reading.
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self> {
         if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-            return from_exr(path, &bytes);
+            return from_exr(path, bytes);
         }
         if bytes.starts_with(b"\x89PNG") {
-            let picture = decode_png_values(path, &bytes, MAX_MEMORY_BYTES)?;
+            let picture = decode_png_values(path, bytes, MAX_MEMORY_BYTES)?;
             return Ok(Self::of_pixels(picture.size, ValueRange::Display, &picture.pixels));
         }
         if bytes.starts_with(b"#?") {
-            let picture = read_environment(path, &bytes, MAX_MEMORY_BYTES)?;
+            let picture = read_environment(path, bytes, MAX_MEMORY_BYTES)?;
             let pixels: Vec<_> = picture.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
             let size = (picture.width, picture.height);
             return Ok(Self::of_pixels(size, ValueRange::Light, &pixels));

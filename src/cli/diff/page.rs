@@ -76,7 +76,6 @@ impl DiffPage {
             command: command(args, &args.actual, &args.reference, &["--report", &folder(args)]),
             folders: vec![FolderSummary { name: String::new(), passed, failed, seconds: 0.0 }],
             shots: Vec::new(),
-            can_approve: false,
             accept_command: String::new(),
             frame_commands: frame_commands(args, paired, &self.frames),
         };

@@ -100,10 +100,11 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     } else {
         text::text(&result, &page, &args.suite.shown(), args.quiet)
     };
-    write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
+    // What was found is said first, for the report may still fail.
     if !text.is_empty() {
         print_output(&text);
     }
+    write_report(&suite::report_page(&suite, result, &command(args, &suite), !suite::is_ci()), &page)?;
     Ok(passes)
 }
 

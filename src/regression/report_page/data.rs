@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::super::verdict_text::short;
 use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
 use super::budget::{Places, worst_first};
-use super::{EncodedPicture, FrameStatus, PLAIN_ACCEPT, ReportPage, ReportedFrame, ReportedShot};
+use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
 
 /// All of it. Numbers that are not finite are `null`; those that people read are texts.
 #[derive(Serialize)]
@@ -116,8 +116,8 @@ impl<'a> PageData<'a> {
             schema: 1,
             title: &page.title,
             command: &page.command,
-            can_approve: page.can_approve,
-            accept_command: accept_command(page),
+            can_approve: !page.accept_command.is_empty(),
+            accept_command: &page.accept_command,
             folders: page
                 .folders
                 .iter()
@@ -133,14 +133,6 @@ impl<'a> PageData<'a> {
             left_out: places.shots.iter().flatten().filter(|place| place.left_out.is_some()).count(),
             magma: (0..=255).map(|step| magma(step as f32 / 255.0)).collect(),
         }
-    }
-}
-
-fn accept_command(page: &ReportPage) -> &str {
-    match page.accept_command.as_str() {
-        _ if !page.can_approve => "",
-        "" => PLAIN_ACCEPT,
-        command => command,
     }
 }
 

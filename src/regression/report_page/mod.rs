@@ -36,10 +36,8 @@ pub struct ReportPage {
     pub folders: Vec<FolderSummary>,
     /// Shots with a failure, in the order of their names.
     pub shots: Vec<ReportedShot>,
-    /// Whether failures can be approved, which gives them tick boxes.
-    pub can_approve: bool,
-    /// The whole command that takes the exported `approvals.json`, as it is to be typed where `command` was; empty where nothing can
-    /// be approved. Where it is empty and something can, the page shows [`PLAIN_ACCEPT`].
+    /// The whole command that takes the exported `approvals.json`, as it is to be typed. Where there is one, failures have tick boxes;
+    /// empty where nothing can be approved.
     pub accept_command: String,
     /// What shows a frame whose pictures had no room, by the frame's name; those that are not here show no command.
     pub frame_commands: BTreeMap<String, FrameCommands>,
@@ -53,9 +51,6 @@ pub struct FrameCommands {
     /// Writes its heat map as a picture, for frames that are too large for any page.
     pub heat_map: Option<String>,
 }
-
-/// What takes approvals where the suite is the one that is found without being named.
-pub const PLAIN_ACCEPT: &str = "rayframe accept --approvals approvals.json";
 
 /// How the shots of a folder did.
 #[derive(Clone, Debug, Default, PartialEq)]

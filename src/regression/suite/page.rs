@@ -25,7 +25,6 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
         command: command.to_owned(),
         folders,
         shots,
-        can_approve: true,
         accept_command: format!("rayframe accept --approvals approvals.json --suite {}", file(suite_path)),
         frame_commands: BTreeMap::new(),
     }

@@ -146,8 +146,8 @@ fn compared(
     file: &Path,
 ) -> Result<TestedPicture> {
     let reference = reference_path(&suite.references, &name);
-    let actual = LayeredPicture::read(file)?;
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
+    let actual = LayeredPicture::decode(file, &bytes)?;
     let mut picture = if reference.exists() {
         match LayeredPicture::read(&reference) {
             Ok(expected) => judged((name, frame), &actual, &expected, limits),

@@ -99,7 +99,7 @@ const STRICT: Limits = Limits {
 };
 
 /// Values are not looked at one by one, but for data, which have no noise. Mean FLIP of 2 % more light is up to 0.06, of its
-/// worst tile 0.1; a speck of 6x6 pixels half as bright gives its tile 0.3 (`cargo run --release --example damages`).
+/// worst tile 0.1; a speck of 6x6 pixels half as bright gives its tile 0.3 (`cargo test --test library corruptions -- --nocapture`).
 const VISUAL: Limits = Limits {
     different_values: f64::INFINITY,
     light: ValueLimits { absolute: 0.0, relative: 0.0 },

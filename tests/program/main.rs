@@ -1,10 +1,12 @@
 //! The program from outside: what it writes, what it says, and how it ends, one subject a module.
 
+mod aovs;
+mod bad_input;
 mod cli;
 mod determinism;
 mod diff;
+mod environments;
 mod killed;
-mod layers;
 mod merge;
 mod presentation;
 mod progress;

@@ -1,0 +1,179 @@
+//! Answers, one ray at a time and in batches.
+
+use glam::Vec3;
+use rayframe::bvh::{
+    BuildSettings, BuilderKind, Bvh, Hit, HitOrder, PrimitiveFlags, SimdLevel, Split, TraversalCounters,
+};
+use rayframe::geometry::{Aabb, Ray, Triangle};
+
+use super::inputs::{Random, inputs, moved, rays, scaled, sphere, stacked, triangle};
+use super::{all_settings, build, flags, settings};
+
+/// A filter as alpha masks are: by where on the triangle the hit is.
+fn opaque_part(hit: &Hit) -> bool {
+    ((hit.u * 8.0) as u32).is_multiple_of(2)
+}
+
+/// All answers of one ray, as bits.
+fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
+    let counters = &mut TraversalCounters::default();
+    let mut all = Vec::new();
+    let mut after: Option<HitOrder> = None;
+    while let Some(hit) = bvh.closest_surface(ray, after, opaque_part, counters) {
+        assert!(after.is_none_or(|after| after < hit.order()), "hits come in order");
+        after = Some(hit.order());
+        all.push(hit);
+        if all.len() == 40 {
+            break;
+        }
+    }
+    let closest = bvh.closest_hit(ray, None, opaque_part, counters);
+    (closest, all.first().copied(), bvh.occluded(ray, opaque_part, counters), all)
+}
+
+#[test]
+fn equals_brute_force_whatever_the_settings() {
+    let mut random = Random(2);
+    for (name, triangles) in inputs() {
+        let flags = flags(triangles.len());
+        let slow =
+            build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
+        let rays = rays(&triangles, 400, &mut random);
+        let expected: Vec<_> = rays.iter().map(|ray| answers(&slow, ray)).collect();
+        let hits = expected.iter().filter(|answer| answer.1.is_some()).count();
+        if !["none", "collinear"].contains(&name) {
+            assert!(hits * 20 > rays.len(), "{name}: only {hits} rays hit");
+        }
+        for settings in all_settings() {
+            let fast = build(&triangles, &flags, &settings);
+            fast.validate(&triangles, &flags).unwrap();
+            for (ray, expected) in rays.iter().zip(&expected) {
+                assert_eq!(&answers(&fast, ray), expected, "{name} {settings:?} {ray:?}");
+            }
+        }
+    }
+}
+
+/// Bundles as an integrator makes them: from one point over a small square, back to it, and mirrored by a bent surface.
+fn bundles(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
+    let finite = triangles.iter().filter(|t| t.vertices.iter().all(|p| p.is_finite()));
+    let bounds = finite.fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
+    let (center, reach) =
+        if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.extent().max_element()) };
+    let mut bundles = Vec::new();
+    for i in 0..60 {
+        let origin = center + random.point() * reach * [0.2, 1.5][i % 2];
+        let aim = if triangles.is_empty() {
+            center
+        } else {
+            triangles[random.below(triangles.len())].vertices[i % 3]
+        };
+        let along = if aim.is_finite() { aim - origin } else { center - origin };
+        let side = along.any_orthogonal_vector();
+        let up = along.cross(side).normalize_or_zero() * side.length();
+        let spread = [0.002, 0.05, 0.5, 3.0][i / 2 % 4];
+        let n = [64, 200, 5, 17][i % 4];
+        let bundle = (0..n).map(|k| {
+            let (x, y) = ((k % 8) as f32 / 4.0 - 1.0, (k / 8 % 8) as f32 / 4.0 - 1.0);
+            let direction = along + (side * x + up * y) * spread;
+            match i % 3 {
+                0 => Ray::new(origin, direction),
+                1 => Ray { t_min: 0.01, t_max: 1.0, ..Ray::new(origin, direction) },
+                _ => Ray::new(origin + side * (x * 0.1), direction),
+            }
+        });
+        bundles.push(bundle.collect());
+    }
+    bundles
+}
+
+#[test]
+fn batches_equal_single_rays() {
+    let mut random = Random(6);
+    let mut hits = 0;
+    for (name, triangles) in inputs() {
+        let flags = flags(triangles.len());
+        let bundles = bundles(&triangles, &mut random);
+        let slow =
+            build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
+        for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+            let fast = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, simd));
+            for rays in &bundles {
+                let counters = &mut TraversalCounters::default();
+                let mut closest = vec![None; rays.len()];
+                let mut occluded = vec![false; rays.len()];
+                // The filter is told which ray asks: every third one sees other parts.
+                let filter = |i: usize, hit: &Hit| opaque_part(hit) != i.is_multiple_of(3);
+                fast.closest_hits(rays, filter, &mut closest, counters);
+                fast.occluded_rays(rays, filter, &mut occluded, counters);
+                assert_eq!(counters.rays, 2 * rays.len() as u64);
+                for (i, ray) in rays.iter().enumerate() {
+                    let expected = slow.closest_hit(ray, None, |hit| filter(i, hit), counters);
+                    assert_eq!(closest[i], expected, "{name} {simd:?} {i} {ray:?}");
+                    let expected = slow.occluded(ray, |hit| filter(i, hit), counters);
+                    assert_eq!(occluded[i], expected, "{name} {simd:?} {i} {ray:?}");
+                    hits += usize::from(expected);
+                }
+            }
+        }
+    }
+    assert!(hits > 5000, "{hits}");
+}
+
+#[test]
+fn all_hits_are_listed_once_and_in_order() {
+    // 200 sheets of which every ray through the middle meets each: 7 distances, about 29 sheets at each.
+    let triangles = stacked(200);
+    let flags = vec![PrimitiveFlags::default(); 200];
+    let bvh = build(&triangles, &flags, &settings(BuilderKind::Lbvh, Split::Area(0.05), SimdLevel::best()));
+    assert!(bvh.statistics().references > 400);
+    let ray = Ray::new(Vec3::new(0.01, -0.1, -1.0), Vec3::Z);
+    let mut listed = Vec::new();
+    let mut after = None;
+    while let Some(hit) = bvh.closest_hit(&ray, after, |_| true, &mut TraversalCounters::default()) {
+        after = Some(hit.order());
+        listed.push((hit.t, hit.primitive));
+    }
+    let mut expected: Vec<(f32, u32)> = (0..200).map(|i| (1.0 + (i % 7) as f32 * 0.125, i)).collect();
+    expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
+    assert_eq!(listed, expected);
+}
+
+#[test]
+fn single_sided_back_faces_are_seen_by_two_queries_only() {
+    let triangles = [triangle(Vec3::ZERO, Vec3::X, Vec3::Y)];
+    let bvh = build(&triangles, &[PrimitiveFlags::SINGLE_SIDED], &BuildSettings::default());
+    let counters = &mut TraversalCounters::default();
+    let from = |z: f32| Ray::new(Vec3::new(0.25, 0.25, z), Vec3::Z * -z);
+    assert!(bvh.closest_hit(&from(1.0), None, |_| false, counters).is_some());
+    assert!(bvh.closest_hit(&from(-1.0), None, |_| false, counters).is_none());
+    assert!(bvh.closest_surface(&from(-1.0), None, |_| false, counters).is_some());
+    assert!(bvh.occluded(&from(-1.0), |_| false, counters));
+    assert_eq!(counters.rays, 4);
+}
+
+#[test]
+fn no_ray_escapes_from_a_sphere() {
+    let mut random = Random(3);
+    for (scale, offset) in [(1.0, Vec3::ZERO), (1.0e6, Vec3::ZERO), (1.0e-3, Vec3::new(10.0, -3.0, 1.0))] {
+        let triangles = moved(&scaled(&sphere(60), scale), offset);
+        let flags = vec![PrimitiveFlags::default(); triangles.len()];
+        for split in [Split::Off, Split::Area(0.01 * scale * scale)] {
+            let bvh = build(&triangles, &flags, &settings(BuilderKind::Auto, split, SimdLevel::best()));
+            let counters = &mut TraversalCounters::default();
+            for i in 0..170_000 {
+                let origin = offset + random.point() * scale * 0.5;
+                let [a, b, c] = triangles[random.below(triangles.len())].vertices;
+                let direction = match i % 4 {
+                    0 => a - origin,
+                    1 => a * 0.5 + b * 0.5 - origin,
+                    2 => c * 0.25 + b * 0.75 - origin,
+                    _ => random.point(),
+                };
+                let ray = Ray::new(origin, direction);
+                assert!(bvh.occluded(&ray, |_| true, counters), "{ray:?}");
+                assert!(bvh.closest_hit(&ray, None, |_| true, counters).is_some(), "{ray:?}");
+            }
+        }
+    }
+}

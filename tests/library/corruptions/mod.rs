@@ -1,0 +1,58 @@
+//! Corrupted images against the presets of comparisons and, beside them, the limits that Blender's tests give `idiff`.
+//!
+//! `cargo test --test library corruptions -- --nocapture` prints the table. Each corruption is compared as light (what EXR
+//! files hold) and as a display shows it (PNG files of eight bits). `CAUGHT` is a preset that fails, as it should for all
+//! but a little noise or exposure.
+
+mod corruption;
+mod images;
+mod table;
+
+use std::path::Path;
+
+use rayframe::regression::{Cause, Preset};
+
+#[test]
+fn strict_catches_all_and_visual_all_that_is_seen() {
+    let rows = table::rows(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")).unwrap();
+    assert_eq!(rows.len(), 2 * (3 + 2 * 4));
+    let text = table::text(&rows);
+    print_table(&text);
+    for row in &rows {
+        for (preset, judgement) in Preset::ALL.into_iter().zip(&row.judgements) {
+            let must_catch = match preset {
+                Preset::Exact | Preset::Strict => true,
+                Preset::Visual => !row.is_small,
+                // Wide limits promise only to let small things pass.
+                Preset::Noisy if row.is_small => false,
+                Preset::Noisy => continue,
+            };
+            let (damage, kind) = (row.damage, row.kind);
+            assert_eq!(!judgement.passes(), must_catch, "{damage}, {kind}, {}:\n{text}", preset.name());
+        }
+    }
+    // The widely used limits let a lost thing pass, which is why there are others.
+    assert!(rows.iter().any(|row| row.damage == "speck of 6x6 pixels" && !row.is_caught_by_idiff));
+    causes_are_told_from_colours_alone(&rows);
+}
+
+fn causes_are_told_from_colours_alone(rows: &[table::Row]) {
+    for row in rows {
+        let [exact, ..] = &row.judgements;
+        let is_right = match row.damage {
+            "shift by one pixel" => matches!(exact.cause, Some(Cause::Camera { .. })),
+            "noise of sigma 0.01" => matches!(exact.cause, Some(Cause::Noise)),
+            // In eight bits 2 % are about one step, and rounding explains as much as a factor.
+            "exposure +2 %" => {
+                row.kind == "PNG" || matches!(exact.cause, Some(Cause::Light { factors: Some(_) }))
+            }
+            _ => true,
+        };
+        assert!(is_right, "{} of {} as {}: {:?}", row.damage, row.scene, row.kind, exact.cause);
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "the table that docs/regression.md refers to")]
+fn print_table(text: &str) {
+    print!("{text}");
+}

@@ -1,0 +1,96 @@
+//! Damages against presets.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use rayframe::error::Result;
+use rayframe::regression::{ChannelValues, Judgement, LayeredPicture, Preset, judge};
+
+use super::corruption::{Damage, all};
+use super::images::display;
+
+/// What Blender's render tests allow: a channel off by this, in display values, …
+const IDIFF_FAIL: f32 = 0.016;
+/// … in this share of pixels.
+const IDIFF_SHARE: f64 = 0.01;
+
+/// One damage in one kind of file.
+pub(crate) struct Row {
+    pub(crate) damage: &'static str,
+    pub(crate) scene: &'static str,
+    /// `EXR` or `PNG`.
+    pub(crate) kind: &'static str,
+    /// Whether a person would have to look for it.
+    pub(crate) is_small: bool,
+    /// In the order of [`Preset::ALL`].
+    pub(crate) judgements: [Judgement; 4],
+    /// Whether the limits of Blender's tests catch it.
+    pub(crate) is_caught_by_idiff: bool,
+    /// The share of pixels that these limits see.
+    pub(crate) idiff_share: f64,
+}
+
+/// Renders and judges everything.
+pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for damage in all(scenes)? {
+        let displays = [display(&damage.damaged), display(&damage.intact)];
+        let idiff_share = share_beyond(&displays, IDIFF_FAIL);
+        let lights = [&damage.damaged, &damage.intact].map(Clone::clone);
+        rows.push(row(&damage, "EXR", &lights, idiff_share));
+        rows.push(row(&damage, "PNG", &displays, idiff_share));
+    }
+    Ok(rows)
+}
+
+fn row(damage: &Damage, kind: &'static str, pictures: &[LayeredPicture; 2], idiff_share: f64) -> Row {
+    let [damaged, intact] = pictures;
+    Row {
+        damage: damage.name,
+        scene: damage.scene,
+        kind,
+        is_small: damage.is_small,
+        judgements: Preset::ALL.map(|preset| judge(damaged, intact, &preset.limits())),
+        is_caught_by_idiff: idiff_share > IDIFF_SHARE,
+        idiff_share,
+    }
+}
+
+fn share_beyond([a, b]: &[LayeredPicture; 2], limit: f32) -> f64 {
+    let mut is_beyond = vec![false; a.size.0 as usize * a.size.1 as usize];
+    for (a, b) in a.channels.iter().zip(&b.channels) {
+        if let (ChannelValues::Numbers(a), ChannelValues::Numbers(b)) = (&a.values, &b.values) {
+            for (beyond, (a, b)) in is_beyond.iter_mut().zip(a.iter().zip(b)) {
+                *beyond |= (a - b).abs() > limit;
+            }
+        }
+    }
+    is_beyond.iter().filter(|beyond| **beyond).count() as f64 / is_beyond.len() as f64
+}
+
+/// The table, with what was measured.
+pub(crate) fn text(rows: &[Row]) -> String {
+    let mut text = format!("{:<28} {:<29} {:<5}", "damage", "scene", "file");
+    for preset in Preset::ALL {
+        let _ = write!(text, "{:<8}", preset.name());
+    }
+    text.push_str("idiff 0.016, 1 %   mean FLIP  worst tile  brightness  likely\n");
+    for row in rows {
+        let name = format!("{}{}", row.damage, if row.is_small { " *" } else { "" });
+        let _ = write!(text, "{name:<28} {:<29} {:<5}", row.scene, row.kind);
+        let word = |is_caught: bool| if is_caught { "CAUGHT" } else { "passes" };
+        for judgement in &row.judgements {
+            let _ = write!(text, "{:<8}", word(!judgement.passes()));
+        }
+        let share = row.idiff_share * 100.0;
+        let _ = write!(text, "{:<7}({share:>6.2} %)  ", word(row.is_caught_by_idiff));
+        let [exact, ..] = &row.judgements;
+        let flip = exact.flip.unwrap_or_default();
+        let brightness = exact.checks.iter().find(|check| check.measure.contains("brightness"));
+        let brightness = brightness.map_or(0.0, |check| check.measured);
+        let cause = exact.cause.as_ref().map_or_else(String::new, ToString::to_string);
+        let _ = writeln!(text, "{:>9.4}  {:>10.4}  {brightness:>10.4}  {cause}", flip.mean, flip.tile);
+    }
+    text.push_str("* a person would have to look for it: visual and noisy let it pass\n");
+    text
+}

@@ -1,0 +1,220 @@
+//! What takes several rays a pixel: depth of field, soft shadows, rough mirrors, filters, more samples on edges.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use rayframe::film::PixelWindow;
+use rayframe::render::{Adaptive, Aperture, Focus, Lens, LightSize, PixelFilter};
+use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission};
+
+use super::stage::{Stage, lambert, rectangle, unlit};
+
+/// Share of a disk beyond a line at half its radius: 1/3 − √3 / 4π.
+const BEYOND_HALF: f32 = 0.195_501;
+
+/// All samples of the pixel run through about the same point.
+const NARROW: Projection =
+    Projection::Perspective { fov_y_radians: 1e-4, aspect_ratio: None, z_near: 0.0, z_far: None };
+
+/// White where x > `edge` at a distance of 2 m, seen along −Z through almost no angle.
+fn half_white(edge: f32) -> Stage {
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::new(edge + 50.0, 0.0, -2.0), Vec3::X * 50.0, Vec3::Y * 50.0), unlit(Vec3::ONE));
+    stage.projection = NARROW;
+    stage.settings.samples = 2048;
+    stage
+}
+
+#[test]
+fn what_is_out_of_focus_is_seen_from_all_over_the_lens() {
+    // A ray from x on the lens that is sharp at 4 m passes 2 m at x / 2, sharp at 1 m at −x. So of a lens of radius 0.2 the part
+    // beyond the middle line sees what begins at 0, and beyond half the radius what begins at 0.05 or 0.1.
+    let seen = |edge: f32, focus: f32| {
+        let mut stage = half_white(edge);
+        let focus = Focus::Metres(focus);
+        stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus });
+        stage.look(Vec3::ZERO, Vec3::NEG_Z).x
+    };
+    for (edge, focus, expected) in [
+        (0.0, 4.0, 0.5),
+        (0.05, 4.0, BEYOND_HALF),
+        (0.1, 1.0, BEYOND_HALF),
+        (-0.1, 1.0, 1.0 - BEYOND_HALF),
+        (0.01, 2.0, 0.0),
+        (-0.01, 2.0, 1.0),
+    ] {
+        let seen = seen(edge, focus);
+        assert!((seen - expected).abs() < 0.01, "{edge} {focus}: {seen} is not {expected}");
+    }
+}
+
+#[test]
+fn the_middle_of_the_picture_is_in_focus() {
+    // The plane at 2 m begins a little beside the middle: sharp, nothing of its edge is seen.
+    let mut stage = half_white(-0.01);
+    stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus: Focus::Middle });
+    assert_eq!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x, 1.0);
+}
+
+#[test]
+fn an_f_number_is_the_focal_length_over_the_diameter() {
+    // yfov 1e-4 and 24 mm: a focal length of 12 mm / tan(0.5e-4) = 240 m; at f/600 the radius is 0.2 m.
+    let mut stage = half_white(0.05);
+    stage.settings.lens = Some(Lens { aperture: Aperture::FNumber(600.0), focus: Focus::Metres(4.0) });
+    let seen = stage.look(Vec3::ZERO, Vec3::NEG_Z).x;
+    assert!((seen - BEYOND_HALF).abs() < 0.01, "{seen}");
+}
+
+/// A white floor, and 1 m above it a lid over x > 0.
+fn half_covered() -> Stage {
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), lambert(Vec3::ONE));
+    stage.add(rectangle(Vec3::new(50.0, 1.0, 0.0), Vec3::X * 50.0, Vec3::Z * 50.0), unlit(Vec3::ZERO));
+    stage.projection = NARROW;
+    stage.settings.samples = 2048;
+    stage
+}
+
+#[test]
+fn a_large_lamp_is_partly_hidden() {
+    // A lamp of radius 0.2 m, 2 m up: the ray from x on it to p on the floor passes the lid's height at (x + p) / 2. At p = 0
+    // half of the lamp is hidden, at p = −0.1 what is beyond half its radius.
+    for (p, visible) in [(0.0, 0.5), (-0.1, 1.0 - BEYOND_HALF), (-0.4, 1.0)] {
+        let mut stage = half_covered();
+        stage.add_light(LightKind::Point, 4.0, Vec3::Y * 2.0, Vec3::NEG_Y);
+        stage.settings.light_size = LightSize { radius: 0.2, sun_angle_radians: 0.0 };
+        let seen = stage.look(Vec3::new(p - 0.001, 0.5, 0.0), Vec3::new(p, 0.0, 0.0)).x;
+        // 4 cd over d², twice the cosine 2 / d for d = √(4 + p²), over π.
+        let d2 = 4.0 + p * p;
+        let lit = 4.0 / d2 * (2.0 / d2.sqrt()) / PI;
+        assert!((seen / lit - visible).abs() < 0.015, "{p}: {} is not {visible}", seen / lit);
+    }
+}
+
+#[test]
+fn a_wide_sun_is_partly_hidden() {
+    // Straight down, tan of half the angle 0.2: the ray from p in a direction x aside passes 1 m at p + x.
+    let angle = 2.0 * libm::atanf(0.2);
+    for (p, visible) in [(0.0, 0.5), (-0.1, 1.0 - BEYOND_HALF), (-0.4, 1.0)] {
+        let mut stage = half_covered();
+        stage.add_light(LightKind::Directional, 1.0, Vec3::ZERO, Vec3::NEG_Y);
+        stage.settings.light_size = LightSize { radius: 0.0, sun_angle_radians: angle };
+        let seen = stage.look(Vec3::new(p - 0.001, 0.5, 0.0), Vec3::new(p, 0.0, 0.0)).x * PI;
+        assert!((seen - visible).abs() < 0.015, "{p}: {seen} is not {visible}");
+    }
+}
+
+#[test]
+fn filters_keep_even_light_as_it_is() {
+    for filter in PixelFilter::ALL {
+        let mut stage = Stage::new();
+        stage.environment = Environment::Constant(Vec3::splat(0.75));
+        stage.settings.samples = 16;
+        stage.settings.filter = filter;
+        let seen = stage.look(Vec3::ZERO, Vec3::NEG_Z);
+        assert!((seen.x - 0.75).abs() < 1e-6 && (seen.w - 1.0).abs() < 1e-6, "{filter:?} {seen}");
+    }
+}
+
+#[test]
+fn rays_along_a_rough_lobe_see_what_the_lookup_sees_in_even_light() {
+    // In an environment that is the same everywhere both are the lobe's albedo times its radiance.
+    let looks = |material: &Material| {
+        let look = |glossy_samples| {
+            let mut stage = Stage::new();
+            stage.projection = NARROW;
+            stage.environment = Environment::Constant(Vec3::splat(0.75));
+            stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), material.clone());
+            stage.settings.samples = 16;
+            stage.settings.glossy_samples = glossy_samples;
+            stage.look(Vec3::new(0.0, 1.0, 1.5), Vec3::ZERO).truncate()
+        };
+        (look(0), look(64))
+    };
+    let metal = |roughness| Material { roughness, ..Material::default() };
+    let frosted = Material {
+        metallic: 0.0,
+        roughness: 0.5,
+        transmission: Some(Transmission { factor: 1.0, texture: None }),
+        ..Material::default()
+    };
+    let plastic = Material { metallic: 0.0, roughness: 0.3, ..lambert(Vec3::splat(0.5)) };
+    for material in [metal(0.2), metal(0.6), metal(1.0), frosted, Material { ior: 1.5, ..plastic }] {
+        let (looked_up, followed) = looks(&material);
+        assert!((looked_up - followed).abs().max_element() < 0.006, "{looked_up} {followed}");
+    }
+}
+
+#[test]
+fn a_rough_mirror_blurs_what_is_far_and_not_what_touches_it() {
+    // A white wall stands on a rough metal floor. Close to its foot the floor sees it with half of its lobe or more; far away
+    // above it, where a smooth mirror shows it or does not, a rough one shows something in between.
+    let look = |roughness: f32, x: f32| {
+        let mut stage = Stage::new();
+        stage.projection = NARROW;
+        let floor = Material { roughness, ..Material::default() };
+        stage.add(rectangle(Vec3::ZERO, Vec3::Z * 50.0, Vec3::X * 50.0), floor);
+        stage.add(rectangle(Vec3::new(3.0, 1.0, 0.0), Vec3::Z * 50.0, Vec3::Y), unlit(Vec3::ONE));
+        stage.settings.samples = 16;
+        stage.settings.glossy_samples = 64;
+        stage.look(Vec3::new(x - 1.0, 1.0, 0.0), Vec3::new(x, 0.0, 0.0)).x
+    };
+    // At 45° the mirror ray from x meets the wall at 3 − x, which is 2 m high.
+    let (seen, missed) = (look(0.0, 1.5), look(0.0, 0.5));
+    assert!(seen > 0.99 && missed == 0.0, "{seen} {missed}");
+    let (seen, missed) = (look(0.5, 1.5), look(0.5, 0.5));
+    assert!(missed > 0.05 && missed < 0.6 && seen > missed + 0.1 && seen < 0.98, "{seen} {missed}");
+}
+
+/// A white square in the middle of 16 x 16 pixels.
+fn square() -> Stage {
+    let mut stage = Stage::new();
+    let slanted = rectangle(Vec3::new(0.0, 0.0, -2.0), Vec3::new(0.2, 0.03, 0.0), Vec3::new(-0.03, 0.2, 0.0));
+    stage.add(slanted, unlit(Vec3::ONE));
+    stage.settings.resolution = (16, 16);
+    stage.settings.window = PixelWindow::full(16, 16);
+    stage.settings.samples = 4;
+    stage
+}
+
+#[test]
+fn edges_take_more_samples_and_nothing_else_changes() {
+    let look = |stage: &Stage| stage.picture(Vec3::ZERO, Vec3::NEG_Z).pixels;
+    let base = look(&square());
+    let mut adaptive = square();
+    adaptive.settings.adaptive = Some(Adaptive { most_samples: 64, threshold: 0.05 });
+    let refined = look(&adaptive);
+    let mut many = square();
+    many.settings.samples = 1024;
+    let truth = look(&many);
+    let error = |pixels: &[[f32; 4]]| -> f32 {
+        pixels.iter().zip(&truth).map(|(pixel, truth)| (pixel[0] - truth[0]).abs()).sum()
+    };
+    assert!(error(&refined) < 0.25 * error(&base), "{} {}", error(&refined), error(&base));
+    // Inside and outside pixels are white and black to the last bit.
+    let flat = truth.iter().filter(|pixel| pixel[0] == 0.0 || pixel[0] == 1.0).count();
+    let kept = refined
+        .iter()
+        .zip(&base)
+        .zip(&truth)
+        .filter(|((refined, base), truth)| (truth[0] == 0.0 || truth[0] == 1.0) && refined == base);
+    assert_eq!(kept.count(), flat);
+}
+
+#[test]
+fn a_crop_decides_on_edges_as_the_whole_picture() {
+    let mut stage = square();
+    stage.settings.adaptive = Some(Adaptive { most_samples: 16, threshold: 0.05 });
+    stage.settings.filter = PixelFilter::BlackmanHarris;
+    stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Metres(1.5) });
+    let whole = stage.picture(Vec3::ZERO, Vec3::NEG_Z);
+    let window = PixelWindow { x0: 4, y0: 3, x1: 11, y1: 5 };
+    stage.settings.window = window;
+    let crop = stage.picture(Vec3::ZERO, Vec3::NEG_Z);
+    for y in window.y0..window.y1 {
+        for x in window.x0..window.x1 {
+            let inside = ((y - window.y0) * window.width() + x - window.x0) as usize;
+            assert_eq!(crop.pixels[inside], whole.pixels[(y * 16 + x) as usize], "{x} {y}");
+        }
+    }
+}

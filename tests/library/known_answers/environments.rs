@@ -1,0 +1,164 @@
+//! Textures seen small, light of another strength, what lies behind the scene, and shadow catchers.
+
+use glam::{Vec2, Vec3, Vec4};
+use rayframe::scene::{
+    ComposedEnvironment, Encoding, Environment, Image, ImageIndex, ImageMips, LightKind, Material, Sampler,
+    Specular, Texels, Texture, TextureIndex, TextureRef, Transmission, UvTransform, Volume, mip_levels,
+};
+
+use super::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
+
+/// A floor of a kilometre whose black and white squares of half a metre are a texture with mip maps.
+fn chequered_floor() -> Stage {
+    let mut stage = Stage::new();
+    let texels = Texels::Rgba8(vec![[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]]);
+    let image = Image { name: None, width: 2, height: 2, texels };
+    let mut mips = ImageMips::default();
+    mips.set(Encoding::Srgb, mip_levels(&image, Encoding::Srgb).into());
+    stage.scene.images.push(image);
+    stage.scene.mips.push(mips);
+    stage.scene.textures.push(Texture { name: None, image: ImageIndex(0), sampler: Sampler::default() });
+    let texture = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
+    let mut floor = rectangle(Vec3::ZERO, Vec3::Z * 500.0, Vec3::X * 500.0);
+    floor.uvs = vec![floor.positions.iter().map(|position| Vec2::new(position.x, position.z)).collect()];
+    let material = Material { base_color_texture: Some(texture), ..unlit(Vec3::ONE) };
+    stage.add(floor, material);
+    stage.projection = rayframe::scene::Projection::Perspective {
+        fov_y_radians: 0.01,
+        aspect_ratio: None,
+        z_near: 0.0,
+        z_far: None,
+    };
+    stage
+}
+
+#[test]
+fn a_chequer_melts_into_its_mean_towards_the_horizon() {
+    // A pixel of 0.01 at distance d covers 0.01 d across and 0.01 d · d / h along, from height h = 1. From 30 m on that is more
+    // than nine squares along; a single lookup would see 0 or 1.
+    let stage = chequered_floor();
+    for distance in [30.0, 60.0, 100.0, 200.0, 400.0] {
+        for aside in [0.0, 0.13, 0.31] {
+            let eye = Vec3::new(aside, 1.0, distance);
+            let seen = stage.look(eye, Vec3::new(aside, 0.0, 0.2));
+            assert!((seen.x - 0.5).abs() < 0.12, "{distance} {aside}: {seen}");
+        }
+    }
+    // From 200 m on it covers four squares across as well: nothing but the mean is left.
+    let far = stage.look(Vec3::new(0.13, 1.0, 400.0), Vec3::new(0.13, 0.0, 0.2));
+    assert_close(far, Vec3::splat(0.503), 0.01);
+    // Near by, the squares are what they are: the middles of a white and of a black one.
+    for (x, z, expected) in [(0.75, 0.25, 1.0), (0.25, 0.25, 0.0), (0.25, 0.75, 1.0)] {
+        let seen = stage.look(Vec3::new(x, 1.0, z + 0.01), Vec3::new(x, 0.0, z));
+        assert_close(seen, Vec3::splat(expected), 0.01);
+    }
+}
+
+#[test]
+fn mirrors_and_windows_show_textures_as_small_as_they_are() {
+    // 1 m above a chequer, a flat mirror shows it as a look from 1 + 2 + 2 m: hardly wider than from 5 m directly.
+    let mut stage = chequered_floor();
+    let direct = stage.look(Vec3::new(0.5, 5.0, 0.25), Vec3::new(0.5, 0.0, 0.26));
+    let mirror = Material { metallic: 1.0, roughness: 0.0, double_sided: true, ..Material::default() };
+    stage.add(rectangle(Vec3::Y * 4.0, Vec3::X, Vec3::Z), mirror);
+    // The eye lies as far above the floor as its mirror image would above the mirror: 3 + 1 + 1 up, 4 down.
+    let seen = stage.look(Vec3::new(0.5, 3.0, 0.246), Vec3::new(0.5, 4.0, 0.248));
+    assert_close(seen, direct.truncate(), 0.05);
+}
+
+#[test]
+fn glass_without_an_index_shows_textures_sharp() {
+    // An index of 0 leaves the reflection to its colour, here none, and bends nothing; so a footprint stays what it is.
+    let mut stage = chequered_floor();
+    let glass = Material {
+        metallic: 0.0,
+        roughness: 0.0,
+        ior: 0.0,
+        specular: Some(Specular { factor: 0.0, texture: None, color: Vec3::ONE, color_texture: None }),
+        transmission: Some(Transmission { factor: 1.0, texture: None }),
+        volume: Some(Volume::CLEAR),
+        ..Material::default()
+    };
+    stage.add(cuboid(Vec3::Y * 0.5, Vec3::new(2.0, 0.1, 2.0)), glass);
+    for (x, expected) in [(0.75, 1.0), (0.25, 0.0)] {
+        let seen = stage.look(Vec3::new(x, 1.0, 0.27), Vec3::new(x, 0.0, 0.25));
+        assert_close(seen, Vec3::splat(expected), 0.01);
+    }
+}
+
+fn composed(light: Environment, intensity: f32, background: Option<Environment>) -> Environment {
+    Environment::Composed(Box::new(ComposedEnvironment { light, intensity, background }))
+}
+
+#[test]
+fn the_background_is_seen_and_does_not_light() {
+    let white = || Environment::Constant(Vec3::ONE);
+    let green = || Some(Environment::Constant(Vec3::Y));
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), lambert(Vec3::splat(0.5)));
+    stage.environment = composed(white(), 0.25, green());
+    // Half of a quarter from all around; past the card the background.
+    assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::splat(0.125), 1e-6);
+    assert_close(stage.look(Vec3::new(3.0, 0.0, 3.0), Vec3::X * 3.0), Vec3::Y, 0.0);
+    stage.environment = composed(white(), 0.25, None);
+    assert_close(stage.look(Vec3::new(3.0, 0.0, 3.0), Vec3::X * 3.0), Vec3::splat(0.25), 0.0);
+    // A mirror shows what lights it.
+    let mut stage = Stage::new();
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
+    stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), mirror);
+    stage.environment = composed(white(), 0.25, green());
+    assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::splat(0.25), 1e-5);
+}
+
+/// A floor that catches shadows, under two lamps straight above of three and one units, and a card that hides one of them.
+fn catcher(card: Material) -> Stage {
+    let mut stage = Stage::new();
+    stage.settings.show_background = false;
+    let floor = Material { is_shadow_catcher: true, ..lambert(Vec3::ONE) };
+    stage.add(rectangle(Vec3::ZERO, Vec3::Z * 9.0, Vec3::X * 9.0), floor);
+    stage.add(rectangle(Vec3::new(0.0, 2.0, 0.0), Vec3::Z * 0.5, Vec3::X * 0.5), card);
+    stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::NEG_Y);
+    // cos 60° = 1/2 of two units is one.
+    stage.add_light(LightKind::Directional, 2.0, Vec3::ZERO, Vec3::new(-3_f32.sqrt(), -1.0, 0.0));
+    stage
+}
+
+fn look_aslant(stage: &Stage, x: f32) -> Vec4 {
+    stage.look(Vec3::new(x, 1.0, 4.0), Vec3::new(x, 0.0, 0.0))
+}
+
+#[test]
+fn a_catcher_is_as_opaque_as_its_shadows() {
+    let stage = catcher(Material { double_sided: true, ..lambert(Vec3::ONE) });
+    // Below the card the lamp of three of four units is hidden; 2 · √3 beside, the other one; else neither.
+    assert_eq!(look_aslant(&stage, 0.0), Vec4::new(0.0, 0.0, 0.0, 0.75));
+    assert!((look_aslant(&stage, -2.0 * 3_f32.sqrt()).w - 0.25).abs() < 1e-5);
+    assert_eq!(look_aslant(&stage, 3.0), Vec4::ZERO);
+    // From below it faces no light and hides nothing.
+    assert_eq!(stage.look(Vec3::new(3.0, -2.0, 1.0), Vec3::new(3.0, 0.0, 0.0)), Vec4::ZERO);
+}
+
+#[test]
+fn shadows_on_a_catcher_darken_what_lies_behind_it() {
+    let mut stage = catcher(Material { double_sided: true, ..lambert(Vec3::ONE) });
+    stage.settings.show_background = true;
+    stage.environment = composed(Environment::None, 1.0, Some(Environment::Constant(Vec3::ONE)));
+    assert_close(look_aslant(&stage, 0.0), Vec3::splat(0.25), 1e-6);
+    assert_close(look_aslant(&stage, 3.0), Vec3::ONE, 0.0);
+    // A white object below ground, lit through the catcher, which casts no shadow: 3 + 1 units over π.
+    stage.environment = Environment::None;
+    stage.add(rectangle(Vec3::NEG_Y * 0.5, Vec3::Z * 9.0, Vec3::X * 9.0), lambert(Vec3::ONE));
+    assert_close(look_aslant(&stage, 3.0), Vec3::splat(4.0 / std::f32::consts::PI), 1e-4);
+}
+
+#[test]
+fn half_covered_cards_cast_half_shadows_on_a_catcher() {
+    let half = Material {
+        base_color: Vec4::new(1.0, 1.0, 1.0, 0.5),
+        alpha_mode: rayframe::scene::AlphaMode::Blend,
+        double_sided: true,
+        ..lambert(Vec3::ONE)
+    };
+    let seen = look_aslant(&catcher(half), 0.0);
+    assert!((seen.w - 0.375).abs() < 1e-5, "{seen}");
+}

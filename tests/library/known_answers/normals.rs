@@ -1,0 +1,72 @@
+//! Normal maps and vertex normals, right way round and inside out.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3, Vec4};
+use rayframe::scene::{LightKind, Material, NormalTexture, Primitive};
+
+use super::stage::{Stage, assert_close, lambert, rectangle};
+
+/// A normal that leans to +X and more to +Y.
+const TEXEL: [u8; 4] = [166, 204, 217, 255];
+
+fn texel_normal() -> Vec3 {
+    let [x, y, z, _] = TEXEL.map(|code| 2.0 * f32::from(code) / 255.0 - 1.0);
+    Vec3::new(x, y, z).normalize()
+}
+
+/// A square in the plane z = 0 that faces +Z; the picture stands upright on it, so v grows towards −Y.
+fn square() -> Primitive {
+    let uvs = [Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 0.0)];
+    Primitive { uvs: vec![uvs.to_vec()], ..rectangle(Vec3::ZERO, Vec3::X, Vec3::Y) }
+}
+
+/// What the mapped square sends to an eye at `eye` under light along ±(0.48, 0.6, 0.64) from the eye's side.
+fn lit(primitive: Primitive, eye: Vec3, to_light: Vec3) -> Vec4 {
+    let mut stage = Stage::new();
+    let texture = stage.add_texel(TEXEL);
+    let normal_texture = Some(NormalTexture { texture, scale: 1.0 });
+    stage.add(primitive, Material { normal_texture, double_sided: true, ..lambert(Vec3::ONE) });
+    stage.add_light(LightKind::Directional, PI, Vec3::ZERO, -to_light);
+    stage.look(eye, Vec3::new(0.1, 0.2, 0.0))
+}
+
+const TO_LIGHT: Vec3 = Vec3::new(0.48, 0.6, 0.64);
+
+#[test]
+fn a_normal_map_leans_right_and_up_with_and_without_tangents() {
+    let expected = Vec3::splat(texel_normal().dot(TO_LIGHT));
+    let tangents = Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
+    for primitive in [square(), Primitive { tangents, ..square() }] {
+        assert_close(lit(primitive, Vec3::new(0.1, 0.2, 3.0), TO_LIGHT), expected, 1e-5);
+    }
+}
+
+#[test]
+fn the_back_of_a_normal_map_shows_the_reversed_normal() {
+    let tangents = Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
+    let primitive = Primitive { tangents, ..square() };
+    let expected = Vec3::splat(texel_normal().dot(TO_LIGHT));
+    assert_close(lit(primitive, Vec3::new(0.1, 0.2, -3.0), -TO_LIGHT), expected, 1e-5);
+}
+
+#[test]
+fn inside_out_normals_turn_with_their_map() {
+    // Authored N = −Z with T = +X, so B = N × T = −Y: the mapped normal (x, −y, −z) looks away and is reversed.
+    let tangents = Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4]);
+    let primitive = Primitive { tangents, normals: Some(vec![Vec3::NEG_Z; 4]), ..square() };
+    let normal = texel_normal() * Vec3::new(-1.0, 1.0, 1.0);
+    let expected = Vec3::splat(normal.dot(TO_LIGHT));
+    assert_close(lit(primitive, Vec3::new(0.1, 0.2, 3.0), TO_LIGHT), expected, 1e-5);
+}
+
+#[test]
+fn a_dent_with_inside_out_normals_does_not_shadow_itself() {
+    // The normals of a dent lean inwards; all are stored reversed. In the middle they cancel to the square's own.
+    let lean = |x: f32, y: f32| Vec3::new(0.3 * x, 0.3 * y, -1.0).normalize();
+    let normals = vec![lean(-1.0, -1.0), lean(1.0, -1.0), lean(1.0, 1.0), lean(-1.0, 1.0)];
+    let mut stage = Stage::new();
+    stage.add(Primitive { normals: Some(normals), ..square() }, lambert(Vec3::ONE));
+    stage.add_light(LightKind::Directional, PI, Vec3::ZERO, Vec3::NEG_Z);
+    assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::ONE, 1e-5);
+}

@@ -1,0 +1,129 @@
+//! Mirrors and Fresnel's equations.
+
+use glam::{Vec3, Vec4};
+use rayframe::scene::{Environment, Material};
+
+use super::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
+
+/// The unpolarised Fresnel factor, written out with Snell's law from textbooks in f64.
+fn fresnel(cos_i: f64, n: f64) -> f32 {
+    let sin_t2 = (1.0 - cos_i * cos_i) / (n * n);
+    let cos_t = libm::sqrt(1.0 - sin_t2);
+    let s = (cos_i - n * cos_t) / (cos_i + n * cos_t);
+    let p = (n * cos_i - cos_t) / (n * cos_i + cos_t);
+    f64::midpoint(s * s, p * p) as f32
+}
+
+fn mirror(color: Vec3) -> Material {
+    Material { base_color: color.extend(1.0), metallic: 1.0, roughness: 0.0, ..Material::default() }
+}
+
+/// A floor in the plane y = 0 that faces up.
+fn floor(material: Material) -> Stage {
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::ZERO, Vec3::Z * 5.0, Vec3::X * 5.0), material);
+    stage
+}
+
+#[test]
+fn a_white_mirror_shows_what_faces_it() {
+    // Seen at 45° from +X the mirror shows the panel at −X, 45° up.
+    let mut stage = floor(mirror(Vec3::ONE));
+    let panel = rectangle(Vec3::new(-2.0, 2.0, 0.0), Vec3::new(0.1, 0.1, 0.0), Vec3::Z * 0.1);
+    stage.add(panel, unlit(Vec3::new(0.2, 0.5, 0.9)));
+    assert_close(stage.look(Vec3::new(2.0, 2.0, 0.0), Vec3::ZERO), Vec3::new(0.2, 0.5, 0.9), 1e-6);
+    // A little to the side it does not.
+    assert_close(stage.look(Vec3::new(2.0, 2.0, 0.0), Vec3::Z * 0.5), Vec3::ZERO, 1e-6);
+}
+
+#[test]
+fn a_coloured_mirror_tints_at_normal_incidence_and_whitens_by_schlick() {
+    let gold = Vec3::new(1.0, 0.7, 0.3);
+    let mut stage = floor(mirror(gold));
+    stage.environment = Environment::Constant(Vec3::ONE);
+    assert_close(stage.look(Vec3::Y, Vec3::ZERO), gold, 1e-5);
+    // cos θ = 0.5: F = F0 + (1 − F0) · 0.5⁵.
+    let eye = Vec3::new(libm::sqrtf(0.75), 0.5, 0.0);
+    assert_close(stage.look(eye, Vec3::ZERO), gold + (Vec3::ONE - gold) / 32.0, 1e-5);
+}
+
+#[test]
+fn dielectrics_follow_fresnel_from_normal_to_grazing() {
+    for (ior, cos) in [(1.5, 1.0), (1.5, 0.5), (1.5, 0.1), (1.33, 0.7), (2.4, 0.3)] {
+        let mut stage = floor(black_gloss(ior));
+        stage.environment = Environment::Constant(Vec3::ONE);
+        let eye = Vec3::new(libm::sqrtf(1.0 - cos * cos), cos, 0.0);
+        let expected = fresnel(f64::from(cos), f64::from(ior));
+        assert_close(stage.look(eye, Vec3::ZERO), Vec3::splat(expected), 1e-4);
+    }
+    // At normal incidence ((n − 1)/(n + 1))² = 0.04.
+    assert!((fresnel(1.0, 1.5) - 0.04).abs() < 1e-7);
+}
+
+#[test]
+fn an_absurd_index_of_refraction_reflects_everything() {
+    for ior in [1e10, 1e30, f32::MAX] {
+        let mut stage = floor(black_gloss(ior));
+        stage.environment = Environment::Constant(Vec3::ONE);
+        stage.add_light(rayframe::scene::LightKind::Directional, 1.0, Vec3::ZERO, Vec3::X);
+        assert_close(stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::ZERO), Vec3::ONE, 1e-5);
+    }
+}
+
+#[test]
+fn depth_limits_the_bounces_between_two_mirrors() {
+    // Parallel mirrors face each other along Y: the eye between them sees bounce after bounce until the limit, then black.
+    // Each of the two outermost surfaces glows, so that the sum counts them: 1 + 1 + … (depth + 1 terms).
+    let glowing = Material { emissive: Vec3::ONE, ..mirror(Vec3::ONE) };
+    let mut stage = floor(glowing.clone());
+    stage.add(rectangle(Vec3::Y * 2.0, Vec3::X * 5.0, Vec3::Z * 5.0), glowing);
+    for max_depth in [0, 1, 5] {
+        stage.settings.max_depth = max_depth;
+        let seen = stage.look(Vec3::new(0.3, 1.0, 0.2), Vec3::new(0.3, 0.0, 0.2));
+        assert_close(seen, Vec3::splat(max_depth as f32 + 1.0), 1e-4);
+    }
+}
+
+#[test]
+fn weights_below_the_cut_off_are_black() {
+    // F = 0.04 twice is 0.0016 > 1/1024; three times is 6.4e-5, which is cut off. Between two parallel glossy walls that
+    // each glow with 1: 1 + 0.04 + 0.0016.
+    let glowing = Material { emissive: Vec3::ONE, ..black_gloss(1.5) };
+    let mut stage = floor(glowing.clone());
+    stage.add(rectangle(Vec3::Y * 2.0, Vec3::X * 5.0, Vec3::Z * 5.0), glowing);
+    let seen = stage.look(Vec3::new(0.3, 1.0, 0.2), Vec3::new(0.3, 0.0, 0.2));
+    assert_close(seen, Vec3::splat(1.0416), 2e-6);
+}
+
+#[test]
+fn rough_lobes_never_gain_energy_in_a_white_furnace() {
+    for metallic in [0.0, 1.0] {
+        for roughness in [0.0, 0.05, 0.2, 0.3, 0.5, 1.0] {
+            let material =
+                Material { base_color: Vec4::ONE, metallic, roughness, ior: 1.5, ..Material::default() };
+            let mut stage = floor(material);
+            stage.environment = Environment::Constant(Vec3::ONE);
+            for cos in [1.0, 0.6, 0.2] {
+                let eye = Vec3::new(libm::sqrtf(1.0 - cos * cos), cos, 0.0);
+                let seen = stage.look(eye, Vec3::ZERO).truncate();
+                let what = format!("metallic {metallic} roughness {roughness} cos {cos}: {seen}");
+                assert!(seen.max_element() <= 1.001, "{what}");
+                // A smooth surface loses nothing, a rough one what single scattering loses.
+                let least = if roughness <= 0.05 { 0.995 } else { 0.3 };
+                assert!(seen.min_element() >= least, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lambert_wall_in_a_mirror_is_lit_like_one_seen_directly() {
+    use rayframe::scene::LightKind;
+    let mut stage = floor(mirror(Vec3::ONE));
+    stage.add(rectangle(Vec3::X * -3.0, Vec3::Y * 5.0, Vec3::Z * 5.0), lambert(Vec3::splat(0.5)));
+    stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::NEG_X);
+    let direct = stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::new(-3.0, 1.0, 0.0));
+    let mirrored = stage.look(Vec3::new(1.0, 1.0, 0.0), Vec3::ZERO);
+    assert_close(direct, Vec3::splat(1.5 / std::f32::consts::PI), 1e-5);
+    assert_close(mirrored, direct.truncate(), 1e-5);
+}

@@ -1,0 +1,115 @@
+//! Coverage and sides of surfaces.
+
+use glam::{Vec3, Vec4};
+use rayframe::scene::{AlphaMode, LightKind, Material};
+
+use super::stage::{Stage, assert_close, lambert, rectangle, unlit};
+
+fn card(z: f32, color: Vec4, alpha_mode: AlphaMode) -> (rayframe::scene::Primitive, Material) {
+    let material = Material { alpha_mode, base_color: color, ..unlit(Vec3::ONE) };
+    (rectangle(Vec3::Z * z, Vec3::X * 2.0, Vec3::Y * 2.0), material)
+}
+
+fn look_through(stage: &Stage) -> Vec4 {
+    stage.look(Vec3::new(0.2, 0.1, 9.0), Vec3::new(0.2, 0.1, 0.0))
+}
+
+#[test]
+fn blended_cards_lie_over_each_other_whatever_their_order_in_the_file() {
+    // Front to back: 0.5 red over 0.25 green over opaque blue:
+    // 0.5 · R + 0.5 · 0.25 · G + 0.5 · 0.75 · B.
+    let cards = [
+        card(3.0, Vec4::new(1.0, 0.0, 0.0, 0.5), AlphaMode::Blend),
+        card(2.0, Vec4::new(0.0, 1.0, 0.0, 0.25), AlphaMode::Blend),
+        card(1.0, Vec4::new(0.0, 0.0, 1.0, 1.0), AlphaMode::Opaque),
+    ];
+    for order in [[0, 1, 2], [2, 1, 0], [1, 2, 0]] {
+        let mut stage = Stage::new();
+        for index in order {
+            let (primitive, material) = cards[index].clone();
+            stage.add(primitive, material);
+        }
+        assert_eq!(look_through(&stage), Vec4::new(0.5, 0.125, 0.375, 1.0));
+    }
+}
+
+#[test]
+fn coverage_of_blended_cards_over_nothing_is_kept() {
+    // 1 − 0.5 · 0.75 = 0.625.
+    let mut stage = Stage::new();
+    stage.settings.show_background = false;
+    for (z, alpha) in [(1.0, 0.5), (2.0, 0.25)] {
+        let (primitive, material) = card(z, Vec4::new(1.0, 1.0, 1.0, alpha), AlphaMode::Blend);
+        stage.add(primitive, material);
+    }
+    assert_eq!(look_through(&stage), Vec4::splat(0.625));
+}
+
+#[test]
+fn a_mask_is_there_or_not() {
+    for (alpha, seen) in [(0.49, 0.0), (0.5, 1.0)] {
+        let mut stage = Stage::new();
+        let (primitive, material) =
+            card(1.0, Vec4::new(1.0, 1.0, 1.0, alpha), AlphaMode::Mask { cutoff: 0.5 });
+        stage.add(primitive, material);
+        assert_eq!(look_through(&stage).x, seen);
+    }
+}
+
+#[test]
+fn opaque_materials_ignore_alpha() {
+    let mut stage = Stage::new();
+    let (primitive, material) = card(1.0, Vec4::new(1.0, 1.0, 1.0, 0.0), AlphaMode::Opaque);
+    stage.add(primitive, material);
+    assert_eq!(look_through(&stage), Vec4::ONE);
+}
+
+#[test]
+fn blended_cards_dim_light_without_colouring_it() {
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0), lambert(Vec3::ONE));
+    let (primitive, material) = card(1.0, Vec4::new(1.0, 0.0, 0.0, 0.25), AlphaMode::Blend);
+    stage.add(primitive, material);
+    stage.add_light(LightKind::Directional, std::f32::consts::PI, Vec3::ZERO, Vec3::NEG_Z);
+    // Looked at from below the card, the wall receives 1 − 0.25 of the light in all channels.
+    assert_close(stage.look(Vec3::new(0.5, 0.0, 0.5), Vec3::ZERO), Vec3::splat(0.75), 1e-5);
+}
+
+#[test]
+fn single_sided_backs_are_invisible_and_solid_to_shadow() {
+    let mut stage = Stage::new();
+    stage.add(rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0), lambert(Vec3::ONE));
+    // This one faces away from the viewer and from the light.
+    let back = rectangle(Vec3::Z, Vec3::Y * 0.5, Vec3::X * 0.5);
+    stage.add(back, lambert(Vec3::ONE));
+    stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::NEG_Z);
+    let through_the_back = stage.look(Vec3::Z * 5.0, Vec3::ZERO);
+    assert_close(through_the_back, Vec3::ZERO, 0.0);
+    let beside = stage.look(Vec3::new(3.0, 0.0, 5.0), Vec3::new(3.0, 0.0, 0.0));
+    assert_close(beside, Vec3::splat(3.0 / std::f32::consts::PI), 1e-5);
+}
+
+#[test]
+fn double_sided_backs_are_lit_from_their_own_side() {
+    let mut stage = Stage::new();
+    let material = Material { double_sided: true, ..lambert(Vec3::ONE) };
+    stage.add(rectangle(Vec3::ZERO, Vec3::Y, Vec3::X), material);
+    stage.add_light(LightKind::Directional, std::f32::consts::PI, Vec3::ZERO, Vec3::NEG_Z);
+    assert_close(stage.look(Vec3::new(0.1, 0.2, 5.0), Vec3::ZERO), Vec3::ONE, 1e-5);
+    assert_close(stage.look(Vec3::new(0.1, 0.2, -5.0), Vec3::ZERO), Vec3::ZERO, 0.0);
+}
+
+#[test]
+fn emission_is_seen_and_fades_with_coverage() {
+    let mut stage = Stage::new();
+    stage.settings.show_background = false;
+    let material = Material {
+        base_color: Vec4::new(0.0, 0.0, 0.0, 0.5),
+        emissive: Vec3::new(4.0, 2.0, 1.0),
+        alpha_mode: AlphaMode::Blend,
+        ..lambert(Vec3::ZERO)
+    };
+    stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), material);
+    let seen = stage.look(Vec3::new(0.1, 0.2, 5.0), Vec3::ZERO);
+    assert_eq!(seen, Vec4::new(2.0, 1.0, 0.5, 0.5));
+}

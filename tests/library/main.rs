@@ -1,0 +1,10 @@
+//! The library from outside, one subject a module.
+
+mod aovs;
+mod bvh;
+mod conformance;
+mod corruptions;
+mod known_answers;
+mod motion_blur;
+mod scenes;
+mod sequence;

@@ -1,0 +1,50 @@
+//! The suite in `scenes/` is what `examples/make_scenes` writes, byte for byte, and nothing else lies there.
+
+#[path = "../../examples/make_scenes/main.rs"]
+mod make_scenes;
+
+use std::path::Path;
+
+use rayframe::regression::{LayeredPicture, are_identical};
+
+#[test]
+fn every_file_is_reproduced() {
+    let scenes = make_scenes::all_scenes().unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let lines = make_scenes::differences(&folder, &scenes).unwrap();
+    assert!(lines.is_empty(), "{}\nrun `cargo run --release --example make_scenes`", lines.join("\n"));
+}
+
+#[test]
+fn changed_missing_and_unknown_files_are_told() {
+    let scenes = [("a.gltf", "{}\n"), ("b.gltf", "{}\n")];
+    let scenes = scenes.map(|(path, text)| (path.into(), text.as_bytes().to_owned())).into();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("a.gltf"), "{ }\n").unwrap();
+    std::fs::write(folder.path().join("c.gltf"), "{}\n").unwrap();
+    let lines = make_scenes::differences(folder.path(), &scenes).unwrap();
+    assert_eq!(lines.len(), 3, "{lines:?}");
+    assert!(lines[0].starts_with("a.gltf: is not"), "{lines:?}");
+    assert!(lines[1].starts_with("b.gltf: "), "{lines:?}");
+    assert!(lines[2].contains("c.gltf: make_scenes does not write"), "{lines:?}");
+}
+
+#[test]
+fn scenes_are_small() {
+    // One-thing scenes stay readable in a review; the demo has dense spheres.
+    for (path, content) in make_scenes::all_scenes().unwrap() {
+        let limit = if path.starts_with("demo") { 1_500_000 } else { 60_000 };
+        assert!(content.len() < limit, "{}: {} bytes", path.display(), content.len());
+    }
+}
+
+/// However geometry and images are packed, without loss the picture is that of the plain file to the last bit.
+#[test]
+fn packed_scenes_look_as_the_plain_one() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_images/storage");
+    let picture = |name: &str| LayeredPicture::read(&folder.join(format!("{name}.exr"))).unwrap();
+    let plain = picture("plain");
+    for name in ["meshopt_ext", "meshopt_khr", "draco", "webp", "basis_uastc", "basis_etc1s"] {
+        assert!(are_identical(&picture(name), &plain), "{name}");
+    }
+}

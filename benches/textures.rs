@@ -23,9 +23,9 @@ use rayframe::frame::{Frame, resolve_auto_camera};
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::render::{RenderInput, RenderSettings, render_frame};
 use rayframe::scene::{
-    CameraChoice, Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind,
-    Material, MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture,
-    Primitive, Projection, Sampler, Scene, Selection, SelectionRequest, Texels, Texture, TextureIndex,
+    Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind, Material,
+    MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture, Primitive,
+    Projection, Sampler, Scene, SelectedCamera, Selection, SelectionRequest, Texels, Texture, TextureIndex,
     TextureRef, UvTransform, mip_levels,
 };
 
@@ -255,7 +255,7 @@ fn selection(scene: &Scene) -> Selection {
         clips: Vec::new(),
         variant: None,
         image_light: None,
-        camera: CameraChoice::Fixed { world_from_camera, projection },
+        camera: SelectedCamera::Fixed { world_from_camera, projection },
     }
 }
 

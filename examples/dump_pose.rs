@@ -9,7 +9,7 @@ use std::path::Path;
 use glam::Vec3;
 use rayframe::frame::Frame;
 use rayframe::gltf::{self, ImportOptions};
-use rayframe::scene::{Choice, ClipChoice, Selection, SelectionRequest};
+use rayframe::scene::{ClipSelection, NameOrIndex, Selection, SelectionRequest};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -18,11 +18,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let scene = gltf::import(Path::new(scene_path), &ImportOptions::default())?;
     let clips = match clip.as_str() {
-        "all" => ClipChoice::All,
-        "none" => ClipChoice::None,
-        name => ClipChoice::One(match name.strip_prefix('#').and_then(|index| index.parse().ok()) {
-            Some(index) => Choice::Index(index),
-            None => Choice::Name(name.to_owned()),
+        "all" => ClipSelection::All,
+        "none" => ClipSelection::None,
+        name => ClipSelection::One(match name.strip_prefix('#').and_then(|index| index.parse().ok()) {
+            Some(index) => NameOrIndex::Index(index),
+            None => NameOrIndex::Name(name.to_owned()),
         }),
     };
     let request = SelectionRequest { clips, ..Default::default() };

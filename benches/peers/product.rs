@@ -13,8 +13,8 @@ use rayframe::frame::Frame;
 use rayframe::geometry::{Ray, Triangle};
 use rayframe::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
 use rayframe::scene::{
-    CameraChoice, Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh,
-    MeshIndex, Node, NodeIndex, Primitive, Projection, Scene, Selection,
+    Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh, MeshIndex,
+    Node, NodeIndex, Primitive, Projection, Scene, SelectedCamera, Selection,
 };
 use rayon::ThreadPool;
 use rayon::prelude::*;
@@ -141,7 +141,7 @@ fn primitive(triangles: &[Triangle]) -> Primitive {
     }
 }
 
-fn camera(view: &View) -> CameraChoice {
+fn camera(view: &View) -> SelectedCamera {
     let forward = (view.target - view.eye).normalize();
     let right = forward.cross(view.up).normalize();
     let up = right.cross(forward);
@@ -149,5 +149,5 @@ fn camera(view: &View) -> CameraChoice {
         Mat4::from_cols(right.extend(0.0), up.extend(0.0), (-forward).extend(0.0), view.eye.extend(1.0));
     let fov_y_radians = view.fov_y_radians;
     let projection = Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.0, z_far: None };
-    CameraChoice::Fixed { world_from_camera, projection }
+    SelectedCamera::Fixed { world_from_camera, projection }
 }

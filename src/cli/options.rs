@@ -7,7 +7,7 @@ use crate::bvh::{Refit, Split};
 use crate::color::srgb8_to_linear;
 use crate::film::PixelWindow;
 use crate::render::Aperture;
-use crate::scene::{CameraRequest, Choice, ClipChoice};
+use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 
 /// Where the light from all around comes from.
 #[derive(Clone, Debug, PartialEq)]
@@ -202,10 +202,10 @@ pub(super) fn exposure(text: &str) -> Result<Option<f32>, String> {
 }
 
 /// `#2` is the third, anything else a name.
-pub(super) fn choice(text: &str) -> Choice {
+pub(super) fn choice(text: &str) -> NameOrIndex {
     match text.strip_prefix('#').and_then(|digits| digits.parse().ok()) {
-        Some(index) => Choice::Index(index),
-        None => Choice::Name(text.to_owned()),
+        Some(index) => NameOrIndex::Index(index),
+        None => NameOrIndex::Name(text.to_owned()),
     }
 }
 
@@ -218,11 +218,11 @@ pub(super) fn camera(text: &str) -> CameraRequest {
 }
 
 /// `all`, `none`, `#2` or a name.
-pub(super) fn clips(text: &str) -> ClipChoice {
+pub(super) fn clips(text: &str) -> ClipSelection {
     match text {
-        "all" => ClipChoice::All,
-        "none" => ClipChoice::None,
-        _ => ClipChoice::One(choice(text)),
+        "all" => ClipSelection::All,
+        "none" => ClipSelection::None,
+        _ => ClipSelection::One(choice(text)),
     }
 }
 
@@ -333,10 +333,10 @@ mod tests {
 
     #[test]
     fn names_and_numbers_are_told_apart() {
-        assert_eq!(choice("#2"), Choice::Index(2));
-        assert_eq!(choice("#x"), Choice::Name("#x".to_owned()));
+        assert_eq!(choice("#2"), NameOrIndex::Index(2));
+        assert_eq!(choice("#x"), NameOrIndex::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
-        assert_eq!(clips("Walk"), ClipChoice::One(Choice::Name("Walk".to_owned())));
+        assert_eq!(clips("Walk"), ClipSelection::One(NameOrIndex::Name("Walk".to_owned())));
     }
 
     #[test]

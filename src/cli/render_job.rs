@@ -11,7 +11,7 @@ use crate::gltf::{self, ImageNeed, ImportOptions};
 use crate::output::{ExrOutput, Layer, LayerSet, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
-    Choice, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
+    NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
     ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, Presentation, SequenceJob, Shutter,
@@ -155,7 +155,7 @@ fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
         if mark_shadow_catchers(scene, name) > 0 {
             continue;
         }
-        if let Choice::Index(_) = options::choice(name)
+        if let NameOrIndex::Index(_) = options::choice(name)
             && let Some(node) = scene.node(&options::choice(name))
             && mark_shadow_catching_node(scene, node)
         {

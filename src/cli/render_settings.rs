@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
-use crate::scene::{CameraChoice, Projection, Scene, Selection};
+use crate::scene::{Projection, Scene, SelectedCamera, Selection};
 
 use super::choices::choices;
 use super::options;
@@ -90,7 +90,7 @@ fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Optio
 }
 
 fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
-    let CameraChoice::Node(node) = selection.camera else { return false };
+    let SelectedCamera::Node(node) = selection.camera else { return false };
     let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
     let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
     camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
@@ -130,7 +130,7 @@ fn picture_size(args: &RenderArgs, camera_aspect: f64) -> Result<(u32, u32)> {
 /// Width over height that the camera's author had in mind.
 fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
     let default = f64::from(DEFAULT_RESOLUTION.0) / f64::from(DEFAULT_RESOLUTION.1);
-    let CameraChoice::Node(node) = selection.camera else {
+    let SelectedCamera::Node(node) = selection.camera else {
         return default;
     };
     let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);

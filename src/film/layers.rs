@@ -24,8 +24,8 @@ impl LayerRequest {
 /// coverage is at least one half. Shadow catchers are not met.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CentreSample {
-    /// Subscript of [`crate::frame::Frame::shapes`]; `None` where nothing is met, and then the fields up to `uv` are zero.
-    pub shape: Option<u32>,
+    /// Subscript of [`crate::frame::Frame::instances`]; `None` where nothing is met, and then the fields up to `uv` are zero.
+    pub instance: Option<u32>,
     /// Distance along the camera's axis, metres.
     pub depth: f32,
     /// World space, metres.
@@ -50,7 +50,7 @@ impl Default for CentreSample {
     /// Nothing is met.
     fn default() -> Self {
         Self {
-            shape: None,
+            instance: None,
             depth: 0.0,
             position: Vec3::ZERO,
             geometric_normal: Vec3::ZERO,
@@ -63,16 +63,16 @@ impl Default for CentreSample {
     }
 }
 
-/// The surfaces that cover a pixel, filtered like its colour: subscripts of [`crate::frame::Frame::shapes`], increasing, each once, with their
+/// The surfaces that cover a pixel, filtered like its colour: subscripts of [`crate::frame::Frame::instances`], increasing, each once, with their
 /// shares of the pixel. What is seen in mirrors and through glass is not among them; see-through surfaces and what is behind
 /// them have their shares each.
 pub type PixelCoverage = Vec<(u32, f32)>;
 
 /// Adds to the share of one surface.
-pub fn add_share(coverage: &mut PixelCoverage, shape: u32, share: f32) {
-    match coverage.binary_search_by_key(&shape, |&(shape, _)| shape) {
+pub fn add_share(coverage: &mut PixelCoverage, instance: u32, share: f32) {
+    match coverage.binary_search_by_key(&instance, |&(instance, _)| instance) {
         Ok(place) => coverage[place].1 += share,
-        Err(place) => coverage.insert(place, (shape, share)),
+        Err(place) => coverage.insert(place, (instance, share)),
     }
 }
 
@@ -106,8 +106,8 @@ impl FilmLayers {
         }
         if let (Some(coverage), Some(other)) = (&mut self.coverage, &other.coverage) {
             for (shares, other) in coverage.iter_mut().zip(other) {
-                for &(shape, share) in other {
-                    add_share(shares, shape, share);
+                for &(instance, share) in other {
+                    add_share(shares, instance, share);
                 }
             }
         }

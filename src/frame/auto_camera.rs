@@ -5,7 +5,7 @@ use glam::{Mat4, Vec3};
 use super::{Frame, PosedCamera};
 use crate::bvh::PrimitiveFlags;
 use crate::geometry::Aabb;
-use crate::scene::{CameraChoice, Projection, Scene, Selection};
+use crate::scene::{Projection, Scene, SelectedCamera, Selection};
 
 /// Times at which the bounds are taken, evenly over the selected clips, ends included.
 const TIMES: usize = 65;
@@ -29,11 +29,11 @@ pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> P
 
 /// The selection with automatic framing settled for pictures of `aspect_ratio`; other cameras stay as they are.
 pub fn resolve_auto_camera(scene: &Scene, selection: Selection, aspect_ratio: f32) -> Selection {
-    if selection.camera != CameraChoice::Auto {
+    if selection.camera != SelectedCamera::Auto {
         return selection;
     }
     let PosedCamera { world_from_camera, projection } = auto_camera(scene, &selection, aspect_ratio);
-    Selection { camera: CameraChoice::Fixed { world_from_camera, projection }, ..selection }
+    Selection { camera: SelectedCamera::Fixed { world_from_camera, projection }, ..selection }
 }
 
 /// One time where nothing moves, else [`TIMES`] of them.

@@ -40,11 +40,11 @@ pub struct Frame {
     pub triangles: Vec<Triangle>,
     /// One a triangle.
     pub flags: Vec<PrimitiveFlags>,
-    /// The shape that each triangle belongs to, as a subscript of `shapes`.
-    pub shape_of_triangle: Vec<u32>,
+    /// The instance that each triangle belongs to, as a subscript of `instances`.
+    pub instance_of_triangle: Vec<u32>,
     /// One mesh primitive under one node each, in primitive id order.
-    pub shapes: Vec<Shape>,
-    /// World-space vertices of all shapes.
+    pub instances: Vec<MeshInstance>,
+    /// World-space vertices of all instances.
     pub vertices: Vec<PosedVertex>,
     /// Materials at this time, by [`MaterialIndex`].
     pub materials: Vec<Material>,
@@ -59,11 +59,11 @@ pub struct Frame {
 
 /// One mesh primitive under one node, or under one of its instances.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shape {
+pub struct MeshInstance {
     /// Where it is drawn.
     pub node: NodeIndex,
-    /// Subscript of the node's instances; 0 where it has none.
-    pub instance: u32,
+    /// Index of the node's instances (`EXT_mesh_gpu_instancing`); 0 for a node without any.
+    pub node_instance: u32,
     /// Which mesh.
     pub mesh: MeshIndex,
     /// Subscript of the mesh's primitives.
@@ -87,7 +87,7 @@ struct Scratch {
     joint_matrices: Vec<Mat4>,
 }
 
-impl Shape {
+impl MeshInstance {
     /// The mesh primitive in its own space.
     pub fn primitive<'s>(&self, scene: &'s Scene) -> &'s Primitive {
         &scene.meshes[self.mesh.index()].primitives[self.primitive]
@@ -119,7 +119,7 @@ impl Frame {
 
     /// Poses `scene` at `time_seconds`, using the memory of `self` again.
     ///
-    /// A [`crate::scene::CameraChoice::Auto`] is framed anew for a square picture each time; settle it once with
+    /// A [`crate::scene::SelectedCamera::Auto`] is framed anew for a square picture each time; settle it once with
     /// [`resolve_auto_camera`] when there are several frames.
     pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.pose_surfaces(scene, selection, time_seconds);
@@ -153,13 +153,13 @@ impl Frame {
         self.lights.extend(shining.filter_map(|&node| placed::light(scene, &pose.lights, node, world)));
         let moved = selection.image_light.filter(|_| selection.moves_image_light(scene));
         self.image_light = moved.map(|light| pose.image_lights[light.index()]);
-        self.list_shapes(scene, &drawn, selection.variant);
-        self.pose_shapes(scene);
+        self.list_instances(scene, &drawn, selection.variant);
+        self.pose_instances(scene);
     }
 
     /// Gives every drawn primitive its place among triangles and vertices.
-    fn list_shapes(&mut self, scene: &Scene, drawn: &[NodeIndex], variant: Option<VariantIndex>) {
-        self.shapes.clear();
+    fn list_instances(&mut self, scene: &Scene, drawn: &[NodeIndex], variant: Option<VariantIndex>) {
+        self.instances.clear();
         let (mut triangles, mut vertices) = (0_usize, 0_usize);
         for &node in drawn {
             let Some(mesh) = scene.nodes[node.index()].mesh else {
@@ -169,10 +169,10 @@ impl Frame {
             let primitives = &scene.meshes[mesh.index()].primitives;
             let drawn =
                 (0..instances).flat_map(|instance| primitives.iter().enumerate().map(move |p| (instance, p)));
-            for (instance, (index, primitive)) in drawn {
-                self.shapes.push(Shape {
+            for (node_instance, (index, primitive)) in drawn {
+                self.instances.push(MeshInstance {
                     node,
-                    instance: instance as u32,
+                    node_instance: node_instance as u32,
                     mesh,
                     primitive: index,
                     material: primitive.material_in(variant),
@@ -188,28 +188,29 @@ impl Frame {
         let corner = Triangle { vertices: [Vec3::ZERO; 3] };
         self.triangles.resize(triangles, corner);
         self.flags.resize(triangles, PrimitiveFlags::default());
-        self.shape_of_triangle.resize(triangles, 0);
+        self.instance_of_triangle.resize(triangles, 0);
         self.vertices.resize(vertices, PosedVertex::default());
     }
 
-    fn pose_shapes(&mut self, scene: &Scene) {
+    fn pose_instances(&mut self, scene: &Scene) {
         let Scratch { pose, world, joint_matrices } = &mut self.scratch;
-        for (index, shape) in self.shapes.iter_mut().enumerate() {
-            let primitive = shape.primitive(scene);
-            let node = &scene.nodes[shape.node.index()];
-            let instance = node.instances.as_ref().map(|instances| instances[shape.instance as usize]);
-            let world_from_node = &match instance {
-                Some(node_from_instance) => world[shape.node.index()] * node_from_instance,
-                None => world[shape.node.index()],
+        for (index, instance) in self.instances.iter_mut().enumerate() {
+            let primitive = instance.primitive(scene);
+            let node = &scene.nodes[instance.node.index()];
+            let node_from_instance =
+                node.instances.as_ref().map(|instances| instances[instance.node_instance as usize]);
+            let world_from_node = &match node_from_instance {
+                Some(node_from_instance) => world[instance.node.index()] * node_from_instance,
+                None => world[instance.node.index()],
             };
 
             // Weights: the node's over the mesh's, animated over those at rest.
-            let weights = pose.weights[shape.node.index()]
+            let weights = pose.weights[instance.node.index()]
                 .as_ref()
                 .or(node.weights.as_ref())
-                .or(pose.mesh_weights[shape.mesh.index()].as_ref())
-                .unwrap_or(&scene.meshes[shape.mesh.index()].weights);
-            shape.morphed = deform::morph_attributes(primitive, weights);
+                .or(pose.mesh_weights[instance.mesh.index()].as_ref())
+                .unwrap_or(&scene.meshes[instance.mesh.index()].weights);
+            instance.morphed = deform::morph_attributes(primitive, weights);
 
             // Vertices
             let placement = match (node.skin, &primitive.influences) {
@@ -219,20 +220,20 @@ impl Frame {
                 }
                 _ => Placement::Rigid(world_from_node),
             };
-            shape.mirrored = deform::mirrors(placement);
-            let vertices = &mut self.vertices[shape.first_vertex..][..primitive.positions.len()];
+            instance.mirrored = deform::mirrors(placement);
+            let vertices = &mut self.vertices[instance.first_vertex..][..primitive.positions.len()];
             deform::pose_vertices(primitive, weights, placement, vertices);
 
             // Triangles
-            let material = &self.materials[shape.material.index()];
-            let range =
-                shape.first_triangle as usize..shape.first_triangle as usize + primitive.triangles.len();
-            self.shape_of_triangle[range.clone()].fill(index as u32);
+            let material = &self.materials[instance.material.index()];
+            let range = instance.first_triangle as usize
+                ..instance.first_triangle as usize + primitive.triangles.len();
+            self.instance_of_triangle[range.clone()].fill(index as u32);
             gather_triangles(
                 primitive,
                 vertices,
-                shape.mirrored,
-                if pose.hidden[shape.node.index()] {
+                instance.mirrored,
+                if pose.hidden[instance.node.index()] {
                     flags_of(material).with(PrimitiveFlags::HIDDEN)
                 } else {
                     flags_of(material)
@@ -242,9 +243,9 @@ impl Frame {
         }
     }
 
-    /// The shape that triangle `primitive` belongs to.
-    pub fn shape(&self, primitive: u32) -> &Shape {
-        &self.shapes[self.shape_of_triangle[primitive as usize] as usize]
+    /// The instance that triangle `primitive` belongs to.
+    pub fn instance(&self, primitive: u32) -> &MeshInstance {
+        &self.instances[self.instance_of_triangle[primitive as usize] as usize]
     }
 }
 
@@ -255,7 +256,7 @@ fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat
     joint_matrices.extend(pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind));
 }
 
-/// Corners in world space; mirrored shapes swap the last two so that counter-clockwise stays the front.
+/// Corners in world space; mirrored instances swap the last two so that counter-clockwise stays the front.
 fn gather_triangles(
     primitive: &Primitive,
     vertices: &[PosedVertex],

@@ -4,7 +4,7 @@ use glam::{Mat4, Vec3, Vec4};
 
 use super::auto_camera;
 use crate::geometry::unit;
-use crate::scene::{CameraChoice, Light, NodeIndex, Projection, Scene, Selection};
+use crate::scene::{Light, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 
 /// A light in world space.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +13,7 @@ pub struct PosedLight {
     pub position: Vec3,
     /// Unit vector in which the light shines.
     pub direction: Vec3,
-    /// Its colour, intensity and shape.
+    /// Its colour, intensity and kind.
     pub light: Light,
 }
 
@@ -57,11 +57,11 @@ pub(super) fn camera(
     world: &[Mat4],
 ) -> PosedCamera {
     match selection.camera {
-        CameraChoice::Auto => auto_camera(scene, selection, 1.0),
-        CameraChoice::Fixed { world_from_camera, projection } => {
+        SelectedCamera::Auto => auto_camera(scene, selection, 1.0),
+        SelectedCamera::Fixed { world_from_camera, projection } => {
             PosedCamera { world_from_camera, projection }
         }
-        CameraChoice::Node(node) => match scene.nodes[node.index()].camera {
+        SelectedCamera::Node(node) => match scene.nodes[node.index()].camera {
             Some(camera) => PosedCamera {
                 world_from_camera: without_scale(&world[node.index()]),
                 projection: projections[camera.index()],

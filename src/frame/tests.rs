@@ -3,7 +3,7 @@
 use glam::{Quat, Vec3};
 
 use super::*;
-use crate::scene::{CameraChoice, LocalTransform, Mesh, Node, Transmission, Volume};
+use crate::scene::{LocalTransform, Mesh, Node, SelectedCamera, Transmission, Volume};
 
 fn triangle_primitive() -> Primitive {
     Primitive {
@@ -30,7 +30,7 @@ fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
         materials: vec![Material::default()],
         ..Default::default()
     };
-    let camera = CameraChoice::Auto;
+    let camera = SelectedCamera::Auto;
     (scene, Selection { roots: order, clips: Vec::new(), camera, image_light: None, variant: None })
 }
 
@@ -53,7 +53,7 @@ fn triangles_that_overflow_keep_their_id_and_are_hidden() {
     let frame = Frame::at(&scene, &selection, 0.0);
     let hidden: Vec<_> = frame.flags.iter().map(|flags| flags.has(PrimitiveFlags::HIDDEN)).collect();
     assert_eq!(hidden, [false, true, false]);
-    assert_eq!(frame.shape_of_triangle, [0, 1, 2]);
+    assert_eq!(frame.instance_of_triangle, [0, 1, 2]);
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn posing_again_gives_what_a_new_frame_gives() {
     let fresh = Frame::at(&scene, &selection, 0.0);
     assert_eq!(frame.triangles, fresh.triangles);
     assert_eq!(frame.vertices, fresh.vertices);
-    assert_eq!(frame.shapes, fresh.shapes);
+    assert_eq!(frame.instances, fresh.instances);
     assert_eq!(frame.camera, fresh.camera);
 }
 

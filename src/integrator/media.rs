@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::Spectrum;
 use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
-use crate::frame::{Frame, Shape, is_volume};
+use crate::frame::{Frame, MeshInstance, is_volume};
 use crate::geometry::{Aabb, Facing, Ray};
 use crate::interaction::{PosedScene, alpha_at};
 use crate::scene::{Material, MaterialIndex, NodeIndex};
@@ -61,22 +61,27 @@ impl Interiors {
         Self(materials.iter().map(interior).collect())
     }
 
-    /// The inside of `shape`, if its material bounds a volume.
-    pub(super) fn medium(&self, shape: &Shape) -> Option<Medium> {
-        let Interior { ior, half_spread, extinction } = self.0[shape.material.index()]?;
-        let volume = VolumeId { node: shape.node, instance: shape.instance, material: shape.material };
+    /// The inside of `instance`, if its material bounds a volume.
+    pub(super) fn medium(&self, instance: &MeshInstance) -> Option<Medium> {
+        let Interior { ior, half_spread, extinction } = self.0[instance.material.index()]?;
+        let volume =
+            VolumeId { node: instance.node, instance: instance.node_instance, material: instance.material };
         Some(Medium { volume, ior, half_spread, extinction })
     }
 
     /// What lies around the surfaces of all volumes; nothing where there is none.
     pub(super) fn bounds(&self, frame: &Frame) -> Aabb {
         let mut bounds = Aabb::EMPTY;
-        let ends = frame.shapes.iter().skip(1).map(|next| next.first_triangle as usize);
+        let ends = frame.instances.iter().skip(1).map(|next| next.first_triangle as usize);
         let ends = ends.chain(std::iter::once(frame.triangles.len()));
-        for (shape, end) in
-            frame.shapes.iter().zip(ends).filter(|(shape, _)| self.0[shape.material.index()].is_some())
+        for (instance, end) in frame
+            .instances
+            .iter()
+            .zip(ends)
+            .filter(|(instance, _)| self.0[instance.material.index()].is_some())
         {
-            let corners = frame.triangles[shape.first_triangle as usize..end].iter().flat_map(|t| t.vertices);
+            let corners =
+                frame.triangles[instance.first_triangle as usize..end].iter().flat_map(|t| t.vertices);
             bounds = corners.filter(|corner| corner.is_finite()).fold(bounds, Aabb::union_point);
         }
         bounds
@@ -183,7 +188,7 @@ impl MediaStack {
         let mut after = None;
         while let Some(hit) = next_surface(posed, bvh, &ray, after) {
             after = Some(hit.order());
-            if let Some(medium) = interiors.medium(posed.frame.shape(hit.primitive)) {
+            if let Some(medium) = interiors.medium(posed.frame.instance(hit.primitive)) {
                 count_crossing(&mut crossings, medium, &hit);
             }
         }

@@ -98,8 +98,8 @@ fn blocking(world: &World<'_>, hit: &Hit) -> Blocking {
     if alpha <= 0.0 || catches_shadows(world.posed, hit) {
         return Blocking::Absent;
     }
-    let shape = world.posed.frame.shape(hit.primitive);
-    let glass = transmits(&world.posed.frame.materials[shape.material.index()]);
+    let instance = world.posed.frame.instance(hit.primitive);
+    let glass = transmits(&world.posed.frame.materials[instance.material.index()]);
     let clear_glass = glass && world.settings.glass_shadows == GlassShadows::Straight;
     if alpha < 1.0 || clear_glass { Blocking::SeeThrough } else { Blocking::Solid }
 }
@@ -150,8 +150,8 @@ fn through_surfaces(
 
 fn clear_medium(world: &World<'_>, hit: &Hit) -> Option<Medium> {
     let straight = world.settings.glass_shadows == GlassShadows::Straight;
-    let shape = world.posed.frame.shape(hit.primitive);
-    straight.then(|| world.interiors.medium(shape)).flatten()
+    let instance = world.posed.frame.instance(hit.primitive);
+    straight.then(|| world.interiors.medium(instance)).flatten()
 }
 
 /// (1 − α) + α · transmission · (1 − F) · base colour, times what a coat lets through. The way is not bent, so the Fresnel factor is always the one of

@@ -81,7 +81,7 @@ impl SurfacePoint<'_> {
     fn normal_steps(&self, posed: PosedScene<'_>) -> [Vec3; 2] {
         let frame = posed.frame;
         let [a, b, c] =
-            self.corners.map(|corner| frame.vertices[self.shape.first_vertex + corner as usize].normal);
+            self.corners.map(|corner| frame.vertices[self.instance.first_vertex + corner as usize].normal);
         if a == Vec3::ZERO || b == Vec3::ZERO || c == Vec3::ZERO {
             return [Vec3::ZERO; 2];
         }

@@ -6,7 +6,7 @@ use super::surface::corner_indices;
 use super::texture_lookup::{self, Lookups, UvFootprint};
 use super::{Footprint, MaterialSample, PosedScene, SurfacePoint, layers};
 use crate::bvh::Hit;
-use crate::frame::{Shape, is_volume, transmits};
+use crate::frame::{MeshInstance, is_volume, transmits};
 use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 
@@ -25,14 +25,14 @@ pub fn surface_at<'a>(
 
 fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let posed = textures.posed();
-    let material = &posed.frame.materials[point.shape.material.index()];
+    let material = &posed.frame.materials[point.instance.material.index()];
     let lookup =
         |reference: &Option<TextureRef>, encoding| textures.value(point, reference.as_ref(), encoding);
     let base_encoding =
         if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
         * lookup(&material.base_color_texture, base_encoding)
-        * vertex_color(posed, point.shape, point.corners, point.weights);
+        * vertex_color(posed, point.instance, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
         // Both are often channels of one picture.
@@ -70,19 +70,19 @@ fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSamp
 
 /// Whether a hit is on a surface that is invisible but for the shadows on it.
 pub fn catches_shadows(posed: PosedScene<'_>, hit: &Hit) -> bool {
-    let shape = posed.frame.shape(hit.primitive);
-    posed.frame.materials[shape.material.index()].is_shadow_catcher
+    let instance = posed.frame.instance(hit.primitive);
+    posed.frame.materials[instance.material.index()].is_shadow_catcher
 }
 
 /// Coverage of a hit after the alpha mode, always looked up in the full image so that shadows and pictures agree.
 pub fn alpha_at(posed: PosedScene<'_>, hit: &Hit) -> f32 {
-    let shape = posed.frame.shape(hit.primitive);
-    let material = &posed.frame.materials[shape.material.index()];
+    let instance = posed.frame.instance(hit.primitive);
+    let material = &posed.frame.materials[instance.material.index()];
     if material.alpha_mode == AlphaMode::Opaque {
         return 1.0;
     }
-    let corners = corner_indices(posed, shape, hit.primitive);
-    coverage(material, alpha_at_corners(posed, shape, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
+    let corners = corner_indices(posed, instance, hit.primitive);
+    coverage(material, alpha_at_corners(posed, instance, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
 }
 
 fn coverage(material: &Material, alpha: f32) -> f32 {
@@ -99,22 +99,32 @@ fn coverage(material: &Material, alpha: f32) -> f32 {
     }
 }
 
-fn alpha_at_corners(posed: PosedScene<'_>, shape: &Shape, corners: [u32; 3], weights: [f32; 3]) -> f32 {
-    let material = &posed.frame.materials[shape.material.index()];
+fn alpha_at_corners(
+    posed: PosedScene<'_>,
+    instance: &MeshInstance,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> f32 {
+    let material = &posed.frame.materials[instance.material.index()];
     let texture = match &material.base_color_texture {
         Some(reference) => {
-            let [a, b, c] = shape.uvs(posed.scene, reference.uv_set as usize, corners);
+            let [a, b, c] = instance.uvs(posed.scene, reference.uv_set as usize, corners);
             let uv = a * weights[0] + b * weights[1] + c * weights[2];
             let place = || (uv, UvFootprint::POINT);
             texture_lookup::sample(posed.scene, reference, Encoding::Linear, &mut None, place).w
         }
         None => 1.0,
     };
-    material.base_color.w * texture * vertex_color(posed, shape, corners, weights).w
+    material.base_color.w * texture * vertex_color(posed, instance, corners, weights).w
 }
 
-fn vertex_color(posed: PosedScene<'_>, shape: &Shape, corners: [u32; 3], weights: [f32; 3]) -> Vec4 {
-    match shape.colors(posed.scene, corners) {
+fn vertex_color(
+    posed: PosedScene<'_>,
+    instance: &MeshInstance,
+    corners: [u32; 3],
+    weights: [f32; 3],
+) -> Vec4 {
+    match instance.colors(posed.scene, corners) {
         Some([a, b, c]) => a * weights[0] + b * weights[1] + c * weights[2],
         None => Vec4::ONE,
     }

@@ -26,7 +26,7 @@ pub(super) fn shading_normal(
     front_normal: Vec3,
     vertices: &[&PosedVertex; 3],
 ) -> Vec3 {
-    let map = textures.posed().frame.materials[point.shape.material.index()].normal_texture.as_ref();
+    let map = textures.posed().frame.materials[point.instance.material.index()].normal_texture.as_ref();
     front_normal_by(textures, point, map, (front_normal, vertices))
 }
 
@@ -55,7 +55,7 @@ pub(super) fn tangent_frame(
 }
 
 fn vertices_of<'a>(posed: PosedScene<'a>, point: &SurfacePoint<'_>) -> [&'a PosedVertex; 3] {
-    point.corners.map(|corner| &posed.frame.vertices[point.shape.first_vertex + corner as usize])
+    point.corners.map(|corner| &posed.frame.vertices[point.instance.first_vertex + corner as usize])
 }
 
 fn front_normal_by(
@@ -135,7 +135,7 @@ fn frame_around(
 /// The direction in which u grows on this triangle, for primitives whose tangents are missing. The bitangent is the
 /// direction in which v shrinks, because v grows downwards in the picture.
 fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, uv_set: u32) -> (Vec3, f32) {
-    let [ta, tb, tc] = point.shape.uvs(posed.scene, uv_set as usize, point.corners);
+    let [ta, tb, tc] = point.instance.uvs(posed.scene, uv_set as usize, point.corners);
     let [a, b, c] = posed.frame.triangles[point.primitive as usize].vertices;
     let (uv1, uv2) = (tb - ta, tc - ta);
     let determinant = uv1.perp_dot(uv2);

@@ -6,7 +6,7 @@ use super::footprint::weight_steps;
 use super::texture_lookup::{Lookups, UvFootprint};
 use super::{Footprint, PosedScene, normal};
 use crate::bvh::{Hit, PrimitiveFlags};
-use crate::frame::{Frame, PosedVertex, Shape};
+use crate::frame::{Frame, MeshInstance, PosedVertex};
 use crate::geometry::{Facing, Ray, Triangle, unit};
 use crate::scene::{Scene, TextureRef};
 
@@ -14,7 +14,7 @@ use crate::scene::{Scene, TextureRef};
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint<'a> {
     /// The mesh primitive that was hit.
-    pub shape: &'a Shape,
+    pub instance: &'a MeshInstance,
     /// Primitive id of the triangle.
     pub primitive: u32,
     /// World-space point, interpolated from the triangle's corners.
@@ -31,7 +31,7 @@ pub struct SurfacePoint<'a> {
     pub offset_distance: f32,
     /// Where shadow rays on the side of `wo` end (before the offset): see [`terminator_free_point`].
     shadow_position: Vec3,
-    /// Vertex subscripts in the shape's primitive, in the order of the barycentric weights.
+    /// Vertex subscripts in the instance's primitive, in the order of the barycentric weights.
     pub(super) corners: [u32; 3],
     /// Weights of the three corners.
     pub(super) weights: [f32; 3],
@@ -50,7 +50,7 @@ impl<'a> SurfacePoint<'a> {
     pub(super) fn with_lookups(textures: &Lookups<'a>, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
         let posed = textures.posed();
         let frame = posed.frame;
-        let shape = frame.shape(hit.primitive);
+        let instance = frame.instance(hit.primitive);
         let triangle = &frame.triangles[hit.primitive as usize];
         let [a, b, c] = triangle.vertices;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
@@ -58,18 +58,18 @@ impl<'a> SurfacePoint<'a> {
         let wo = -unit(ray.direction).unwrap_or(Vec3::Y);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let front_normal = normal::of_triangle(triangle);
-        let corners = corner_indices(posed, shape, hit.primitive);
-        let vertices = corners.map(|corner| &frame.vertices[shape.first_vertex + corner as usize]);
+        let corners = corner_indices(posed, instance, hit.primitive);
+        let vertices = corners.map(|corner| &frame.vertices[instance.first_vertex + corner as usize]);
         let (position_steps, weight_steps) = if *footprint == Footprint::POINT {
             ([Vec3::ZERO; 2], [Vec2::ZERO; 2])
         } else {
             let steps = footprint.on_surface(ray.direction, hit.t, front_normal);
-            let has_uvs = !shape.primitive(posed.scene).uvs.is_empty();
+            let has_uvs = !instance.primitive(posed.scene).uvs.is_empty();
             (steps, if has_uvs { weight_steps(triangle, steps) } else { [Vec2::ZERO; 2] })
         };
 
         let mut point = Self {
-            shape,
+            instance,
             primitive: hit.primitive,
             position,
             wo,
@@ -93,14 +93,14 @@ impl<'a> SurfacePoint<'a> {
 
     /// Texture coordinates that `reference` looks up, and how they change over the ray's footprint.
     pub(super) fn uv(&self, posed: PosedScene<'_>, reference: &TextureRef) -> (Vec2, UvFootprint) {
-        let [a, b, c] = self.shape.uvs(posed.scene, reference.uv_set as usize, self.corners);
+        let [a, b, c] = self.instance.uvs(posed.scene, reference.uv_set as usize, self.corners);
         let uv = a * self.weights[0] + b * self.weights[1] + c * self.weights[2];
         (uv, UvFootprint(self.weight_steps.map(|step| (b - a) * step.x + (c - a) * step.y)))
     }
 
     /// Texture coordinates of set `set` as the file has them; zero where there is no such set.
     pub fn texture_coordinates(&self, scene: &Scene, set: usize) -> Vec2 {
-        let [a, b, c] = self.shape.uvs(scene, set, self.corners);
+        let [a, b, c] = self.instance.uvs(scene, set, self.corners);
         a * self.weights[0] + b * self.weights[1] + c * self.weights[2]
     }
 
@@ -108,12 +108,15 @@ impl<'a> SurfacePoint<'a> {
     /// surface is hidden there. World space, metres.
     pub fn position_in(&self, frame: &Frame) -> Option<DVec3> {
         let primitive = self.primitive as usize;
-        let shape = &frame.shapes[*frame.shape_of_triangle.get(primitive)? as usize];
-        let place = |shape: &Shape| (shape.node, shape.instance, shape.primitive, shape.first_triangle);
-        if place(shape) != place(self.shape) || frame.flags[primitive].has(PrimitiveFlags::HIDDEN) {
+        let instance = &frame.instances[*frame.instance_of_triangle.get(primitive)? as usize];
+        let place = |instance: &MeshInstance| {
+            (instance.node, instance.node_instance, instance.primitive, instance.first_triangle)
+        };
+        if place(instance) != place(self.instance) || frame.flags[primitive].has(PrimitiveFlags::HIDDEN) {
             return None;
         }
-        let corner = |corner: u32| frame.vertices[shape.first_vertex + corner as usize].position.as_dvec3();
+        let corner =
+            |corner: u32| frame.vertices[instance.first_vertex + corner as usize].position.as_dvec3();
         let [a, b, c] = self.corners.map(corner);
         Some(a + (b - a) * f64::from(self.weights[1]) + (c - a) * f64::from(self.weights[2]))
     }
@@ -154,10 +157,10 @@ fn interpolated(corners: [Vec3; 3], hit: &Hit) -> Vec3 {
 }
 
 /// Vertex subscripts of a triangle in the order of its posed corners.
-pub(super) fn corner_indices(posed: PosedScene<'_>, shape: &Shape, primitive: u32) -> [u32; 3] {
-    let local = (primitive - shape.first_triangle) as usize;
-    let [a, b, c] = shape.primitive(posed.scene).triangles[local];
-    if shape.mirrored { [a, c, b] } else { [a, b, c] }
+pub(super) fn corner_indices(posed: PosedScene<'_>, instance: &MeshInstance, primitive: u32) -> [u32; 3] {
+    let local = (primitive - instance.first_triangle) as usize;
+    let [a, b, c] = instance.primitive(posed.scene).triangles[local];
+    if instance.mirrored { [a, c, b] } else { [a, b, c] }
 }
 
 /// Bounds how far rounding moves a start of rays off the plane, and the plane as a ray from there meets it. The point is rounded a

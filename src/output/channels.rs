@@ -40,8 +40,8 @@ pub(super) fn layer_channels(
         Layer::ObjectId | Layer::MaterialId | Layer::NodeId => {
             let numbers = shapes.numbers(layer);
             let number = |sample: &CentreSample| {
-                let shape = sample.shape.and_then(|shape| numbers.get(shape as usize));
-                shape.copied().unwrap_or(0)
+                let number = sample.instance.and_then(|instance| numbers.get(instance as usize));
+                number.copied().unwrap_or(0)
             };
             let samples = ExrSamples::Uint(centres(layer, film)?.par_iter().map(number).collect());
             vec![ExrChannel { name: layer.name().to_owned(), samples }]
@@ -64,7 +64,7 @@ type Value = fn(&CentreSample) -> f32;
 /// compositors count upwards.
 fn data_channels(layer: Layer) -> &'static [(&'static str, Value)] {
     match layer {
-        Layer::Depth => &[("Z", |s| if s.shape.is_some() { s.depth } else { DEPTH_OF_NOTHING })],
+        Layer::Depth => &[("Z", |s| if s.instance.is_some() { s.depth } else { DEPTH_OF_NOTHING })],
         Layer::Position => &[
             ("position.X", |s| s.position.x),
             ("position.Y", |s| s.position.y),
@@ -84,7 +84,7 @@ fn data_channels(layer: Layer) -> &'static [(&'static str, Value)] {
             &[("albedo.R", |s| s.albedo.x), ("albedo.G", |s| s.albedo.y), ("albedo.B", |s| s.albedo.z)]
         }
         Layer::Uv => {
-            &[("uv.U", |s| s.uv.x), ("uv.V", |s| if s.shape.is_some() { 1.0 - s.uv.y } else { 0.0 })]
+            &[("uv.U", |s| s.uv.x), ("uv.V", |s| if s.instance.is_some() { 1.0 - s.uv.y } else { 0.0 })]
         }
         Layer::Motion => &[
             ("forward.u", |s| s.motion_forward.x),
@@ -127,14 +127,14 @@ mod tests {
     use crate::film::{LayerRequest, LightPart, PixelWindow};
     use glam::{Vec2, Vec3};
 
-    /// Two pixels: the first shows shape 0, the second nothing.
+    /// Two pixels: the first shows instance 0, the second nothing.
     fn film() -> Film {
         let all = LayerRequest { light: true, centres: true, coverage: true };
         let mut film = Film::with_layers((2, 1), PixelWindow::full(2, 1), all);
         film.pixels = vec![[1.0, 2.0, 70000.0, 1.0], [0.0; 4]];
         film.layers.light.as_mut().unwrap()[0][LightPart::Direct as usize] = [0.25, 0.5, 0.75];
         film.layers.centres.as_mut().unwrap()[0] = CentreSample {
-            shape: Some(0),
+            instance: Some(0),
             depth: 3.0,
             position: Vec3::new(1.0, 2.0, 3.0),
             uv: Vec2::new(0.25, 0.125),

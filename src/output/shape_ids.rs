@@ -1,6 +1,6 @@
 //! What numbers and names the shapes of a frame go by.
 
-use crate::frame::Shape;
+use crate::frame::MeshInstance;
 use crate::scene::Scene;
 
 use super::cryptomatte::Matte;
@@ -18,21 +18,22 @@ pub struct ShapeIds {
 
 impl ShapeIds {
     /// Those of `shapes` that `layers` need.
-    pub fn new(scene: &Scene, shapes: &[Shape], layers: &LayerSet) -> Self {
+    pub fn new(scene: &Scene, shapes: &[MeshInstance], layers: &LayerSet) -> Self {
         let has = |layer| layers.layers().contains(&layer);
         // Zero is nothing.
-        let numbers = |index: fn(&Shape) -> u32| shapes.iter().map(|shape| index(shape) + 1).collect();
+        let numbers =
+            |index: fn(&MeshInstance) -> u32| shapes.iter().map(|instance| index(instance) + 1).collect();
         let (objects, materials) = (Layer::CryptoObject, Layer::CryptoMaterial);
         Self {
-            objects: numbers(|shape| shape.mesh.0),
-            materials: numbers(|shape| shape.material.0),
-            nodes: numbers(|shape| shape.node.0),
+            objects: numbers(|instance| instance.mesh.0),
+            materials: numbers(|instance| instance.material.0),
+            nodes: numbers(|instance| instance.node.0),
             object_matte: has(objects).then(|| Matte::of_objects(objects.name(), scene, shapes)),
             material_matte: has(materials).then(|| Matte::of_materials(materials.name(), scene, shapes)),
         }
     }
 
-    /// The numbers of a layer of ids, by shape.
+    /// The numbers of a layer of ids, by instance.
     pub(super) fn numbers(&self, layer: Layer) -> &[u32] {
         match layer {
             Layer::ObjectId => &self.objects,

@@ -112,7 +112,7 @@ impl<'a> Centres<'a> {
         let (point, material) = surface_at(self.posed, ray, hit, &self.rays.footprint(ray));
         let to = |moment| self.surface_motion(&point, moment);
         CentreSample {
-            shape: Some(frame.shape_of_triangle[hit.primitive as usize]),
+            instance: Some(frame.instance_of_triangle[hit.primitive as usize]),
             depth: depth(&frame.camera, &point),
             position: point.position,
             geometric_normal: point.geometric_normal,

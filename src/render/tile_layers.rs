@@ -46,7 +46,7 @@ impl TileLayers {
     pub(super) fn add_cover(&mut self, (at, weight): ((u32, u32), f32), cover: &Cover) {
         let subscript = self.subscript(at);
         if let (Some(coverage), Some(subscript)) = (&mut self.sums.coverage, subscript) {
-            add_share(&mut coverage[subscript], cover.shape, cover.share * weight);
+            add_share(&mut coverage[subscript], cover.instance, cover.share * weight);
         }
     }
 
@@ -81,8 +81,8 @@ mod tests {
     #[test]
     fn shares_are_weighted_and_clamped_by_pixel() {
         let mut layers = TileLayers::new(PixelWindow { x0: 4, y0: 2, x1: 6, y1: 3 }, COVERAGE);
-        let cover = |shape, share| Cover { sample: 0, shape, share };
-        // Pixel (5, 2), three samples of weight 1, 1 and −1, one in sum: shape 3 has 1 + 1 = 2, shape 8 has −1/2.
+        let cover = |instance, share| Cover { sample: 0, instance, share };
+        // Pixel (5, 2), three samples of weight 1, 1 and −1, one in sum: instance 3 has 1 + 1 = 2, instance 8 has −1/2.
         layers.add_cover(((5, 2), 1.0), &cover(3, 1.0));
         layers.add_cover(((5, 2), 1.0), &cover(3, 1.0));
         layers.add_cover(((5, 2), -1.0), &cover(8, 0.5));

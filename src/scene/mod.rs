@@ -10,9 +10,9 @@ mod animation;
 mod camera;
 mod environment;
 mod image_light;
-mod layers;
 mod light;
 mod material;
+mod material_extensions;
 mod mesh;
 mod mip_maps;
 mod node;
@@ -31,16 +31,18 @@ pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframe
 pub use camera::{Camera, Projection};
 pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight, columns_for_cube};
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
-pub use layers::{Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular};
 pub use light::{Light, LightKind};
 pub use material::{
     AlphaMode, Material, NormalTexture, OcclusionTexture, TextureRef, Transmission, UvRotation, UvTransform,
     Volume,
 };
+pub use material_extensions::{
+    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular,
+};
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
 pub use mip_maps::{ImageMips, MipLevel, mip_bytes, mip_levels, mip_working_bytes};
 pub use node::{LocalTransform, Node, Skin};
-pub use selection::{CameraChoice, CameraRequest, Choice, ClipChoice, Selection, SelectionRequest};
+pub use selection::{CameraRequest, ClipSelection, NameOrIndex, SelectedCamera, Selection, SelectionRequest};
 pub use shadow_catcher::{mark_shadow_catchers, mark_shadow_catching_node};
 pub use texture::{Encoding, Filter, Image, MipFilter, Sampler, Texels, Texture, WrapMode};
 pub use variant::Variant;

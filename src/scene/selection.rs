@@ -12,7 +12,7 @@ use crate::error::{Error, Result, Warning};
 
 /// One of several things in a file, as a user names it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Choice {
+pub enum NameOrIndex {
     /// By name.
     Name(String),
     /// By position in the file, from 0.
@@ -21,27 +21,27 @@ pub enum Choice {
 
 /// Which clips play, as a user asks for them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum ClipChoice {
+pub enum ClipSelection {
     /// All whose targets no earlier clip holds.
     #[default]
     All,
     /// None: the scene stands still.
     None,
     /// One.
-    One(Choice),
+    One(NameOrIndex),
 }
 
 /// What a user asks to see.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SelectionRequest {
     /// Which set of roots; `None` is the file's default.
-    pub scene: Option<Choice>,
+    pub scene: Option<NameOrIndex>,
     /// Which clips.
-    pub clips: ClipChoice,
+    pub clips: ClipSelection,
     /// Which camera; `None` is the first that the scene places, else automatic framing.
     pub camera: Option<CameraRequest>,
     /// Which set of materials; `None` is what primitives have without one.
-    pub variant: Option<Choice>,
+    pub variant: Option<NameOrIndex>,
 }
 
 /// Which camera a user asks for.
@@ -50,12 +50,12 @@ pub enum CameraRequest {
     /// Frame the whole scene.
     Auto,
     /// One of the file's.
-    Placed(Choice),
+    Placed(NameOrIndex),
 }
 
 /// Which camera looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum CameraChoice {
+pub enum SelectedCamera {
     /// One that frames the whole scene over the selected clips.
     Auto,
     /// The camera of this node.
@@ -77,7 +77,7 @@ pub struct Selection {
     /// Clips that play together; their targets are disjoint.
     pub clips: Vec<AnimationIndex>,
     /// The camera.
-    pub camera: CameraChoice,
+    pub camera: SelectedCamera,
     /// The surroundings that the chosen set of roots asks for.
     pub image_light: Option<ImageLightIndex>,
     /// The set of materials.
@@ -101,9 +101,9 @@ impl Selection {
     pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
         let SceneRoots { roots, image_light, .. } = resolve_roots(request.scene.as_ref(), scene)?;
         let (clips, warnings) = match &request.clips {
-            ClipChoice::None => (Vec::new(), Vec::new()),
-            ClipChoice::All => disjoint_clips(scene),
-            ClipChoice::One(choice) => {
+            ClipSelection::None => (Vec::new(), Vec::new()),
+            ClipSelection::All => disjoint_clips(scene),
+            ClipSelection::One(choice) => {
                 let names = scene.animations.iter().map(|clip| clip.name.as_deref());
                 let clip = find("animation", "--animation", choice, names)?;
                 (vec![AnimationIndex(subscript(clip))], Vec::new())
@@ -117,7 +117,7 @@ impl Selection {
 
     /// The camera for messages: `camera "name"`, `camera #2` where it has no name, or `camera auto`.
     pub fn camera_label(&self, scene: &Scene) -> String {
-        let CameraChoice::Node(node) = self.camera else {
+        let SelectedCamera::Node(node) = self.camera else {
             return "camera auto".to_owned();
         };
         let node = scene.nodes.get(node.index());
@@ -130,7 +130,7 @@ impl Selection {
     }
 }
 
-fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {
+fn resolve_roots(choice: Option<&NameOrIndex>, scene: &Scene) -> Result<SceneRoots> {
     let index = match choice {
         None => scene.default_scene,
         Some(choice) => {
@@ -141,7 +141,7 @@ fn resolve_roots(choice: Option<&Choice>, scene: &Scene) -> Result<SceneRoots> {
     Ok(scene.scenes.get(index).cloned().unwrap_or_default())
 }
 
-fn resolve_variant(choice: Option<&Choice>, scene: &Scene) -> Result<Option<VariantIndex>> {
+fn resolve_variant(choice: Option<&NameOrIndex>, scene: &Scene) -> Result<Option<VariantIndex>> {
     let Some(choice) = choice else {
         return Ok(None);
     };
@@ -176,20 +176,20 @@ fn resolve_camera(
     request: Option<&CameraRequest>,
     scene: &Scene,
     roots: &[NodeIndex],
-) -> Result<CameraChoice> {
+) -> Result<SelectedCamera> {
     let placed = placed_cameras(scene, roots);
     match request {
-        Some(CameraRequest::Auto) => Ok(CameraChoice::Auto),
-        None => Ok(placed.first().map_or(CameraChoice::Auto, |&(_, node)| CameraChoice::Node(node))),
+        Some(CameraRequest::Auto) => Ok(SelectedCamera::Auto),
+        None => Ok(placed.first().map_or(SelectedCamera::Auto, |&(_, node)| SelectedCamera::Node(node))),
         Some(CameraRequest::Placed(choice)) => {
             // Artists know cameras by the name of the object that holds them, so that counts too.
-            if let Choice::Name(name) = choice {
+            if let NameOrIndex::Name(name) = choice {
                 let camera_name = |camera: CameraIndex| scene.cameras[camera.index()].name.as_ref();
                 let node_name = |node: NodeIndex| scene.nodes[node.index()].name.as_ref();
                 let by_camera = placed.iter().find(|(camera, _)| camera_name(*camera) == Some(name));
                 let by_node = placed.iter().find(|(_, node)| node_name(*node) == Some(name));
                 if let Some(&(_, node)) = by_camera.or(by_node) {
-                    return Ok(CameraChoice::Node(node));
+                    return Ok(SelectedCamera::Node(node));
                 }
             }
             let names: Vec<_> =
@@ -197,7 +197,7 @@ fn resolve_camera(
             let index = find("camera", "--camera", choice, names.iter().copied())?;
             let node = placed.iter().find(|(camera, _)| camera.index() == index);
             match node {
-                Some(&(_, node)) => Ok(CameraChoice::Node(node)),
+                Some(&(_, node)) => Ok(SelectedCamera::Node(node)),
                 None => Err(Error::usage(format!(
                     "camera {} is not placed in the chosen scene; choose another with --camera or --scene, or --camera auto",
                     label(index, scene.cameras[index].name.as_deref())
@@ -235,17 +235,17 @@ fn placed_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, NodeI
 fn find<'a>(
     what: &str,
     option: &str,
-    choice: &Choice,
+    choice: &NameOrIndex,
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
 ) -> Result<usize> {
     let (found, asked) = match choice {
-        Choice::Name(name) => {
+        NameOrIndex::Name(name) => {
             // A number that nobody is called is a position: shells take # for a comment.
             let as_position = || name.parse().ok().filter(|&i: &usize| i < names.len());
             let found = names.clone().position(|other| other == Some(name)).or_else(as_position);
             (found, format!("\"{name}\""))
         }
-        Choice::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
+        NameOrIndex::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
     };
     found.ok_or_else(|| {
         let choices: Vec<String> = names.enumerate().map(|(i, name)| label(i, name)).collect();
@@ -268,10 +268,10 @@ fn subscript(index: usize) -> u32 {
 
 impl Scene {
     /// The node that is meant; of several with one name the first.
-    pub fn node(&self, choice: &Choice) -> Option<NodeIndex> {
+    pub fn node(&self, choice: &NameOrIndex) -> Option<NodeIndex> {
         let index = match choice {
-            Choice::Name(name) => self.nodes.iter().position(|node| node.name.as_ref() == Some(name)),
-            Choice::Index(index) => (*index < self.nodes.len()).then_some(*index),
+            NameOrIndex::Name(name) => self.nodes.iter().position(|node| node.name.as_ref() == Some(name)),
+            NameOrIndex::Index(index) => (*index < self.nodes.len()).then_some(*index),
         };
         index.map(|index| NodeIndex(index as u32))
     }
@@ -334,7 +334,7 @@ mod tests {
     fn defaults_take_the_first_placed_camera_and_disjoint_clips() {
         let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene()).unwrap();
         assert_eq!(selection.roots, [NodeIndex(0)]);
-        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
         // "b" is left out because of "a"; "c" stays, because "b" does not play.
         assert_eq!(selection.clips, [AnimationIndex(0), AnimationIndex(2)]);
         assert_eq!(warnings.len(), 1);
@@ -344,25 +344,25 @@ mod tests {
     #[test]
     fn names_and_positions_are_found() {
         let request = SelectionRequest {
-            scene: Some(Choice::Name("main".to_owned())),
-            clips: ClipChoice::One(Choice::Index(1)),
-            camera: Some(CameraRequest::Placed(Choice::Name("object 1".to_owned()))),
-            variant: Some(Choice::Name("red".to_owned())),
+            scene: Some(NameOrIndex::Name("main".to_owned())),
+            clips: ClipSelection::One(NameOrIndex::Index(1)),
+            camera: Some(CameraRequest::Placed(NameOrIndex::Name("object 1".to_owned()))),
+            variant: Some(NameOrIndex::Name("red".to_owned())),
         };
         let (selection, warnings) = Selection::resolve(&request, &scene()).unwrap();
         assert_eq!(selection.clips, [AnimationIndex(1)]);
-        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
         assert_eq!(selection.variant, Some(VariantIndex(1)));
         assert!(warnings.is_empty());
     }
 
     #[test]
     fn numbers_that_are_no_names_are_positions() {
-        let camera = Some(CameraRequest::Placed(Choice::Name("1".to_owned())));
-        let clips = ClipChoice::One(Choice::Name("2".to_owned()));
+        let camera = Some(CameraRequest::Placed(NameOrIndex::Name("1".to_owned())));
+        let clips = ClipSelection::One(NameOrIndex::Name("2".to_owned()));
         let request = SelectionRequest { clips, camera, ..SelectionRequest::default() };
         let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
-        assert_eq!(selection.camera, CameraChoice::Node(NodeIndex(1)));
+        assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
         assert_eq!(selection.clips, [AnimationIndex(2)]);
         let mut named = scene();
         named.animations[1].name = Some("2".to_owned());
@@ -371,9 +371,9 @@ mod tests {
 
     #[test]
     fn a_scene_without_cameras_is_framed() {
-        let request = SelectionRequest { scene: Some(Choice::Index(0)), ..SelectionRequest::default() };
+        let request = SelectionRequest { scene: Some(NameOrIndex::Index(0)), ..SelectionRequest::default() };
         let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
-        assert_eq!(selection.camera, CameraChoice::Auto);
+        assert_eq!(selection.camera, SelectedCamera::Auto);
         assert!(selection.roots.is_empty());
     }
 
@@ -388,20 +388,20 @@ mod tests {
             camera: Some(CameraRequest::Placed(choice)),
             ..SelectionRequest::default()
         };
-        let message = ask(camera(Choice::Name("nobody".to_owned())));
+        let message = ask(camera(NameOrIndex::Name("nobody".to_owned())));
         assert!(message.contains("#0 \"loose\", #1 \"used\""), "{message}");
-        assert!(ask(camera(Choice::Name("loose".to_owned()))).contains("not placed"));
+        assert!(ask(camera(NameOrIndex::Name("loose".to_owned()))).contains("not placed"));
         // A camera without a name is listed under that of its node.
         let mut unnamed = scene();
         unnamed.cameras[1].name = None;
-        let request = camera(Choice::Name("nobody".to_owned()));
+        let request = camera(NameOrIndex::Name("nobody".to_owned()));
         let message = Selection::resolve(&request, &unnamed).unwrap_err().to_string();
         assert!(message.contains("#1 \"object 1\""), "{message}");
-        assert!(ask(camera(Choice::Index(2))).contains("no camera #2"));
-        let clips = ClipChoice::One(Choice::Name("z".to_owned()));
+        assert!(ask(camera(NameOrIndex::Index(2))).contains("no camera #2"));
+        let clips = ClipSelection::One(NameOrIndex::Name("z".to_owned()));
         let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });
         assert!(message.contains("#2 \"c\""), "{message}");
-        let variant = Some(Choice::Name("blue".to_owned()));
+        let variant = Some(NameOrIndex::Name("blue".to_owned()));
         let message = ask(SelectionRequest { variant, ..SelectionRequest::default() });
         assert!(message.contains("--variant") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
     }

@@ -59,8 +59,8 @@ fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result
 
 /// Catchers have no light of their own to measure, and stand in nobody's way.
 fn hide_shadow_catchers(frame: &mut Frame) {
-    for (flags, &shape) in frame.flags.iter_mut().zip(&frame.shape_of_triangle) {
-        let material = frame.shapes[shape as usize].material;
+    for (flags, &instance) in frame.flags.iter_mut().zip(&frame.instance_of_triangle) {
+        let material = frame.instances[instance as usize].material;
         if frame.materials[material.index()].is_shadow_catcher {
             *flags = flags.with(PrimitiveFlags::HIDDEN);
         }

@@ -310,7 +310,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         let frame = &self.posed.current;
         let find = || {
             if self.job.exr.needs_shapes() {
-                Arc::new(ShapeIds::new(&self.job.scene, &frame.shapes, layers))
+                Arc::new(ShapeIds::new(&self.job.scene, &frame.instances, layers))
             } else {
                 Arc::default()
             }

@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Aperture, Focus, GlassShadows};
-use crate::scene::{CameraChoice, Scene, VariantIndex};
+use crate::scene::{Scene, SelectedCamera, VariantIndex};
 
 use super::{Exposure, OutputFormat, SequenceJob};
 
@@ -17,9 +17,9 @@ use super::{Exposure, OutputFormat, SequenceJob};
 pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     let settings = &job.render;
     let camera = match job.selection.camera {
-        CameraChoice::Auto => "auto".to_owned(),
-        CameraChoice::Node(node) => format!("node {}", node.0),
-        CameraChoice::Fixed { world_from_camera, projection } => {
+        SelectedCamera::Auto => "auto".to_owned(),
+        SelectedCamera::Node(node) => format!("node {}", node.0),
+        SelectedCamera::Fixed { world_from_camera, projection } => {
             let bits = world_from_camera.to_cols_array().map(f32::to_bits);
             format!("fixed {bits:x?} {projection:?}")
         }

@@ -11,9 +11,9 @@ use rayframe::output::ExrOutput;
 use rayframe::regression::LayeredPicture;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
-    Animation, AnimationIndex, AnimationTarget, CameraChoice, Channel, Environment, Interpolation, Keyframes,
+    Animation, AnimationIndex, AnimationTarget, Channel, Environment, Interpolation, Keyframes,
     LocalTransform, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Scene,
-    Selection,
+    SelectedCamera, Selection,
 };
 use rayframe::sequence::{
     ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceJob, Shutter, run,
@@ -53,7 +53,7 @@ fn moving_edge() -> Scene {
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
     let folder = tempfile::tempdir().unwrap();
-    let camera = CameraChoice::Fixed {
+    let camera = SelectedCamera::Fixed {
         world_from_camera: Mat4::from_translation(Vec3::new(0.5, 0.0, 5.0)),
         projection: Projection::Orthographic { x_mag: 0.5, y_mag: 0.0625, z_near: 0.0, z_far: 10.0 },
     };

@@ -10,7 +10,7 @@ use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
 use rayframe::output::ExrOutput;
 use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
-use rayframe::scene::{CameraChoice, Environment, Scene, Selection};
+use rayframe::scene::{Environment, Scene, SelectedCamera, Selection};
 use rayframe::sequence::{
     ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceEvent, SequenceJob,
     Shutter, Summary, render_hash, run,
@@ -24,7 +24,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
         selection: Selection {
             roots: Vec::new(),
             clips: Vec::new(),
-            camera: CameraChoice::Auto,
+            camera: SelectedCamera::Auto,
             image_light: None,
             variant: None,
         },
@@ -366,7 +366,7 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
     let other: [&dyn Fn(&mut SequenceJob); 20] = [
         &|job| job.scene.content_hash[31] = 1,
         &|job| job.selection.roots.push(rayframe::scene::NodeIndex(0)),
-        &|job| job.selection.camera = CameraChoice::Node(rayframe::scene::NodeIndex(0)),
+        &|job| job.selection.camera = SelectedCamera::Node(rayframe::scene::NodeIndex(0)),
         &|job| job.environment_key.push('x'),
         &|job| job.render.resolution.0 += 1,
         &|job| job.render.samples += 1,

@@ -11,7 +11,7 @@ use toml::de::DeValue;
 
 use crate::output::SOFTWARE;
 use crate::progress::one_line;
-use crate::scene::CameraChoice;
+use crate::scene::SelectedCamera;
 use crate::sequence::{OutputPattern, Plan, PlannedFrame, SequenceJob};
 
 use super::super::environment::has_lights;
@@ -122,7 +122,7 @@ fn from_job(meant: &MeantOptions, job: &SequenceJob) -> BTreeMap<&'static str, O
 
 /// The camera that stands for no choice: the first that is placed.
 fn camera(job: &SequenceJob) -> String {
-    let CameraChoice::Node(node) = job.selection.camera else {
+    let SelectedCamera::Node(node) = job.selection.camera else {
         return "auto".to_owned();
     };
     let camera = job.scene.nodes.get(node.index()).and_then(|node| node.camera);

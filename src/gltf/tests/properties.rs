@@ -368,15 +368,15 @@ fn instances_take_the_place_of_the_mesh() {
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let frame = frame(&scene, 0.0);
     // The node lifts everything by 7 along z; (1, 0, 0) is the second corner.
-    assert_eq!((frame.triangles.len(), frame.shapes.len()), (3, 3));
+    assert_eq!((frame.triangles.len(), frame.instances.len()), (3, 3));
     assert_eq!(frame.triangles[0].vertices[1], Vec3::new(1.0, 0.0, 7.0));
     // Turned by 90° about z, then moved by 5 along x.
     assert!(frame.triangles[1].vertices[1].abs_diff_eq(Vec3::new(5.0, 1.0, 7.0), 1e-4));
     // Mirrored: the last two corners change places.
     assert_eq!(frame.triangles[2].vertices[2], Vec3::new(-2.0, 0.0, 7.0));
-    assert!(frame.shapes[2].mirrored && !frame.shapes[1].mirrored);
-    assert_eq!(frame.shapes.iter().map(|shape| shape.instance).collect::<Vec<_>>(), [0, 1, 2]);
-    assert_eq!(frame.shapes[2].mesh, MeshIndex(0));
+    assert!(frame.instances[2].mirrored && !frame.instances[1].mirrored);
+    assert_eq!(frame.instances.iter().map(|instance| instance.node_instance).collect::<Vec<_>>(), [0, 1, 2]);
+    assert_eq!(frame.instances[2].mesh, MeshIndex(0));
 }
 
 #[test]

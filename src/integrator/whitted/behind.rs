@@ -17,7 +17,7 @@ impl Tracer<'_, '_> {
     ) -> Behind {
         let posed = self.world.posed;
         let mut behind = Behind { media: path.media.clone(), touching: None };
-        let medium = self.world.interiors.medium(point.shape);
+        let medium = self.world.interiors.medium(point.instance);
         if let Some(medium) = medium {
             behind.media.cross(medium, point.facing);
         } else if material.transmission == 0.0 {
@@ -59,13 +59,13 @@ fn cross_touching(
     let mut after = None;
     while let Some(hit) = next(after) {
         after = Some(hit.order());
-        let shape = frame.shape(hit.primitive);
+        let instance = frame.instance(hit.primitive);
         // This surface itself, or a neighbour beside whose edge the point lies.
-        if std::ptr::eq(shape, point.shape) && hit.facing == point.facing {
+        if std::ptr::eq(instance, point.instance) && hit.facing == point.facing {
             continue;
         }
         let flags = frame.flags[hit.primitive as usize];
-        match world.interiors.medium(shape) {
+        match world.interiors.medium(instance) {
             Some(medium) => behind.media.cross(medium, hit.facing),
             None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
             None => {

@@ -23,8 +23,8 @@ pub struct Recorded {
 pub struct Cover {
     /// Subscript of the sample in its batch.
     pub sample: u32,
-    /// Subscript of [`crate::frame::Frame::shapes`].
-    pub shape: u32,
+    /// Subscript of [`crate::frame::Frame::instances`].
+    pub instance: u32,
     /// Share of the ray that see-through surfaces in front and the surface's own coverage leave.
     pub share: f32,
 }
@@ -63,8 +63,8 @@ impl Records {
     /// Notes what a camera ray sees.
     pub(super) fn cover(&mut self, posed: PosedScene<'_>, path: &Path, sight: &Sight) {
         if self.what.covers && path.class == PathClass::Camera {
-            let shape = posed.frame.shape_of_triangle[sight.hit.primitive as usize];
-            self.covers.push(Cover { sample: path.sample, shape, share: sight.share });
+            let instance = posed.frame.instance_of_triangle[sight.hit.primitive as usize];
+            self.covers.push(Cover { sample: path.sample, instance, share: sight.share });
         }
     }
 

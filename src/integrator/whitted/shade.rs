@@ -95,7 +95,7 @@ impl Tracer<'_, '_> {
         self.add(path.sample, part.unwrap_or(LightPart::Emission), weight_below * material.emission);
 
         let behind = self.behind(path, &point, &material);
-        let own_medium = self.world.interiors.medium(point.shape);
+        let own_medium = self.world.interiors.medium(point.instance);
         let iors = |spectrum| {
             let before = ior_before(path, own_medium, point.facing, spectrum);
             (before, ior_behind(&material, &behind.media, spectrum))

@@ -8,7 +8,7 @@ use crate::frame::Frame;
 use crate::geometry::{Facing, Ray};
 use crate::interaction::texture_lookup::UvFootprint;
 use crate::scene::{
-    CameraChoice, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene, Selection,
+    Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene, SelectedCamera, Selection,
     TextureIndex, TextureRef, UvTransform,
 };
 
@@ -46,7 +46,7 @@ impl Stage {
             variant: None,
             roots: vec![NodeIndex(0)],
             clips: Vec::new(),
-            camera: CameraChoice::Fixed {
+            camera: SelectedCamera::Fixed {
                 world_from_camera: glam::Mat4::IDENTITY,
                 projection: crate::frame::PosedCamera::default().projection,
             },

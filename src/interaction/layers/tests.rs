@@ -7,9 +7,9 @@ use crate::frame::{Frame, PosedCamera};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{Footprint, MaterialSample, PosedScene, surface_at};
 use crate::scene::{
-    Anisotropy, CameraChoice, ClearCoat, DiffuseTransmission, Glossiness, Image, ImageIndex, Iridescence,
-    Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, NormalTexture, Primitive, Sampler, Scene,
-    Selection, Sheen, Specular, Texels, Texture, TextureIndex, TextureRef, UvTransform,
+    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Image, ImageIndex, Iridescence, Material,
+    MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, NormalTexture, Primitive, Sampler, Scene,
+    SelectedCamera, Selection, Sheen, Specular, Texels, Texture, TextureIndex, TextureRef, UvTransform,
 };
 
 /// Red, green, blue and alpha of 0.2, 0.4, 0.6 and 0.8.
@@ -49,7 +49,7 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
         image_light: None,
         roots: vec![NodeIndex(0)],
         clips: Vec::new(),
-        camera: CameraChoice::Fixed { world_from_camera: Mat4::IDENTITY, projection },
+        camera: SelectedCamera::Fixed { world_from_camera: Mat4::IDENTITY, projection },
         variant: None,
     };
     let frame = Frame::at(&scene, &selection, 0.0);

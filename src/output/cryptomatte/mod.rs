@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use crate::error::Warning;
 use crate::film::PixelCoverage;
-use crate::frame::Shape;
+use crate::frame::MeshInstance;
 use crate::image_file::{ExrChannel, ExrSamples};
 use crate::scene::Scene;
 
@@ -26,7 +26,7 @@ const RANKS: usize = 6;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Matte {
     layer: &'static str,
-    /// Ids by shape.
+    /// Ids by instance.
     ids: Vec<u32>,
     manifest: String,
 }
@@ -39,16 +39,20 @@ pub fn matte_collisions(scene: &Scene) -> Vec<Warning> {
 
 impl Matte {
     /// Mattes of nodes.
-    pub(super) fn of_objects(layer: &'static str, scene: &Scene, shapes: &[Shape]) -> Self {
-        Self::new(layer, &names::node_names(scene), shapes.iter().map(|shape| shape.node.index()))
+    pub(super) fn of_objects(layer: &'static str, scene: &Scene, instances: &[MeshInstance]) -> Self {
+        Self::new(layer, &names::node_names(scene), instances.iter().map(|instance| instance.node.index()))
     }
 
     /// Mattes of materials.
-    pub(super) fn of_materials(layer: &'static str, scene: &Scene, shapes: &[Shape]) -> Self {
-        Self::new(layer, &names::material_names(scene), shapes.iter().map(|shape| shape.material.index()))
+    pub(super) fn of_materials(layer: &'static str, scene: &Scene, instances: &[MeshInstance]) -> Self {
+        Self::new(
+            layer,
+            &names::material_names(scene),
+            instances.iter().map(|instance| instance.material.index()),
+        )
     }
 
-    /// Mattes by name; `subscripts` say which of `names` each shape has.
+    /// Mattes by name; `subscripts` say which of `names` each instance has.
     fn new(layer: &'static str, names: &[String], subscripts: impl Iterator<Item = usize>) -> Self {
         let mut manifest = BTreeMap::new();
         let name_of = |subscript: usize| names.get(subscript).map_or("", String::as_str);
@@ -91,8 +95,8 @@ impl Matte {
 fn ranks(shares: &[(u32, f32)], ids: &[u32]) -> [f32; 2 * RANKS] {
     // Add up what has the same name. Filters with negative lobes may leave less than nothing.
     let mut mattes: Vec<(u32, f32)> = Vec::with_capacity(shares.len());
-    for &(shape, share) in shares {
-        let Some(&id) = ids.get(shape as usize) else { continue };
+    for &(instance, share) in shares {
+        let Some(&id) = ids.get(instance as usize) else { continue };
         match mattes.iter_mut().find(|(other, _)| *other == id) {
             Some((_, sum)) => *sum += share,
             None => mattes.push((id, share)),
@@ -122,7 +126,7 @@ mod tests {
     fn the_largest_share_comes_first() {
         let ids = [7, 3, 7, 9].map(|bits: u32| bits << 24);
         let float = |bits: u32| f32::from_bits(bits << 24);
-        // The first and the third shape have the same name: 0.125 + 0.5; two equal shares go by id.
+        // The first and the third instance have the same name: 0.125 + 0.5; two equal shares go by id.
         let ranked = ranks(&[(0, 0.125), (1, 0.1875), (2, 0.5), (3, 0.1875)], &ids);
         assert_eq!(ranked[..6], [float(7), 0.625, float(3), 0.1875, float(9), 0.1875]);
         assert_eq!(ranked[6..], [0.0; 6]);
@@ -131,11 +135,11 @@ mod tests {
     #[test]
     fn shares_beyond_the_sixth_and_below_nothing_are_left_out() {
         let ids: Vec<u32> = (1..=8).map(|bits| bits << 24).collect();
-        let shares: Vec<_> = (0..8).map(|shape| (shape, shape as f32 * 0.1 - 0.05)).collect();
+        let shares: Vec<_> = (0..8).map(|instance| (instance, instance as f32 * 0.1 - 0.05)).collect();
         let ranked = ranks(&shares, &ids);
         assert_eq!(ranked[10].to_bits(), 3 << 24);
         assert_eq!(ranks(&[(0, -0.1), (1, 1.1)], &ids)[..4], [f32::from_bits(2 << 24), 1.0, 0.0, 0.0]);
-        // A shape that is not there has no name.
+        // An instance that is not there has no name.
         assert_eq!(ranks(&[(99, 1.0)], &ids), [0.0; 12]);
     }
 

@@ -25,13 +25,13 @@ fn assert_motion(sample: &CentreSample, forward: Vec2, back: Vec2) {
 fn assert_square_moves(scene: &Scene, frame: i32, forward: Vec2, back: Vec2) {
     let samples = centres(scene, frame);
     for sample in &samples {
-        match sample.shape {
+        match sample.instance {
             Some(_) => assert_motion(sample, forward, back),
             None => assert_eq!(*sample, CentreSample::default()),
         }
     }
-    assert!(samples.iter().filter(|sample| sample.shape.is_some()).count() > 10);
-    assert!(samples.iter().any(|sample| sample.shape.is_none()));
+    assert!(samples.iter().filter(|sample| sample.instance.is_some()).count() > 10);
+    assert!(samples.iter().any(|sample| sample.instance.is_none()));
 }
 
 /// 0.3 m to the right and 0.1 m up from frame to frame.
@@ -59,7 +59,7 @@ fn what_comes_closer_moves_outwards() {
     let mut scene = square(PINHOLE, 5.0);
     animate(&mut scene, AnimationTarget::Translation(SQUARE), &[0.0; 3], &[0.0, 0.0, 2.0]);
     let samples = centres(&scene, 2);
-    for (place, sample) in on_plane(&samples).filter(|(_, sample)| sample.shape.is_some()) {
+    for (place, sample) in on_plane(&samples).filter(|(_, sample)| sample.instance.is_some()) {
         let pixels = Vec2::new(place.x, -place.y) * 10.0;
         assert_motion(sample, pixels * (4.0 / 3.5 - 1.0), pixels * (4.0 / 4.5 - 1.0));
         assert!((sample.depth - 4.0).abs() < 1e-5);
@@ -91,7 +91,7 @@ fn a_turning_camera_moves_everything_by_its_angle() {
     let mut surfaces = 0;
     for (place, sample) in on_plane(&samples) {
         assert_motion(sample, seen(place, 0.1), seen(place, -0.1));
-        surfaces += u32::from(sample.shape.is_some());
+        surfaces += u32::from(sample.instance.is_some());
     }
     assert!(surfaces > 10 && surfaces < 700, "{surfaces}");
 }
@@ -118,7 +118,7 @@ fn morphed_vertices_take_the_surface_with_them() {
     primitive.targets = vec![MorphTarget { positions: Some(stretch), ..MorphTarget::default() }];
     animate(&mut scene, AnimationTarget::Weights(SQUARE), &[0.0], &[1.0]);
     let samples = centres(&scene, 2);
-    for (place, sample) in on_plane(&samples).filter(|(_, sample)| sample.shape.is_some()) {
+    for (place, sample) in on_plane(&samples).filter(|(_, sample)| sample.instance.is_some()) {
         let forward = Vec2::X * (place.x * 10.0 * 0.2 / 1.4);
         assert_motion(sample, forward, -forward);
     }
@@ -151,7 +151,7 @@ fn instances_and_mirrored_squares_move_as_any_other() {
     keyframes.interpolation = Interpolation::Step;
     keyframes.times_seconds[1] = 0.75;
     let samples = centres(&scene, 2);
-    for (place, sample) in on_plane(&samples).filter(|(_, sample)| sample.shape.is_some()) {
+    for (place, sample) in on_plane(&samples).filter(|(_, sample)| sample.instance.is_some()) {
         assert_motion(sample, Vec2::X * (place.x * -20.0), Vec2::ZERO);
     }
 }
@@ -173,7 +173,7 @@ fn middles_show_the_surface_there() {
     let samples = centres(&scene, 0);
     for (place, sample) in on_plane(&samples) {
         let is_square = place.x.abs() < 1.0;
-        assert_eq!(sample.shape, is_square.then_some(0));
+        assert_eq!(sample.instance, is_square.then_some(0));
         if is_square {
             assert_eq!(
                 (sample.depth, sample.geometric_normal, sample.shading_normal),

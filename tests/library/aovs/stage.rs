@@ -7,9 +7,9 @@ use rayframe::film::{CentreSample, Film, LayerRequest, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::render::{Neighbours, RenderInput, render_centres};
 use rayframe::scene::{
-    Animation, AnimationIndex, AnimationTarget, Camera, CameraChoice, CameraIndex, Channel, Environment,
-    Interpolation, Keyframes, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive,
-    Projection, Scene, Selection,
+    Animation, AnimationIndex, AnimationTarget, Camera, CameraIndex, Channel, Environment, Interpolation,
+    Keyframes, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Scene,
+    SelectedCamera, Selection,
 };
 
 /// The picture, pixels.
@@ -81,7 +81,7 @@ pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<CentreSample> {
     let selection = Selection {
         roots: scene.node_order.clone(),
         clips: (0..scene.animations.len() as u32).map(AnimationIndex).collect(),
-        camera: CameraChoice::Node(CAMERA),
+        camera: SelectedCamera::Node(CAMERA),
         image_light: None,
         variant: None,
     };

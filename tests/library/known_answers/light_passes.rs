@@ -140,7 +140,7 @@ fn a_shadow_catcher_is_not_looked_through() {
     assert_parts(&stage, EYE, &[(LightPart::Environment, Vec3::splat(0.5))]);
     let film = stage.picture(EYE, Vec3::ZERO);
     assert_eq!(film.layers.coverage, Some(vec![vec![]]));
-    assert_eq!(film.layers.centres.unwrap()[0].shape, None);
+    assert_eq!(film.layers.centres.unwrap()[0].instance, None);
 }
 
 /// Two metres wide parallel rays into one pixel.
@@ -175,7 +175,7 @@ fn see_through_surfaces_share_with_what_is_behind_them() {
     stage.add(across(-1.0), unlit(Vec3::ONE));
     assert_eq!(coverage(&stage), [(0, 0.75), (1, 0.25)]);
     // The middle shows what has at least half.
-    let shape = |stage: &Stage| stage.picture(EYE, Vec3::ZERO).layers.centres.unwrap()[0].shape;
+    let shape = |stage: &Stage| stage.picture(EYE, Vec3::ZERO).layers.centres.unwrap()[0].instance;
     assert_eq!(shape(&stage), Some(0));
     stage.add(across(2.0), blended(unlit(Vec3::ONE), 0.5));
     assert_eq!(shape(&stage), Some(3));

@@ -7,8 +7,8 @@ use rayframe::film::{Film, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::render::{RenderInput, RenderSettings, render_frame};
 use rayframe::scene::{
-    CameraChoice, Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material,
-    MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Sampler, Scene, Selection,
+    Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex,
+    Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Sampler, Scene, SelectedCamera, Selection,
     Texels, Texture, TextureIndex, TextureRef, UvTransform,
 };
 
@@ -83,7 +83,7 @@ impl Stage {
         let selection = Selection {
             roots: self.scene.node_order.clone(),
             clips: Vec::new(),
-            camera: CameraChoice::Fixed { world_from_camera, projection },
+            camera: SelectedCamera::Fixed { world_from_camera, projection },
             image_light: None,
             variant: None,
         };

@@ -27,7 +27,7 @@ pub(super) fn idle_options(args: &RenderArgs, job: &SequenceJob) -> Vec<Warning>
         (args.sun_angle != 0.0 && !has_sun, "--sun-angle", "the scene places no directional light"),
         (args.shutter.is_some() && !moves(job), "--shutter", "nothing moves"),
         (
-            args.split_aovs && job.exr.split_layers().is_empty(),
+            args.split_aovs && job.exr.split_aovs().is_empty(),
             "--split-aovs",
             "the EXR files hold the picture alone; name layers with --layers",
         ),

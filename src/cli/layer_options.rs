@@ -1,38 +1,38 @@
 //! `--layers` and `--exr`: lists of words to what they stand for.
 
 use crate::image_file::ExrCompression;
-use crate::output::{Layer, LayerSet, LightSamples};
+use crate::output::{Aov, AovSet, LightSamples};
 
 use super::nearest::nearest;
 
 /// Whether a word stands for a layer.
-type Holds = fn(Layer) -> bool;
+type Holds = fn(Aov) -> bool;
 
 /// Words that stand for several layers.
 const GROUPS: [(&str, Holds); 4] = [
-    ("light", |layer| matches!(layer, Layer::Light(_))),
+    ("light", |layer| matches!(layer, Aov::Light(_))),
     ("data", |layer| !layer.is_light() && !is_crypto(layer)),
     ("crypto", is_crypto),
     ("all", |_| true),
 ];
 
 /// `depth,normal,light`.
-pub(super) fn layers(text: &str) -> Result<LayerSet, String> {
+pub(super) fn layers(text: &str) -> Result<AovSet, String> {
     let mut layers = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
         let before = layers.len();
-        layers.extend(Layer::ALL.into_iter().filter(|&layer| match group {
+        layers.extend(Aov::ALL.into_iter().filter(|&layer| match group {
             Some((_, holds)) => holds(layer),
             None => layer.name() == word,
         }));
         if layers.len() == before {
             let groups = GROUPS.iter().map(|(name, _)| *name);
-            let names: Vec<_> = Layer::ALL.into_iter().map(Layer::name).chain(groups).collect();
+            let names: Vec<_> = Aov::ALL.into_iter().map(Aov::name).chain(groups).collect();
             return Err(unknown(word, "a layer", &names));
         }
     }
-    Ok(LayerSet::new(&layers))
+    Ok(AovSet::new(&layers))
 }
 
 /// The names of the layers that the words stand for, of those that are in files, whoever wrote them.
@@ -42,7 +42,7 @@ pub(super) fn layers_in_files(text: &str, present: &[&str]) -> Result<Vec<String
         let group = GROUPS.iter().find(|(name, _)| *name == word);
         let is_meant = |name: &str| match group {
             Some(("all", _)) => true,
-            Some((_, holds)) => Layer::ALL.into_iter().any(|layer| layer.name() == name && holds(layer)),
+            Some((_, holds)) => Aov::ALL.into_iter().any(|layer| layer.name() == name && holds(layer)),
             None => name == word,
         };
         let before = names.len();
@@ -79,8 +79,8 @@ pub(super) fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), Str
     Ok((samples.unwrap_or_default(), compression.unwrap_or_default()))
 }
 
-fn is_crypto(layer: Layer) -> bool {
-    matches!(layer, Layer::CryptoObject | Layer::CryptoMaterial)
+fn is_crypto(layer: Aov) -> bool {
+    matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial)
 }
 
 fn words(text: &str) -> impl Iterator<Item = &str> {
@@ -97,20 +97,20 @@ fn unknown(word: &str, what: &str, names: &[&str]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::LightPart;
+    use crate::film::LightPass;
 
     #[test]
     fn layers_and_groups_are_listed() {
         let names = |text| {
             let set = layers(text).unwrap();
-            set.layers().iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ")
+            set.as_slice().iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ")
         };
         assert_eq!(names("beauty"), "beauty");
         assert_eq!(names("normal, depth,depth"), "beauty depth normal");
         assert_eq!(names("crypto"), "beauty crypto_object crypto_material");
-        assert_eq!(names("light").split(' ').count(), 1 + LightPart::ALL.len());
+        assert_eq!(names("light").split(' ').count(), 1 + LightPass::ALL.len());
         assert_eq!(layers("data,light,crypto"), layers("all"));
-        assert_eq!(layers("all").unwrap().layers(), Layer::ALL);
+        assert_eq!(layers("all").unwrap().as_slice(), Aov::ALL);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
 use crate::image_file::ExrCompression;
-use crate::output::{LayerSet, LightSamples};
+use crate::output::{AovSet, LightSamples};
 use crate::progress::ProgressStyle;
 use crate::render::Aperture;
 
@@ -39,7 +39,7 @@ pub(super) struct RenderArgs {
     /// emission, direct, environment, reflection, refraction, pass_through, uv, object_id, material_id, node_id, motion,
     /// crypto_object, crypto_material; light, data, crypto and all stand for several
     #[arg(long, value_name = "LIST", value_parser = layer_options::layers, help_heading = "Output")]
-    pub(super) layers: Option<LayerSet>,
+    pub(super) layers: Option<AovSet>,
     /// How EXR files are stored, in any order: half or float for the picture and its light (data is always float), and none,
     /// rle, zips, zip, piz, dwaa or dwab, of which the last two lose a little [default: half,zip]
     #[arg(long, value_name = "TYPE,COMPRESSION", value_parser = layer_options::encoding, help_heading = "Output")]

@@ -8,7 +8,7 @@ use crate::color::ToneCurve;
 use crate::error::{Error, Result, Warning};
 use crate::frame;
 use crate::gltf::{self, ImageNeed, ImportOptions};
-use crate::output::{ExrOutput, Layer, LayerSet, matte_collisions};
+use crate::output::{Aov, AovSet, ExrOutput, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
     NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
@@ -77,9 +77,8 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let mut inputs = vec![args.scene.clone()];
     inputs.extend(scene.files.iter().cloned());
     inputs.extend(wishes.environment.files().map(PathBuf::from));
-    let layers = args.layers.iter().flat_map(LayerSet::layers);
-    let has_mattes =
-        layers.into_iter().any(|layer| matches!(layer, Layer::CryptoObject | Layer::CryptoMaterial));
+    let layers = args.layers.iter().flat_map(AovSet::as_slice);
+    let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
     let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
     let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
     let description = match (show_background, description.as_str()) {
@@ -222,7 +221,7 @@ fn existing_files(args: &RenderArgs) -> ExistingFiles {
 pub(super) fn exr_output(args: &RenderArgs) -> ExrOutput {
     let (samples, compression) = args.exr.unwrap_or_default();
     ExrOutput {
-        layers: args.layers.clone().unwrap_or_default(),
+        aovs: args.layers.clone().unwrap_or_default(),
         samples,
         compression,
         is_split: args.split_aovs,

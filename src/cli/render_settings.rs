@@ -50,7 +50,7 @@ pub(super) fn render_settings(
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
-        layers: exr_output(args).request(),
+        aovs: exr_output(args).aov_flags(),
     })
 }
 

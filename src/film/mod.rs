@@ -1,8 +1,8 @@
 //! The picture while it is made: pixels, windows, and the order in which samples become a pixel.
 
-mod layers;
+mod aovs;
 
-pub use layers::{CentreSample, FilmLayers, LayerRequest, LightPart, LightParts, PixelCoverage, add_share};
+pub use aovs::{AovFlags, CoverageSample, FilmAovs, LightPass, LightPasses, PixelCenterSample, add_share};
 
 /// Pixels from `x0` up to but not including `x1`, and likewise for rows; origin at the top left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,36 +44,36 @@ pub struct Film {
     /// Row-major R, G, B, A of the window, top row first.
     pub pixels: Vec<[f32; 4]>,
     /// What else is recorded of each pixel.
-    pub layers: FilmLayers,
+    pub aovs: FilmAovs,
 }
 
 impl Film {
     /// A black, empty picture.
     pub fn new(resolution: (u32, u32), window: PixelWindow) -> Self {
-        Self::with_layers(resolution, window, LayerRequest::NONE)
+        Self::with_aovs(resolution, window, AovFlags::NONE)
     }
 
     /// A black, empty picture with layers.
-    pub fn with_layers(resolution: (u32, u32), window: PixelWindow, request: LayerRequest) -> Self {
+    pub fn with_aovs(resolution: (u32, u32), window: PixelWindow, request: AovFlags) -> Self {
         let count = window.width() as usize * window.height() as usize;
-        Self { resolution, window, pixels: vec![[0.0; 4]; count], layers: FilmLayers::new(count, request) }
+        Self { resolution, window, pixels: vec![[0.0; 4]; count], aovs: FilmAovs::new(count, request) }
     }
 
     /// Writes the pixels of a tile, which lies inside the window.
-    pub fn place(&mut self, tile: PixelWindow, pixels: &[[f32; 4]]) {
+    pub fn write_tile(&mut self, tile: PixelWindow, pixels: &[[f32; 4]]) {
         place(self.window, &mut self.pixels, tile, pixels);
     }
 
     /// Writes those layers of a tile that are recorded here and there.
-    pub fn place_layers(&mut self, tile: PixelWindow, layers: &FilmLayers) {
+    pub fn write_aov_tile(&mut self, tile: PixelWindow, aovs: &FilmAovs) {
         let window = self.window;
-        if let (Some(all), Some(light)) = (&mut self.layers.light, &layers.light) {
+        if let (Some(all), Some(light)) = (&mut self.aovs.light, &aovs.light) {
             place(window, all, tile, light);
         }
-        if let (Some(all), Some(centres)) = (&mut self.layers.centres, &layers.centres) {
-            place(window, all, tile, centres);
+        if let (Some(all), Some(centers)) = (&mut self.aovs.centers, &aovs.centers) {
+            place(window, all, tile, centers);
         }
-        if let (Some(all), Some(coverage)) = (&mut self.layers.coverage, &layers.coverage) {
+        if let (Some(all), Some(coverage)) = (&mut self.aovs.coverage, &aovs.coverage) {
             place(window, all, tile, coverage);
         }
     }
@@ -86,12 +86,12 @@ impl Film {
                 *sum += channel;
             }
         }
-        self.layers.add(&other.layers);
+        self.aovs.add(&other.aovs);
     }
 
     /// Multiplies all pixels, their light by parts and their coverage.
     pub fn scale(&mut self, factor: f32) {
-        self.layers.scale(factor);
+        self.aovs.scale(factor);
         self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
     }
 
@@ -101,8 +101,8 @@ impl Film {
         for (subscript, pixel) in self.pixels.iter_mut().enumerate() {
             if !pixel.iter().all(|channel| channel.is_finite()) {
                 *pixel = [0.0; 4];
-                if let Some(light) = &mut self.layers.light {
-                    light[subscript] = LightParts::default();
+                if let Some(light) = &mut self.aovs.light {
+                    light[subscript] = LightPasses::default();
                 }
                 count += 1;
             }
@@ -129,19 +129,19 @@ mod tests {
     fn tiles_land_where_they_belong() {
         let window = PixelWindow { x0: 2, y0: 1, x1: 5, y1: 3 };
         let mut film = Film::new((8, 8), window);
-        film.place(PixelWindow { x0: 4, y0: 1, x1: 5, y1: 3 }, &[[1.0; 4], [2.0; 4]]);
+        film.write_tile(PixelWindow { x0: 4, y0: 1, x1: 5, y1: 3 }, &[[1.0; 4], [2.0; 4]]);
         let reds: Vec<f32> = film.pixels.iter().map(|pixel| pixel[0]).collect();
         assert_eq!(reds, [0.0, 0.0, 1.0, 0.0, 0.0, 2.0]);
     }
 
     #[test]
     fn non_finite_pixels_become_black_and_are_counted() {
-        let request = LayerRequest { light: true, ..LayerRequest::NONE };
-        let mut film = Film::with_layers((3, 1), PixelWindow::full(3, 1), request);
-        film.layers.light = Some(vec![[[f32::NAN; 3]; 6], [[0.5; 3]; 6], [[1.0; 3]; 6]]);
+        let request = AovFlags { light: true, ..AovFlags::NONE };
+        let mut film = Film::with_aovs((3, 1), PixelWindow::full(3, 1), request);
+        film.aovs.light = Some(vec![[[f32::NAN; 3]; 6], [[0.5; 3]; 6], [[1.0; 3]; 6]]);
         film.pixels = vec![[f32::NAN, 1.0, 1.0, 1.0], [1.0; 4], [1.0, f32::INFINITY, 1.0, 1.0]];
         assert_eq!(film.blacken_non_finite(), 2);
         assert_eq!(film.pixels, [[0.0; 4], [1.0; 4], [0.0; 4]]);
-        assert_eq!(film.layers.light, Some(vec![[[0.0; 3]; 6], [[0.5; 3]; 6], [[0.0; 3]; 6]]));
+        assert_eq!(film.aovs.light, Some(vec![[[0.0; 3]; 6], [[0.5; 3]; 6], [[0.0; 3]; 6]]));
     }
 }

@@ -9,7 +9,7 @@ use crate::error::{Error, Result, over_limit};
 
 /// sRGB pixels with straight alpha, top row first.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DisplayPicture {
+pub struct DisplayImage {
     /// Columns and rows.
     pub size: (u32, u32),
     /// Row-major.
@@ -25,7 +25,7 @@ pub struct DisplayValues {
     pub pixels: Vec<[f32; 4]>,
 }
 
-impl DisplayPicture {
+impl DisplayImage {
     /// The picture in `size`, which is at most its own; each new pixel is the mean of what it covers.
     #[must_use]
     pub fn reduced(&self, size: (u32, u32)) -> Self {
@@ -42,13 +42,13 @@ impl DisplayPicture {
 ///
 /// # Errors
 /// [`Error::Invalid`] when `bytes`, the content of `path`, are none.
-pub fn decode_png(path: &std::path::Path, bytes: &[u8]) -> Result<DisplayPicture> {
+pub fn decode_png(path: &std::path::Path, bytes: &[u8]) -> Result<DisplayImage> {
     let reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let picture = reader
         .decode()
         .map_err(|error| Error::invalid(path, "", format!("not a readable PNG file: {error}")))?
         .into_rgba8();
-    Ok(DisplayPicture { size: picture.dimensions(), pixels: picture.as_raw().as_chunks::<4>().0.to_vec() })
+    Ok(DisplayImage { size: picture.dimensions(), pixels: picture.as_raw().as_chunks::<4>().0.to_vec() })
 }
 
 /// The values of a PNG file of any kind, those of 16 bits as they are.
@@ -82,7 +82,7 @@ mod tests {
     #[test]
     fn reduced_pictures_are_means() {
         let pixels = (0..16_u8).map(|i| [i * 16, 0, 0, 255]).collect();
-        let picture = DisplayPicture { size: (4, 4), pixels };
+        let picture = DisplayImage { size: (4, 4), pixels };
         let reduced = picture.reduced((2, 2));
         assert_eq!(reduced.size, (2, 2));
         // 0, 16, 64, 80 have the mean 40; two columns on, 32 more; two rows down, 128 more.

@@ -19,7 +19,7 @@ mod png_write;
 mod texture_decode;
 
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
-pub use display::{DisplayPicture, DisplayValues, decode_png, decode_png_values};
+pub use display::{DisplayImage, DisplayValues, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use exr_attributes::{FrameAttributes, RunStamp};
 pub use exr_channels::decode_exr_channels;

@@ -6,7 +6,7 @@
 
 mod camera;
 mod crossings;
-mod light_part;
+mod light_pass;
 mod lights;
 mod media;
 mod path;
@@ -23,7 +23,7 @@ use lights::PreparedLight;
 use media::Interiors;
 
 pub use camera::{CameraRays, ThinLens};
-pub use light_part::{LightPart, LightParts};
+pub use light_pass::{LightPass, LightPasses};
 pub use media::{MediaStack, Medium, VolumeId};
 pub use path::{Path, PathClass, Spectrum};
 pub use random::{R2, Seed};

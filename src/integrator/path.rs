@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::random::Seed;
-use super::{LightPart, MediaStack};
+use super::{LightPass, MediaStack};
 use crate::bvh::Hit;
 use crate::interaction::Footprint;
 
@@ -26,7 +26,7 @@ pub struct Path {
     pub spectrum: Spectrum,
     /// The part of the light that whatever the last ray finds belongs to; `None` for rays from the camera, where what they
     /// meet decides.
-    pub part: Option<LightPart>,
+    pub part: Option<LightPass>,
     /// Reflections and refractions so far.
     pub depth: u32,
     /// Subscript of the sample in its batch.

@@ -3,90 +3,90 @@
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::film::{CentreSample, Film};
+use crate::film::{Film, PixelCenterSample};
 use crate::image_file::{ExrChannel, ExrSamples, finite_f32, half_from_f32};
 
-use super::shape_ids::ShapeIds;
-use super::{Layer, LightSamples};
+use super::instance_ids::InstanceIds;
+use super::{Aov, LightSamples};
 
 /// `Z` where nothing is met, metres: further than anything, so that what is nearer wins and fog is thick, and yet a number.
 pub const DEPTH_OF_NOTHING: f32 = 1e10;
 
-/// The channels of one layer of `film`.
+/// The channels of one AOV of `film`.
 ///
 /// # Errors
-/// [`Error::Internal`] when the film has not recorded what the layer shows.
-pub(super) fn layer_channels(
-    layer: Layer,
+/// [`Error::Internal`] when the film has not recorded what the AOV shows.
+pub(super) fn aov_channels(
+    aov: Aov,
     film: &Film,
     samples: LightSamples,
-    shapes: &ShapeIds,
+    instances: &InstanceIds,
 ) -> Result<Vec<ExrChannel>> {
-    Ok(match layer {
-        Layer::Beauty => {
+    Ok(match aov {
+        Aov::Beauty => {
             let channel = |(c, name): (usize, &str)| light(name.to_owned(), samples, &film.pixels, |p| p[c]);
             ["R", "G", "B", "A"].into_iter().enumerate().map(channel).collect()
         }
-        Layer::Light(part) => {
-            let parts = film.layers.light.as_deref().ok_or_else(|| unrecorded(layer))?;
+        Aov::Light(part) => {
+            let parts = film.aovs.light.as_deref().ok_or_else(|| unrecorded(aov))?;
             let name = |channel| format!("{}.{channel}", part.name());
             let channel = |(c, channel)| light(name(channel), samples, parts, |p| p[part as usize][c]);
             ["R", "G", "B"].into_iter().enumerate().map(channel).collect()
         }
-        Layer::CryptoObject | Layer::CryptoMaterial => {
-            let coverage = film.layers.coverage.as_deref().ok_or_else(|| unrecorded(layer))?;
-            shapes.matte(layer).ok_or_else(|| unrecorded(layer))?.channels(coverage)
+        Aov::CryptoObject | Aov::CryptoMaterial => {
+            let coverage = film.aovs.coverage.as_deref().ok_or_else(|| unrecorded(aov))?;
+            instances.matte(aov).ok_or_else(|| unrecorded(aov))?.channels(coverage)
         }
-        Layer::ObjectId | Layer::MaterialId | Layer::NodeId => {
-            let numbers = shapes.numbers(layer);
-            let number = |sample: &CentreSample| {
-                let number = sample.instance.and_then(|instance| numbers.get(instance as usize));
-                number.copied().unwrap_or(0)
+        Aov::ObjectId | Aov::MaterialId | Aov::NodeId => {
+            let numbers = instances.numbers(aov);
+            let number = |sample: &PixelCenterSample| {
+                let instance = sample.instance.and_then(|instance| numbers.get(instance as usize));
+                instance.copied().unwrap_or(0)
             };
-            let samples = ExrSamples::Uint(centres(layer, film)?.par_iter().map(number).collect());
-            vec![ExrChannel { name: layer.name().to_owned(), samples }]
+            let samples = ExrSamples::Uint(centres(aov, film)?.par_iter().map(number).collect());
+            vec![ExrChannel { name: aov.name().to_owned(), samples }]
         }
         _ => {
-            let centres = centres(layer, film)?;
+            let centres = centres(aov, film)?;
             let channel = |&(name, value): &(&str, Value)| ExrChannel {
                 name: name.to_owned(),
                 samples: ExrSamples::Float(centres.par_iter().map(|s| finite_f32(value(s))).collect()),
             };
-            data_channels(layer).iter().map(channel).collect()
+            data_channels(aov).iter().map(channel).collect()
         }
     })
 }
 
 /// What a channel says about the middle of a pixel.
-type Value = fn(&CentreSample) -> f32;
+type Value = fn(&PixelCenterSample) -> f32;
 
-/// The channels of a layer of data. Directions that grow downwards in the picture or the texture are turned, because
+/// The channels of an AOV of data. Directions that grow downwards in the picture or the texture are turned, because
 /// compositors count upwards.
-fn data_channels(layer: Layer) -> &'static [(&'static str, Value)] {
-    match layer {
-        Layer::Depth => &[("Z", |s| if s.instance.is_some() { s.depth } else { DEPTH_OF_NOTHING })],
-        Layer::Position => &[
+fn data_channels(aov: Aov) -> &'static [(&'static str, Value)] {
+    match aov {
+        Aov::Depth => &[("Z", |s| if s.instance.is_some() { s.depth } else { DEPTH_OF_NOTHING })],
+        Aov::Position => &[
             ("position.X", |s| s.position.x),
             ("position.Y", |s| s.position.y),
             ("position.Z", |s| s.position.z),
         ],
-        Layer::Normal => &[
+        Aov::Normal => &[
             ("normal.X", |s| s.shading_normal.x),
             ("normal.Y", |s| s.shading_normal.y),
             ("normal.Z", |s| s.shading_normal.z),
         ],
-        Layer::GeometricNormal => &[
+        Aov::GeometricNormal => &[
             ("geometric_normal.X", |s| s.geometric_normal.x),
             ("geometric_normal.Y", |s| s.geometric_normal.y),
             ("geometric_normal.Z", |s| s.geometric_normal.z),
         ],
-        Layer::Albedo => {
+        Aov::Albedo => {
             &[("albedo.R", |s| s.albedo.x), ("albedo.G", |s| s.albedo.y), ("albedo.B", |s| s.albedo.z)]
         }
-        Layer::Uv => {
+        Aov::Uv => {
             &[("uv.U", |s| s.uv.x), ("uv.V", |s| if s.instance.is_some() { 1.0 - s.uv.y } else { 0.0 })]
         }
-        Layer::Motion => &[
+        Aov::Motion => &[
             ("forward.u", |s| s.motion_forward.x),
             ("forward.v", |s| -s.motion_forward.y),
             ("backward.u", |s| s.motion_back.x),
@@ -113,41 +113,41 @@ fn light<T: Sync>(
     ExrChannel { name, samples }
 }
 
-fn centres(layer: Layer, film: &Film) -> Result<&[CentreSample]> {
-    film.layers.centres.as_deref().ok_or_else(|| unrecorded(layer))
+fn centres(aov: Aov, film: &Film) -> Result<&[PixelCenterSample]> {
+    film.aovs.centers.as_deref().ok_or_else(|| unrecorded(aov))
 }
 
-fn unrecorded(layer: Layer) -> Error {
-    Error::Internal { message: format!("the layer {} was not recorded", layer.name()) }
+fn unrecorded(aov: Aov) -> Error {
+    Error::Internal { message: format!("the AOV {} was not recorded", aov.name()) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{LayerRequest, LightPart, PixelWindow};
+    use crate::film::{AovFlags, LightPass, PixelWindow};
     use glam::{Vec2, Vec3};
 
     /// Two pixels: the first shows instance 0, the second nothing.
     fn film() -> Film {
-        let all = LayerRequest { light: true, centres: true, coverage: true };
-        let mut film = Film::with_layers((2, 1), PixelWindow::full(2, 1), all);
+        let all = AovFlags { light: true, centers: true, coverage: true };
+        let mut film = Film::with_aovs((2, 1), PixelWindow::full(2, 1), all);
         film.pixels = vec![[1.0, 2.0, 70000.0, 1.0], [0.0; 4]];
-        film.layers.light.as_mut().unwrap()[0][LightPart::Direct as usize] = [0.25, 0.5, 0.75];
-        film.layers.centres.as_mut().unwrap()[0] = CentreSample {
+        film.aovs.light.as_mut().unwrap()[0][LightPass::Direct as usize] = [0.25, 0.5, 0.75];
+        film.aovs.centers.as_mut().unwrap()[0] = PixelCenterSample {
             instance: Some(0),
             depth: 3.0,
             position: Vec3::new(1.0, 2.0, 3.0),
             uv: Vec2::new(0.25, 0.125),
             motion_forward: Vec2::new(5.0, 2.0),
             motion_back: Vec2::new(-5.0, -2.0),
-            ..CentreSample::default()
+            ..PixelCenterSample::default()
         };
         film
     }
 
-    fn values(layer: Layer, samples: LightSamples) -> Vec<(String, Vec<f32>)> {
-        let shapes = ShapeIds::default();
-        let channels = layer_channels(layer, &film(), samples, &shapes).unwrap();
+    fn values(aov: Aov, samples: LightSamples) -> Vec<(String, Vec<f32>)> {
+        let instances = InstanceIds::default();
+        let channels = aov_channels(aov, &film(), samples, &instances).unwrap();
         let floats = |samples| match samples {
             ExrSamples::Half(halves) => halves.into_iter().map(half::f16::to_f32).collect(),
             ExrSamples::Float(floats) => floats,
@@ -162,10 +162,10 @@ mod tests {
 
     #[test]
     fn light_is_half_or_float() {
-        let beauty = values(Layer::Beauty, LightSamples::Half);
+        let beauty = values(Aov::Beauty, LightSamples::Half);
         assert_eq!(beauty[2], ("B".to_owned(), vec![65504.0, 0.0]));
-        assert_eq!(values(Layer::Beauty, LightSamples::Float)[2].1, [70000.0, 0.0]);
-        let direct = values(Layer::Light(LightPart::Direct), LightSamples::Half);
+        assert_eq!(values(Aov::Beauty, LightSamples::Float)[2].1, [70000.0, 0.0]);
+        let direct = values(Aov::Light(LightPass::Direct), LightSamples::Half);
         let expected =
             named(&[("direct.R", [0.25, 0.0]), ("direct.G", [0.5, 0.0]), ("direct.B", [0.75, 0.0])]);
         assert_eq!(direct, expected);
@@ -181,17 +181,17 @@ mod tests {
             ("backward.u", [-5.0, 0.0]),
             ("backward.v", [2.0, 0.0]),
         ]);
-        assert_eq!(values(Layer::Motion, half), expected);
-        assert_eq!(values(Layer::Uv, half), named(&[("uv.U", [0.25, 0.0]), ("uv.V", [0.875, 0.0])]));
-        assert_eq!(values(Layer::Depth, half), named(&[("Z", [3.0, DEPTH_OF_NOTHING])]));
+        assert_eq!(values(Aov::Motion, half), expected);
+        assert_eq!(values(Aov::Uv, half), named(&[("uv.U", [0.25, 0.0]), ("uv.V", [0.875, 0.0])]));
+        assert_eq!(values(Aov::Depth, half), named(&[("Z", [3.0, DEPTH_OF_NOTHING])]));
     }
 
     #[test]
     fn what_is_not_recorded_is_not_made_up() {
         let film = Film::new((2, 1), PixelWindow::full(2, 1));
-        for layer in Layer::ALL {
-            let channels = layer_channels(layer, &film, LightSamples::Half, &ShapeIds::default());
-            assert_eq!(channels.is_ok(), layer == Layer::Beauty, "{}", layer.name());
+        for aov in Aov::ALL {
+            let channels = aov_channels(aov, &film, LightSamples::Half, &InstanceIds::default());
+            assert_eq!(channels.is_ok(), aov == Aov::Beauty, "{}", aov.name());
         }
     }
 }

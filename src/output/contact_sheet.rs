@@ -1,6 +1,6 @@
 //! All frames of a sequence in one picture, small, each with its number.
 
-use crate::image_file::DisplayPicture;
+use crate::image_file::DisplayImage;
 
 /// Widest and narrowest pictures of a sheet, pixels.
 const TILE_WIDTH: (u32, u32) = (64, 320);
@@ -24,7 +24,7 @@ pub struct ContactSheet {
     tile: (u32, u32),
     columns: u32,
     added: u32,
-    sheet: DisplayPicture,
+    sheet: DisplayImage,
 }
 
 impl ContactSheet {
@@ -41,11 +41,11 @@ impl ContactSheet {
         let rows = pictures.max(1).div_ceil(columns);
         let size = (GAP + columns * (tile.0 + GAP), GAP + rows * (tile.1 + GAP));
         let pixels = vec![GROUND; size.0 as usize * size.1 as usize];
-        Self { tile, columns, added: 0, sheet: DisplayPicture { size, pixels } }
+        Self { tile, columns, added: 0, sheet: DisplayImage { size, pixels } }
     }
 
     /// Puts the picture of `frame` into the next place.
-    pub fn add(&mut self, frame: i64, picture: &DisplayPicture) {
+    pub fn add(&mut self, frame: i64, picture: &DisplayImage) {
         let (column, row) = (self.added % self.columns, self.added / self.columns);
         let corner = (GAP + column * (self.tile.0 + GAP), GAP + row * (self.tile.1 + GAP));
         self.added += 1;
@@ -61,7 +61,7 @@ impl ContactSheet {
     }
 
     /// The sheet as it is.
-    pub fn picture(&self) -> &DisplayPicture {
+    pub fn picture(&self) -> &DisplayImage {
         &self.sheet
     }
 
@@ -126,7 +126,7 @@ mod tests {
     #[test]
     fn pictures_lie_in_rows_with_their_numbers() {
         let size = (64, 36);
-        let plain = |value: u8| DisplayPicture { size, pixels: vec![[value, value, value, 255]; 64 * 36] };
+        let plain = |value: u8| DisplayImage { size, pixels: vec![[value, value, value, 255]; 64 * 36] };
         let mut sheet = ContactSheet::new(5, size);
         for frame in 0..5_u8 {
             sheet.add(i64::from(frame) - 1, &plain(40 + frame * 40));

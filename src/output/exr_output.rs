@@ -1,9 +1,9 @@
 //! What goes into which EXR file of a frame, and how it is stored.
 
-use crate::film::LayerRequest;
+use crate::film::AovFlags;
 use crate::image_file::ExrCompression;
 
-use super::{Layer, LayerSet};
+use super::{Aov, AovSet};
 
 /// Type of the samples of the picture and of the parts of its light; data is always 32 bits wide.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,24 +29,24 @@ impl LightSamples {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExrOutput {
     /// What is stored.
-    pub layers: LayerSet,
+    pub aovs: AovSet,
     /// Type of what is light.
     pub samples: LightSamples,
     /// How it is packed.
     pub compression: ExrCompression,
-    /// Whether each layer besides the picture has a file of its own.
+    /// Whether each AOV besides the picture has a file of its own.
     pub is_split: bool,
     /// Whether files tell when and where they were made.
     pub is_stamped: bool,
 }
 
 impl ExrOutput {
-    /// Why these layers cannot be stored like this; `None` when they can.
+    /// Why these AOVs cannot be stored like this; `None` when they can.
     pub fn contradiction(&self) -> Option<String> {
-        let data = self.layers.layers().iter().find(|layer| !layer.is_light())?;
+        let data = self.aovs.as_slice().iter().find(|aov| !aov.is_light())?;
         (self.compression.is_lossy() && !self.is_split).then(|| {
             format!(
-                "{} loses precision, which would spoil the layer {}; add --split-aovs for files of their own, or choose \
+                "{} loses precision, which would spoil the AOV {}; add --split-aovs for files of their own, or choose \
                  zip, piz or another that loses nothing",
                 self.compression.name(),
                 data.name()
@@ -55,67 +55,67 @@ impl ExrOutput {
     }
 
     /// What the film has to record.
-    pub fn request(&self) -> LayerRequest {
-        self.layers.request()
+    pub fn aov_flags(&self) -> AovFlags {
+        self.aovs.flags()
     }
 
-    /// The layers of the frame's first file.
-    pub fn main_layers(&self) -> &[Layer] {
-        if self.is_split { &[Layer::Beauty] } else { self.layers.layers() }
+    /// The AOVs of the frame's first file.
+    pub fn main_aovs(&self) -> &[Aov] {
+        if self.is_split { &[Aov::Beauty] } else { self.aovs.as_slice() }
     }
 
-    /// The layers with files of their own, in the order of the files.
-    pub fn split_layers(&self) -> &[Layer] {
-        match (self.is_split, self.layers.layers()) {
+    /// The AOVs with files of their own, in the order of the files.
+    pub fn split_aovs(&self) -> &[Aov] {
+        match (self.is_split, self.aovs.as_slice()) {
             (true, [_, others @ ..]) => others,
             _ => &[],
         }
     }
 
-    /// How a file of these layers is packed: data is in ZIP where the chosen way loses something.
-    pub fn compression_of(&self, layers: &[Layer]) -> ExrCompression {
-        let may_lose = layers.iter().all(|layer| layer.is_light());
+    /// How a file of these AOVs is packed: data is in ZIP where the chosen way loses something.
+    pub fn compression_of(&self, aovs: &[Aov]) -> ExrCompression {
+        let may_lose = aovs.iter().all(|aov| aov.is_light());
         if self.compression.is_lossy() && !may_lose { ExrCompression::Zip } else { self.compression }
     }
 
     /// Whether names or numbers of surfaces are stored.
-    pub fn needs_shapes(&self) -> bool {
-        self.layers.layers().iter().any(|layer| layer.needs_shapes())
+    pub fn needs_instances(&self) -> bool {
+        self.aovs.as_slice().iter().any(|aov| aov.needs_instances())
     }
 
     /// Most bytes that the channels of a pixel take while they are encoded.
     pub fn bytes_a_pixel(&self) -> u64 {
-        self.layers.layers().iter().map(|layer| layer.bytes_a_pixel()).sum()
+        self.aovs.as_slice().iter().map(|aov| aov.bytes_a_pixel()).sum()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::LightPart;
+    use crate::film::LightPass;
 
     #[test]
     fn data_is_never_packed_with_loss() {
-        let light = Layer::Light(LightPart::Direct);
-        let output = |layers: &[Layer], compression, is_split| ExrOutput {
-            layers: LayerSet::new(layers),
+        let light = Aov::Light(LightPass::Direct);
+        let output = |aovs: &[Aov], compression, is_split| ExrOutput {
+            aovs: AovSet::new(aovs),
             compression,
             is_split,
             ..ExrOutput::default()
         };
-        for layer in Layer::ALL.into_iter().filter(|layer| !layer.is_light()) {
+        for aov in Aov::ALL.into_iter().filter(|aov| !aov.is_light()) {
             for compression in ExrCompression::ALL {
-                let together = output(&[layer], compression, false);
+                let together = output(&[aov], compression, false);
                 assert_eq!(together.contradiction().is_some(), compression.is_lossy());
-                let split = output(&[light, layer], compression, true);
+                let split = output(&[light, aov], compression, true);
                 assert_eq!(split.contradiction(), None);
-                assert_eq!(split.split_layers(), &LayerSet::new(&[light, layer]).layers()[1..]);
-                assert!(!split.compression_of(&[layer]).is_lossy());
+                assert_eq!(split.split_aovs(), &AovSet::new(&[light, aov]).as_slice()[1..]);
+                assert!(!split.compression_of(&[aov]).is_lossy());
                 assert_eq!(split.compression_of(&[light]), compression);
-                assert_eq!(split.compression_of(split.main_layers()), compression);
+                assert_eq!(split.compression_of(split.main_aovs()), compression);
             }
         }
-        let text = output(&[light, Layer::NodeId], ExrCompression::Dwab, false).contradiction().unwrap();
+        let text = output(&[light, Aov::NodeId], ExrCompression::Dwab, false).contradiction().unwrap();
         assert!(text.contains("--split-aovs") && text.contains("node_id") && text.contains("dwab"), "{text}");
         assert_eq!(output(&[light], ExrCompression::Dwaa, false).contradiction(), None);
     }

@@ -2,24 +2,24 @@
 //!
 //! Knows a film and a frame, not how they came to be, and not where files go.
 
+mod aov;
 mod attributes;
 mod channels;
 mod contact_sheet;
 mod cryptomatte;
 mod exposure;
 mod exr_output;
-mod layer;
-mod picture;
-mod shape_ids;
+mod files;
+mod instance_ids;
 mod stamp;
 
+pub use aov::{Aov, AovSet};
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
 pub use channels::DEPTH_OF_NOTHING;
 pub use contact_sheet::ContactSheet;
 pub use cryptomatte::matte_collisions;
 pub use exposure::{auto_exposure_ev, covers_enough};
 pub use exr_output::{ExrOutput, LightSamples};
-pub use layer::{Layer, LayerSet};
-pub use picture::{ExrFiles, PreviewLook, display_picture, exr_file, exr_files, png_file};
-pub use shape_ids::ShapeIds;
+pub use files::{ExrFiles, PreviewLook, display_picture, exr_file, exr_files, png_file};
+pub use instance_ids::InstanceIds;
 pub use stamp::run_stamp;

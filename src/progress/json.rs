@@ -124,7 +124,7 @@ mod tests {
             frame: 7,
             time_seconds: 0.0,
             path,
-            layer_paths: Vec::new(),
+            aov_paths: Vec::new(),
             preview_path: None,
             render_hash: String::new(),
             is_done: false,

@@ -102,7 +102,7 @@ impl<'a> Manifest<'a> {
 
 /// A frame that was there already: its files as they are on disk.
 fn kept(frame: &PlannedFrame) -> Value {
-    let paths = std::iter::once(&frame.path).chain(&frame.layer_paths).chain(&frame.preview_path);
+    let paths = std::iter::once(&frame.path).chain(&frame.aov_paths).chain(&frame.preview_path);
     json!({"status": "kept", "files": paths.map(file_on_disk).collect::<Vec<_>>()})
 }
 

@@ -9,7 +9,7 @@ use std::io::IsTerminal as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::image_file::{DisplayPicture, encode_png};
+use crate::image_file::{DisplayImage, encode_png};
 
 /// Widest picture that is sent, pixels.
 const WIDEST: u32 = 480;
@@ -56,7 +56,7 @@ impl TerminalPictures {
     }
 
     /// The characters that show a picture, with a line's end; nothing for one that cannot be encoded.
-    pub fn text(self, picture: &DisplayPicture) -> String {
+    pub fn text(self, picture: &DisplayImage) -> String {
         match self {
             Self::HalfBlocks => half_blocks(&narrowed(picture, COLUMNS)),
             Self::Kitty | Self::Iterm => {
@@ -71,7 +71,7 @@ impl TerminalPictures {
     }
 }
 
-fn narrowed(picture: &DisplayPicture, widest: u32) -> DisplayPicture {
+fn narrowed(picture: &DisplayImage, widest: u32) -> DisplayImage {
     let (width, height) = picture.size;
     let new_width = width.min(widest).max(1);
     let new_height = (u64::from(height) * u64::from(new_width) / u64::from(width.max(1))) as u32;
@@ -97,7 +97,7 @@ fn iterm(encoded: &str, bytes: usize) -> String {
 }
 
 /// Two pixels a character, one above the other.
-fn half_blocks(picture: &DisplayPicture) -> String {
+fn half_blocks(picture: &DisplayImage) -> String {
     let width = picture.size.0.max(1) as usize;
     let mut text = String::new();
     let rows: Vec<&[[u8; 4]]> = picture.pixels.chunks(width).collect();
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn half_blocks_hold_two_rows_a_line() {
         let pixels = vec![[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [9, 9, 9, 0], [1; 4], [2; 4]];
-        let text = half_blocks(&DisplayPicture { size: (2, 3), pixels });
+        let text = half_blocks(&DisplayImage { size: (2, 3), pixels });
         let lines: Vec<_> = text.lines().collect();
         assert_eq!(lines.len(), 2);
         assert!(
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn pictures_are_sent_in_chunks_that_say_what_follows() {
         let noise = (0..200 * 100_u32).map(|i| i.wrapping_mul(2_654_435_761).to_le_bytes()).collect();
-        let picture = DisplayPicture { size: (200, 100), pixels: noise };
+        let picture = DisplayImage { size: (200, 100), pixels: noise };
         let text = TerminalPictures::Kitty.text(&picture);
         let chunks: Vec<_> = text.split("\x1b\\").filter(|chunk| chunk.starts_with("\x1b_G")).collect();
         assert!(chunks.len() > 2 && chunks[0].starts_with("\x1b_Ga=T,f=100,m=1;"));

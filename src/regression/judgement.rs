@@ -13,7 +13,7 @@ use super::{
     ValueRange, likely_cause,
 };
 use crate::color::luminance;
-use crate::output::Layer;
+use crate::output::Aov;
 
 /// Why pictures cannot be compared by numbers, or fail whatever the limits are.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -222,7 +222,7 @@ fn layer_difference(
 
 /// Layers of our own by what they are; colours of other programs are taken for light.
 fn is_light(layer: &str, picture: &LayeredPicture) -> bool {
-    match Layer::ALL.into_iter().find(|known| known.name() == layer) {
+    match Aov::ALL.into_iter().find(|known| known.name() == layer) {
         Some(known) => known.is_light(),
         None => picture.channels_of(layer).any(|channel| channel.name.strip_suffix(".R").is_some()),
     }

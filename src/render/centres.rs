@@ -12,7 +12,7 @@ use super::tile::pixels_in_z_order;
 use super::tiles;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{CentreSample, Film, FilmLayers, PixelWindow};
+use crate::film::{Film, FilmAovs, PixelCenterSample, PixelWindow};
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Ray;
 use crate::integrator::{CameraRays, Seed};
@@ -30,27 +30,27 @@ pub struct Neighbours<'a> {
     pub after: &'a Frame,
 }
 
-/// Fills [`FilmLayers::centres`] of `film`, if it has them, in parallel on the current rayon pool.
+/// Fills [`FilmAovs::centers`] of `film`, if it has them, in parallel on the current rayon pool.
 pub fn render_centres(
     film: &mut Film,
     input: &RenderInput<'_>,
     neighbours: Neighbours<'_>,
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
-    if film.layers.centres.is_none() {
+    if film.aovs.centers.is_none() {
         return Ok(());
     }
     let centres = Centres::new(input, neighbours, film.resolution);
     let tiles = tiles(film.window);
-    let rendered: Vec<FilmLayers> = tiles
+    let rendered: Vec<FilmAovs> = tiles
         .par_iter()
         .map(|tile| {
             cancel.check()?;
-            Ok(FilmLayers { centres: Some(centres.of_tile(*tile)), ..FilmLayers::default() })
+            Ok(FilmAovs { centers: Some(centres.of_tile(*tile)), ..FilmAovs::default() })
         })
         .collect::<Result<_, Cancelled>>()?;
     for (tile, layers) in tiles.iter().zip(&rendered) {
-        film.place_layers(*tile, layers);
+        film.write_aov_tile(*tile, layers);
     }
     Ok(())
 }
@@ -87,7 +87,7 @@ impl<'a> Centres<'a> {
     }
 
     /// The samples of a tile, row by row.
-    fn of_tile(&self, tile: PixelWindow) -> Vec<CentreSample> {
+    fn of_tile(&self, tile: PixelWindow) -> Vec<PixelCenterSample> {
         let pixels = pixels_in_z_order(tile);
         let middle = |&(x, y): &(u32, u32)| Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let rays: Vec<Ray> =
@@ -97,7 +97,7 @@ impl<'a> Centres<'a> {
         let is_met = |_, hit: &Hit| alpha_at(posed, hit) >= LEAST_ALPHA && !catches_shadows(posed, hit);
         self.input.bvh.closest_hits(&rays, is_met, &mut hits, &mut TraversalCounters::default());
 
-        let mut samples = vec![CentreSample::default(); rays.len()];
+        let mut samples = vec![PixelCenterSample::default(); rays.len()];
         for ((&(x, y), ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
             samples[((y - tile.y0) * tile.width() + x - tile.x0) as usize] = match hit {
                 Some(hit) => self.of_surface(ray, hit),
@@ -107,11 +107,11 @@ impl<'a> Centres<'a> {
         samples
     }
 
-    fn of_surface(&self, ray: &Ray, hit: &Hit) -> CentreSample {
+    fn of_surface(&self, ray: &Ray, hit: &Hit) -> PixelCenterSample {
         let frame = self.posed.frame;
         let (point, material) = surface_at(self.posed, ray, hit, &self.rays.footprint(ray));
         let to = |moment| self.surface_motion(&point, moment);
-        CentreSample {
+        PixelCenterSample {
             instance: Some(frame.instance_of_triangle[hit.primitive as usize]),
             depth: depth(&frame.camera, &point),
             position: point.position,
@@ -124,14 +124,14 @@ impl<'a> Centres<'a> {
         }
     }
 
-    fn of_background(&self, ray: &Ray) -> CentreSample {
+    fn of_background(&self, ray: &Ray) -> PixelCenterSample {
         let direction = ray.direction.as_dvec3();
         let pixel_at = |moment: &Moment<'_>| moment.projector.pixel_of_direction(direction);
         let to = |moment| difference(pixel_at(&self.now), pixel_at(moment));
-        CentreSample {
+        PixelCenterSample {
             motion_forward: to(&self.after),
             motion_back: to(&self.before),
-            ..CentreSample::default()
+            ..PixelCenterSample::default()
         }
     }
 

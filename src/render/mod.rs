@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use crate::bvh::Bvh;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{Film, LayerRequest, PixelWindow};
+use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World};
 use crate::interaction::PosedScene;
@@ -64,7 +64,7 @@ pub struct RenderSettings {
     /// Whether camera rays that leave the scene see the environment; else they are transparent.
     pub show_background: bool,
     /// What is recorded besides colour and coverage; changes neither of them.
-    pub layers: LayerRequest,
+    pub aovs: AovFlags,
 }
 
 impl Default for RenderSettings {
@@ -83,7 +83,7 @@ impl Default for RenderSettings {
             light_size: LightSize::default(),
             glossy_samples: 0,
             show_background: true,
-            layers: LayerRequest::NONE,
+            aovs: AovFlags::NONE,
         }
     }
 }
@@ -131,7 +131,7 @@ pub fn render_frame(
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<(Film, RenderStatistics), Cancelled> {
-    let mut film = Film::with_layers(settings.resolution, settings.window, settings.layers);
+    let mut film = Film::with_aovs(settings.resolution, settings.window, settings.aovs);
     let statistics = render_frame_into(&mut film, input, settings, TimePass::ONLY, cancel, on_progress)?;
     render_centres(&mut film, input, Neighbours { before: input.frame, after: input.frame }, cancel)?;
     Ok((film, statistics))
@@ -168,7 +168,7 @@ pub fn render_frame_into(
     let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task
-    let request = film.layers.request();
+    let request = film.aovs.request();
     let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution).recording(request);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
@@ -185,8 +185,8 @@ pub fn render_frame_into(
     // The film, in tile order
     let mut statistics = RenderStatistics::default();
     for (tile, rendered) in tiles.iter().zip(&rendered) {
-        film.place(*tile, &rendered.pixels);
-        film.place_layers(*tile, &rendered.layers);
+        film.write_tile(*tile, &rendered.pixels);
+        film.write_aov_tile(*tile, &rendered.layers);
         statistics.integrator.add(&rendered.statistics);
     }
     statistics.non_finite_pixels = film.blacken_non_finite();

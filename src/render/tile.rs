@@ -1,7 +1,7 @@
 //! One tile: its samples in coherent batches through the integrator, and their mean in every pixel.
 
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{FilmLayers, LayerRequest, PixelWindow};
+use crate::film::{AovFlags, FilmAovs, PixelWindow};
 use crate::integrator::whitted::{Recorded, Tracer};
 use crate::integrator::{CameraRays, IntegratorStatistics, World};
 use glam::Vec2;
@@ -20,7 +20,7 @@ const BATCH_SAMPLES: usize = 1024;
 /// Pixels of one tile, row by row, and what was done for them.
 pub(super) struct RenderedTile {
     pub(super) pixels: Vec<[f32; 4]>,
-    pub(super) layers: FilmLayers,
+    pub(super) layers: FilmAovs,
     pub(super) statistics: IntegratorStatistics,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct TileRenderer<'w, 'a> {
     resolution: (u32, u32),
     tracer: Tracer<'w, 'a>,
     /// What is recorded of tiles.
-    request: LayerRequest,
+    request: AovFlags,
     /// Of the tile at hand.
     layers: TileLayers,
 }
@@ -55,14 +55,14 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         plan: &'w SamplePlan,
         resolution: (u32, u32),
     ) -> Self {
-        let (tracer, request, layers) = (Tracer::new(world), LayerRequest::NONE, TileLayers::default());
+        let (tracer, request, layers) = (Tracer::new(world), AovFlags::NONE, TileLayers::default());
         Self { world, camera, plan, resolution, tracer, request, layers }
     }
 
     /// The same, which also records light by parts and coverage where they are asked for.
-    pub(super) fn recording(self, request: LayerRequest) -> Self {
+    pub(super) fn recording(self, request: AovFlags) -> Self {
         let tracer = self.tracer.recording(Recorded { light: request.light, covers: request.coverage });
-        Self { tracer, request: LayerRequest { centres: false, ..request }, ..self }
+        Self { tracer, request: AovFlags { centers: false, ..request }, ..self }
     }
 
     /// The pixels of `tile`: each is the weighted mean of its samples, summed in their order.
@@ -146,7 +146,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
 
             // What is recorded besides
             let place = |sample: usize| (pixels[sample / set.len()].at, set[sample % set.len()].weight);
-            for (sample, light) in batch.zip(self.tracer.light_parts()) {
+            for (sample, light) in batch.zip(self.tracer.light_passes()) {
                 self.layers.add_light(place(sample), light);
             }
             for cover in self.tracer.covers() {

@@ -2,28 +2,28 @@
 //!
 //! Samples count as they do for the colour, so that the parts of a pixel's light sum to it.
 
-use crate::film::{FilmLayers, LayerRequest, PixelWindow, add_share};
-use crate::integrator::LightParts;
+use crate::film::{AovFlags, FilmAovs, PixelWindow, add_share};
+use crate::integrator::LightPasses;
 use crate::integrator::whitted::Cover;
 
 /// Sums of one tile. Pixels around it are sampled, too, but not recorded.
 #[derive(Clone, Debug)]
 pub(super) struct TileLayers {
     tile: PixelWindow,
-    sums: FilmLayers,
+    sums: FilmAovs,
 }
 
 impl Default for TileLayers {
     /// Of no pixels.
     fn default() -> Self {
-        Self { tile: PixelWindow::full(0, 0), sums: FilmLayers::default() }
+        Self { tile: PixelWindow::full(0, 0), sums: FilmAovs::default() }
     }
 }
 
 impl TileLayers {
-    pub(super) fn new(tile: PixelWindow, request: LayerRequest) -> Self {
+    pub(super) fn new(tile: PixelWindow, request: AovFlags) -> Self {
         let count = tile.width() as usize * tile.height() as usize;
-        Self { tile, sums: FilmLayers::new(count, request) }
+        Self { tile, sums: FilmAovs::new(count, request) }
     }
 
     /// Subscript of a pixel of the tile.
@@ -34,7 +34,7 @@ impl TileLayers {
     }
 
     /// Adds the light of a sample of the pixel `at` with its weight.
-    pub(super) fn add_light(&mut self, (at, weight): ((u32, u32), f32), sample: &LightParts) {
+    pub(super) fn add_light(&mut self, (at, weight): ((u32, u32), f32), sample: &LightPasses) {
         let subscript = self.subscript(at);
         if let (Some(light), Some(subscript)) = (&mut self.sums.light, subscript) {
             let sums = light[subscript].as_flattened_mut();
@@ -67,7 +67,7 @@ impl TileLayers {
     }
 
     /// The layers, row by row.
-    pub(super) fn finish(self) -> FilmLayers {
+    pub(super) fn finish(self) -> FilmAovs {
         self.sums
     }
 }
@@ -76,7 +76,7 @@ impl TileLayers {
 mod tests {
     use super::*;
 
-    const COVERAGE: LayerRequest = LayerRequest { coverage: true, ..LayerRequest::NONE };
+    const COVERAGE: AovFlags = AovFlags { coverage: true, ..AovFlags::NONE };
 
     #[test]
     fn shares_are_weighted_and_clamped_by_pixel() {

@@ -2,7 +2,7 @@
 
 use crate::bvh::PrimitiveFlags;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{Film, LayerRequest, PixelWindow};
+use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::output::{auto_exposure_ev, covers_enough};
 use crate::render::RenderSettings;
@@ -41,7 +41,7 @@ fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result
         resolution: LOOK_SIZE,
         window: PixelWindow::full(LOOK_SIZE.0, LOOK_SIZE.1),
         samples: 1,
-        layers: LayerRequest::NONE,
+        aovs: AovFlags::NONE,
         show_background,
         ..job.render.clone()
     };

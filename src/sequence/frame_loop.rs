@@ -15,8 +15,8 @@ use rayon::Scope;
 use crate::bvh::BuildStatistics;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
-use crate::film::{Film, LayerRequest};
-use crate::output::{PreviewLook, ShapeIds, frame_attributes, run_stamp};
+use crate::film::{AovFlags, Film};
+use crate::output::{InstanceIds, PreviewLook, frame_attributes, run_stamp};
 use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
 
 use super::exposure::exposure_ev;
@@ -121,7 +121,7 @@ struct FrameLoop<'a, 's, 'p> {
     scratch: Option<Film>,
     look: Option<PreviewLook>,
     /// What the shapes of all frames are called.
-    shapes: Option<Arc<ShapeIds>>,
+    shapes: Option<Arc<InstanceIds>>,
     posed: PosedFrames,
     notes: Notes,
 }
@@ -239,8 +239,8 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
                 self.trace(planned, film, pass)?
             } else {
                 let mut scratch = self.scratch.take().unwrap_or_else(|| {
-                    let summed = LayerRequest { centres: false, ..film.layers.request() };
-                    Film::with_layers(film.resolution, film.window, summed)
+                    let summed = AovFlags { centers: false, ..film.aovs.request() };
+                    Film::with_aovs(film.resolution, film.window, summed)
                 });
                 let traced = self.trace(planned, &mut scratch, pass);
                 film.add(&scratch);
@@ -253,7 +253,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         if times.len() > 1 {
             film.scale(1.0 / times.len() as f32);
         }
-        if film.layers.centres.is_some() {
+        if film.aovs.centers.is_some() {
             let phases = self.posed.record_centres(self.job, planned, film, self.stop)?;
             made.phases.add(&phases);
             made.rays.trace_seconds += phases.trace;
@@ -305,12 +305,12 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     }
 
     /// What the shapes are called; found once, and only when a layer tells.
-    fn shapes(&mut self) -> Arc<ShapeIds> {
-        let layers = &self.job.exr.layers;
+    fn shapes(&mut self) -> Arc<InstanceIds> {
+        let layers = &self.job.exr.aovs;
         let frame = &self.posed.current;
         let find = || {
-            if self.job.exr.needs_shapes() {
-                Arc::new(ShapeIds::new(&self.job.scene, &frame.instances, layers))
+            if self.job.exr.needs_instances() {
+                Arc::new(InstanceIds::new(&self.job.scene, &frame.instances, layers))
             } else {
                 Arc::default()
             }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::bvh::{MOST_TRIANGLES, Split};
 use crate::error::{Error, Result, over_limit};
-use crate::film::{CentreSample, LayerRequest, LightParts, PixelCoverage, PixelWindow};
+use crate::film::{AovFlags, CoverageSample, LightPasses, PixelCenterSample, PixelWindow};
 use crate::output::ExrOutput;
 
 use super::job::triangle_count;
@@ -32,35 +32,35 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
-    let moves = if job.exr.request().centres { BYTES_A_MOVING_TRIANGLE } else { 0 };
+    let moves = if job.exr.aov_flags().centers { BYTES_A_MOVING_TRIANGLE } else { 0 };
     picture_bytes(job.render.window, job.shutter, &job.exr)
         + triangles * (BYTES_A_TRIANGLE + moves)
         + references * BYTES_A_REFERENCE
 }
 
 fn picture_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput) -> u128 {
-    let layers = exr.request();
+    let aovs = exr.aov_flags();
     // Channels of layers besides colour, before and after packing.
     let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
     // The film that is traced, its tiles, and the film that is written.
-    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * layer_bytes(layers) + channels;
+    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * aov_bytes(aovs) + channels;
     if shutter.time_samples > 1 {
-        bytes_a_pixel += BYTES_A_TIME_PIXEL + layer_bytes(LayerRequest { centres: false, ..layers });
+        bytes_a_pixel += BYTES_A_TIME_PIXEL + aov_bytes(AovFlags { centers: false, ..aovs });
     }
     u128::from(window.width()) * u128::from(window.height()) * bytes_a_pixel
 }
 
 /// Of the layers of one pixel of a film.
-fn layer_bytes(layers: LayerRequest) -> u128 {
+fn aov_bytes(aovs: AovFlags) -> u128 {
     let mut bytes = 0;
-    if layers.light {
-        bytes += size_of::<LightParts>();
+    if aovs.light {
+        bytes += size_of::<LightPasses>();
     }
-    if layers.centres {
-        bytes += size_of::<CentreSample>();
+    if aovs.centers {
+        bytes += size_of::<PixelCenterSample>();
     }
-    if layers.coverage {
-        bytes += size_of::<PixelCoverage>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
+    if aovs.coverage {
+        bytes += size_of::<CoverageSample>() + SHARES_A_PIXEL * size_of::<(u32, f32)>();
     }
     bytes as u128
 }

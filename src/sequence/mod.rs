@@ -37,4 +37,4 @@ pub use rate::FrameRate;
 pub(crate) use render_hash::hex;
 pub use render_hash::render_hash;
 pub use shutter::Shutter;
-pub use statistics::{FailedFrame, FrameReport, LayerFileReport, Phases, RayReport, Summary, TreeReport};
+pub use statistics::{AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};

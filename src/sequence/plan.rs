@@ -21,8 +21,8 @@ pub struct PlannedFrame {
     pub time_seconds: f64,
     /// The file.
     pub path: PathBuf,
-    /// The files of the layers that are not in it, in the order of [`crate::output::ExrOutput::split_layers`].
-    pub layer_paths: Vec<PathBuf>,
+    /// The files of the layers that are not in it, in the order of [`crate::output::ExrOutput::split_aovs`].
+    pub aov_paths: Vec<PathBuf>,
     /// The tone-mapped PNG beside it.
     pub preview_path: Option<PathBuf>,
     /// What it is made from.
@@ -34,7 +34,7 @@ pub struct PlannedFrame {
 impl PlannedFrame {
     /// All files of the frame.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        let others = self.layer_paths.iter().chain(&self.preview_path);
+        let others = self.aov_paths.iter().chain(&self.preview_path);
         std::iter::once(&self.path).chain(others).map(PathBuf::as_path)
     }
 }
@@ -132,8 +132,8 @@ fn check_layers(job: &SequenceJob) -> Result<()> {
             "--output: {layer} stands for the names of layers with files of their own; add --split-aovs or leave {layer} out",
         ));
     }
-    if job.render.layers != job.exr.request() {
-        return Err(Error::Internal { message: "other layers are rendered than are written".to_owned() });
+    if job.render.aovs != job.exr.aov_flags() {
+        return Err(Error::Internal { message: "other AOVs are rendered than are written".to_owned() });
     }
     job.exr.contradiction().map_or(Ok(()), |why| Err(Error::usage(format!("--exr: {why}"))))
 }
@@ -153,13 +153,13 @@ fn refuse_to_share(frames: &[PlannedFrame]) -> Result<()> {
 /// The frame, and the file that is in its way and why.
 fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFile>) {
     let path = job.output.path(frame);
-    let layers = job.exr.split_layers().iter();
-    let layer_paths: Vec<_> = layers.map(|layer| job.output.layer_path(frame, layer.name())).collect();
+    let layers = job.exr.split_aovs().iter();
+    let aov_paths: Vec<_> = layers.map(|layer| job.output.layer_path(frame, layer.name())).collect();
     let preview_path = job.preview.then(|| path.with_extension("png"));
     let render_hash = render_hash(job, frame);
 
     // The frame is there when all its files are.
-    let files = std::iter::once(&path).chain(&layer_paths);
+    let files = std::iter::once(&path).chain(&aov_paths);
     let decisions: Vec<_> = files.map(|path| (path, decide(job, path, &render_hash))).collect();
     let is_done = decisions.iter().all(|(_, decision)| *decision == Decision::Keep);
     let in_the_way = decisions.into_iter().find_map(|(path, decision)| match decision {
@@ -172,7 +172,7 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFi
         Some(ReplacedFile { path: preview.clone(), why })
     });
     let time_seconds = job.rate.time_seconds(frame);
-    (PlannedFrame { frame, time_seconds, path, layer_paths, preview_path, render_hash, is_done }, in_the_way)
+    (PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done }, in_the_way)
 }
 
 fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {

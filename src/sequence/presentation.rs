@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{
-    DisplayPicture, MOVIE_ENDINGS, MovieFormat, MovieWriter, decode_png, encode_png, has_ffmpeg,
+    DisplayImage, MOVIE_ENDINGS, MovieFormat, MovieWriter, decode_png, encode_png, has_ffmpeg,
     write_atomically,
 };
 use crate::output::{ContactSheet, PreviewLook, display_picture};
@@ -125,7 +125,7 @@ pub fn present(
         film.finish()?;
     }
     if let (Some(path), Some(sheet)) = (contact_sheet, sheet) {
-        let DisplayPicture { size, pixels } = sheet.picture();
+        let DisplayImage { size, pixels } = sheet.picture();
         write_atomically(path, &encode_png(*size, pixels, "contact sheet")?)?;
     }
     Ok(job.presentation.files().map(|(path, _)| path.to_owned()).collect())
@@ -151,7 +151,7 @@ fn frame_bytes(job: &SequenceJob) -> u64 {
 ///
 /// # Errors
 /// Those of reading it.
-pub fn shown(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Result<DisplayPicture> {
+pub fn shown(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Result<DisplayImage> {
     match job.output.format() {
         OutputFormat::Exr => {
             let (size, pixels) = read_frame(&planned.path, job.max_memory_bytes)?;

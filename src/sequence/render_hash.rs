@@ -107,7 +107,7 @@ fn file_key(job: &SequenceJob) -> serde_json::Value {
         // The usual file keeps the name that it had before there were others.
         OutputFormat::Exr if same_but_for_stamp(&job.exr, &ExrOutput::default()) => json!("exr rgba half"),
         OutputFormat::Exr => json!({
-            "layers": job.exr.layers.layers().iter().map(|layer| layer.name()).collect::<Vec<_>>(),
+            "layers": job.exr.aovs.as_slice().iter().map(|layer| layer.name()).collect::<Vec<_>>(),
             "samples": job.exr.samples.name(),
             "compression": job.exr.compression.name(),
             "split": job.exr.is_split,

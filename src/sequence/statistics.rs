@@ -110,7 +110,7 @@ pub struct RayReport {
 
 /// A file of one layer that was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LayerFileReport {
+pub struct AovFileReport {
     /// The file.
     #[serde(serialize_with = "lossy_path")]
     pub path: PathBuf,
@@ -136,7 +136,7 @@ pub struct FrameReport {
     pub bytes: usize,
     /// The files of layers that are not in it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub layers: Vec<LayerFileReport>,
+    pub layers: Vec<AovFileReport>,
     /// Seconds of each phase.
     pub seconds: Phases,
     /// The hierarchy.

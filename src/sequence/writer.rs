@@ -17,13 +17,13 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::image_file::{FrameAttributes, decode_exr, write_atomically};
-use crate::output::{ExrFiles, ExrOutput, PreviewLook, ShapeIds, exr_files, png_file};
+use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, exr_files, png_file};
 
 use super::frame_loop::panic_error;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
 use super::{
-    FailedFrame, FrameReport, LayerFileReport, OutputFormat, Phases, PlannedFrame, RayReport, SequenceEvent,
+    AovFileReport, FailedFrame, FrameReport, OutputFormat, Phases, PlannedFrame, RayReport, SequenceEvent,
     SequenceJob, Summary, TreeReport,
 };
 
@@ -58,7 +58,7 @@ pub(super) struct Picture<'a> {
     pub(super) look: PreviewLook,
     pub(super) format: OutputFormat,
     pub(super) exr: &'a ExrOutput,
-    pub(super) shapes: Arc<ShapeIds>,
+    pub(super) shapes: Arc<InstanceIds>,
 }
 
 /// A frame's files before they are written.
@@ -111,7 +111,7 @@ impl<'a> Picture<'a> {
         let size = (film.window.width(), film.window.height());
         let png = || png_file(size, &film.pixels, look, &planned.render_hash);
         let file = || match format {
-            OutputFormat::Png => png().map(|main| ExrFiles { main, layers: Vec::new() }),
+            OutputFormat::Png => png().map(|main| ExrFiles { main, aovs: Vec::new() }),
             OutputFormat::Exr => exr_files(&film, &attributes, exr, &shapes),
         };
         let (files, preview) = rayon::join(file, || planned.preview_path.is_some().then(png).transpose());
@@ -187,7 +187,7 @@ impl Writer<'_> {
                 if let (Some(path), Some(preview)) = (&planned.preview_path, &preview) {
                     write_atomically(path, preview)?;
                 }
-                for (path, file) in planned.layer_paths.iter().zip(&files.layers) {
+                for (path, file) in planned.aov_paths.iter().zip(&files.aovs) {
                     write_atomically(path, file)?;
                 }
                 write_atomically(&planned.path, &files.main)
@@ -206,7 +206,7 @@ impl Writer<'_> {
             path: planned.path.clone(),
             sha256,
             bytes: files.main.len(),
-            layers: layer_reports(planned, &files.layers),
+            layers: layer_reports(planned, &files.aovs),
             seconds,
             tree,
             rays,
@@ -229,16 +229,16 @@ impl Writer<'_> {
 /// A film for a frame with all of its layers.
 pub(super) fn empty_film(job: &SequenceJob) -> Film {
     let settings = &job.render;
-    Film::with_layers(settings.resolution, settings.window, settings.layers)
+    Film::with_aovs(settings.resolution, settings.window, settings.aovs)
 }
 
-fn layer_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<LayerFileReport> {
-    let report = |(path, file): (&PathBuf, &Vec<u8>)| LayerFileReport {
+fn layer_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<AovFileReport> {
+    let report = |(path, file): (&PathBuf, &Vec<u8>)| AovFileReport {
         path: path.clone(),
         sha256: hex(&Sha256::digest(file)),
         bytes: file.len(),
     };
-    planned.layer_paths.iter().zip(files).map(report).collect()
+    planned.aov_paths.iter().zip(files).map(report).collect()
 }
 
 /// Waits for `channel` and does the pool's work meanwhile; `None` when nothing will come.

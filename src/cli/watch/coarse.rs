@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::cancel::CancelFlag;
 use crate::error::Result;
-use crate::film::{Film, LayerRequest, PixelWindow};
+use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::image_file::{inspect_exr, inspect_png, write_atomically};
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
@@ -82,7 +82,7 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
         adaptive: None,
         filter: PixelFilter::Box,
         lens: None,
-        layers: LayerRequest::NONE,
+        aovs: AovFlags::NONE,
         ..job.render.clone()
     };
     Ok(film_of(job, frame, &settings, cancel)?.0)

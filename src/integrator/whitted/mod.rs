@@ -28,7 +28,7 @@ use glam::Vec3;
 
 use super::crossings::Crossings;
 use super::shadow::ShadowBatch;
-use super::{IntegratorStatistics, LightPart, LightParts, Path, World};
+use super::{IntegratorStatistics, LightPass, LightPasses, Path, World};
 use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
 
@@ -95,7 +95,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
     }
 
     /// The light of each sample of the last batch by parts; empty unless it is recorded.
-    pub fn light_parts(&self) -> &[LightParts] {
+    pub fn light_passes(&self) -> &[LightPasses] {
         self.records.light()
     }
 
@@ -134,7 +134,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         IntegratorStatistics { nodes, triangles, ..std::mem::take(&mut self.statistics) }
     }
 
-    fn add(&mut self, sample: u32, part: LightPart, radiance: Vec3) {
+    fn add(&mut self, sample: u32, part: LightPass, radiance: Vec3) {
         self.values[sample as usize].radiance += radiance;
         self.records.add(sample, part, radiance);
     }

@@ -6,13 +6,13 @@
 use glam::Vec3;
 
 use super::sight::Sight;
-use crate::integrator::{LightPart, LightParts, Path, PathClass};
+use crate::integrator::{LightPass, LightPasses, Path, PathClass};
 use crate::interaction::PosedScene;
 
 /// What a tracer records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
-    /// Light by parts: [`super::Tracer::light_parts`].
+    /// Light by parts: [`super::Tracer::light_passes`].
     pub light: bool,
     /// Surfaces that camera rays see: [`super::Tracer::covers`].
     pub covers: bool,
@@ -34,7 +34,7 @@ pub struct Cover {
 pub(super) struct Records {
     what: Recorded,
     /// By sample, or nothing.
-    light: Vec<LightParts>,
+    light: Vec<LightPasses>,
     covers: Vec<Cover>,
 }
 
@@ -48,12 +48,12 @@ impl Records {
         self.light.clear();
         self.covers.clear();
         if self.what.light {
-            self.light.resize(samples, LightParts::default());
+            self.light.resize(samples, LightPasses::default());
         }
     }
 
     /// Adds to a part of a sample.
-    pub(super) fn add(&mut self, sample: u32, part: LightPart, radiance: Vec3) {
+    pub(super) fn add(&mut self, sample: u32, part: LightPass, radiance: Vec3) {
         if let Some(light) = self.light.get_mut(sample as usize) {
             let sum = &mut light[part.subscript()];
             sum.iter_mut().zip(radiance.to_array()).for_each(|(sum, channel)| *sum += channel);
@@ -68,7 +68,7 @@ impl Records {
         }
     }
 
-    pub(super) fn light(&self) -> &[LightParts] {
+    pub(super) fn light(&self) -> &[LightPasses] {
         &self.light
     }
 

@@ -10,7 +10,7 @@ use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{Ray, unit};
 use crate::integrator::random::Purpose;
-use crate::integrator::{LightPart, MediaStack, Path, PathClass, Seed, Spectrum};
+use crate::integrator::{LightPass, MediaStack, Path, PathClass, Seed, Spectrum};
 use crate::interaction::{MaterialSample, SurfacePoint, surface_at};
 
 /// Below this roughness a lobe is followed by rays only.
@@ -24,7 +24,7 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) route: Route,
     pub(super) path: &'p Path,
     /// See [`Sight::part`].
-    pub(super) part: Option<LightPart>,
+    pub(super) part: Option<LightPass>,
     pub(super) point: &'p SurfacePoint<'a>,
     pub(super) material: MaterialSample,
     pub(super) bsdf: Bsdf,
@@ -86,13 +86,13 @@ impl Tracer<'_, '_> {
         let (point, material) = surface_at(posed, ray, hit, &path.footprint);
         let weight = path.weight * path.media.transmittance(hit.t) * *share;
         if material.unlit {
-            self.add(path.sample, part.unwrap_or(LightPart::Emission), weight * material.base_color);
+            self.add(path.sample, part.unwrap_or(LightPass::Emission), weight * material.base_color);
             return;
         }
         let follows_rays = self.world.settings.glossy_samples > 0;
         let coat = material.clear_coat.map(|coat| Coated::new(&coat, &point, follows_rays));
         let weight_below = weight * coat.as_ref().map_or(1.0, |coat| coat.transmittance);
-        self.add(path.sample, part.unwrap_or(LightPart::Emission), weight_below * material.emission);
+        self.add(path.sample, part.unwrap_or(LightPass::Emission), weight_below * material.emission);
 
         let behind = self.behind(path, &point, &material);
         let own_medium = self.world.interiors.medium(point.instance);
@@ -166,7 +166,7 @@ impl Tracer<'_, '_> {
                 let media =
                     if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
                 let source = (shading.route, subscript);
-                let part = shading.part.unwrap_or(LightPart::Direct);
+                let part = shading.part.unwrap_or(LightPass::Direct);
                 self.shadows.push(source, ray, (shading.path.sample, part), (contribution, media));
             }
         }
@@ -261,8 +261,8 @@ impl Tracer<'_, '_> {
         };
         let part = shading.part.or(match class {
             PathClass::Camera => None,
-            PathClass::Reflection => Some(LightPart::Reflection),
-            PathClass::Refraction => Some(LightPart::Refraction),
+            PathClass::Reflection => Some(LightPass::Reflection),
+            PathClass::Refraction => Some(LightPass::Refraction),
         });
         let depth = parent.depth + 1;
         let path = Path { footprint, media, touching, weight, class, spectrum, part, depth, seed, ..*parent };

@@ -8,7 +8,7 @@ use super::generation::Route;
 use super::{Tracer, seconds_since};
 use crate::geometry::Ray;
 use crate::integrator::shadow::ShadowBatch;
-use crate::integrator::{LightPart, MediaStack};
+use crate::integrator::{LightPass, MediaStack};
 
 /// The shadow rays of a generation.
 #[derive(Debug)]
@@ -24,7 +24,7 @@ pub(super) struct Shadows {
 #[derive(Debug)]
 struct Task {
     sample: u32,
-    part: LightPart,
+    part: LightPass,
     batch: u32,
     /// Subscript of the ray in its batch.
     ray: u32,
@@ -44,7 +44,7 @@ impl Shadows {
         &mut self,
         (route, light): (Route, usize),
         ray: Ray,
-        (sample, part): (u32, LightPart),
+        (sample, part): (u32, LightPass),
         (contribution, media): (Vec3, MediaStack),
     ) {
         let batch = route.subscript() * self.lights + light;

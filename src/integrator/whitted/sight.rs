@@ -6,7 +6,7 @@ use super::generation::{Generation, Place};
 use super::{LEAST_WEIGHT, Tracer, seconds_since};
 use crate::bvh::Hit;
 use crate::geometry::Ray;
-use crate::integrator::{LightPart, PASS_THROUGH_LIMIT, Path, PathClass};
+use crate::integrator::{LightPass, PASS_THROUGH_LIMIT, Path, PathClass};
 use crate::interaction::{alpha_at, catches_shadows};
 
 /// A surface that a ray sees.
@@ -18,7 +18,7 @@ pub(super) struct Sight {
     /// Share of the ray that see-through surfaces in front and the surface's own coverage leave.
     pub(super) share: f32,
     /// See [`Path::part`]; what lies behind see-through surfaces is a part by itself.
-    pub(super) part: Option<LightPart>,
+    pub(super) part: Option<LightPass>,
 }
 
 impl Tracer<'_, '_> {
@@ -65,7 +65,7 @@ impl Tracer<'_, '_> {
                 let sight = Sight { place, hit, share: through * alpha, part };
                 self.records.cover(posed, path, &sight);
                 self.sights.push(sight);
-                part = part.or(Some(LightPart::PassThrough));
+                part = part.or(Some(LightPass::Transparency));
                 alpha
             };
             through *= 1.0 - alpha;
@@ -81,7 +81,7 @@ impl Tracer<'_, '_> {
     }
 
     /// What is left of a ray leaves the scene.
-    fn escape(&mut self, (ray, path): (&Ray, &Path), through: f32, part: Option<LightPart>) {
+    fn escape(&mut self, (ray, path): (&Ray, &Path), through: f32, part: Option<LightPass>) {
         if path.class == PathClass::Camera && !self.world.settings.show_background {
             return self.cover(path, 1.0 - through);
         }
@@ -92,7 +92,7 @@ impl Tracer<'_, '_> {
             PathClass::Camera => environment.background_over(ray.direction, turns),
             PathClass::Reflection | PathClass::Refraction => environment.radiance_over(ray.direction, turns),
         };
-        self.add(path.sample, part.unwrap_or(LightPart::Environment), weight * radiance);
+        self.add(path.sample, part.unwrap_or(LightPass::Environment), weight * radiance);
         self.cover(path, 1.0);
     }
 

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::Tracer;
 use super::shade::{Shading, mirror_direction};
-use crate::integrator::LightPart;
+use crate::integrator::LightPass;
 
 impl Tracer<'_, '_> {
     /// Diffuse light from all around, and what rough lobes see of it; unoccluded but for the occlusion map.
@@ -37,7 +37,7 @@ impl Tracer<'_, '_> {
                 }
             }
         }
-        let part = shading.part.unwrap_or(LightPart::Environment);
+        let part = shading.part.unwrap_or(LightPass::Environment);
         self.add(shading.path.sample, part, shading.weight_below * radiance * material.occlusion);
         if let Some(coat) = &shading.coat
             && coat.sharpness < 1.0

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 
 use crate::error::Warning;
-use crate::film::PixelCoverage;
+use crate::film::CoverageSample;
 use crate::frame::MeshInstance;
 use crate::image_file::{ExrChannel, ExrSamples};
 use crate::scene::Scene;
@@ -81,7 +81,7 @@ impl Matte {
     }
 
     /// The channels of a picture.
-    pub(super) fn channels(&self, coverage: &[PixelCoverage]) -> Vec<ExrChannel> {
+    pub(super) fn channels(&self, coverage: &[CoverageSample]) -> Vec<ExrChannel> {
         let ranked: Vec<_> = coverage.par_iter().map(|shares| ranks(shares, &self.ids)).collect();
         let channel = |index: usize| ExrChannel {
             name: format!("{}{:02}.{}", self.layer, index / 4, ["R", "G", "B", "A"][index % 4]),

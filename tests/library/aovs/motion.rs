@@ -1,7 +1,7 @@
 //! Motion in pixels of things whose way is known.
 
 use glam::{Mat4, Vec2, Vec3};
-use rayframe::film::CentreSample;
+use rayframe::film::PixelCenterSample;
 use rayframe::scene::{
     AnimationTarget, Interpolation, LocalTransform, MorphTarget, Scene, Skin, SkinIndex, SkinInfluences,
 };
@@ -14,7 +14,7 @@ use super::stage::{
 const TOLERANCE: f32 = 1e-3;
 
 #[track_caller]
-fn assert_motion(sample: &CentreSample, forward: Vec2, back: Vec2) {
+fn assert_motion(sample: &PixelCenterSample, forward: Vec2, back: Vec2) {
     let (ahead, behind) = (sample.motion_forward, sample.motion_back);
     assert!(ahead.abs_diff_eq(forward, TOLERANCE), "{ahead} is not {forward} in {sample:?}");
     assert!(behind.abs_diff_eq(back, TOLERANCE), "{behind} is not {back} in {sample:?}");
@@ -27,7 +27,7 @@ fn assert_square_moves(scene: &Scene, frame: i32, forward: Vec2, back: Vec2) {
     for sample in &samples {
         match sample.instance {
             Some(_) => assert_motion(sample, forward, back),
-            None => assert_eq!(*sample, CentreSample::default()),
+            None => assert_eq!(*sample, PixelCenterSample::default()),
         }
     }
     assert!(samples.iter().filter(|sample| sample.instance.is_some()).count() > 10);

@@ -3,7 +3,7 @@
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use rayframe::bvh::{BuildSettings, Builder};
 use rayframe::cancel::CancelFlag;
-use rayframe::film::{CentreSample, Film, LayerRequest, PixelWindow};
+use rayframe::film::{AovFlags, Film, PixelCenterSample, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::render::{Neighbours, RenderInput, render_centres};
 use rayframe::scene::{
@@ -77,7 +77,7 @@ pub(crate) fn turned(angle: f32) -> [f32; 4] {
 
 /// What the middles of pixels show of frame `frame`.
 #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
-pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<CentreSample> {
+pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<PixelCenterSample> {
     let selection = Selection {
         roots: scene.node_order.clone(),
         clips: (0..scene.animations.len() as u32).map(AnimationIndex).collect(),
@@ -91,14 +91,14 @@ pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<CentreSample> {
     let build = BuildSettings::default();
     let bvh = Builder::default().build(&now.triangles, &now.flags, &build, &cancel, None).unwrap();
     let input = RenderInput { scene, frame: &now, bvh: &bvh, environment: &Environment::None };
-    let request = LayerRequest { centres: true, ..LayerRequest::NONE };
-    let mut film = Film::with_layers(SIZE, PixelWindow::full(SIZE.0, SIZE.1), request);
+    let request = AovFlags { centers: true, ..AovFlags::NONE };
+    let mut film = Film::with_aovs(SIZE, PixelWindow::full(SIZE.0, SIZE.1), request);
     render_centres(&mut film, &input, Neighbours { before: &before, after: &after }, &cancel).unwrap();
-    film.layers.centres.unwrap()
+    film.aovs.centers.unwrap()
 }
 
 /// Each pixel's middle on the plane one metre in front of a pinhole (or of parallel rays), +Y up, with its sample.
-pub(crate) fn on_plane(samples: &[CentreSample]) -> impl Iterator<Item = (Vec2, &CentreSample)> {
+pub(crate) fn on_plane(samples: &[PixelCenterSample]) -> impl Iterator<Item = (Vec2, &PixelCenterSample)> {
     samples.iter().enumerate().map(|(subscript, sample)| {
         let (x, y) = (subscript as u32 % SIZE.0, subscript as u32 / SIZE.0);
         let right = (x as f32 + 0.5) / 10.0 - 2.0;

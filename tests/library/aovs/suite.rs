@@ -4,13 +4,13 @@ use std::path::Path;
 
 use rayframe::cancel::CancelFlag;
 use rayframe::cli::{ShotFiles, ShotRequest, shot_job};
-use rayframe::film::{Film, LayerRequest, LightPart, PixelWindow};
+use rayframe::film::{AovFlags, Film, LightPass, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::regression::suite::{Suite, discover};
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, PixelFilter, RenderSettings};
 use rayframe::sequence::{SequenceJob, film_of};
 
-const ALL: LayerRequest = LayerRequest { light: true, centres: true, coverage: true };
+const ALL: AovFlags = AovFlags { light: true, centers: true, coverage: true };
 
 fn scenes() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
@@ -71,13 +71,13 @@ fn parts_sum_to_the_colour_on_all_scenes() {
     let mut largest = [0.0_f32; 6];
     for (name, job, time_seconds) in pictures() {
         let plain = settings(&job, (16, 9), 2);
-        let layered = RenderSettings { layers: ALL, ..plain.clone() };
+        let layered = RenderSettings { aovs: ALL, ..plain.clone() };
         let (plain, layered) = (film(&job, time_seconds, &plain), film(&job, time_seconds, &layered));
         let bits =
             |film: &Film| -> Vec<u32> { film.pixels.as_flattened().iter().map(|c| c.to_bits()).collect() };
         assert!(bits(&plain) == bits(&layered), "{name}: layers change the colour");
 
-        let (light, coverage) = (layered.layers.light.unwrap(), layered.layers.coverage.unwrap());
+        let (light, coverage) = (layered.aovs.light.unwrap(), layered.aovs.coverage.unwrap());
         for (pixel, parts) in layered.pixels.iter().zip(&light) {
             for channel in 0..3 {
                 let sum: f32 = parts.iter().map(|part| part[channel]).sum();
@@ -99,19 +99,19 @@ fn parts_sum_to_the_colour_on_all_scenes() {
         }
     }
     // Each part is somewhere.
-    for (part, largest) in LightPart::ALL.into_iter().zip(largest) {
+    for (part, largest) in LightPass::ALL.into_iter().zip(largest) {
         assert!(largest > 0.1, "{part:?}: {largest}");
     }
 }
 
 #[test]
 fn without_a_background_shares_sum_to_the_coverage() {
-    let layers = LayerRequest { coverage: true, ..LayerRequest::NONE };
+    let aovs = AovFlags { coverage: true, ..AovFlags::NONE };
     for name in ["material/alpha_blend_stack", "demo/whitted_1980", "light/point"] {
         let job = scene_job(name);
-        let settings = RenderSettings { layers, show_background: false, ..settings(&job, (32, 18), 4) };
+        let settings = RenderSettings { aovs, show_background: false, ..settings(&job, (32, 18), 4) };
         let film = film(&job, 0.0, &settings);
-        for (pixel, shares) in film.pixels.iter().zip(film.layers.coverage.unwrap()) {
+        for (pixel, shares) in film.pixels.iter().zip(film.aovs.coverage.unwrap()) {
             // What is dropped of nearly covered samples, at most 1/1024, counts as covered.
             let sum: f32 = shares.iter().map(|&(_, share)| share).sum();
             assert!((sum - pixel[3]).abs() < 1.1 / 1024.0, "{name}: {shares:?} are not {pixel:?}");
@@ -126,7 +126,7 @@ fn elaborate(job: &SequenceJob) -> RenderSettings {
         filter: PixelFilter::Mitchell,
         lens: Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Middle }),
         glossy_samples: 2,
-        layers: ALL,
+        aovs: ALL,
         ..settings(job, (50, 40), 3)
     }
 }
@@ -146,15 +146,15 @@ fn crops_and_threads_leave_layers_as_they_are() {
 
         let window = PixelWindow { x0: 13, y0: 30, x1: 37, y1: 39 };
         let crop = film(&job, time_seconds, &RenderSettings { window, ..elaborate(&job) });
-        let mut part = Film::with_layers(whole.resolution, window, ALL);
+        let mut part = Film::with_aovs(whole.resolution, window, ALL);
         for y in window.y0..window.y1 {
             for x in window.x0..window.x1 {
                 let from = (y * 50 + x) as usize;
                 let to = ((y - window.y0) * window.width() + x - window.x0) as usize;
                 part.pixels[to] = whole.pixels[from];
-                let (all, part) = (&whole.layers, &mut part.layers);
+                let (all, part) = (&whole.aovs, &mut part.aovs);
                 part.light.as_mut().unwrap()[to] = all.light.as_ref().unwrap()[from];
-                part.centres.as_mut().unwrap()[to] = all.centres.as_ref().unwrap()[from];
+                part.centers.as_mut().unwrap()[to] = all.centers.as_ref().unwrap()[from];
                 part.coverage.as_mut().unwrap()[to] = all.coverage.as_ref().unwrap()[from].clone();
             }
         }
@@ -167,7 +167,7 @@ fn parts_of_an_elaborate_picture_sum_to_it_where_nothing_is_clamped() {
     let job = scene_job("demo/whitted_1980");
     let film = film(&job, 0.2, &elaborate(&job));
     let mut compared = 0;
-    for (pixel, parts) in film.pixels.iter().zip(film.layers.light.unwrap()) {
+    for (pixel, parts) in film.pixels.iter().zip(film.aovs.light.unwrap()) {
         for channel in 0..3 {
             let sum: f32 = parts.iter().map(|part| part[channel]).sum();
             if pixel[channel] > 0.0 {

@@ -1,7 +1,7 @@
 //! Light by the way it came, and which surfaces cover a pixel.
 
 use glam::{Vec3, Vec4};
-use rayframe::film::{LayerRequest, LightPart, PixelWindow};
+use rayframe::film::{AovFlags, LightPass, PixelWindow};
 use rayframe::render::PixelFilter;
 use rayframe::scene::{AlphaMode, Environment, LightKind, Material, Projection, Transmission};
 
@@ -12,7 +12,7 @@ const EYE: Vec3 = Vec3::new(0.0, 0.0, 4.0);
 /// An empty stage that records everything.
 fn stage() -> Stage {
     let mut stage = Stage::new();
-    stage.settings.layers = LayerRequest { light: true, centres: true, coverage: true };
+    stage.settings.aovs = AovFlags { light: true, centers: true, coverage: true };
     stage
 }
 
@@ -33,10 +33,10 @@ fn mirror() -> Material {
 /// The camera sees `expected` and nothing else, in sum the colour.
 #[expect(clippy::unwrap_used, reason = "the stage records everything")]
 #[track_caller]
-fn assert_parts(stage: &Stage, eye: Vec3, expected: &[(LightPart, Vec3)]) {
+fn assert_parts(stage: &Stage, eye: Vec3, expected: &[(LightPass, Vec3)]) {
     let film = stage.picture(eye, Vec3::ZERO);
-    let light = film.layers.light.unwrap()[0];
-    for part in LightPart::ALL {
+    let light = film.aovs.light.unwrap()[0];
+    for part in LightPass::ALL {
         let seen = Vec3::from_array(light[part.subscript()]);
         let told = expected.iter().find(|(other, _)| *other == part).map_or(Vec3::ZERO, |(_, value)| *value);
         assert!(seen.abs_diff_eq(told, 1e-5), "{part:?} is {seen}, not {told}");
@@ -50,10 +50,10 @@ fn what_shines_by_itself_is_emission() {
     let color = Vec3::new(0.2, 0.5, 0.9);
     let mut stage = stage();
     stage.add(across(0.0), unlit(color));
-    assert_parts(&stage, EYE, &[(LightPart::Emission, color)]);
+    assert_parts(&stage, EYE, &[(LightPass::Emission, color)]);
     let mut stage = self::stage();
     stage.add(across(0.0), Material { emissive: color * 3.0, ..lambert(Vec3::ZERO) });
-    assert_parts(&stage, EYE, &[(LightPart::Emission, color * 3.0)]);
+    assert_parts(&stage, EYE, &[(LightPass::Emission, color * 3.0)]);
 }
 
 #[test]
@@ -62,16 +62,16 @@ fn a_lamp_on_a_dull_square_is_direct() {
     let mut stage = stage();
     stage.add(across(0.0), lambert(Vec3::ONE));
     stage.add_light(LightKind::Point, std::f32::consts::PI, Vec3::Z * 2.0, Vec3::NEG_Z);
-    assert_parts(&stage, EYE, &[(LightPart::Direct, Vec3::splat(0.25))]);
+    assert_parts(&stage, EYE, &[(LightPass::Direct, Vec3::splat(0.25))]);
 }
 
 #[test]
 fn the_sky_is_environment_whether_scattered_or_seen() {
     let mut stage = stage();
     stage.environment = Environment::Constant(Vec3::splat(0.5));
-    assert_parts(&stage, EYE, &[(LightPart::Environment, Vec3::splat(0.5))]);
+    assert_parts(&stage, EYE, &[(LightPass::Environment, Vec3::splat(0.5))]);
     stage.add(across(0.0), lambert(Vec3::new(1.0, 0.5, 0.25)));
-    assert_parts(&stage, EYE, &[(LightPart::Environment, Vec3::new(0.5, 0.25, 0.125))]);
+    assert_parts(&stage, EYE, &[(LightPass::Environment, Vec3::new(0.5, 0.25, 0.125))]);
 }
 
 #[test]
@@ -82,9 +82,9 @@ fn everything_in_a_mirror_is_reflection() {
     stage.add(rectangle(Vec3::ZERO, Vec3::Z * 5.0, Vec3::X * 5.0), mirror());
     stage.environment = Environment::Constant(Vec3::splat(0.5));
     let eye = Vec3::new(2.0, 2.0, 0.0);
-    assert_parts(&stage, eye, &[(LightPart::Reflection, Vec3::splat(0.5))]);
+    assert_parts(&stage, eye, &[(LightPass::Reflection, Vec3::splat(0.5))]);
     stage.add(rectangle(Vec3::new(-2.0, 2.0, 0.0), Vec3::new(0.1, 0.1, 0.0), Vec3::Z * 0.1), unlit(color));
-    assert_parts(&stage, eye, &[(LightPart::Reflection, color)]);
+    assert_parts(&stage, eye, &[(LightPass::Reflection, color)]);
 }
 
 #[test]
@@ -102,18 +102,18 @@ fn what_is_behind_glass_is_refraction() {
     stage.add(across(1.0), pane);
     stage.add(across(0.0), blended(unlit(Vec3::ONE), 0.5));
     stage.add(across(-1.0), unlit(Vec3::X));
-    assert_parts(&stage, EYE, &[(LightPart::Refraction, Vec3::new(1.0, 0.5, 0.5))]);
+    assert_parts(&stage, EYE, &[(LightPass::Refraction, Vec3::new(1.0, 0.5, 0.5))]);
 }
 
 #[test]
 fn whatever_is_behind_a_see_through_pane_passes_through() {
     // The pane has a quarter: of a lit wall, of a mirror that shows the sky, or of the sky itself three quarters are left.
     let pane = || blended(unlit(Vec3::Y), 0.25);
-    let front = (LightPart::Emission, Vec3::Y * 0.25);
+    let front = (LightPass::Emission, Vec3::Y * 0.25);
     let mut open = stage();
     open.environment = Environment::Constant(Vec3::splat(0.5));
     open.add(across(1.0), pane());
-    assert_parts(&open, EYE, &[front, (LightPart::PassThrough, Vec3::splat(0.375))]);
+    assert_parts(&open, EYE, &[front, (LightPass::Transparency, Vec3::splat(0.375))]);
 
     let mut before_mirror = stage();
     before_mirror.environment = Environment::Constant(Vec3::splat(0.5));
@@ -121,13 +121,13 @@ fn whatever_is_behind_a_see_through_pane_passes_through() {
     before_mirror.add(across(0.0), mirror());
     // The mirror sees the pane's back, too: a quarter of it and three quarters of the sky.
     let reflected = Vec3::new(0.375, 0.25 + 0.375, 0.375) * 0.75;
-    assert_parts(&before_mirror, EYE, &[front, (LightPart::PassThrough, reflected)]);
+    assert_parts(&before_mirror, EYE, &[front, (LightPass::Transparency, reflected)]);
 
     let mut before_wall = stage();
     before_wall.add(across(1.0), pane());
     before_wall.add(across(0.0), lambert(Vec3::ONE));
     before_wall.add_light(LightKind::Point, std::f32::consts::PI, Vec3::Z * 0.5, Vec3::NEG_Z);
-    assert_parts(&before_wall, EYE, &[front, (LightPart::PassThrough, Vec3::splat(3.0))]);
+    assert_parts(&before_wall, EYE, &[front, (LightPass::Transparency, Vec3::splat(3.0))]);
 }
 
 #[test]
@@ -137,10 +137,10 @@ fn a_shadow_catcher_is_not_looked_through() {
     stage.environment = Environment::Constant(Vec3::splat(0.5));
     stage.add(across(0.0), Material { is_shadow_catcher: true, ..lambert(Vec3::ONE) });
     stage.add_light(LightKind::Point, 1.0, Vec3::Z * 2.0, Vec3::NEG_Z);
-    assert_parts(&stage, EYE, &[(LightPart::Environment, Vec3::splat(0.5))]);
+    assert_parts(&stage, EYE, &[(LightPass::Environment, Vec3::splat(0.5))]);
     let film = stage.picture(EYE, Vec3::ZERO);
-    assert_eq!(film.layers.coverage, Some(vec![vec![]]));
-    assert_eq!(film.layers.centres.unwrap()[0].instance, None);
+    assert_eq!(film.aovs.coverage, Some(vec![vec![]]));
+    assert_eq!(film.aovs.centers.unwrap()[0].instance, None);
 }
 
 /// Two metres wide parallel rays into one pixel.
@@ -154,7 +154,7 @@ fn wide(samples: u32, filter: PixelFilter) -> Stage {
 
 #[expect(clippy::unwrap_used, reason = "the stage records everything")]
 fn coverage(stage: &Stage) -> Vec<(u32, f32)> {
-    stage.picture(EYE, Vec3::ZERO).layers.coverage.unwrap()[0].clone()
+    stage.picture(EYE, Vec3::ZERO).aovs.coverage.unwrap()[0].clone()
 }
 
 #[test]
@@ -175,10 +175,10 @@ fn see_through_surfaces_share_with_what_is_behind_them() {
     stage.add(across(-1.0), unlit(Vec3::ONE));
     assert_eq!(coverage(&stage), [(0, 0.75), (1, 0.25)]);
     // The middle shows what has at least half.
-    let shape = |stage: &Stage| stage.picture(EYE, Vec3::ZERO).layers.centres.unwrap()[0].instance;
-    assert_eq!(shape(&stage), Some(0));
+    let instance = |stage: &Stage| stage.picture(EYE, Vec3::ZERO).aovs.centers.unwrap()[0].instance;
+    assert_eq!(instance(&stage), Some(0));
     stage.add(across(2.0), blended(unlit(Vec3::ONE), 0.5));
-    assert_eq!(shape(&stage), Some(3));
+    assert_eq!(instance(&stage), Some(3));
 }
 
 #[test]

@@ -132,7 +132,7 @@ fn light_alone_may_lose_a_little() {
 }
 
 #[test]
-fn split_layers_have_files_of_their_own() {
+fn split_aovs_have_files_of_their_own() {
     let folder = tempfile::tempdir().unwrap();
     rendered(
         folder.path(),

@@ -2,28 +2,28 @@
 
 use glam::{Vec2, Vec3};
 
-pub use crate::integrator::{LightPart, LightParts};
+pub use crate::integrator::{LightPass, LightPasses};
 
 /// Which layers are recorded.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct LayerRequest {
-    /// How the light of each pixel came: [`FilmLayers::light`].
+pub struct AovFlags {
+    /// How the light of each pixel came: [`FilmAovs::light`].
     pub light: bool,
-    /// What the ray through the middle of each pixel meets: [`FilmLayers::centres`].
-    pub centres: bool,
-    /// Which surfaces cover each pixel, and by how much: [`FilmLayers::coverage`].
+    /// What the ray through the middle of each pixel meets: [`FilmAovs::centers`].
+    pub centers: bool,
+    /// Which surfaces cover each pixel, and by how much: [`FilmAovs::coverage`].
     pub coverage: bool,
 }
 
-impl LayerRequest {
+impl AovFlags {
     /// Nothing besides colour and coverage.
-    pub const NONE: Self = Self { light: false, centres: false, coverage: false };
+    pub const NONE: Self = Self { light: false, centers: false, coverage: false };
 }
 
 /// What the ray through the middle of a pixel meets first, at the frame's own time and without a lens: the first surface whose
 /// coverage is at least one half. Shadow catchers are not met.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CentreSample {
+pub struct PixelCenterSample {
     /// Subscript of [`crate::frame::Frame::instances`]; `None` where nothing is met, and then the fields up to `uv` are zero.
     pub instance: Option<u32>,
     /// Distance along the camera's axis, metres.
@@ -46,7 +46,7 @@ pub struct CentreSample {
     pub motion_back: Vec2,
 }
 
-impl Default for CentreSample {
+impl Default for PixelCenterSample {
     /// Nothing is met.
     fn default() -> Self {
         Self {
@@ -66,10 +66,10 @@ impl Default for CentreSample {
 /// The surfaces that cover a pixel, filtered like its colour: subscripts of [`crate::frame::Frame::instances`], increasing, each once, with their
 /// shares of the pixel. What is seen in mirrors and through glass is not among them; see-through surfaces and what is behind
 /// them have their shares each.
-pub type PixelCoverage = Vec<(u32, f32)>;
+pub type CoverageSample = Vec<(u32, f32)>;
 
 /// Adds to the share of one surface.
-pub fn add_share(coverage: &mut PixelCoverage, instance: u32, share: f32) {
+pub fn add_share(coverage: &mut CoverageSample, instance: u32, share: f32) {
     match coverage.binary_search_by_key(&instance, |&(instance, _)| instance) {
         Ok(place) => coverage[place].1 += share,
         Err(place) => coverage.insert(place, (instance, share)),
@@ -78,22 +78,22 @@ pub fn add_share(coverage: &mut PixelCoverage, instance: u32, share: f32) {
 
 /// Row-major pixels of the film's window, for each layer that is recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FilmLayers {
+pub struct FilmAovs {
     /// How light came.
-    pub light: Option<Vec<LightParts>>,
+    pub light: Option<Vec<LightPasses>>,
     /// What the middle of each pixel shows.
-    pub centres: Option<Vec<CentreSample>>,
+    pub centers: Option<Vec<PixelCenterSample>>,
     /// What covers each pixel.
-    pub coverage: Option<Vec<PixelCoverage>>,
+    pub coverage: Option<Vec<CoverageSample>>,
 }
 
-impl FilmLayers {
+impl FilmAovs {
     /// Empty layers of `count` pixels.
-    pub fn new(count: usize, request: LayerRequest) -> Self {
+    pub fn new(count: usize, request: AovFlags) -> Self {
         Self {
-            light: request.light.then(|| vec![LightParts::default(); count]),
-            centres: request.centres.then(|| vec![CentreSample::default(); count]),
-            coverage: request.coverage.then(|| vec![PixelCoverage::new(); count]),
+            light: request.light.then(|| vec![LightPasses::default(); count]),
+            centers: request.centers.then(|| vec![PixelCenterSample::default(); count]),
+            coverage: request.coverage.then(|| vec![CoverageSample::new(); count]),
         }
     }
 
@@ -126,10 +126,10 @@ impl FilmLayers {
     }
 
     /// What is recorded.
-    pub fn request(&self) -> LayerRequest {
-        LayerRequest {
+    pub fn request(&self) -> AovFlags {
+        AovFlags {
             light: self.light.is_some(),
-            centres: self.centres.is_some(),
+            centers: self.centers.is_some(),
             coverage: self.coverage.is_some(),
         }
     }
@@ -141,8 +141,8 @@ mod tests {
 
     #[test]
     fn shares_are_summed_by_surface() {
-        let all = LayerRequest { light: true, centres: true, coverage: true };
-        let (mut sum, mut other) = (FilmLayers::new(1, all), FilmLayers::new(1, all));
+        let all = AovFlags { light: true, centers: true, coverage: true };
+        let (mut sum, mut other) = (FilmAovs::new(1, all), FilmAovs::new(1, all));
         sum.coverage = Some(vec![vec![(2, 0.5), (7, 0.25)]]);
         other.coverage = Some(vec![vec![(1, 1.0), (7, 0.5), (9, 0.125)]]);
         sum.light = Some(vec![[[1.0, 2.0, 3.0]; 6]]);
@@ -155,8 +155,8 @@ mod tests {
 
     #[test]
     fn what_is_asked_for_is_recorded() {
-        let light = LayerRequest { light: true, ..LayerRequest::NONE };
-        assert_eq!(FilmLayers::new(3, light).request(), light);
-        assert_eq!(FilmLayers::new(3, LayerRequest::NONE), FilmLayers::default());
+        let light = AovFlags { light: true, ..AovFlags::NONE };
+        assert_eq!(FilmAovs::new(3, light).request(), light);
+        assert_eq!(FilmAovs::new(3, AovFlags::NONE), FilmAovs::default());
     }
 }

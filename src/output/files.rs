@@ -7,12 +7,12 @@ use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
 use crate::image_file::{
-    DisplayPicture, ExrPicture, FrameAttributes, RgbaPixels, encode_exr, encode_exr_picture, encode_png,
+    DisplayImage, ExrPicture, FrameAttributes, RgbaPixels, encode_exr, encode_exr_picture, encode_png,
     half_from_f32,
 };
 
-use super::channels::layer_channels;
-use super::{ExrOutput, Layer, ShapeIds};
+use super::channels::aov_channels;
+use super::{Aov, ExrOutput, InstanceIds};
 
 /// How scene-linear colour becomes a viewable picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,38 +26,38 @@ pub struct PreviewLook {
 /// The EXR files of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExrFiles {
-    /// The picture, with all layers unless they are split.
+    /// The picture, with all AOVs unless they are split.
     pub main: Vec<u8>,
-    /// The files of [`ExrOutput::split_layers`].
-    pub layers: Vec<Vec<u8>>,
+    /// The files of [`ExrOutput::split_aovs`].
+    pub aovs: Vec<Vec<u8>>,
 }
 
 /// The EXR files of a frame; `shapes` are those of the frame.
 ///
 /// # Errors
-/// [`crate::error::Error::Internal`] when the film has not recorded a layer.
+/// [`crate::error::Error::Internal`] when the film has not recorded an AOV.
 pub fn exr_files(
     film: &Film,
     attributes: &FrameAttributes,
     output: &ExrOutput,
-    shapes: &ShapeIds,
+    shapes: &InstanceIds,
 ) -> Result<ExrFiles> {
-    let file = |layers: &[Layer]| layers_file(film, attributes.clone(), output, (layers, shapes));
-    let split = || output.split_layers().par_iter().map(|&layer| file(&[layer])).collect();
-    let (main, layers): (_, Result<_>) = rayon::join(|| file(output.main_layers()), split);
-    Ok(ExrFiles { main: main?, layers: layers? })
+    let file = |aovs: &[Aov]| aovs_file(film, attributes.clone(), output, (aovs, shapes));
+    let split = || output.split_aovs().par_iter().map(|&aov| file(&[aov])).collect();
+    let (main, aovs): (_, Result<_>) = rayon::join(|| file(output.main_aovs()), split);
+    Ok(ExrFiles { main: main?, aovs: aovs? })
 }
 
-fn layers_file(
+fn aovs_file(
     film: &Film,
     mut attributes: FrameAttributes,
     output: &ExrOutput,
-    (layers, shapes): (&[Layer], &ShapeIds),
+    (aovs, shapes): (&[Aov], &InstanceIds),
 ) -> Result<Vec<u8>> {
     let mut channels = Vec::new();
-    for &layer in layers {
-        channels.extend(layer_channels(layer, film, output.samples, shapes)?);
-        if let Some(matte) = shapes.matte(layer) {
+    for &aov in aovs {
+        channels.extend(aov_channels(aov, film, output.samples, shapes)?);
+        if let Some(matte) = shapes.matte(aov) {
             attributes.texts.extend(matte.attributes());
         }
     }
@@ -66,7 +66,7 @@ fn layers_file(
         origin: (film.window.x0, film.window.y0),
         size: (film.window.width(), film.window.height()),
         channels,
-        compression: output.compression_of(layers),
+        compression: output.compression_of(aovs),
     };
     encode_exr_picture(picture, &attributes)
 }
@@ -95,8 +95,8 @@ pub fn png_file(
 }
 
 /// Linear pixels as a display shows them.
-pub fn display_picture(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayPicture {
-    DisplayPicture { size, pixels: display_pixels(pixels, look) }
+pub fn display_picture(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayImage {
+    DisplayImage { size, pixels: display_pixels(pixels, look) }
 }
 
 /// sRGB with straight alpha. Values are rounded to halves first, so that a preview made while rendering and one made
@@ -120,9 +120,9 @@ fn display_pixel([r, g, b, alpha]: [f32; 4], gain: f32, tone: ToneCurve) -> [u8;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::LayerRequest;
+    use crate::film::AovFlags;
     use crate::frame::PosedCamera;
-    use crate::output::{LayerSet, frame_attributes};
+    use crate::output::{AovSet, frame_attributes};
     use crate::scene::Scene;
 
     const LOOK: PreviewLook = PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard };
@@ -137,8 +137,8 @@ mod tests {
 
     /// A film of shapes that nothing is known of, with everything recorded.
     fn film() -> Film {
-        let all = LayerRequest { light: true, centres: true, coverage: true };
-        let mut film = Film::with_layers((5, 4), PixelWindow { x0: 1, y0: 2, x1: 4, y1: 4 }, all);
+        let all = AovFlags { light: true, centers: true, coverage: true };
+        let mut film = Film::with_aovs((5, 4), PixelWindow { x0: 1, y0: 2, x1: 4, y1: 4 }, all);
         film.pixels = (0..6).map(|i| [i as f32, 0.5, -0.0, 1.0]).collect();
         film
     }
@@ -150,27 +150,28 @@ mod tests {
 
     #[test]
     fn the_default_is_the_picture_alone() {
-        let files = exr_files(&film(), &attributes(), &ExrOutput::default(), &ShapeIds::default()).unwrap();
+        let files =
+            exr_files(&film(), &attributes(), &ExrOutput::default(), &InstanceIds::default()).unwrap();
         assert!(files.main == exr_file(&film(), &attributes()).unwrap());
-        assert!(files.layers.is_empty());
+        assert!(files.aovs.is_empty());
     }
 
     #[test]
-    fn split_layers_hold_what_one_file_would() {
+    fn split_aovs_hold_what_one_file_would() {
         let scene = Scene::default();
-        let layers = LayerSet::new(&Layer::ALL);
-        let shapes = ShapeIds::new(&scene, &[], &layers);
-        let together = ExrOutput { layers, ..ExrOutput::default() };
+        let aovs = AovSet::new(&Aov::ALL);
+        let shapes = InstanceIds::new(&scene, &[], &aovs);
+        let together = ExrOutput { aovs, ..ExrOutput::default() };
         let split = ExrOutput { is_split: true, ..together.clone() };
         let together = exr_files(&film(), &attributes(), &together, &shapes).unwrap();
-        assert!(together.layers.is_empty());
+        assert!(together.aovs.is_empty());
         let split = exr_files(&film(), &attributes(), &split, &shapes).unwrap();
-        assert_eq!(split.layers.len(), Layer::ALL.len() - 1);
+        assert_eq!(split.aovs.len(), Aov::ALL.len() - 1);
         assert!(split.main == exr_file(&film(), &attributes()).unwrap());
         // Every file shows the same picture of the same frame, and mattes have their names where they are.
         let names = |file: &[u8]| file.windows(12).filter(|window| window == b"cryptomatte/").count();
         assert_eq!(names(&together.main), 8);
-        assert_eq!(split.layers.iter().map(|file| names(file)).collect::<Vec<_>>()[16..], [4, 4]);
+        assert_eq!(split.aovs.iter().map(|file| names(file)).collect::<Vec<_>>()[16..], [4, 4]);
         assert_eq!(names(&split.main), 0);
     }
 

@@ -3,7 +3,7 @@
 /// How light came to the eye. What the camera sees last decides: each bit of a pixel's light is in exactly one part, so that
 /// they sum to its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LightPart {
+pub enum LightPass {
     /// Given off by the first surface, unlit ones included.
     Emission,
     /// From lamps, scattered by the first surface.
@@ -15,10 +15,10 @@ pub enum LightPart {
     /// By rays through the first surface where it is glass, whatever they met.
     Refraction,
     /// By whatever is seen behind a see-through first surface (alpha, not glass).
-    PassThrough,
+    Transparency,
 }
 
-impl LightPart {
+impl LightPass {
     /// All parts, in the order of their subscripts.
     pub const ALL: [Self; 6] = [
         Self::Emission,
@@ -26,10 +26,10 @@ impl LightPart {
         Self::Environment,
         Self::Reflection,
         Self::Refraction,
-        Self::PassThrough,
+        Self::Transparency,
     ];
 
-    /// Its subscript in [`LightParts`].
+    /// Its subscript in [`LightPasses`].
     pub fn subscript(self) -> usize {
         self as usize
     }
@@ -42,13 +42,13 @@ impl LightPart {
             Self::Environment => "environment",
             Self::Reflection => "reflection",
             Self::Refraction => "refraction",
-            Self::PassThrough => "pass_through",
+            Self::Transparency => "pass_through",
         }
     }
 }
 
-/// Linear Rec.709 radiance of one pixel by [`LightPart`], premultiplied like the pixel itself.
-pub type LightParts = [[f32; 3]; LightPart::ALL.len()];
+/// Linear Rec.709 radiance of one pixel by [`LightPass`], premultiplied like the pixel itself.
+pub type LightPasses = [[f32; 3]; LightPass::ALL.len()];
 
 #[cfg(test)]
 mod tests {
@@ -56,7 +56,7 @@ mod tests {
 
     #[test]
     fn subscripts_follow_the_list() {
-        for (subscript, part) in LightPart::ALL.into_iter().enumerate() {
+        for (subscript, part) in LightPass::ALL.into_iter().enumerate() {
             assert_eq!(part.subscript(), subscript);
         }
     }

@@ -1,10 +1,10 @@
-//! The layers that an EXR file can hold, by name.
+//! The AOVs that an EXR file can hold, by name.
 
-use crate::film::{LayerRequest, LightPart};
+use crate::film::{AovFlags, LightPass};
 
-/// One layer: a few channels that belong together.
+/// One AOV: a few channels that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Layer {
+pub enum Aov {
     /// The picture: `R`, `G`, `B`, `A`.
     Beauty,
     /// Distance along the camera's axis, metres: `Z`; [`super::DEPTH_OF_NOTHING`] where nothing is met.
@@ -18,7 +18,7 @@ pub enum Layer {
     /// Linear base colour: `albedo.R`, `.G`, `.B`.
     Albedo,
     /// One part of the picture's light: `direct.R`, `.G`, `.B` and so on.
-    Light(LightPart),
+    Light(LightPass),
     /// Texture coordinates with v growing upwards: `uv.U`, `.V`.
     Uv,
     /// Subscript of the mesh plus one: `object_id`.
@@ -36,7 +36,7 @@ pub enum Layer {
     CryptoMaterial,
 }
 
-impl Layer {
+impl Aov {
     /// All of them, in the order in which they are listed.
     pub const ALL: [Self; 19] = [
         Self::Beauty,
@@ -45,12 +45,12 @@ impl Layer {
         Self::Normal,
         Self::GeometricNormal,
         Self::Albedo,
-        Self::Light(LightPart::Emission),
-        Self::Light(LightPart::Direct),
-        Self::Light(LightPart::Environment),
-        Self::Light(LightPart::Reflection),
-        Self::Light(LightPart::Refraction),
-        Self::Light(LightPart::PassThrough),
+        Self::Light(LightPass::Emission),
+        Self::Light(LightPass::Direct),
+        Self::Light(LightPass::Environment),
+        Self::Light(LightPass::Reflection),
+        Self::Light(LightPass::Refraction),
+        Self::Light(LightPass::Transparency),
         Self::Uv,
         Self::ObjectId,
         Self::MaterialId,
@@ -86,7 +86,7 @@ impl Layer {
     }
 
     /// Whether it tells surfaces apart by name or number.
-    pub(super) fn needs_shapes(self) -> bool {
+    pub(super) fn needs_instances(self) -> bool {
         matches!(
             self,
             Self::ObjectId | Self::MaterialId | Self::NodeId | Self::CryptoObject | Self::CryptoMaterial
@@ -105,40 +105,40 @@ impl Layer {
     }
 }
 
-/// The layers of a file: the picture, and any others, each once and in the order of [`Layer::ALL`].
+/// The AOVs of a file: the picture, and any others, each once and in the order of [`Aov::ALL`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LayerSet(Vec<Layer>);
+pub struct AovSet(Vec<Aov>);
 
-impl Default for LayerSet {
+impl Default for AovSet {
     fn default() -> Self {
         Self::new(&[])
     }
 }
 
-impl LayerSet {
-    /// The picture and `layers`.
-    pub fn new(layers: &[Layer]) -> Self {
-        let is_in = |layer: &Layer| *layer == Layer::Beauty || layers.contains(layer);
-        Self(Layer::ALL.into_iter().filter(is_in).collect())
+impl AovSet {
+    /// The picture and `aovs`.
+    pub fn new(aovs: &[Aov]) -> Self {
+        let is_in = |aov: &Aov| *aov == Aov::Beauty || aovs.contains(aov);
+        Self(Aov::ALL.into_iter().filter(is_in).collect())
     }
 
-    /// The layers, the picture first.
-    pub fn layers(&self) -> &[Layer] {
+    /// The AOVs, the picture first.
+    pub fn as_slice(&self) -> &[Aov] {
         &self.0
     }
 
     /// What the film has to record for them.
-    pub fn request(&self) -> LayerRequest {
-        let mut request = LayerRequest::NONE;
-        for layer in &self.0 {
-            match layer {
-                Layer::Beauty => {}
-                Layer::Light(_) => request.light = true,
-                Layer::CryptoObject | Layer::CryptoMaterial => request.coverage = true,
-                _ => request.centres = true,
+    pub fn flags(&self) -> AovFlags {
+        let mut flags = AovFlags::NONE;
+        for aov in &self.0 {
+            match aov {
+                Aov::Beauty => {}
+                Aov::Light(_) => flags.light = true,
+                Aov::CryptoObject | Aov::CryptoMaterial => flags.coverage = true,
+                _ => flags.centers = true,
             }
         }
-        request
+        flags
     }
 }
 
@@ -148,29 +148,26 @@ mod tests {
 
     #[test]
     fn sets_are_sorted_and_hold_the_picture() {
-        let set = LayerSet::new(&[Layer::NodeId, Layer::Depth, Layer::NodeId]);
-        assert_eq!(set.layers(), [Layer::Beauty, Layer::Depth, Layer::NodeId]);
-        assert_eq!(LayerSet::default().layers(), [Layer::Beauty]);
+        let set = AovSet::new(&[Aov::NodeId, Aov::Depth, Aov::NodeId]);
+        assert_eq!(set.as_slice(), [Aov::Beauty, Aov::Depth, Aov::NodeId]);
+        assert_eq!(AovSet::default().as_slice(), [Aov::Beauty]);
     }
 
     #[test]
     fn only_what_is_needed_is_recorded() {
-        let request = |layer| LayerSet::new(&[layer]).request();
-        assert_eq!(LayerSet::default().request(), LayerRequest::NONE);
-        assert_eq!(
-            request(Layer::Light(LightPart::Direct)),
-            LayerRequest { light: true, ..LayerRequest::NONE }
-        );
-        assert_eq!(request(Layer::Uv), LayerRequest { centres: true, ..LayerRequest::NONE });
-        assert_eq!(request(Layer::CryptoMaterial), LayerRequest { coverage: true, ..LayerRequest::NONE });
+        let request = |aov| AovSet::new(&[aov]).flags();
+        assert_eq!(AovSet::default().flags(), AovFlags::NONE);
+        assert_eq!(request(Aov::Light(LightPass::Direct)), AovFlags { light: true, ..AovFlags::NONE });
+        assert_eq!(request(Aov::Uv), AovFlags { centers: true, ..AovFlags::NONE });
+        assert_eq!(request(Aov::CryptoMaterial), AovFlags { coverage: true, ..AovFlags::NONE });
     }
 
     #[test]
     fn all_parts_of_light_are_layers() {
-        for part in LightPart::ALL {
-            assert!(Layer::ALL.contains(&Layer::Light(part)));
+        for part in LightPass::ALL {
+            assert!(Aov::ALL.contains(&Aov::Light(part)));
         }
-        let names: std::collections::BTreeSet<_> = Layer::ALL.map(Layer::name).into();
-        assert_eq!(names.len(), Layer::ALL.len());
+        let names: std::collections::BTreeSet<_> = Aov::ALL.map(Aov::name).into();
+        assert_eq!(names.len(), Aov::ALL.len());
     }
 }

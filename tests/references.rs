@@ -14,10 +14,10 @@ use rayframe::cancel::CancelFlag;
 use rayframe::cli::ShotFiles;
 use rayframe::error::Result;
 use rayframe::regression::suite::{
-    ShotResult, Suite, SuiteResult, SuiteShot, TestContext, dangling_references, discover, finish, is_ci,
+    ShotResult, Suite, SuiteResult, SuiteShot, TestContext, discover, finish, is_ci, orphaned_references,
     report_page, test_shot,
 };
-use rayframe::regression::{PictureRoom, write_report};
+use rayframe::regression::{ImageBudget, write_report};
 
 #[expect(clippy::print_stderr, reason = "a test says what is wrong")]
 fn main() -> ExitCode {
@@ -38,8 +38,8 @@ fn tested(arguments: &Arguments) -> Result<ExitCode> {
     let mut trials: Vec<Trial> = shots.iter().map(|shot| trial(&suite, shot, &results)).collect();
     let (of_suite, of_shots) = (Arc::clone(&suite), Arc::clone(&shots));
     trials.push(Trial::test("references_have_shots", move || {
-        let dangling = dangling_references(&of_suite, &ShotFiles, &of_shots)?;
-        if dangling.is_empty() { Ok(()) } else { Err(Failed::from(dangling.join("\n"))) }
+        let orphaned = orphaned_references(&of_suite, &ShotFiles, &of_shots)?;
+        if orphaned.is_empty() { Ok(()) } else { Err(Failed::from(orphaned.join("\n"))) }
     }));
     let start = Instant::now();
     let conclusion = libtest_mimic::run(arguments, trials);
@@ -52,7 +52,7 @@ fn tested(arguments: &Arguments) -> Result<ExitCode> {
 }
 
 /// Room for the pictures of failures.
-static ROOM: LazyLock<PictureRoom> = LazyLock::new(PictureRoom::new);
+static ROOM: LazyLock<ImageBudget> = LazyLock::new(ImageBudget::new);
 
 fn trial(suite: &Arc<Suite>, shot: &SuiteShot, results: &Arc<Mutex<Vec<ShotResult>>>) -> Trial {
     let (suite, shot, results) = (Arc::clone(suite), shot.clone(), Arc::clone(results));
@@ -77,8 +77,8 @@ fn trial(suite: &Arc<Suite>, shot: &SuiteShot, results: &Arc<Mutex<Vec<ShotResul
 #[expect(clippy::print_stderr, reason = "a test says what is to be done")]
 fn report(suite: &Suite, shots: &[SuiteShot], mut results: Vec<ShotResult>, seconds: f64) -> Result<()> {
     results.sort_by(|a, b| a.name.cmp(&b.name));
-    let (dangling, not_kept) = finish(suite, shots, &results, "", !is_ci())?;
-    let result = SuiteResult { shots: results, dangling, not_kept, seconds };
+    let (orphaned, not_kept) = finish(suite, shots, &results, "", !is_ci())?;
+    let result = SuiteResult { shots: results, orphaned, not_kept, seconds };
     let passes = result.passes();
     let page = suite.report.join("index.html");
     write_report(&report_page(suite, result, "cargo test --release --test references", !is_ci()), &page)?;

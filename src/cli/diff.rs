@@ -1,7 +1,7 @@
 //! `rayframe diff`: two pictures, or two sequences, against the limits of a preset.
 
+mod maps;
 mod page;
-mod pictures;
 mod report;
 mod text;
 
@@ -12,11 +12,11 @@ use clap::Args;
 use crate::error::{Error, Result};
 use crate::image_file::write_atomically;
 use crate::progress::{print_output, print_warning};
-use crate::regression::{FilePair, LayeredPicture, PairedFiles, Preset, judge, pair_files, pixel_hash};
+use crate::regression::{FilePair, LayeredPicture, PairedFiles, Preset, compare, pair_files, pixel_hash};
 
 use super::layer_options;
+use maps::MapPattern;
 use page::DiffPage;
-use pictures::MapPattern;
 use report::{FrameReport, Report};
 
 /// Options of `rayframe diff`.
@@ -93,14 +93,14 @@ fn compared(
     // The page shows colours even where other layers are compared.
     let kept = page.is_some().then(|| whole.clone());
     let (actual, reference) = (whole.0.with_layers(&layers), whole.1.with_layers(&layers));
-    let mut judgement = judge(&actual, &reference, &args.preset.limits());
-    let map = judgement.flip_map.take();
+    let mut comparison = compare(&actual, &reference, &args.preset.limits());
+    let map = comparison.flip_map.take();
     if let (Some(page), Some(whole)) = (page, kept) {
-        page.add(pair, [&whole.0, &whole.1], &judgement, map.as_ref());
+        page.add(pair, [&whole.0, &whole.1], &comparison, map.as_ref());
     }
     let exposures = map.as_ref().and_then(|map| map.exposures);
     let hashes = (pixel_hash(&actual), pixel_hash(&reference));
-    Ok((FrameReport::new(pair, judgement, exposures, hashes), map))
+    Ok((FrameReport::new(pair, comparison, exposures, hashes), map))
 }
 
 fn preset(text: &str) -> std::result::Result<Preset, String> {

@@ -8,8 +8,8 @@ use crate::color::ToneCurve;
 use crate::error::{Error, Result};
 use crate::output::{PreviewLook, display_picture};
 use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
-use crate::regression::suite::{self, Pending, PendingKind, Suite, judge_pending};
-use crate::regression::{Judgement, LayeredPicture, pixel_hash};
+use crate::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
+use crate::regression::{Comparison, LayeredPicture, pixel_hash};
 
 /// What somebody decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,8 +97,8 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
     let expected = picture(&pending.reference, pending.kind != PendingKind::Add);
     let actual = picture(&pending.file, pending.kind != PendingKind::Remove);
     if let (Some(actual), Some(expected)) = (&actual, &expected) {
-        match judge_pending(suite, pending, actual, expected) {
-            Ok(judgement) => print_output(&described(&judgement)),
+        match compare_pending(suite, pending, actual, expected) {
+            Ok(comparison) => print_output(&described(&comparison)),
             Err(error) => print_output(&format!("  {}", one_line(&error.to_string()))),
         }
     }
@@ -120,9 +120,9 @@ fn picture(path: &Path, is_there: bool) -> Option<LayeredPicture> {
     read.inspect_err(|error| print_output(&format!("  {}", one_line(&error.to_string())))).ok()
 }
 
-fn described(judgement: &Judgement) -> String {
-    let likely = judgement.cause.as_ref().map(|cause| format!("likely {cause}"));
-    let mut lines = judgement.failures();
+fn described(comparison: &Comparison) -> String {
+    let likely = comparison.cause.as_ref().map(|cause| format!("likely {cause}"));
+    let mut lines = comparison.failures();
     if lines.is_empty() {
         lines.push("it passes now".to_owned());
     }

@@ -1,6 +1,6 @@
 //! Pictures against pictures: measures of how they differ, limits on them, and a folder of scenes against references.
 //!
-//! [`judge`] compares two [`LayeredPicture`]s and gives every measure with its [limit](Limits): [identity](are_identical),
+//! [`compare`] compares two [`LayeredPicture`]s and gives every measure with its [limit](Limits): [identity](are_identical),
 //! [values](ChannelDifference), [mean squares](RootMeanSquare), [FLIP](FlipMap) and its [pools](PooledErrors), what is
 //! [not finite](NonFinite), and the likely [cause](Cause).
 //!
@@ -10,10 +10,11 @@
 
 mod cause;
 mod channel_difference;
+mod comparison;
+mod comparison_text;
 mod exact;
 mod flip;
 mod heat_map;
-mod judgement;
 mod layered_picture;
 mod non_finite;
 mod picture_file;
@@ -24,20 +25,19 @@ mod root_mean_square;
 mod sequence_files;
 mod shift;
 pub mod suite;
-mod verdict_text;
 
 pub use cause::{Cause, likely_cause};
 pub use channel_difference::{ChannelDifference, ValueLimits, channel_difference};
+pub use comparison::{Check, Comparison, LayerDifference, Mismatch, compare};
 pub use exact::{are_identical, pixel_hash};
 pub use flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 pub use heat_map::{heat_map, magma};
-pub use judgement::{Check, Fault, Judgement, LayerDifference, judge};
 pub use layered_picture::{BEAUTY, ChannelValues, LayeredPicture, NamedChannel, ValueRange, layer_of};
 pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
-    EncodedPicture, FolderSummary, FrameCommands, FrameStatus, PICTURE_BUDGET_BYTES, PictureRoom, ReportPage,
+    EncodedImage, FolderSummary, FrameCommands, FrameStatus, IMAGE_BUDGET_BYTES, ImageBudget, ReportPage,
     ReportedFrame, ReportedShot, check_report_place, write_report,
 };
 pub use root_mean_square::{RootMeanSquare, root_mean_square};

@@ -475,7 +475,7 @@ def check_approvals(browser, path, is_suite):
     data = json.loads(page.page.locator("#data").text_content())
     check("the page allows approvals", data["can_approve"])
     frames = [frame for shot in data["shots"] for frame in shot["frames"]]
-    can = [frame for frame in frames if frame["status"] == "dangling" or (frame["status"] in ("different", "missing") and frame["hash"])]
+    can = [frame for frame in frames if frame["status"] == "orphaned" or (frame["status"] in ("different", "missing") and frame["hash"])]
     approve_first(page, len(data["shots"]))
     check("a approves a picture", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
     page.page.screenshot(path=SHOTS / "approvals_dark.png")
@@ -490,7 +490,7 @@ def check_approvals(browser, path, is_suite):
     check("the file is called approvals.json", download.value.suggested_filename == "approvals.json")
     exported = pathlib.Path(download.value.path()).read_text()
     found = json.loads(exported)
-    wanted = [{"name": frame["name"], "hash": None if frame["status"] == "dangling" else frame["hash"]} for frame in can]
+    wanted = [{"name": frame["name"], "hash": None if frame["status"] == "orphaned" else frame["hash"]} for frame in can]
     check("it names every picture with its hash", found == {"schema": 1, "approved": wanted}, f"{len(found['approved'])} pictures")
     check("the command that takes it is shown", page.text("#accept-command code") == data["accept_command"] != "")
     if is_suite and SUITE_FOLDER:

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use rayframe::regression::{LayeredPicture, Preset, judge};
+use rayframe::regression::{LayeredPicture, Preset, compare};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -43,8 +43,8 @@ fn options_make_the_reference_pictures() {
         let reference =
             Path::new(ROOT).join("reference_images/environment").join(scene).with_extension("exr");
         let reference = LayeredPicture::read(&reference).unwrap();
-        let judgement = judge(&render(scene, options), &reference, &Preset::Exact.limits());
-        assert!(judgement.passes(), "{scene} {options:?}: {}", judgement.failures().join("\n"));
+        let comparison = compare(&render(scene, options), &reference, &Preset::Exact.limits());
+        assert!(comparison.passes(), "{scene} {options:?}: {}", comparison.failures().join("\n"));
     }
 }
 

@@ -7,8 +7,8 @@ use super::{DiffArgs, shown};
 use crate::error::{Error, Result};
 use crate::regression::suite::shell_word;
 use crate::regression::{
-    EncodedPicture, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, Judgement, LayeredPicture,
-    PairedFiles, PictureRoom, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number,
+    Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, ImageBudget,
+    LayeredPicture, PairedFiles, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number,
     is_sequence, write_report,
 };
 
@@ -16,7 +16,7 @@ use crate::regression::{
 pub(super) struct DiffPage {
     path: PathBuf,
     frames: Vec<ReportedFrame>,
-    room: PictureRoom,
+    room: ImageBudget,
 }
 
 impl DiffPage {
@@ -27,7 +27,7 @@ impl DiffPage {
         }
         let path = folder.join("index.html");
         check_report_place(&path)?;
-        Ok(Self { path, frames: Vec::new(), room: PictureRoom::new() })
+        Ok(Self { path, frames: Vec::new(), room: ImageBudget::new() })
     }
 
     /// Adds two files that were compared; pictures are kept where they differ.
@@ -35,12 +35,12 @@ impl DiffPage {
         &mut self,
         pair: &FilePair,
         pictures: [&LayeredPicture; 2],
-        judgement: &Judgement,
+        comparison: &Comparison,
         map: Option<&FlipMap>,
     ) {
-        let passes = judgement.passes();
+        let passes = comparison.passes();
         let [actual, expected] =
-            pictures.map(|picture| if passes { None } else { EncodedPicture::new(picture) });
+            pictures.map(|picture| if passes { None } else { EncodedImage::new(picture) });
         let actual = match map {
             Some(map) => actual.map(|picture| picture.with_errors(map)),
             None => actual,
@@ -49,8 +49,8 @@ impl DiffPage {
             name: stem(&pair.actual),
             frame: pair.frame,
             status: if passes { FrameStatus::Passed } else { FrameStatus::Different },
-            messages: judgement.failures(),
-            judgement: Some(Judgement { flip_map: None, ..judgement.clone() }),
+            messages: comparison.failures(),
+            comparison: Some(Comparison { flip_map: None, ..comparison.clone() }),
             expected,
             actual,
             actual_hash: None,
@@ -64,7 +64,7 @@ impl DiffPage {
             self.add_lonely(file, FrameStatus::Missing)?;
         }
         for file in &paired.only_in_reference {
-            self.add_lonely(file, FrameStatus::Dangling)?;
+            self.add_lonely(file, FrameStatus::Orphaned)?;
         }
         if self.frames.iter().all(|frame| frame.frame.is_some()) {
             self.frames.sort_by_key(|frame| frame.frame);
@@ -92,7 +92,7 @@ impl DiffPage {
     }
 
     fn add_lonely(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
-        let picture = EncodedPicture::new(&LayeredPicture::read(file)?);
+        let picture = EncodedImage::new(&LayeredPicture::read(file)?);
         let is_missing = status == FrameStatus::Missing;
         let message =
             if is_missing { "has no reference" } else { "is a reference of nothing that was judged" };
@@ -102,7 +102,7 @@ impl DiffPage {
             frame: frame_number(file),
             status,
             messages: vec![format!("{} {message}", shown(file))],
-            judgement: None,
+            comparison: None,
             expected,
             actual,
             actual_hash: None,
@@ -142,7 +142,7 @@ fn frame_commands(
     let failed = frames.iter().filter(|frame| frame.status == FrameStatus::Different);
     let known = failed.filter_map(|frame| {
         let pair = pairs.get(&frame.name)?;
-        let has_flip = frame.judgement.as_ref().is_some_and(|judgement| judgement.flip.is_some());
+        let has_flip = frame.comparison.as_ref().is_some_and(|comparison| comparison.flip.is_some());
         let heat_map = || command(args, &pair.actual, &pair.reference, &["--heat-map", "heat.png"]);
         let commands = FrameCommands {
             alone: is_sequence(&args.actual).then(|| alone(args, pair)),
@@ -164,7 +164,7 @@ fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[ReportedFrame]) -> Option<&
         let name = stem(&pair.actual);
         let frame =
             frames.iter().find(|frame| frame.name == name && frame.status == FrameStatus::Different)?;
-        Some(frame.judgement.as_ref()?.flip.map_or(0.0, |flip| flip.tile))
+        Some(frame.comparison.as_ref()?.flip.map_or(0.0, |flip| flip.tile))
     };
     let worst = paired.pairs.iter().filter_map(|pair| Some((tile(pair)?, pair)));
     worst.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, pair)| pair)

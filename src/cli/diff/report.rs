@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{missing, shown};
 use crate::regression::{
-    Cause, Check, ExposureRange, Fault, FilePair, Judgement, LayerDifference, Limits, PairedFiles,
+    Cause, Check, Comparison, ExposureRange, FilePair, LayerDifference, Limits, Mismatch, PairedFiles,
     PooledErrors, Preset, RootMeanSquare,
 };
 
@@ -46,7 +46,8 @@ pub(super) struct FrameReport {
     pub(super) identical: bool,
     actual_hash: String,
     reference_hash: String,
-    pub(super) faults: Vec<Fault>,
+    #[serde(rename = "faults")]
+    pub(super) mismatches: Vec<Mismatch>,
     /// The lines that people read.
     pub(super) failures: Vec<String>,
     pub(super) checks: Vec<Check>,
@@ -69,7 +70,7 @@ struct Exposures {
 impl FrameReport {
     pub(super) fn new(
         pair: &FilePair,
-        judgement: Judgement,
+        comparison: Comparison,
         exposures: Option<ExposureRange>,
         (actual_hash, reference_hash): (String, String),
     ) -> Self {
@@ -77,19 +78,19 @@ impl FrameReport {
             frame: pair.frame,
             actual: shown(&pair.actual),
             reference: shown(&pair.reference),
-            same: judgement.passes(),
-            identical: judgement.is_identical,
+            same: comparison.passes(),
+            identical: comparison.is_identical,
             actual_hash,
             reference_hash,
-            failures: judgement.failures(),
-            likely: judgement.cause.as_ref().map(ToString::to_string),
-            faults: judgement.faults,
-            checks: judgement.checks,
-            cause: judgement.cause,
-            flip: judgement.flip,
+            failures: comparison.failures(),
+            likely: comparison.cause.as_ref().map(ToString::to_string),
+            mismatches: comparison.mismatches,
+            checks: comparison.checks,
+            cause: comparison.cause,
+            flip: comparison.flip,
             exposures: exposures.map(|ExposureRange { start, stop, count }| Exposures { start, stop, count }),
-            root_mean_square: judgement.root_mean_square,
-            layers: judgement.layers,
+            root_mean_square: comparison.root_mean_square,
+            layers: comparison.layers,
         }
     }
 }

@@ -34,8 +34,8 @@ fn picture(text: &mut String, frame: &FrameReport, preset: &str) {
 }
 
 fn details(text: &mut String, frame: &FrameReport) {
-    for fault in &frame.faults {
-        let _ = writeln!(text, "  FAIL {}", one_line(&fault.to_string()));
+    for mismatch in &frame.mismatches {
+        let _ = writeln!(text, "  FAIL {}", one_line(&mismatch.to_string()));
     }
     for check in &frame.checks {
         let mark = if check.passes { "ok  " } else { "FAIL" };

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::error::{Error, Result};
 use crate::regression::suite::{ShotResult, Suite, SuiteResult};
-use crate::regression::{Cause, Check, Fault, FrameStatus, Limits, PooledErrors, ReportedFrame};
+use crate::regression::{Cause, Check, FrameStatus, Limits, Mismatch, PooledErrors, ReportedFrame};
 
 const SCHEMA: u32 = 1;
 
@@ -34,11 +34,11 @@ struct ShotReport<'a> {
     limits: Limits,
     seconds: f64,
     warnings: &'a [String],
-    pictures: Vec<PictureReport<'a>>,
+    pictures: Vec<FrameReport<'a>>,
 }
 
 #[derive(Debug, Serialize)]
-struct PictureReport<'a> {
+struct FrameReport<'a> {
     name: &'a str,
     frame: Option<i64>,
     status: FrameStatus,
@@ -47,7 +47,8 @@ struct PictureReport<'a> {
     /// Of the rendered picture, unless it passes.
     hash: Option<&'a str>,
     identical: bool,
-    faults: &'a [Fault],
+    #[serde(rename = "faults")]
+    mismatches: &'a [Mismatch],
     checks: &'a [Check],
     cause: Option<&'a Cause>,
     likely: Option<String>,
@@ -66,7 +67,7 @@ pub(super) fn json(suite: &Suite, result: &SuiteResult, page: &Path) -> Result<S
         failed,
         seconds: result.seconds,
         shots: result.shots.iter().map(shot_report).collect(),
-        dangling: result.dangling.iter().map(|picture| picture.name.as_str()).collect(),
+        dangling: result.orphaned.iter().map(|picture| picture.name.as_str()).collect(),
     };
     serde_json::to_string_pretty(&report).map_err(|error| Error::Internal { message: error.to_string() })
 }
@@ -80,23 +81,23 @@ fn shot_report(shot: &ShotResult) -> ShotReport<'_> {
         limits: shot.limits,
         seconds: shot.seconds,
         warnings: &shot.warnings,
-        pictures: shot.pictures.iter().map(picture_report).collect(),
+        pictures: shot.pictures.iter().map(frame_report).collect(),
     }
 }
 
-fn picture_report(picture: &ReportedFrame) -> PictureReport<'_> {
-    let judgement = picture.judgement.as_ref();
-    PictureReport {
+fn frame_report(picture: &ReportedFrame) -> FrameReport<'_> {
+    let comparison = picture.comparison.as_ref();
+    FrameReport {
         name: &picture.name,
         frame: picture.frame,
         status: picture.status,
         messages: &picture.messages,
         hash: picture.actual_hash.as_deref(),
-        identical: judgement.is_some_and(|judgement| judgement.is_identical),
-        faults: judgement.map_or(&[], |judgement| &judgement.faults),
-        checks: judgement.map_or(&[], |judgement| &judgement.checks),
-        cause: judgement.and_then(|judgement| judgement.cause.as_ref()),
-        likely: judgement.and_then(|judgement| judgement.cause.as_ref()).map(ToString::to_string),
-        flip: judgement.and_then(|judgement| judgement.flip),
+        identical: comparison.is_some_and(|comparison| comparison.is_identical),
+        mismatches: comparison.map_or(&[], |comparison| &comparison.mismatches),
+        checks: comparison.map_or(&[], |comparison| &comparison.checks),
+        cause: comparison.and_then(|comparison| comparison.cause.as_ref()),
+        likely: comparison.and_then(|comparison| comparison.cause.as_ref()).map(ToString::to_string),
+        flip: comparison.and_then(|comparison| comparison.flip),
     }
 }

@@ -10,7 +10,7 @@ use crate::regression::{FolderSummary, FrameStatus, ReportedFrame};
 use super::super::understood::counted;
 
 /// Failures of one shot that are printed; the report has all.
-const MOST_PICTURES: usize = 3;
+const MOST_FRAMES: usize = 3;
 
 /// The whole text. `suite` is the option that names it, as typed.
 pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: bool) -> String {
@@ -24,8 +24,8 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: boo
     for shot in result.shots.iter().filter(|shot| !shot.passes()) {
         failed_shot(&mut text, shot);
     }
-    for picture in &result.dangling {
-        failed_picture(&mut text, picture, "");
+    for picture in &result.orphaned {
+        failed_frame(&mut text, picture, "");
     }
     let (passed, failed) = result.counts();
     let pictures = counted((passed + failed) as u64, "picture");
@@ -40,7 +40,7 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: boo
         one_line(&page.display().to_string())
     );
     let can_accept = |picture: &ReportedFrame| {
-        matches!(picture.status, FrameStatus::Missing | FrameStatus::Different | FrameStatus::Dangling)
+        matches!(picture.status, FrameStatus::Missing | FrameStatus::Different | FrameStatus::Orphaned)
     };
     if is_ci() {
         text.push_str("CI is set: nothing is kept to be accepted here");
@@ -71,25 +71,25 @@ fn failed_shot(text: &mut String, shot: &ShotResult) {
     let failed: Vec<_> =
         shot.pictures.iter().filter(|picture| picture.status != FrameStatus::Passed).collect();
     let preset = format!(" (preset {})", shot.preset);
-    for picture in failed.iter().take(MOST_PICTURES) {
-        failed_picture(text, picture, &preset);
+    for picture in failed.iter().take(MOST_FRAMES) {
+        failed_frame(text, picture, &preset);
     }
-    if failed.len() > MOST_PICTURES {
-        let _ = writeln!(text, "     {}: {} more", one_line(&shot.name), failed.len() - MOST_PICTURES);
+    if failed.len() > MOST_FRAMES {
+        let _ = writeln!(text, "     {}: {} more", one_line(&shot.name), failed.len() - MOST_FRAMES);
     }
 }
 
-fn failed_picture(text: &mut String, picture: &ReportedFrame, preset: &str) {
+fn failed_frame(text: &mut String, picture: &ReportedFrame, preset: &str) {
     let kind = match picture.status {
         FrameStatus::Passed => return,
         FrameStatus::Different => preset,
-        FrameStatus::Missing | FrameStatus::Dangling | FrameStatus::Broken => "",
+        FrameStatus::Missing | FrameStatus::Orphaned | FrameStatus::Broken => "",
     };
     let _ = writeln!(text, "FAIL {}{kind}", one_line(&picture.name));
     for message in &picture.messages {
         let _ = writeln!(text, "     {}", one_line(message));
     }
-    if let Some(cause) = picture.judgement.as_ref().and_then(|judgement| judgement.cause.as_ref()) {
+    if let Some(cause) = picture.comparison.as_ref().and_then(|comparison| comparison.cause.as_ref()) {
         let _ = writeln!(text, "     likely {}", one_line(&cause.to_string()));
     }
 }

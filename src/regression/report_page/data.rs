@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::super::verdict_text::short;
-use super::super::{Check, Judgement, LayerDifference, PooledErrors, ValueRange, magma};
-use super::budget::{Places, worst_first};
-use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
+use super::super::comparison_text::short;
+use super::super::{Check, Comparison, LayerDifference, PooledErrors, ValueRange, magma};
+use super::page_images::{PageImages, worst_first};
+use super::{EncodedImage, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
 
 /// All of it. Numbers that are not finite are `null`; those that people read are texts.
 #[derive(Serialize)]
@@ -52,13 +52,13 @@ struct FrameData<'a> {
     status: &'static str,
     messages: &'a [String],
     hash: Option<&'a str>,
-    expected: Option<PictureData>,
-    actual: Option<PictureData>,
+    expected: Option<ImageData>,
+    actual: Option<ImageData>,
     /// The number of the packed errors.
     errors: Option<usize>,
     /// Why its pictures had no room, if so.
     left_out: Option<LeftOutData<'a>>,
-    judgement: Option<JudgementData<'a>>,
+    comparison: Option<ComparisonData<'a>>,
 }
 
 #[derive(Serialize)]
@@ -79,7 +79,7 @@ pub(super) enum LeftOut {
 }
 
 #[derive(Serialize)]
-struct PictureData {
+struct ImageData {
     width: u32,
     height: u32,
     is_light: bool,
@@ -88,7 +88,7 @@ struct PictureData {
 }
 
 #[derive(Serialize)]
-struct JudgementData<'a> {
+struct ComparisonData<'a> {
     is_identical: bool,
     cause: Option<String>,
     rmse: Option<String>,
@@ -110,7 +110,7 @@ struct CheckData<'a> {
 }
 
 impl<'a> PageData<'a> {
-    pub(super) fn new(page: &'a ReportPage, places: &Places<'_>, budget_bytes: usize) -> Self {
+    pub(super) fn new(page: &'a ReportPage, places: &PageImages<'_>, budget_bytes: usize) -> Self {
         let shots = page.shots.iter().zip(&places.shots);
         Self {
             schema: 1,
@@ -138,14 +138,14 @@ impl<'a> PageData<'a> {
 
 /// Where the pictures of a frame are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct FramePlaces {
+pub(super) struct FrameImages {
     pub(super) expected: Option<usize>,
     pub(super) actual: Option<usize>,
     pub(super) errors: Option<usize>,
     pub(super) left_out: Option<LeftOut>,
 }
 
-fn shot_data<'a>(page: &'a ReportPage, shot: &'a ReportedShot, places: &[FramePlaces]) -> ShotData<'a> {
+fn shot_data<'a>(page: &'a ReportPage, shot: &'a ReportedShot, places: &[FrameImages]) -> ShotData<'a> {
     let frames = shot.frames.iter().zip(places);
     ShotData {
         name: &shot.name,
@@ -158,11 +158,11 @@ fn shot_data<'a>(page: &'a ReportPage, shot: &'a ReportedShot, places: &[FramePl
     }
 }
 
-fn frame_data<'a>(page: &'a ReportPage, frame: &'a ReportedFrame, places: FramePlaces) -> FrameData<'a> {
-    let picture = |picture: &Option<EncodedPicture>, place: Option<usize>| {
+fn frame_data<'a>(page: &'a ReportPage, frame: &'a ReportedFrame, places: FrameImages) -> FrameData<'a> {
+    let picture = |picture: &Option<EncodedImage>, place: Option<usize>| {
         let (picture, place) = (picture.as_ref()?, place?);
         let (width, height) = picture.size;
-        Some(PictureData { width, height, is_light: picture.range == ValueRange::Light, picture: place })
+        Some(ImageData { width, height, is_light: picture.range == ValueRange::Light, picture: place })
     };
     FrameData {
         name: &frame.name,
@@ -174,7 +174,7 @@ fn frame_data<'a>(page: &'a ReportPage, frame: &'a ReportedFrame, places: FrameP
         actual: picture(&frame.actual, places.actual),
         errors: places.errors,
         left_out: places.left_out.map(|why| left_out_data(page, &frame.name, why)),
-        judgement: frame.judgement.as_ref().map(judgement_data),
+        comparison: frame.comparison.as_ref().map(comparison_data),
     }
 }
 
@@ -187,16 +187,16 @@ fn left_out_data<'a>(page: &'a ReportPage, name: &str, why: LeftOut) -> LeftOutD
     LeftOutData { why, command }
 }
 
-fn judgement_data(judgement: &Judgement) -> JudgementData<'_> {
-    let square = judgement.root_mean_square;
-    JudgementData {
-        is_identical: judgement.is_identical,
-        cause: judgement.cause.as_ref().map(ToString::to_string),
+fn comparison_data(comparison: &Comparison) -> ComparisonData<'_> {
+    let square = comparison.root_mean_square;
+    ComparisonData {
+        is_identical: comparison.is_identical,
+        cause: comparison.cause.as_ref().map(ToString::to_string),
         rmse: square.map(|found| short(found.error)),
         psnr: square.map(|found| format!("{:.1} dB", found.peak_ratio_decibels)),
-        flip: judgement.flip,
-        checks: judgement.checks.iter().map(check_data).collect(),
-        layers: &judgement.layers,
+        flip: comparison.flip,
+        checks: comparison.checks.iter().map(check_data).collect(),
+        layers: &comparison.layers,
     }
 }
 
@@ -217,7 +217,7 @@ pub(super) fn status(status: FrameStatus) -> &'static str {
         FrameStatus::Passed => "passed",
         FrameStatus::Different => "different",
         FrameStatus::Missing => "missing",
-        FrameStatus::Dangling => "dangling",
+        FrameStatus::Orphaned => "orphaned",
         FrameStatus::Broken => "broken",
     }
 }

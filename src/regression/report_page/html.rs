@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use sha2::{Digest as _, Sha256};
 
-use super::budget::Places;
 use super::data::{PageData, status};
+use super::page_images::PageImages;
 use super::{FrameStatus, ReportPage};
 use crate::error::{Error, Result};
 
@@ -39,7 +39,7 @@ pub(super) fn html(page: &ReportPage, budget_bytes: usize) -> Result<String> {
 fn html_of(sources: [&str; 3], page: &ReportPage, budget_bytes: usize) -> Result<String> {
     // Browsers hash what they have read, without carriage returns, which a checkout may have added.
     let [template, style, script] = sources.map(|source| source.replace('\r', ""));
-    let places = Places::new(page, budget_bytes);
+    let places = PageImages::new(page, budget_bytes);
     let json = serde_json::to_string(&PageData::new(page, &places, budget_bytes))
         .map_err(|error| Error::Internal { message: error.to_string() })?;
     // Within a script element only `<` could end it or begin a comment; in JSON it stands in texts alone.
@@ -101,7 +101,7 @@ fn plain_list(text: &mut String, page: &ReportPage) {
 }
 
 /// Each in an element of its own, so that only those that are looked at are unpacked.
-fn picture_elements(text: &mut String, places: &Places<'_>) {
+fn picture_elements(text: &mut String, places: &PageImages<'_>) {
     for (index, picture) in places.pictures.iter().enumerate() {
         let _ = write!(text, "<script type=\"text/plain\" id=\"picture-{index}\">");
         STANDARD.encode_string(picture, text);

@@ -1,26 +1,26 @@
 //! One HTML file that shows what a run of comparisons found. It holds everything it needs and asks no network.
 //!
-//! A [`ReportPage`] is plain data; [`write_report`] makes the file of it. Pictures are kept as [`EncodedPicture`]s, small enough for
+//! A [`ReportPage`] is plain data; [`write_report`] makes the file of it. Pictures are kept as [`EncodedImage`]s, small enough for
 //! many of them to wait in memory. The files in `page` are the page's own: its elements, its looks and its script by subject.
 
-mod budget;
 mod data;
+mod encoded_image;
 mod html;
-mod picture;
-mod room;
+mod image_budget;
+mod page_images;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 
-use super::{Judgement, Limits};
+use super::{Comparison, Limits};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 
-pub use budget::PICTURE_BUDGET_BYTES;
-pub use picture::EncodedPicture;
-pub use room::PictureRoom;
+pub use encoded_image::EncodedImage;
+pub use image_budget::ImageBudget;
+pub use page_images::IMAGE_BUDGET_BYTES;
 
 /// What all pages begin with.
 const GENERATOR: &str = "<meta name=\"generator\" content=\"rayframe\">";
@@ -92,11 +92,11 @@ pub struct ReportedFrame {
     /// What is wrong, one line each.
     pub messages: Vec<String>,
     /// All measures; `None` where there was nothing to compare. Its `flip_map` is used for the heat map.
-    pub judgement: Option<Judgement>,
+    pub comparison: Option<Comparison>,
     /// The reference, if there is one.
-    pub expected: Option<EncodedPicture>,
+    pub expected: Option<EncodedImage>,
     /// What was rendered, if it was.
-    pub actual: Option<EncodedPicture>,
+    pub actual: Option<EncodedImage>,
     /// The hash of the pixels of `actual`, which an approval names.
     pub actual_hash: Option<String>,
 }
@@ -112,7 +112,7 @@ pub enum FrameStatus {
     /// It has no reference yet.
     Missing,
     /// There is a reference that no shot asks for; an approval removes it.
-    Dangling,
+    Orphaned,
     /// It could not be rendered, or cannot be accepted as it is.
     Broken,
 }
@@ -131,13 +131,13 @@ pub fn check_report_place(path: &Path) -> Result<()> {
     probe_folder(path)
 }
 
-/// Writes the page to `path`; folders are created. Equal data give equal bytes. Pictures beyond [`PICTURE_BUDGET_BYTES`] are left out,
+/// Writes the page to `path`; folders are created. Equal data give equal bytes. Pictures beyond [`IMAGE_BUDGET_BYTES`] are left out,
 /// and the page says so.
 ///
 /// # Errors
 /// [`crate::error::Error::CannotCreate`] or [`crate::error::Error::WriteFailed`].
 pub fn write_report(page: &ReportPage, path: &Path) -> Result<()> {
-    let text = html::html(page, PICTURE_BUDGET_BYTES)?;
+    let text = html::html(page, IMAGE_BUDGET_BYTES)?;
     probe_folder(path)?;
     write_atomically(path, text.as_bytes())
 }

@@ -54,7 +54,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Whether the shot `name` is meant, or a picture of it.
-    pub(super) fn means_shot(&self, name: &str) -> bool {
+    pub(super) fn matches_shot(&self, name: &str) -> bool {
         match self.meaning {
             Meaning::All => true,
             Meaning::Shot => name == self.word,
@@ -64,7 +64,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Whether the picture `name` is meant.
-    pub(super) fn means_picture(&self, name: &str) -> bool {
+    pub(super) fn matches_image(&self, name: &str) -> bool {
         match self.meaning {
             Meaning::All => true,
             Meaning::Shot => owner(&self.shots, name) == Some(self.word),
@@ -99,7 +99,7 @@ mod tests {
         let meant = |word: &str| {
             let filter = Filter::new(word, &shots, pictures.iter().copied());
             let all = ["point", "point_far", "walk", "walk.0000", "walk.0012", "old"];
-            all.into_iter().filter(|name| filter.means_picture(name)).collect::<Vec<_>>()
+            all.into_iter().filter(|name| filter.matches_image(name)).collect::<Vec<_>>()
         };
         assert_eq!(meant("point"), ["point"]);
         assert_eq!(meant("point.toml"), ["point"]);
@@ -110,9 +110,9 @@ mod tests {
         assert_eq!(meant("old"), ["old"]);
         assert_eq!(meant(""), ["point", "point_far", "walk", "walk.0000", "walk.0012", "old"]);
         let filter = Filter::new("walk.0012", &shots, pictures.iter().copied());
-        assert!(filter.means_shot("walk") && !filter.means_shot("point"));
+        assert!(filter.matches_shot("walk") && !filter.matches_shot("point"));
         let filter = Filter::new("12", &shots, pictures.iter().copied());
-        assert!(filter.means_shot("walk") && !filter.means_shot("point"));
+        assert!(filter.matches_shot("walk") && !filter.matches_shot("point"));
         assert_eq!((filter.owner("point_far"), filter.owner("old")), (Some("point_far"), None));
     }
 }

@@ -23,8 +23,8 @@ pub fn junit_xml(result: &SuiteResult) -> Result<String> {
         for shot in result.shots.iter().filter(|shot| shot.folder() == folder.name) {
             suite.add_test_cases(shot.pictures.iter().map(|picture| case_of_shot(shot, picture)));
         }
-        let dangling = result.dangling.iter().filter(|picture| folder_of(&picture.name) == folder.name);
-        suite.add_test_cases(dangling.map(case));
+        let orphaned = result.orphaned.iter().filter(|picture| folder_of(&picture.name) == folder.name);
+        suite.add_test_cases(orphaned.map(case));
         report.add_test_suite(suite);
     }
     report.to_string().map_err(|error| Error::Internal { message: format!("JUnit's XML: {error}") })
@@ -46,7 +46,7 @@ fn case(picture: &ReportedFrame) -> TestCase {
         FrameStatus::Broken => failed(NonSuccessKind::Error, "broken", picture),
         FrameStatus::Different => failed(NonSuccessKind::Failure, "different", picture),
         FrameStatus::Missing => failed(NonSuccessKind::Failure, "missing", picture),
-        FrameStatus::Dangling => failed(NonSuccessKind::Failure, "dangling", picture),
+        FrameStatus::Orphaned => failed(NonSuccessKind::Failure, "orphaned", picture),
     };
     let mut case = TestCase::new(picture.name.as_str(), status);
     case.set_classname(folder_of(&picture.name).replace('/', "."));
@@ -55,7 +55,7 @@ fn case(picture: &ReportedFrame) -> TestCase {
 
 fn failed(kind: NonSuccessKind, kind_name: &str, picture: &ReportedFrame) -> TestCaseStatus {
     let mut status = TestCaseStatus::non_success(kind);
-    let cause = picture.judgement.as_ref().and_then(|judgement| judgement.cause.as_ref());
+    let cause = picture.comparison.as_ref().and_then(|comparison| comparison.cause.as_ref());
     let cause = cause.map(|cause| format!("likely {cause}"));
     let lines: Vec<&str> = picture.messages.iter().map(String::as_str).chain(cause.as_deref()).collect();
     status.set_type(kind_name);

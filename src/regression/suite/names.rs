@@ -12,7 +12,7 @@ const REMOVAL: &str = ".remove.new";
 const REFERENCE: &str = ".exr";
 
 /// A picture's name: the shot's, and the frame's number where there are several.
-pub(super) fn picture_name(shot: &str, frame: i64, frames: usize) -> String {
+pub(super) fn image_name(shot: &str, frame: i64, frames: usize) -> String {
     if frames > 1 { format!("{shot}.{frame:04}") } else { shot.to_owned() }
 }
 
@@ -141,10 +141,10 @@ mod tests {
 
     #[test]
     fn frames_of_shots_are_called_by_number() {
-        assert_eq!(picture_name("walk", -3, 2), "walk.-003");
-        assert_eq!(numbered_shot(&picture_name("walk", -3, 2)), Some("walk"));
-        assert_eq!(numbered_shot(&picture_name("a/walk", 12, 9)), Some("a/walk"));
-        assert_eq!(picture_name("walk", 12, 1), "walk");
+        assert_eq!(image_name("walk", -3, 2), "walk.-003");
+        assert_eq!(numbered_shot(&image_name("walk", -3, 2)), Some("walk"));
+        assert_eq!(numbered_shot(&image_name("a/walk", 12, 9)), Some("a/walk"));
+        assert_eq!(image_name("walk", 12, 1), "walk");
         assert_eq!((numbered_shot("v1.2"), numbered_shot("walk")), (None, None));
     }
 }

@@ -15,7 +15,7 @@ pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pend
     let folders = folders(&result);
     let failed = result.shots.into_iter().filter(|shot| !shot.passes());
     let mut shots: Vec<ReportedShot> = failed.map(|shot| reported(suite, shot, keeps_pending)).collect();
-    shots.extend(result.dangling.into_iter().map(|picture| dangling(suite, picture, keeps_pending)));
+    shots.extend(result.orphaned.into_iter().map(|picture| orphaned(suite, picture, keeps_pending)));
     shots.sort_by(|a, b| a.name.cmp(&b.name));
     // Where nothing is kept, it is accepted elsewhere, in another folder.
     let whole_path = suite.file.canonicalize().ok().filter(|_| keeps_pending);
@@ -47,7 +47,7 @@ pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
     for shot in &result.shots {
         shot.pictures.iter().for_each(|picture| count(shot.folder(), picture));
     }
-    result.dangling.iter().for_each(|picture| count(folder_of(&picture.name), picture));
+    result.orphaned.iter().for_each(|picture| count(folder_of(&picture.name), picture));
     for shot in &result.shots {
         folders.entry(shot.folder()).or_default().seconds += shot.seconds;
     }
@@ -86,7 +86,7 @@ fn reported(suite: &Suite, shot: ShotResult, keeps_pending: bool) -> ReportedSho
     }
 }
 
-fn dangling(suite: &Suite, picture: ReportedFrame, keeps_pending: bool) -> ReportedShot {
+fn orphaned(suite: &Suite, picture: ReportedFrame, keeps_pending: bool) -> ReportedShot {
     let word = shell_word(&format!("{}.exr", picture.name));
     let accept = format!("rayframe accept {word} --suite {}", file(&suite.file));
     ReportedShot {

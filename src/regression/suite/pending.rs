@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::{Judgement, LayeredPicture, judge};
+use super::super::{Comparison, LayeredPicture, compare};
 use super::filter::Filter;
 use super::names::{ReferenceFile, pending_path, reference_files, reference_path, removal_path};
 use super::{Suite, SuiteShot};
@@ -51,7 +51,7 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<Pen
     let names = files.iter().map(ReferenceFile::name);
     let filter = Filter::new(word, shots, names);
     let mut all = Vec::new();
-    for file in files.iter().filter(|file| filter.means_picture(file.name())) {
+    for file in files.iter().filter(|file| filter.matches_image(file.name())) {
         let name = file.name().to_owned();
         let is_removal = match file {
             ReferenceFile::Pending(_) => false,
@@ -147,35 +147,35 @@ pub fn reject(pending: &Pending) -> Result<()> {
 ///
 /// # Errors
 /// Those of reading the pictures and the shot's limits.
-pub fn judge_pending(
+pub fn compare_pending(
     suite: &Suite,
     pending: &Pending,
     actual: &LayeredPicture,
     expected: &LayeredPicture,
-) -> Result<Judgement> {
+) -> Result<Comparison> {
     let limits = pending.shot.as_ref().map_or(Ok(suite.limits), |shot| suite.limits_of(&shot.path))?;
-    Ok(judge(actual, expected, &limits.limits))
+    Ok(compare(actual, expected, &limits.limits))
 }
 
 /// Lets `bytes` wait to become the reference of the picture `name`.
-pub(super) fn keep(suite: &Suite, name: &str, bytes: &[u8]) -> Result<()> {
+pub(super) fn store_image(suite: &Suite, name: &str, bytes: &[u8]) -> Result<()> {
     let file = pending_path(&suite.references, name);
     probe_folder(&file)?;
     write_atomically(&file, bytes)
 }
 
 /// Forgets what waited to become the reference of the picture `name`.
-pub(super) fn forget_picture(suite: &Suite, name: &str) -> Result<()> {
+pub(super) fn discard_image(suite: &Suite, name: &str) -> Result<()> {
     remove_file(&pending_path(&suite.references, name))
 }
 
 /// Forgets that the reference `name` waited for its end.
-pub(super) fn forget_removal(suite: &Suite, name: &str) -> Result<()> {
+pub(super) fn discard_removal(suite: &Suite, name: &str) -> Result<()> {
     remove_file(&removal_path(&suite.references, name))
 }
 
 /// Lets the end of the reference `name` wait; `owner` is the shot that it would be of, which does not ask for it.
-pub(super) fn keep_removal(suite: &Suite, name: &str, owner: Option<&str>) -> Result<()> {
+pub(super) fn store_removal(suite: &Suite, name: &str, owner: Option<&str>) -> Result<()> {
     write_atomically(&removal_path(&suite.references, name), owner_text(owner).as_bytes())
 }
 

@@ -33,7 +33,7 @@ pub struct SuiteResult {
     /// In the order of their names.
     pub shots: Vec<ShotResult>,
     /// References that no shot asks for.
-    pub dangling: Vec<ReportedFrame>,
+    pub orphaned: Vec<ReportedFrame>,
     /// Why what waits could not be changed after the last shot.
     pub not_kept: Vec<Error>,
     /// Wall-clock seconds.
@@ -60,7 +60,7 @@ impl ShotResult {
 impl SuiteResult {
     /// Whether every picture is as its reference, and every reference has a picture.
     pub fn passes(&self) -> bool {
-        self.dangling.is_empty() && self.shots.iter().all(ShotResult::passes)
+        self.orphaned.is_empty() && self.shots.iter().all(ShotResult::passes)
     }
 
     /// Why pictures, or that references are over, could not be kept to be accepted.
@@ -70,7 +70,7 @@ impl SuiteResult {
 
     /// All pictures, and the references without one.
     pub fn pictures(&self) -> impl Iterator<Item = &ReportedFrame> {
-        self.shots.iter().flat_map(|shot| &shot.pictures).chain(&self.dangling)
+        self.shots.iter().flat_map(|shot| &shot.pictures).chain(&self.orphaned)
     }
 
     /// What is wrong, one line each, with the name of the picture.

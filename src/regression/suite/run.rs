@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 
-use super::super::PictureRoom;
+use super::super::ImageBudget;
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
 use super::{
@@ -36,9 +36,9 @@ pub type OnShot<'a> = dyn Fn(usize, &ShotResult) + Sync + 'a;
 pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<SuiteShot>> {
     let files = reference_files(&suite.references)?;
     let filter = Filter::new(word, shots, files.iter().map(ReferenceFile::name));
-    let chosen: Vec<_> = shots.iter().filter(|shot| filter.means_shot(&shot.name)).cloned().collect();
+    let chosen: Vec<_> = shots.iter().filter(|shot| filter.matches_shot(&shot.name)).cloned().collect();
     let is_reference = |file: &ReferenceFile| {
-        matches!(file, ReferenceFile::Reference(_)) && filter.means_picture(file.name())
+        matches!(file, ReferenceFile::Reference(_)) && filter.matches_image(file.name())
     };
     if chosen.is_empty() && !files.iter().any(is_reference) {
         return Err(if word.is_empty() {
@@ -77,7 +77,7 @@ pub fn run(
         threads => threads,
     };
     let workers = threads.min(chosen.len()).max(1);
-    let room = PictureRoom::new();
+    let room = ImageBudget::new();
     let context = TestContext {
         suite,
         reader,
@@ -87,11 +87,11 @@ pub fn run(
         cancel,
     };
     let results = test_shots(&context, &chosen, threads / workers, on_shot)?;
-    let (dangling, not_kept) = finish(suite, &shots, &results, &options.filter, options.keeps_pending)?;
-    if results.is_empty() && dangling.is_empty() {
+    let (orphaned, not_kept) = finish(suite, &shots, &results, &options.filter, options.keeps_pending)?;
+    if results.is_empty() && orphaned.is_empty() {
         return Err(nothing_called(&options.filter));
     }
-    Ok(SuiteResult { shots: results, dangling, not_kept, seconds: start.elapsed().as_secs_f64() })
+    Ok(SuiteResult { shots: results, orphaned, not_kept, seconds: start.elapsed().as_secs_f64() })
 }
 
 /// As many shots at once as the context says, each with so many threads.

@@ -5,12 +5,12 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::super::{
-    EncodedPicture, FrameStatus, Judgement, LayeredPicture, Limits, PictureRoom, ReportedFrame, judge,
+    Comparison, EncodedImage, FrameStatus, ImageBudget, LayeredPicture, Limits, ReportedFrame, compare,
     pixel_hash,
 };
 use super::limits::PresetLimits;
-use super::names::{picture_name, reference_path};
-use super::pending::{forget_picture, forget_removal, keep};
+use super::names::{image_name, reference_path};
+use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
 use super::{ShotReader, ShotResult, Suite, SuiteShot};
 use crate::cancel::CancelFlag;
@@ -26,7 +26,7 @@ pub struct TestContext<'a> {
     /// Whether pictures without reference, and those that differ, are kept beside the references.
     pub keeps_pending: bool,
     /// For the pictures of failures, until the report is written.
-    pub room: &'a PictureRoom,
+    pub room: &'a ImageBudget,
     /// Shots that are tested at the same time, which share the memory.
     pub shots_at_once: usize,
     /// Raised to stop.
@@ -68,19 +68,19 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
 }
 
 struct TestedShot {
-    pictures: Vec<TestedPicture>,
+    pictures: Vec<TestedFrame>,
     warnings: Vec<String>,
 }
 
 /// A picture, and the file that may become its reference.
-struct TestedPicture {
+struct TestedFrame {
     reported: ReportedFrame,
     file: Option<Vec<u8>>,
 }
 
 fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
     let reported = reported(shot.name.clone(), None, FrameStatus::Broken, message);
-    TestedShot { pictures: vec![TestedPicture { reported, file: None }], warnings: Vec::new() }
+    TestedShot { pictures: vec![TestedFrame { reported, file: None }], warnings: Vec::new() }
 }
 
 /// A picture of which only this is known.
@@ -95,7 +95,7 @@ pub(super) fn reported(
         frame,
         status,
         messages: vec![message],
-        judgement: None,
+        comparison: None,
         expected: None,
         actual: None,
         actual_hash: None,
@@ -104,14 +104,14 @@ pub(super) fn reported(
 
 /// Keeps a picture that somebody has to look at, and forgets what earlier runs kept where it passes. What cannot be tested says
 /// nothing about that.
-fn settle(suite: &Suite, picture: &TestedPicture) -> Result<()> {
+fn settle(suite: &Suite, picture: &TestedFrame) -> Result<()> {
     let name = &picture.reported.name;
     match (picture.reported.status, &picture.file) {
-        (FrameStatus::Passed, _) => forget_picture(suite, name)?,
-        (FrameStatus::Missing | FrameStatus::Different, Some(bytes)) => keep(suite, name, bytes)?,
+        (FrameStatus::Passed, _) => discard_image(suite, name)?,
+        (FrameStatus::Missing | FrameStatus::Different, Some(bytes)) => store_image(suite, name, bytes)?,
         _ => return Ok(()),
     }
-    forget_removal(suite, name)
+    discard_removal(suite, name)
 }
 
 fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
@@ -120,13 +120,13 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     let rendered = render_shot(job, context.cancel)?;
     let count = rendered.frames.len();
     let pictures = rendered.frames.iter().map(|(frame, file)| {
-        let name = picture_name(&shot.name, *frame, count);
+        let name = image_name(&shot.name, *frame, count);
         let number = (count > 1).then_some(*frame);
         let mut picture = match file {
             Ok(file) => compared(context.suite, &limits.limits, (name, number), file)?,
             Err(error) => {
                 let reported = reported(name, number, FrameStatus::Broken, error.to_string());
-                TestedPicture { reported, file: None }
+                TestedFrame { reported, file: None }
             }
         };
         context.room.admit(&mut picture.reported);
@@ -144,13 +144,13 @@ fn compared(
     limits: &Limits,
     (name, frame): (String, Option<i64>),
     file: &Path,
-) -> Result<TestedPicture> {
+) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let actual = LayeredPicture::decode(file, &bytes)?;
     let mut picture = if reference.exists() {
         match LayeredPicture::read(&reference) {
-            Ok(expected) => judged((name, frame), &actual, &expected, limits),
+            Ok(expected) => against_reference((name, frame), &actual, &expected, limits),
             Err(error) => reported(name, frame, FrameStatus::Different, error.to_string()),
         }
     } else {
@@ -164,33 +164,33 @@ fn compared(
         picture.messages.insert(0, message);
     }
     if picture.status != FrameStatus::Passed {
-        let errors = picture.judgement.as_mut().and_then(|judgement| judgement.flip_map.take());
-        picture.actual = EncodedPicture::new(&actual).map(|packed| match &errors {
+        let errors = picture.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
+        picture.actual = EncodedImage::new(&actual).map(|packed| match &errors {
             Some(map) => packed.with_errors(map),
             None => packed,
         });
         picture.actual_hash = Some(pixel_hash(&actual));
     }
-    Ok(TestedPicture { reported: picture, file: Some(bytes) })
+    Ok(TestedFrame { reported: picture, file: Some(bytes) })
 }
 
-fn judged(
+fn against_reference(
     (name, frame): (String, Option<i64>),
     actual: &LayeredPicture,
     expected: &LayeredPicture,
     limits: &Limits,
 ) -> ReportedFrame {
-    let mut judgement: Judgement = judge(actual, expected, limits);
-    let passes = judgement.passes();
+    let mut comparison: Comparison = compare(actual, expected, limits);
+    let passes = comparison.passes();
     let mut picture = reported(name, frame, FrameStatus::Passed, String::new());
-    picture.messages = judgement.failures();
+    picture.messages = comparison.failures();
     if passes {
-        judgement.flip_map = None;
+        comparison.flip_map = None;
     } else {
         picture.status = FrameStatus::Different;
-        picture.expected = EncodedPicture::new(expected);
+        picture.expected = EncodedImage::new(expected);
     }
-    picture.judgement = Some(judgement);
+    picture.comparison = Some(comparison);
     picture
 }
 

@@ -19,14 +19,14 @@ const SAMPLES: u32 = 4;
 /// When all pictures are taken, seconds.
 const TIME_SECONDS: f64 = 0.5;
 
-/// One damage, the scene that it is done to, and the picture before and after.
-pub(crate) struct Damage {
+/// One corruption, the scene that it is done to, and the picture before and after.
+pub(crate) struct Corruption {
     pub(crate) name: &'static str,
     pub(crate) scene: &'static str,
     /// Whether a person would have to look for it.
     pub(crate) is_small: bool,
     pub(crate) intact: LayeredPicture,
-    pub(crate) damaged: LayeredPicture,
+    pub(crate) corrupted: LayeredPicture,
 }
 
 /// What is done to pixels, row by row.
@@ -50,24 +50,24 @@ const CHANGES: [(&str, bool, Change); 4] = [
     ("exposure +2 %", true, exposure),
 ];
 
-/// All damages, rendered.
-pub(crate) fn all(scenes: &Path) -> Result<Vec<Damage>> {
-    let mut damages = Vec::new();
+/// All corruptions, rendered.
+pub(crate) fn all(scenes: &Path) -> Result<Vec<Corruption>> {
+    let mut corruptions = Vec::new();
     for (name, scene, edit) in EDITS {
         let intact = render(scenes, scene, |_| {})?;
-        let damaged = render(scenes, scene, edit)?;
-        damages.push(Damage { name, scene, is_small: false, intact, damaged });
+        let corrupted = render(scenes, scene, edit)?;
+        corruptions.push(Corruption { name, scene, is_small: false, intact, corrupted });
     }
     for scene in [DEMO, BALLS] {
         let intact = render(scenes, scene, |_| {})?;
         for (name, is_small, change) in CHANGES {
             let mut pixels = intact.rgba().unwrap_or_default();
             change(&mut pixels);
-            let damaged = LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels).as_halves();
-            damages.push(Damage { name, scene, is_small, intact: intact.clone(), damaged });
+            let corrupted = LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels).as_halves();
+            corruptions.push(Corruption { name, scene, is_small, intact: intact.clone(), corrupted });
         }
     }
-    Ok(damages)
+    Ok(corruptions)
 }
 
 fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<LayeredPicture> {

@@ -19,7 +19,7 @@ fn strict_catches_all_and_visual_all_that_is_seen() {
     let text = table::text(&rows);
     print_table(&text);
     for row in &rows {
-        for (preset, judgement) in Preset::ALL.into_iter().zip(&row.judgements) {
+        for (preset, comparison) in Preset::ALL.into_iter().zip(&row.comparisons) {
             let must_catch = match preset {
                 Preset::Exact | Preset::Strict => true,
                 Preset::Visual => !row.is_small,
@@ -27,19 +27,19 @@ fn strict_catches_all_and_visual_all_that_is_seen() {
                 Preset::Noisy if row.is_small => false,
                 Preset::Noisy => continue,
             };
-            let (damage, kind) = (row.damage, row.kind);
-            assert_eq!(!judgement.passes(), must_catch, "{damage}, {kind}, {}:\n{text}", preset.name());
+            let (corruption, kind) = (row.corruption, row.kind);
+            assert_eq!(!comparison.passes(), must_catch, "{corruption}, {kind}, {}:\n{text}", preset.name());
         }
     }
     // The widely used limits let a lost thing pass, which is why there are others.
-    assert!(rows.iter().any(|row| row.damage == "speck of 6x6 pixels" && !row.is_caught_by_idiff));
+    assert!(rows.iter().any(|row| row.corruption == "speck of 6x6 pixels" && !row.is_caught_by_idiff));
     causes_are_told_from_colours_alone(&rows);
 }
 
 fn causes_are_told_from_colours_alone(rows: &[table::Row]) {
     for row in rows {
-        let [exact, ..] = &row.judgements;
-        let is_right = match row.damage {
+        let [exact, ..] = &row.comparisons;
+        let is_right = match row.corruption {
             "shift by one pixel" => matches!(exact.cause, Some(Cause::Camera { .. })),
             "noise of sigma 0.01" => matches!(exact.cause, Some(Cause::Noise)),
             // In eight bits 2 % are about one step, and rounding explains as much as a factor.
@@ -48,7 +48,7 @@ fn causes_are_told_from_colours_alone(rows: &[table::Row]) {
             }
             _ => true,
         };
-        assert!(is_right, "{} of {} as {}: {:?}", row.damage, row.scene, row.kind, exact.cause);
+        assert!(is_right, "{} of {} as {}: {:?}", row.corruption, row.scene, row.kind, exact.cause);
     }
 }
 

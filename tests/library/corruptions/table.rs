@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use rayframe::error::Result;
-use rayframe::regression::{ChannelValues, Judgement, LayeredPicture, Preset, judge};
+use rayframe::regression::{ChannelValues, Comparison, LayeredPicture, Preset, compare};
 
-use super::corruption::{Damage, all};
+use super::corruption::{Corruption, all};
 use super::images::display;
 
 /// What Blender's render tests allow: a channel off by this, in display values, …
@@ -14,16 +14,16 @@ const IDIFF_FAIL: f32 = 0.016;
 /// … in this share of pixels.
 const IDIFF_SHARE: f64 = 0.01;
 
-/// One damage in one kind of file.
+/// One corruption in one kind of file.
 pub(crate) struct Row {
-    pub(crate) damage: &'static str,
+    pub(crate) corruption: &'static str,
     pub(crate) scene: &'static str,
     /// `EXR` or `PNG`.
     pub(crate) kind: &'static str,
     /// Whether a person would have to look for it.
     pub(crate) is_small: bool,
     /// In the order of [`Preset::ALL`].
-    pub(crate) judgements: [Judgement; 4],
+    pub(crate) comparisons: [Comparison; 4],
     /// Whether the limits of Blender's tests catch it.
     pub(crate) is_caught_by_idiff: bool,
     /// The share of pixels that these limits see.
@@ -33,24 +33,24 @@ pub(crate) struct Row {
 /// Renders and judges everything.
 pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
-    for damage in all(scenes)? {
-        let displays = [display(&damage.damaged), display(&damage.intact)];
+    for corruption in all(scenes)? {
+        let displays = [display(&corruption.corrupted), display(&corruption.intact)];
         let idiff_share = share_beyond(&displays, IDIFF_FAIL);
-        let lights = [&damage.damaged, &damage.intact].map(Clone::clone);
-        rows.push(row(&damage, "EXR", &lights, idiff_share));
-        rows.push(row(&damage, "PNG", &displays, idiff_share));
+        let lights = [&corruption.corrupted, &corruption.intact].map(Clone::clone);
+        rows.push(row(&corruption, "EXR", &lights, idiff_share));
+        rows.push(row(&corruption, "PNG", &displays, idiff_share));
     }
     Ok(rows)
 }
 
-fn row(damage: &Damage, kind: &'static str, pictures: &[LayeredPicture; 2], idiff_share: f64) -> Row {
-    let [damaged, intact] = pictures;
+fn row(corruption: &Corruption, kind: &'static str, pictures: &[LayeredPicture; 2], idiff_share: f64) -> Row {
+    let [corrupted, intact] = pictures;
     Row {
-        damage: damage.name,
-        scene: damage.scene,
+        corruption: corruption.name,
+        scene: corruption.scene,
         kind,
-        is_small: damage.is_small,
-        judgements: Preset::ALL.map(|preset| judge(damaged, intact, &preset.limits())),
+        is_small: corruption.is_small,
+        comparisons: Preset::ALL.map(|preset| compare(corrupted, intact, &preset.limits())),
         is_caught_by_idiff: idiff_share > IDIFF_SHARE,
         idiff_share,
     }
@@ -70,21 +70,21 @@ fn share_beyond([a, b]: &[LayeredPicture; 2], limit: f32) -> f64 {
 
 /// The table, with what was measured.
 pub(crate) fn text(rows: &[Row]) -> String {
-    let mut text = format!("{:<28} {:<29} {:<5}", "damage", "scene", "file");
+    let mut text = format!("{:<28} {:<29} {:<5}", "corruption", "scene", "file");
     for preset in Preset::ALL {
         let _ = write!(text, "{:<8}", preset.name());
     }
     text.push_str("idiff 0.016, 1 %   mean FLIP  worst tile  brightness  likely\n");
     for row in rows {
-        let name = format!("{}{}", row.damage, if row.is_small { " *" } else { "" });
+        let name = format!("{}{}", row.corruption, if row.is_small { " *" } else { "" });
         let _ = write!(text, "{name:<28} {:<29} {:<5}", row.scene, row.kind);
         let word = |is_caught: bool| if is_caught { "CAUGHT" } else { "passes" };
-        for judgement in &row.judgements {
-            let _ = write!(text, "{:<8}", word(!judgement.passes()));
+        for comparison in &row.comparisons {
+            let _ = write!(text, "{:<8}", word(!comparison.passes()));
         }
         let share = row.idiff_share * 100.0;
         let _ = write!(text, "{:<7}({share:>6.2} %)  ", word(row.is_caught_by_idiff));
-        let [exact, ..] = &row.judgements;
+        let [exact, ..] = &row.comparisons;
         let flip = exact.flip.unwrap_or_default();
         let brightness = exact.checks.iter().find(|check| check.measure.contains("brightness"));
         let brightness = brightness.map_or(0.0, |check| check.measured);

@@ -89,12 +89,12 @@ fn a_report_of_a_sequence_has_all_frames_and_those_without_a_counterpart() {
     let frames = page["shots"][0]["frames"].as_array().unwrap();
     let told: Vec<_> =
         frames.iter().map(|frame| (frame["frame"].as_i64(), frame["status"].as_str())).collect();
-    let wanted = [(1, "passed"), (2, "different"), (3, "dangling"), (4, "missing")];
+    let wanted = [(1, "passed"), (2, "different"), (3, "orphaned"), (4, "missing")];
     assert_eq!(told, wanted.map(|(frame, status)| (Some(frame), Some(status))));
     let has = |frame: usize, side: &str| !frames[frame][side].is_null();
     let pictures = [0, 1, 2, 3].map(|frame| (has(frame, "expected"), has(frame, "actual")));
     assert_eq!(pictures, [(false, false), (true, true), (true, false), (false, true)]);
-    assert_eq!((has(0, "judgement"), has(1, "errors"), has(3, "judgement")), (true, true, false));
+    assert_eq!((has(0, "comparison"), has(1, "errors"), has(3, "comparison")), (true, true, false));
     assert!(page["shots"][0]["commands"][0][1].as_str().unwrap().contains("a.0002.exr"));
 }
 

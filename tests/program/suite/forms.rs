@@ -47,7 +47,7 @@ fn junit_names_every_picture() {
         "type=\"different\"",
         "type=\"missing\"",
         "type=\"broken\"",
-        "type=\"dangling\"",
+        "type=\"orphaned\"",
         "likely light",
     ] {
         assert!(xml.contains(words), "no {words} in {xml}");

@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::super::picture::tests::unpacked;
-use super::super::picture::{pack_errors, text_bytes};
+use super::super::encoded_image::tests::unpacked;
+use super::super::encoded_image::{pack_errors, text_bytes};
 use super::super::{
-    EncodedPicture, FolderSummary, FrameCommands, FrameStatus, PICTURE_BUDGET_BYTES, ReportedFrame,
-    ReportedShot,
+    EncodedImage, FolderSummary, FrameCommands, FrameStatus, IMAGE_BUDGET_BYTES, ReportedFrame, ReportedShot,
 };
 use super::*;
-use crate::regression::{LayeredPicture, Preset, ValueRange, judge};
+use crate::regression::{LayeredPicture, Preset, ValueRange, compare};
 
 const SIZE: (u32, u32) = (24, 16);
 const NASTY: &str = "</script><!--<script>alert('1')&\"\u{2028}";
@@ -22,15 +21,15 @@ fn picture(value: f32) -> LayeredPicture {
 
 fn frame(name: &str, frame: i64, value: f32) -> ReportedFrame {
     let (actual, expected) = (picture(value), picture(0.25));
-    let judgement = judge(&actual, &expected, &Preset::Visual.limits());
+    let comparison = compare(&actual, &expected, &Preset::Visual.limits());
     ReportedFrame {
         name: name.to_owned(),
         frame: Some(frame),
         status: FrameStatus::Different,
-        messages: judgement.failures(),
-        judgement: Some(judgement),
-        expected: EncodedPicture::new(&expected),
-        actual: EncodedPicture::new(&actual),
+        messages: comparison.failures(),
+        comparison: Some(comparison),
+        expected: EncodedImage::new(&expected),
+        actual: EncodedImage::new(&actual),
         actual_hash: Some("ab".repeat(32)),
     }
 }
@@ -63,7 +62,7 @@ fn data(text: &str) -> serde_json::Value {
 
 #[test]
 fn names_cannot_leave_their_place() {
-    let text = html(&page(NASTY), PICTURE_BUDGET_BYTES).unwrap();
+    let text = html(&page(NASTY), IMAGE_BUDGET_BYTES).unwrap();
     // The data, four pictures, two maps and the script.
     assert_eq!(text.matches("<script").count(), 8);
     assert_eq!(text.matches("</script>").count(), 8);
@@ -75,11 +74,11 @@ fn names_cannot_leave_their_place() {
 
 #[test]
 fn equal_data_give_equal_bytes_and_ask_no_network() {
-    let text = html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap();
-    assert_eq!(text, html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap());
+    let text = html(&page("light/point"), IMAGE_BUDGET_BYTES).unwrap();
+    assert_eq!(text, html(&page("light/point"), IMAGE_BUDGET_BYTES).unwrap());
     let of_windows = [PAGE, STYLE, SCRIPT].map(|source| source.replace('\n', "\r\n"));
     let sources = of_windows.each_ref().map(String::as_str);
-    assert_eq!(text, html_of(sources, &page("light/point"), PICTURE_BUDGET_BYTES).unwrap());
+    assert_eq!(text, html_of(sources, &page("light/point"), IMAGE_BUDGET_BYTES).unwrap());
     for asks in ["http:", "https:", "src=", "@import", "url("] {
         // The name space of SVG is a name.
         assert!(!text.replace("http://www.w3.org/2000/svg", "").contains(asks), "{asks}");
@@ -96,7 +95,7 @@ fn equal_data_give_equal_bytes_and_ask_no_network() {
 
 #[test]
 fn pictures_come_back_from_the_page() {
-    let text = html(&page("light/point"), PICTURE_BUDGET_BYTES).unwrap();
+    let text = html(&page("light/point"), IMAGE_BUDGET_BYTES).unwrap();
     let shown = &data(&text)["shots"][0]["frames"][1]["actual"];
     assert_eq!((&shown["width"], &shown["is_light"]), (&24.into(), &true.into()));
     let id = format!("id=\"picture-{}\">", shown["picture"]);
@@ -109,7 +108,7 @@ fn pictures_come_back_from_the_page() {
 #[test]
 fn what_has_no_room_is_left_out_and_told() {
     let page = page("light/point");
-    let bytes: usize = Places::new(&page, usize::MAX).pictures.iter().map(|part| part.len()).sum();
+    let bytes: usize = PageImages::new(&page, usize::MAX).pictures.iter().map(|part| part.len()).sum();
     // Room for one of the two frames: the second is the worse one.
     let text = html(&page, bytes).unwrap();
     let all = data(&text);
@@ -123,7 +122,7 @@ fn what_has_no_room_is_left_out_and_told() {
     // A picture that waited without its pixels is one that is left out.
     let mut waiting = page;
     let waits = &mut waiting.shots[0].frames[1].actual;
-    *waits = waits.take().map(EncodedPicture::left_out);
+    *waits = waits.take().map(EncodedImage::left_out);
     assert_eq!(
         data(&html(&waiting, usize::MAX).unwrap())["shots"][0]["frames"][1]["left_out"]["why"],
         "no_room"
@@ -135,8 +134,8 @@ fn a_frame_without_room_tells_what_shows_it() {
     let mut page = page("light/point");
     let room = page.shots[0].frames.iter().map(|frame| {
         let pictures = [&frame.expected, &frame.actual].into_iter().flatten();
-        let colors: usize = pictures.map(EncodedPicture::size_bytes).sum();
-        let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref()).unwrap();
+        let colors: usize = pictures.map(EncodedImage::size_bytes).sum();
+        let map = frame.comparison.as_ref().and_then(|comparison| comparison.flip_map.as_ref()).unwrap();
         colors + text_bytes(pack_errors(map).len())
     });
     let room = room.max().unwrap();
@@ -155,7 +154,7 @@ fn a_frame_without_room_tells_what_shows_it() {
     assert!(left_out(&page, 2 * room).is_null());
     // A picture whose pixels are gone keeps its size.
     let waits = &mut page.shots[0].frames[0].actual;
-    *waits = waits.take().map(EncodedPicture::left_out).map(EncodedPicture::left_out);
+    *waits = waits.take().map(EncodedImage::left_out).map(EncodedImage::left_out);
     assert_eq!(left_out(&page, 2 * room), alone);
     assert_eq!(left_out(&page, room / 2), map);
 }
@@ -164,7 +163,7 @@ fn a_frame_without_room_tells_what_shows_it() {
 fn there_are_tick_boxes_where_a_command_takes_approvals() {
     for command in ["rayframe accept --approvals approvals.json --suite 'my scenes'", ""] {
         let page = ReportPage { accept_command: command.to_owned(), ..page("light/point") };
-        let told = data(&html(&page, PICTURE_BUDGET_BYTES).unwrap());
+        let told = data(&html(&page, IMAGE_BUDGET_BYTES).unwrap());
         assert_eq!(told["accept_command"], command);
         assert_eq!(told["can_approve"], !command.is_empty());
     }
@@ -174,11 +173,11 @@ fn there_are_tick_boxes_where_a_command_takes_approvals() {
 fn the_frame_that_is_shown_first_has_room_first() {
     let mut page = page("light/point");
     let frames = &mut page.shots[0].frames;
-    frames.insert(0, ReportedFrame { judgement: None, ..frames[0].clone() });
+    frames.insert(0, ReportedFrame { comparison: None, ..frames[0].clone() });
     frames.insert(1, ReportedFrame { status: FrameStatus::Passed, ..frames[2].clone() });
-    frames[3].judgement.as_mut().unwrap().flip_map = None;
+    frames[3].comparison.as_mut().unwrap().flip_map = None;
     let room = |frame: &ReportedFrame| {
-        [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedPicture::size_bytes).sum()
+        [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedImage::size_bytes).sum()
     };
     let all = data(&html(&page, room(&page.shots[0].frames[3])).unwrap());
     let shot = &all["shots"][0];
@@ -194,7 +193,7 @@ fn the_frame_that_is_shown_first_has_room_first() {
 
 #[test]
 fn without_scripts_failures_are_listed() {
-    let text = html(&page("a<b"), PICTURE_BUDGET_BYTES).unwrap();
+    let text = html(&page("a<b"), IMAGE_BUDGET_BYTES).unwrap();
     let plain = between(&text, "<noscript>", "</noscript>");
     assert!(
         plain.contains("<p>2 failed, 3 passed.</p>")

@@ -8,7 +8,7 @@ const MEMORY = "approved:" + JSON.stringify([location.href.split("#")[0], report
 /** Whether a picture can be approved: one that was rendered, or a reference that nothing asks for. */
 function canApprove(frame) {
   if (!report.can_approve) return false;
-  if (frame.status === "dangling") return true;
+  if (frame.status === "orphaned") return true;
   return (frame.status === "different" || frame.status === "missing") && frame.hash !== null;
 }
 const isApproved = (frame) => approved.has(frame.name);
@@ -16,7 +16,7 @@ const approvable = (shot) => shot.frames.filter(canApprove);
 
 /** What a tick was given for. A reference that nothing asks for has no hash, so it is told by its packed pixels. */
 function seen(frame) {
-  if (frame.status !== "dangling") return frame.hash;
+  if (frame.status !== "orphaned") return frame.hash;
   const text = frame.expected ? byId("picture-" + frame.expected.picture).textContent : "";
   let sum = 0x811c9dc5;
   // FNV-1a.
@@ -65,7 +65,7 @@ function showApprovals() {
   if (!frame) return;
   showTick(byId("approve-frame"), canApprove(frame) ? [frame] : []);
   byId("approve-frame").nextElementSibling.textContent =
-    frame.status === "dangling" ? "Approve removing it" : frame.status === "broken" ? "Cannot be approved" : "Approve this picture";
+    frame.status === "orphaned" ? "Approve removing it" : frame.status === "broken" ? "Cannot be approved" : "Approve this picture";
   showTick(byId("approve-shot"), approvable(shot));
   byId("approve-shot").nextElementSibling.textContent = `the whole shot (${approvable(shot).length})`;
   byId("approve-shot-label").hidden = shot.frames.length < 2;
@@ -73,7 +73,7 @@ function showApprovals() {
 
 function approvalsText() {
   const names = report.shots.flatMap(approvable).filter(isApproved);
-  const list = names.map((frame) => ({ name: frame.name, hash: frame.status === "dangling" ? null : frame.hash }));
+  const list = names.map((frame) => ({ name: frame.name, hash: frame.status === "orphaned" ? null : frame.hash }));
   return JSON.stringify({ schema: 1, approved: list }, null, 2) + "\n";
 }
 

@@ -4,7 +4,7 @@ const report = JSON.parse(byId("data").textContent);
 
 // A shot of which nothing is known has a frame that says so.
 for (const shot of report.shots) {
-  const nothing = { frame: null, hash: null, expected: null, actual: null, errors: null, left_out: null, judgement: null };
+  const nothing = { frame: null, hash: null, expected: null, actual: null, errors: null, left_out: null, comparison: null };
   if (shot.frames.length === 0) shot.frames.push({ name: shot.name, status: "broken", messages: ["has no frames"], ...nothing });
 }
 
@@ -31,7 +31,7 @@ async function inflated(index) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The colours of a picture: three planes of halves. The packing is described in picture.rs. */
+/** The colours of a picture: three planes of halves. The packing is described in encoded_image.rs. */
 function unpackedPicture(picture) {
   return kept("colors " + picture.picture, async () => {
     const { width, height, is_light: isLight } = picture;

@@ -11,11 +11,11 @@ function showDetails() {
   byId("next").disabled = places.indexOf(state.shot) === places.length - 1;
   byId("position").textContent = `${places.indexOf(state.shot) + 1 || "–"} of ${places.length}`;
   byId("messages").replaceChildren(...frame.messages.map((message) => element("li", {}, message)));
-  const cause = frame.judgement?.cause;
+  const cause = frame.comparison?.cause;
   byId("cause").hidden = !cause;
   byId("cause").replaceChildren(element("span", { className: "quiet" }, "Likely cause: "), element("strong", {}, cause || ""));
-  byId("measures").replaceChildren(...measures(frame.judgement));
-  byId("layers").replaceChildren(...layers(frame.judgement));
+  byId("measures").replaceChildren(...measures(frame.comparison));
+  byId("layers").replaceChildren(...layers(frame.comparison));
   byId("commands").replaceChildren(...commands(shot));
 }
 
@@ -36,9 +36,9 @@ function place(at) {
   return element("td", { className: "number" }, button);
 }
 
-function measures(judgement) {
-  if (!judgement) return [];
-  const rows = judgement.checks.map((check) => {
+function measures(comparison) {
+  if (!comparison) return [];
+  const rows = comparison.checks.map((check) => {
     const bar = element("i");
     // The limit is in the middle; what is not a number is beyond.
     bar.style.width = Math.min(100, (check.share ?? (check.passes ? 0 : 2)) * 50) + "%";
@@ -53,13 +53,13 @@ function measures(judgement) {
       place(check.at),
     );
   });
-  const squares = judgement.rmse === null ? [] : [element("p", { className: "quiet numbers" }, `RMSE ${judgement.rmse}, PSNR ${judgement.psnr}`)];
+  const squares = comparison.rmse === null ? [] : [element("p", { className: "quiet numbers" }, `RMSE ${comparison.rmse}, PSNR ${comparison.psnr}`)];
   const table = element("table", {}, heading(["measure"], ["measured", 1], ["limit", 1], [""], ["verdict"], ["worst at", 1]), element("tbody", {}, ...rows));
   return [element("h3", {}, "Measures"), ...(rows.length > 0 ? [element("div", { className: "scroll" }, table)] : []), ...squares];
 }
 
-function layers(judgement) {
-  const rows = (judgement?.layers || []).flatMap((layer) =>
+function layers(comparison) {
+  const rows = (comparison?.layers || []).flatMap((layer) =>
     layer.channels.map((channel, at) =>
       element(
         "tr",

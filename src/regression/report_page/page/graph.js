@@ -12,7 +12,7 @@ function showGraph() {
   if (!shot || shot.frames.length < 2) return holder.replaceChildren();
   const frame = shownFrame();
   const box = holder.firstElementChild || makeGraph(holder);
-  const told = frame.judgement?.flip;
+  const told = frame.comparison?.flip;
   const numbers = told ? `: mean FLIP ${told.mean.toFixed(4)}, worst tile ${told.tile.toFixed(4)}` : "";
   box.querySelector(".graph-shown").textContent = frameLabel(frame) + numbers;
   const count = failing(shot).length;
@@ -70,7 +70,7 @@ function drawn(shot, width) {
 
 /** One curve over its axis. */
 function plotted(shot, plot, { x, top, step, width }) {
-  const values = shot.frames.map((frame) => frame.judgement?.flip?.[plot.value] ?? null);
+  const values = shot.frames.map((frame) => frame.comparison?.flip?.[plot.value] ?? null);
   const limit = shot[plot.limit];
   const highest = Math.max(...values, limit ?? 0) * 1.1 || 1;
   const y = (value) => top + PLOT_HEIGHT * (1 - value / highest);

@@ -1,6 +1,6 @@
 // The list of failures with its filter, and the overview.
 
-const KINDS = ["different", "missing", "dangling", "broken"];
+const KINDS = ["different", "missing", "orphaned", "broken"];
 
 /** The kind that a shot is listed as: that of its first failing frame. */
 const kindsOf = (shot) => new Set(failing(shot).map((frame) => frame.status));
@@ -8,7 +8,7 @@ const kindsOf = (shot) => new Set(failing(shot).map((frame) => frame.status));
 function isListed(shot) {
   if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
   const words = state.filter.toLowerCase().split(/\s+/).filter(Boolean);
-  const text = [shot.name, ...failing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.judgement?.cause || ""])].join("\n");
+  const text = [shot.name, ...failing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.comparison?.cause || ""])].join("\n");
   return words.every((word) => text.toLowerCase().includes(word));
 }
 const listed = () => report.shots.map((_, index) => index).filter((index) => isListed(report.shots[index]));
@@ -122,10 +122,10 @@ function failureTable() {
     const link = element("button", { type: "button", className: "link" }, ...nameParts(shot.name));
     link.addEventListener("click", () => go(index, worstFrame(shot)));
     const largest = (key) => {
-      const values = shot.frames.flatMap((frame) => frame.judgement?.flip?.[key] ?? []);
+      const values = shot.frames.flatMap((frame) => frame.comparison?.flip?.[key] ?? []);
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
-    const why = worst?.judgement?.cause || worst?.messages[0] || "";
+    const why = worst?.comparison?.cause || worst?.messages[0] || "";
     return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
   const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause, or what is wrong"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));

@@ -53,7 +53,7 @@ function missingPictures(frame, problem) {
     const reason = isTooLarge ? `they alone take more than the ${limit}` : `those of other frames come first and leave too little of the ${limit}`;
     const text = `The pictures of this frame are left out: ${reason}. `;
     if (command) return [text + (isTooLarge ? "The heat map as a picture has no such limit:" : "A page of this frame alone has room:"), commandBox(command)];
-    const leavesMore = !isTooLarge && report.can_approve && report.shots.length > 1 && frame.status !== "dangling";
+    const leavesMore = !isTooLarge && report.can_approve && report.shots.length > 1 && frame.status !== "orphaned";
     return [text + (leavesMore ? "A test of this shot alone leaves it more room; its worst frames come first." : "")];
   }
   if (!fails(frame)) return ["This frame passes; a report has numbers and no pictures of such."];
@@ -183,12 +183,12 @@ function mark(pane) {
 }
 
 function worstPlaces() {
-  const judgement = view.loaded?.judgement;
-  if (!judgement || judgement.is_identical) return [];
-  const { flip } = judgement;
+  const comparison = view.loaded?.comparison;
+  if (!comparison || comparison.is_identical) return [];
+  const { flip } = comparison;
   const places = flip && flip.tile > 0 ? [{ x: flip.tile_at[0], y: flip.tile_at[1], side: 8, title: "worst tile" }] : [];
   const isTile = (at) => places.length > 0 && at[0] === places[0].x && at[1] === places[0].y;
-  for (const check of judgement.checks) {
+  for (const check of comparison.checks) {
     if (!check.passes && check.at && !isTile(check.at)) {
       places.push({ x: check.at[0], y: check.at[1], side: 1, title: check.measure });
     }

@@ -13,7 +13,7 @@ use super::super::{FlipMap, LayeredPicture, ValueRange};
 
 /// The colours of a picture, packed to be shown by a page at any exposure.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EncodedPicture {
+pub struct EncodedImage {
     /// Columns and rows.
     pub(super) size: (u32, u32),
     /// What the colours mean.
@@ -26,7 +26,7 @@ pub struct EncodedPicture {
     left_out_bytes: usize,
 }
 
-impl EncodedPicture {
+impl EncodedImage {
     /// Packs the colours as they are seen over black; `None` for a picture without any. Finite values beyond halves become the
     /// largest half.
     pub fn new(picture: &LayeredPicture) -> Option<Self> {
@@ -40,7 +40,7 @@ impl EncodedPicture {
         })
     }
 
-    /// With the map that makes the heat map, for a judgement that does not keep its own.
+    /// With the map that makes the heat map, for a comparison that does not keep its own.
     #[must_use]
     pub fn with_errors(self, map: &FlipMap) -> Self {
         Self { errors: (map.size == self.size).then(|| pack_errors(map)), ..self }
@@ -159,14 +159,14 @@ pub(super) mod tests {
         let pixel = |at: usize| [values[at % 12], values[(at * 5 + 1) % 12], values[(at * 7 + 3) % 12], 1.0];
         let pixels: Vec<_> = (0..5 * 7).map(pixel).collect();
         let picture = LayeredPicture::of_pixels((5, 7), ValueRange::Light, &pixels);
-        let packed = EncodedPicture::new(&picture).unwrap();
+        let packed = EncodedImage::new(&picture).unwrap();
         let back = unpacked(packed.colors.as_ref().unwrap(), 5);
         let halves = |[r, g, b, _]: [f32; 4]| {
             [r, g, b].map(|value| f16::from_f32(if value == 1e30 { 65504.0 } else { value }).to_bits())
         };
         assert_eq!(back, pixels.into_iter().map(halves).collect::<Vec<_>>());
         let nan = LayeredPicture::of_pixels((1, 1), ValueRange::Light, &[[f32::NAN, 1.0, 1.0, 1.0]]);
-        let back = unpacked(&EncodedPicture::new(&nan).unwrap().colors.unwrap(), 1);
+        let back = unpacked(&EncodedImage::new(&nan).unwrap().colors.unwrap(), 1);
         assert!(f16::from_bits(back[0][0]).is_nan());
     }
 
@@ -175,7 +175,7 @@ pub(super) mod tests {
         let pixels: Vec<_> = (0..=255).map(|step: u8| [f32::from(step) / 255.0; 4]).collect();
         let opaque = pixels.iter().map(|[v, ..]| [*v, *v, *v, 1.0]).collect::<Vec<_>>();
         let picture = LayeredPicture::of_pixels((16, 16), ValueRange::Display, &opaque);
-        let back = unpacked(&EncodedPicture::new(&picture).unwrap().colors.unwrap(), 16);
+        let back = unpacked(&EncodedImage::new(&picture).unwrap().colors.unwrap(), 16);
         for (step, [r, ..]) in back.into_iter().enumerate() {
             assert_eq!((f16::from_bits(r).to_f32() * 255.0 + 0.5) as usize, step);
         }
@@ -194,7 +194,7 @@ pub(super) mod tests {
             errors: (0..320 * 180).map(|at| at as f32 / 57599.0).collect(),
             exposures: None,
         };
-        let packed = EncodedPicture::new(&picture).unwrap();
+        let packed = EncodedImage::new(&picture).unwrap();
         assert!(packed.size_bytes() < 320 * 180 * 6 / 4, "{}", packed.size_bytes());
         let with_errors = packed.clone().with_errors(&map);
         assert!(with_errors.size_bytes() > packed.size_bytes());
@@ -209,8 +209,8 @@ pub(super) mod tests {
     fn pictures_without_colours_are_none_and_empty_ones_empty() {
         let mut picture = LayeredPicture::of_pixels((1, 1), ValueRange::Light, &[[0.0; 4]]);
         picture.channels.retain(|channel| channel.name == "A");
-        assert_eq!(EncodedPicture::new(&picture), None);
+        assert_eq!(EncodedImage::new(&picture), None);
         let empty = LayeredPicture::of_pixels((0, 0), ValueRange::Light, &[]);
-        assert_eq!(unpacked(&EncodedPicture::new(&empty).unwrap().colors.unwrap(), 0), [[0; 3]; 0]);
+        assert_eq!(unpacked(&EncodedImage::new(&empty).unwrap().colors.unwrap(), 0), [[0; 3]; 0]);
     }
 }

@@ -2,22 +2,22 @@
 
 use std::borrow::Cow;
 
-use super::data::{FramePlaces, LeftOut};
-use super::picture::{pack_errors, text_bytes};
-use super::{EncodedPicture, FrameStatus, ReportPage, ReportedFrame};
+use super::data::{FrameImages, LeftOut};
+use super::encoded_image::{pack_errors, text_bytes};
+use super::{EncodedImage, FrameStatus, ReportPage, ReportedFrame};
 
 /// Bytes of pictures, packed and as text, that a page holds. Browsers open such a page within seconds.
-pub const PICTURE_BUDGET_BYTES: usize = 64 << 20;
+pub const IMAGE_BUDGET_BYTES: usize = 64 << 20;
 
 /// The packed pictures of a page, and where those of each frame are among them.
 #[derive(Debug, Default)]
-pub(super) struct Places<'a> {
+pub(super) struct PageImages<'a> {
     pub(super) pictures: Vec<Cow<'a, [u8]>>,
     /// One a frame of each shot.
-    pub(super) shots: Vec<Vec<FramePlaces>>,
+    pub(super) shots: Vec<Vec<FrameImages>>,
 }
 
-impl<'a> Places<'a> {
+impl<'a> PageImages<'a> {
     /// Takes pictures as long as there is room: first the worst frame of each shot, then the next worst. A frame has all its pictures
     /// or none.
     pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
@@ -31,7 +31,7 @@ impl<'a> Places<'a> {
             order.extend(ranked.map(|(rank, frame_index)| (rank, shot_index, frame_index)));
         }
         order.sort_unstable();
-        let shots = page.shots.iter().map(|shot| vec![FramePlaces::default(); shot.frames.len()]).collect();
+        let shots = page.shots.iter().map(|shot| vec![FrameImages::default(); shot.frames.len()]).collect();
         let mut places = Self { pictures: Vec::new(), shots };
         let mut room = budget_bytes;
         for (_, shot, index) in order {
@@ -47,19 +47,19 @@ impl<'a> Places<'a> {
         self.pictures.iter().map(|part| text_bytes(part.len()) + around).sum()
     }
 
-    fn take(&mut self, frame: &'a ReportedFrame, budget_bytes: usize, room: &mut usize) -> FramePlaces {
+    fn take(&mut self, frame: &'a ReportedFrame, budget_bytes: usize, room: &mut usize) -> FrameImages {
         let left_out = |bytes| {
             let why = if bytes > budget_bytes { LeftOut::TooLarge } else { LeftOut::NoRoom };
-            FramePlaces { left_out: Some(why), ..FramePlaces::default() }
+            FrameImages { left_out: Some(why), ..FrameImages::default() }
         };
         let pictures = [&frame.expected, &frame.actual].map(Option::as_ref);
-        let known_bytes = pictures.into_iter().flatten().map(EncodedPicture::needed_bytes).sum();
+        let known_bytes = pictures.into_iter().flatten().map(EncodedImage::needed_bytes).sum();
         if known_bytes > *room || pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
             return left_out(known_bytes);
         }
         let [expected, actual] =
             pictures.map(|picture| picture.and_then(|picture| picture.colors.as_deref()).map(Cow::from));
-        let map = frame.judgement.as_ref().and_then(|judgement| judgement.flip_map.as_ref());
+        let map = frame.comparison.as_ref().and_then(|comparison| comparison.flip_map.as_ref());
         let packed = || frame.actual.as_ref().and_then(|picture| picture.errors.as_deref()).map(Cow::from);
         let errors = map.map(|map| Cow::from(pack_errors(map))).or_else(packed);
         let parts = [&expected, &actual, &errors].into_iter().flatten();
@@ -74,7 +74,7 @@ impl<'a> Places<'a> {
                 self.pictures.len() - 1
             })
         };
-        FramePlaces {
+        FrameImages {
             expected: place(expected),
             actual: place(actual),
             errors: place(errors),
@@ -91,7 +91,7 @@ pub(super) fn worst_first(frames: &[ReportedFrame]) -> Vec<usize> {
 }
 
 fn badness(frame: &ReportedFrame) -> f64 {
-    let tile = frame.judgement.as_ref().and_then(|judgement| judgement.flip).map(|flip| flip.tile);
+    let tile = frame.comparison.as_ref().and_then(|comparison| comparison.flip).map(|flip| flip.tile);
     match frame.status {
         FrameStatus::Passed => -1.0,
         _ => tile.unwrap_or(0.0),

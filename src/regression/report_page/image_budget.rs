@@ -2,27 +2,27 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::budget::PICTURE_BUDGET_BYTES;
-use super::{EncodedPicture, ReportedFrame};
+use super::page_images::IMAGE_BUDGET_BYTES;
+use super::{EncodedImage, ReportedFrame};
 
 /// Bytes for pictures that wait in memory until the page chooses among them. Threads may share it.
 ///
 /// Which frames have their pictures depends on the order in which they come only where all of them take more than four pages.
 #[derive(Debug)]
-pub struct PictureRoom {
+pub struct ImageBudget {
     bytes: AtomicUsize,
 }
 
-impl Default for PictureRoom {
+impl Default for ImageBudget {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl PictureRoom {
+impl ImageBudget {
     /// Room for four times what a page holds.
     pub fn new() -> Self {
-        Self::of_bytes(4 * PICTURE_BUDGET_BYTES)
+        Self::of_bytes(4 * IMAGE_BUDGET_BYTES)
     }
 
     fn of_bytes(bytes: usize) -> Self {
@@ -30,12 +30,12 @@ impl PictureRoom {
     }
 
     /// Makes `frame` as small as it can wait: its FLIP map is packed, and where there is no room all its pictures are
-    /// [left out](EncodedPicture::left_out).
+    /// [left out](EncodedImage::left_out).
     pub fn admit(&self, frame: &mut ReportedFrame) {
-        let map = frame.judgement.as_mut().and_then(|judgement| judgement.flip_map.take());
+        let map = frame.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         let colors = size_bytes(frame);
         // What is too large for a page by itself need not wait.
-        if colors > PICTURE_BUDGET_BYTES || !self.take(colors) {
+        if colors > IMAGE_BUDGET_BYTES || !self.take(colors) {
             return leave_out(frame);
         }
         if let Some(map) = map {
@@ -56,12 +56,12 @@ impl PictureRoom {
 }
 
 fn size_bytes(frame: &ReportedFrame) -> usize {
-    [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedPicture::size_bytes).sum()
+    [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedImage::size_bytes).sum()
 }
 
 fn leave_out(frame: &mut ReportedFrame) {
     for picture in [&mut frame.expected, &mut frame.actual] {
-        *picture = picture.take().map(EncodedPicture::left_out);
+        *picture = picture.take().map(EncodedImage::left_out);
     }
 }
 
@@ -69,7 +69,7 @@ fn leave_out(frame: &mut ReportedFrame) {
 mod tests {
     use super::super::FrameStatus;
     use super::*;
-    use crate::regression::{LayeredPicture, Preset, ValueRange, judge};
+    use crate::regression::{LayeredPicture, Preset, ValueRange, compare};
 
     fn frame() -> ReportedFrame {
         let picture = |value: f32| {
@@ -77,34 +77,34 @@ mod tests {
             LayeredPicture::of_pixels((24, 16), ValueRange::Light, &(0..384).map(pixel).collect::<Vec<_>>())
         };
         let (actual, expected) = (picture(0.5), picture(0.25));
-        let judgement = judge(&actual, &expected, &Preset::Visual.limits());
-        assert!(judgement.flip_map.is_some());
+        let comparison = compare(&actual, &expected, &Preset::Visual.limits());
+        assert!(comparison.flip_map.is_some());
         ReportedFrame {
             name: "a".to_owned(),
             frame: None,
             status: FrameStatus::Different,
             messages: Vec::new(),
-            judgement: Some(judgement),
-            expected: EncodedPicture::new(&expected),
-            actual: EncodedPicture::new(&actual),
+            comparison: Some(comparison),
+            expected: EncodedImage::new(&expected),
+            actual: EncodedImage::new(&actual),
             actual_hash: None,
         }
     }
 
-    fn admitted(room: &PictureRoom) -> ReportedFrame {
+    fn admitted(room: &ImageBudget) -> ReportedFrame {
         let mut frame = frame();
         room.admit(&mut frame);
-        assert!(frame.judgement.as_ref().unwrap().flip_map.is_none());
+        assert!(frame.comparison.as_ref().unwrap().flip_map.is_none());
         assert!(frame.expected.is_some() && frame.actual.is_some());
         frame
     }
 
     #[test]
     fn frames_have_all_their_pictures_or_none() {
-        let whole = admitted(&PictureRoom::new());
+        let whole = admitted(&ImageBudget::new());
         let bytes = size_bytes(&whole);
         assert!(whole.actual.as_ref().unwrap().errors.is_some() && bytes > size_bytes(&frame()));
-        let room = PictureRoom::of_bytes(2 * bytes + bytes - 1);
+        let room = ImageBudget::of_bytes(2 * bytes + bytes - 1);
         let sizes = [(); 3].map(|()| size_bytes(&admitted(&room)));
         assert_eq!(sizes, [bytes, bytes, 0]);
         // What was in vain is given back: colours fit, and the map did not.
@@ -113,8 +113,8 @@ mod tests {
 
     #[test]
     fn threads_take_no_more_than_there_is() {
-        let bytes = size_bytes(&admitted(&PictureRoom::new()));
-        let room = PictureRoom::of_bytes(5 * bytes);
+        let bytes = size_bytes(&admitted(&ImageBudget::new()));
+        let room = ImageBudget::of_bytes(5 * bytes);
         let count = std::thread::scope(|scope| {
             let taken =
                 [(); 4].map(|()| scope.spawn(|| (0..4).filter(|_| size_bytes(&admitted(&room)) > 0).count()));
@@ -128,7 +128,7 @@ mod tests {
     #[test]
     fn frames_without_pictures_need_no_room() {
         let mut lonely = ReportedFrame { expected: None, actual: None, ..frame() };
-        PictureRoom::of_bytes(0).admit(&mut lonely);
+        ImageBudget::of_bytes(0).admit(&mut lonely);
         assert!(lonely.actual.is_none() && lonely.expected.is_none());
     }
 }

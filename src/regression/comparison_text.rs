@@ -1,6 +1,6 @@
 //! Verdicts in words: what was measured and what was allowed, and what fails whatever is allowed.
 
-use super::{Check, Fault};
+use super::{Check, Mismatch};
 
 impl std::fmt::Display for Check {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -30,7 +30,7 @@ pub(super) fn short(value: f64) -> String {
     text
 }
 
-impl std::fmt::Display for Fault {
+impl std::fmt::Display for Mismatch {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Size { actual, reference } if actual[0] != reference[0] => {

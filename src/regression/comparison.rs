@@ -18,7 +18,7 @@ use crate::output::Aov;
 /// Why pictures cannot be compared by numbers, or fail whatever the limits are.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-pub enum Fault {
+pub enum Mismatch {
     /// Sizes or windows differ: whole picture, first pixel held, pixels held.
     Size {
         /// Of the picture that is judged.
@@ -70,11 +70,11 @@ pub struct LayerDifference {
 
 /// All that is known about two pictures.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Judgement {
+pub struct Comparison {
     /// Whether every bit is the same.
     pub is_identical: bool,
     /// What fails whatever the limits are.
-    pub faults: Vec<Fault>,
+    pub mismatches: Vec<Mismatch>,
     /// Measures with limits.
     pub checks: Vec<Check>,
     /// The differences by layer.
@@ -89,39 +89,39 @@ pub struct Judgement {
     pub cause: Option<Cause>,
 }
 
-impl Judgement {
+impl Comparison {
     /// Whether the picture passes.
     pub fn passes(&self) -> bool {
-        self.faults.is_empty() && self.checks.iter().all(|check| check.passes)
+        self.mismatches.is_empty() && self.checks.iter().all(|check| check.passes)
     }
 
     /// What fails, one line each.
     pub fn failures(&self) -> Vec<String> {
         let checks = self.checks.iter().filter(|check| !check.passes).map(ToString::to_string);
-        self.faults.iter().map(ToString::to_string).chain(checks).collect()
+        self.mismatches.iter().map(ToString::to_string).chain(checks).collect()
     }
 }
 
 /// Judges a picture by its reference.
-pub fn judge(actual: &LayeredPicture, reference: &LayeredPicture, limits: &Limits) -> Judgement {
+pub fn compare(actual: &LayeredPicture, reference: &LayeredPicture, limits: &Limits) -> Comparison {
     if actual.range != reference.range {
         let [actual, reference] = [actual, reference].map(|picture| picture.clone().in_light());
-        return judge(&actual, &reference, limits);
+        return compare(&actual, &reference, limits);
     }
-    let mut judgement = Judgement { faults: faults(actual, reference), ..Judgement::default() };
-    if judgement.faults.iter().any(|fault| matches!(fault, Fault::Size { .. })) {
-        return judgement;
+    let mut comparison = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
+    if comparison.mismatches.iter().any(|mismatch| matches!(mismatch, Mismatch::Size { .. })) {
+        return comparison;
     }
-    judgement.is_identical = are_identical(actual, reference);
-    judge_layers(&mut judgement, actual, reference, limits);
+    comparison.is_identical = are_identical(actual, reference);
+    compare_layers(&mut comparison, actual, reference, limits);
     if let (Some(ours), Some(theirs)) = (actual.colors(), reference.colors()) {
-        judge_colors(&mut judgement, (&ours, &theirs), reference, limits);
+        compare_colors(&mut comparison, (&ours, &theirs), reference, limits);
     }
-    if !judgement.passes() {
-        judgement.cause =
-            likely_cause(actual, reference, &beyond_limits(&judgement.layers, reference, limits));
+    if !comparison.passes() {
+        comparison.cause =
+            likely_cause(actual, reference, &beyond_limits(&comparison.layers, reference, limits));
     }
-    judgement
+    comparison
 }
 
 /// The layers, those that pass without a pixel that differs.
@@ -139,29 +139,29 @@ fn beyond_limits(
     settled.collect()
 }
 
-fn faults(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Fault> {
+fn mismatches(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Mismatch> {
     let [ours, theirs] =
         [actual, reference].map(|picture| [picture.picture_size, picture.origin, picture.size]);
-    let mut faults = Vec::new();
+    let mut mismatches = Vec::new();
     if ours != theirs {
-        faults.push(Fault::Size { actual: ours, reference: theirs });
+        mismatches.push(Mismatch::Size { actual: ours, reference: theirs });
     }
     for (picture, other, is_reference) in [(actual, reference, false), (reference, actual, true)] {
         for channel in &picture.channels {
             if other.channel(&channel.name).is_none() {
                 let channel = channel.name.clone();
-                faults.push(Fault::Channel { channel, missing_in_reference: !is_reference });
+                mismatches.push(Mismatch::Channel { channel, missing_in_reference: !is_reference });
             }
             if let Some(values) = non_finite(channel, picture.size.0) {
-                faults.push(Fault::NotFinite { in_reference: is_reference, values });
+                mismatches.push(Mismatch::NotFinite { in_reference: is_reference, values });
             }
         }
     }
-    faults
+    mismatches
 }
 
-fn judge_layers(
-    judgement: &mut Judgement,
+fn compare_layers(
+    comparison: &mut Comparison,
     actual: &LayeredPicture,
     reference: &LayeredPicture,
     limits: &Limits,
@@ -178,7 +178,7 @@ fn judge_layers(
             let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
             let worst = difference.channels.iter().filter(|channel| channel.different > 0);
             let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
-            judgement.checks.push(Check {
+            comparison.checks.push(Check {
                 measure: format!(
                     "share of pixels with {layer} off by more than {} and {} %",
                     values.absolute,
@@ -190,14 +190,14 @@ fn judge_layers(
                 passes: measured <= share,
             });
         }
-        judgement.layers.push(difference);
+        comparison.layers.push(difference);
     }
-    let channels = judgement.layers.iter().flat_map(|layer| &layer.channels);
+    let channels = comparison.layers.iter().flat_map(|layer| &layer.channels);
     let measured = channels.map(|channel| channel.different as f64).sum();
     let limit = limits.different_values;
     if limit < f64::INFINITY {
         let measure = "values whose bits differ".to_owned();
-        judgement.checks.insert(0, Check { measure, measured, limit, at: None, passes: measured <= limit });
+        comparison.checks.insert(0, Check { measure, measured, limit, at: None, passes: measured <= limit });
     }
 }
 
@@ -228,14 +228,14 @@ fn is_light(layer: &str, picture: &LayeredPicture) -> bool {
     }
 }
 
-fn judge_colors(
-    judgement: &mut Judgement,
+fn compare_colors(
+    comparison: &mut Comparison,
     (actual, reference): (&[[f32; 3]], &[[f32; 3]]),
     picture: &LayeredPicture,
     limits: &Limits,
 ) {
     let is_display = picture.range == ValueRange::Display;
-    judgement.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
+    comparison.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
     let flip = if is_display { flip_display } else { flip_light };
     // Equal pictures have no error anywhere, without looking.
     let map = if actual == reference {
@@ -251,7 +251,7 @@ fn judge_colors(
         ("difference of mean brightness", brightness, limits.brightness, None),
     ] {
         let at = at.filter(|_| measured > 0.0);
-        judgement.checks.push(Check {
+        comparison.checks.push(Check {
             measure: measure.to_owned(),
             measured,
             limit,
@@ -259,8 +259,8 @@ fn judge_colors(
             passes: measured <= limit,
         });
     }
-    judgement.flip = Some(pooled);
-    judgement.flip_map = Some(map);
+    comparison.flip = Some(pooled);
+    comparison.flip_map = Some(map);
 }
 
 /// How far the mean luminance is off, as a share of the reference's.
@@ -295,8 +295,8 @@ mod tests {
     fn equal_pictures_pass_everything() {
         let picture = flat((20, 20), 0.5);
         for preset in Preset::ALL {
-            let judgement = judge(&picture, &picture, &preset.limits());
-            assert!(judgement.is_identical && judgement.passes() && judgement.cause.is_none());
+            let comparison = compare(&picture, &picture, &preset.limits());
+            assert!(comparison.is_identical && comparison.passes() && comparison.cause.is_none());
         }
     }
 
@@ -304,15 +304,15 @@ mod tests {
     fn exact_fails_for_one_bit_and_tells_the_value_and_the_limit() {
         let (mut actual, reference) = (flat((20, 20), 0.5), flat((20, 20), 0.5));
         red(&mut actual)[47] = f32::from_bits(0.5_f32.to_bits() + 1);
-        let judgement = judge(&actual, &reference, &Preset::Exact.limits());
-        let told = judgement.failures().join("\n");
+        let comparison = compare(&actual, &reference, &Preset::Exact.limits());
+        let told = comparison.failures().join("\n");
         assert!(
             told.contains("share of pixels with beauty off by more than 0 and 0 %: 0.0025 > 0"),
             "{told}"
         );
         assert!(told.contains("worst at column 7, row 2"), "{told}");
-        assert!(!judgement.is_identical);
-        assert!(judge(&actual, &reference, &Preset::Strict.limits()).passes());
+        assert!(!comparison.is_identical);
+        assert!(compare(&actual, &reference, &Preset::Strict.limits()).passes());
     }
 
     #[test]
@@ -320,9 +320,9 @@ mod tests {
         let mut broken = flat((20, 20), 0.5);
         red(&mut broken)[21] = f32::NAN;
         for (actual, reference) in [(&broken, &broken), (&broken, &flat((20, 20), 0.5))] {
-            let judgement = judge(actual, reference, &Preset::Noisy.limits());
-            assert!(!judgement.passes());
-            let told = judgement.failures().join("\n");
+            let comparison = compare(actual, reference, &Preset::Noisy.limits());
+            assert!(!comparison.passes());
+            let told = comparison.failures().join("\n");
             assert!(
                 told.contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
             );
@@ -332,14 +332,14 @@ mod tests {
     #[test]
     fn sizes_and_channels_are_compared_before_values() {
         let limits = Preset::Noisy.limits();
-        let told = judge(&flat((20, 20), 0.5), &flat((20, 10), 0.5), &limits).failures();
+        let told = compare(&flat((20, 20), 0.5), &flat((20, 10), 0.5), &limits).failures();
         assert_eq!(told, ["the size is 20x20, the reference's 20x10"]);
         let mut layered = flat((20, 20), 0.5);
         let ids = ChannelValues::Ids(vec![1; 400]);
         layered.channels.push(NamedChannel { name: "node_id".to_owned(), values: ids });
-        let told = judge(&flat((20, 20), 0.5), &layered, &limits).failures();
+        let told = compare(&flat((20, 20), 0.5), &layered, &limits).failures();
         assert_eq!(told, ["lacks the channel node_id of the reference"]);
-        let told = judge(&layered, &flat((20, 20), 0.5), &limits).failures();
+        let told = compare(&layered, &flat((20, 20), 0.5), &limits).failures();
         assert_eq!(told, ["has the channel node_id, which the reference lacks"]);
     }
 }

@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::super::{EncodedPicture, FrameStatus, LayeredPicture, ReportedFrame};
+use super::super::{EncodedImage, FrameStatus, LayeredPicture, ReportedFrame};
 use super::filter::Filter;
-use super::names::{ReferenceFile, picture_name, reference_files, reference_path};
-use super::pending::{forget_picture, forget_removal, keep_removal};
+use super::names::{ReferenceFile, image_name, reference_files, reference_path};
+use super::pending::{discard_image, discard_removal, store_removal};
 use super::test_shot::reported;
 use super::{ShotReader, ShotResult, Suite, SuiteShot};
 use crate::error::{Error, Result};
@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// Those of reading the references, and of opening the shots.
-pub fn dangling_references(
+pub fn orphaned_references(
     suite: &Suite,
     reader: &dyn ShotReader,
     shots: &[SuiteShot],
@@ -23,7 +23,7 @@ pub fn dangling_references(
     let mut asked = BTreeSet::new();
     for shot in shots {
         let (job, _) = reader.job(suite, &shot.path)?;
-        asked.extend(job.frames.iter().map(|&frame| picture_name(&shot.name, frame, job.frames.len())));
+        asked.extend(job.frames.iter().map(|&frame| image_name(&shot.name, frame, job.frames.len())));
     }
     let files = reference_files(&suite.references)?;
     let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
@@ -49,29 +49,29 @@ pub fn finish(
     // A shot that was not tested, or could not be opened, may ask for any frame.
     let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
     let is_settled = |name: &str| filter.owner(name).is_none_or(is_known);
-    let mut dangling = Vec::new();
+    let mut orphaned = Vec::new();
     let mut not_kept = Vec::new();
     for file in &files {
         let name = file.name();
         let is_asked_for = asked.contains(name);
-        let is_over = !is_asked_for && is_settled(name) && filter.means_picture(name);
+        let is_over = !is_asked_for && is_settled(name) && filter.matches_image(name);
         match file {
             ReferenceFile::Reference(_) if is_over => {
-                dangling.push(without_shot(suite, name));
+                orphaned.push(without_shot(suite, name));
                 if keeps_pending {
-                    not_kept.extend(keep_removal(suite, name, filter.owner(name)).err());
+                    not_kept.extend(store_removal(suite, name, filter.owner(name)).err());
                 }
             }
             ReferenceFile::Pending(_) if is_over && keeps_pending => {
-                not_kept.extend(forget_picture(suite, name).err());
+                not_kept.extend(discard_image(suite, name).err());
             }
             ReferenceFile::Removal(_) if keeps_pending && (is_asked_for || !is_settled(name)) => {
-                not_kept.extend(forget_removal(suite, name).err());
+                not_kept.extend(discard_removal(suite, name).err());
             }
             _ => {}
         }
     }
-    Ok((dangling, not_kept))
+    Ok((orphaned, not_kept))
 }
 
 /// Whether nothing is known of what the shot asks for.
@@ -86,6 +86,6 @@ fn without_shot(suite: &Suite, name: &str) -> ReportedFrame {
     let why = if has_scene { ", for a shot file names the scene of this name" } else { "" };
     let message = format!("no shot asks for this reference{why}");
     let expected = LayeredPicture::read(&reference_path(&suite.references, name));
-    let expected = expected.ok().as_ref().and_then(EncodedPicture::new);
-    ReportedFrame { expected, ..reported(name.to_owned(), None, FrameStatus::Dangling, message) }
+    let expected = expected.ok().as_ref().and_then(EncodedImage::new);
+    ReportedFrame { expected, ..reported(name.to_owned(), None, FrameStatus::Orphaned, message) }
 }

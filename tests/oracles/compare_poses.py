@@ -21,7 +21,7 @@ TIMES = 6
 
 def our_points(path, clip, times):
     """World-space corners a time, as Rayframe poses them."""
-    command = ["cargo", "run", "-q", "--release", "--example", "dump_pose", "--", path, clip]
+    command = ["cargo", "run", "-q", "--release", "-p", "oracles", "--bin", "dump_pose", "--", path, clip]
     text = subprocess.run(command + [repr(t) for t in times], check=True, capture_output=True, text=True).stdout
     lines = iter(text.splitlines())
     points = []

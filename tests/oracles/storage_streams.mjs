@@ -1,9 +1,9 @@
 // Packs the ring of scenes/storage/plain.gltf with the encoders of the formats' authors, without loss, and the chequer on it.
 //
 //   npm install meshoptimizer draco3dgltf sharp ktx2-encoder
-//   cargo run --release --example make_scenes && node tests/oracles/storage_streams.mjs
+//   cargo run -p make_scenes && node tests/oracles/storage_streams.mjs
 //
-// Writes into examples/make_scenes/streams; make_scenes puts the streams into the other scenes of scenes/storage.
+// Writes into tests/make_scenes/streams; make_scenes puts the streams into the other scenes of scenes/storage.
 import fs from 'fs';
 import { MeshoptEncoder } from 'meshoptimizer';
 import draco3d from 'draco3dgltf';
@@ -11,7 +11,7 @@ import sharp from 'sharp';
 import { encodeToKTX2 } from 'ktx2-encoder';
 
 const root = process.env.RAYFRAME_ROOT ?? new URL('../..', import.meta.url).pathname;
-const folder = `${root}/examples/make_scenes/streams`;
+const folder = `${root}/tests/make_scenes/streams`;
 const gltf = JSON.parse(fs.readFileSync(`${root}/scenes/storage/plain.gltf`));
 const buffer = Buffer.from(gltf.buffers[0].uri.split(',')[1], 'base64');
 const primitive = gltf.meshes[gltf.nodes.find((node) => node.name === 'ring').mesh].primitives[0];

@@ -1,0 +1,128 @@
+//! Scenes of `environment/`: pictures all around, what is seen behind the scene, and shadows for a plate.
+
+use glam::Vec3;
+
+use crate::{Entry, entry};
+use scene_builder::document::{Built, Gltf};
+use scene_builder::json::list;
+use scene_builder::material::Material;
+use scene_builder::node::Node;
+use scene_builder::shapes::{cuboid, floor, ico_sphere};
+use scene_builder::staging::{camera, directional_light, point_light};
+
+pub(crate) const SCENES: [Entry; 4] = [
+    entry("environment/picture", picture_around),
+    entry("environment/turned", turned),
+    entry("environment/background", background),
+    entry("environment/shadow_catcher", shadow_catcher),
+];
+
+/// Where [`picture`] is written, below `scenes/`.
+pub(crate) const PICTURE_PATH: &str = "environment/quarters.hdr";
+
+/// Columns and rows of the picture.
+const SIZE: (u32, u32) = (64, 32);
+
+/// An equirectangular Radiance picture without compression: a quarter each red, green, blue and yellow from the left, in front
+/// (the middle) green to the left and blue to the right; a white sky at the top and a dark ground.
+pub(crate) fn picture() -> Vec<u8> {
+    let mut file =
+        format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", SIZE.1, SIZE.0).into_bytes();
+    for row in 0..SIZE.1 {
+        for column in 0..SIZE.0 {
+            let color = match (row, column * 4 / SIZE.0) {
+                (0..4, _) => [3.0, 3.0, 3.0],
+                (20.., _) => [0.0625, 0.0625, 0.0625],
+                (_, 0) => [0.75, 0.09375, 0.0625],
+                (_, 1) => [0.125, 0.5, 0.125],
+                (_, 2) => [0.125, 0.25, 0.75],
+                _ => [0.75, 0.625, 0.125],
+            };
+            file.extend(rgbe(color));
+        }
+    }
+    file
+}
+
+/// Three mantissas and the exponent that they share.
+fn rgbe(color: [f32; 3]) -> [u8; 4] {
+    let largest = color.into_iter().fold(0.0, |a, b| if a > b { a } else { b });
+    let (mut exponent, mut scale) = (128_u8, 256.0);
+    while largest * scale >= 256.0 {
+        (exponent, scale) = (exponent + 1, scale * 0.5);
+    }
+    while largest * scale < 128.0 {
+        (exponent, scale) = (exponent - 1, scale * 2.0);
+    }
+    let [red, green, blue] = color.map(|channel| (channel * scale) as u8);
+    [red, green, blue, exponent]
+}
+
+/// A matte, a rough and a mirror ball.
+fn three_balls(gltf: &mut Gltf) {
+    camera(gltf, Vec3::new(0.0, 0.35, 5.0), Vec3::ZERO, 30.0);
+    let materials = [
+        Material::matte("matte", [0.8; 3]),
+        Material::metal("rough", [0.95; 3], 0.45),
+        Material::metal("mirror", [0.95; 3], 0.0),
+    ];
+    let materials = materials.map(|material| material.add_to(gltf));
+    let balls = ico_sphere(0.7, 3).plain().add_with_each(gltf, &materials);
+    for (x, mesh) in [-1.5, 0.0, 1.5].into_iter().zip(balls) {
+        gltf.node(Node::mesh(mesh).at(x, 0.0, 0.0));
+    }
+}
+
+fn picture_around() -> Built {
+    let mut gltf = Gltf::new(
+        "Three balls in a room of four colours: behind them green to the left and blue to the right, in the mirror ball red to \
+         the left and yellow to the right, the white sky on top of each; the rough ball shows the same blurred, the matte one only \
+         its tint.",
+    );
+    three_balls(&mut gltf);
+    gltf.shot("env", "quarters.hdr");
+    Ok(gltf)
+}
+
+fn turned() -> Built {
+    let mut gltf = Gltf::new(
+        "The same room turned by 90° counter-clockwise from above, at half its strength: behind the balls blue to the left and \
+         yellow to the right.",
+    );
+    three_balls(&mut gltf);
+    gltf.shot("env", "quarters.hdr@90");
+    gltf.shot("env_intensity", 0.5);
+    Ok(gltf)
+}
+
+fn background() -> Built {
+    let mut gltf = Gltf::new(
+        "The room of four colours lights the balls and is seen in them, but behind them is an even dark violet.",
+    );
+    three_balls(&mut gltf);
+    gltf.shot("env", "quarters.hdr");
+    gltf.shot("background", list([0.06, 0.02, 0.1]));
+    Ok(gltf)
+}
+
+fn shadow_catcher() -> Built {
+    let mut gltf = Gltf::new(
+        "A ball and a box on a floor that is not there: the picture is transparent but for them and their black shadows, darker where \
+         both lights are blocked. The mirror ball shows the box and its shadow and else nothing.",
+    );
+    camera(&mut gltf, Vec3::new(0.0, 1.8, 5.0), Vec3::new(0.0, 0.4, 0.0), 32.0);
+    directional_light(&mut gltf, Vec3::new(1.0, 1.6, 0.8), 3.0);
+    point_light(&mut gltf, Vec3::new(-2.5, 2.5, 1.0), 12.0);
+    let ground = Material::matte("ground", [0.5; 3]).add_to(&mut gltf);
+    let ground = floor(20.0, 20.0).plain().add_to(&mut gltf, ground);
+    gltf.node(Node::mesh(ground).named("floor"));
+    let silver = Material::metal("silver", [0.95; 3], 0.0).add_to(&mut gltf);
+    let ball = ico_sphere(0.6, 3).plain().add_to(&mut gltf, silver);
+    gltf.node(Node::mesh(ball).at(-0.8, 0.6, 0.0));
+    let red = Material::matte("red", [0.7, 0.1, 0.08]).add_to(&mut gltf);
+    let cube = cuboid(0.8, 0.8, 0.8).plain().add_to(&mut gltf, red);
+    gltf.node(Node::mesh(cube).named("box").at(0.8, 0.4, 0.0));
+    gltf.shot("background", "none");
+    gltf.shot("shadow_catcher", list(["floor"]));
+    Ok(gltf)
+}

@@ -34,7 +34,7 @@ use rayframe::frame::{Frame, resolve_auto_camera};
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::image_file::write_atomically;
 use rayframe::output::{exr_file, frame_attributes};
-use rayframe::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
+use rayframe::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
 use rayframe::scene::{Environment, Scene, Selection, SelectionRequest};
 use rayframe::sequence::FrameRate;
 
@@ -164,7 +164,7 @@ impl Subject {
         // Trace.
         let environment = if lights.is_empty() { Environment::Studio } else { Environment::None };
         let input =
-            RenderInput { scene: &self.scene, frame: &self.frame, bvh: &bvh, environment: &environment };
+            SceneView { scene: &self.scene, frame: &self.frame, bvh: &bvh, environment: &environment };
         let (film, rays) = render_frame(&input, &self.settings, &cancel, &|_| ())?;
 
         // Write.

@@ -21,7 +21,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
 use rayframe::frame::{Frame, resolve_auto_camera};
 use rayframe::gltf::{ImportOptions, import};
-use rayframe::render::{RenderInput, RenderSettings, render_frame};
+use rayframe::render::{RenderSettings, SceneView, render_frame};
 use rayframe::scene::{
     Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind, Material,
     MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture, Primitive,
@@ -226,7 +226,7 @@ fn measure(
             let Subject { scene, selection, environment, frame, builder, bvh, .. } = subject;
             frame.pose(scene, selection, 0.0);
             let built = builder.build(&frame.triangles, &frame.flags, &build, &cancel, bvh.take())?;
-            let input = RenderInput { scene, frame, bvh: &built, environment };
+            let input = SceneView { scene, frame, bvh: &built, environment };
             let (_, statistics) = render_frame(&input, &settings, &cancel, &|_| ())?;
             *bvh = Some(built);
             let counts = &statistics.integrator;

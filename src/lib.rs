@@ -28,6 +28,8 @@ pub mod gltf;
 
 pub mod frame;
 
+mod scene_view;
+
 pub mod interaction;
 
 pub mod bsdf;

@@ -11,7 +11,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
 use rayframe::geometry::{Ray, Triangle};
-use rayframe::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
+use rayframe::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
 use rayframe::scene::{
     Environment, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh, MeshIndex,
     Node, NodeIndex, Primitive, Projection, Scene, SelectedCamera, Selection,
@@ -51,7 +51,7 @@ pub(crate) fn compare(
     let frame = Frame::at(&scene, &selection, 0.0);
     let soup = Soup { triangles: frame.triangles.clone(), flags: frame.flags.clone() };
     let built = pool.install(|| hierarchy(&soup, settings))?;
-    let input = RenderInput { scene: &scene, frame: &frame, bvh: &built, environment: &Environment::None };
+    let input = SceneView { scene: &scene, frame: &frame, bvh: &built, environment: &Environment::None };
     let threads = pool.current_num_threads();
     let mut render_ms = f64::INFINITY;
     let mut rendered = RenderStatistics::default();

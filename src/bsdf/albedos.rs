@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::fresnel::Shape;
-use super::round_albedo::{self, Terms};
+use super::fresnel::FresnelCurve;
+use super::isotropic_albedo::{self, Terms};
 use super::{Bsdf, left_by};
 
 /// What the lobes do with uniform light, seen along one direction.
@@ -78,8 +78,8 @@ impl Bsdf {
         let terms = self.terms(wo);
         let dielectric = if self.metallic < 1.0 {
             let shaped = match self.dielectric.shape {
-                Shape::Exact => terms.exact,
-                Shape::Schlick => terms.schlick,
+                FresnelCurve::Exact => terms.exact,
+                FresnelCurve::Schlick => terms.schlick,
             };
             self.dielectric.albedo(terms.total, shaped)
         } else {
@@ -98,11 +98,11 @@ impl Bsdf {
 
     /// The lobe's albedos under the factors that the material asks for.
     fn terms(&self, wo: Vec3) -> Terms {
-        let exact = self.metallic < 1.0 && self.dielectric.shape == Shape::Exact;
+        let exact = self.metallic < 1.0 && self.dielectric.shape == FresnelCurve::Exact;
         match &self.lobe.stretch {
             Some(stretch) => stretch.terms(wo, self.dielectric.relative_ior),
-            None if exact => round_albedo::terms(wo.z, self.lobe.roughness, self.dielectric.relative_ior),
-            None => round_albedo::schlick_terms(wo.z, self.lobe.roughness),
+            None if exact => isotropic_albedo::terms(wo.z, self.lobe.roughness, self.dielectric.relative_ior),
+            None => isotropic_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }
     }
 

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::{SHARPEST_ALPHA, fresnel, ggx, round_albedo};
+use super::{SHARPEST_ALPHA, fresnel, ggx, isotropic_albedo};
 
 /// Index of refraction of all coats.
 const COAT_IOR: f32 = 1.5;
@@ -29,7 +29,7 @@ impl Coat {
     }
 
     /// f(wo, wi) of the coat alone; zero for light from below it.
-    pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> f32 {
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> f32 {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
         }
@@ -45,7 +45,7 @@ impl Coat {
 
     /// Share of uniform light that the coat reflects; `share · F` where it is smooth.
     pub fn albedo(&self, cos_o: f32) -> f32 {
-        self.reflectance(cos_o) * round_albedo::total(cos_o, self.roughness)
+        self.reflectance(cos_o) * isotropic_albedo::total(cos_o, self.roughness)
     }
 
     pub(super) fn reflectance(&self, cos_o: f32) -> f32 {

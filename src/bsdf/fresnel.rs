@@ -15,12 +15,12 @@ pub(super) struct Dielectric {
     pub(super) relative_ior: f32,
     pub(super) offset: Vec3,
     pub(super) scale: Vec3,
-    pub(super) shape: Shape,
+    pub(super) shape: FresnelCurve,
 }
 
 /// A curve from about 0 along the normal to 1 at grazing angles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum FresnelCurve {
     /// Fresnel's equations for the relative index.
     Exact,
     /// Schlick's, where the index says nothing: glTF's 0, which leaves the reflection to its colour.
@@ -58,16 +58,16 @@ impl Dielectric {
         if ior_outside > 0.0 && ior_inside > 0.0 {
             let relative_ior = ior_inside / ior_outside;
             let f90 = if relative_ior < 1.0 { 1.0 } else { tint.factor };
-            return Self::stretched(relative_ior, f0(reflectance_along_normal(relative_ior)), f90);
+            return Self::with_ends(relative_ior, f0(reflectance_along_normal(relative_ior)), f90);
         }
         let offset = f0(1.0);
-        Self { relative_ior: 1.0, offset, scale: tint.factor - offset, shape: Shape::Schlick }
+        Self { relative_ior: 1.0, offset, scale: tint.factor - offset, shape: FresnelCurve::Schlick }
     }
 
     /// The exact curve of `relative_ior`, stretched so that it runs from `f0` along the normal to `f90` at grazing angles.
-    fn stretched(relative_ior: f32, f0: Vec3, f90: f32) -> Self {
+    fn with_ends(relative_ior: f32, f0: Vec3, f90: f32) -> Self {
         let exact_f0 = reflectance_along_normal(relative_ior);
-        let shape = Shape::Exact;
+        let shape = FresnelCurve::Exact;
         if exact_f0 >= 1.0 {
             return Self { relative_ior, offset: f0, scale: Vec3::ZERO, shape };
         }
@@ -88,8 +88,8 @@ impl Dielectric {
     /// The curve before it is stretched.
     pub(super) fn shape_at(&self, cosine: f32) -> f32 {
         match self.shape {
-            Shape::Exact => exact(cosine, self.relative_ior),
-            Shape::Schlick => schlick_weight(cosine),
+            FresnelCurve::Exact => exact(cosine, self.relative_ior),
+            FresnelCurve::Schlick => schlick_weight(cosine),
         }
     }
 
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn the_curve_runs_from_f0_to_f90() {
-        let curve = Dielectric::stretched(1.5, Vec3::new(0.02, 0.1, 0.5), 0.5);
+        let curve = Dielectric::with_ends(1.5, Vec3::new(0.02, 0.1, 0.5), 0.5);
         assert!((curve.along_normal() - Vec3::new(0.02, 0.1, 0.5)).abs().max_element() < 1e-6);
         assert!((curve.reflectance(0.0) - 0.5).abs().max_element() < 1e-6);
         // Schlick at 60°: (1 − 0.5)⁵ = 1/32.

@@ -46,7 +46,7 @@ pub(super) fn disk_point(u: Vec2) -> Vec2 {
 
 /// The microfacet normal that `wo` sees for a uniformly drawn point of the unit disk (Heitz 2018, listing 1).
 pub(super) fn visible_normal(wo: Vec3, alpha: f32, disk: Vec2) -> Vec3 {
-    // Stretch the view so that the surface becomes a hemisphere.
+    // AnisotropicGgx the view so that the surface becomes a hemisphere.
     let view = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
     let horizontal_squared = view.x * view.x + view.y * view.y;
     let across = if horizontal_squared > 0.0 {

@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use glam::{Vec2, Vec3};
 
 use super::facets::Facets;
-use super::round_albedo::{self, Terms};
+use super::isotropic_albedo::{self, Terms};
 use super::{fresnel, ggx};
 
 /// Visible normals that stand for a lobe; they sum up to its albedo to about a thousandth.
@@ -20,7 +20,7 @@ const TURN: f32 = 0.618_034;
 
 /// α along X and along Y.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stretch {
+pub(super) struct AnisotropicGgx {
     pub(super) alpha: Vec2,
 }
 
@@ -33,14 +33,14 @@ pub(super) struct Reflected {
     pub(super) weight: f32,
 }
 
-impl Stretch {
+impl AnisotropicGgx {
     /// The α of the material along Y, and mix(α, 1, strength²) along X.
     pub(super) fn new(alpha: f32, strength: f32) -> Self {
         let share = strength * strength;
         Self { alpha: Vec2::new(alpha * (1.0 - share) + share, alpha) }
     }
 
-    fn stretched(self, direction: Vec3) -> Vec3 {
+    fn scaled_by_alpha(self, direction: Vec3) -> Vec3 {
         Vec3::new(self.alpha.x * direction.x, self.alpha.y * direction.y, direction.z)
     }
 
@@ -53,25 +53,25 @@ impl Stretch {
 
     /// G2 / (4 cos θ_o cos θ_i). Both directions are above the surface.
     pub(super) fn visibility(self, wo: Vec3, wi: Vec3) -> f32 {
-        0.5 / (wi.z * length(self.stretched(wo)) + wo.z * length(self.stretched(wi)))
+        0.5 / (wi.z * length(self.scaled_by_alpha(wo)) + wo.z * length(self.scaled_by_alpha(wi)))
     }
 
     /// See [`ggx::reflection_pdf`].
     pub(super) fn reflection_pdf(self, wo: Vec3, half: Vec3) -> f32 {
-        0.5 * self.distribution(half) / (wo.z + length(self.stretched(wo)))
+        0.5 * self.distribution(half) / (wo.z + length(self.scaled_by_alpha(wo)))
     }
 
     /// See [`ggx::visible_normal`].
     pub(super) fn visible_normal(self, wo: Vec3, disk: Vec2) -> Vec3 {
-        let view = self.stretched(wo);
+        let view = self.scaled_by_alpha(wo);
         // A surface of α = 1 for the stretched view; its normals are squeezed back.
         let normal = ggx::visible_normal(view.normalize(), 1.0, disk);
-        self.stretched(normal).normalize_or(Vec3::Z)
+        self.scaled_by_alpha(normal).normalize_or(Vec3::Z)
     }
 
     /// What the lobe reflects towards `wo`, as a fixed number of directions.
     pub(super) fn reflected(self, wo: Vec3) -> impl Iterator<Item = Reflected> + use<> {
-        let root_o = length(self.stretched(wo));
+        let root_o = length(self.scaled_by_alpha(wo));
         pattern().iter().filter_map(move |(point, share)| {
             let half = self.visible_normal(wo, *point);
             let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
@@ -80,7 +80,7 @@ impl Stretch {
                 return None;
             }
             // G2 / G1(θ_o)
-            let root_i = length(self.stretched(wi));
+            let root_i = length(self.scaled_by_alpha(wi));
             let weight = share * wi.z * (wo.z + root_o) / (wi.z * root_o + wo.z * root_i);
             Some(Reflected { wi, facet_cosine, weight })
         })
@@ -88,11 +88,15 @@ impl Stretch {
 
     /// The lobe's albedos for a view from above the surface.
     pub(super) fn terms(self, wo: Vec3, relative_ior: f32) -> Terms {
-        let facets = Facets::stretched(wo, self.alpha);
+        let facets = Facets::anisotropic(wo, self.alpha);
         let weight = fresnel::schlick_weight;
         if relative_ior < 1.0 {
             let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
-            return Terms { total, schlick, exact: round_albedo::untabulated(&facets, total, relative_ior) };
+            return Terms {
+                total,
+                schlick,
+                exact: isotropic_albedo::untabulated(&facets, total, relative_ior),
+            };
         }
         let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
         let [total, schlick, exact] = facets.reflected(factors);

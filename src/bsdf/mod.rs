@@ -12,16 +12,16 @@
 mod albedos;
 mod coat;
 mod cubic_table;
-mod drawn;
 mod facets;
-mod film;
 mod fresnel;
 mod ggx;
 mod ggx_anisotropic;
-mod round_albedo;
-mod sampling;
+mod isotropic_albedo;
+mod mixture_sampling;
 mod sheen;
 mod specular_lobe;
+mod specular_sampling;
+mod thin_film;
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -32,11 +32,11 @@ use crate::interaction::MaterialSample;
 pub use albedos::Albedos;
 pub use coat::Coat;
 
-use film::Film;
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::Reflected;
 use sheen::Sheen;
 use specular_lobe::SpecularLobe;
+use thin_film::ThinFilm;
 
 /// Sharper lobes than this GGX α cannot be told from mirrors and would not fit floats.
 const SHARPEST_ALPHA: f32 = 0.002;
@@ -54,7 +54,7 @@ pub struct Bsdf {
     lobe: SpecularLobe,
     /// Of what passes through: sharper where the index bends light less.
     lobe_through: SpecularLobe,
-    film: Option<Film>,
+    film: Option<ThinFilm>,
     sheen: Option<Sheen>,
 }
 
@@ -90,7 +90,7 @@ impl Bsdf {
             dielectric,
             lobe: SpecularLobe::new(roughness, strength),
             lobe_through: SpecularLobe::new(roughness * bending(dielectric.relative_ior), strength),
-            film: material.iridescence.map(|film| Film {
+            film: material.iridescence.map(|film| ThinFilm {
                 factor: film.factor,
                 ior: film.ior,
                 thickness_nm: film.thickness_nm,
@@ -105,7 +105,7 @@ impl Bsdf {
     /// On the side of `wo`: diffuse and specular reflection. On the other side: what is diffusely transmitted, and for thin
     /// walls the GGX lobe around the straight continuation. Light reaches through the surface of a volume by refracted
     /// rays, and that of lamps by the straight shadow rays of the integrator, never by this lobe.
-    pub fn evaluate(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
         }
@@ -119,20 +119,20 @@ impl Bsdf {
         let (dielectric, metal) = self.reflectances(wo.z, wo.dot(half));
         let entering = (1.0 - self.metallic) * left_by(dielectric);
         let below = if through {
-            let lobe = if self.thin { self.lobe_through.evaluate(wo, mirrored, half) } else { 0.0 };
+            let lobe = if self.thin { self.lobe_through.eval(wo, mirrored, half) } else { 0.0 };
             self.diffusely_through(entering) * FRAC_1_PI
                 + self.base_color * entering * (self.transmission * lobe)
         } else {
             let reflected = dielectric * (1.0 - self.metallic) + metal * self.metallic;
             let diffuse = (1.0 - self.transmission) * (1.0 - self.diffuse_transmission);
-            let lobe = self.lobe.evaluate(wo, mirrored, half);
+            let lobe = self.lobe.eval(wo, mirrored, half);
             reflected * lobe + self.base_color * entering * (diffuse * FRAC_1_PI)
         };
         let Some(sheen) = &self.sheen else { return below };
         // The direction that the fibres hide more from decides.
         let (left_o, left_i) = (sheen.below(wo.z), sheen.below(mirrored.z));
         let scaled = below * if left_o < left_i { left_o } else { left_i };
-        if through { scaled } else { scaled + sheen.evaluate(wo, wi) }
+        if through { scaled } else { scaled + sheen.eval(wo, wi) }
     }
 
     /// Where light seen along `wo` comes from on the other side, by Snell's law; straight on for thin walls. `None` at
@@ -163,7 +163,7 @@ impl Bsdf {
 
     /// Where a stretched lobe's light comes from: directions with their shares, which sum up to [`Albedos::specular`] to about
     /// a thousandth; nothing for round ones.
-    pub fn stretched_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
+    pub fn anisotropic_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
         let reflected = self.lobe.stretch.into_iter().flat_map(move |stretch| stretch.reflected(wo));
         reflected.map(move |Reflected { wi, facet_cosine, weight }| {

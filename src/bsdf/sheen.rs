@@ -26,7 +26,7 @@ impl Sheen {
     }
 
     /// f(wo, wi), both above the surface.
-    pub(super) fn evaluate(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         let roughness = f64::from(self.roughness);
         self.color * lobe(wo.as_dvec3(), wi.as_dvec3(), roughness * roughness) as f32
     }

@@ -4,14 +4,14 @@ use glam::{Vec2, Vec3};
 
 use super::SHARPEST_ALPHA;
 use super::ggx;
-use super::ggx_anisotropic::Stretch;
+use super::ggx_anisotropic::AnisotropicGgx;
 
 /// The facets of a rough surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpecularLobe {
     pub(super) roughness: f32,
     alpha: f32,
-    pub(super) stretch: Option<Stretch>,
+    pub(super) stretch: Option<AnisotropicGgx>,
 }
 
 impl SpecularLobe {
@@ -19,7 +19,11 @@ impl SpecularLobe {
     pub(super) fn new(roughness: f32, stretch_strength: Option<f32>) -> Self {
         let alpha = roughness * roughness;
         let alpha = if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA };
-        Self { roughness, alpha, stretch: stretch_strength.map(|strength| Stretch::new(alpha, strength)) }
+        Self {
+            roughness,
+            alpha,
+            stretch: stretch_strength.map(|strength| AnisotropicGgx::new(alpha, strength)),
+        }
     }
 
     /// Whether it cannot be told from a mirror's.
@@ -33,7 +37,7 @@ impl SpecularLobe {
     }
 
     /// D V.
-    pub(super) fn evaluate(&self, wo: Vec3, wi: Vec3, half: Vec3) -> f32 {
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3, half: Vec3) -> f32 {
         match &self.stretch {
             Some(stretch) => stretch.distribution(half) * stretch.visibility(wo, wi),
             None => ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, wi.z, self.alpha),

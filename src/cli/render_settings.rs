@@ -74,7 +74,7 @@ fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Optio
     let focus = match args.focus.parse::<f32>() {
         Ok(distance) if distance > 0.0 => Focus::Metres(distance),
         Ok(_) => return Err(Error::usage("--focus: a distance lies above 0 metres")),
-        Err(_) if args.focus == "middle" => Focus::Middle,
+        Err(_) if args.focus == "middle" => Focus::Center,
         Err(_) => {
             let node = scene.node(&options::choice(&args.focus));
             Focus::Node(node.ok_or_else(|| {

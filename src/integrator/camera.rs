@@ -6,10 +6,10 @@
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
-use super::{MediaStack, Path, PathClass, Spectrum};
+use super::{ColorChannels, MediaStack, RayKind, RayState};
 use crate::frame::PosedCamera;
 use crate::geometry::{Ray, concentric_disk_point};
-use crate::interaction::Footprint;
+use crate::interaction::RayDifferential;
 use crate::scene::Projection;
 
 /// A camera with a picture in front of it.
@@ -87,31 +87,31 @@ impl CameraRays {
     }
 
     /// What a camera ray stands for: its share of the pixel.
-    pub fn footprint(&self, ray: &Ray) -> Footprint {
+    pub fn differential(&self, ray: &Ray) -> RayDifferential {
         match self.camera.projection {
             Projection::Orthographic { .. } => {
-                Footprint { origin: self.sample_steps, direction: [Vec3::ZERO; 2] }
+                RayDifferential { origin: self.sample_steps, direction: [Vec3::ZERO; 2] }
             }
             Projection::Perspective { .. } => {
                 // D = d / |d| for the d that reaches distance one along the axis: D' = (d' − D (D·d')) / |d|.
                 let direction = ray.direction;
                 let per_length = -direction.dot(self.camera.world_from_camera.z_axis.truncate());
                 let turn = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
-                Footprint { origin: [Vec3::ZERO; 2], direction: self.sample_steps.map(turn) }
+                RayDifferential { origin: [Vec3::ZERO; 2], direction: self.sample_steps.map(turn) }
             }
         }
     }
 
     /// The path of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
-    pub fn path(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> Path {
-        Path {
+    pub fn state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
+        RayState {
             time_seconds: self.time_seconds,
-            footprint: self.footprint(ray),
+            differential: self.differential(ray),
             media,
             touching: None,
             weight: Vec3::ONE,
-            class: PathClass::Camera,
-            spectrum: Spectrum::White,
+            kind: RayKind::Camera,
+            channels: ColorChannels::White,
             part: None,
             depth: 0,
             sample,
@@ -168,12 +168,12 @@ mod tests {
             let at = |position| rays.ray(position, Seed::default());
             for position in [Vec2::new(200.0, 100.0), Vec2::new(3.0, 190.0)] {
                 let ray = at(position);
-                let footprint = rays.footprint(&ray);
+                let differential = rays.differential(&ray);
                 for (axis, step) in [Vec2::X, Vec2::Y].into_iter().enumerate() {
                     let (before, after) = (at(position - step * 0.25), at(position + step * 0.25));
                     let (moved, turned) = (after.origin - before.origin, after.direction - before.direction);
-                    assert!((footprint.origin[axis] - moved).length() < 1e-5);
-                    assert!((footprint.direction[axis] - turned).length() < 1e-5, "{turned}");
+                    assert!((differential.origin[axis] - moved).length() < 1e-5);
+                    assert!((differential.direction[axis] - turned).length() < 1e-5, "{turned}");
                     assert!(moved.length() + turned.length() > 1e-4);
                 }
             }

@@ -4,7 +4,7 @@
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
-use super::{IntegratorSettings, LightSize};
+use super::settings::{IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
 use crate::geometry::{Ray, concentric_disk_point};
 use crate::scene::{Environment, LightKind};
@@ -53,7 +53,7 @@ pub(super) fn gather(
     environment: &Environment,
     settings: &IntegratorSettings,
 ) -> Vec<PreparedLight> {
-    let scaled = frame.lights.iter().map(|posed| PreparedLight::new(posed, settings));
+    let scaled = frame.lights.iter().map(|light| PreparedLight::new(light, settings));
     let key = environment.key_light().map(|key| PreparedLight {
         color: key.irradiance,
         intensity: 1.0,

@@ -4,12 +4,13 @@ use std::rc::Rc;
 
 use glam::{DVec3, Vec3};
 
-use super::Spectrum;
-use crate::bvh::{Bvh, Hit, HitOrder, TraversalCounters};
+use super::color_channels::ColorChannels;
+use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::{Frame, MeshInstance, is_volume};
 use crate::geometry::{Aabb, Facing, Ray};
-use crate::interaction::{PosedScene, alpha_at};
+use crate::interaction::alpha_at;
 use crate::scene::{Material, MaterialIndex, NodeIndex};
+use crate::scene_view::SceneView;
 
 /// Which closed surface a volume belongs to: the primitives of one node or instance that share a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,15 +87,37 @@ impl Interiors {
         }
         bounds
     }
+
+    /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
+    /// first was entered last. Where that ray misses the `bounds` of all volumes, nothing is traced.
+    pub(super) fn media_around(&self, view: SceneView<'_>, bounds: &Aabb, position: Vec3) -> Vec<Medium> {
+        /// A slanted direction, so that axis-aligned edges and vertices are not met.
+        const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
+        if misses(bounds, position.as_dvec3(), DIRECTION.as_dvec3()) {
+            return Vec::new();
+        }
+        let ray = Ray::new(position, DIRECTION);
+        let mut crossings: Vec<Crossing> = Vec::new();
+        let mut after = None;
+        while let Some(hit) = next_surface(view, &ray, after) {
+            after = Some(hit.order());
+            if let Some(medium) = self.medium(view.frame.instance(hit.primitive)) {
+                count_crossing(&mut crossings, medium, &hit);
+            }
+        }
+        crossings.retain(|crossing| crossing.leaves > crossing.enters);
+        crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
+        crossings.into_iter().map(|crossing| crossing.medium).collect()
+    }
 }
 
 impl Medium {
     /// Index of refraction of one colour; white light follows green.
-    pub fn ior_of(&self, spectrum: Spectrum) -> f32 {
-        match spectrum {
-            Spectrum::White | Spectrum::Green => self.ior,
-            Spectrum::Red => self.ior - self.half_spread,
-            Spectrum::Blue => self.ior + self.half_spread,
+    pub fn ior_of(&self, channels: ColorChannels) -> f32 {
+        match channels {
+            ColorChannels::White | ColorChannels::Green => self.ior,
+            ColorChannels::Red => self.ior - self.half_spread,
+            ColorChannels::Blue => self.ior + self.half_spread,
         }
     }
 
@@ -137,8 +160,8 @@ impl MediaStack {
     }
 
     /// Index of refraction of the space.
-    pub fn ior(&self, spectrum: Spectrum) -> f32 {
-        self.current().map_or(1.0, |medium| medium.ior_of(spectrum))
+    pub fn ior(&self, channels: ColorChannels) -> f32 {
+        self.current().map_or(1.0, |medium| medium.ior_of(channels))
     }
 
     /// Whether colours part at the border of the space.
@@ -169,33 +192,6 @@ impl MediaStack {
         }
         *self = Self::new(volumes);
     }
-
-    /// The volumes around `position`: those that a ray from there leaves more often than it enters. The one that it leaves
-    /// first was entered last. Where that ray misses the `bounds` of all volumes, nothing is traced.
-    pub(super) fn around(
-        posed: PosedScene<'_>,
-        bvh: &Bvh,
-        (interiors, bounds): (&Interiors, &Aabb),
-        position: Vec3,
-    ) -> Vec<Medium> {
-        /// A slanted direction, so that axis-aligned edges and vertices are not met.
-        const DIRECTION: Vec3 = Vec3::new(0.267_41, 0.801_93, 0.534_27);
-        if misses(bounds, position.as_dvec3(), DIRECTION.as_dvec3()) {
-            return Vec::new();
-        }
-        let ray = Ray::new(position, DIRECTION);
-        let mut crossings: Vec<Crossing> = Vec::new();
-        let mut after = None;
-        while let Some(hit) = next_surface(posed, bvh, &ray, after) {
-            after = Some(hit.order());
-            if let Some(medium) = interiors.medium(posed.frame.instance(hit.primitive)) {
-                count_crossing(&mut crossings, medium, &hit);
-            }
-        }
-        crossings.retain(|crossing| crossing.leaves > crossing.enters);
-        crossings.sort_by(|a, b| b.last_left.total_cmp(&a.last_left));
-        crossings.into_iter().map(|crossing| crossing.medium).collect()
-    }
 }
 
 /// Whether a ray whose direction is positive along all axes surely misses a box; errs towards no.
@@ -211,8 +207,8 @@ fn misses(bounds: &Aabb, origin: DVec3, direction: DVec3) -> bool {
     exit < 0.0 || entry > exit
 }
 
-fn next_surface(posed: PosedScene<'_>, bvh: &Bvh, ray: &Ray, after: Option<HitOrder>) -> Option<Hit> {
-    bvh.closest_surface(ray, after, |hit| alpha_at(posed, hit) > 0.0, &mut TraversalCounters::default())
+fn next_surface(view: SceneView<'_>, ray: &Ray, after: Option<HitOrder>) -> Option<Hit> {
+    view.bvh.closest_surface(ray, after, |hit| alpha_at(view, hit) > 0.0, &mut TraversalCounters::default())
 }
 
 /// How often a ray passes the surface of one volume.
@@ -253,13 +249,13 @@ mod tests {
         let mut stack = MediaStack::default();
         stack.cross(glass, Facing::Front);
         stack.cross(water, Facing::Front);
-        assert_eq!(stack.ior(Spectrum::White), 1.33);
+        assert_eq!(stack.ior(ColorChannels::White), 1.33);
         // Leaving the outer one first leaves the inner one in place.
         let mut overlapping = stack.clone();
         overlapping.cross(glass, Facing::Back);
-        assert_eq!(overlapping.ior(Spectrum::White), 1.33);
+        assert_eq!(overlapping.ior(ColorChannels::White), 1.33);
         stack.cross(water, Facing::Back);
-        assert_eq!(stack.ior(Spectrum::White), 1.5);
+        assert_eq!(stack.ior(ColorChannels::White), 1.5);
         stack.cross(glass, Facing::Back);
         assert_eq!(stack, MediaStack::default());
     }
@@ -277,7 +273,8 @@ mod tests {
             };
             let interior = Interiors::of(&[material]).0[0].unwrap();
             let medium = Medium { half_spread: interior.half_spread, ..medium(0, interior.ior) };
-            [Spectrum::Red, Spectrum::Green, Spectrum::Blue, Spectrum::White].map(|of| medium.ior_of(of))
+            [ColorChannels::Red, ColorChannels::Green, ColorChannels::Blue, ColorChannels::White]
+                .map(|of| medium.ior_of(of))
         };
         let [red, green, blue, white] = with(1.0);
         assert!((red - 1.585).abs() < 1e-6 && (blue - 1.615).abs() < 1e-6 && green == 1.6 && white == 1.6);

@@ -3,36 +3,37 @@
 use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
-use super::texture_lookup::{self, Lookups, UvFootprint};
-use super::{Footprint, MaterialSample, PosedScene, SurfacePoint, layers};
+use super::texture_lookup::{self, Lookups, UvDifferential};
+use super::{MaterialSample, RayDifferential, SurfacePoint, material_extensions};
 use crate::bvh::Hit;
 use crate::frame::{MeshInstance, is_volume, transmits};
 use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
+use crate::scene_view::SceneView;
 
 /// The point where `ray` meets `hit`, as [`SurfacePoint::new`] describes it, and all values of the material there.
 pub fn surface_at<'a>(
-    posed: PosedScene<'a>,
+    view: SceneView<'a>,
     ray: &Ray,
     hit: &Hit,
-    footprint: &Footprint,
+    differential: &RayDifferential,
 ) -> (SurfacePoint<'a>, MaterialSample) {
-    let textures = Lookups::new(posed);
-    let point = SurfacePoint::with_lookups(&textures, ray, hit, footprint);
+    let textures = Lookups::new(view);
+    let point = SurfacePoint::with_lookups(&textures, ray, hit, differential);
     let material = material_at(&textures, &point);
     (point, material)
 }
 
 fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
-    let posed = textures.posed();
-    let material = &posed.frame.materials[point.instance.material.index()];
+    let view = textures.view();
+    let material = &view.frame.materials[point.instance.material.index()];
     let lookup =
         |reference: &Option<TextureRef>, encoding| textures.value(point, reference.as_ref(), encoding);
     let base_encoding =
         if material.alpha_mode == AlphaMode::Opaque { Encoding::Srgb } else { Encoding::CoveredSrgb };
     let base = material.base_color
         * lookup(&material.base_color_texture, base_encoding)
-        * vertex_color(posed, point.instance, point.corners, point.weights);
+        * vertex_color(view, point.instance, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
         // Both are often channels of one picture.
@@ -63,26 +64,26 @@ fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSamp
         ..MaterialSample::default()
     };
     if !material.unlit {
-        layers::add(textures, point, material, &mut sample);
+        material_extensions::add(textures, point, material, &mut sample);
     }
     sample
 }
 
 /// Whether a hit is on a surface that is invisible but for the shadows on it.
-pub fn catches_shadows(posed: PosedScene<'_>, hit: &Hit) -> bool {
-    let instance = posed.frame.instance(hit.primitive);
-    posed.frame.materials[instance.material.index()].is_shadow_catcher
+pub fn catches_shadows(view: SceneView<'_>, hit: &Hit) -> bool {
+    let instance = view.frame.instance(hit.primitive);
+    view.frame.materials[instance.material.index()].is_shadow_catcher
 }
 
 /// Coverage of a hit after the alpha mode, always looked up in the full image so that shadows and pictures agree.
-pub fn alpha_at(posed: PosedScene<'_>, hit: &Hit) -> f32 {
-    let instance = posed.frame.instance(hit.primitive);
-    let material = &posed.frame.materials[instance.material.index()];
+pub fn alpha_at(view: SceneView<'_>, hit: &Hit) -> f32 {
+    let instance = view.frame.instance(hit.primitive);
+    let material = &view.frame.materials[instance.material.index()];
     if material.alpha_mode == AlphaMode::Opaque {
         return 1.0;
     }
-    let corners = corner_indices(posed, instance, hit.primitive);
-    coverage(material, alpha_at_corners(posed, instance, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
+    let corners = corner_indices(view, instance, hit.primitive);
+    coverage(material, alpha_at_corners(view, instance, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
 }
 
 fn coverage(material: &Material, alpha: f32) -> f32 {
@@ -100,31 +101,26 @@ fn coverage(material: &Material, alpha: f32) -> f32 {
 }
 
 fn alpha_at_corners(
-    posed: PosedScene<'_>,
+    view: SceneView<'_>,
     instance: &MeshInstance,
     corners: [u32; 3],
     weights: [f32; 3],
 ) -> f32 {
-    let material = &posed.frame.materials[instance.material.index()];
+    let material = &view.frame.materials[instance.material.index()];
     let texture = match &material.base_color_texture {
         Some(reference) => {
-            let [a, b, c] = instance.uvs(posed.scene, reference.uv_set as usize, corners);
+            let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
             let uv = a * weights[0] + b * weights[1] + c * weights[2];
-            let place = || (uv, UvFootprint::POINT);
-            texture_lookup::sample(posed.scene, reference, Encoding::Linear, &mut None, place).w
+            let place = || (uv, UvDifferential::ZERO);
+            texture_lookup::sample(view.scene, reference, Encoding::Linear, &mut None, place).w
         }
         None => 1.0,
     };
-    material.base_color.w * texture * vertex_color(posed, instance, corners, weights).w
+    material.base_color.w * texture * vertex_color(view, instance, corners, weights).w
 }
 
-fn vertex_color(
-    posed: PosedScene<'_>,
-    instance: &MeshInstance,
-    corners: [u32; 3],
-    weights: [f32; 3],
-) -> Vec4 {
-    match instance.colors(posed.scene, corners) {
+fn vertex_color(view: SceneView<'_>, instance: &MeshInstance, corners: [u32; 3], weights: [f32; 3]) -> Vec4 {
+    match instance.colors(view.scene, corners) {
         Some([a, b, c]) => a * weights[0] + b * weights[1] + c * weights[2],
         None => Vec4::ONE,
     }

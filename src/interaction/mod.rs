@@ -3,30 +3,18 @@
 //! [`SurfacePoint::new`] turns a hit of a frame into geometry on the viewer's side of the surface; [`surface_at`] looks the
 //! material up, too, and [`alpha_at`] its coverage alone. Nothing here knows about lights or about what is done with the values.
 
-mod footprint;
-mod layers;
 mod material;
+mod material_extensions;
 mod normal;
+mod ray_differential;
 mod surface;
 mod texture_lookup;
 
 use glam::Vec3;
 
-use crate::frame::Frame;
-use crate::scene::Scene;
-
-pub use footprint::Footprint;
 pub use material::{alpha_at, catches_shadows, surface_at};
+pub use ray_differential::RayDifferential;
 pub use surface::SurfacePoint;
-
-/// A frame with the scene that it poses: what texture lookups need besides the frame.
-#[derive(Clone, Copy, Debug)]
-pub struct PosedScene<'a> {
-    /// Images, texture coordinates and vertex colours.
-    pub scene: &'a Scene,
-    /// The scene at one time.
-    pub frame: &'a Frame,
-}
 
 /// A material's values at one point, textures applied; coverage is asked of [`alpha_at`] alone.
 #[derive(Clone, Copy, Debug, PartialEq)]

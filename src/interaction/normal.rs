@@ -2,11 +2,12 @@
 
 use glam::{Vec2, Vec3};
 
+use super::SurfacePoint;
 use super::texture_lookup::Lookups;
-use super::{PosedScene, SurfacePoint};
 use crate::frame::PosedVertex;
 use crate::geometry::{Facing, Triangle, unit};
 use crate::scene::{Encoding, NormalTexture};
+use crate::scene_view::SceneView;
 
 /// Halvings of the interval that bending searches; the angle is then exact to about 2⁻²⁰.
 const BEND_STEPS: usize = 20;
@@ -26,7 +27,7 @@ pub(super) fn shading_normal(
     front_normal: Vec3,
     vertices: &[&PosedVertex; 3],
 ) -> Vec3 {
-    let map = textures.posed().frame.materials[point.instance.material.index()].normal_texture.as_ref();
+    let map = textures.view().frame.materials[point.instance.material.index()].normal_texture.as_ref();
     front_normal_by(textures, point, map, (front_normal, vertices))
 }
 
@@ -37,25 +38,25 @@ pub(super) fn mapped_by(
     map: Option<&NormalTexture>,
 ) -> Vec3 {
     let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
-    let front = (point.geometric_normal * side, &vertices_of(textures.posed(), point));
+    let front = (point.geometric_normal * side, &vertices_of(textures.view(), point));
     let authored = front_normal_by(textures, point, map, front);
     bent_into_view(point.geometric_normal, authored * side, point.wo)
 }
 
 /// Unit tangent and bitangent of the front; `None` where neither vertices nor coordinate set `uv_set` say which way they run.
 pub(super) fn tangent_frame(
-    posed: PosedScene<'_>,
+    view: SceneView<'_>,
     point: &SurfacePoint<'_>,
     uv_set: u32,
 ) -> Option<(Vec3, Vec3)> {
     let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
-    let vertices = vertices_of(posed, point);
+    let vertices = vertices_of(view, point);
     let normal = interpolated_normal(point, point.geometric_normal * side, &vertices);
-    frame_around(posed, point, uv_set, normal, interpolated_tangent(point, &vertices))
+    frame_around(view, point, uv_set, normal, interpolated_tangent(point, &vertices))
 }
 
-fn vertices_of<'a>(posed: PosedScene<'a>, point: &SurfacePoint<'_>) -> [&'a PosedVertex; 3] {
-    point.corners.map(|corner| &posed.frame.vertices[point.instance.first_vertex + corner as usize])
+fn vertices_of<'a>(view: SceneView<'a>, point: &SurfacePoint<'_>) -> [&'a PosedVertex; 3] {
+    point.corners.map(|corner| &view.frame.vertices[point.instance.first_vertex + corner as usize])
 }
 
 fn front_normal_by(
@@ -109,7 +110,7 @@ fn mapped(
     let texel = textures.value(point, Some(&map.texture), Encoding::Normal);
     // Without any tangent the map cannot say anything.
     let Some((tangent, bitangent)) =
-        frame_around(textures.posed(), point, map.texture.uv_set, normal, (tangent, handedness))
+        frame_around(textures.view(), point, map.texture.uv_set, normal, (tangent, handedness))
     else {
         return normal;
     };
@@ -120,23 +121,23 @@ fn mapped(
 
 /// Tangent and bitangent, made orthogonal to `normal` again.
 fn frame_around(
-    posed: PosedScene<'_>,
+    view: SceneView<'_>,
     point: &SurfacePoint<'_>,
     uv_set: u32,
     normal: Vec3,
     (tangent, handedness): (Vec3, f32),
 ) -> Option<(Vec3, Vec3)> {
     let (tangent, handedness) =
-        if tangent == Vec3::ZERO { tangent_from_uvs(posed, point, uv_set) } else { (tangent, handedness) };
+        if tangent == Vec3::ZERO { tangent_from_uvs(view, point, uv_set) } else { (tangent, handedness) };
     let tangent = unit(tangent - normal * normal.dot(tangent))?;
     Some((tangent, normal.cross(tangent) * handedness))
 }
 
 /// The direction in which u grows on this triangle, for primitives whose tangents are missing. The bitangent is the
 /// direction in which v shrinks, because v grows downwards in the picture.
-fn tangent_from_uvs(posed: PosedScene<'_>, point: &SurfacePoint<'_>, uv_set: u32) -> (Vec3, f32) {
-    let [ta, tb, tc] = point.instance.uvs(posed.scene, uv_set as usize, point.corners);
-    let [a, b, c] = posed.frame.triangles[point.primitive as usize].vertices;
+fn tangent_from_uvs(view: SceneView<'_>, point: &SurfacePoint<'_>, uv_set: u32) -> (Vec3, f32) {
+    let [ta, tb, tc] = point.instance.uvs(view.scene, uv_set as usize, point.corners);
+    let [a, b, c] = view.frame.triangles[point.primitive as usize].vertices;
     let (uv1, uv2) = (tb - ta, tc - ta);
     let determinant = uv1.perp_dot(uv2);
     if determinant == 0.0 {

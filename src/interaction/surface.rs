@@ -2,13 +2,14 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::footprint::weight_steps;
-use super::texture_lookup::{Lookups, UvFootprint};
-use super::{Footprint, PosedScene, normal};
+use super::ray_differential::weight_steps;
+use super::texture_lookup::{Lookups, UvDifferential};
+use super::{RayDifferential, normal};
 use crate::bvh::{Hit, PrimitiveFlags};
 use crate::frame::{Frame, MeshInstance, PosedVertex};
 use crate::geometry::{Facing, Ray, Triangle, unit};
 use crate::scene::{Scene, TextureRef};
+use crate::scene_view::SceneView;
 
 /// A point of a surface, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -43,13 +44,18 @@ pub struct SurfacePoint<'a> {
 
 impl<'a> SurfacePoint<'a> {
     /// The point where `ray` meets `hit`. A ray that stands for more than itself has a direction of unit length.
-    pub fn new(posed: PosedScene<'a>, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
-        Self::with_lookups(&Lookups::new(posed), ray, hit, footprint)
+    pub fn new(view: SceneView<'a>, ray: &Ray, hit: &Hit, differential: &RayDifferential) -> Self {
+        Self::with_lookups(&Lookups::new(view), ray, hit, differential)
     }
 
-    pub(super) fn with_lookups(textures: &Lookups<'a>, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
-        let posed = textures.posed();
-        let frame = posed.frame;
+    pub(super) fn with_lookups(
+        textures: &Lookups<'a>,
+        ray: &Ray,
+        hit: &Hit,
+        differential: &RayDifferential,
+    ) -> Self {
+        let view = textures.view();
+        let frame = view.frame;
         let instance = frame.instance(hit.primitive);
         let triangle = &frame.triangles[hit.primitive as usize];
         let [a, b, c] = triangle.vertices;
@@ -58,13 +64,13 @@ impl<'a> SurfacePoint<'a> {
         let wo = -unit(ray.direction).unwrap_or(Vec3::Y);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let front_normal = normal::of_triangle(triangle);
-        let corners = corner_indices(posed, instance, hit.primitive);
+        let corners = corner_indices(view, instance, hit.primitive);
         let vertices = corners.map(|corner| &frame.vertices[instance.first_vertex + corner as usize]);
-        let (position_steps, weight_steps) = if *footprint == Footprint::POINT {
+        let (position_steps, weight_steps) = if *differential == RayDifferential::ZERO {
             ([Vec3::ZERO; 2], [Vec2::ZERO; 2])
         } else {
-            let steps = footprint.on_surface(ray.direction, hit.t, front_normal);
-            let has_uvs = !instance.primitive(posed.scene).uvs.is_empty();
+            let steps = differential.on_surface(ray.direction, hit.t, front_normal);
+            let has_uvs = !instance.primitive(view.scene).uvs.is_empty();
             (steps, if has_uvs { weight_steps(triangle, steps) } else { [Vec2::ZERO; 2] })
         };
 
@@ -92,10 +98,10 @@ impl<'a> SurfacePoint<'a> {
     }
 
     /// Texture coordinates that `reference` looks up, and how they change over the ray's footprint.
-    pub(super) fn uv(&self, posed: PosedScene<'_>, reference: &TextureRef) -> (Vec2, UvFootprint) {
-        let [a, b, c] = self.instance.uvs(posed.scene, reference.uv_set as usize, self.corners);
+    pub(super) fn uv(&self, view: SceneView<'_>, reference: &TextureRef) -> (Vec2, UvDifferential) {
+        let [a, b, c] = self.instance.uvs(view.scene, reference.uv_set as usize, self.corners);
         let uv = a * self.weights[0] + b * self.weights[1] + c * self.weights[2];
-        (uv, UvFootprint(self.weight_steps.map(|step| (b - a) * step.x + (c - a) * step.y)))
+        (uv, UvDifferential(self.weight_steps.map(|step| (b - a) * step.x + (c - a) * step.y)))
     }
 
     /// Texture coordinates of set `set` as the file has them; zero where there is no such set.
@@ -157,9 +163,9 @@ fn interpolated(corners: [Vec3; 3], hit: &Hit) -> Vec3 {
 }
 
 /// Vertex subscripts of a triangle in the order of its posed corners.
-pub(super) fn corner_indices(posed: PosedScene<'_>, instance: &MeshInstance, primitive: u32) -> [u32; 3] {
+pub(super) fn corner_indices(view: SceneView<'_>, instance: &MeshInstance, primitive: u32) -> [u32; 3] {
     let local = (primitive - instance.first_triangle) as usize;
-    let [a, b, c] = instance.primitive(posed.scene).triangles[local];
+    let [a, b, c] = instance.primitive(view.scene).triangles[local];
     if instance.mirrored { [a, c, b] } else { [a, b, c] }
 }
 

@@ -18,26 +18,27 @@ use std::cell::RefCell;
 
 use glam::{Vec2, Vec4};
 
-use super::{PosedScene, SurfacePoint};
+use super::SurfacePoint;
 use crate::scene::{Encoding, Image, MipFilter, MipLevel, Sampler, Scene, Texels, TextureRef, UvTransform};
-pub(super) use ellipse::UvFootprint;
+use crate::scene_view::SceneView;
+pub(super) use ellipse::UvDifferential;
 use ellipse::{Ellipse, blended, level_of};
 use walk::{Line, Walk};
 
 /// The lookups at one point.
 #[derive(Debug)]
 pub(super) struct Lookups<'a> {
-    posed: PosedScene<'a>,
+    view: SceneView<'a>,
     last: RefCell<Option<Placement>>,
 }
 
 impl<'a> Lookups<'a> {
-    pub(super) fn new(posed: PosedScene<'a>) -> Self {
-        Self { posed, last: RefCell::new(None) }
+    pub(super) fn new(view: SceneView<'a>) -> Self {
+        Self { view, last: RefCell::new(None) }
     }
 
-    pub(super) fn posed(&self) -> PosedScene<'a> {
-        self.posed
+    pub(super) fn view(&self) -> SceneView<'a> {
+        self.view
     }
 
     /// The value of a texture over the footprint of `point`, the same at every call; ones without a texture.
@@ -50,8 +51,8 @@ impl<'a> Lookups<'a> {
         let Some(reference) = reference else {
             return Vec4::ONE;
         };
-        let place = || point.uv(self.posed, reference);
-        sample(self.posed.scene, reference, encoding, &mut self.last.borrow_mut(), place)
+        let place = || point.uv(self.view, reference);
+        sample(self.view.scene, reference, encoding, &mut self.last.borrow_mut(), place)
     }
 }
 
@@ -62,7 +63,7 @@ pub(super) fn sample(
     reference: &TextureRef,
     encoding: Encoding,
     last: &mut Option<Placement>,
-    place: impl FnOnce() -> (Vec2, UvFootprint),
+    place: impl FnOnce() -> (Vec2, UvDifferential),
 ) -> Vec4 {
     let texture = &scene.textures[reference.texture.index()];
     let image = &scene.images[texture.image.index()];
@@ -77,8 +78,8 @@ pub(super) fn sample(
     let placement = match last {
         Some(last) if last.layout == layout => last,
         _ => {
-            let (uv, footprint) = place();
-            last.insert(Placement::new(layout, levels, uv, footprint))
+            let (uv, differential) = place();
+            last.insert(Placement::new(layout, levels, uv, differential))
         }
     };
     placement.value(image, levels, encoding)
@@ -108,11 +109,11 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    fn new(layout: Layout, levels: &[MipLevel], uv: Vec2, footprint: UvFootprint) -> Self {
+    fn new(layout: Layout, levels: &[MipLevel], uv: Vec2, differential: UvDifferential) -> Self {
         let Layout { sampler, transform, .. } = layout;
         let uv = transform.of_point(uv);
         let size = Vec2::from(layout.size.map(|side| side as f32));
-        let steps = footprint.0.map(|step| transform.of_vector(step) * size);
+        let steps = differential.0.map(|step| transform.of_vector(step) * size);
         let single = |filter| {
             let walk =
                 Walk::new(layout.size, &Line { middle: uv, along: Vec2::ZERO, count: 1 }, sampler, filter);

@@ -2,12 +2,12 @@
 
 use glam::Vec2;
 
-use super::RenderInput;
 use crate::bvh::TraversalCounters;
 use crate::frame::PosedCamera;
 use crate::integrator::{CameraRays, Seed, ThinLens};
-use crate::interaction::{PosedScene, alpha_at};
+use crate::interaction::alpha_at;
 use crate::scene::{NodeIndex, Projection};
+use crate::scene_view::SceneView;
 
 /// Half the height of the picture on 35 mm film, metres; f-numbers are of lenses for it.
 const HALF_FILM_HEIGHT: f32 = 0.012;
@@ -38,15 +38,15 @@ pub enum Focus {
     /// What lies as far as the origin of this node at each time; at infinity where it is not in front of the camera.
     Node(NodeIndex),
     /// What is seen in the middle of the picture, at each time; at infinity where nothing is.
-    Middle,
+    Center,
 }
 
 impl Lens {
     /// The lens at the frame's time; `None` where it has no size.
-    pub(super) fn at(&self, input: &RenderInput<'_>, resolution: (u32, u32)) -> Option<ThinLens> {
-        let camera = &input.frame.camera;
+    pub(super) fn at(&self, view: &SceneView<'_>, resolution: (u32, u32)) -> Option<ThinLens> {
+        let camera = &view.frame.camera;
         let radius = self.aperture.radius(camera);
-        (radius > 0.0).then(|| ThinLens { radius, focus_distance: self.focus.distance(input, resolution) })
+        (radius > 0.0).then(|| ThinLens { radius, focus_distance: self.focus.distance(view, resolution) })
     }
 }
 
@@ -64,17 +64,16 @@ impl Aperture {
 }
 
 impl Focus {
-    fn distance(self, input: &RenderInput<'_>, resolution: (u32, u32)) -> f32 {
-        let camera = &input.frame.camera;
+    fn distance(self, view: &SceneView<'_>, resolution: (u32, u32)) -> f32 {
+        let camera = &view.frame.camera;
         let point = match self {
             Self::Metres(distance) => return distance,
-            Self::Node(node) => input.frame.node_position(node),
-            Self::Middle => {
+            Self::Node(node) => view.frame.node_position(node),
+            Self::Center => {
                 let middle = Vec2::new(resolution.0 as f32, resolution.1 as f32) * 0.5;
                 let ray = CameraRays::new(camera, resolution, 0.0, None).ray(middle, Seed::default());
-                let posed = PosedScene { scene: input.scene, frame: input.frame };
-                let seen = |hit: &_| alpha_at(posed, hit) > 0.0;
-                let hit = input.bvh.closest_hit(&ray, None, seen, &mut TraversalCounters::default());
+                let seen = |hit: &_| alpha_at(*view, hit) > 0.0;
+                let hit = view.bvh.closest_hit(&ray, None, seen, &mut TraversalCounters::default());
                 hit.map(|hit| ray.at(hit.t))
             }
         };

@@ -4,34 +4,31 @@
 //! depend on threads, tile order or the window that is rendered. Files and sequences are not known here.
 
 mod adaptive;
-mod centres;
 mod filter;
 mod lens;
+mod pixel_centers;
 mod plan;
 mod projector;
 mod sampling;
 mod tile;
-mod tile_layers;
+mod tile_aovs;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
-use crate::bvh::Bvh;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
-use crate::frame::Frame;
-use crate::integrator::{CameraRays, IntegratorSettings, IntegratorStatistics, World};
-use crate::interaction::PosedScene;
-use crate::scene::{Environment, Scene};
+use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, IntegratorStatistics};
 
 pub use crate::integrator::{GlassShadows, LightSize};
+pub use crate::scene_view::SceneView;
 pub use adaptive::Adaptive;
-pub use centres::{Neighbours, render_centres};
 pub use filter::PixelFilter;
 pub use lens::{Aperture, Focus, Lens};
-pub use plan::TimePass;
+pub use pixel_centers::{AdjacentFrames, render_pixel_centers};
+pub use plan::ShutterSample;
 
 use plan::SamplePlan;
 use tile::{RenderedTile, TILE_SIZE, TileRenderer};
@@ -108,48 +105,34 @@ impl RenderStatistics {
     }
 }
 
-/// What is rendered.
-#[derive(Clone, Copy, Debug)]
-pub struct RenderInput<'a> {
-    /// The scene, for images and texture coordinates.
-    pub scene: &'a Scene,
-    /// The scene at the frame's time.
-    pub frame: &'a Frame,
-    /// The hierarchy over the frame's triangles.
-    pub bvh: &'a Bvh,
-    /// What surrounds it.
-    pub environment: &'a Environment,
-}
-
 /// Renders one frame with its layers, in parallel on the current rayon pool. There are no frames around it, so nothing
 /// moves.
 ///
 /// `on_progress` is called from worker threads with the share of the picture that is finished, 0 to 1.
 pub fn render_frame(
-    input: &RenderInput<'_>,
+    view: &SceneView<'_>,
     settings: &RenderSettings,
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<(Film, RenderStatistics), Cancelled> {
     let mut film = Film::with_aovs(settings.resolution, settings.window, settings.aovs);
-    let statistics = render_frame_into(&mut film, input, settings, TimePass::ONLY, cancel, on_progress)?;
-    render_centres(&mut film, input, Neighbours { before: input.frame, after: input.frame }, cancel)?;
+    let statistics = render_frame_into(&mut film, view, settings, ShutterSample::ONLY, cancel, on_progress)?;
+    render_pixel_centers(&mut film, view, AdjacentFrames { before: view.frame, after: view.frame }, cancel)?;
     Ok((film, statistics))
 }
 
 /// One pass of [`render_frame`] into a film of the settings' resolution and window, whose pixels do not matter. Light by parts
-/// and coverage are recorded where the film has them; the middles of pixels are left to [`render_centres`].
+/// and coverage are recorded where the film has them; the middles of pixels are left to [`render_pixel_centers`].
 pub fn render_frame_into(
     film: &mut Film,
-    input: &RenderInput<'_>,
+    view: &SceneView<'_>,
     settings: &RenderSettings,
-    pass: TimePass,
+    pass: ShutterSample,
     cancel: &CancelFlag,
     on_progress: &(dyn Fn(f32) + Sync),
 ) -> Result<RenderStatistics, Cancelled> {
     debug_assert!(film.resolution == settings.resolution && film.window == settings.window);
     let start = Instant::now();
-    let posed = PosedScene { scene: input.scene, frame: input.frame };
     let integrator_settings = IntegratorSettings {
         max_depth: settings.max_depth,
         glass_shadows: settings.glass_shadows,
@@ -158,18 +141,18 @@ pub fn render_frame_into(
         light_size: settings.light_size,
         glossy_samples: settings.glossy_samples,
     };
-    let moved = input.frame.image_light.as_ref().and_then(|pose| input.environment.posed(pose));
-    let environment = moved.as_ref().unwrap_or(input.environment);
-    let world = World::new(posed, input.bvh, environment, integrator_settings);
-    let lens = settings.lens.and_then(|lens| lens.at(input, settings.resolution));
-    let time_seconds = input.frame.time_seconds as f32;
-    let camera = CameraRays::new(&input.frame.camera, settings.resolution, time_seconds, lens)
+    let posed = view.frame.image_light.as_ref().and_then(|pose| view.environment.posed(pose));
+    let environment = posed.as_ref().unwrap_or(view.environment);
+    let context = IntegratorContext::new(SceneView { environment, ..*view }, integrator_settings);
+    let lens = settings.lens.and_then(|lens| lens.at(view, settings.resolution));
+    let time_seconds = view.frame.time_seconds as f32;
+    let camera = CameraRays::new(&view.frame.camera, settings.resolution, time_seconds, lens)
         .sharing_pixels(settings.samples);
     let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task
     let request = film.aovs.request();
-    let renderer = || TileRenderer::new(&world, &camera, &plan, settings.resolution).recording(request);
+    let renderer = || TileRenderer::new(&context, &camera, &plan, settings.resolution).recording(request);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
     let rendered: Vec<RenderedTile> = tiles

@@ -9,14 +9,14 @@ const EXTRA: u32 = 1 << 16;
 
 /// One of several renders of a frame, at different times, whose mean is the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimePass {
+pub struct ShutterSample {
     /// From 0.
     pub index: u32,
     /// How many there are.
     pub count: u32,
 }
 
-impl TimePass {
+impl ShutterSample {
     /// The only one.
     pub const ONLY: Self = Self { index: 0, count: 1 };
 }
@@ -36,7 +36,7 @@ pub(super) struct SamplePlan {
 
 impl SamplePlan {
     /// Deals the samples of a frame to a pass; each has at least one.
-    pub(super) fn new(settings: &RenderSettings, pass: TimePass) -> Self {
+    pub(super) fn new(settings: &RenderSettings, pass: ShutterSample) -> Self {
         let share = |samples: u32| samples.div_ceil(pass.count);
         let base = share(settings.samples);
         let most = settings.adaptive.map_or(base, |adaptive| share(adaptive.most_samples));

@@ -2,14 +2,14 @@
 
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, FilmAovs, PixelWindow};
-use crate::integrator::whitted::{Recorded, Tracer};
-use crate::integrator::{CameraRays, IntegratorStatistics, World};
+use crate::integrator::whitted::{SampleAovFlags, Tracer};
+use crate::integrator::{CameraRays, IntegratorContext, IntegratorStatistics};
 use glam::Vec2;
 
 use super::adaptive::Spread;
 use super::filter::PixelSample;
 use super::plan::SamplePlan;
-use super::tile_layers::TileLayers;
+use super::tile_aovs::TileAovs;
 
 /// Pixels along the side of a tile, a power of two.
 pub(super) const TILE_SIZE: u32 = 32;
@@ -26,7 +26,7 @@ pub(super) struct RenderedTile {
 
 /// Renders tiles, one after the other in the same memory.
 pub(super) struct TileRenderer<'w, 'a> {
-    world: &'w World<'a>,
+    context: &'w IntegratorContext<'a>,
     camera: &'w CameraRays,
     plan: &'w SamplePlan,
     /// Of the whole picture.
@@ -35,7 +35,7 @@ pub(super) struct TileRenderer<'w, 'a> {
     /// What is recorded of tiles.
     request: AovFlags,
     /// Of the tile at hand.
-    layers: TileLayers,
+    layers: TileAovs,
 }
 
 /// A pixel while its samples come in.
@@ -50,18 +50,18 @@ struct Pixel {
 
 impl<'w, 'a> TileRenderer<'w, 'a> {
     pub(super) fn new(
-        world: &'w World<'a>,
+        context: &'w IntegratorContext<'a>,
         camera: &'w CameraRays,
         plan: &'w SamplePlan,
         resolution: (u32, u32),
     ) -> Self {
-        let (tracer, request, layers) = (Tracer::new(world), AovFlags::NONE, TileLayers::default());
-        Self { world, camera, plan, resolution, tracer, request, layers }
+        let (tracer, request, layers) = (Tracer::new(context), AovFlags::NONE, TileAovs::default());
+        Self { context, camera, plan, resolution, tracer, request, layers }
     }
 
     /// The same, which also records light by parts and coverage where they are asked for.
     pub(super) fn recording(self, request: AovFlags) -> Self {
-        let tracer = self.tracer.recording(Recorded { light: request.light, covers: request.coverage });
+        let tracer = self.tracer.recording(SampleAovFlags { light: request.light, covers: request.coverage });
         Self { tracer, request: AovFlags { centers: false, ..request }, ..self }
     }
 
@@ -71,7 +71,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         tile: PixelWindow,
         cancel: &CancelFlag,
     ) -> Result<RenderedTile, Cancelled> {
-        self.layers = TileLayers::new(tile, self.request);
+        self.layers = TileAovs::new(tile, self.request);
         let mut pixels: Vec<Pixel> = pixels_in_z_order(tile).into_iter().map(Pixel::new).collect();
         let inside = pixels.len();
         if self.plan.looks_for_edges() {
@@ -128,9 +128,9 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
                 let seed = self.camera.seed((x, y), index);
                 let position = Vec2::new(x as f32, y as f32) + set[sample % set.len()].offset;
                 let ray = self.camera.ray(position, seed);
-                let media = self.world.media_around_start(&ray);
-                let path = self.camera.path(&ray, media, subscript as u32, seed);
-                self.tracer.push(ray, path);
+                let media = self.context.media_around_start(&ray);
+                let state = self.camera.state(&ray, media, subscript as u32, seed);
+                self.tracer.push(ray, state);
             }
             let values = self.tracer.trace(batch.len());
             for (sample, value) in batch.clone().zip(values) {

@@ -4,7 +4,7 @@ use crate::bvh::Builder;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::Film;
 use crate::frame::Frame;
-use crate::render::{RenderInput, RenderSettings, RenderStatistics, render_frame};
+use crate::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
 
 use super::SequenceJob;
 
@@ -20,6 +20,6 @@ pub fn film_of(
     cancel: &CancelFlag,
 ) -> Result<(Film, RenderStatistics), Cancelled> {
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-    let input = RenderInput { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
+    let input = SceneView { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
     render_frame(&input, settings, cancel, &|_| ())
 }

@@ -17,7 +17,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film};
 use crate::output::{InstanceIds, PreviewLook, frame_attributes, run_stamp};
-use crate::render::{RenderInput, RenderStatistics, TimePass, render_frame_into};
+use crate::render::{RenderStatistics, SceneView, ShutterSample, render_frame_into};
 
 use super::exposure::exposure_ev;
 use super::notes::{Notes, depth_note};
@@ -234,7 +234,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
             made.is_reused &= self.posed.advance(self.job, time_seconds, self.stop, &mut phases)?;
             made.phases.add(&phases);
 
-            let pass = TimePass { index: index as u32, count: times.len() as u32 };
+            let pass = ShutterSample { index: index as u32, count: times.len() as u32 };
             let (tree, rays) = if index == 0 {
                 self.trace(planned, film, pass)?
             } else {
@@ -269,12 +269,12 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         &mut self,
         planned: &PlannedFrame,
         film: &mut Film,
-        pass: TimePass,
+        pass: ShutterSample,
     ) -> Result<(BuildStatistics, RenderStatistics)> {
         let Some(bvh) = &self.posed.bvh else {
             return Err(Error::Internal { message: "there is no hierarchy to trace".to_owned() });
         };
-        let input = RenderInput {
+        let input = SceneView {
             scene: &self.job.scene,
             frame: &self.posed.current,
             bvh,

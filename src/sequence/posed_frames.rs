@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
-use crate::render::{Neighbours, RenderInput, RenderSettings, render_centres};
+use crate::render::{AdjacentFrames, RenderSettings, SceneView, render_pixel_centers};
 
 use super::{Phases, PlannedFrame, SequenceJob};
 
@@ -88,8 +88,8 @@ impl PosedFrames {
         let tracing = Instant::now();
         if let Some(bvh) = &self.bvh {
             let (scene, frame, environment) = (&job.scene, &self.current, &job.environment);
-            let input = RenderInput { scene, frame, bvh, environment };
-            render_centres(film, &input, Neighbours { before, after }, cancel)?;
+            let input = SceneView { scene, frame, bvh, environment };
+            render_pixel_centers(film, &input, AdjacentFrames { before, after }, cancel)?;
         }
         phases.trace += tracing.elapsed().as_secs_f64();
         Ok(phases)

@@ -86,7 +86,7 @@ fn sampling_key(job: &SequenceJob) -> serde_json::Value {
             let focus = match lens.focus {
                 Focus::Metres(distance) => json!(distance.to_bits()),
                 Focus::Node(node) => json!({ "node": node.0 }),
-                Focus::Middle => json!("middle"),
+                Focus::Center => json!("middle"),
             };
             json!([aperture, focus])
         }),

@@ -381,8 +381,8 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
         &|job| job.render.adaptive = Some(Adaptive { most_samples: 16, threshold: 0.1 }),
         &|job| job.render.light_size.radius = 0.1,
         &|job| job.render.light_size.sun_angle_radians = 0.1,
-        &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Middle),
-        &|job| job.render.lens = lens(Aperture::FNumber(2.0), Focus::Middle),
+        &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Center),
+        &|job| job.render.lens = lens(Aperture::FNumber(2.0), Focus::Center),
         &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Metres(1.0)),
     ];
     let mut seen = std::collections::BTreeSet::from([expected.clone(), render_hash(&base(), 2)]);

@@ -46,12 +46,12 @@ enum Bound {
 
 impl Facets {
     /// A lobe with `alpha` along X and Y, both above 0.
-    pub(super) fn stretched(wo: Vec3, alpha: Vec2) -> Self {
+    pub(super) fn anisotropic(wo: Vec3, alpha: Vec2) -> Self {
         Self::new(wo.as_dvec3(), alpha.as_dvec2())
     }
 
     /// A lobe of the same α all around, above 0.
-    pub(super) fn round(cos_o: f32, alpha: f32) -> Self {
+    pub(super) fn isotropic(cos_o: f32, alpha: f32) -> Self {
         let cosine = f64::from(cos_o);
         Self::new(DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), DVec2::splat(f64::from(alpha)))
     }

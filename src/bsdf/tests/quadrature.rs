@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 use glam::{DVec3, Vec3};
 
 use super::specification::{fresnel, v_ggx_anisotropic};
-use super::{Bsdf, Coat, MaterialSample, direction, material, round_albedo};
-use crate::bsdf::ggx_anisotropic::Stretch;
+use super::{Bsdf, Coat, MaterialSample, direction, isotropic_albedo, material};
+use crate::bsdf::ggx_anisotropic::AnisotropicGgx;
 
 /// Midpoints of eased steps: their error falls faster than any that the tests ask for.
 fn eased(steps: u32) -> impl Iterator<Item = (f64, f64)> {
@@ -149,7 +149,7 @@ fn round_lobes_agree_with_quadrature() {
         for n in [0.5_f32, 1.0 / 1.5, 0.93, 1.01, 1.05, 1.33, 1.5, 2.4, 5.0] {
             for cosine in cosines(f64::from(n), roughness) {
                 let expected = albedos(view(cosine, 0.0), alpha, alpha, f64::from(n));
-                let terms = round_albedo::terms(cosine, roughness, n);
+                let terms = isotropic_albedo::terms(cosine, roughness, n);
                 let found = [terms.total, terms.schlick, terms.exact];
                 for (found, expected) in found.into_iter().zip(expected) {
                     let error = (f64::from(found) - expected).abs();
@@ -163,7 +163,7 @@ fn round_lobes_agree_with_quadrature() {
 #[test]
 fn stretched_lobes_agree_with_quadrature() {
     for (roughness, strength) in [(0.2_f32, 0.5_f32), (0.4, 0.3), (0.4, 1.0), (0.7, 0.8), (0.1, 0.9)] {
-        let stretch = Stretch::new(roughness * roughness, strength);
+        let stretch = AnisotropicGgx::new(roughness * roughness, strength);
         let (at, ab) = (f64::from(stretch.alpha.x), f64::from(stretch.alpha.y));
         for n in [1.0_f32 / 1.5, 1.5] {
             for cosine in [0.02_f32, 0.1, 0.25, 0.5, 0.746, 0.9, 1.0] {
@@ -213,7 +213,7 @@ fn smooth_lobes_are_exactly_fresnel() {
     for n in [0.4_f32, 1.0 / 1.5, 1.0, 1.33, 1.5, 40.0] {
         for step in 0..=100 {
             let cosine = step as f32 / 100.0;
-            let terms = round_albedo::terms(cosine, 0.0, n);
+            let terms = isotropic_albedo::terms(cosine, 0.0, n);
             let exact = crate::bsdf::fresnel::exact(cosine, n);
             let weight = crate::bsdf::fresnel::schlick_weight(cosine);
             assert_eq!((terms.total, terms.schlick, terms.exact), (1.0, weight, exact));
@@ -226,8 +226,8 @@ fn albedos_run_into_those_of_smooth_lobes() {
     // Below the table's roughness, where only the shrinking difference from a mirror is left.
     for n in [0.4_f32, 1.0 / 1.5, 1.01, 1.5, 5.0] {
         for cosine in [0.0_f32, 1e-4, 0.03, 0.4, 0.9, 1.0] {
-            let smooth = round_albedo::terms(cosine, 0.0, n);
-            let near = round_albedo::terms(cosine, 1e-4, n);
+            let smooth = isotropic_albedo::terms(cosine, 0.0, n);
+            let near = isotropic_albedo::terms(cosine, 1e-4, n);
             assert!((near.exact - smooth.exact).abs() < 1e-3 && (near.schlick - smooth.schlick).abs() < 1e-3);
         }
     }
@@ -238,7 +238,7 @@ fn albedos_stay_between_nothing_and_everything() {
     for n in [1e-3_f32, 0.4, 0.75, 1.0, 1.000_1, 1.01, 1.45, 2.4, 40.0, 1e20] {
         for roughness in [0.0, 1e-6, 0.003, 0.01, 0.2, 0.77, 1.0] {
             for cosine in [0.0, 1e-20, 1e-6, 0.001, 0.2, 0.7, 1.0] {
-                let terms = round_albedo::terms(cosine, roughness, n);
+                let terms = isotropic_albedo::terms(cosine, roughness, n);
                 let place = format!("{n} {roughness} {cosine}: {terms:?}");
                 assert!((0.0..=1.0).contains(&terms.total), "{place}");
                 assert!(terms.exact > -1e-4 && terms.exact < terms.total + 1e-4, "{place}");

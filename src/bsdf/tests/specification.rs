@@ -205,7 +205,7 @@ fn directions() -> Vec<(Vec3, Vec3)> {
 fn assert_agrees(m: &MaterialSample, relative: f64, floor: f64) {
     let bsdf = Bsdf::new(m, 1.0, m.ior);
     for (v, l) in directions() {
-        let found = bsdf.evaluate(v, l).as_dvec3();
+        let found = bsdf.eval(v, l).as_dvec3();
         let expected = material(m, v.as_dvec3(), l.as_dvec3());
         let difference = (found - expected).abs();
         let allowed = expected.abs() * relative + floor;
@@ -291,7 +291,7 @@ fn sheen_lobe_alone() {
     for roughness in [0.05_f32, 0.1, 0.3, 0.6, 1.0] {
         let lobe = crate::bsdf::sheen::Sheen::new(Vec3::new(1.0, 0.5, 0.0), roughness);
         for (v, l) in directions().into_iter().filter(|(_, l)| l.z > 0.0) {
-            let found = lobe.evaluate(v, l).as_dvec3();
+            let found = lobe.eval(v, l).as_dvec3();
             let expected = sheen_lobe(v.as_dvec3(), l.as_dvec3(), f64::from(roughness));
             let allowed = expected * 1e-5 + 1e-12;
             assert!((found.x - expected).abs() <= allowed, "{roughness} {v} {l}: {} {expected}", found.x);
@@ -332,7 +332,7 @@ fn coats() {
             let blend = 0.7 * fresnel(vd.z, 1.5);
             let lobe = d_ggx_anisotropic(h, alpha, alpha) * v_ggx_anisotropic(vd, ld, alpha, alpha);
             let expected = if l.z > 0.0 { blend * lobe } else { 0.0 };
-            let found = f64::from(coat.evaluate(v, l));
+            let found = f64::from(coat.eval(v, l));
             assert!((found - expected).abs() <= 2e-5 * expected + 1e-9, "{roughness} {v} {l}");
             assert!((f64::from(coat.transmittance(v.z)) - (1.0 - blend)).abs() < 1e-6);
         }

@@ -2,7 +2,7 @@
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::shade::{local_frame, mirror_direction, sharpness};
+use super::shading::{local_frame, mirror_direction, traced_share};
 use crate::bsdf::Coat;
 use crate::interaction::{ClearCoatSample, SurfacePoint};
 
@@ -19,7 +19,7 @@ pub(super) struct Coated {
     /// Where the coat's mirror ray goes.
     pub(super) mirrored: Vec3,
     /// Share of the coat's lobe that rays follow.
-    pub(super) sharpness: f32,
+    pub(super) traced_share: f32,
     pub(super) roughness: f32,
 }
 
@@ -37,7 +37,7 @@ impl Coated {
             albedo: coat.albedo(wo.z),
             transmittance: coat.transmittance(wo.z),
             mirrored: mirror_direction(point.wo, sample.normal),
-            sharpness: if follows_rays { 1.0 } else { sharpness(sample.roughness) },
+            traced_share: if follows_rays { 1.0 } else { traced_share(sample.roughness) },
             roughness: sample.roughness,
         }
     }
@@ -48,8 +48,8 @@ impl Coated {
     }
 
     /// A direction in the world that the coat reflects, and what it counts for.
-    pub(super) fn draw_reflection(&self, u: Vec2) -> Option<(Vec3, f32)> {
-        let (wi, share) = self.coat.draw_reflection(self.wo, u)?;
+    pub(super) fn sample_reflection(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let (wi, share) = self.coat.sample_reflection(self.wo, u)?;
         Some(((self.world_from_local * wi).normalize(), share))
     }
 
@@ -59,6 +59,6 @@ impl Coated {
             return 0.0;
         }
         let wi = self.world_from_local.transpose() * wi;
-        self.coat.evaluate(self.wo, wi) * wi.z
+        self.coat.eval(self.wo, wi) * wi.z
     }
 }

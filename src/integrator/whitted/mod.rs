@@ -11,33 +11,33 @@
 //! smooth lobes are followed by mirror and refraction rays, rough ones look the environment up, and in between the two
 //! are blended by roughness.
 
-mod behind;
 mod catcher;
 mod coat;
-mod generation;
+mod environment;
 mod glossy;
-mod records;
-mod shade;
-mod shadows;
-mod sight;
-mod surroundings;
+mod sample_aovs;
+mod shading;
+mod shadow_queue;
+mod surface_hits;
+mod transmission_side;
+mod wavefront;
 
 use std::time::Instant;
 
 use glam::Vec3;
 
-use super::crossings::Crossings;
 use super::shadow::ShadowBatch;
-use super::{IntegratorStatistics, LightPass, LightPasses, Path, World};
+use super::transparent_hits::TransparentHits;
+use super::{IntegratorContext, IntegratorStatistics, LightPass, LightPasses, RayState};
 use crate::bvh::TraversalCounters;
 use crate::geometry::Ray;
 
-use generation::{Generation, Route};
-use records::Records;
-use shadows::Shadows;
-use sight::Sight;
+use sample_aovs::Records;
+use shadow_queue::Shadows;
+use surface_hits::SurfaceHit;
+use wavefront::{RaySignature, Wavefront};
 
-pub use records::{Cover, Recorded};
+pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 
 /// Rays whose weight is below this are black.
 const LEAST_WEIGHT: f32 = 1.0 / 1024.0;
@@ -54,17 +54,17 @@ pub struct SampleValue {
 /// Traces batches of samples, one after the other in the same memory.
 #[derive(Debug)]
 pub struct Tracer<'w, 'a> {
-    world: &'w World<'a>,
+    context: &'w IntegratorContext<'a>,
     values: Vec<SampleValue>,
     /// What is traced next.
-    generation: Generation,
-    children: Generation,
-    sights: Vec<Sight>,
+    wavefront: Wavefront,
+    children: Wavefront,
+    surface_hits: Vec<SurfaceHit>,
     shadows: Shadows,
     /// The shadow rays of one point of a shadow catcher.
     caught: ShadowBatch,
     /// Surfaces that touch one that is being shaded.
-    touching: Crossings,
+    touching: TransparentHits,
     records: Records,
     counters: TraversalCounters,
     statistics: IntegratorStatistics,
@@ -72,16 +72,16 @@ pub struct Tracer<'w, 'a> {
 
 impl<'w, 'a> Tracer<'w, 'a> {
     /// A tracer without rays.
-    pub fn new(world: &'w World<'a>) -> Self {
+    pub fn new(context: &'w IntegratorContext<'a>) -> Self {
         Self {
-            world,
+            context,
             values: Vec::new(),
-            generation: Generation::default(),
-            children: Generation::default(),
-            sights: Vec::new(),
-            shadows: Shadows::new(world.lights.len()),
+            wavefront: Wavefront::default(),
+            children: Wavefront::default(),
+            surface_hits: Vec::new(),
+            shadows: Shadows::new(context.lights.len()),
             caught: ShadowBatch::default(),
-            touching: Crossings::default(),
+            touching: TransparentHits::default(),
             records: Records::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),
@@ -90,7 +90,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
 
     /// The same tracer, which also records where light comes from or what is seen.
     #[must_use]
-    pub fn recording(self, what: Recorded) -> Self {
+    pub fn recording(self, what: SampleAovFlags) -> Self {
         Self { records: Records::new(what), ..self }
     }
 
@@ -101,14 +101,14 @@ impl<'w, 'a> Tracer<'w, 'a> {
 
     /// What the camera rays of the last batch saw, ray by ray in the order in which they were added; empty unless it is
     /// recorded.
-    pub fn covers(&self) -> &[Cover] {
+    pub fn covers(&self) -> &[InstanceCoverage] {
         self.records.covers()
     }
 
     /// Adds a camera ray to the next batch; `path.sample` is a subscript of the result. Neighbours on screen should be
     /// neighbours in the batch.
-    pub fn push(&mut self, ray: Ray, path: Path) {
-        self.generation.push(Route::CAMERA, ray, path);
+    pub fn push(&mut self, ray: Ray, state: RayState) {
+        self.wavefront.push(RaySignature::CAMERA, ray, state);
     }
 
     /// Traces the rays that were added, and all that follow from them, for `samples` values.
@@ -116,15 +116,15 @@ impl<'w, 'a> Tracer<'w, 'a> {
         self.values.clear();
         self.values.resize(samples, SampleValue::default());
         self.records.clear(samples);
-        let mut generation = std::mem::take(&mut self.generation);
-        while !generation.is_empty() {
-            self.find_sights(&mut generation);
-            self.shade_sights(&generation);
+        let mut wavefront = std::mem::take(&mut self.wavefront);
+        while !wavefront.is_empty() {
+            self.find_surface_hits(&mut wavefront);
+            self.shade_surface_hits(&wavefront);
             self.trace_shadows();
-            generation.clear();
-            std::mem::swap(&mut generation, &mut self.children);
+            wavefront.clear();
+            std::mem::swap(&mut wavefront, &mut self.children);
         }
-        self.generation = generation;
+        self.wavefront = wavefront;
         &self.values
     }
 

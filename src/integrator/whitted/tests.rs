@@ -9,9 +9,9 @@ use crate::bvh::{BuildSettings, Builder};
 use crate::cancel::CancelFlag;
 use crate::frame::{Frame, resolve_auto_camera};
 use crate::gltf::{ImportOptions, import};
-use crate::integrator::{CameraRays, IntegratorSettings, Seed, World};
-use crate::interaction::PosedScene;
+use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, Seed};
 use crate::scene::{Environment, Selection, SelectionRequest};
+use crate::scene_view::SceneView;
 
 const SIZE: (u32, u32) = (16, 12);
 const SAMPLES: usize = (SIZE.0 * SIZE.1) as usize;
@@ -21,18 +21,18 @@ fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize])
     for (sample, subscript) in subscripts.iter().enumerate() {
         let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
         let ray = camera.ray(pixel + Vec2::splat(0.5), Seed::default());
-        let media = tracer.world.media_around_start(&ray);
-        let path = camera.path(&ray, media, sample as u32, Seed::default());
-        tracer.push(ray, path);
+        let media = tracer.context.media_around_start(&ray);
+        let state = camera.state(&ray, media, sample as u32, Seed::default());
+        tracer.push(ray, state);
     }
     tracer.trace(subscripts.len()).to_vec()
 }
 
 /// Calls `check` with the world that `scene` shows one second after its start.
-pub(in crate::integrator) fn with_world(
+pub(in crate::integrator) fn with_context(
     scene: &str,
     environment: &Environment,
-    check: impl FnOnce(&World<'_>, &CameraRays),
+    check: impl FnOnce(&IntegratorContext<'_>, &CameraRays),
 ) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene).with_extension("gltf");
     let scene = import(&path, &ImportOptions::default()).unwrap();
@@ -42,9 +42,9 @@ pub(in crate::integrator) fn with_world(
     let (build, cancel) = (BuildSettings::default(), CancelFlag::new());
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();
     let settings = IntegratorSettings { max_depth: 7, ..IntegratorSettings::default() };
-    let posed = PosedScene { scene: &scene, frame: &frame };
-    let world = World::new(posed, &bvh, environment, settings);
-    check(&world, &CameraRays::new(&frame.camera, SIZE, 1.0, None));
+    let view = SceneView { scene: &scene, frame: &frame, bvh: &bvh, environment };
+    let context = IntegratorContext::new(view, settings);
+    check(&context, &CameraRays::new(&frame.camera, SIZE, 1.0, None));
 }
 
 #[test]
@@ -57,8 +57,8 @@ fn samples_are_the_same_alone_and_among_others() {
         ("light/two_lights_shadows", Environment::None),
         ("camera/orthographic", Environment::Studio),
     ] {
-        with_world(scene, &environment, |world, camera| {
-            let tracer = &mut Tracer::new(world);
+        with_context(scene, &environment, |context, camera| {
+            let tracer = &mut Tracer::new(context);
             let all: Vec<usize> = (0..SAMPLES).collect();
             let together = trace(tracer, camera, &all);
             assert!(together.iter().any(|value| value.radiance != together[0].radiance), "{scene} is empty");
@@ -86,8 +86,8 @@ fn samples_are_the_same_alone_and_among_others() {
 
 #[test]
 fn every_batch_is_counted_once() {
-    with_world("demo/whitted_1980", &Environment::None, |world, camera| {
-        let tracer = &mut Tracer::new(world);
+    with_context("demo/whitted_1980", &Environment::None, |context, camera| {
+        let tracer = &mut Tracer::new(context);
         let all: Vec<usize> = (0..SAMPLES).collect();
         trace(tracer, camera, &all);
         let once = tracer.take_statistics();

@@ -10,11 +10,11 @@ const SPACING: f32 = 1.4;
 
 /// How texture coordinates change by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::interaction) struct UvFootprint(pub(in crate::interaction) [Vec2; 2]);
+pub(in crate::interaction) struct UvDifferential(pub(in crate::interaction) [Vec2; 2]);
 
-impl UvFootprint {
+impl UvDifferential {
     /// A lookup that stands for a point.
-    pub(in crate::interaction) const POINT: Self = Self([Vec2::ZERO; 2]);
+    pub(in crate::interaction) const ZERO: Self = Self([Vec2::ZERO; 2]);
 }
 
 /// The blend of two levels: in the outer quarters of the way from one to the next it is one of them alone.

@@ -8,10 +8,10 @@ fn look_up(
     scene: &Scene,
     reference: &TextureRef,
     uv: Vec2,
-    footprint: UvFootprint,
+    differential: UvDifferential,
     encoding: Encoding,
 ) -> Vec4 {
-    sample(scene, reference, encoding, &mut None, || (uv, footprint))
+    sample(scene, reference, encoding, &mut None, || (uv, differential))
 }
 
 /// Four texels in a row with red 0, 1, 2, 3 (times 1/255).
@@ -26,9 +26,9 @@ fn ramp(sampler: Sampler) -> Scene {
 
 /// Looked up over a square of the picture.
 fn red(sampler: Sampler, u: f32, side: f32) -> f32 {
-    let footprint = UvFootprint([Vec2::X * side, Vec2::Y * side]);
+    let differential = UvDifferential([Vec2::X * side, Vec2::Y * side]);
     let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
-    let value = look_up(&ramp(sampler), &reference, Vec2::new(u, 0.5), footprint, Encoding::Linear);
+    let value = look_up(&ramp(sampler), &reference, Vec2::new(u, 0.5), differential, Encoding::Linear);
     // Decoding and interpolating round the last bits away.
     (value.x * 255_000.0).round() / 1000.0
 }
@@ -107,7 +107,7 @@ fn mapped(
 
 fn look(scene: &Scene, uv: Vec2, steps: [Vec2; 2], encoding: Encoding) -> Vec4 {
     let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
-    look_up(scene, &reference, uv, UvFootprint(steps), encoding)
+    look_up(scene, &reference, uv, UvDifferential(steps), encoding)
 }
 
 #[test]

@@ -5,7 +5,7 @@ use rayframe::bvh::{BuildSettings, Builder};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::{AovFlags, Film, PixelCenterSample, PixelWindow};
 use rayframe::frame::Frame;
-use rayframe::render::{Neighbours, RenderInput, render_centres};
+use rayframe::render::{AdjacentFrames, SceneView, render_pixel_centers};
 use rayframe::scene::{
     Animation, AnimationIndex, AnimationTarget, Camera, CameraIndex, Channel, Environment, Interpolation,
     Keyframes, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Scene,
@@ -90,10 +90,11 @@ pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<PixelCenterSample> {
     let cancel = CancelFlag::new();
     let build = BuildSettings::default();
     let bvh = Builder::default().build(&now.triangles, &now.flags, &build, &cancel, None).unwrap();
-    let input = RenderInput { scene, frame: &now, bvh: &bvh, environment: &Environment::None };
+    let input = SceneView { scene, frame: &now, bvh: &bvh, environment: &Environment::None };
     let request = AovFlags { centers: true, ..AovFlags::NONE };
     let mut film = Film::with_aovs(SIZE, PixelWindow::full(SIZE.0, SIZE.1), request);
-    render_centres(&mut film, &input, Neighbours { before: &before, after: &after }, &cancel).unwrap();
+    render_pixel_centers(&mut film, &input, AdjacentFrames { before: &before, after: &after }, &cancel)
+        .unwrap();
     film.aovs.centers.unwrap()
 }
 

@@ -124,7 +124,7 @@ fn elaborate(job: &SequenceJob) -> RenderSettings {
     RenderSettings {
         adaptive: Some(Adaptive { most_samples: 6, threshold: 0.05 }),
         filter: PixelFilter::Mitchell,
-        lens: Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Middle }),
+        lens: Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Center }),
         glossy_samples: 2,
         aovs: ALL,
         ..settings(job, (50, 40), 3)

@@ -52,7 +52,7 @@ fn what_is_out_of_focus_is_seen_from_all_over_the_lens() {
 fn the_middle_of_the_picture_is_in_focus() {
     // The plane at 2 m begins a little beside the middle: sharp, nothing of its edge is seen.
     let mut stage = half_white(-0.01);
-    stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus: Focus::Middle });
+    stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus: Focus::Center });
     assert_eq!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x, 1.0);
 }
 

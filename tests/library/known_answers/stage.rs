@@ -5,7 +5,7 @@ use rayframe::bvh::{BuildSettings, Builder};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::{Film, PixelWindow};
 use rayframe::frame::Frame;
-use rayframe::render::{RenderInput, RenderSettings, render_frame};
+use rayframe::render::{RenderSettings, SceneView, render_frame};
 use rayframe::scene::{
     Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex,
     Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Sampler, Scene, SelectedCamera, Selection,
@@ -93,7 +93,7 @@ impl Stage {
             .build(&frame.triangles, &frame.flags, &BuildSettings::default(), &cancel, None)
             .unwrap();
         let input =
-            RenderInput { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &self.environment };
+            SceneView { scene: &self.scene, frame: &frame, bvh: &bvh, environment: &self.environment };
         let (film, _) = render_frame(&input, &self.settings, &cancel, &|_| ()).unwrap();
         film
     }

@@ -6,7 +6,6 @@
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
-use super::RenderInput;
 use super::projector::Projector;
 use super::tile::pixels_in_z_order;
 use super::tiles;
@@ -16,14 +15,15 @@ use crate::film::{Film, FilmAovs, PixelCenterSample, PixelWindow};
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Ray;
 use crate::integrator::{CameraRays, Seed};
-use crate::interaction::{PosedScene, SurfacePoint, alpha_at, catches_shadows, surface_at};
+use crate::interaction::{SurfacePoint, alpha_at, catches_shadows, surface_at};
+use crate::scene_view::SceneView;
 
 /// Surfaces that cover less are looked through.
 const LEAST_ALPHA: f32 = 0.5;
 
 /// The same scene posed one frame earlier and one later.
 #[derive(Clone, Copy, Debug)]
-pub struct Neighbours<'a> {
+pub struct AdjacentFrames<'a> {
     /// The frame before.
     pub before: &'a Frame,
     /// The frame after.
@@ -31,16 +31,16 @@ pub struct Neighbours<'a> {
 }
 
 /// Fills [`FilmAovs::centers`] of `film`, if it has them, in parallel on the current rayon pool.
-pub fn render_centres(
+pub fn render_pixel_centers(
     film: &mut Film,
-    input: &RenderInput<'_>,
-    neighbours: Neighbours<'_>,
+    view: &SceneView<'_>,
+    neighbours: AdjacentFrames<'_>,
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     if film.aovs.centers.is_none() {
         return Ok(());
     }
-    let centres = Centres::new(input, neighbours, film.resolution);
+    let centres = Centres::new(*view, neighbours, film.resolution);
     let tiles = tiles(film.window);
     let rendered: Vec<FilmAovs> = tiles
         .par_iter()
@@ -57,8 +57,7 @@ pub fn render_centres(
 
 /// What all tiles share.
 struct Centres<'a> {
-    posed: PosedScene<'a>,
-    input: &'a RenderInput<'a>,
+    view: SceneView<'a>,
     rays: CameraRays,
     now: Moment<'a>,
     before: Moment<'a>,
@@ -72,13 +71,12 @@ struct Moment<'a> {
 }
 
 impl<'a> Centres<'a> {
-    fn new(input: &'a RenderInput<'a>, neighbours: Neighbours<'a>, resolution: (u32, u32)) -> Self {
-        let frame = input.frame;
+    fn new(view: SceneView<'a>, neighbours: AdjacentFrames<'a>, resolution: (u32, u32)) -> Self {
+        let frame = view.frame;
         let moment =
             |frame: &'a Frame| Moment { frame, projector: Projector::new(&frame.camera, resolution) };
         Self {
-            posed: PosedScene { scene: input.scene, frame },
-            input,
+            view,
             rays: CameraRays::new(&frame.camera, resolution, frame.time_seconds as f32, None),
             now: moment(frame),
             before: moment(neighbours.before),
@@ -93,9 +91,9 @@ impl<'a> Centres<'a> {
         let rays: Vec<Ray> =
             pixels.iter().map(|pixel| self.rays.ray(middle(pixel), Seed::default())).collect();
         let mut hits = vec![None; rays.len()];
-        let posed = self.posed;
-        let is_met = |_, hit: &Hit| alpha_at(posed, hit) >= LEAST_ALPHA && !catches_shadows(posed, hit);
-        self.input.bvh.closest_hits(&rays, is_met, &mut hits, &mut TraversalCounters::default());
+        let view = self.view;
+        let is_met = |_, hit: &Hit| alpha_at(view, hit) >= LEAST_ALPHA && !catches_shadows(view, hit);
+        view.bvh.closest_hits(&rays, is_met, &mut hits, &mut TraversalCounters::default());
 
         let mut samples = vec![PixelCenterSample::default(); rays.len()];
         for ((&(x, y), ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
@@ -108,8 +106,8 @@ impl<'a> Centres<'a> {
     }
 
     fn of_surface(&self, ray: &Ray, hit: &Hit) -> PixelCenterSample {
-        let frame = self.posed.frame;
-        let (point, material) = surface_at(self.posed, ray, hit, &self.rays.footprint(ray));
+        let frame = self.view.frame;
+        let (point, material) = surface_at(self.view, ray, hit, &self.rays.differential(ray));
         let to = |moment| self.surface_motion(&point, moment);
         PixelCenterSample {
             instance: Some(frame.instance_of_triangle[hit.primitive as usize]),
@@ -118,7 +116,7 @@ impl<'a> Centres<'a> {
             geometric_normal: point.geometric_normal,
             shading_normal: point.shading_normal,
             albedo: material.base_color,
-            uv: point.texture_coordinates(self.posed.scene, 0),
+            uv: point.texture_coordinates(self.view.scene, 0),
             motion_forward: to(&self.after),
             motion_back: to(&self.before),
         }

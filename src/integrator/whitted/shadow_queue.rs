@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use super::generation::Route;
+use super::wavefront::RaySignature;
 use super::{Tracer, seconds_since};
 use crate::geometry::Ray;
 use crate::integrator::shadow::ShadowBatch;
@@ -42,12 +42,12 @@ impl Shadows {
     /// Adds a task behind all others.
     pub(super) fn push(
         &mut self,
-        (route, light): (Route, usize),
+        (signature, light): (RaySignature, usize),
         ray: Ray,
         (sample, part): (u32, LightPass),
         (contribution, media): (Vec3, MediaStack),
     ) {
-        let batch = route.subscript() * self.lights + light;
+        let batch = signature.subscript() * self.lights + light;
         if batch >= self.batches.len() {
             self.batches.resize_with(batch + 1, ShadowBatch::default);
         }
@@ -64,7 +64,7 @@ impl Tracer<'_, '_> {
         // Solid surfaces, batch by batch
         let start = Instant::now();
         for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
-            batch.trace(self.world, &mut self.counters);
+            batch.trace(self.context, &mut self.counters);
         }
         self.statistics.query_seconds += seconds_since(start);
 
@@ -72,7 +72,7 @@ impl Tracer<'_, '_> {
         self.statistics.shadow_rays += tasks.len() as u64;
         for Task { sample, part, batch, ray, contribution, media } in tasks.drain(..) {
             let batch = &batches[batch as usize];
-            let (left, limit_reached) = batch.transmittance(self.world, ray, media, &mut self.counters);
+            let (left, limit_reached) = batch.transmittance(self.context, ray, media, &mut self.counters);
             self.statistics.pass_through_limit_reached += u64::from(limit_reached);
             let arriving = contribution * left;
             self.values[sample as usize].radiance += arriving;

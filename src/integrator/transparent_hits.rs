@@ -13,13 +13,13 @@ const LIMIT: usize = 1 << 16;
 
 /// Hits of several rays.
 #[derive(Debug, Default)]
-pub(super) struct Crossings {
+pub(super) struct TransparentHits {
     /// By subscript of the ray, and along each ray once they are sorted.
     hits: RefCell<Vec<(u32, Hit)>>,
     is_overfull: Cell<bool>,
 }
 
-impl Crossings {
+impl TransparentHits {
     /// Forgets all hits, not the memory.
     pub(super) fn clear(&mut self) {
         self.hits.get_mut().clear();
@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn each_ray_steps_over_its_own_hits_once_in_order() {
-        let mut crossings = Crossings::default();
+        let mut transparent_hits = TransparentHits::default();
         // Ray 2: triangles 9 and 4 coincide, 4 is in two leaves; ray 1 does not count.
         let met = [
             (2, hit(3.0, 7)),
@@ -87,11 +87,11 @@ mod tests {
             (2, hit(2.0, 4)),
         ];
         for (ray, hit) in met {
-            crossings.add(ray, &hit);
+            transparent_hits.add(ray, &hit);
         }
-        crossings.sort(|ray| ray != 1);
+        transparent_hits.sort(|ray| ray != 1);
         let steps = |ray| {
-            let mut next = crossings.along(ray);
+            let mut next = transparent_hits.along(ray);
             let mut after = None;
             let mut primitives = Vec::new();
             while let Some(hit) = next(after) {
@@ -107,14 +107,14 @@ mod tests {
 
     #[test]
     fn too_many_hits_are_told() {
-        let mut crossings = Crossings::default();
+        let mut transparent_hits = TransparentHits::default();
         for i in 0..LIMIT {
-            crossings.add(i, &hit(1.0, 0));
+            transparent_hits.add(i, &hit(1.0, 0));
         }
-        assert!(!crossings.is_overfull());
-        crossings.add(0, &hit(2.0, 0));
-        assert!(crossings.is_overfull());
-        crossings.clear();
-        assert!(!crossings.is_overfull());
+        assert!(!transparent_hits.is_overfull());
+        transparent_hits.add(0, &hit(2.0, 0));
+        assert!(transparent_hits.is_overfull());
+        transparent_hits.clear();
+        assert!(!transparent_hits.is_overfull());
     }
 }

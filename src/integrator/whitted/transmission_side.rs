@@ -3,7 +3,7 @@
 use super::Tracer;
 use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::{MediaStack, Medium, Path, Spectrum, World};
+use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
 
 impl Tracer<'_, '_> {
@@ -11,13 +11,13 @@ impl Tracer<'_, '_> {
     /// so all of their volumes are crossed here, up to the first surface that is none.
     pub(super) fn behind(
         &mut self,
-        path: &Path,
+        state: &RayState,
         point: &SurfacePoint<'_>,
         material: &MaterialSample,
-    ) -> Behind {
-        let posed = self.world.posed;
-        let mut behind = Behind { media: path.media.clone(), touching: None };
-        let medium = self.world.interiors.medium(point.instance);
+    ) -> TransmissionSide {
+        let view = self.context.view;
+        let mut behind = TransmissionSide { media: state.media.clone(), touching: None };
+        let medium = self.context.interiors.medium(point.instance);
         if let Some(medium) = medium {
             behind.media.cross(medium, point.facing);
         } else if material.transmission == 0.0 {
@@ -26,8 +26,8 @@ impl Tracer<'_, '_> {
         // From the start of mirrored rays to that of refracted ones.
         let start = point.origin_outside();
         let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
-        let there = |hit: &Hit| alpha_at(posed, hit) > 0.0 && !catches_shadows(posed, hit);
-        let (bvh, touching) = (self.world.bvh, &mut self.touching);
+        let there = |hit: &Hit| alpha_at(view, hit) > 0.0 && !catches_shadows(view, hit);
+        let (bvh, touching) = (self.context.view.bvh, &mut self.touching);
         touching.clear();
         let collect = |hit: &Hit| {
             if there(hit) {
@@ -38,10 +38,10 @@ impl Tracer<'_, '_> {
         if bvh.occluded(&probe, collect, &mut self.counters) || touching.is_overfull() {
             // Solid surfaces were not collected: one query for each.
             let one = |after| bvh.closest_surface(&probe, after, there, &mut self.counters);
-            cross_touching(self.world, &mut behind, point, one);
+            cross_touching(self.context, &mut behind, point, one);
         } else {
             touching.sort(|_| true);
-            cross_touching(self.world, &mut behind, point, touching.along(0));
+            cross_touching(self.context, &mut behind, point, touching.along(0));
         }
         behind
     }
@@ -50,12 +50,12 @@ impl Tracer<'_, '_> {
 /// Crosses the volumes that touch at `point` behind its own, up to the first surface that is none. `next` gives the
 /// surfaces between the two sides.
 fn cross_touching(
-    world: &World<'_>,
-    behind: &mut Behind,
+    context: &IntegratorContext<'_>,
+    behind: &mut TransmissionSide,
     point: &SurfacePoint<'_>,
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) {
-    let frame = world.posed.frame;
+    let frame = context.view.frame;
     let mut after = None;
     while let Some(hit) = next(after) {
         after = Some(hit.order());
@@ -65,7 +65,7 @@ fn cross_touching(
             continue;
         }
         let flags = frame.flags[hit.primitive as usize];
-        match world.interiors.medium(instance) {
+        match context.interiors.medium(instance) {
             Some(medium) => behind.media.cross(medium, hit.facing),
             None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
             None => {
@@ -77,7 +77,7 @@ fn cross_touching(
 }
 
 /// What lies behind a surface.
-pub(super) struct Behind {
+pub(super) struct TransmissionSide {
     /// The volumes there.
     pub(super) media: MediaStack,
     /// A surface that bounds no volume and touches this one.
@@ -86,14 +86,25 @@ pub(super) struct Behind {
 
 /// Index of refraction on the viewer's side. A back face of a volume is seen from within, even where the surface is not
 /// closed and the ray never entered.
-pub(super) fn ior_before(path: &Path, inside: Option<Medium>, facing: Facing, spectrum: Spectrum) -> f32 {
+pub(super) fn ior_before(
+    state: &RayState,
+    inside: Option<Medium>,
+    facing: Facing,
+    channels: ColorChannels,
+) -> f32 {
     match inside {
-        Some(medium) if facing == Facing::Back && !path.media.holds(medium.volume) => medium.ior_of(spectrum),
-        _ => path.media.ior(spectrum),
+        Some(medium) if facing == Facing::Back && !state.media.holds(medium.volume) => {
+            medium.ior_of(channels)
+        }
+        _ => state.media.ior(channels),
     }
 }
 
 /// Index of refraction behind the surface: what fills the space there, or for walls and solids the material's own.
-pub(super) fn ior_behind(material: &MaterialSample, media_behind: &MediaStack, spectrum: Spectrum) -> f32 {
-    if material.thin { material.ior } else { media_behind.ior(spectrum) }
+pub(super) fn ior_behind(
+    material: &MaterialSample,
+    media_behind: &MediaStack,
+    channels: ColorChannels,
+) -> f32 {
+    if material.thin { material.ior } else { media_behind.ior(channels) }
 }

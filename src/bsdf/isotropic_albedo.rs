@@ -62,7 +62,7 @@ pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> Terms {
         let exact = weights.iter().zip(&place.entry[2..]).map(|(weight, entry)| weight * entry).sum();
         place.faded(exact, terms.total, |cosine| fresnel::exact(cosine, relative_ior))
     } else {
-        untabulated(&Facets::round(place.cos_o, roughness * roughness), terms.total, relative_ior)
+        untabulated(&Facets::isotropic(place.cos_o, roughness * roughness), terms.total, relative_ior)
     };
     terms
 }
@@ -223,5 +223,5 @@ fn entry(cos_o: f32, roughness: f32, iors: &[f32; INDICES]) -> Entry {
             _ => fresnel::exact(cosine, iors[at - 2]),
         })
     };
-    Facets::round(cos_o, roughness * roughness).reflected(factors)
+    Facets::isotropic(cos_o, roughness * roughness).reflected(factors)
 }

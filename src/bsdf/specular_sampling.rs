@@ -20,7 +20,7 @@ impl Bsdf {
     }
 
     /// A direction that the specular lobe reflects and what it counts for; `None` where the draw is masked.
-    pub fn draw_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Vec3)> {
+    pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Vec3)> {
         if wo.z <= 0.0 {
             return None;
         }
@@ -34,13 +34,13 @@ impl Bsdf {
         let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
         let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
-        let masking = self.lobe.evaluate(wo, wi, half) * wi.z / pdf;
+        let masking = self.lobe.eval(wo, wi, half) * wi.z / pdf;
         (pdf > 0.0).then(|| (wi, factor * (masking * below)))
     }
 
     /// A direction through a frosted surface, which counts for [`super::Albedos::transmission`]; the smooth surface's where a
     /// facet would not let the light through, and `None` where that would not either.
-    pub fn draw_transmission(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+    pub fn sample_transmission(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         let straight = self.refract(wo)?;
         if wo.z <= 0.0 {
             return Some(straight);
@@ -72,7 +72,7 @@ impl Coat {
     }
 
     /// A direction that the coat reflects and what it counts for; `None` where the draw is masked.
-    pub fn draw_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
+    pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
         if wo.z <= 0.0 {
             return None;
         }
@@ -102,7 +102,7 @@ mod tests {
             let bsdf = Bsdf::new(&material, 1.0, 1.5);
             for cosine in [0.2_f32, 0.6, 1.0] {
                 let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-                let drawn = grid(128).filter_map(|u| bsdf.draw_reflection(wo, u));
+                let drawn = grid(128).filter_map(|u| bsdf.sample_reflection(wo, u));
                 let mean = drawn.map(|(_, share)| share).sum::<Vec3>() / (128.0 * 128.0);
                 let albedo = bsdf.specular_albedo(wo);
                 assert!((mean - albedo).abs().max_element() < 3e-3, "{roughness} {cosine}: {mean} {albedo}");
@@ -115,7 +115,8 @@ mod tests {
         // The coat's Fresnel factor is that of its normal, so only masking differs between directions.
         let coat = Coat::new(0.8, 0.6);
         let wo = Vec3::new(0.6, 0.0, 0.8);
-        let mean = grid(128).filter_map(|u| coat.draw_reflection(wo, u)).map(|(_, share)| share).sum::<f32>();
+        let mean =
+            grid(128).filter_map(|u| coat.sample_reflection(wo, u)).map(|(_, share)| share).sum::<f32>();
         assert!((mean / (128.0 * 128.0) - coat.albedo(wo.z)).abs() < 1e-3);
     }
 
@@ -127,7 +128,7 @@ mod tests {
         let wo = Vec3::new(0.6, 0.0, 0.8);
         let smooth = bsdf.refract(wo).unwrap();
         let mut sum = Vec3::ZERO;
-        for wi in grid(64).filter_map(|u| bsdf.draw_transmission(wo, u)) {
+        for wi in grid(64).filter_map(|u| bsdf.sample_transmission(wo, u)) {
             assert!(wi.z < 0.0 && (wi.length() - 1.0).abs() < 1e-5);
             sum += wi;
         }

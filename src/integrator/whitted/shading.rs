@@ -2,28 +2,28 @@
 
 use glam::{Mat3, Vec3};
 
-use super::behind::{Behind, ior_before, ior_behind};
 use super::coat::Coated;
-use super::generation::{Generation, Route};
-use super::sight::Sight;
+use super::surface_hits::SurfaceHit;
+use super::transmission_side::{TransmissionSide, ior_before, ior_behind};
+use super::wavefront::{RaySignature, Wavefront};
 use super::{LEAST_WEIGHT, Tracer};
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::{Ray, unit};
 use crate::integrator::random::Purpose;
-use crate::integrator::{LightPass, MediaStack, Path, PathClass, Seed, Spectrum};
+use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};
 use crate::interaction::{MaterialSample, SurfacePoint, surface_at};
 
 /// Below this roughness a lobe is followed by rays only.
-const SHARP_ROUGHNESS: f32 = 0.1;
+const TRACED_ROUGHNESS: f32 = 0.1;
 /// Above this roughness a lobe only looks the environment up.
-const DULL_ROUGHNESS: f32 = 0.4;
+const PREFILTERED_ROUGHNESS: f32 = 0.4;
 
 /// A surface with its lobes, seen by one ray.
 pub(super) struct Shading<'p, 'a> {
     /// How the ray came about.
-    pub(super) route: Route,
-    pub(super) path: &'p Path,
-    /// See [`Sight::part`].
+    pub(super) signature: RaySignature,
+    pub(super) state: &'p RayState,
+    /// See [`SurfaceHit::part`].
     pub(super) part: Option<LightPass>,
     pub(super) point: &'p SurfacePoint<'a>,
     pub(super) material: MaterialSample,
@@ -39,15 +39,15 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) weight_below: Vec3,
     pub(super) coat: Option<Coated>,
     /// The lobes of single colours, where glass bends those differently.
-    pub(super) parted: Option<[Bsdf; 3]>,
+    pub(super) dispersed: Option<[Bsdf; 3]>,
     /// What lies on the other side.
-    behind: Behind,
+    behind: TransmissionSide,
     /// Index of refraction there by the one on this side.
     pub(super) relative_ior: f32,
     /// Share of what is reflected that rays follow; the environment lookup has the rest.
-    pub(super) sharpness: f32,
+    pub(super) traced_share: f32,
     /// The same of what passes through.
-    pub(super) sharpness_through: f32,
+    pub(super) traced_share_transmitted: f32,
 }
 
 /// A ray that a surface sends on.
@@ -56,73 +56,74 @@ pub(super) struct Child {
     pub(super) ray: Ray,
     /// What the radiance that it finds counts for.
     pub(super) weight: Vec3,
-    pub(super) class: PathClass,
-    pub(super) spectrum: Spectrum,
+    pub(super) kind: RayKind,
+    pub(super) channels: ColorChannels,
     pub(super) seed: Seed,
 }
 
 impl Shading<'_, '_> {
     /// The lobes by which light goes through, each with the colours it is for.
-    pub(super) fn ways_through(&self) -> impl Iterator<Item = (Spectrum, &Bsdf)> {
-        let together = self.parted.is_none().then_some((self.path.spectrum, &self.bsdf));
-        let apart = self.parted.iter().flat_map(|parted| Spectrum::COLORS.into_iter().zip(parted));
+    pub(super) fn transmission_lobes(&self) -> impl Iterator<Item = (ColorChannels, &Bsdf)> {
+        let together = self.dispersed.is_none().then_some((self.state.channels, &self.bsdf));
+        let apart =
+            self.dispersed.iter().flat_map(|dispersed| ColorChannels::SINGLE.into_iter().zip(dispersed));
         together.into_iter().chain(apart)
     }
 }
 
 impl Tracer<'_, '_> {
     /// Shades everything that a generation sees, in order.
-    pub(super) fn shade_sights(&mut self, generation: &Generation) {
-        let mut sights = std::mem::take(&mut self.sights);
-        for sight in sights.drain(..) {
-            self.shade(generation, &sight);
+    pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
+        let mut surface_hits = std::mem::take(&mut self.surface_hits);
+        for surface_hit in surface_hits.drain(..) {
+            self.shade(wavefront, &surface_hit);
         }
-        self.sights = sights;
+        self.surface_hits = surface_hits;
     }
 
-    fn shade(&mut self, generation: &Generation, Sight { place, hit, share, part }: &Sight) {
-        let posed = self.world.posed;
-        let (ray, path) = generation.ray(*place);
-        let (point, material) = surface_at(posed, ray, hit, &path.footprint);
-        let weight = path.weight * path.media.transmittance(hit.t) * *share;
+    fn shade(&mut self, wavefront: &Wavefront, SurfaceHit { place, hit, share, part }: &SurfaceHit) {
+        let view = self.context.view;
+        let (ray, state) = wavefront.ray(*place);
+        let (point, material) = surface_at(view, ray, hit, &state.differential);
+        let weight = state.weight * state.media.transmittance(hit.t) * *share;
         if material.unlit {
-            self.add(path.sample, part.unwrap_or(LightPass::Emission), weight * material.base_color);
+            self.add(state.sample, part.unwrap_or(LightPass::Emission), weight * material.base_color);
             return;
         }
-        let follows_rays = self.world.settings.glossy_samples > 0;
+        let follows_rays = self.context.settings.glossy_samples > 0;
         let coat = material.clear_coat.map(|coat| Coated::new(&coat, &point, follows_rays));
         let weight_below = weight * coat.as_ref().map_or(1.0, |coat| coat.transmittance);
-        self.add(path.sample, part.unwrap_or(LightPass::Emission), weight_below * material.emission);
+        self.add(state.sample, part.unwrap_or(LightPass::Emission), weight_below * material.emission);
 
-        let behind = self.behind(path, &point, &material);
-        let own_medium = self.world.interiors.medium(point.instance);
-        let iors = |spectrum| {
-            let before = ior_before(path, own_medium, point.facing, spectrum);
-            (before, ior_behind(&material, &behind.media, spectrum))
+        let behind = self.behind(state, &point, &material);
+        let own_medium = self.context.interiors.medium(point.instance);
+        let iors = |channels| {
+            let before = ior_before(state, own_medium, point.facing, channels);
+            (before, ior_behind(&material, &behind.media, channels))
         };
-        let lobes_of = |spectrum| {
-            let (before, behind) = iors(spectrum);
+        let lobes_of = |channels| {
+            let (before, behind) = iors(channels);
             Bsdf::new(&material, before, behind)
         };
-        let (before, after) = iors(path.spectrum);
-        let bsdf = lobes_of(path.spectrum);
-        let disperses = path.media.disperses()
+        let (before, after) = iors(state.channels);
+        let bsdf = lobes_of(state.channels);
+        let disperses = state.media.disperses()
             || behind.media.disperses()
             || own_medium.is_some_and(|medium| medium.half_spread > 0.0);
-        let parts = path.spectrum == Spectrum::White && !material.thin && disperses;
-        let parted = parts.then(|| Spectrum::COLORS.map(lobes_of));
+        let parts = state.channels == ColorChannels::White && !material.thin && disperses;
+        let dispersed = parts.then(|| ColorChannels::SINGLE.map(lobes_of));
         let world_from_local = match material.anisotropy {
             Some(anisotropy) => frame_along(point.shading_normal, anisotropy.direction),
             None => local_frame(point.shading_normal),
         };
         let wo = world_from_local.transpose() * point.wo;
-        let sharpness_of = |roughness| if follows_rays { 1.0 } else { sharpness(roughness) };
+        let sharpness_of = |roughness| if follows_rays { 1.0 } else { traced_share(roughness) };
         let shading = Shading {
-            route: place.route,
-            path,
+            signature: place.signature,
+            state,
             part: *part,
             point: &point,
-            albedos: parted.as_ref().map_or_else(|| bsdf.albedos(wo), |parted| by_color(parted, wo)),
+            albedos: dispersed.as_ref().map_or_else(|| bsdf.albedos(wo), |dispersed| by_color(dispersed, wo)),
             material,
             bsdf,
             world_from_local,
@@ -130,12 +131,12 @@ impl Tracer<'_, '_> {
             weight,
             weight_below,
             coat,
-            parted,
+            dispersed,
             behind,
             // An index of 0 bends nothing.
             relative_ior: if before > 0.0 && after > 0.0 { after / before } else { 1.0 },
-            sharpness: sharpness_of(bsdf.widest_roughness()),
-            sharpness_through: sharpness_of(bsdf.widest_roughness_through()),
+            traced_share: sharpness_of(bsdf.widest_roughness()),
+            traced_share_transmitted: sharpness_of(bsdf.widest_roughness_through()),
         };
         self.light(&shading);
         self.environment(&shading);
@@ -145,10 +146,10 @@ impl Tracer<'_, '_> {
 
     /// Punctual lights, each behind a shadow ray.
     fn light(&mut self, shading: &Shading<'_, '_>) {
-        for (subscript, light) in self.world.lights.iter().enumerate() {
+        for (subscript, light) in self.context.lights.iter().enumerate() {
             let Some(incidence) = light.incidence(shading.point.position) else { continue };
             let wi = shading.world_from_local.transpose() * incidence.wi;
-            let scattered = shading.bsdf.evaluate(shading.wo, wi) * wi.z.abs();
+            let scattered = shading.bsdf.eval(shading.wo, wi) * wi.z.abs();
             let mut contribution = shading.weight_below * scattered * incidence.irradiance;
             let by_coat = shading.coat.as_ref().map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {
@@ -161,13 +162,13 @@ impl Tracer<'_, '_> {
                 } else {
                     shading.point.shadow_end_inside(span)
                 };
-                let ray = light.shadow_ray(end, shading.path.seed, subscript);
+                let ray = light.shadow_ray(end, shading.state.seed, subscript);
                 // The volumes around a lamp are not known; those around a lit surface are.
                 let media =
-                    if span == Vec3::ZERO { shading.path.media.clone() } else { MediaStack::default() };
-                let source = (shading.route, subscript);
+                    if span == Vec3::ZERO { shading.state.media.clone() } else { MediaStack::default() };
+                let source = (shading.signature, subscript);
                 let part = shading.part.unwrap_or(LightPass::Direct);
-                self.shadows.push(source, ray, (shading.path.sample, part), (contribution, media));
+                self.shadows.push(source, ray, (shading.state.sample, part), (contribution, media));
             }
         }
     }
@@ -179,12 +180,12 @@ impl Tracer<'_, '_> {
         let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
         let mut weight = Vec3::ZERO;
         if !scatters {
-            weight = shading.weight_below * shading.albedos.specular * shading.sharpness;
+            weight = shading.weight_below * shading.albedos.specular * shading.traced_share;
         }
         if let Some(coat) = &shading.coat
             && !scatters_coat
         {
-            let weight_of_coat = shading.weight * (coat.albedo * coat.sharpness);
+            let weight_of_coat = shading.weight * (coat.albedo * coat.traced_share);
             if coat.mirrored == mirrored {
                 weight += weight_of_coat;
             } else {
@@ -195,11 +196,11 @@ impl Tracer<'_, '_> {
     }
 
     fn send_mirrored(&mut self, shading: &Shading<'_, '_>, direction: Vec3, weight: Vec3) {
-        if self.may_send(shading.path, weight) {
+        if self.may_send(shading.state, weight) {
             let ray = Ray::new(shading.point.origin_outside(), direction);
-            let seed = shading.path.seed.child(Purpose::Reflection, 0, 1);
-            let spectrum = shading.path.spectrum;
-            self.send(shading, Child { ray, weight, class: PathClass::Reflection, spectrum, seed });
+            let seed = shading.state.seed.child(Purpose::Reflection, 0, 1);
+            let channels = shading.state.channels;
+            self.send(shading, Child { ray, weight, kind: RayKind::Reflection, channels, seed });
         }
     }
 
@@ -207,16 +208,16 @@ impl Tracer<'_, '_> {
         if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
             return;
         }
-        for (spectrum, bsdf) in shading.ways_through() {
+        for (channels, bsdf) in shading.transmission_lobes() {
             let weight = shading.weight_below
                 * shading.albedos.transmission
-                * shading.sharpness_through
-                * spectrum.mask();
+                * shading.traced_share_transmitted
+                * channels.mask();
             if weight == Vec3::ZERO {
                 continue;
             }
             let Some(direction) = bsdf.refract(shading.wo) else { continue };
-            if !self.may_send(shading.path, weight) {
+            if !self.may_send(shading.state, weight) {
                 continue;
             }
             // Thin walls and equal media leave the direction exactly as it was.
@@ -224,20 +225,20 @@ impl Tracer<'_, '_> {
             let direction =
                 if unbent { -shading.point.wo } else { (shading.world_from_local * direction).normalize() };
             let ray = Ray::new(shading.point.origin_inside(), direction);
-            let seed = shading.path.seed.child(Purpose::Refraction, 0, 1);
-            self.send(shading, Child { ray, weight, class: PathClass::Refraction, spectrum, seed });
+            let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
+            self.send(shading, Child { ray, weight, kind: RayKind::Refraction, channels, seed });
         }
     }
 
     /// Whether a child of `parent` would count, and is neither too deep nor too faint; else its weight is lost.
-    pub(super) fn may_send(&mut self, parent: &Path, weight: Vec3) -> bool {
+    pub(super) fn may_send(&mut self, parent: &RayState, weight: Vec3) -> bool {
         let largest = weight.max_element();
         if largest == 0.0 {
             return false;
         }
         // Of many rays each counts little.
-        let least = LEAST_WEIGHT / self.world.settings.glossy_samples.max(1) as f32;
-        if parent.depth >= self.world.settings.max_depth || largest < least {
+        let least = LEAST_WEIGHT / self.context.settings.glossy_samples.max(1) as f32;
+        if parent.depth >= self.context.settings.max_depth || largest < least {
             self.statistics.dropped_weight += f64::from(largest);
             return false;
         }
@@ -246,27 +247,28 @@ impl Tracer<'_, '_> {
 
     /// Makes a child ray.
     pub(super) fn send(&mut self, shading: &Shading<'_, '_>, child: Child) {
-        let Child { ray, weight, class, spectrum, seed } = child;
-        let parent = shading.path;
-        let (posed, point) = (self.world.posed, shading.point);
-        let (media, touching, footprint) = match class {
-            PathClass::Refraction => (
+        let Child { ray, weight, kind, channels, seed } = child;
+        let parent = shading.state;
+        let (view, point) = (self.context.view, shading.point);
+        let (media, touching, differential) = match kind {
+            RayKind::Refraction => (
                 shading.behind.media.clone(),
                 shading.behind.touching,
-                point.refracted_footprint(posed, &parent.footprint, ray.direction, shading.relative_ior),
+                point.refracted_differential(view, &parent.differential, ray.direction, shading.relative_ior),
             ),
-            PathClass::Camera | PathClass::Reflection => {
-                (parent.media.clone(), None, point.reflected_footprint(posed, &parent.footprint))
+            RayKind::Camera | RayKind::Reflection => {
+                (parent.media.clone(), None, point.reflected_differential(view, &parent.differential))
             }
         };
-        let part = shading.part.or(match class {
-            PathClass::Camera => None,
-            PathClass::Reflection => Some(LightPass::Reflection),
-            PathClass::Refraction => Some(LightPass::Refraction),
+        let part = shading.part.or(match kind {
+            RayKind::Camera => None,
+            RayKind::Reflection => Some(LightPass::Reflection),
+            RayKind::Refraction => Some(LightPass::Refraction),
         });
         let depth = parent.depth + 1;
-        let path = Path { footprint, media, touching, weight, class, spectrum, part, depth, seed, ..*parent };
-        self.children.push(shading.route.then(class), ray, path);
+        let state =
+            RayState { differential, media, touching, weight, kind, channels, part, depth, seed, ..*parent };
+        self.children.push(shading.signature.then(kind), ray, state);
     }
 }
 
@@ -290,15 +292,15 @@ fn frame_along(normal: Vec3, direction: Vec3) -> Mat3 {
 }
 
 /// Share of a lobe that rays follow.
-pub(super) fn sharpness(roughness: f32) -> f32 {
-    1.0 - smoothstep(SHARP_ROUGHNESS, DULL_ROUGHNESS, roughness)
+pub(super) fn traced_share(roughness: f32) -> f32 {
+    1.0 - smoothstep(TRACED_ROUGHNESS, PREFILTERED_ROUGHNESS, roughness)
 }
 
 /// The albedos of each colour's own lobes.
-fn by_color(parted: &[Bsdf; 3], wo: Vec3) -> Albedos {
+fn by_color(dispersed: &[Bsdf; 3], wo: Vec3) -> Albedos {
     let mut sum = Albedos::default();
-    for (bsdf, spectrum) in parted.iter().zip(Spectrum::COLORS) {
-        let (albedos, mask) = (bsdf.albedos(wo), spectrum.mask());
+    for (bsdf, channels) in dispersed.iter().zip(ColorChannels::SINGLE) {
+        let (albedos, mask) = (bsdf.albedos(wo), channels.mask());
         sum.specular += albedos.specular * mask;
         sum.diffuse += albedos.diffuse * mask;
         sum.transmission += albedos.transmission * mask;

@@ -23,7 +23,7 @@ const FADE_NM: f64 = 0.03;
 
 /// A film on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Film {
+pub(super) struct ThinFilm {
     /// Share of the surface that it covers.
     pub(super) factor: f32,
     pub(super) ior: f32,
@@ -32,7 +32,7 @@ pub(super) struct Film {
     pub(super) ior_outside: f32,
 }
 
-impl Film {
+impl ThinFilm {
     /// `reflectance` with the share that the film covers replaced by the film's own, over a base that reflects `base_f0` along
     /// the normal. `cosine` is that of the view on the film's outer side; `None` where light is totally reflected from within.
     pub(super) fn over(&self, reflectance: Vec3, base_f0: Vec3, cosine: Option<f32>) -> Vec3 {

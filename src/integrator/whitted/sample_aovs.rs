@@ -5,13 +5,13 @@
 
 use glam::Vec3;
 
-use super::sight::Sight;
-use crate::integrator::{LightPass, LightPasses, Path, PathClass};
-use crate::interaction::PosedScene;
+use super::surface_hits::SurfaceHit;
+use crate::integrator::{LightPass, LightPasses, RayKind, RayState};
+use crate::scene_view::SceneView;
 
 /// What a tracer records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Recorded {
+pub struct SampleAovFlags {
     /// Light by parts: [`super::Tracer::light_passes`].
     pub light: bool,
     /// Surfaces that camera rays see: [`super::Tracer::covers`].
@@ -20,7 +20,7 @@ pub struct Recorded {
 
 /// A surface that a camera ray sees. Shadow catchers are not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cover {
+pub struct InstanceCoverage {
     /// Subscript of the sample in its batch.
     pub sample: u32,
     /// Subscript of [`crate::frame::Frame::instances`].
@@ -32,14 +32,14 @@ pub struct Cover {
 /// The records of a batch.
 #[derive(Debug, Default)]
 pub(super) struct Records {
-    what: Recorded,
+    what: SampleAovFlags,
     /// By sample, or nothing.
     light: Vec<LightPasses>,
-    covers: Vec<Cover>,
+    covers: Vec<InstanceCoverage>,
 }
 
 impl Records {
-    pub(super) fn new(what: Recorded) -> Self {
+    pub(super) fn new(what: SampleAovFlags) -> Self {
         Self { what, ..Self::default() }
     }
 
@@ -61,10 +61,10 @@ impl Records {
     }
 
     /// Notes what a camera ray sees.
-    pub(super) fn cover(&mut self, posed: PosedScene<'_>, path: &Path, sight: &Sight) {
-        if self.what.covers && path.class == PathClass::Camera {
-            let instance = posed.frame.instance_of_triangle[sight.hit.primitive as usize];
-            self.covers.push(Cover { sample: path.sample, instance, share: sight.share });
+    pub(super) fn cover(&mut self, view: SceneView<'_>, state: &RayState, surface_hit: &SurfaceHit) {
+        if self.what.covers && state.kind == RayKind::Camera {
+            let instance = view.frame.instance_of_triangle[surface_hit.hit.primitive as usize];
+            self.covers.push(InstanceCoverage { sample: state.sample, instance, share: surface_hit.share });
         }
     }
 
@@ -72,7 +72,7 @@ impl Records {
         &self.light
     }
 
-    pub(super) fn covers(&self) -> &[Cover] {
+    pub(super) fn covers(&self) -> &[InstanceCoverage] {
         &self.covers
     }
 }

@@ -9,21 +9,22 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{PosedScene, SurfacePoint};
+use super::SurfacePoint;
 use crate::geometry::Triangle;
+use crate::scene_view::SceneView;
 
 /// Derivatives of a ray by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Footprint {
+pub struct RayDifferential {
     /// How the origin moves, metres.
     pub origin: [Vec3; 2],
     /// How the unit direction turns.
     pub direction: [Vec3; 2],
 }
 
-impl Footprint {
+impl RayDifferential {
     /// A ray that stands for nothing but itself.
-    pub const POINT: Self = Self { origin: [Vec3::ZERO; 2], direction: [Vec3::ZERO; 2] };
+    pub const ZERO: Self = Self { origin: [Vec3::ZERO; 2], direction: [Vec3::ZERO; 2] };
 
     /// The steps in the plane of `normal` that the ray along the unit vector `direction` makes where it meets it at `t`.
     /// Infinite or not a number where the ray grazes the plane.
@@ -38,32 +39,32 @@ impl Footprint {
 
 impl SurfacePoint<'_> {
     /// Of the mirror ray; `arriving` belongs to the ray that met the surface.
-    pub fn reflected_footprint(&self, posed: PosedScene<'_>, arriving: &Footprint) -> Footprint {
+    pub fn reflected_differential(&self, view: SceneView<'_>, arriving: &RayDifferential) -> RayDifferential {
         let (incoming, normal) = (-self.wo, self.shading_normal);
-        let turns = self.normal_steps(posed);
+        let turns = self.normal_steps(view);
         // D' = D − 2 (D·N) N
         let direction = [0, 1].map(|axis| {
             let (step, turn) = (arriving.direction[axis], turns[axis]);
             let cosine_step = step.dot(normal) + incoming.dot(turn);
             step - (turn * incoming.dot(normal) + normal * cosine_step) * 2.0
         });
-        Footprint { origin: self.position_steps, direction }
+        RayDifferential { origin: self.position_steps, direction }
     }
 
     /// Of the ray that goes on along the unit vector `refracted`, where the index of refraction changes by the factor
     /// `relative_ior`; an unbent ray keeps its directions.
-    pub fn refracted_footprint(
+    pub fn refracted_differential(
         &self,
-        posed: PosedScene<'_>,
-        arriving: &Footprint,
+        view: SceneView<'_>,
+        arriving: &RayDifferential,
         refracted: Vec3,
         relative_ior: f32,
-    ) -> Footprint {
+    ) -> RayDifferential {
         let (incoming, normal) = (-self.wo, self.shading_normal);
         if refracted == incoming {
-            return Footprint { origin: self.position_steps, direction: arriving.direction };
+            return RayDifferential { origin: self.position_steps, direction: arriving.direction };
         }
-        let turns = self.normal_steps(posed);
+        let turns = self.normal_steps(view);
         // D' = η D − μ N with μ = η (D·N) − D'·N
         let eta = 1.0 / relative_ior;
         let (cosine, cosine_behind) = (incoming.dot(normal), refracted.dot(normal));
@@ -74,12 +75,12 @@ impl SurfacePoint<'_> {
             let cosine_step = step.dot(normal) + incoming.dot(turn);
             step * eta - turn * mu - normal * (mu_per_cosine * cosine_step)
         });
-        Footprint { origin: self.position_steps, direction }
+        RayDifferential { origin: self.position_steps, direction }
     }
 
     /// How the interpolated normal turns over the steps on the surface, on the side of the viewer; not at all on flat faces.
-    fn normal_steps(&self, posed: PosedScene<'_>) -> [Vec3; 2] {
-        let frame = posed.frame;
+    fn normal_steps(&self, view: SceneView<'_>) -> [Vec3; 2] {
+        let frame = view.frame;
         let [a, b, c] =
             self.corners.map(|corner| frame.vertices[self.instance.first_vertex + corner as usize].normal);
         if a == Vec3::ZERO || b == Vec3::ZERO || c == Vec3::ZERO {

@@ -4,23 +4,23 @@
 
 use crate::film::{AovFlags, FilmAovs, PixelWindow, add_share};
 use crate::integrator::LightPasses;
-use crate::integrator::whitted::Cover;
+use crate::integrator::whitted::InstanceCoverage;
 
 /// Sums of one tile. Pixels around it are sampled, too, but not recorded.
 #[derive(Clone, Debug)]
-pub(super) struct TileLayers {
+pub(super) struct TileAovs {
     tile: PixelWindow,
     sums: FilmAovs,
 }
 
-impl Default for TileLayers {
+impl Default for TileAovs {
     /// Of no pixels.
     fn default() -> Self {
         Self { tile: PixelWindow::full(0, 0), sums: FilmAovs::default() }
     }
 }
 
-impl TileLayers {
+impl TileAovs {
     pub(super) fn new(tile: PixelWindow, request: AovFlags) -> Self {
         let count = tile.width() as usize * tile.height() as usize;
         Self { tile, sums: FilmAovs::new(count, request) }
@@ -43,7 +43,7 @@ impl TileLayers {
     }
 
     /// Adds what a sample of the pixel `at` sees, with its weight.
-    pub(super) fn add_cover(&mut self, (at, weight): ((u32, u32), f32), cover: &Cover) {
+    pub(super) fn add_cover(&mut self, (at, weight): ((u32, u32), f32), cover: &InstanceCoverage) {
         let subscript = self.subscript(at);
         if let (Some(coverage), Some(subscript)) = (&mut self.sums.coverage, subscript) {
             add_share(&mut coverage[subscript], cover.instance, cover.share * weight);
@@ -80,8 +80,8 @@ mod tests {
 
     #[test]
     fn shares_are_weighted_and_clamped_by_pixel() {
-        let mut layers = TileLayers::new(PixelWindow { x0: 4, y0: 2, x1: 6, y1: 3 }, COVERAGE);
-        let cover = |instance, share| Cover { sample: 0, instance, share };
+        let mut layers = TileAovs::new(PixelWindow { x0: 4, y0: 2, x1: 6, y1: 3 }, COVERAGE);
+        let cover = |instance, share| InstanceCoverage { sample: 0, instance, share };
         // Pixel (5, 2), three samples of weight 1, 1 and −1, one in sum: instance 3 has 1 + 1 = 2, instance 8 has −1/2.
         layers.add_cover(((5, 2), 1.0), &cover(3, 1.0));
         layers.add_cover(((5, 2), 1.0), &cover(3, 1.0));

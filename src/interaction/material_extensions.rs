@@ -4,12 +4,12 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::texture_lookup::Lookups;
 use super::{
-    AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, PosedScene, SheenSample,
-    SurfacePoint, normal,
+    AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample, SurfacePoint, normal,
 };
 use crate::geometry::Facing;
 use crate::scene::Encoding;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, TextureRef};
+use crate::scene_view::SceneView;
 
 /// Sets what the extensions of `material` say; what it has not stays as it is.
 pub(super) fn add(
@@ -46,7 +46,7 @@ pub(super) fn add(
         );
     }
     if let Some(anisotropy) = &material.anisotropy {
-        sample.anisotropy = stretched(textures.posed(), point, anisotropy, linear(&anisotropy.texture));
+        sample.anisotropy = stretched(textures.view(), point, anisotropy, linear(&anisotropy.texture));
     }
     if let Some(coat) = &material.clear_coat {
         let factor = coat.factor * linear(&coat.texture).x;
@@ -65,7 +65,7 @@ fn iridescence(film: &Iridescence, amount: f32, place: Option<f32>) -> Option<Ir
 /// The stretch's direction in the world: the texture's, turned counter-clockwise from the tangent. `None` where nothing says
 /// which way the tangent runs.
 fn stretched(
-    posed: PosedScene<'_>,
+    view: SceneView<'_>,
     point: &SurfacePoint<'_>,
     anisotropy: &Anisotropy,
     texel: Vec4,
@@ -75,7 +75,7 @@ fn stretched(
         return None;
     }
     let uv_set = anisotropy.texture.map_or(0, |texture| texture.uv_set);
-    let (tangent, bitangent) = normal::tangent_frame(posed, point, uv_set)?;
+    let (tangent, bitangent) = normal::tangent_frame(view, point, uv_set)?;
     let along = match anisotropy.texture {
         Some(_) => Vec2::new(2.0 * texel.x - 1.0, 2.0 * texel.y - 1.0).normalize_or(Vec2::X),
         None => Vec2::X,

@@ -3,14 +3,16 @@
 use glam::DVec3;
 
 use super::*;
-use crate::bvh::Hit;
+use crate::bvh::{BuildSettings, Builder, Bvh, Hit};
+use crate::cancel::CancelFlag;
 use crate::frame::Frame;
 use crate::geometry::{Facing, Ray};
-use crate::interaction::texture_lookup::UvFootprint;
+use crate::interaction::texture_lookup::UvDifferential;
 use crate::scene::{
-    Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene, SelectedCamera, Selection,
-    TextureIndex, TextureRef, UvTransform,
+    Environment, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene, SelectedCamera,
+    Selection, TextureIndex, TextureRef, UvTransform,
 };
+use crate::scene_view::SceneView;
 
 const UVS: [Vec2; 3] = [Vec2::new(0.1, 0.9), Vec2::new(0.8, 0.7), Vec2::new(0.3, 0.2)];
 
@@ -22,6 +24,7 @@ const BALL_CORNERS: [Vec3; 3] =
 struct Stage {
     scene: Scene,
     frame: Frame,
+    bvh: Bvh,
 }
 
 impl Stage {
@@ -52,11 +55,13 @@ impl Stage {
             },
         };
         let frame = Frame::at(&scene, &selection, 0.0);
-        Self { scene, frame }
+        let (build, cancel) = (BuildSettings::default(), CancelFlag::new());
+        let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();
+        Self { scene, frame, bvh }
     }
 
-    fn posed(&self) -> PosedScene<'_> {
-        PosedScene { scene: &self.scene, frame: &self.frame }
+    fn view(&self) -> SceneView<'_> {
+        SceneView { scene: &self.scene, frame: &self.frame, bvh: &self.bvh, environment: &Environment::None }
     }
 
     /// Where the ray meets the triangle's plane, in f64.
@@ -85,10 +90,10 @@ impl Stage {
         (origin + direction * t, mirrored, refracted, sum(&|i| UVS[i].extend(0.0).as_dvec3()))
     }
 
-    fn point(&self, ray: &Ray, footprint: &Footprint) -> SurfacePoint<'_> {
+    fn point(&self, ray: &Ray, differential: &RayDifferential) -> SurfacePoint<'_> {
         let (t, [_, u, v], facing) = self.meet(ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let hit = Hit { t: t as f32, primitive: 0, u: u as f32, v: v as f32, facing };
-        SurfacePoint::new(self.posed(), ray, &hit, footprint)
+        SurfacePoint::new(self.view(), ray, &hit, differential)
     }
 }
 
@@ -102,7 +107,7 @@ fn footprints_are_what_neighbouring_rays_do() {
     // Bulging towards +Z, unevenly.
     let normals = [Vec3::new(-0.5, -0.3, 1.0), Vec3::new(0.4, -0.2, 1.0), Vec3::new(0.1, 0.6, 1.0)];
     let stage = Stage::new(positions, Some(normals));
-    let footprint = Footprint {
+    let differential = RayDifferential {
         origin: [Vec3::new(0.3, 0.1, -0.2), Vec3::new(-0.1, 0.4, 0.2)],
         direction: [Vec3::new(0.05, 0.02, 0.0), Vec3::new(-0.01, 0.04, 0.03)],
     };
@@ -114,20 +119,21 @@ fn footprints_are_what_neighbouring_rays_do() {
     ] {
         let direction = (target - eye).normalize();
         let ray = Ray::new(eye, direction);
-        let point = stage.point(&ray, &footprint);
+        let point = stage.point(&ray, &differential);
         let straight = stage.follow(eye.as_dvec3(), direction.as_dvec3(), ior);
         let refracted_direction = straight.2.as_vec3();
-        let reflected = point.reflected_footprint(stage.posed(), &footprint);
-        let refracted = point.refracted_footprint(stage.posed(), &footprint, refracted_direction, ior as f32);
+        let reflected = point.reflected_differential(stage.view(), &differential);
+        let refracted =
+            point.refracted_differential(stage.view(), &differential, refracted_direction, ior as f32);
         assert!(refracted_direction.is_finite());
         let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
-        let (_, UvFootprint(uvs)) = point.uv(stage.posed(), &reference);
+        let (_, UvDifferential(uvs)) = point.uv(stage.view(), &reference);
 
         for (axis, uv_step) in uvs.into_iter().enumerate() {
             let step = 1e-6;
             let near = stage.follow(
-                eye.as_dvec3() + footprint.origin[axis].as_dvec3() * step,
-                direction.as_dvec3() + footprint.direction[axis].as_dvec3() * step,
+                eye.as_dvec3() + differential.origin[axis].as_dvec3() * step,
+                direction.as_dvec3() + differential.direction[axis].as_dvec3() * step,
                 ior,
             );
             let change = |from: DVec3, to: DVec3| (to - from) / step;
@@ -142,8 +148,8 @@ fn footprints_are_what_neighbouring_rays_do() {
 }
 
 /// A ray along −Z whose neighbours turn by 0.01 along x and y.
-fn spreading() -> Footprint {
-    Footprint { origin: [Vec3::ZERO; 2], direction: [Vec3::X * 0.01, Vec3::Y * 0.01] }
+fn spreading() -> RayDifferential {
+    RayDifferential { origin: [Vec3::ZERO; 2], direction: [Vec3::X * 0.01, Vec3::Y * 0.01] }
 }
 
 #[test]
@@ -156,7 +162,7 @@ fn a_tilted_plane_stretches_by_the_cosine() {
     let [across, along] = point.position_steps.map(Vec3::length);
     assert!((across - 0.05).abs() < 1e-6 && (along - 0.1).abs() < 1e-5, "{across} {along}");
     // A flat mirror sends neighbours on as far apart, turned by as much.
-    let mirrored = point.reflected_footprint(stage.posed(), &spreading());
+    let mirrored = point.reflected_differential(stage.view(), &spreading());
     assert!(mirrored.direction.iter().all(|turn| (turn.length() - 0.01).abs() < 1e-6));
 }
 
@@ -167,13 +173,13 @@ fn a_ball_spreads_what_it_mirrors() {
     let corners = BALL_CORNERS;
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let mirrored = point.reflected_footprint(ball.posed(), &spreading());
+    let mirrored = point.reflected_differential(ball.view(), &spreading());
     assert!((mirrored.direction[0] - Vec3::X * 0.21).length() < 1e-5, "{:?}", mirrored.direction);
     assert!((mirrored.direction[1] - Vec3::Y * 0.21).length() < 1e-5, "{:?}", mirrored.direction);
 
     let hollow = Stage::new(corners, Some(corners.map(|corner| Vec3::Z * 0.5 - corner)));
     let point = hollow.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let mirrored = point.reflected_footprint(hollow.posed(), &spreading());
+    let mirrored = point.reflected_differential(hollow.view(), &spreading());
     assert!((mirrored.direction[0] + Vec3::X * 0.19).length() < 1e-5, "{:?}", mirrored.direction);
 }
 
@@ -183,15 +189,15 @@ fn a_window_narrows_and_a_ball_lens_gathers() {
     // Into glass of 1.5 angles near the normal shrink to two thirds.
     let window = Stage::new(corners, None);
     let point = window.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let behind = point.refracted_footprint(window.posed(), &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
+    let behind = point.refracted_differential(window.view(), &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
     assert!((behind.direction[0] - Vec3::X * (0.01 / 1.5)).length() < 1e-6, "{:?}", behind.direction);
     // Straight on, they stay.
-    let straight = point.refracted_footprint(window.posed(), &spreading(), Vec3::NEG_Z, 1.5);
+    let straight = point.refracted_differential(window.view(), &spreading(), Vec3::NEG_Z, 1.5);
     assert_eq!(straight.direction, spreading().direction);
     // A surface of radius R bends by (n − 1) / n · p / R towards the axis: 0.01 / 1.5 − 1/3 · 0.05 / 0.5.
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let behind = point.refracted_footprint(ball.posed(), &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
+    let behind = point.refracted_differential(ball.view(), &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
     let expected = 0.01 / 1.5 - 0.1 / 3.0;
     assert!((behind.direction[0] - Vec3::X * expected).length() < 1e-5, "{:?}", behind.direction);
 }

@@ -2,15 +2,17 @@
 
 use glam::{Mat4, Vec2, Vec3};
 
-use crate::bvh::Hit;
+use crate::bvh::{BuildSettings, Builder, Hit};
+use crate::cancel::CancelFlag;
 use crate::frame::{Frame, PosedCamera};
 use crate::geometry::{Facing, Ray};
-use crate::interaction::{Footprint, MaterialSample, PosedScene, surface_at};
+use crate::interaction::{MaterialSample, RayDifferential, surface_at};
 use crate::scene::{
-    Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Image, ImageIndex, Iridescence, Material,
-    MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, NormalTexture, Primitive, Sampler, Scene,
+    Anisotropy, ClearCoat, DiffuseTransmission, Environment, Glossiness, Image, ImageIndex, Iridescence,
+    Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, NormalTexture, Primitive, Sampler, Scene,
     SelectedCamera, Selection, Sheen, Specular, Texels, Texture, TextureIndex, TextureRef, UvTransform,
 };
+use crate::scene_view::SceneView;
 
 /// Red, green, blue and alpha of 0.2, 0.4, 0.6 and 0.8.
 const STEPS: [u8; 4] = [51, 102, 153, 204];
@@ -53,10 +55,12 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
         variant: None,
     };
     let frame = Frame::at(&scene, &selection, 0.0);
-    let posed = PosedScene { scene: &scene, frame: &frame };
+    let (build, cancel) = (BuildSettings::default(), CancelFlag::new());
+    let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();
+    let view = SceneView { scene: &scene, frame: &frame, bvh: &bvh, environment: &Environment::None };
     let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
     let hit = Hit { t: 1.0, primitive: 0, u: 0.25, v: 0.25, facing: Facing::Front };
-    surface_at(posed, &ray, &hit, &Footprint::POINT).1
+    surface_at(view, &ray, &hit, &RayDifferential::ZERO).1
 }
 
 fn of_steps(material: Material) -> MaterialSample {

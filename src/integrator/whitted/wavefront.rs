@@ -5,24 +5,24 @@
 
 use crate::bvh::{Bvh, Hit, TraversalCounters};
 use crate::geometry::Ray;
-use crate::integrator::{Path, PathClass};
+use crate::integrator::{RayKind, RayState};
 
 /// How a ray came about: one bit a bounce below a leading one, set for refraction. Of long routes, the last bounces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Route(u8);
+pub(super) struct RaySignature(u8);
 
 /// Bounces that a route tells apart.
 const BOUNCES: u8 = 5;
 
-impl Route {
+impl RaySignature {
     /// From the camera.
     pub(super) const CAMERA: Self = Self(1);
 
     /// The route of a child.
-    pub(super) fn then(self, class: PathClass) -> Self {
-        let route = self.0 << 1 | u8::from(class == PathClass::Refraction);
+    pub(super) fn then(self, kind: RayKind) -> Self {
+        let signature = self.0 << 1 | u8::from(kind == RayKind::Refraction);
         let longest = 1 << BOUNCES;
-        Self(if route < 2 * longest { route } else { longest | (route % longest) })
+        Self(if signature < 2 * longest { signature } else { longest | (signature % longest) })
     }
 
     /// A small number, different for every route.
@@ -35,13 +35,13 @@ impl Route {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Place {
     /// Its group.
-    pub(super) route: Route,
+    pub(super) signature: RaySignature,
     index: u32,
 }
 
 /// Rays of one depth.
 #[derive(Debug, Default)]
-pub(super) struct Generation {
+pub(super) struct Wavefront {
     /// By route.
     groups: Vec<Group>,
     order: Vec<Place>,
@@ -51,21 +51,21 @@ pub(super) struct Generation {
 #[derive(Debug, Default)]
 struct Group {
     rays: Vec<Ray>,
-    paths: Vec<Path>,
+    states: Vec<RayState>,
     hits: Vec<Option<Hit>>,
 }
 
-impl Generation {
+impl Wavefront {
     /// Adds a ray behind all others.
-    pub(super) fn push(&mut self, route: Route, ray: Ray, path: Path) {
-        let subscript = route.subscript();
+    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) {
+        let subscript = signature.subscript();
         if subscript >= self.groups.len() {
             self.groups.resize_with(subscript + 1, Group::default);
         }
         let group = &mut self.groups[subscript];
-        self.order.push(Place { route, index: group.rays.len() as u32 });
+        self.order.push(Place { signature, index: group.rays.len() as u32 });
         group.rays.push(ray);
-        group.paths.push(path);
+        group.states.push(state);
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -77,7 +77,7 @@ impl Generation {
         self.order.clear();
         for group in &mut self.groups {
             group.rays.clear();
-            group.paths.clear();
+            group.states.clear();
         }
     }
 
@@ -100,14 +100,14 @@ impl Generation {
     }
 
     /// A ray and its path.
-    pub(super) fn ray(&self, place: Place) -> (&Ray, &Path) {
-        let group = &self.groups[place.route.subscript()];
-        (&group.rays[place.index as usize], &group.paths[place.index as usize])
+    pub(super) fn ray(&self, place: Place) -> (&Ray, &RayState) {
+        let group = &self.groups[place.signature.subscript()];
+        (&group.rays[place.index as usize], &group.states[place.index as usize])
     }
 
-    /// What [`Generation::find_hits`] found.
+    /// What [`Wavefront::find_hits`] found.
     pub(super) fn hit(&self, place: Place) -> Option<Hit> {
-        self.groups[place.route.subscript()].hits[place.index as usize]
+        self.groups[place.signature.subscript()].hits[place.index as usize]
     }
 }
 
@@ -117,9 +117,10 @@ mod tests {
 
     #[test]
     fn routes_are_told_apart_until_they_are_long() {
-        let walk =
-            |bounces: &[PathClass]| bounces.iter().fold(Route::CAMERA, |route, class| route.then(*class));
-        let (mirror, glass) = (PathClass::Reflection, PathClass::Refraction);
+        let walk = |bounces: &[RayKind]| {
+            bounces.iter().fold(RaySignature::CAMERA, |signature, kind| signature.then(*kind))
+        };
+        let (mirror, glass) = (RayKind::Reflection, RayKind::Refraction);
         assert_ne!(walk(&[mirror]), walk(&[mirror, mirror]));
         assert_ne!(walk(&[mirror, glass]), walk(&[glass, mirror]));
         // Six bounces are the same as the last five of them behind any others.

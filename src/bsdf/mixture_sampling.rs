@@ -42,7 +42,7 @@ impl Bsdf {
             if through { Vec3::new(mirrored.x, mirrored.y, -mirrored.z) } else { mirrored }
         };
         let pdf = self.mixture_pdf(&choice, wo, wi);
-        let value = self.evaluate(wo, wi);
+        let value = self.eval(wo, wi);
         if pdf <= 0.0 || value == Vec3::ZERO {
             return None;
         }

@@ -1,0 +1,49 @@
+//! One frame prepared for an integrator: the view, its lights and its volumes.
+
+use super::lights::{self, PreparedLight};
+use super::media::{Interiors, MediaStack, Medium};
+use super::settings::IntegratorSettings;
+use crate::geometry::{Aabb, Ray};
+use crate::scene::Projection;
+use crate::scene_view::SceneView;
+
+/// Everything that light interacts with in one frame.
+#[derive(Clone, Debug)]
+pub struct IntegratorContext<'a> {
+    /// Surfaces, hierarchy and environment.
+    pub view: SceneView<'a>,
+    /// The frame's lights, scaled, then the environment's key light.
+    pub(super) lights: Vec<PreparedLight>,
+    /// Interiors of the frame's volumes.
+    pub(super) interiors: Interiors,
+    /// Bounds of the surfaces of all volumes.
+    volume_bounds: Aabb,
+    /// The volumes that contain the camera, outermost first.
+    camera_media: Vec<Medium>,
+    /// Settings.
+    pub settings: IntegratorSettings,
+}
+
+impl<'a> IntegratorContext<'a> {
+    /// Prepares lights and volumes, and finds the volumes that contain the camera.
+    pub fn new(view: SceneView<'a>, settings: IntegratorSettings) -> Self {
+        let camera_position = view.frame.camera.world_from_camera.w_axis.truncate();
+        let interiors = Interiors::of(&view.frame.materials);
+        let volume_bounds = interiors.bounds(view.frame);
+        let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
+        let lights = lights::gather(view.frame, view.environment, &settings);
+        Self { view, lights, interiors, volume_bounds, camera_media, settings }
+    }
+
+    /// The volumes in which a camera ray starts. Perspective rays start in those around the camera; for orthographic rays they
+    /// are found for each start.
+    pub fn media_around_start(&self, ray: &Ray) -> MediaStack {
+        match self.view.frame.camera.projection {
+            Projection::Perspective { .. } => MediaStack::new(self.camera_media.clone()),
+            Projection::Orthographic { .. } => {
+                let start = ray.at(ray.t_min);
+                MediaStack::new(self.interiors.media_around(self.view, &self.volume_bounds, start))
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! State of a traced ray besides its segment.
+
+use glam::Vec3;
+
+use super::color_channels::ColorChannels;
+use super::light_pass::LightPass;
+use super::media::MediaStack;
+use super::random::Seed;
+use crate::bvh::Hit;
+use crate::interaction::RayDifferential;
+
+/// State of one ray of Whitted's tree. The direction of the ray has unit length, so that its `t` is in metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayState {
+    /// Seconds since the start of the animation.
+    pub time_seconds: f32,
+    /// Differences to the rays of neighbouring samples.
+    pub differential: RayDifferential,
+    /// The closed volumes in which the ray starts.
+    pub media: MediaStack,
+    /// A surface that touches the one that the ray passes: it is hit first, at `t` = 0.
+    pub touching: Option<Hit>,
+    /// Multiplies the radiance that the ray finds.
+    pub weight: Vec3,
+    /// The kind of the ray.
+    pub kind: RayKind,
+    /// The colour channels that the ray carries.
+    pub channels: ColorChannels,
+    /// The light pass that receives whatever the ray finds; `None` for camera rays, whose first surface decides.
+    pub part: Option<LightPass>,
+    /// Number of reflections and refractions before the ray.
+    pub depth: u32,
+    /// Index of the sample in its batch.
+    pub sample: u32,
+    /// Seed of the ray's random numbers.
+    pub seed: Seed,
+}
+
+/// The interaction that made a ray.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayKind {
+    /// A camera ray.
+    Camera,
+    /// A ray that its last surface reflected.
+    Reflection,
+    /// A ray that its last surface transmitted.
+    Refraction,
+}

@@ -1,0 +1,51 @@
+//! Settings of an integrator.
+
+/// How volumes and thin glass darken the surfaces in their shadow.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum GlassShadows {
+    /// Light passes straight through, coloured by the glass.
+    #[default]
+    Straight,
+    /// Glass casts full shadows.
+    Opaque,
+}
+
+/// What decides the radiance of a ray besides the frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntegratorSettings {
+    /// Deepest reflection or refraction; 0 shows only what the camera sees.
+    pub max_depth: u32,
+    /// Shadows of glass.
+    pub glass_shadows: GlassShadows,
+    /// Whether camera rays that leave the scene see the environment; otherwise they are transparent.
+    pub show_background: bool,
+    /// Multiplies the frame's own lights.
+    pub light_scale: f32,
+    /// Size of the lights; decides how soft their shadows are.
+    pub light_size: LightSize,
+    /// Rays that follow a rough lobe of the first surface; 0 looks up the prefiltered environment instead.
+    pub glossy_samples: u32,
+}
+
+impl Default for IntegratorSettings {
+    /// The defaults of `rayframe render`.
+    fn default() -> Self {
+        Self {
+            max_depth: 8,
+            glass_shadows: GlassShadows::Straight,
+            show_background: true,
+            light_scale: 1.0,
+            light_size: LightSize::default(),
+            glossy_samples: 0,
+        }
+    }
+}
+
+/// Size of the lights. Lights of size 0 cast hard shadows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LightSize {
+    /// Radius of point and spot lights, metres.
+    pub radius: f32,
+    /// Angular diameter of directional lights and of the environment's key light, radians.
+    pub sun_angle_radians: f32,
+}

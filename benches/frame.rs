@@ -190,7 +190,7 @@ impl Cost {
             tree.split_seconds,
             tree.sort_seconds,
             tree.tree_seconds,
-            tree.widen_seconds,
+            tree.collapse_seconds,
             rays.trace_seconds,
             write,
             total,

@@ -136,7 +136,7 @@ fn row(key: (&str, &str, usize), cost: &Cost, speedup: f64, peers: &[f64]) -> St
         tree.split_seconds,
         tree.sort_seconds,
         tree.tree_seconds,
-        tree.widen_seconds,
+        tree.collapse_seconds,
     ];
     let times: Vec<_> = seconds.iter().map(|seconds| format!("{:>9.2}", seconds * 1e3)).collect();
     let ratios: Vec<_> =

@@ -18,7 +18,7 @@ pub(crate) struct Surface {
 impl Surface {
     /// The point that `hit` of `ray` is at.
     pub(crate) fn new(triangles: &[Triangle], ray: &Ray, hit: &Hit) -> Self {
-        let triangle = &triangles[hit.primitive as usize];
+        let triangle = &triangles[hit.triangle as usize];
         let front = triangle.scaled_normal().normalize_or_zero();
         let normal = if front.dot(ray.direction) > 0.0 { -front } else { front };
         let [a, b, c] = triangle.vertices;

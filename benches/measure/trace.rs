@@ -41,7 +41,7 @@ pub(crate) fn single(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> T
         for (ray, id) in rays.iter().zip(ids) {
             let answer = match query {
                 Query::Closest => {
-                    bvh.closest_hit(ray, None, |_| true, counters).map_or(MISS, |hit| hit.primitive)
+                    bvh.closest_hit(ray, None, |_| true, counters).map_or(MISS, |hit| hit.triangle)
                 }
                 Query::Occluded => {
                     if bvh.occluded(ray, |_| true, counters) {
@@ -70,7 +70,7 @@ pub(crate) fn batches(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> 
                 Query::Closest => {
                     bvh.closest_hits(buffer, |_, _| true, &mut hits[..rays.len()], counters);
                     for (hit, id) in hits.iter().zip(ids) {
-                        id.store(hit.map_or(MISS, |hit| hit.primitive), Ordering::Relaxed);
+                        id.store(hit.map_or(MISS, |hit| hit.triangle), Ordering::Relaxed);
                     }
                 }
                 Query::Occluded => {

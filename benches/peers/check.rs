@@ -143,5 +143,5 @@ fn answer_together(bvh: &Bvh, rays: &[Ray], query: Query, answers: &mut [u64]) {
 }
 
 fn bits(hit: Option<Hit>) -> u64 {
-    hit.map_or(u64::MAX, |hit| u64::from(hit.primitive) << 32 | u64::from(hit.t.to_bits()))
+    hit.map_or(u64::MAX, |hit| u64::from(hit.triangle) << 32 | u64::from(hit.t.to_bits()))
 }

@@ -4,24 +4,25 @@ use std::time::Instant;
 
 use fearless_simd::Level;
 
-use super::binary_tree::BinaryTree;
-use super::brute_force::TriangleList;
-use super::collapse::{self, Source};
-use super::morton::MortonOrder;
+use super::build::binary_tree::BinaryTree;
+use super::build::collapse::{self, CollapseInput};
+use super::build::morton::MortonOrder;
+use super::build::{Attempt, Refitter, cost_model, lbvh, ploc};
+use super::hierarchy::{Bvh, Structure};
+use super::reference::{TriangleList, karras};
 use super::references::{Input, Reference};
-use super::refit::{Attempt, Refitter};
-use super::wide::WideTree;
-use super::{
-    BuildSettings, BuildStatistics, BuilderKind, Bvh, Origin, PrimitiveFlags, Structure, cost_model, karras,
-    linear_pass, ploc, splits,
-};
+use super::settings::{BuildSettings, BuilderKind};
+use super::split;
+use super::statistics::{BuildKind, BuildStatistics};
+use super::triangle_flags::TriangleFlags;
+use super::wide_tree::WideTree;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
 
 /// Builds hierarchies and keeps its scratch memory between frames.
 #[derive(Debug, Default)]
 pub struct Builder {
-    split: splits::Scratch,
+    split: split::Scratch,
     references: Vec<Reference>,
     order: MortonOrder,
     tree: BinaryTree,
@@ -41,7 +42,7 @@ impl Builder {
     pub fn build(
         &mut self,
         triangles: &[Triangle],
-        flags: &[PrimitiveFlags],
+        flags: &[TriangleFlags],
         settings: &BuildSettings,
         cancel: &CancelFlag,
         recycled: Option<Bvh>,
@@ -76,15 +77,15 @@ impl Builder {
         let attempt = refitter.attempt(&mut wide, &last, input, settings)?;
         let refit_seconds = lap.seconds();
         let statistics = match attempt {
-            Attempt::Refitted { decay } => BuildStatistics {
-                origin: Origin::Refitted(decay as f32),
+            Attempt::Refitted { cost_ratio } => BuildStatistics {
+                kind: BuildKind::Refitted { cost_ratio: cost_ratio as f32 },
                 refit_seconds,
-                ..last.without_seconds()
+                ..last.without_build_seconds()
             },
             Attempt::Rebuild(reason) => {
                 refitter.forget();
                 let built = self.build_wide(input, settings, &mut wide)?;
-                BuildStatistics { origin: Origin::Built(reason), refit_seconds, ..built }
+                BuildStatistics { kind: BuildKind::Built(reason), refit_seconds, ..built }
             }
         };
         Ok(Bvh { structure: Structure::Wide(wide), level, statistics, refitter })
@@ -100,7 +101,7 @@ impl Builder {
         let cancel = input.cancel;
 
         // Boxes of triangles, or of their parts.
-        let gathered = splits::gather(input, settings, &mut self.split, &mut self.references)?;
+        let gathered = split::gather(input, settings, &mut self.split, &mut self.references)?;
         let measures = gathered.measures;
         let scale = measures.scale();
         let split_seconds = lap.seconds() - gathered.bounds_seconds;
@@ -110,30 +111,30 @@ impl Builder {
         let sort_seconds = lap.seconds();
 
         // The binary tree.
-        let built = match settings.builder {
+        let builder = match settings.builder {
             BuilderKind::Auto => cost_model::choose(&measures, settings.expected_rays),
             named => named,
         };
         let Self { references, order, tree, .. } = self;
-        match built {
+        match builder {
             BuilderKind::Karras => {
                 karras::build(tree, order, references, &mut self.karras, (scale, cancel))?;
             }
             BuilderKind::Ploc => {
                 ploc::build(tree, order, references, &mut self.ploc, (scale, cancel))?;
             }
-            _ => linear_pass::build(tree, order, references, scale, cancel)?,
+            _ => lbvh::build(tree, order, references, scale, cancel)?,
         }
         let tree_seconds = lap.seconds();
 
         // The tree that rays walk.
         let has_copies = measures.count != gathered.triangles;
-        let source = Source { tree, input, scale, has_copies };
+        let source = CollapseInput { tree, input, scale, has_copies };
         wide.collapse(source, &mut self.collapse)?;
-        let widen_seconds = lap.seconds();
+        let collapse_seconds = lap.seconds();
 
         Ok(BuildStatistics {
-            built,
+            builder,
             triangles: gathered.triangles,
             references: measures.count,
             sa_max: gathered.sa_max as f32,
@@ -145,7 +146,7 @@ impl Builder {
             split_seconds,
             sort_seconds,
             tree_seconds,
-            widen_seconds,
+            collapse_seconds,
             ..BuildStatistics::default()
         })
     }
@@ -159,10 +160,10 @@ impl Lap {
     }
 }
 
-fn brute_force(triangles: &[Triangle], flags: &[PrimitiveFlags], level: Level) -> Bvh {
+fn brute_force(triangles: &[Triangle], flags: &[TriangleFlags], level: Level) -> Bvh {
     let list = TriangleList::new(triangles, flags);
     let statistics = BuildStatistics {
-        built: BuilderKind::BruteForce,
+        builder: BuilderKind::BruteForce,
         triangles: list.len(),
         references: list.len(),
         sa_max: f32::INFINITY,

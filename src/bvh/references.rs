@@ -1,13 +1,14 @@
 //! The boxes that a hierarchy is built over, one for each triangle that takes part.
 //!
-//! Every box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit asks
-//! ([`crate::geometry::ShearedRay`]). Splitting makes more boxes: [`super::split_clip`], [`super::split_priority`].
+//! Every box is output by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit asks
+//! ([`crate::geometry::ShearedRay`]). Splitting makes more boxes: [`super::split`].
 
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
 
-use super::PrimitiveFlags;
-use super::binary_tree::scaled_area;
+use super::box_area::scaled_half_area;
+use super::triangle_flags::TriangleFlags;
+
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
 
@@ -24,7 +25,7 @@ pub(super) struct Reference {
     /// The box.
     pub(super) bounds: Aabb,
     /// Index of the triangle.
-    pub(super) primitive: u32,
+    pub(super) triangle_id: u32,
 }
 
 /// The triangles to build over.
@@ -33,7 +34,7 @@ pub(super) struct Input<'a> {
     /// All triangles of the frame.
     pub(super) triangles: &'a [Triangle],
     /// Their flags.
-    pub(super) flags: &'a [PrimitiveFlags],
+    pub(super) flags: &'a [TriangleFlags],
     /// Polled.
     pub(super) cancel: &'a CancelFlag,
 }
@@ -55,12 +56,12 @@ pub(super) struct Measures {
 
 impl Reference {
     /// A place that is not yet filled.
-    pub(super) const NONE: Self = Self { bounds: Aabb::EMPTY, primitive: u32::MAX };
+    pub(super) const NONE: Self = Self { bounds: Aabb::EMPTY, triangle_id: u32::MAX };
 
     /// The box of a whole triangle.
     #[inline(always)]
-    fn of(triangle: &Triangle, primitive: u32) -> Self {
-        Self { bounds: triangle.bounds().grown(padding(triangle)), primitive }
+    fn of(triangle: &Triangle, triangle_id: u32) -> Self {
+        Self { bounds: triangle.bounds().grown(padding(triangle)), triangle_id }
     }
 }
 
@@ -94,7 +95,7 @@ impl Measures {
         self.count += 1;
         self.bounds = self.bounds.union(*bounds);
         self.centers = self.centers.union_point(bounds.center());
-        self.add_area(f64::from(2.0 * scaled_area(bounds, 1.0)));
+        self.add_area(f64::from(2.0 * scaled_half_area(bounds, 1.0)));
     }
 
     #[inline(always)]
@@ -144,11 +145,11 @@ impl Measures {
 
 /// Whether a triangle takes part: it is not hidden and a ray can hit it.
 #[inline(always)]
-pub(super) fn is_traced(triangle: &Triangle, flags: PrimitiveFlags) -> bool {
-    !flags.has(PrimitiveFlags::HIDDEN) && !triangle.is_degenerate()
+pub(super) fn is_traced(triangle: &Triangle, flags: TriangleFlags) -> bool {
+    !flags.has(TriangleFlags::HIDDEN) && !triangle.is_degenerate()
 }
 
-/// By how much the box of a triangle, or of a part of it, is grown.
+/// By how much the box of a triangle, or of a part of it, is output.
 #[inline(always)]
 pub(super) fn padding(triangle: &Triangle) -> f32 {
     triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE
@@ -186,8 +187,8 @@ fn gather_chunk<S: Simd>(_: S, input: Input, first: usize, out: &mut [Reference]
     let last = first + out.len();
     let mut measures = Measures::NONE;
     let triangles = input.triangles[first..last].iter().zip(&input.flags[first..last]);
-    for (primitive, (triangle, &flags)) in (first as u32..).zip(triangles) {
-        let reference = Reference::of(triangle, primitive);
+    for (triangle_id, (triangle, &flags)) in (first as u32..).zip(triangles) {
+        let reference = Reference::of(triangle, triangle_id);
         if is_traced(triangle, flags) {
             out[measures.count] = reference;
             measures.add(&reference.bounds);
@@ -215,7 +216,7 @@ mod tests {
     use glam::Vec3;
 
     /// Triangles of which some are hidden and some have no area.
-    fn with_gaps(n: usize) -> (Vec<Triangle>, Vec<PrimitiveFlags>) {
+    fn with_gaps(n: usize) -> (Vec<Triangle>, Vec<TriangleFlags>) {
         let triangles = (0..n)
             .map(|i| {
                 let corner = Vec3::new(i as f32, (i % 17) as f32, -(i as f32));
@@ -223,7 +224,7 @@ mod tests {
                 Triangle { vertices: [corner, second, corner + Vec3::Y] }
             })
             .collect();
-        let hidden = |i| if i % 7 == 0 { PrimitiveFlags::HIDDEN } else { PrimitiveFlags::SINGLE_SIDED };
+        let hidden = |i| if i % 7 == 0 { TriangleFlags::HIDDEN } else { TriangleFlags::SINGLE_SIDED };
         (triangles, (0..n).map(hidden).collect())
     }
 
@@ -256,7 +257,7 @@ mod tests {
         // Each has area 6; together they are 3 x 1 x 1, area 14; their centres are 2 apart.
         let cube = |x: f32| Reference {
             bounds: Aabb { min: Vec3::X * x, max: Vec3::X * x + Vec3::ONE },
-            primitive: 0,
+            triangle_id: 0,
         };
         let measures = measure(&[cube(0.0), cube(2.0)]);
         assert_eq!((measures.count, measures.area_sum), (2, 12.0));
@@ -264,8 +265,10 @@ mod tests {
         assert_eq!(measures.overlap(), 12.0 / 14.0);
         assert_eq!(measures.unevenness(), 1.0);
         // With a third one of ten times the area, 60: (36 + 36 + 3600) / 3 over (72 / 3)².
-        let large =
-            Reference { bounds: Aabb { min: Vec3::ZERO, max: Vec3::splat(libm::sqrtf(10.0)) }, primitive: 0 };
+        let large = Reference {
+            bounds: Aabb { min: Vec3::ZERO, max: Vec3::splat(libm::sqrtf(10.0)) },
+            triangle_id: 0,
+        };
         let unevenness = measure(&[cube(0.0), cube(2.0), large]).unevenness();
         assert!((unevenness - 1224.0 / 576.0).abs() < 1.0e-6);
     }

@@ -3,7 +3,7 @@
 use glam::{Mat4, Vec3};
 
 use super::{Frame, PosedCamera};
-use crate::bvh::PrimitiveFlags;
+use crate::bvh::TriangleFlags;
 use crate::geometry::Aabb;
 use crate::scene::{Projection, Scene, SelectedCamera, Selection};
 
@@ -21,7 +21,7 @@ pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> P
     for time in sample_times(scene, selection) {
         frame.pose_surfaces(scene, selection, time);
         let shown =
-            frame.triangles.iter().zip(&frame.flags).filter(|(_, flags)| !flags.has(PrimitiveFlags::HIDDEN));
+            frame.triangles.iter().zip(&frame.flags).filter(|(_, flags)| !flags.has(TriangleFlags::HIDDEN));
         bounds = shown.fold(bounds, |bounds, (triangle, _)| bounds.union(triangle.bounds()));
     }
     frame_bounds(bounds, aspect_ratio)

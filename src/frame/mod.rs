@@ -14,7 +14,7 @@ mod transform;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::bvh::PrimitiveFlags;
+use crate::bvh::TriangleFlags;
 use crate::geometry::Triangle;
 use crate::scene::{
     AlphaMode, ImageLightPose, Material, MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene, Selection,
@@ -39,7 +39,7 @@ pub struct Frame {
     /// World-space triangles, re-wound where a mirroring transform turned them; the subscript is the primitive id.
     pub triangles: Vec<Triangle>,
     /// One a triangle.
-    pub flags: Vec<PrimitiveFlags>,
+    pub flags: Vec<TriangleFlags>,
     /// The instance that each triangle belongs to, as a subscript of `instances`.
     pub instance_of_triangle: Vec<u32>,
     /// One mesh primitive under one node each, in primitive id order.
@@ -187,7 +187,7 @@ impl Frame {
         }
         let corner = Triangle { vertices: [Vec3::ZERO; 3] };
         self.triangles.resize(triangles, corner);
-        self.flags.resize(triangles, PrimitiveFlags::default());
+        self.flags.resize(triangles, TriangleFlags::default());
         self.instance_of_triangle.resize(triangles, 0);
         self.vertices.resize(vertices, PosedVertex::default());
     }
@@ -234,7 +234,7 @@ impl Frame {
                 vertices,
                 instance.mirrored,
                 if pose.hidden[instance.node.index()] {
-                    flags_of(material).with(PrimitiveFlags::HIDDEN)
+                    flags_of(material).with(TriangleFlags::HIDDEN)
                 } else {
                     flags_of(material)
                 },
@@ -261,8 +261,8 @@ fn gather_triangles(
     primitive: &Primitive,
     vertices: &[PosedVertex],
     mirrored: bool,
-    flags: PrimitiveFlags,
-    (triangles, triangle_flags): (&mut [Triangle], &mut [PrimitiveFlags]),
+    flags: TriangleFlags,
+    (triangles, triangle_flags): (&mut [Triangle], &mut [TriangleFlags]),
 ) {
     let outputs = triangles.par_iter_mut().zip(triangle_flags).zip(&primitive.triangles);
     outputs.with_min_len(TRIANGLES_A_TASK).for_each(|((triangle, triangle_flags), corners)| {
@@ -270,19 +270,19 @@ fn gather_triangles(
         triangle.vertices = if mirrored { [a, c, b] } else { [a, b, c] };
         // Corners that overflowed the number range cannot be hit and must not spoil boxes.
         let finite = triangle.vertices.iter().all(|vertex| vertex.is_finite());
-        *triangle_flags = if finite { flags } else { flags.with(PrimitiveFlags::HIDDEN) };
+        *triangle_flags = if finite { flags } else { flags.with(TriangleFlags::HIDDEN) };
     });
 }
 
 /// What traversal must know of a material: volumes and double-sided surfaces show their back, and whatever lets light
 /// through is asked about.
-fn flags_of(material: &Material) -> PrimitiveFlags {
-    let mut flags = PrimitiveFlags::default();
+fn flags_of(material: &Material) -> TriangleFlags {
+    let mut flags = TriangleFlags::default();
     if !material.double_sided && !is_volume(material) {
-        flags = flags.with(PrimitiveFlags::SINGLE_SIDED);
+        flags = flags.with(TriangleFlags::SINGLE_SIDED);
     }
     if material.alpha_mode != AlphaMode::Opaque || transmits(material) || material.is_shadow_catcher {
-        flags = flags.with(PrimitiveFlags::FILTERED);
+        flags = flags.with(TriangleFlags::FILTERED);
     }
     flags
 }

@@ -51,7 +51,7 @@ fn triangles_that_overflow_keep_their_id_and_are_hidden() {
     let mut scene = scene;
     scene.meshes[0].primitives[0].positions[1] = Vec3::splat(2.0);
     let frame = Frame::at(&scene, &selection, 0.0);
-    let hidden: Vec<_> = frame.flags.iter().map(|flags| flags.has(PrimitiveFlags::HIDDEN)).collect();
+    let hidden: Vec<_> = frame.flags.iter().map(|flags| flags.has(TriangleFlags::HIDDEN)).collect();
     assert_eq!(hidden, [false, true, false]);
     assert_eq!(frame.instance_of_triangle, [0, 1, 2]);
 }
@@ -74,12 +74,12 @@ fn flags_follow_the_material() {
     let transmission = Some(Transmission { factor: 1.0, texture: None });
     let volume = Some(Volume::CLEAR);
     let solid = Material::default();
-    assert_eq!(flags_of(&solid), PrimitiveFlags::SINGLE_SIDED);
+    assert_eq!(flags_of(&solid), TriangleFlags::SINGLE_SIDED);
     let glass = Material { transmission, volume, ..Material::default() };
-    assert_eq!(flags_of(&glass), PrimitiveFlags::FILTERED);
+    assert_eq!(flags_of(&glass), TriangleFlags::FILTERED);
     // A volume needs transmission to be seen.
     let inert = Material { volume, ..Material::default() };
-    assert_eq!(flags_of(&inert), PrimitiveFlags::SINGLE_SIDED);
+    assert_eq!(flags_of(&inert), TriangleFlags::SINGLE_SIDED);
     let card = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..Material::default() };
-    assert_eq!(flags_of(&card), PrimitiveFlags::FILTERED);
+    assert_eq!(flags_of(&card), TriangleFlags::FILTERED);
 }

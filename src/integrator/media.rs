@@ -101,7 +101,7 @@ impl Interiors {
         let mut after = None;
         while let Some(hit) = next_surface(view, &ray, after) {
             after = Some(hit.order());
-            if let Some(medium) = self.medium(view.frame.instance(hit.primitive)) {
+            if let Some(medium) = self.medium(view.frame.instance(hit.triangle)) {
                 count_crossing(&mut crossings, medium, &hit);
             }
         }

@@ -100,7 +100,7 @@ fn blocking(context: &IntegratorContext<'_>, hit: &Hit) -> Blocking {
     if alpha <= 0.0 || catches_shadows(context.view, hit) {
         return Blocking::Absent;
     }
-    let instance = context.view.frame.instance(hit.primitive);
+    let instance = context.view.frame.instance(hit.triangle);
     let glass = transmits(&context.view.frame.materials[instance.material.index()]);
     let clear_glass = glass && context.settings.glass_shadows == GlassShadows::Straight;
     if alpha < 1.0 || clear_glass { Blocking::SeeThrough } else { Blocking::Solid }
@@ -152,7 +152,7 @@ fn through_surfaces(
 
 fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit) -> Option<Medium> {
     let straight = context.settings.glass_shadows == GlassShadows::Straight;
-    let instance = context.view.frame.instance(hit.primitive);
+    let instance = context.view.frame.instance(hit.triangle);
     straight.then(|| context.interiors.medium(instance)).flatten()
 }
 

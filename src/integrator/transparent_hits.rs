@@ -70,8 +70,8 @@ mod tests {
     use super::*;
     use crate::geometry::Facing;
 
-    fn hit(t: f32, primitive: u32) -> Hit {
-        Hit { t, primitive, u: 0.25, v: 0.25, facing: Facing::Front }
+    fn hit(t: f32, triangle: u32) -> Hit {
+        Hit { t, triangle, u: 0.25, v: 0.25, facing: Facing::Front }
     }
 
     #[test]
@@ -96,7 +96,7 @@ mod tests {
             let mut primitives = Vec::new();
             while let Some(hit) = next(after) {
                 after = Some(hit.order());
-                primitives.push(hit.primitive);
+                primitives.push(hit.triangle);
             }
             primitives
         };

@@ -71,18 +71,18 @@ fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSamp
 
 /// Whether a hit is on a surface that is invisible but for the shadows on it.
 pub fn catches_shadows(view: SceneView<'_>, hit: &Hit) -> bool {
-    let instance = view.frame.instance(hit.primitive);
+    let instance = view.frame.instance(hit.triangle);
     view.frame.materials[instance.material.index()].is_shadow_catcher
 }
 
 /// Coverage of a hit after the alpha mode, always looked up in the full image so that shadows and pictures agree.
 pub fn alpha_at(view: SceneView<'_>, hit: &Hit) -> f32 {
-    let instance = view.frame.instance(hit.primitive);
+    let instance = view.frame.instance(hit.triangle);
     let material = &view.frame.materials[instance.material.index()];
     if material.alpha_mode == AlphaMode::Opaque {
         return 1.0;
     }
-    let corners = corner_indices(view, instance, hit.primitive);
+    let corners = corner_indices(view, instance, hit.triangle);
     coverage(material, alpha_at_corners(view, instance, corners, [1.0 - hit.u - hit.v, hit.u, hit.v]))
 }
 

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec2, Vec3};
 use super::ray_differential::weight_steps;
 use super::texture_lookup::{Lookups, UvDifferential};
 use super::{RayDifferential, normal};
-use crate::bvh::{Hit, PrimitiveFlags};
+use crate::bvh::{Hit, TriangleFlags};
 use crate::frame::{Frame, MeshInstance, PosedVertex};
 use crate::geometry::{Facing, Ray, Triangle, unit};
 use crate::scene::{Scene, TextureRef};
@@ -56,15 +56,15 @@ impl<'a> SurfacePoint<'a> {
     ) -> Self {
         let view = textures.view();
         let frame = view.frame;
-        let instance = frame.instance(hit.primitive);
-        let triangle = &frame.triangles[hit.primitive as usize];
+        let instance = frame.instance(hit.triangle);
+        let triangle = &frame.triangles[hit.triangle as usize];
         let [a, b, c] = triangle.vertices;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
         let position = interpolated([a, b, c], hit);
         let wo = -unit(ray.direction).unwrap_or(Vec3::Y);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let front_normal = normal::of_triangle(triangle);
-        let corners = corner_indices(view, instance, hit.primitive);
+        let corners = corner_indices(view, instance, hit.triangle);
         let vertices = corners.map(|corner| &frame.vertices[instance.first_vertex + corner as usize]);
         let (position_steps, weight_steps) = if *differential == RayDifferential::ZERO {
             ([Vec3::ZERO; 2], [Vec2::ZERO; 2])
@@ -76,7 +76,7 @@ impl<'a> SurfacePoint<'a> {
 
         let mut point = Self {
             instance,
-            primitive: hit.primitive,
+            primitive: hit.triangle,
             position,
             wo,
             facing: hit.facing,
@@ -118,7 +118,7 @@ impl<'a> SurfacePoint<'a> {
         let place = |instance: &MeshInstance| {
             (instance.node, instance.node_instance, instance.primitive, instance.first_triangle)
         };
-        if place(instance) != place(self.instance) || frame.flags[primitive].has(PrimitiveFlags::HIDDEN) {
+        if place(instance) != place(self.instance) || frame.flags[primitive].has(TriangleFlags::HIDDEN) {
             return None;
         }
         let corner =

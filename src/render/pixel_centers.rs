@@ -110,7 +110,7 @@ impl<'a> Centres<'a> {
         let (point, material) = surface_at(self.view, ray, hit, &self.rays.differential(ray));
         let to = |moment| self.surface_motion(&point, moment);
         PixelCenterSample {
-            instance: Some(frame.instance_of_triangle[hit.primitive as usize]),
+            instance: Some(frame.instance_of_triangle[hit.triangle as usize]),
             depth: depth(&frame.camera, &point),
             position: point.position,
             geometric_normal: point.geometric_normal,

@@ -1,6 +1,6 @@
 //! The exposure of tone-mapped files, fixed over the animation whatever frames are asked for.
 
-use crate::bvh::PrimitiveFlags;
+use crate::bvh::TriangleFlags;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
@@ -62,7 +62,7 @@ fn hide_shadow_catchers(frame: &mut Frame) {
     for (flags, &instance) in frame.flags.iter_mut().zip(&frame.instance_of_triangle) {
         let material = frame.instances[instance as usize].material;
         if frame.materials[material.index()].is_shadow_catcher {
-            *flags = flags.with(PrimitiveFlags::HIDDEN);
+            *flags = flags.with(TriangleFlags::HIDDEN);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bvh::{MOST_TRIANGLES, Split};
+use crate::bvh::{MAX_TRIANGLES, Split};
 use crate::error::{Error, Result, over_limit};
 use crate::film::{AovFlags, CoverageSample, LightPasses, PixelCenterSample, PixelWindow};
 use crate::output::ExrOutput;
@@ -91,9 +91,9 @@ pub fn check_picture(
 pub(super) fn check(job: &SequenceJob) -> Result<()> {
     let refuse = |message| Err(Error::refused(&job.scene.path, "", message));
     let triangles = triangle_count(&job.scene, &job.selection.roots);
-    if triangles > MOST_TRIANGLES as u64 {
+    if triangles > MAX_TRIANGLES as u64 {
         return refuse(format!(
-            "{triangles} triangles are more than the {MOST_TRIANGLES} that a scene can have"
+            "{triangles} triangles are more than the {MAX_TRIANGLES} that a scene can have"
         ));
     }
     let needed = estimated_bytes(job);

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use crate::bvh::{BuildStatistics, BuilderKind, Origin, Reason};
+use crate::bvh::{BuildKind, BuildStatistics, BuilderKind, RebuildReason};
 use crate::cancel::Cancelled;
 use crate::error::{Error, Result};
 use crate::render::RenderStatistics;
@@ -199,12 +199,12 @@ fn permanence(error: &Error) -> u8 {
 
 impl TreeReport {
     pub(super) fn new(statistics: &BuildStatistics, asked_for: BuilderKind, is_reused: bool) -> Self {
-        let (made, why, decay) = match statistics.origin {
+        let (made, why, decay) = match statistics.kind {
             _ if is_reused => ("reused", "no triangle moved", None),
-            Origin::Refitted(decay) => {
-                ("refitted", "the rays pay less for a worn tree than for a new one", Some(decay))
+            BuildKind::Refitted { cost_ratio } => {
+                ("refitted", "the rays pay less for a worn tree than for a new one", Some(cost_ratio))
             }
-            Origin::Built(reason) => ("built", why_built(reason), None),
+            BuildKind::Built(reason) => ("built", why_built(reason), None),
         };
         Self {
             triangles: statistics.triangles,
@@ -214,7 +214,7 @@ impl TreeReport {
             sah_cost: statistics.sah_cost,
             bytes: statistics.bytes,
             bytes_per_triangle: statistics.bytes as f64 / statistics.triangles.max(1) as f64,
-            builder: builder_name(statistics.built),
+            builder: builder_name(statistics.builder),
             asked_for: builder_name(asked_for),
             made,
             why,
@@ -233,18 +233,18 @@ impl Phases {
             split: statistics.split_seconds,
             sort: statistics.sort_seconds,
             tree: statistics.tree_seconds,
-            widen: statistics.widen_seconds,
+            widen: statistics.collapse_seconds,
             ..Self::default()
         }
     }
 }
 
-fn why_built(reason: Reason) -> &'static str {
+fn why_built(reason: RebuildReason) -> &'static str {
     match reason {
-        Reason::First => "there was none that may be refitted",
-        Reason::OtherTriangles => "other triangles take part, or some are split",
-        Reason::Decayed => "refitted it would cost the rays more",
-        Reason::Pausing => "refitting has not paid lately",
+        RebuildReason::NoPreviousTree => "there was none that may be refitted",
+        RebuildReason::OtherTriangles => "other triangles take part, or some are split",
+        RebuildReason::CostRatioTooHigh => "refitted it would cost the rays more",
+        RebuildReason::Pausing => "refitting has not paid lately",
     }
 }
 

@@ -1,56 +1,56 @@
-//! What bounds all rays of a tile: a range of origins and of slopes along the depth axis.
+//! Frustum that bounds all rays of a packet: ranges of origins and of slopes along the depth axis.
 //!
-//! Source: the interval arithmetic is Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005; here it
-//! tests eight boxes at once. Where a box spans the depths `[d₀, d₁]` before the nearest and farthest origin, lateral
-//! coordinates of the rays there lie between `min o + min(s·d₀, s·d₁)` with the least slope and the same maximum with the largest.
+//! Interval arithmetic: Reshetov, Soupikov, Hurley, "Multi-Level Ray Tracing Algorithm", SIGGRAPH 2005. Departure: it tests
+//! eight boxes at once. Where a box spans the depths `[d₀, d₁]`, measured from the nearest and farthest origin, the lateral
+//! coordinates of the rays lie between `min o + min(s·d₀, s·d₁)` with the least slope and the same maximum with the largest.
 //!
-//! Slopes are widened by 2⁻¹⁹ of themselves and boxes by 2⁻²⁰ of the largest origin coordinate: the latter is twice the
-//! padding that the definition of a hit asks for, and together they cover some four roundings of each step.
+//! Slopes are widened by 2⁻¹⁹ of themselves and boxes by 2⁻²⁰ of the largest origin coordinate. The latter is twice the
+//! padding that the definition of a hit requires. Together they cover some four roundings of each step.
 
 use fearless_simd::{Simd, f32x8, f32x16, prelude::*};
 
-use super::tile::{LANES, Tile};
-use crate::bvh::wide::{WIDTH, WideNode};
+use super::packet::{LANES, Packet};
+use crate::bvh::wide_tree::{WIDTH, WideNode};
 use crate::geometry::BOX_PADDING;
 
-/// Widening of slopes.
+/// Relative widening of slopes.
 const SLOPE_SLACK: f32 = 1.0 / (1 << 19) as f32;
-/// What an entry distance is multiplied with before it is compared with an exit: a slab's distances are off by at most three
-/// roundings, this takes off 32.
+/// Factor of entry distances before they are compared with exit distances. The distances of a slab are off by at most three
+/// roundings; this factor covers 32.
 pub(super) const ENTRY_SLACK: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 
-/// Bounds of a tile's rays.
+/// Bounds of the rays of a packet.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frustum {
     axes: [usize; 3],
-    /// Whether depths grow towards smaller coordinates.
+    /// Whether the depth grows towards smaller coordinates.
     backward: bool,
-    /// Lowest and highest origins.
+    /// Lowest and highest origin coordinates.
     origin: [[f32; 3]; 2],
-    /// Least and largest lateral movement a unit of depth.
+    /// Least and largest lateral movement per unit of depth.
     slope: [[f32; 2]; 2],
-    /// Least ray parameter a unit of each axis; zero where rays run both ways.
+    /// Least ray parameter per unit of each axis; zero where rays run both ways.
     rate: [f32; 3],
     /// Axes along which all rays run towards smaller coordinates.
     falling: [bool; 3],
-    /// Boxes count as larger by this.
+    /// Length by which boxes are grown.
     pub(super) padding: f32,
 }
 
-/// Boxes by plane: min x, y, z, max x, y, z.
+/// Eight boxes by plane: min x, y, z, max x, y, z.
 pub(super) type Planes = [[f32; WIDTH]; 6];
 
 /// Boxes that some rays may enter.
-pub(super) struct Reached {
-    /// One bit a box.
+pub(super) struct EnteredBoxes {
+    /// One bit per box.
     pub(super) mask: u32,
-    /// No ray enters it before.
+    /// Lower bounds of the entry distances of all rays.
     pub(super) distances: [f32; WIDTH],
 }
 
 impl Frustum {
-    /// Bounds nothing.
-    pub(super) const EMPTY: Self = Self {
+    /// Bounds of no rays.
+    const EMPTY: Self = Self {
         axes: [0, 1, 2],
         backward: false,
         origin: [[0.0; 3]; 2],
@@ -60,20 +60,20 @@ impl Frustum {
         padding: 0.0,
     };
 
-    /// Bounds the rays of a tile whose shears and reciprocals are computed.
+    /// Bounds of the rays of a packet that is filled.
     #[inline(always)]
-    pub(super) fn around<S: Simd>(simd: S, tile: &Tile) -> Self {
-        let kz = tile.axes[2];
-        let backward = tile.reciprocal[kz][0][0] < 0.0;
-        let mut frustum = Self { axes: tile.axes, backward, ..Self::EMPTY };
+    pub(super) fn around<S: Simd>(simd: S, packet: &Packet) -> Self {
+        let kz = packet.axes[2];
+        let backward = packet.reciprocal[kz][0][0] < 0.0;
+        let mut frustum = Self { axes: packet.axes, backward, ..Self::EMPTY };
         let mut largest = 0.0_f32;
-        let used = tile.vectors();
+        let used = packet.vectors();
         for axis in 0..3 {
-            let [low, high] = range(simd, &tile.origin[axis][..used]);
+            let [low, high] = range(simd, &packet.origin[axis][..used]);
             frustum.origin[0][axis] = low;
             frustum.origin[1][axis] = high;
             largest = largest.max(-low).max(high);
-            let [low, high] = range(simd, &tile.reciprocal[axis][..used]);
+            let [low, high] = range(simd, &packet.reciprocal[axis][..used]);
             frustum.falling[axis] = high < 0.0;
             frustum.rate[axis] = if low > 0.0 {
                 low
@@ -85,7 +85,7 @@ impl Frustum {
         }
         frustum.padding = largest * (2.0 * BOX_PADDING);
         for lateral in 0..2 {
-            let [low, high] = range(simd, &tile.shear[lateral][..used]);
+            let [low, high] = range(simd, &packet.shear[lateral][..used]);
             let [low, high] = if backward { [-high, -low] } else { [low, high] };
             frustum.slope[0][lateral] = low - low.abs() * SLOPE_SLACK;
             frustum.slope[1][lateral] = high + high.abs() * SLOPE_SLACK;
@@ -93,28 +93,28 @@ impl Frustum {
         frustum
     }
 
-    /// Whether all rays start at the same point.
+    /// Whether all rays start at one point.
     pub(super) fn has_one_origin(&self) -> bool {
         self.origin[0] == self.origin[1]
     }
 
-    /// The widest lateral range of the rays a unit of depth beyond their origins.
+    /// Largest lateral range of the rays at one unit of depth from their origins.
     pub(super) fn spread(&self) -> f32 {
         (self.slope[1][0] - self.slope[0][0]).max(self.slope[1][1] - self.slope[0][1])
     }
 
-    /// Which children of a node any ray may enter at or before `upper`.
+    /// Children of a node that any ray may enter at or before `upper`.
     #[inline(always)]
-    pub(super) fn enter<S: Simd>(&self, simd: S, node: &WideNode, upper: f32) -> Reached {
-        self.reach(simd, &node.planes, upper)
+    pub(super) fn enter<S: Simd>(&self, simd: S, node: &WideNode, upper: f32) -> EnteredBoxes {
+        self.enter_boxes(simd, &node.planes, upper)
     }
 
-    /// Which boxes any ray may enter at or before `upper`.
+    /// Boxes that any ray may enter at or before `upper`.
     #[inline(always)]
-    pub(super) fn reach<S: Simd>(&self, simd: S, planes: &Planes, upper: f32) -> Reached {
+    pub(super) fn enter_boxes<S: Simd>(&self, simd: S, planes: &Planes, upper: f32) -> EnteredBoxes {
         let kz = self.axes[2];
         let zero = f32x8::splat(simd, 0.0);
-        // Depths at which the boxes begin before the farthest and end before the nearest origin.
+        // Depths at which the boxes begin, from the farthest origin, and end, from the nearest.
         let (begin, end) = if self.backward {
             let nearest = f32x8::splat(simd, self.origin[0][kz] - self.padding);
             let farthest = f32x8::splat(simd, self.origin[1][kz] + self.padding);
@@ -132,10 +132,10 @@ impl Frustum {
             & beside_x
             & beside_y
             & (entry * ENTRY_SLACK).simd_le(f32x8::splat(simd, upper));
-        Reached { mask: hit.to_bitmask() as u32, distances: entry.into() }
+        EnteredBoxes { mask: hit.to_bitmask() as u32, distances: entry.into() }
     }
 
-    /// Which boxes overlap the rays along one lateral axis, and the least parameter there.
+    /// Boxes that overlap the rays along one lateral axis, and the least ray parameter there.
     #[inline(always)]
     fn lateral<S: Simd>(
         &self,
@@ -164,7 +164,7 @@ fn load<S: Simd>(simd: S, planes: &Planes, plane: usize) -> f32x8<S> {
     f32x8::load_array_ref(simd, &planes[plane])
 }
 
-/// Least and largest number of a row.
+/// Least and largest number of the rows.
 #[inline(always)]
 fn range<S: Simd>(simd: S, rows: &[[f32; LANES]]) -> [f32; 2] {
     let mut low = f32x16::load_array_ref(simd, &rows[0]);

@@ -1,11 +1,11 @@
-//! The kernels of all levels against each other and against the definition of a hit.
+//! Tests of the lane kernels: all SIMD levels against each other and against the definition of a hit.
 
 use fearless_simd::{Simd, dispatch, f32x8, prelude::*};
 use glam::Vec3;
 
-use super::single::LaneRay;
-use crate::bvh::wide::{BLOCK, Leaf, Tag, WIDTH, WORDS_A_PLACE, WideNode, WideTree, write_leaf};
-use crate::bvh::{PrimitiveFlags, SimdLevel};
+use super::lane_ray::LaneRay;
+use crate::bvh::wide_tree::{BLOCK, Leaf, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree, write_leaf};
+use crate::bvh::{SimdLevel, TriangleFlags};
 use crate::geometry::{Aabb, BOX_PADDING, Ray, Triangle};
 
 struct Random(u32);
@@ -21,36 +21,36 @@ impl Random {
     }
 }
 
-/// What both kernels say of one ray: entered boxes and where; possible and sure triangles, back sides, and bounds.
+/// Results of both kernels for one ray: entered boxes with distances; possible and certain triangles, back sides and bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Verdict {
+struct KernelResults {
     entered: (u32, [u32; WIDTH]),
     possible: u32,
-    sure: u32,
+    certain: u32,
     back: u32,
     near: [f32; WIDTH],
     far: [f32; WIDTH],
 }
 
 #[inline(always)]
-fn judge<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> Verdict {
+fn run_kernels<S: Simd>(simd: S, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> KernelResults {
     let lane_ray = LaneRay::new(ray, ray.t_min);
     let entered = lane_ray.enter(simd, node, upper * lane_ray.scale);
-    let edges = lane_ray.edges(simd, &tree.triangles(Leaf::new(0, COUNT)));
+    let edges = lane_ray.edge_functions(simd, &tree.triangles(Leaf::new(0, COUNT)));
     let lanes = (1 << COUNT) - 1;
-    let distances = edges.distances(simd, f32x8::splat(simd, lane_ray.depth_reciprocal));
-    let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (distances.near.into(), distances.far.into());
-    let sure = edges.sure & lanes;
-    let only_sure = |bounds: [f32; WIDTH]| {
-        std::array::from_fn(|i| if sure >> i & 1 != 0 && bounds[i].is_finite() { bounds[i] } else { 0.0 })
+    let bounds = edges.distance_bounds(simd, f32x8::splat(simd, lane_ray.depth_reciprocal));
+    let (near, far): ([f32; WIDTH], [f32; WIDTH]) = (bounds.near.into(), bounds.far.into());
+    let certain = edges.certain & lanes;
+    let only_certain = |bounds: [f32; WIDTH]| {
+        std::array::from_fn(|i| if certain >> i & 1 != 0 && bounds[i].is_finite() { bounds[i] } else { 0.0 })
     };
-    Verdict {
+    KernelResults {
         entered: (entered.mask, entered.distances.map(f32::to_bits)),
         possible: edges.possible & lanes,
-        sure,
-        back: edges.back() & sure,
-        near: only_sure(near),
-        far: only_sure(far),
+        certain,
+        back: edges.back() & certain,
+        near: only_certain(near),
+        far: only_certain(far),
     }
 }
 
@@ -72,16 +72,16 @@ fn leaf(random: &mut Random, target: Vec3, size: f32) -> (WideNode, WideTree, Ve
         node.put(lane, lane as u32, &triangle.bounds().grown(padding));
     }
     let mut tree = WideTree::default();
-    tree.words.resize(COUNT * WORDS_A_PLACE + BLOCK, 0.0);
-    let tagged = |i: usize| (triangles[i].vertices, Tag::new(i as u32, PrimitiveFlags::default()));
-    write_leaf(&mut tree.words[..COUNT * WORDS_A_PLACE], (0..COUNT).map(tagged));
+    tree.words.resize(COUNT * WORDS_PER_SLOT + BLOCK, 0.0);
+    let tagged = |i: usize| (triangles[i].vertices, Tag::new(i as u32, TriangleFlags::default()));
+    write_leaf(&mut tree.words[..COUNT * WORDS_PER_SLOT], (0..COUNT).map(tagged));
     (node, tree, triangles)
 }
 
 #[test]
 fn levels_agree_with_each_other_and_with_the_definition() {
     let mut random = Random(1);
-    let (mut hits, mut sure_hits) = (0, 0);
+    let (mut hits, mut certain_hits) = (0, 0);
     for i in 0..60_000 {
         let scale = [1.0, 1.0e3, 1.0e30, 1.0e-30, 1.0e-18, 1.0e19][i % 6];
         let size = [1.0, 1.0e-4, 100.0][i / 6 % 3];
@@ -98,42 +98,42 @@ fn levels_agree_with_each_other_and_with_the_definition() {
             direction /= direction.abs().max_element();
         }
         let ray = Ray::new(origin, direction);
-        let verdict = judge_at(SimdLevel::Scalar, &node, &tree, &ray, 2.0);
+        let results = run_at(SimdLevel::Scalar, &node, &tree, &ray, 2.0);
         for level in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
-            assert_eq!(judge_at(level, &node, &tree, &ray, 2.0), verdict, "{level:?} {ray:?}");
+            assert_eq!(run_at(level, &node, &tree, &ray, 2.0), results, "{level:?} {ray:?}");
         }
 
         for (lane, triangle) in triangles.iter().enumerate() {
-            let (possible, sure) = (verdict.possible >> lane & 1 != 0, verdict.sure >> lane & 1 != 0);
-            assert!(possible || !sure);
+            let (possible, certain) = (results.possible >> lane & 1 != 0, results.certain >> lane & 1 != 0);
+            assert!(possible || !certain);
             // No tree has these.
             if triangle.is_degenerate() {
                 continue;
             }
             let Some(hit) = triangle.intersect(&ray) else {
                 // What surely meets the line is missed by the ray only because it ends or has not begun.
-                assert!(!sure || verdict.near[lane] <= f32::MIN_POSITIVE, "{ray:?} misses {triangle:?}");
+                assert!(!certain || results.near[lane] <= f32::MIN_POSITIVE, "{ray:?} misses {triangle:?}");
                 continue;
             };
             hits += 1;
             assert!(possible, "{ray:?} passes over {triangle:?}");
-            if sure {
-                sure_hits += 1;
+            if certain {
+                certain_hits += 1;
                 // Bounds that are not finite, zero here, settle nothing.
-                let apart = verdict.near[lane] > hit.t || verdict.far[lane] < hit.t;
-                assert!(!apart || verdict.far[lane] == 0.0, "{verdict:?} {hit:?}");
-                assert_eq!(verdict.back >> lane & 1 != 0, hit.facing == crate::geometry::Facing::Back);
+                let apart = results.near[lane] > hit.t || results.far[lane] < hit.t;
+                assert!(!apart || results.far[lane] == 0.0, "{results:?} {hit:?}");
+                assert_eq!(results.back >> lane & 1 != 0, hit.facing == crate::geometry::Facing::Back);
             }
             // The box is entered by the hit's distance, not later.
-            let at_hit = judge_at(SimdLevel::Scalar, &node, &tree, &ray, hit.t).entered;
+            let at_hit = run_at(SimdLevel::Scalar, &node, &tree, &ray, hit.t).entered;
             assert!(at_hit.0 >> lane & 1 == 1, "{ray:?} misses the box of {triangle:?}");
         }
     }
-    assert!(hits > 20_000 && sure_hits > 3000, "{hits} {sure_hits}");
+    assert!(hits > 20_000 && certain_hits > 3000, "{hits} {certain_hits}");
 }
 
-fn judge_at(level: SimdLevel, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> Verdict {
-    dispatch!(level.level(), simd => judge(simd, node, tree, ray, upper))
+fn run_at(level: SimdLevel, node: &WideNode, tree: &WideTree, ray: &Ray, upper: f32) -> KernelResults {
+    dispatch!(level.level(), simd => run_kernels(simd, node, tree, ray, upper))
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn triangles_far_from_the_ray_are_passed_over() {
     let mut random = Random(2);
     let (node, tree, _) = leaf(&mut random, Vec3::new(50.0, 0.0, 0.0), 1.0);
     let ray = Ray::new(Vec3::new(0.0, 0.0, -10.0), Vec3::Z);
-    assert_eq!(judge_at(SimdLevel::Scalar, &node, &tree, &ray, f32::INFINITY).possible, 0);
+    assert_eq!(run_at(SimdLevel::Scalar, &node, &tree, &ray, f32::INFINITY).possible, 0);
 }
 
 #[test]

@@ -1,19 +1,20 @@
-//! What a walk has still to visit, nearest last.
+//! Traversal stack of a single ray, nearest entry on top.
 //!
-//! The stack is an array that covers ordinary trees, and grows on the heap beyond it: no node is ever lost.
+//! A fixed array covers ordinary trees. Deeper trees continue on the heap, so that no node is ever lost.
 
-use super::single::Entered;
-use crate::bvh::query::Visitor;
-use crate::bvh::wide::{WIDTH, WideNode};
+use super::lane_ray::Entered;
+use super::visitor::Visitor;
+use crate::bvh::wide_tree::{WIDTH, WideNode};
 
-/// Entries that need no heap.
+/// Entries of the fixed array.
 const SHALLOW: usize = 64;
 
-/// A child word below its entry distance, whose bits order like the number because it is not negative.
+/// Entry distance in the upper bits, child word in the lower. The bits of a distance sort like the number because it is not
+/// negative.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Pending(u64);
 
-/// The stack.
+/// Stack of pending children.
 pub(super) struct Stack {
     shallow: [Pending; SHALLOW],
     len: usize,
@@ -43,7 +44,7 @@ impl Stack {
         Self { shallow: [Pending(0); SHALLOW], len: 0, deep: Vec::new() }
     }
 
-    /// Puts the entered children on the stack, far ones first if the order matters, and returns the nearest.
+    /// Pushes the entered children, farthest first if the visitor is ordered, and returns the nearest instead of pushing it.
     #[inline(always)]
     pub(super) fn push_all<V: Visitor>(&mut self, node: &WideNode, entered: &Entered) -> Option<Pending> {
         let mut mask = entered.mask;
@@ -75,7 +76,7 @@ impl Stack {
         Some(nearest)
     }
 
-    /// Puts an entry on the stack and returns its place.
+    /// Pushes an entry and returns its position.
     #[inline(always)]
     fn push(&mut self, pending: Pending) -> usize {
         if self.len < SHALLOW {
@@ -87,18 +88,19 @@ impl Stack {
         self.len - 1
     }
 
-    /// Puts an entry among those from `bottom` up, farthest first if the order matters.
+    /// Inserts an entry among those from `bottom` up, farthest first if the visitor is ordered.
     #[inline(always)]
     fn insert<V: Visitor>(&mut self, bottom: usize, pending: Pending) {
-        let mut place = self.push(pending);
-        while V::ORDERED && place > bottom && self.deep.is_empty() && self.shallow[place - 1] < pending {
-            self.shallow[place] = self.shallow[place - 1];
-            place -= 1;
-            self.shallow[place] = pending;
+        let mut position = self.push(pending);
+        while V::ORDERED && position > bottom && self.deep.is_empty() && self.shallow[position - 1] < pending
+        {
+            self.shallow[position] = self.shallow[position - 1];
+            position -= 1;
+            self.shallow[position] = pending;
         }
     }
 
-    /// The last entry that is not beyond `upper`; those after it are dropped.
+    /// Pops entries up to the first that is not beyond `upper`, and returns that one.
     #[inline(always)]
     pub(super) fn pop_within(&mut self, upper: f32) -> Option<Pending> {
         loop {

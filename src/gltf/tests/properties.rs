@@ -330,7 +330,7 @@ fn hidden_nodes_hide_what_is_below_but_not_the_camera() {
     let switch = document.accessor(5121, "SCALAR", 2, &[1, 0]);
     moves_by(&mut document, "/nodes/0/extensions/KHR_node_visibility/visible", "STEP", switch);
     let scene = document.import().unwrap();
-    let hidden = |time| frame(&scene, time).flags[0].has(crate::bvh::PrimitiveFlags::HIDDEN);
+    let hidden = |time| frame(&scene, time).flags[0].has(crate::bvh::TriangleFlags::HIDDEN);
     assert!(!hidden(0.5) && hidden(1.0));
     assert_eq!((frame(&scene, 0.5).lights.len(), frame(&scene, 1.0).lights.len()), (1, 0));
     assert_eq!(frame(&scene, 0.5).camera, frame(&scene, 1.0).camera);

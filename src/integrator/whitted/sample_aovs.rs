@@ -63,7 +63,7 @@ impl Records {
     /// Notes what a camera ray sees.
     pub(super) fn cover(&mut self, view: SceneView<'_>, state: &RayState, surface_hit: &SurfaceHit) {
         if self.what.covers && state.kind == RayKind::Camera {
-            let instance = view.frame.instance_of_triangle[surface_hit.hit.primitive as usize];
+            let instance = view.frame.instance_of_triangle[surface_hit.hit.triangle as usize];
             self.covers.push(InstanceCoverage { sample: state.sample, instance, share: surface_hit.share });
         }
     }

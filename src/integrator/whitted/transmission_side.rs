@@ -1,7 +1,7 @@
 //! What lies on the other side of a surface: the volumes there, and what touches it.
 
 use super::Tracer;
-use crate::bvh::{Hit, HitOrder, PrimitiveFlags};
+use crate::bvh::{Hit, HitOrder, TriangleFlags};
 use crate::geometry::{Facing, Ray};
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
@@ -59,15 +59,15 @@ fn cross_touching(
     let mut after = None;
     while let Some(hit) = next(after) {
         after = Some(hit.order());
-        let instance = frame.instance(hit.primitive);
+        let instance = frame.instance(hit.triangle);
         // This surface itself, or a neighbour beside whose edge the point lies.
         if std::ptr::eq(instance, point.instance) && hit.facing == point.facing {
             continue;
         }
-        let flags = frame.flags[hit.primitive as usize];
+        let flags = frame.flags[hit.triangle as usize];
         match context.interiors.medium(instance) {
             Some(medium) => behind.media.cross(medium, hit.facing),
-            None if hit.facing == Facing::Back && flags.has(PrimitiveFlags::SINGLE_SIDED) => {}
+            None if hit.facing == Facing::Back && flags.has(TriangleFlags::SINGLE_SIDED) => {}
             None => {
                 behind.touching = Some(Hit { t: 0.0, ..hit });
                 break;

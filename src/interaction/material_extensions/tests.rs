@@ -59,7 +59,7 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();
     let view = SceneView { scene: &scene, frame: &frame, bvh: &bvh, environment: &Environment::None };
     let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
-    let hit = Hit { t: 1.0, primitive: 0, u: 0.25, v: 0.25, facing: Facing::Front };
+    let hit = Hit { t: 1.0, triangle: 0, u: 0.25, v: 0.25, facing: Facing::Front };
     surface_at(view, &ray, &hit, &RayDifferential::ZERO).1
 }
 

@@ -92,7 +92,7 @@ impl Stage {
 
     fn point(&self, ray: &Ray, differential: &RayDifferential) -> SurfacePoint<'_> {
         let (t, [_, u, v], facing) = self.meet(ray.origin.as_dvec3(), ray.direction.as_dvec3());
-        let hit = Hit { t: t as f32, primitive: 0, u: u as f32, v: v as f32, facing };
+        let hit = Hit { t: t as f32, triangle: 0, u: u as f32, v: v as f32, facing };
         SurfacePoint::new(self.view(), ray, &hit, differential)
     }
 }

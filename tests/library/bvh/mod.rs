@@ -4,27 +4,27 @@ mod inputs;
 mod queries;
 mod trees;
 
-use rayframe::bvh::{BuildSettings, Builder, BuilderKind, Bvh, PrimitiveFlags, SimdLevel, Split};
+use rayframe::bvh::{BuildSettings, Builder, BuilderKind, Bvh, SimdLevel, Split, TriangleFlags};
 use rayframe::cancel::CancelFlag;
 use rayframe::geometry::Triangle;
 
 /// Builders of a hierarchy.
 const HIERARCHIES: [BuilderKind; 3] = [BuilderKind::Lbvh, BuilderKind::Karras, BuilderKind::Ploc];
 
-fn flags(n: usize) -> Vec<PrimitiveFlags> {
+fn flags(n: usize) -> Vec<TriangleFlags> {
     (0..n)
         .map(|i| match i % 6 {
-            0 => PrimitiveFlags::SINGLE_SIDED,
-            1 => PrimitiveFlags::FILTERED,
-            2 => PrimitiveFlags::FILTERED.with(PrimitiveFlags::SINGLE_SIDED),
-            3 if i % 12 == 3 => PrimitiveFlags::HIDDEN,
-            _ => PrimitiveFlags::default(),
+            0 => TriangleFlags::SINGLE_SIDED,
+            1 => TriangleFlags::FILTERED,
+            2 => TriangleFlags::FILTERED.with(TriangleFlags::SINGLE_SIDED),
+            3 if i % 12 == 3 => TriangleFlags::HIDDEN,
+            _ => TriangleFlags::default(),
         })
         .collect()
 }
 
 #[expect(clippy::unwrap_used, reason = "only tests call this, and nothing raises the flag")]
-fn build(triangles: &[Triangle], flags: &[PrimitiveFlags], settings: &BuildSettings) -> Bvh {
+fn build(triangles: &[Triangle], flags: &[TriangleFlags], settings: &BuildSettings) -> Bvh {
     Builder::default().build(triangles, flags, settings, &CancelFlag::new(), None).unwrap()
 }
 

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use rayframe::bvh::{
-    BuildSettings, BuilderKind, Bvh, Hit, HitOrder, PrimitiveFlags, SimdLevel, Split, TraversalCounters,
+    BuildSettings, BuilderKind, Bvh, Hit, HitOrder, SimdLevel, Split, TraversalCounters, TriangleFlags,
 };
 use rayframe::geometry::{Aabb, Ray, Triangle};
 
@@ -124,7 +124,7 @@ fn batches_equal_single_rays() {
 fn all_hits_are_listed_once_and_in_order() {
     // 200 sheets of which every ray through the middle meets each: 7 distances, about 29 sheets at each.
     let triangles = stacked(200);
-    let flags = vec![PrimitiveFlags::default(); 200];
+    let flags = vec![TriangleFlags::default(); 200];
     let bvh = build(&triangles, &flags, &settings(BuilderKind::Lbvh, Split::Area(0.05), SimdLevel::best()));
     assert!(bvh.statistics().references > 400);
     let ray = Ray::new(Vec3::new(0.01, -0.1, -1.0), Vec3::Z);
@@ -132,7 +132,7 @@ fn all_hits_are_listed_once_and_in_order() {
     let mut after = None;
     while let Some(hit) = bvh.closest_hit(&ray, after, |_| true, &mut TraversalCounters::default()) {
         after = Some(hit.order());
-        listed.push((hit.t, hit.primitive));
+        listed.push((hit.t, hit.triangle));
     }
     let mut expected: Vec<(f32, u32)> = (0..200).map(|i| (1.0 + (i % 7) as f32 * 0.125, i)).collect();
     expected.sort_by(|a, b| a.partial_cmp(b).unwrap());
@@ -142,7 +142,7 @@ fn all_hits_are_listed_once_and_in_order() {
 #[test]
 fn single_sided_back_faces_are_seen_by_two_queries_only() {
     let triangles = [triangle(Vec3::ZERO, Vec3::X, Vec3::Y)];
-    let bvh = build(&triangles, &[PrimitiveFlags::SINGLE_SIDED], &BuildSettings::default());
+    let bvh = build(&triangles, &[TriangleFlags::SINGLE_SIDED], &BuildSettings::default());
     let counters = &mut TraversalCounters::default();
     let from = |z: f32| Ray::new(Vec3::new(0.25, 0.25, z), Vec3::Z * -z);
     assert!(bvh.closest_hit(&from(1.0), None, |_| false, counters).is_some());
@@ -157,7 +157,7 @@ fn no_ray_escapes_from_a_sphere() {
     let mut random = Random(3);
     for (scale, offset) in [(1.0, Vec3::ZERO), (1.0e6, Vec3::ZERO), (1.0e-3, Vec3::new(10.0, -3.0, 1.0))] {
         let triangles = moved(&scaled(&sphere(60), scale), offset);
-        let flags = vec![PrimitiveFlags::default(); triangles.len()];
+        let flags = vec![TriangleFlags::default(); triangles.len()];
         for split in [Split::Off, Split::Area(0.01 * scale * scale)] {
             let bvh = build(&triangles, &flags, &settings(BuilderKind::Auto, split, SimdLevel::best()));
             let counters = &mut TraversalCounters::default();

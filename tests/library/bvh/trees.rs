@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 use rayframe::bvh::{
-    BuildSettings, Builder, BuilderKind, PrimitiveFlags, SimdLevel, Split, TraversalCounters,
+    BuildSettings, Builder, BuilderKind, SimdLevel, Split, TraversalCounters, TriangleFlags,
 };
 use rayframe::cancel::CancelFlag;
 use rayframe::geometry::{Aabb, Ray, Triangle};
@@ -41,7 +41,7 @@ fn threads_do_not_change_the_tree() {
 #[test]
 fn many_identical_triangles_build_a_shallow_tree() {
     let triangles = vec![triangle(Vec3::ZERO, Vec3::X, Vec3::Y); 1_000_000];
-    let flags = vec![PrimitiveFlags::default(); triangles.len()];
+    let flags = vec![TriangleFlags::default(); triangles.len()];
     for builder in HIERARCHIES {
         let bvh = build(&triangles, &flags, &settings(builder, Split::Off, SimdLevel::best()));
         bvh.validate(&triangles, &flags).unwrap();
@@ -50,7 +50,7 @@ fn many_identical_triangles_build_a_shallow_tree() {
         assert!((20..=24).contains(&bvh.statistics().depth), "{builder:?} {}", bvh.statistics().depth);
         let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
         let hit = bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default()).unwrap();
-        assert_eq!((hit.primitive, hit.t), (0, 1.0));
+        assert_eq!((hit.triangle, hit.t), (0, 1.0));
     }
 }
 
@@ -67,7 +67,7 @@ fn chains_and_nested_boxes_build_a_shallow_tree() {
         triangle(corner, corner + Vec3::X * size(i) * 5.0e-4, corner + Vec3::Y * size(i) * 5.0e-4)
     });
     for triangles in [nested.collect::<Vec<_>>(), chain.collect()] {
-        let flags = vec![PrimitiveFlags::default(); triangles.len()];
+        let flags = vec![TriangleFlags::default(); triangles.len()];
         for builder in HIERARCHIES {
             let bvh = build(&triangles, &flags, &settings(builder, Split::Off, SimdLevel::best()));
             bvh.validate(&triangles, &flags).unwrap();
@@ -114,7 +114,7 @@ fn a_teapot_in_a_stadium_costs_no_more_than_with_bins() {
         triangles.push(triangle(corner, corner + across, corner + up));
         triangles.push(triangle(corner + across, corner + up, corner + across + up));
     }
-    let flags = vec![PrimitiveFlags::default(); triangles.len()];
+    let flags = vec![TriangleFlags::default(); triangles.len()];
     let bvh = build(&triangles, &flags, &BuildSettings { split: Split::Off, ..BuildSettings::default() });
     let mut boxes: Vec<Aabb> = triangles.iter().map(Triangle::bounds).collect();
     let root = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)).area();
@@ -126,7 +126,7 @@ fn a_teapot_in_a_stadium_costs_no_more_than_with_bins() {
 #[test]
 fn homogeneous_meshes_are_not_split() {
     let triangles = sphere(60);
-    let flags = vec![PrimitiveFlags::default(); triangles.len()];
+    let flags = vec![TriangleFlags::default(); triangles.len()];
     let bvh = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, SimdLevel::best()));
     assert_eq!(bvh.statistics().references, bvh.statistics().triangles);
 }
@@ -136,14 +136,14 @@ fn the_tree_is_named_and_chosen_by_what_rays_are_expected() {
     // Among small ones stand large ones.
     let mut triangles = soup(5000, 0.05, &mut Random(6));
     triangles.extend(soup(50, 2.0, &mut Random(7)));
-    let flags = vec![PrimitiveFlags::default(); triangles.len()];
+    let flags = vec![TriangleFlags::default(); triangles.len()];
     for (expected_rays, built) in [(0, BuilderKind::Lbvh), (1 << 30, BuilderKind::Ploc)] {
         let settings = BuildSettings { expected_rays, ..BuildSettings::default() };
-        assert_eq!(build(&triangles, &flags, &settings).statistics().built, built);
+        assert_eq!(build(&triangles, &flags, &settings).statistics().builder, built);
     }
     for builder in HIERARCHIES {
         let settings = settings(builder, Split::Off, SimdLevel::best());
-        assert_eq!(build(&triangles, &flags, &settings).statistics().built, builder);
+        assert_eq!(build(&triangles, &flags, &settings).statistics().builder, builder);
     }
 }
 
@@ -153,7 +153,7 @@ fn a_builder_and_a_hierarchy_can_be_used_again() {
     let mut last = None;
     for n in [1000, 10, 0, 3000, 1] {
         let triangles = soup(n, 0.1, &mut Random(n as u64));
-        let flags = vec![PrimitiveFlags::default(); n];
+        let flags = vec![TriangleFlags::default(); n];
         let bvh =
             builder.build(&triangles, &flags, &BuildSettings::default(), &CancelFlag::new(), last).unwrap();
         bvh.validate(&triangles, &flags).unwrap();
@@ -167,6 +167,6 @@ fn a_raised_flag_stops_the_build() {
     let cancel = CancelFlag::new();
     cancel.raise();
     let triangles = soup(10, 0.1, &mut Random(1));
-    let flags = [PrimitiveFlags::default(); 10];
+    let flags = [TriangleFlags::default(); 10];
     assert!(Builder::default().build(&triangles, &flags, &BuildSettings::default(), &cancel, None).is_err());
 }

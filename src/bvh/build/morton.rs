@@ -1,0 +1,292 @@
+//! References in the Morton order of their boxes' centres.
+//!
+//! Source: the order is Morton's (1966); its use for building hierarchies is Lauterbach et al., "Fast BVH Construction
+//! on GPUs", Eurographics 2009. Codes have 63 bits, 21 an axis, over a cubic grid.
+//!
+//! A radix sort moves the upper 36 bits of a code and the 28-bit index of its reference as one word. Where codes agree in
+//! the upper bits, which is rare unless small dense objects stand in a large scene, the lower 27 bits decide afterwards.
+
+use std::sync::atomic::Ordering;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::radix_sort::{self, Key, load};
+use crate::bvh::references::Reference;
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::geometry::Aabb;
+
+const CHUNK: usize = 1 << 12;
+const BITS_PER_AXIS: u32 = 21;
+/// Bits of a key that hold the index of a reference; above them are the upper bits of its code.
+const INDEX_BITS: u32 = 28;
+const INDEX_MASK: u64 = (1 << INDEX_BITS) - 1;
+/// Bits of a code that are not in its key.
+const LOWER_BITS: u32 = 3 * BITS_PER_AXIS - (u64::BITS - INDEX_BITS);
+const LOWER_MASK: u64 = (1 << LOWER_BITS) - 1;
+/// Runs of keys with equal upper bits up to this length are sorted by insertion.
+const SHORT_RUN: usize = 24;
+
+/// A cubic grid of 2²¹ cells an axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    origin: [f64; 3],
+    cells_per_metre: f64,
+    metres_per_cell: f64,
+}
+
+/// References sorted by code; those with equal codes keep their order.
+#[derive(Debug, Default)]
+pub(crate) struct MortonOrder {
+    keys: Vec<Key>,
+    /// Codes of the references, in the references' order.
+    codes: Vec<u64>,
+    scratch: radix_sort::Scratch,
+}
+
+impl MortonOrder {
+    /// Sorts `references`, whose centres lie in `centers`.
+    pub(crate) fn sort(
+        &mut self,
+        references: &[Reference],
+        centers: &Aabb,
+        cancel: &CancelFlag,
+    ) -> Result<(), Cancelled> {
+        let grid = Grid::around(centers);
+        self.keys.resize_with(references.len(), Key::default);
+        self.codes.resize(references.len(), 0);
+        let chunks = self.keys.par_chunks_mut(CHUNK).zip(self.codes.par_chunks_mut(CHUNK));
+        chunks.zip(references.par_chunks(CHUNK)).enumerate().for_each(
+            |(chunk, ((keys, codes), references))| {
+                let outputs = keys.iter_mut().zip(codes);
+                for (index, ((key, code), reference)) in (chunk * CHUNK..).zip(outputs.zip(references)) {
+                    *code = grid.code(reference.bounds.center());
+                    *key.get_mut() = *code >> LOWER_BITS << INDEX_BITS | index as u64;
+                }
+            },
+        );
+        radix_sort::sort(&mut self.keys, INDEX_BITS..u64::BITS, &mut self.scratch, cancel)?;
+        self.settle_runs(cancel)
+    }
+
+    /// How many references there are.
+    pub(crate) fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Index of the reference at a place of the order.
+    #[inline(always)]
+    pub(crate) fn index(&self, place: usize) -> u32 {
+        (load(&self.keys[place]) & INDEX_MASK) as u32
+    }
+
+    /// Code of the reference at a place of the order.
+    #[inline(always)]
+    pub(crate) fn code(&self, place: usize) -> u64 {
+        self.codes[self.index(place) as usize]
+    }
+
+    /// How much the keys at `place` and the next one differ: comparing these numbers compares the first bits in which codes
+    /// differ, and below all of them, for equal codes, the first bits in which places differ (Karras 2012, section 4).
+    #[inline(always)]
+    pub(crate) fn difference(&self, place: usize) -> u64 {
+        const CODES: u64 = 1 << 63;
+        let upper = (load(&self.keys[place]) ^ load(&self.keys[place + 1])) >> INDEX_BITS;
+        if upper != 0 {
+            return upper << LOWER_BITS | CODES;
+        }
+        match self.code(place) ^ self.code(place + 1) {
+            0 => (place ^ (place + 1)) as u64,
+            lower => lower | CODES,
+        }
+    }
+
+    /// Sorts runs of keys that agree in their upper bits by the lower ones.
+    fn settle_runs(&mut self, cancel: &CancelFlag) -> Result<(), Cancelled> {
+        let Self { keys, codes, .. } = self;
+        let keys = keys.as_slice();
+        (0..keys.len().div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
+            cancel.check()?;
+            // A chunk settles the runs that start in it.
+            let mut place = chunk * CHUNK;
+            let end = keys.len().min(place + CHUNK);
+            if place > 0 {
+                place += keys[place - 1..end].windows(2).take_while(|pair| are_in_one_run(pair)).count();
+            }
+            while place < end {
+                let run = keys[place..].windows(2).take_while(|pair| are_in_one_run(pair)).count() + 1;
+                if run > 1 {
+                    settle(&keys[place..place + run], codes);
+                }
+                place += run;
+            }
+            Ok(())
+        })
+    }
+}
+
+fn are_in_one_run(pair: &[Key]) -> bool {
+    (load(&pair[0]) ^ load(&pair[1])) >> INDEX_BITS == 0
+}
+
+/// Sorts a run by the lower bits of its codes, then by index.
+fn settle(run: &[Key], codes: &[u64]) {
+    let upper = load(&run[0]) & !INDEX_MASK;
+    let lower_first = |key: &Key| {
+        let index = load(key) & INDEX_MASK;
+        (codes[index as usize] & LOWER_MASK) << INDEX_BITS | index
+    };
+    let put = |place: usize, sorted: u64| run[place].store(upper | sorted & INDEX_MASK, Ordering::Relaxed);
+    if run.len() > SHORT_RUN {
+        let mut sorted: Vec<u64> = run.iter().map(lower_first).collect();
+        sorted.sort_unstable();
+        sorted.into_iter().enumerate().for_each(|(place, key)| put(place, key));
+        return;
+    }
+    let mut sorted = [0; SHORT_RUN];
+    for (count, key) in run.iter().map(lower_first).enumerate() {
+        let mut place = count;
+        while place > 0 && sorted[place - 1] > key {
+            sorted[place] = sorted[place - 1];
+            place -= 1;
+        }
+        sorted[place] = key;
+    }
+    sorted[..run.len()].iter().enumerate().for_each(|(place, &key)| put(place, key));
+}
+
+impl Grid {
+    /// The grid whose first cell starts at the lowest corner of `bounds` and whose cube holds all of it.
+    pub(crate) fn around(bounds: &Aabb) -> Self {
+        let min = bounds.min.as_dvec3();
+        let extent = (bounds.max.as_dvec3() - min).max_element();
+        Self {
+            origin: min.to_array(),
+            // Of points that are all alike, each is in the first cell.
+            metres_per_cell: extent / f64::from(1_u32 << BITS_PER_AXIS),
+            cells_per_metre: if extent > 0.0 { f64::from(1_u32 << BITS_PER_AXIS) / extent } else { 0.0 },
+        }
+    }
+
+    /// The plane between `low` and `high` on an axis that divides the grid first, and how many levels of the grid are above it.
+    pub(crate) fn first_plane(&self, axis: usize, low: f32, high: f32) -> Option<(f32, u32)> {
+        let origin = self.origin[axis];
+        let cell = |x: f32| ((f64::from(x) - origin) * self.cells_per_metre) as i32;
+        let (low, high) = (cell(low), cell(high));
+        let bit = (low ^ high).checked_ilog2().filter(|_| low >= 0)?;
+        let plane = origin + f64::from(high >> bit << bit) * self.metres_per_cell;
+        Some((plane as f32, (BITS_PER_AXIS - 1).saturating_sub(bit)))
+    }
+
+    /// The code of the cell that holds `point`: the bits of its three coordinates interleaved, x first.
+    #[inline(always)]
+    pub(crate) fn code(&self, point: Vec3) -> u64 {
+        // Added to a number from 0 to 2²¹, it leaves the nearest whole number in the lowest bits.
+        const WHOLE: f64 = (1_u64 << 52) as f64;
+        const LAST: f64 = ((1 << BITS_PER_AXIS) - 1) as f64;
+        let mut code = 0;
+        for axis in 0..3 {
+            let cell = (f64::from(point[axis]) - self.origin[axis]) * self.cells_per_metre;
+            let cell = if cell < LAST { cell } else { LAST };
+            code |= spread((cell + WHOLE).to_bits()) << (2 - axis);
+        }
+        code
+    }
+}
+
+/// The low 21 bits with two zeros before each.
+#[inline(always)]
+fn spread(value: u64) -> u64 {
+    let mut x = value & 0x1f_ffff;
+    x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// References in order of given codes, as they are.
+    pub(crate) fn order_of(codes: &[u64]) -> MortonOrder {
+        let key = |(i, code): (usize, &u64)| Key::new(code >> LOWER_BITS << INDEX_BITS | i as u64);
+        MortonOrder {
+            keys: codes.iter().enumerate().map(key).collect(),
+            codes: codes.to_vec(),
+            scratch: radix_sort::Scratch::default(),
+        }
+    }
+
+    fn check(codes: &[u64]) {
+        let mut expected: Vec<u32> = (0..codes.len() as u32).collect();
+        expected.sort_by_key(|&index| codes[index as usize]);
+        for threads in [1, 2, 3, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut order = order_of(codes);
+            let cancel = CancelFlag::new();
+            pool.install(|| {
+                radix_sort::sort(&mut order.keys, INDEX_BITS..u64::BITS, &mut order.scratch, &cancel)
+                    .unwrap();
+                order.settle_runs(&cancel).unwrap();
+            });
+            let sorted: Vec<u32> = (0..order.len()).map(|place| order.index(place)).collect();
+            assert!(sorted == expected, "{threads} threads, {} codes", codes.len());
+        }
+    }
+
+    #[test]
+    fn equals_the_stable_comparison_sort() {
+        let scrambled = |i: u64| (i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 1;
+        for n in [0, 1, 2, 100, 30_000] {
+            // Codes all over; codes that differ in lower bits alone; codes in long and short runs; equal ones.
+            for mask in [!0 >> 1, LOWER_MASK, 3 << 50 | LOWER_MASK, 0xffff << 22 | 3, 1, 0] {
+                check(&(0..n).map(|i| scrambled(i) & mask).collect::<Vec<_>>());
+            }
+        }
+    }
+
+    #[test]
+    fn differences_compare_like_first_differing_bits() {
+        let codes = [0, 1, 1, 1, 5, 1 << 30, 1 << 62];
+        let order = order_of(&codes);
+        let differences: Vec<u64> = (0..6).map(|place| order.difference(place)).collect();
+        // Places 1, 2, 3 have equal codes: 1 ^ 2 = 3, 2 ^ 3 = 1.
+        assert_eq!(differences[1..3], [3, 1]);
+        assert!(differences[2] < differences[0] && differences[0] < differences[3]);
+        assert!(differences[3] < differences[4] && differences[4] < differences[5]);
+    }
+
+    #[test]
+    fn spreading_places_every_bit() {
+        for bit in 0..21 {
+            assert_eq!(spread(1 << bit), 1 << (3 * bit));
+        }
+        assert_eq!(spread(0x1f_ffff).count_ones(), 21);
+    }
+
+    #[test]
+    fn the_grid_spans_any_extent() {
+        for scale in [1.0, 1.0e30, 1.0e-30, 3.0e38] {
+            let bounds = Aabb { min: Vec3::splat(-scale), max: Vec3::splat(scale) };
+            let grid = Grid::around(&bounds);
+            assert_eq!(grid.code(bounds.min), 0);
+            assert_eq!(grid.code(bounds.max), (1 << 63) - 1);
+            // One step beyond the middle of x alone sets its top bit alone.
+            assert_eq!(grid.code(Vec3::new(0.0, -scale, -scale)), 1 << 62);
+            assert_eq!(grid.code(Vec3::new(-scale, 0.0, -scale)), 1 << 61);
+            assert_eq!(grid.code(Vec3::new(-scale, -scale, 0.0)), 1 << 60);
+        }
+    }
+
+    #[test]
+    fn flat_and_single_points_have_codes() {
+        let flat = Aabb { min: Vec3::new(1.0, 5.0, 1.0), max: Vec3::new(2.0, 5.0, 1.5) };
+        let code = Grid::around(&flat).code(flat.max);
+        assert_eq!(code & spread(0x1f_ffff) << 1, 0, "the flat axis has no bits");
+        assert_ne!(code, 0);
+        let point = Aabb::from_point(Vec3::splat(1.0e30));
+        assert_eq!(Grid::around(&point).code(point.min), 0);
+    }
+}

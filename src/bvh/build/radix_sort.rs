@@ -1,0 +1,154 @@
+//! A parallel stable radix sort of packed keys.
+//!
+//! Source: least significant digit first, as in Satish, Harris, Garland, "Designing Efficient Sorting Algorithms for
+//! Manycore GPUs", IPDPS 2009: a histogram a block, a prefix sum over (digit, block), and a stable scatter. Stability makes the
+//! result independent of the number of blocks, and so of threads.
+//!
+//! Keys are stored as relaxed atomics: blocks write to places of one array that interleave, and a relaxed store is the
+//! plain store that it would be anyway.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+
+use crate::cancel::{CancelFlag, Cancelled};
+
+/// A key in an array that several tasks write to.
+pub(crate) type Key = AtomicU64;
+
+/// Bits a pass. More passes cost more than the longer histogram.
+const DIGIT_BITS: u32 = 12;
+const DIGITS: usize = 1 << DIGIT_BITS;
+/// Below this many keys a comparison sort is faster.
+const SMALL: usize = 1024;
+/// Blocks are not smaller than this.
+const SMALLEST_BLOCK: usize = 1 << 14;
+
+/// How many keys of a block have each digit; then, where the next of them goes.
+type Histogram = [u32; DIGITS];
+
+/// Memory of the sort.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    keys: Vec<Key>,
+    histograms: Vec<Histogram>,
+}
+
+/// Sorts `keys`, which differ in what lies below `bits` in ascending order, or must keep their order, by those bits.
+pub(crate) fn sort(
+    keys: &mut Vec<Key>,
+    bits: Range<u32>,
+    scratch: &mut Scratch,
+    cancel: &CancelFlag,
+) -> Result<(), Cancelled> {
+    cancel.check()?;
+    if keys.len() < SMALL {
+        let mask = u64::MAX >> (u64::BITS - (bits.end - bits.start)) << bits.start;
+        keys.sort_by_key(|key| load(key) & mask);
+        return Ok(());
+    }
+    scratch.keys.resize_with(keys.len(), Key::default);
+
+    let blocks = (keys.len() / SMALLEST_BLOCK).clamp(1, rayon::current_num_threads());
+    scratch.histograms.resize(blocks, [0; DIGITS]);
+    for shift in bits.step_by(DIGIT_BITS as usize) {
+        cancel.check()?;
+        if pass(keys, &scratch.keys, shift, &mut scratch.histograms) {
+            std::mem::swap(keys, &mut scratch.keys);
+        }
+    }
+    Ok(())
+}
+
+/// The value of a key.
+#[inline(always)]
+pub(crate) fn load(key: &Key) -> u64 {
+    key.load(Ordering::Relaxed)
+}
+
+/// Copies all keys from `from` to `to` in the order of one digit; false, and nothing, if all have the same.
+fn pass(from: &[Key], to: &[Key], shift: u32, histograms: &mut [Histogram]) -> bool {
+    let block = from.len().div_ceil(histograms.len());
+    from.par_chunks(block).zip(&mut *histograms).for_each(|(keys, histogram)| {
+        histogram.fill(0);
+        for key in keys {
+            histogram[digit(load(key), shift)] += 1;
+        }
+    });
+
+    // Where each block's keys of each digit go.
+    let mut start = 0;
+    for digit in 0..DIGITS {
+        let first = start;
+        for histogram in &mut *histograms {
+            start += std::mem::replace(&mut histogram[digit], start);
+        }
+        if start - first == from.len() as u32 {
+            return false;
+        }
+    }
+
+    from.par_chunks(block).zip(histograms).for_each(|(keys, places)| {
+        for key in keys {
+            let key = load(key);
+            let place = &mut places[digit(key, shift)];
+            to[*place as usize].store(key, Ordering::Relaxed);
+            *place += 1;
+        }
+    });
+    true
+}
+
+#[inline(always)]
+fn digit(key: u64, shift: u32) -> usize {
+    (key >> shift) as usize & (DIGITS - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check(keys: impl Iterator<Item = u64>, bits: Range<u32>) {
+        let keys: Vec<u64> = keys.collect();
+        let mask = (1 << bits.end) - (1 << bits.start);
+        let mut expected = keys.clone();
+        expected.sort_by_key(|key| key & mask);
+        for threads in [1, 2, 3, 8] {
+            let mut sorted: Vec<Key> = keys.iter().map(|&key| Key::new(key)).collect();
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let (mut scratch, cancel) = (Scratch::default(), CancelFlag::new());
+            pool.install(|| sort(&mut sorted, bits.clone(), &mut scratch, &cancel)).unwrap();
+            let sorted: Vec<u64> = sorted.iter().map(load).collect();
+            assert!(sorted == expected, "{threads} threads, {} keys", keys.len());
+        }
+    }
+
+    fn scrambled(i: u64) -> u64 {
+        let x = (i ^ 0x9e37_79b9_7f4a_7c15).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        (x ^ x >> 31).wrapping_mul(0x94d0_49bb_1331_11eb) >> 1
+    }
+
+    #[test]
+    fn equals_the_stable_comparison_sort() {
+        for n in [0, 1, 2, SMALL as u64, 100_003] {
+            check((0..n).map(scrambled), 27..63);
+            check((0..n).map(scrambled), 0..36);
+        }
+    }
+
+    #[test]
+    fn keeps_the_order_of_equal_codes() {
+        check((0..70_000).map(|_| 42), 0..12);
+        check((0..70_000).map(|i| scrambled(i) & 0x0000_ff00_0000_0003), 24..60);
+        check((0..70_000).rev(), 4..16);
+    }
+
+    #[test]
+    fn stops_when_asked() {
+        let cancel = CancelFlag::new();
+        cancel.raise();
+        let mut keys: Vec<Key> = (0..10_000).map(Key::new).collect();
+        assert!(sort(&mut keys, 28..64, &mut Scratch::default(), &cancel).is_err());
+    }
+}

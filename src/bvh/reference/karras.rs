@@ -1,0 +1,76 @@
+//! The paper's hierarchy as a builder: [`super::radix_tree`] and [`super::bottom_up_boxes`], node by node.
+//!
+//! [`crate::bvh::build::lbvh`] gives the same tree in a fraction of the time; this one is what it is compared with.
+
+use rayon::prelude::*;
+
+use super::bottom_up_boxes::BottomUpBoxes;
+use super::radix_tree::{LEAF, MortonKey, RadixTree};
+use crate::bvh::build::binary_tree::{BinaryTree, LEAF_RANGE, Pair, Subtree};
+use crate::bvh::build::morton::MortonOrder;
+use crate::bvh::references::Reference;
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::geometry::Aabb;
+
+/// Memory of the builder.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    keys: Vec<MortonKey>,
+    radix_tree: RadixTree,
+    boxes: BottomUpBoxes,
+}
+
+/// Fills `tree` with Karras' tree over `references` in `order`; areas are of boxes multiplied by `scale`.
+pub(crate) fn build(
+    tree: &mut BinaryTree,
+    order: &MortonOrder,
+    references: &[Reference],
+    scratch: &mut Scratch,
+    (scale, cancel): (f32, &CancelFlag),
+) -> Result<(), Cancelled> {
+    let Scratch { keys, radix_tree, boxes } = scratch;
+    keys.clear();
+    keys.extend(
+        (0..order.len()).map(|place| MortonKey { code: order.code(place), index: order.index(place) }),
+    );
+    radix_tree.link(keys, cancel)?;
+    boxes.fit(radix_tree, keys, references, cancel)?;
+
+    let bounds = |child: u32| -> Aabb {
+        if child & LEAF == 0 {
+            boxes.bounds(child)
+        } else {
+            references[keys[(child & !LEAF) as usize].index as usize].bounds
+        }
+    };
+    let count = |child: u32| {
+        if child & LEAF == 0 {
+            let [first, last] = radix_tree.nodes[child as usize].range;
+            last - first + 1
+        } else {
+            1
+        }
+    };
+    let word = |child: u32| if child & LEAF == 0 { child } else { child & !LEAF | LEAF_RANGE };
+    radix_tree
+        .nodes
+        .par_iter()
+        .map(|node| Pair {
+            bounds: node.children.map(bounds),
+            children: node.children.map(word),
+            counts: node.children.map(count),
+        })
+        .collect_into_vec(&mut tree.nodes);
+
+    tree.triangle_ids.clear();
+    tree.triangle_ids.extend(keys.iter().map(|key| references[key.index as usize].triangle_id));
+    let root = if keys.len() == 1 { LEAF } else { 0 };
+    tree.root = (!keys.is_empty()).then(|| Subtree {
+        bounds: bounds(root),
+        child: word(root),
+        count: keys.len() as u32,
+        height: boxes.depth(),
+    });
+    tree.area_sum = 0.5 * f64::from(scale).powi(2) * boxes.inner_area_sum();
+    Ok(())
+}

@@ -1,0 +1,223 @@
+//! The radix tree over sorted Morton codes.
+//!
+//! Source: Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees", HPG 2012, section 3
+//! (determining ranges and splits, with δ as the length of the common prefix) and section 4 (equal codes are told apart by
+//! their place). Every internal node is found independently of all others.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rayon::prelude::*;
+
+use crate::cancel::{CancelFlag, Cancelled};
+
+const CHUNK: usize = 1 << 13;
+
+/// Set in a child index that names a leaf, the place of a key in sorted order.
+pub(crate) const LEAF: u32 = 1 << 31;
+/// The parent of the root.
+pub(crate) const NO_PARENT: u32 = u32::MAX;
+
+/// A code and the index of the reference it belongs to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct MortonKey {
+    /// Morton code.
+    pub(crate) code: u64,
+    /// Index into the references.
+    pub(crate) index: u32,
+}
+
+/// An internal node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct RadixNode {
+    /// Left and right child: an internal node, or a leaf if [`LEAF`] is set.
+    pub(crate) children: [u32; 2],
+    /// First and last leaf below.
+    pub(crate) range: [u32; 2],
+}
+
+/// A binary radix tree; node 0 is the root, and n leaves have n − 1 internal nodes.
+#[derive(Debug, Default)]
+pub(crate) struct RadixTree {
+    /// Internal nodes.
+    pub(crate) nodes: Vec<RadixNode>,
+    /// Parents of the internal nodes, then of the leaves.
+    pub(crate) parents: Vec<AtomicU32>,
+    /// Leaves.
+    pub(crate) leaves: usize,
+}
+
+impl RadixTree {
+    /// Links the tree of `keys`, which are sorted by code.
+    pub(crate) fn link(&mut self, keys: &[MortonKey], cancel: &CancelFlag) -> Result<(), Cancelled> {
+        self.leaves = keys.len();
+        let internal = keys.len().saturating_sub(1);
+        self.nodes.clear();
+        self.nodes.resize(internal, RadixNode::default());
+        self.parents.resize_with(internal + keys.len(), || AtomicU32::new(NO_PARENT));
+        if let Some(root) = self.parents.first_mut() {
+            *root.get_mut() = NO_PARENT;
+        }
+
+        let parents = &self.parents;
+        self.nodes.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, nodes)| {
+            cancel.check()?;
+            for (i, node) in nodes.iter_mut().enumerate() {
+                let place = chunk * CHUNK + i;
+                *node = node_at(keys, place);
+                for child in node.children {
+                    parents[parent_slot(internal, child)].store(place as u32, Ordering::Relaxed);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// The parent of a child index.
+    pub(crate) fn parent(&self, child: u32) -> u32 {
+        self.parents[parent_slot(self.nodes.len(), child)].load(Ordering::Relaxed)
+    }
+}
+
+fn parent_slot(internal: usize, child: u32) -> usize {
+    if child & LEAF == 0 { child as usize } else { internal + (child & !LEAF) as usize }
+}
+
+/// δ(i, j): how many leading bits the keys at `i` and `j` share, codes first and then places; −1 outside.
+fn delta(keys: &[MortonKey], i: usize, j: isize) -> i32 {
+    let Some(other) = usize::try_from(j).ok().and_then(|j| keys.get(j)) else {
+        return -1;
+    };
+    let difference = keys[i].code ^ other.code;
+    if difference == 0 {
+        (64 + (i as u32 ^ j as u32).leading_zeros()) as i32
+    } else {
+        difference.leading_zeros() as i32
+    }
+}
+
+/// The internal node that starts or ends at key `i` (Karras' figure 4).
+fn node_at(keys: &[MortonKey], i: usize) -> RadixNode {
+    let at = i as isize;
+
+    // Direction of the range: towards the neighbour that shares more bits.
+    let d: isize = if delta(keys, i, at + 1) > delta(keys, i, at - 1) { 1 } else { -1 };
+
+    // Upper bound for its length, then its other end by binary search.
+    let delta_min = delta(keys, i, at - d);
+    let mut longest = 2;
+    while delta(keys, i, at + longest * d) > delta_min {
+        longest *= 2;
+    }
+    let mut length = 0;
+    let mut step = longest / 2;
+    while step > 0 {
+        if delta(keys, i, at + (length + step) * d) > delta_min {
+            length += step;
+        }
+        step /= 2;
+    }
+    let end = at + length * d;
+
+    // The last key that shares more bits with `i` than the whole range does.
+    let delta_node = delta(keys, i, end);
+    let mut split = 0;
+    let mut step = length;
+    loop {
+        step = (step + 1) / 2;
+        if delta(keys, i, at + (split + step) * d) > delta_node {
+            split += step;
+        }
+        if step <= 1 {
+            break;
+        }
+    }
+    let gamma = at + split * d + d.min(0);
+
+    // Children of one key are leaves.
+    let (first, last) = (at.min(end), at.max(end));
+    let child = |place: isize, is_leaf: bool| place as u32 | if is_leaf { LEAF } else { 0 };
+    RadixNode {
+        children: [child(gamma, first == gamma), child(gamma + 1, last == gamma + 1)],
+        range: [first as u32, last as u32],
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The slow twin: splits ranges where the highest differing bit changes, top down, one after the other.
+    pub(crate) fn serial_tree(keys: &[MortonKey]) -> Vec<RadixNode> {
+        let n = keys.len();
+        let mut nodes = vec![RadixNode::default(); n.saturating_sub(1)];
+        let bit_at = |i: usize, bit: u32| ((u128::from(keys[i].code) << 32 | i as u128) >> bit) & 1;
+        // (node, first, last): a left child is named after its last key, a right one after its first.
+        let mut todo = if n > 1 { vec![(0, 0, n - 1)] } else { vec![] };
+        while let Some((node, first, last)) = todo.pop() {
+            let bit = (0..96).rev().find(|&bit| bit_at(first, bit) != bit_at(last, bit)).unwrap();
+            let gamma = (first..last).rfind(|&i| bit_at(i, bit) == 0).unwrap();
+            let mut children = [gamma as u32 | LEAF, (gamma + 1) as u32 | LEAF];
+            if first != gamma {
+                children[0] = gamma as u32;
+                todo.push((gamma, first, gamma));
+            }
+            if last != gamma + 1 {
+                children[1] = (gamma + 1) as u32;
+                todo.push((gamma + 1, gamma + 1, last));
+            }
+            nodes[node] = RadixNode { children, range: [first as u32, last as u32] };
+        }
+        nodes
+    }
+
+    fn check(codes: &[u64]) {
+        let keys: Vec<MortonKey> =
+            codes.iter().enumerate().map(|(i, &code)| MortonKey { code, index: i as u32 }).collect();
+        let mut tree = RadixTree::default();
+        tree.link(&keys, &CancelFlag::new()).unwrap();
+        assert!(tree.nodes == serial_tree(&keys));
+        for (i, node) in tree.nodes.iter().enumerate() {
+            for child in node.children {
+                assert_eq!(tree.parent(child), i as u32);
+            }
+        }
+        if keys.len() > 1 {
+            assert_eq!(tree.parent(0), NO_PARENT);
+        }
+    }
+
+    #[test]
+    fn equals_the_serial_tree() {
+        let mut state = 1_u64;
+        for n in [0, 1, 2, 3, 7, 100, 30_000] {
+            for mask in [!0 >> 1, 0xff, 1] {
+                let mut codes: Vec<u64> = (0..n)
+                    .map(|_| {
+                        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                        state >> 7 & mask
+                    })
+                    .collect();
+                codes.sort_unstable();
+                check(&codes);
+            }
+        }
+    }
+
+    #[test]
+    fn equal_codes_and_chains_are_bounded() {
+        check(&vec![0; 20_000]);
+        let chain: Vec<u64> = (0..63).map(|i| (1 << i) - 1).collect();
+        check(&chain);
+    }
+
+    #[test]
+    fn the_example_of_the_paper() {
+        // Karras, figure 3: eight 5-bit keys; the root splits after 00100.
+        let codes = [0b00001, 0b00010, 0b00100, 0b00101, 0b10011, 0b11000, 0b11001, 0b11110];
+        check(&codes);
+        let keys: Vec<MortonKey> = codes.iter().map(|&code| MortonKey { code, index: 0 }).collect();
+        assert_eq!(node_at(&keys, 0).children, [3, 4]);
+        assert_eq!(node_at(&keys, 3).children, [1, 2]);
+        assert_eq!(node_at(&keys, 4).children, [4 | LEAF, 5]);
+    }
+}

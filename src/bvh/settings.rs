@@ -1,0 +1,73 @@
+//! Settings of a build. They change build and trace times, never the answers of queries.
+
+use super::simd::SimdLevel;
+
+/// Algorithm that builds the hierarchy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BuilderKind {
+    /// The algorithm that the cost model expects to be fastest for the frame.
+    #[default]
+    Auto,
+    /// Karras' radix tree over Morton codes, built in one pass.
+    Lbvh,
+    /// Karras' radix tree, built node by node as in the paper: the reference implementation of [`BuilderKind::Lbvh`].
+    Karras,
+    /// Agglomerative clustering in Morton order (PLOC) under a top built by the surface area heuristic. The tree is better
+    /// than the radix tree and takes longer to build.
+    Ploc,
+    /// No hierarchy: every ray tests every triangle. Reference implementation for tests.
+    BruteForce,
+}
+
+/// Triangles that are split before the hierarchy is built.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Split {
+    /// None.
+    Off,
+    /// In scenes whose boxes overlap heavily: those whose boxes waste most area (Karras and Aila 2013).
+    Auto,
+    /// Those whose box has a surface area above this many square metres (SA_max of Ernst and Greiner 2007).
+    Area(f32),
+}
+
+/// Condition for refitting the last frame's hierarchy to moved triangles instead of rebuilding it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refit {
+    /// Never refit.
+    Off,
+    /// Refit while the frame's rays lose less time than the rebuild would take.
+    Auto,
+    /// Refit while the SAH cost is at most this many times the least since the hierarchy was built.
+    UpTo(f32),
+}
+
+/// Settings of [`crate::bvh::Builder::build`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BuildSettings {
+    /// Algorithm that builds the hierarchy.
+    pub builder: BuilderKind,
+    /// Triangles that are split first.
+    pub split: Split,
+    /// Upper limit of references per triangle, on average, that splitting creates.
+    pub reference_budget: f32,
+    /// Rays of all kinds expected in the frame; [`BuilderKind::Auto`] builds a better tree for more rays.
+    pub expected_rays: u64,
+    /// Instruction set that traversal uses.
+    pub simd: SimdLevel,
+    /// Condition for refitting a recycled hierarchy.
+    pub refit: Refit,
+}
+
+impl Default for BuildSettings {
+    fn default() -> Self {
+        Self {
+            builder: BuilderKind::Auto,
+            split: Split::Auto,
+            reference_budget: 4.0,
+            // An image of a million pixels with a shadow ray and a mirror ray each.
+            expected_rays: 3 << 20,
+            simd: SimdLevel::best(),
+            refit: Refit::Auto,
+        }
+    }
+}

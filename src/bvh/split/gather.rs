@@ -1,0 +1,189 @@
+//! Which boxes the hierarchy is built over: whole triangles, or parts of those that splitting helps.
+//!
+//! Splitting pays where boxes overlap massively, and does harm elsewhere. `E`, the sum of the boxes' areas over the
+//! area of the scene's box, is the number of boxes that a line through the scene meets on average. [`Split::Auto`]
+//! splits nothing while `E ≤ 16`, nor where the average box takes more than a quarter of the scene's area, since a few cuts then
+//! cannot set the triangles apart (identical ones, say), and otherwise aims at `R = min(budget, 1 + ((E − 16) / 118)^0.57)`
+//! references a triangle, by [`super::priority`]. [`Split::Area`] follows Ernst and Greiner:
+//! [`super::threshold`].
+
+use std::time::Instant;
+
+use super::{clip, priority, threshold};
+use crate::bvh::references::{Input, Measures, Reference, gather_whole, measure};
+use crate::bvh::settings::{BuildSettings, Split};
+use crate::bvh::wide_tree::MAX_TRIANGLES;
+use crate::cancel::Cancelled;
+
+/// The number of boxes met by a line below which `Split::Auto` does nothing.
+const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
+/// The average box's share of the scene's area above which `Split::Auto` does nothing.
+const SHARE_BEYOND_SPLITTING: f64 = 0.25;
+/// Boxes met by a line beyond [`OVERLAP_WORTH_SPLITTING`] at which `Split::Auto` aims at one reference more a triangle.
+const OVERLAP_SCALE: f64 = 118.0;
+/// How the references beyond one a triangle grow with that excess.
+const OVERLAP_EXPONENT: f64 = 0.57;
+
+/// Memory kept between builds.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    area: clip::Scratch,
+    priority: priority::Scratch,
+}
+
+/// What is known of the references.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gathered {
+    /// Sums over the references.
+    pub(crate) measures: Measures,
+    /// Triangles that take part.
+    pub(crate) triangles: usize,
+    /// The SA_max that was used, square metres; infinite for none.
+    pub(crate) sa_max: f64,
+    /// Whether an explicit SA_max was raised to keep within the budget.
+    pub(crate) budget_reached: bool,
+    /// Seconds of the boxes of whole triangles.
+    pub(crate) bounds_seconds: f64,
+}
+
+/// Fills `references` with the boxes that `settings` ask for.
+pub(crate) fn gather(
+    input: Input,
+    settings: &BuildSettings,
+    scratch: &mut Scratch,
+    references: &mut Vec<Reference>,
+) -> Result<Gathered, Cancelled> {
+    // The boxes of whole triangles.
+    let start = Instant::now();
+    let whole = gather_whole(input, references)?;
+    let mut gathered = Gathered {
+        measures: whole,
+        triangles: whole.count,
+        sa_max: f64::INFINITY,
+        budget_reached: false,
+        bounds_seconds: start.elapsed().as_secs_f64(),
+    };
+
+    // Their parts.
+    let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
+    let limit = ((whole.count as f64 * budget) as u64).min(MAX_TRIANGLES as u64);
+    match settings.split {
+        Split::Area(area) if area < f32::INFINITY => {
+            let threshold =
+                threshold::gather_by_area(input, f64::from(area), limit, &mut scratch.area, references)?;
+            (gathered.sa_max, gathered.budget_reached) = (threshold.sa_max, threshold.budget_reached);
+        }
+        Split::Auto if automatic_aim(&whole, budget) > whole.count as u64 => {
+            let aim = automatic_aim(&whole, budget).min(limit) as usize;
+            priority::split(input, &whole, aim, &mut scratch.priority, references)?;
+        }
+        _ => return Ok(gathered),
+    }
+    gathered.measures = measure(references);
+    Ok(gathered)
+}
+
+/// How many references [`Split::Auto`] aims at.
+fn automatic_aim(whole: &Measures, budget: f64) -> u64 {
+    let overlap = whole.overlap();
+    let share = overlap / whole.count as f64;
+    if !overlap.is_finite() || overlap <= OVERLAP_WORTH_SPLITTING || share > SHARE_BEYOND_SPLITTING {
+        return whole.count as u64;
+    }
+    let ratio = 1.0 + libm::pow((overlap - OVERLAP_WORTH_SPLITTING) / OVERLAP_SCALE, OVERLAP_EXPONENT);
+    (whole.count as f64 * ratio.min(budget)) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bvh::TriangleFlags;
+    use crate::cancel::CancelFlag;
+    use crate::geometry::Triangle;
+    use glam::Vec3;
+
+    /// Long thin diagonal triangles through a unit cube: they overlap massively.
+    fn bars(n: usize) -> Vec<Triangle> {
+        let mut state = 3_u32;
+        let mut random = || {
+            state = state.wrapping_mul(747796405).wrapping_add(2891336453);
+            (state >> 8) as f32 / (1 << 24) as f32
+        };
+        (0..n)
+            .map(|_| {
+                let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
+                Triangle { vertices: [a, b, b + Vec3::new(0.001, 0.002, 0.0)] }
+            })
+            .collect()
+    }
+
+    fn chosen(triangles: &[Triangle], split: Split, budget: f32) -> (Gathered, usize) {
+        let flags = vec![TriangleFlags::default(); triangles.len()];
+        let cancel = CancelFlag::new();
+        let input = Input { triangles, flags: &flags, cancel: &cancel };
+        let settings = BuildSettings { split, reference_budget: budget, ..BuildSettings::default() };
+        let mut references = Vec::new();
+        let mut gathered = gather(input, &settings, &mut Scratch::default(), &mut references).unwrap();
+        gathered.bounds_seconds = 0.0;
+        (gathered, references.len())
+    }
+
+    #[test]
+    fn scattered_triangles_are_not_split() {
+        // 1000 small triangles in a large box: E is far below 16.
+        let triangles: Vec<Triangle> = (0..1000)
+            .map(|i| {
+                let p = Vec3::new((i % 10) as f32, (i / 10 % 10) as f32, (i / 100) as f32);
+                Triangle { vertices: [p, p + Vec3::X * 0.1, p + Vec3::Y * 0.1] }
+            })
+            .collect();
+        assert_eq!(chosen(&triangles, Split::Auto, 4.0).0.sa_max, f64::INFINITY);
+    }
+
+    #[test]
+    fn triangles_that_no_cut_sets_apart_are_not_split() {
+        let triangles = vec![Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::ONE] }; 1000];
+        assert_eq!(chosen(&triangles, Split::Auto, 4.0), (chosen(&triangles, Split::Off, 4.0).0, 1000));
+    }
+
+    #[test]
+    fn auto_comes_near_its_aim() {
+        let triangles = bars(2000);
+        let (threshold, count) = chosen(&triangles, Split::Auto, 4.0);
+        assert!(!threshold.budget_reached);
+        // The mean extents of such boxes are a third of the cube's, so E is about 2000 / 9 and the aim about 2.4.
+        let ratio = count as f64 / 2000.0;
+        assert!((2.0..=2.5).contains(&ratio), "{ratio}");
+        // A smaller budget is kept.
+        let ratio = chosen(&triangles, Split::Auto, 1.5).1 as f64 / 2000.0;
+        assert!((1.2..=1.5).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn a_tiny_area_keeps_to_the_budget() {
+        let triangles = bars(2000);
+        for area in [1.0e-9, 1.0e-30, 0.0] {
+            let (threshold, count) = chosen(&triangles, Split::Area(area), 3.0);
+            assert!(threshold.budget_reached);
+            assert!((4000..=6000).contains(&count), "{count}");
+        }
+        let one = &triangles[..1];
+        assert!(chosen(one, Split::Area(1.0e-30), 4.0).1 <= 4);
+        assert_eq!(chosen(one, Split::Area(1.0e-30), f32::NAN).1, 1);
+    }
+
+    #[test]
+    fn an_area_within_the_budget_is_used_as_it_is() {
+        let (threshold, count) = chosen(&bars(500), Split::Area(1.0), 4.0);
+        assert_eq!((threshold.sa_max, threshold.budget_reached), (1.0, false));
+        assert!(count > 500);
+        assert_eq!(chosen(&bars(500), Split::Area(f32::NAN), 4.0).1, 500);
+    }
+
+    #[test]
+    fn no_triangles_need_no_threshold() {
+        for split in [Split::Off, Split::Auto, Split::Area(0.0)] {
+            assert_eq!(chosen(&[], split, 4.0).1, 0);
+        }
+    }
+}

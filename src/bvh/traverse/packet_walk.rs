@@ -1,0 +1,318 @@
+//! Traversal of the wide tree with a packet of rays at once.
+//!
+//! The frustum tests a node's children once for all rays. Each vector of rays tests a box only at leaves, or with
+//! [`Refine::Nodes`] at inner nodes too. A triangle is tested against a vector of rays at once. The hit of a ray does not
+//! depend on the other rays of the packet: as for single rays, bounds of the distance or the definition of a hit decide.
+
+use fearless_simd::{Simd, f32x8, f32x16, mask32x16, prelude::*};
+use glam::Vec3;
+
+use super::edge_functions::{DistanceBounds, EdgeFunctions};
+use super::frustum::{ENTRY_SLACK, EnteredBoxes, Frustum, Planes};
+use super::packet::{LANES, Packet, VECTORS};
+use super::visitor::TriangleSlot;
+use crate::bvh::statistics::TraversalCounters;
+use crate::bvh::wide_tree::{Leaf, Tag, Triangles, WIDTH, WideNode, WideTree};
+
+/// Entries of the fixed array of the stack.
+const SHALLOW: usize = 128;
+
+/// Nodes whose boxes are tested by vectors of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Refine {
+    /// Leaves only: for narrow packets, whose rays enter about the same nodes.
+    Leaves,
+    /// Leaves and inner nodes.
+    Nodes,
+}
+
+/// Triangle that rays of one vector may hit.
+pub(super) struct PacketCandidate<S: Simd> {
+    /// Vector of the packet.
+    pub(super) vector: usize,
+    /// Slot of the triangle.
+    pub(super) slot: TriangleSlot,
+    /// Index and flags of the triangle.
+    pub(super) tag: Tag,
+    /// Rays that may hit it.
+    pub(super) possible: u32,
+    /// Rays that certainly hit it, but for the limits of `t`.
+    pub(super) certain: u32,
+    /// Of the certain rays: those that hit the back.
+    pub(super) back: u32,
+    /// Of the certain rays: bounds of `t`.
+    pub(super) bounds: DistanceBounds<f32x16<S>>,
+}
+
+/// Receives the triangles that the rays of a packet may hit.
+pub(super) trait PacketVisitor {
+    /// Tests a candidate, updates the limits of the packet's rays, and returns whether any changed.
+    fn test<S: Simd>(&mut self, simd: S, packet: &mut Packet, candidate: &PacketCandidate<S>) -> bool;
+}
+
+/// Traversal of one packet.
+pub(super) struct PacketWalk<'a> {
+    /// Tree whose root is a node.
+    pub(super) tree: &'a WideTree,
+    /// Bounds of the packet's rays.
+    pub(super) frustum: Frustum,
+    /// Nodes whose boxes are tested by vectors of rays.
+    pub(super) refine: Refine,
+}
+
+/// Leaf that some rays of the packet enter.
+struct EnteredLeaf {
+    leaf: Leaf,
+    /// Rays that enter it, by vector.
+    live: [u32; VECTORS],
+    /// Largest distance at which any ray still looks for hits.
+    upper: f32,
+}
+
+/// Child of a node on the stack.
+#[derive(Clone, Copy)]
+struct Pending {
+    distance: f32,
+    /// Index of the parent, shifted left by three bits, and lane of the child there.
+    child: u32,
+    /// Vectors that enter the parent, one bit each.
+    vectors: u32,
+}
+
+/// Traversal stack, nearest entry on top. A fixed array covers ordinary trees; deeper trees continue on the heap.
+struct Stack {
+    shallow: [Pending; SHALLOW],
+    len: usize,
+    deep: Vec<Pending>,
+}
+
+impl Stack {
+    #[inline(always)]
+    fn new() -> Self {
+        let none = Pending { distance: 0.0, child: 0, vectors: 0 };
+        Self { shallow: [none; SHALLOW], len: 0, deep: Vec::new() }
+    }
+
+    /// Pushes the entered children of a node, nearest last.
+    #[inline(always)]
+    fn push_all(&mut self, node: u32, entered: &EnteredBoxes, vectors: u32) {
+        let mut mask = entered.mask;
+        let first = self.len;
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
+            mask &= mask - 1;
+            let distance = entered.distances[lane];
+            let pending = Pending { distance, child: node << 3 | lane as u32, vectors };
+            if self.len == SHALLOW {
+                self.deep.push(pending);
+                continue;
+            }
+            let mut position = self.len;
+            while position > first && self.shallow[position - 1].distance < distance {
+                self.shallow[position] = self.shallow[position - 1];
+                position -= 1;
+            }
+            self.shallow[position] = pending;
+            self.len += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> Option<Pending> {
+        if let Some(pending) = self.deep.pop() {
+            return Some(pending);
+        }
+        self.len = self.len.checked_sub(1)?;
+        Some(self.shallow[self.len & (SHALLOW - 1)])
+    }
+}
+
+impl PacketWalk<'_> {
+    /// Traverses the tree with the rays of `packet`.
+    #[inline(always)]
+    pub(super) fn traverse<S: Simd, V: PacketVisitor>(
+        &self,
+        simd: S,
+        packet: &mut Packet,
+        visitor: &mut V,
+        counters: &mut TraversalCounters,
+    ) {
+        let mut upper = farthest(simd, packet);
+        let mut stack = Stack::new();
+        let mut node_index = self.tree.root;
+        let mut vectors = (1 << packet.vectors()) - 1;
+        loop {
+            // Push the children of a node, nearest last.
+            let node = &self.tree.nodes[node_index as usize];
+            counters.nodes += 1;
+            let entered = self.frustum.enter(simd, node, upper);
+            stack.push_all(node_index, &entered, vectors);
+
+            // Pop up to the next inner node.
+            loop {
+                let Some(pending) = stack.pop() else { return };
+                if pending.distance * ENTRY_SLACK > upper {
+                    continue;
+                }
+                let node = &self.tree.nodes[(pending.child >> 3) as usize];
+                let lane = pending.child as usize & (WIDTH - 1);
+                let child = node.children[lane];
+                if let Some(leaf) = Leaf::of(child) {
+                    let live = self.enter(simd, packet, node, lane, pending.vectors);
+                    if live.iter().any(|&live| live != 0)
+                        && self.test_leaf(simd, packet, &EnteredLeaf { leaf, live, upper }, visitor, counters)
+                    {
+                        upper = farthest(simd, packet);
+                    }
+                    continue;
+                }
+                if self.refine == Refine::Nodes {
+                    let live = self.enter(simd, packet, node, lane, pending.vectors);
+                    vectors = 0;
+                    for (v, &live) in live.iter().enumerate() {
+                        vectors |= u32::from(live != 0) << v;
+                    }
+                    if vectors == 0 {
+                        continue;
+                    }
+                }
+                node_index = child;
+                break;
+            }
+        }
+    }
+
+    /// Rays of `vectors` that enter a child's box within their limits, by vector.
+    #[inline(always)]
+    fn enter<S: Simd>(
+        &self,
+        simd: S,
+        packet: &Packet,
+        node: &WideNode,
+        lane: usize,
+        vectors: u32,
+    ) -> [u32; VECTORS] {
+        let mut live = [0; VECTORS];
+        for (v, live) in live.iter_mut().enumerate() {
+            if vectors >> v & 1 == 0 {
+                continue;
+            }
+            let mut entry = f32x16::load_array_ref(simd, &packet.lower[v]);
+            let mut exit = f32x16::load_array_ref(simd, &packet.far[v]);
+            for axis in 0..3 {
+                let origin = f32x16::load_array_ref(simd, &packet.origin[axis][v]);
+                let reciprocal = f32x16::load_array_ref(simd, &packet.reciprocal[axis][v]);
+                let low = f32x16::splat(simd, node.planes[axis][lane] - self.frustum.padding);
+                let high = f32x16::splat(simd, node.planes[3 + axis][lane] + self.frustum.padding);
+                let to_low = (low - origin) * reciprocal;
+                let to_high = (high - origin) * reciprocal;
+                entry = entry.max(to_low.min(to_high));
+                exit = exit.min(to_low.max(to_high));
+            }
+            *live = (entry * ENTRY_SLACK).simd_le(exit).to_bitmask() as u32;
+        }
+        live
+    }
+
+    /// Passes the candidates of a leaf to the visitor; whether the limit of any ray changed.
+    #[inline(always)]
+    fn test_leaf<S: Simd, V: PacketVisitor>(
+        &self,
+        simd: S,
+        packet: &mut Packet,
+        entered: &EnteredLeaf,
+        visitor: &mut V,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let triangles = self.tree.triangles(entered.leaf);
+        let planes = bounds(simd, &triangles);
+        let boxes = self.frustum.enter_boxes(simd, &planes, entered.upper);
+        let mut mask = boxes.mask & ((1 << triangles.count()) - 1);
+        let mut changed = false;
+        while mask != 0 {
+            let lane = mask.trailing_zeros() as usize & (WIDTH - 1);
+            mask &= mask - 1;
+            let corners = triangles.corners(lane);
+            let tag = triangles.tag(lane);
+            for (vector, &live) in entered.live.iter().enumerate() {
+                if live == 0 {
+                    continue;
+                }
+                counters.triangles += 1;
+                let edges = edge_functions(simd, packet, vector, &corners);
+                let possible = edges.possible & live;
+                if possible == 0 {
+                    continue;
+                }
+                let reciprocal = f32x16::load_array_ref(simd, &packet.reciprocal[packet.axes[2]][vector]);
+                let candidate = PacketCandidate {
+                    vector,
+                    slot: TriangleSlot { leaf: entered.leaf, lane: lane as u32 },
+                    tag,
+                    possible,
+                    certain: edges.certain & possible,
+                    back: edges.back(),
+                    bounds: edges.distance_bounds(simd, reciprocal),
+                };
+                changed |= visitor.test(simd, packet, &candidate);
+            }
+        }
+        changed
+    }
+}
+
+/// Largest distance at which any ray still looks for hits.
+#[inline(always)]
+fn farthest<S: Simd>(simd: S, packet: &Packet) -> f32 {
+    let mut largest = f32x16::load_array_ref(simd, &packet.far[0]);
+    for row in &packet.far[1..packet.vectors()] {
+        largest = largest.max(f32x16::load_array_ref(simd, row));
+    }
+    largest.reduce_max()
+}
+
+/// Boxes of the triangles of a leaf; lanes beyond the last are unspecified.
+#[inline(always)]
+fn bounds<S: Simd>(simd: S, triangles: &Triangles) -> Planes {
+    let mut planes = [[0.0; WIDTH]; 6];
+    for axis in 0..3 {
+        let a = f32x8::load_array_ref(simd, triangles.lanes(0, axis));
+        let b = f32x8::load_array_ref(simd, triangles.lanes(1, axis));
+        let c = f32x8::load_array_ref(simd, triangles.lanes(2, axis));
+        a.min(b).min(c).store_array(&mut planes[axis]);
+        a.max(b).max(c).store_array(&mut planes[3 + axis]);
+    }
+    planes
+}
+
+/// Edge functions of one triangle for a vector of rays.
+#[inline(always)]
+fn edge_functions<S: Simd>(
+    simd: S,
+    packet: &Packet,
+    vector: usize,
+    corners: &[Vec3; 3],
+) -> EdgeFunctions<f32x16<S>> {
+    let [kx, ky, kz] = packet.axes;
+    let x = f32x16::load_array_ref(simd, &packet.origin[kx][vector]);
+    let y = f32x16::load_array_ref(simd, &packet.origin[ky][vector]);
+    let z = f32x16::load_array_ref(simd, &packet.origin[kz][vector]);
+    let shear_x = f32x16::load_array_ref(simd, &packet.shear[0][vector]);
+    let shear_y = f32x16::load_array_ref(simd, &packet.shear[1][vector]);
+    let mut sheared = [[f32x16::splat(simd, 0.0); 3]; 3];
+    for (sheared, corner) in sheared.iter_mut().zip(corners) {
+        let depth = f32x16::splat(simd, corner[kz]) - z;
+        *sheared = [
+            f32x16::splat(simd, corner[kx]) - x - depth * shear_x,
+            f32x16::splat(simd, corner[ky]) - y - depth * shear_y,
+            depth,
+        ];
+    }
+    EdgeFunctions::new(sheared)
+}
+
+/// Lane mask of the lowest sixteen bits.
+#[inline(always)]
+pub(super) fn lane_mask<S: Simd>(simd: S, bits: u32) -> mask32x16<S> {
+    mask32x16::from_bitmask(simd, u64::from(bits & ((1 << LANES) - 1)))
+}

@@ -1,0 +1,26 @@
+//! Flags of a triangle that traversal needs besides its corners.
+
+/// Set of flags of one triangle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct TriangleFlags(pub u8);
+
+impl TriangleFlags {
+    /// The back face is invisible to [`crate::bvh::Bvh::closest_hit`]; the other queries see it.
+    pub const SINGLE_SIDED: Self = Self(1);
+    /// A hit counts only where the query's filter accepts it.
+    pub const FILTERED: Self = Self(2);
+    /// The triangle is left out of the hierarchy (hidden, or of zero area); its index stays taken.
+    pub const HIDDEN: Self = Self(4);
+
+    /// Union of both sets.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Whether all flags of `other` are set.
+    pub const fn has(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}

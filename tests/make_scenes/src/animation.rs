@@ -1,4 +1,4 @@
-//! Scenes of `animation/`. Frames are at 24 a second: frame 12 is 0.5 s.
+//! Scenes of `animation/`. Frames are at 24 fps: frame 12 is 0.5 s.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,7 +8,7 @@ use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, cuboid, ico_sphere};
+use scene_builder::shapes::{TriangleMesh, cuboid, ico_sphere};
 use scene_builder::staging::{Track, clip, flat3, flat4, grey_floor, lit_stage};
 
 pub(crate) const SCENES: [Entry; 5] = [
@@ -47,7 +47,7 @@ fn step_linear_cubic() -> Built {
 }
 
 /// An arrow along +Y from the origin, one unit long.
-fn arrow() -> Shape {
+fn arrow() -> TriangleMesh {
     let mut arrow = cuboid(0.08, 0.8, 0.08).moved(1.0, Quat::IDENTITY, Vec3::new(0.0, 0.4, 0.0));
     let head =
         cuboid(0.22, 0.22, 0.08).moved(1.0, Quat::from_rotation_z(PI / 4.0), Vec3::new(0.0, 0.85, 0.0));

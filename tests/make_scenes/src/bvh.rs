@@ -1,4 +1,4 @@
-//! Scenes of `bvh/`: hard for the acceleration structure, plain to the eye.
+//! Scenes of `bvh/`: difficult input for the acceleration structure.
 
 use std::f32::consts::PI;
 
@@ -8,7 +8,7 @@ use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, cuboid, cylinder, floor, ico_sphere, quad, torus};
+use scene_builder::shapes::{TriangleMesh, cuboid, cylinder, floor, ico_sphere, quad, torus};
 use scene_builder::staging::{camera, grey_floor, key_and_fill, lit_stage};
 
 pub(crate) const SCENES: [Entry; 5] = [
@@ -29,7 +29,7 @@ fn slivers() -> Built {
     let ground = floor(8000.0, 8000.0).plain().add_to(&mut gltf, dark);
     gltf.node(Node::mesh(ground).named("ground"));
     let bright = Material::matte("rails", [0.8, 0.75, 0.6]).add_to(&mut gltf);
-    let mut rails = Shape::default();
+    let mut rails = TriangleMesh::default();
     for index in 0..41 {
         let length = [40.0, 400.0, 4000.0][index % 3];
         let x = (index as f32 - 20.0) * 0.4;
@@ -47,8 +47,8 @@ fn slivers() -> Built {
 }
 
 /// A panel 3 m wide of `rows` rows 3 mm high, two triangles each.
-fn sliver_panel(rows: u32) -> Shape {
-    let mut shape = Shape::default();
+fn sliver_panel(rows: u32) -> TriangleMesh {
+    let mut shape = TriangleMesh::default();
     for row in 0..=rows {
         let y = (row as f32 - rows as f32 / 2.0) * -0.003;
         shape.positions.extend([Vec3::new(-1.5, y, 0.0), Vec3::new(1.5, y, 0.0)]);
@@ -90,7 +90,7 @@ fn teapot_in_stadium() -> Built {
     let ground = floor(400.0, 400.0).plain().add_to(&mut gltf, grass);
     gltf.node(Node::mesh(ground).named("grass"));
     let concrete = Material::matte("stands", [0.55, 0.53, 0.5]).add_to(&mut gltf);
-    let mut stands = Shape::default();
+    let mut stands = TriangleMesh::default();
     for step in 0..24 {
         let place = Vec3::new(0.0, 1.0 + step as f32 * 1.2, -80.0 - step as f32 * 2.5);
         stands.join(&cuboid(400.0, 2.0, 2.5).moved(1.0, Quat::IDENTITY, place));
@@ -153,7 +153,7 @@ fn degenerate_triangles() -> Built {
     let mut shape = ico_sphere(0.6, 2).moved(1.0, Quat::IDENTITY, Vec3::new(-0.8, 0.6, 0.0));
     shape.join(&quad(1.1, 1.1).plain().moved(1.0, Quat::IDENTITY, Vec3::new(0.8, 0.6, 0.0)));
     let first = shape.positions.len() as u32;
-    // Three corners in a row through the picture, and the same point three times.
+    // Three collinear corners across the view, and one point three times.
     for x in [-2.0, 0.5, 3.0, 0.0, 0.0, 0.0] {
         shape.positions.push(Vec3::new(x, 1.0, 0.4));
         shape.normals.push(Vec3::Z);

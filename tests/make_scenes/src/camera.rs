@@ -34,7 +34,7 @@ pub(crate) fn orthographic(x: f32, y: f32) -> Json {
     ])
 }
 
-/// Two unlit colours, for pictures whose edges matter.
+/// Two unlit colours, for images whose edges matter.
 fn two_colours(gltf: &mut Gltf) -> [usize; 2] {
     [
         Material::unlit("green", [0.1, 0.5, 0.15]).add_to(gltf),

@@ -13,21 +13,21 @@ use glam::{Quat, Vec2, Vec3, Vec4};
 use crate::demo_bodies::{KEYS, star_mesh, sway, tentacle_joints, tentacle_mesh};
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{Filter, Picture};
+use scene_builder::image::{Filter, Image};
 use scene_builder::material::{Alpha, Material, TextureUse, Volume};
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, grid_indices, uv_sphere};
+use scene_builder::shapes::{TriangleMesh, grid_indices, uv_sphere};
 use scene_builder::staging::{ASPECT_RATIO, Track, clip, flat3, flat4, light, looking, perspective};
 
 pub(crate) const SCENES: [Entry; 1] = [entry("demo/whitted_1980", whitted_1980)];
 
-/// The clip's length; its end is like its beginning.
+/// Length of the looping clip, seconds.
 const SECONDS: f32 = 3.0;
 /// Radius of the sky.
 const SKY_RADIUS: f32 = 140.0;
 /// Metres that one repeat of the chequer, four squares, covers.
 const TILE_OF_CHEQUER: f32 = 5.0;
-/// What the camera circles, and how far away it is.
+/// Centre and radius of the camera's orbit.
 const PIVOT: Vec3 = Vec3::new(0.1, 1.3, 0.0);
 const CAMERA_DISTANCE: f32 = 8.2;
 
@@ -110,7 +110,7 @@ fn sky(gltf: &mut Gltf) {
 }
 
 fn chequered_ground(gltf: &mut Gltf) -> Built<()> {
-    let chequer = Picture::chequer(256, 64, [240, 210, 62], [208, 44, 30]);
+    let chequer = Image::chequer(256, 64, [240, 210, 62], [208, 44, 30]);
     let texture = chequer.texture(gltf, "chequer", Filter::Mipmapped)?;
     let near = Material {
         base_color_texture: Some(TextureUse::of(texture)),
@@ -133,9 +133,9 @@ fn chequered_ground(gltf: &mut Gltf) -> Built<()> {
 }
 
 /// A flat ring in the plane y = 0, facing up, with rows at `radii` from the inside out and its alpha by radius.
-fn ring(radii: &[f32], alpha: impl Fn(f32) -> f32) -> Shape {
+fn ring(radii: &[f32], alpha: impl Fn(f32) -> f32) -> TriangleMesh {
     let segments = 48;
-    let mut shape = Shape::default();
+    let mut shape = TriangleMesh::default();
     for &radius in radii {
         for segment in 0..=segments {
             let (sin, cos) = libm::sincosf(TAU * (segment % segments) as f32 / segments as f32);
@@ -202,10 +202,10 @@ fn star<'a>(gltf: &mut Gltf, times: &'a [f32]) -> [Track<'a>; 2] {
     .concat();
     // A fifth of a turn about a corner's axis brings the spikes back on themselves.
     let axis = scene_builder::shapes::ico_sphere(1.0, 0).positions[3];
-    let turns: Vec<Quat> =
+    let rotations: Vec<Quat> =
         (0..=KEYS).map(|key| Quat::from_axis_angle(axis, TAU / 5.0 * key as f32 / KEYS as f32)).collect();
     [
         Track { node, path: "weights", interpolation: "CUBICSPLINE", times, values: smooth(&pulse, 2) },
-        Track { node, path: "rotation", interpolation: "LINEAR", times, values: flat4(&turns) },
+        Track { node, path: "rotation", interpolation: "LINEAR", times, values: flat4(&rotations) },
     ]
 }

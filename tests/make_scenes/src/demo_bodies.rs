@@ -1,4 +1,4 @@
-//! The bodies of the demo that move by themselves: a tentacle on eight joints and a star that pulses.
+//! Animated bodies of the demo: a tentacle skinned to eight joints and a morphing star.
 
 use std::f32::consts::TAU;
 
@@ -8,7 +8,7 @@ use crate::morph::morph_mesh;
 use scene_builder::document::Gltf;
 use scene_builder::json::object;
 use scene_builder::node::Node;
-use scene_builder::shapes::{self, Shape, grid_indices, ico_sphere};
+use scene_builder::shapes::{self, TriangleMesh, grid_indices, ico_sphere};
 use scene_builder::staging::{Track, flat4};
 
 /// Joints of a tentacle.
@@ -28,7 +28,7 @@ fn tentacle_radius(share: f32) -> f32 {
 /// Adds the mesh of an upright tentacle with its foot at the origin, bound to joints `LENGTH / JOINTS` apart.
 pub(crate) fn tentacle_mesh(gltf: &mut Gltf, material: usize) -> usize {
     let (sides, rows) = (32, 64);
-    let mut shape = Shape::default();
+    let mut shape = TriangleMesh::default();
     let (mut joints, mut weights) = (Vec::new(), Vec::new());
     for row in 0..=rows {
         // Rows from the tip down, closer together near the tip.
@@ -131,7 +131,8 @@ pub(crate) fn star_mesh(gltf: &mut Gltf, radius: f32, material: usize) -> usize 
         flat.push((*direction * squash - *direction) * radius);
         flat_normals.push((*direction / squash).normalize() - *direction);
     }
-    let shape = Shape { positions: ball.normals.iter().map(|normal| *normal * radius).collect(), ..ball };
+    let shape =
+        TriangleMesh { positions: ball.normals.iter().map(|normal| *normal * radius).collect(), ..ball };
     let attributes = shape.attributes(gltf);
     let indices = gltf.indices(&shape.indices);
     let mut target = |positions: &[Vec3], normals: &[Vec3]| {

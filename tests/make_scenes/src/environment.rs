@@ -1,4 +1,4 @@
-//! Scenes of `environment/`: pictures all around, what is seen behind the scene, and shadows for a plate.
+//! Scenes of `environment/`: environment images, backgrounds and shadow catchers.
 
 use glam::Vec3;
 
@@ -11,21 +11,21 @@ use scene_builder::shapes::{cuboid, floor, ico_sphere};
 use scene_builder::staging::{camera, directional_light, point_light};
 
 pub(crate) const SCENES: [Entry; 4] = [
-    entry("environment/picture", picture_around),
+    entry("environment/picture", three_balls_in_environment),
     entry("environment/turned", turned),
     entry("environment/background", background),
     entry("environment/shadow_catcher", shadow_catcher),
 ];
 
-/// Where [`picture`] is written, below `scenes/`.
-pub(crate) const PICTURE_PATH: &str = "environment/quarters.hdr";
+/// Path of [`image`] below `scenes/`.
+pub(crate) const IMAGE_PATH: &str = "environment/quarters.hdr";
 
-/// Columns and rows of the picture.
+/// Width and height of the image.
 const SIZE: (u32, u32) = (64, 32);
 
-/// An equirectangular Radiance picture without compression: a quarter each red, green, blue and yellow from the left, in front
-/// (the middle) green to the left and blue to the right; a white sky at the top and a dark ground.
-pub(crate) fn picture() -> Vec<u8> {
+/// An equirectangular Radiance image without compression: quarters of red, green, blue and yellow from left to right, so that
+/// in front (in the centre) green is on the left and blue on the right. The sky is white, the ground dark.
+pub(crate) fn image() -> Vec<u8> {
     let mut file =
         format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", SIZE.1, SIZE.0).into_bytes();
     for row in 0..SIZE.1 {
@@ -44,7 +44,7 @@ pub(crate) fn picture() -> Vec<u8> {
     file
 }
 
-/// Three mantissas and the exponent that they share.
+/// Three mantissas and their shared exponent.
 fn rgbe(color: [f32; 3]) -> [u8; 4] {
     let largest = color.into_iter().fold(0.0, |a, b| if a > b { a } else { b });
     let (mut exponent, mut scale) = (128_u8, 256.0);
@@ -73,7 +73,7 @@ fn three_balls(gltf: &mut Gltf) {
     }
 }
 
-fn picture_around() -> Built {
+fn three_balls_in_environment() -> Built {
     let mut gltf = Gltf::new(
         "Three balls in a room of four colours: behind them green to the left and blue to the right, in the mirror ball red to \
          the left and yellow to the right, the white sky on top of each; the rough ball shows the same blurred, the matte one only \

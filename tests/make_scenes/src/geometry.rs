@@ -1,4 +1,4 @@
-//! Scenes of `geometry/`: the ways triangles can be put together and placed.
+//! Scenes of `geometry/`: primitive topologies and node transforms.
 
 use std::f32::consts::PI;
 
@@ -9,7 +9,7 @@ use scene_builder::document::{Built, Gltf};
 use scene_builder::json::{Json, list, object};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, cuboid, ico_sphere, quad, torus};
+use scene_builder::shapes::{TriangleMesh, cuboid, ico_sphere, quad, torus};
 use scene_builder::staging::{grey_floor, lit_stage};
 
 pub(crate) const SCENES: [Entry; 4] = [
@@ -106,7 +106,7 @@ fn flat_normals() -> Built {
     grey_floor(&mut gltf, 8.0, 6.0);
     let material = paint(&mut gltf);
     let smooth = ico_sphere(0.75, 1);
-    let flat = Shape { normals: Vec::new(), ..smooth.clone() };
+    let flat = TriangleMesh { normals: Vec::new(), ..smooth.clone() };
     let flat = flat.add_to(&mut gltf, material);
     let smooth = smooth.add_to(&mut gltf, material);
     gltf.node(Node::mesh(flat).at(-1.0, 0.75, 0.0));

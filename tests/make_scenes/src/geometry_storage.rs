@@ -1,4 +1,4 @@
-//! Scenes of `geometry/`: the ways a file can store numbers.
+//! Scenes of `geometry/`: component types, strides and sparse storage.
 
 use glam::Vec3;
 
@@ -9,7 +9,7 @@ use scene_builder::document::{Built, Gltf};
 use scene_builder::json::{Json, list, object};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, torus, uv_sphere};
+use scene_builder::shapes::{TriangleMesh, torus, uv_sphere};
 use scene_builder::staging::{grey_floor, lit_stage};
 
 pub(crate) const SCENES: [Entry; 4] = [
@@ -27,7 +27,7 @@ fn quantized() -> Built {
     gltf.requires_extension("KHR_mesh_quantization");
     lit_stage(&mut gltf, Vec3::new(0.0, 2.2, 4.2), Vec3::new(0.0, 0.3, 0.0), 32.0);
     grey_floor(&mut gltf, 9.0, 7.0);
-    let chequer = scene_builder::image::Picture::chequer(16, 8, [225, 200, 120], [60, 90, 140]);
+    let chequer = scene_builder::image::Image::chequer(16, 8, [225, 200, 120], [60, 90, 140]);
     let texture = chequer.texture(&mut gltf, "chequer", scene_builder::image::Filter::Nearest)?;
     let mut ring = torus(0.6, 0.25, 32, 16);
     for uv in &mut ring.uvs {
@@ -57,7 +57,7 @@ fn quantized() -> Built {
 }
 
 /// Positions as fractions of 32767, normals of 127, coordinates of 65535 over (8, 4); rows padded to 4 bytes.
-fn quantized_attributes(gltf: &mut Gltf, shape: &Shape) -> Json {
+fn quantized_attributes(gltf: &mut Gltf, shape: &TriangleMesh) -> Json {
     let signed16 = |value: f32| libm::roundf(value * 32767.0) as i16;
     let signed8 = |value: f32| libm::roundf(value * 127.0) as i8;
     let positions: Vec<[i16; 3]> =
@@ -193,7 +193,7 @@ fn index_accessor(gltf: &mut Gltf, component: Component, count: usize, data: Vec
 }
 
 /// Positions and normals in one buffer view of 24 bytes a vertex.
-fn interleaved(gltf: &mut Gltf, shape: &Shape) -> Json {
+fn interleaved(gltf: &mut Gltf, shape: &TriangleMesh) -> Json {
     let pairs = shape.positions.iter().zip(&shape.normals);
     let bytes =
         float_bytes(pairs.flat_map(|(position, normal)| [position.to_array(), normal.to_array()].concat()));

@@ -1,4 +1,4 @@
-//! Scenes of `material/` about light that passes through surfaces.
+//! Scenes of `material/` about transmission.
 
 use glam::{Quat, Vec3};
 
@@ -6,7 +6,7 @@ use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::material::{Material, Volume};
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, cuboid, ico_sphere, quad, upright_prism, uv_sphere};
+use scene_builder::shapes::{TriangleMesh, cuboid, ico_sphere, quad, upright_prism, uv_sphere};
 use scene_builder::staging::{camera, chequered_floor, chequered_wall, directional_light, grey_floor};
 
 pub(crate) const SCENES: [Entry; 8] = [
@@ -46,7 +46,7 @@ fn two_colour_wall(gltf: &mut Gltf, z: f32) {
 fn striped_wall(gltf: &mut Gltf, stripes: u32, stripe: f32, height: f32) -> usize {
     let light = Material::unlit("light stripes", [0.8, 0.8, 0.75]).add_to(gltf);
     let dark = Material::unlit("dark stripes", [0.05, 0.08, 0.15]).add_to(gltf);
-    // One row of a chequered wall, stretched.
+    // One row of a chequered wall, scaled.
     let wall = chequered_wall(gltf, [stripes, 1], stripe, [light, dark]);
     gltf.node(Node::mesh(wall).named("stripes").scaled(1.0, height / stripe, 1.0))
 }
@@ -136,7 +136,7 @@ fn total_internal_reflection() -> Built {
 }
 
 /// A prism along Y with short sides at z = 0.6 and x = 0.6 and the long side between their far ends.
-fn prism() -> Shape {
+fn prism() -> TriangleMesh {
     upright_prism([(-0.6, 0.6), (0.6, 0.6), (0.6, -0.6)], 0.6)
 }
 

@@ -1,4 +1,4 @@
-//! The scene of light that comes with the file: a cube of pictures and the harmonics of its irradiance.
+//! The scene of `EXT_lights_image_based`: a cube map and the spherical harmonics of its irradiance.
 
 use std::f32::consts::PI;
 
@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::Picture;
+use scene_builder::image::Image;
 use scene_builder::json::{Json, list, object};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
@@ -47,7 +47,7 @@ fn image_based() -> Built {
     for level in 0..3 {
         let mut faces = Vec::new();
         for face in 0..6 {
-            faces.push(face_picture(SIZE >> level, face, level as f32 / 2.0).add_to(&mut gltf, "sky")?);
+            faces.push(face_image(SIZE >> level, face, level as f32 / 2.0).add_to(&mut gltf, "sky")?);
         }
         levels.push(list(faces));
     }
@@ -65,7 +65,7 @@ fn image_based() -> Built {
 }
 
 /// A wall of the cube seen from inside, blurred towards the mean as `roughness` grows.
-fn face_picture(size: u32, face: usize, roughness: f32) -> Picture {
+fn face_image(size: u32, face: usize, roughness: f32) -> Image {
     let walls = [
         (Vec3::X, Vec3::Y),
         (Vec3::NEG_X, Vec3::Y),
@@ -76,7 +76,7 @@ fn face_picture(size: u32, face: usize, roughness: f32) -> Picture {
     ];
     let (forward, up) = walls[face];
     let mean = Vec3::new(0.6, 0.665, 0.825);
-    Picture::new(size, size, |x, y| {
+    Image::new(size, size, |x, y| {
         let place = |texel: u32| (texel as f32 + 0.5) / size as f32 * 2.0 - 1.0;
         let direction = (forward + forward.cross(up) * place(x) - up * place(y)).normalize();
         let radiance = sky(direction);

@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 use scene_builder::document::Built;
 
-/// The settings of all pictures, and where the references lie.
+/// The suite file: settings of all shots, and the folder of the references.
 const SUITE: &str = r#"# The pictures of all scenes: `rayframe test --suite scenes` renders them and compares.
 scenes = "."
 references = "../reference_images"
@@ -52,7 +52,7 @@ layers = ["object_id", "material_id"]   # few bytes that tell what moved from wh
 strict = true
 "#;
 
-/// A scene: its path below `scenes/` without the extension, and what builds it.
+/// A scene: its path below `scenes/` without the extension, and the function that builds it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Entry {
     path: &'static str,
@@ -63,7 +63,7 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
     Entry { path, build }
 }
 
-/// All files: path below `scenes/` and content.
+/// All files of the suite: path below `scenes/` and content.
 pub fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
     let areas: [&[Entry]; 20] = [
         &light::SCENES,
@@ -98,11 +98,11 @@ pub fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
         files.insert(scene, gltf.to_file_text().into_bytes());
     }
     files.insert(PathBuf::from("suite.toml"), SUITE.into());
-    files.insert(PathBuf::from(environment::PICTURE_PATH), environment::picture());
+    files.insert(PathBuf::from(environment::IMAGE_PATH), environment::image());
     Ok(files)
 }
 
-/// How the files below `folder` differ from `scenes`: one line for each that is missing, different or not known.
+/// Compares the files below `folder` with `scenes`: one line for each that is missing, different or unknown.
 pub fn differences(
     folder: &Path,
     scenes: &BTreeMap<PathBuf, Vec<u8>>,

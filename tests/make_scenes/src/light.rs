@@ -1,4 +1,4 @@
-//! Scenes of `light/`: what each kind of light does to a plain floor.
+//! Scenes of `light/`: a plain floor under each kind of light.
 
 use glam::{Quat, Vec3};
 

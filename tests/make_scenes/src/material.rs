@@ -4,7 +4,7 @@ use glam::{Quat, Vec3};
 
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{Filter, Picture};
+use scene_builder::image::{Filter, Image};
 use scene_builder::material::{Alpha, Material, TextureUse};
 use scene_builder::node::Node;
 use scene_builder::shapes::{cuboid, ico_sphere, quad};
@@ -136,7 +136,7 @@ fn unlit() -> Built {
     let balls = ico_sphere(0.6, 3).add_with_each(&mut gltf, &[flat, shaded]);
     gltf.node(Node::mesh(balls[0]).at(-0.95, 0.6, 0.0));
     gltf.node(Node::mesh(balls[1]).at(0.95, 0.6, 0.0));
-    // A bar in the light's way, above the picture, shades a band of each ball.
+    // A bar above the view casts a shadow over a band of each ball.
     let bar = cuboid(6.0, 0.12, 0.12).plain().add_to(&mut gltf, shaded);
     gltf.node(Node::mesh(bar).named("bar").at(0.0, 2.2, 1.41));
     Ok(gltf)
@@ -149,7 +149,7 @@ fn alpha_mask() -> Built {
     );
     lit_stage(&mut gltf, Vec3::new(-0.6, 1.6, 4.6), Vec3::new(-0.3, 0.6, 0.0), 35.0);
     grey_floor(&mut gltf, 8.0, 8.0);
-    let ramp = Picture::new(64, 64, |x, y| {
+    let ramp = Image::new(64, 64, |x, y| {
         let (dx, dy) = (x as f32 - 31.5, y as f32 - 31.5);
         let alpha = 1.0 - libm::sqrtf(dx * dx + dy * dy) / 32.0;
         [230, 120, 60, scene_builder::image::byte(alpha)]

@@ -1,4 +1,4 @@
-//! Scenes of `material/` about extensions that lie on a surface or shape its reflection.
+//! Scenes of `material/` about glTF material extensions other than transmission.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -6,14 +6,14 @@ use glam::{Quat, Vec3, Vec4};
 
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{Filter, Picture, byte};
+use scene_builder::image::{Filter, Image, byte};
 use scene_builder::json::{list, object};
 use scene_builder::material::{
     Anisotropy, ClearCoat, DiffuseTransmission, Iridescence, Material, Sheen, Specular, SpecularGlossiness,
     TextureUse,
 };
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, cuboid, ico_sphere, mesh, quad, upright_prism, uv_sphere};
+use scene_builder::shapes::{TriangleMesh, cuboid, ico_sphere, mesh, quad, upright_prism, uv_sphere};
 use scene_builder::staging::{
     camera, chequered_floor, directional_light, grey_floor, lit_stage, point_light,
 };
@@ -76,7 +76,7 @@ fn clear_coat_normals() -> Built {
     );
     camera(&mut gltf, Vec3::new(0.0, 0.0, 5.0), Vec3::ZERO, 24.0);
     directional_light(&mut gltf, Vec3::new(-0.25, 1.0, 1.0), 0.4);
-    let ripples = Picture::normal_map(64, |u, v| {
+    let ripples = Image::normal_map(64, |u, v| {
         let (x, y) = (u - 0.5, v - 0.5);
         let distance = libm::sqrtf(x * x + y * y);
         if distance < 0.01 {
@@ -159,7 +159,7 @@ fn iridescence_thickness() -> Built {
     let bright = bright.add_to(&mut gltf);
     let card = quad(20.0, 20.0).plain().add_to(&mut gltf, bright);
     gltf.node(Node::mesh(card).at(0.0, 0.0, 6.0));
-    let ramp = Picture::new(1, 256, |_, y| [0, y as u8, 0, 255]);
+    let ramp = Image::new(1, 256, |_, y| [0, y as u8, 0, 255]);
     let texture = ramp.texture(&mut gltf, "thickness", Filter::Linear)?;
     let film = Iridescence {
         ior: 1.33,
@@ -231,8 +231,8 @@ fn anisotropy_texture() -> Built {
     gltf.node(Node { camera: Some(camera), ..Node::default() }.at(eye.x, eye.y, eye.z).turned(turned));
     directional_light(&mut gltf, Vec3::new(0.0, 1.0, -0.4), 0.5);
     grey_floor(&mut gltf, 6.0, 4.0);
-    let circles = Picture::new(64, 64, |x, y| {
-        // v runs down the picture and the bitangent up.
+    let circles = Image::new(64, 64, |x, y| {
+        // v runs down the image and the bitangent up.
         let (dx, dy) = (x as f32 - 31.5, 31.5 - y as f32);
         let distance = libm::sqrtf(dx * dx + dy * dy);
         let strength = if distance < 31.0 { 255 } else { 0 };
@@ -271,7 +271,7 @@ fn dispersion() -> Built {
 }
 
 /// A slim prism along Y that is thick at the right, flat towards the viewer.
-fn wedge() -> Shape {
+fn wedge() -> TriangleMesh {
     upright_prism([(-0.4, 0.1), (0.4, 0.1), (0.4, -0.35)], 0.45)
 }
 
@@ -368,7 +368,7 @@ fn specular_glossiness() -> Built {
     camera(&mut gltf, Vec3::new(0.0, 1.4, 7.5), Vec3::new(0.0, 0.5, 0.0), 31.0);
     chequered_floor(&mut gltf, [16, 10], 0.5);
     let bands =
-        Picture::new(1, 16, |_, y| if y / 2 % 2 == 0 { [255, 221, 149, 255] } else { [56, 56, 60, 40] });
+        Image::new(1, 16, |_, y| if y / 2 % 2 == 0 { [255, 221, 149, 255] } else { [56, 56, 60, 40] });
     let texture = TextureUse::of(bands.texture(&mut gltf, "bands", Filter::Nearest)?);
     let older = |color, specular, glossiness, texture| Material {
         specular_glossiness: Some(SpecularGlossiness { specular, glossiness, texture }),

@@ -10,7 +10,7 @@ use scene_builder::document::{Built, Gltf};
 use scene_builder::json::{Json, list, object};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, cuboid, ico_sphere, strip};
+use scene_builder::shapes::{TriangleMesh, cuboid, ico_sphere, strip};
 use scene_builder::staging::{Track, clip, grey_floor, lit_stage};
 
 pub(crate) const SCENES: [Entry; 3] = [
@@ -76,7 +76,7 @@ fn weights() -> Built {
     Ok(gltf)
 }
 
-/// Differences of which only those that are not zero are stored.
+/// Sparse differences: only those that are not zero are stored.
 fn sparse_difference(gltf: &mut Gltf, differences: &[Vec3]) -> usize {
     let moved = differences.iter().enumerate().filter(|(_, value)| **value != Vec3::ZERO);
     let (indices, values): (Vec<u16>, Vec<Vec3>) = moved.map(|(index, value)| (index as u16, *value)).unzip();
@@ -127,7 +127,7 @@ fn morph_then_skin() -> Built {
     );
     lit_stage(&mut gltf, Vec3::new(0.3, 0.9, 5.0), Vec3::new(0.3, 0.9, 0.0), 28.0);
     let paint = Material::matte("strip", [0.65, 0.25, 0.05]).two_sided().add_to(&mut gltf);
-    let shape: Shape = strip(0.3, 2.0, 8).plain();
+    let shape: TriangleMesh = strip(0.3, 2.0, 8).plain();
     let mut attributes = shape.attributes(&mut gltf);
     let weights: Vec<[u8; 4]> = shape
         .positions

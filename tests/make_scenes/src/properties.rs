@@ -1,4 +1,4 @@
-//! Scenes of properties that clips move, of nodes that hide and of instances. Frames are at 24 a second.
+//! Scenes of animated properties, hidden nodes and instances. Frames are at 24 fps.
 
 use std::f32::consts::{PI, TAU};
 
@@ -7,7 +7,7 @@ use glam::{Quat, Vec3};
 use crate::{Entry, entry};
 use scene_builder::accessor::{Accessor, Component, Use};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{Filter, Picture};
+use scene_builder::image::{Filter, Image};
 use scene_builder::json::{Json, list, object};
 use scene_builder::material::{Material, TextureTransform, TextureUse};
 use scene_builder::node::Node;
@@ -71,7 +71,7 @@ fn pointer_material() -> Built {
         ..Material::matte("glow", [0.05; 3])
     };
     let glow = glow.add_to(&mut gltf);
-    let letter = Picture::letter_f(16).texture(&mut gltf, "letter", Filter::Nearest)?;
+    let letter = Image::letter_f(16).texture(&mut gltf, "letter", Filter::Nearest)?;
     let transform = TextureTransform { offset: [0.0; 2], rotation_radians: 0.0, scale: [1.0; 2] };
     let letter = Material {
         base_color_texture: Some(TextureUse { transform: Some(transform), ..TextureUse::of(letter) }),
@@ -168,7 +168,7 @@ fn visibility() -> Built {
     Ok(gltf)
 }
 
-/// A clip of one switch at 0 and 0.5 s.
+/// A clip of one step property with keys at 0 and 0.5 s.
 fn half_way(gltf: &mut Gltf, pointer: &str, output: usize) {
     gltf.uses_extension("KHR_animation_pointer");
     let input = gltf.track("SCALAR", 1, &[0.0, 0.5]);

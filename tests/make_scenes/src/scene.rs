@@ -1,4 +1,4 @@
-//! Scenes of `scene/`: what of a file is shown.
+//! Scenes of `scene/`: the selection of scenes and nodes.
 
 use glam::Vec3;
 

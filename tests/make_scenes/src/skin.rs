@@ -8,7 +8,7 @@ use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
-use scene_builder::shapes::{self, Shape, strip};
+use scene_builder::shapes::{self, TriangleMesh, strip};
 use scene_builder::staging::{Track, clip, flat4, lit_stage};
 
 pub(crate) const SCENES: [Entry; 3] = [
@@ -95,11 +95,11 @@ fn mesh_transform_ignored() -> Built {
     let mut tracks = Vec::new();
     for x in [-1.0, 1.0] {
         let (joints, skin) = two_joints(&mut gltf, Vec3::new(x, 0.0, 0.0));
-        let placed = Node { skin: Some(skin), ..Node::mesh(mesh).named("strip") };
+        let strip_node = Node { skin: Some(skin), ..Node::mesh(mesh).named("strip") };
         if x < 0.0 {
-            gltf.node(placed);
+            gltf.node(strip_node);
         } else {
-            let child = gltf.node(placed.at(3.0, 1.0, -2.0).turned(Quat::from_rotation_y(FRAC_PI_4)));
+            let child = gltf.node(strip_node.at(3.0, 1.0, -2.0).turned(Quat::from_rotation_y(FRAC_PI_4)));
             gltf.node(Node::group(&[child]).named("parent").at(0.0, -5.0, 0.0).scaled(2.0, 0.5, 2.0));
         }
         let values = flat4(&[Quat::IDENTITY, Quat::from_rotation_z(-FRAC_PI_2)]);
@@ -138,7 +138,7 @@ fn many_influences() -> Built {
 }
 
 /// The mesh of a strip whose vertices follow all six joints, or only the joint of their row.
-fn influenced(gltf: &mut Gltf, shape: &Shape, material: usize, spread: bool) -> usize {
+fn influenced(gltf: &mut Gltf, shape: &TriangleMesh, material: usize, spread: bool) -> usize {
     let vertices = shape.positions.len();
     let mut attributes = shape.attributes(gltf);
     if spread {

@@ -1,4 +1,4 @@
-//! Scenes of `storage/`: one picture, stored in every way that a file can pack geometry and images.
+//! Scenes of `storage/`: one scene in every way that a file can pack geometry and images.
 //!
 //! The packed streams are made from `storage/plain` by `tests/oracles/storage_streams.mjs` with the encoders of the
 //! formats' authors, without loss.
@@ -10,11 +10,11 @@ use serde_json::Value;
 use crate::{Entry, entry};
 use scene_builder::accessor::{Use, bounds_of};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{Filter, Picture, Wrap, opaque, texture};
+use scene_builder::image::{Filter, Image, Wrap, opaque, texture};
 use scene_builder::json::{Json, list, object};
 use scene_builder::material::{Material, TextureUse};
 use scene_builder::node::Node;
-use scene_builder::shapes::{self, Shape, torus};
+use scene_builder::shapes::{self, TriangleMesh, torus};
 use scene_builder::staging::{grey_floor, lit_stage};
 
 pub(crate) const SCENES: [Entry; 7] = [
@@ -29,7 +29,7 @@ pub(crate) const SCENES: [Entry; 7] = [
 
 const STREAMS: &str = include_str!("../streams/ring.json");
 
-/// An empty file that will show the ring, stored as `how` says.
+/// An empty file for the ring; `how` describes its storage.
 fn new(how: &'static str) -> Gltf {
     let mut gltf = Gltf::new(how);
     lit_stage(&mut gltf, Vec3::new(0.0, 1.6, 2.4), Vec3::new(0.0, 0.25, 0.0), 36.0);
@@ -37,7 +37,7 @@ fn new(how: &'static str) -> Gltf {
     gltf
 }
 
-fn ring() -> Shape {
+fn ring() -> TriangleMesh {
     let mut ring = torus(0.6, 0.25, 24, 12);
     for uv in &mut ring.uvs {
         *uv *= Vec2::new(2.0, 1.0);
@@ -46,8 +46,8 @@ fn ring() -> Shape {
 }
 
 /// 8 by 4 cells of 4 by 4 texels, in colours that ETC1S holds exactly.
-fn chequer() -> Picture {
-    Picture::new(32, 16, |x, y| {
+fn chequer() -> Image {
+    Image::new(32, 16, |x, y| {
         opaque(if (x / 4 + y / 4).is_multiple_of(2) { [233, 200, 125] } else { [59, 92, 142] })
     })
 }
@@ -98,7 +98,7 @@ fn accessor(
     gltf.add("accessors", json)
 }
 
-fn position_bounds(ring: &Shape) -> (Vec<f32>, Vec<f32>) {
+fn position_bounds(ring: &TriangleMesh) -> (Vec<f32>, Vec<f32>) {
     let positions: Vec<f32> = ring.positions.iter().flat_map(Vec3::to_array).collect();
     bounds_of(&positions, 3)
 }
@@ -221,10 +221,10 @@ fn basis_etc1s() -> Built {
     packed_texture(gltf, "KHR_texture_basisu", "image/ktx2", include_bytes!("../streams/chequer_etc1s.ktx2"))
 }
 
-/// The ring with an image that only `extension` can name; a plain picture of another colour stands beside it.
+/// The ring with an image that only `extension` can name; a PNG image of another colour is the fallback.
 fn packed_texture(mut gltf: Gltf, extension: &'static str, kind: &str, bytes: &[u8]) -> Built {
     gltf.uses_extension(extension);
-    let plain = Picture::new(1, 1, |_, _| opaque([255, 0, 255])).add_to(&mut gltf, "fallback")?;
+    let plain = Image::new(1, 1, |_, _| opaque([255, 0, 255])).add_to(&mut gltf, "fallback")?;
     let view = gltf.buffer_view(bytes, Use::Other, None);
     let image = gltf.add(
         "images",

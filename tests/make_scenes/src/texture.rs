@@ -1,4 +1,4 @@
-//! Scenes of `texture/` about how textures are looked up.
+//! Scenes of `texture/` about texture lookup.
 
 use std::f32::consts::FRAC_PI_6;
 
@@ -7,11 +7,11 @@ use glam::{Vec2, Vec3};
 use crate::{Entry, entry};
 use scene_builder::accessor::{Accessor, Component};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{self, Filter, Picture, Wrap, opaque};
+use scene_builder::image::{self, Filter, Image, Wrap, opaque};
 use scene_builder::json::{list, object};
 use scene_builder::material::{Material, TextureTransform, TextureUse};
 use scene_builder::node::Node;
-use scene_builder::shapes::{self, Shape, quad};
+use scene_builder::shapes::{self, TriangleMesh, quad};
 use scene_builder::staging::directional_light;
 
 pub(crate) const SCENES: [Entry; 6] = [
@@ -47,7 +47,7 @@ fn base_color_srgb() -> Built {
     for (index, (stored, linear)) in greys.into_iter().enumerate() {
         let x = (index as f32 - 1.5) * 0.75;
         let texture =
-            Picture::new(2, 2, |_, _| opaque([stored; 3])).texture(&mut gltf, "grey", Filter::Linear)?;
+            Image::new(2, 2, |_, _| opaque([stored; 3])).texture(&mut gltf, "grey", Filter::Linear)?;
         let above = unlit_with(&mut gltf, TextureUse::of(texture));
         let below = Material::unlit("factor", [linear; 3]).add_to(&mut gltf);
         let above = square.add_to(&mut gltf, above);
@@ -64,7 +64,7 @@ fn wrap_modes() -> Built {
          downwards, the lower one mirrors.",
     );
     face_on(&mut gltf);
-    let image = Picture::letter_f(32).add_to(&mut gltf, "F")?;
+    let image = Image::letter_f(32).add_to(&mut gltf, "F")?;
     let mut card = quad(0.85, 0.85);
     for uv in &mut card.uvs {
         *uv = *uv * 3.0 - Vec2::ONE;
@@ -87,7 +87,7 @@ fn nearest_filter() -> Built {
          half texel blends with the opposite side.",
     );
     face_on(&mut gltf);
-    let image = Picture::new(4, 4, |x, y| {
+    let image = Image::new(4, 4, |x, y| {
         [(x * 80) as u8, (y * 80) as u8, if (x + y) % 2 == 0 { 200 } else { 20 }, 255]
     });
     let image = image.add_to(&mut gltf, "texels")?;
@@ -106,7 +106,7 @@ fn transform() -> Built {
          left corner; at half size; and all three at once.",
     );
     face_on(&mut gltf);
-    let texture = Picture::letter_f(32).texture(&mut gltf, "F", Filter::Nearest)?;
+    let texture = Image::letter_f(32).texture(&mut gltf, "F", Filter::Nearest)?;
     let (still, unit) = ([0.0; 2], [1.0; 2]);
     let transforms = [
         None,
@@ -136,9 +136,9 @@ fn two_uv_sets() -> Built {
     );
     face_on(&mut gltf);
     directional_light(&mut gltf, Vec3::Z, 2.5);
-    let letter = Picture::letter_f(32).texture(&mut gltf, "F", Filter::Nearest)?;
+    let letter = Image::letter_f(32).texture(&mut gltf, "F", Filter::Nearest)?;
     let chequer =
-        Picture::chequer(16, 2, [0, 0, 0], [0, 40, 160]).texture(&mut gltf, "chequer", Filter::Nearest)?;
+        Image::chequer(16, 2, [0, 0, 0], [0, 40, 160]).texture(&mut gltf, "chequer", Filter::Nearest)?;
     let material = Material {
         base_color_texture: Some(TextureUse::of(letter)),
         emissive: [1.0; 3],
@@ -172,7 +172,7 @@ fn vertex_color() -> Built {
     gltf.node(Node::mesh(wall).at(0.0, 0.0, -0.5));
     // From the lower left counter-clockwise.
     let colors = [[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 0], [255, 255, 0, 0_u8]];
-    let card: Shape = quad(1.4, 1.4).plain();
+    let card: TriangleMesh = quad(1.4, 1.4).plain();
     let indices = gltf.indices(&card.indices);
     let blend =
         Material { alpha: scene_builder::material::Alpha::Blend, ..Material::unlit("bytes", [1.0; 3]) };

@@ -1,15 +1,15 @@
-//! Scenes of `texture/` about textures that are seen small: far away, in mirrors, and through glass.
+//! Scenes of `texture/` about minified textures: far away, in mirrors, and through glass.
 
 use glam::{Quat, Vec2, Vec3};
 
 use crate::texture::face_on;
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{self, Filter, Picture, Wrap};
+use scene_builder::image::{self, Filter, Image, Wrap};
 use scene_builder::json::list;
 use scene_builder::material::{Alpha, Material, TextureUse};
 use scene_builder::node::Node;
-use scene_builder::shapes::{Shape, floor, ico_sphere, quad};
+use scene_builder::shapes::{TriangleMesh, floor, ico_sphere, quad};
 use scene_builder::staging::{camera, key_and_fill};
 
 pub(crate) const SCENES: [Entry; 5] = [
@@ -21,12 +21,12 @@ pub(crate) const SCENES: [Entry; 5] = [
 ];
 
 /// Squares in two strong colours, two by two.
-fn squares() -> Picture {
-    Picture::chequer(32, 16, [235, 235, 225], [30, 40, 90])
+fn squares() -> Image {
+    Image::chequer(32, 16, [235, 235, 225], [30, 40, 90])
 }
 
 /// A floor whose texture repeats every `period` metres.
-fn tiled_floor(width: f32, depth: f32, period: f32) -> Shape {
+fn tiled_floor(width: f32, depth: f32, period: f32) -> TriangleMesh {
     let mut shape = floor(width, depth);
     for uv in &mut shape.uvs {
         *uv *= Vec2::new(width, depth) / period;
@@ -124,7 +124,7 @@ fn no_fringe() -> Built {
     let white = Material::unlit("white", [0.9; 3]).add_to(&mut gltf);
     let white = quad(4.0, 3.0).plain().add_to(&mut gltf, white);
     gltf.node(Node::mesh(white).at(0.0, 0.0, -0.5));
-    let disc = Picture::new(16, 16, |x, y| {
+    let disc = Image::new(16, 16, |x, y| {
         let (x, y) = (x as f32 - 7.5, y as f32 - 7.5);
         if x * x + y * y < 36.0 { [40, 160, 60, 255] } else { [0; 4] }
     });

@@ -1,4 +1,4 @@
-//! Scenes of `texture/` about what textures other than the base colour do.
+//! Scenes of `texture/` about textures other than the base colour.
 
 use std::f32::consts::TAU;
 
@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use crate::texture::face_on;
 use crate::{Entry, entry};
 use scene_builder::document::{Built, Gltf};
-use scene_builder::image::{Filter, Picture, opaque};
+use scene_builder::image::{Filter, Image, opaque};
 use scene_builder::material::{Material, TextureUse};
 use scene_builder::node::Node;
 use scene_builder::shapes::{self, cylinder, quad};
@@ -21,9 +21,9 @@ pub(crate) const SCENES: [Entry; 5] = [
     entry("texture/emissive", emissive),
 ];
 
-/// Three by three round bumps as a normal map.
+/// Normal map of three by three round bumps.
 fn bumps(gltf: &mut Gltf) -> Built<usize> {
-    let map = Picture::normal_map(96, |u, v| {
+    let map = Image::normal_map(96, |u, v| {
         let (x, y) = (u * 3.0 - libm::floorf(u * 3.0) - 0.5, v * 3.0 - libm::floorf(v * 3.0) - 0.5);
         let distance = libm::sqrtf(x * x + y * y);
         if !(0.001..=0.4).contains(&distance) {
@@ -95,7 +95,7 @@ fn metallic_roughness() -> Built {
     );
     camera(&mut gltf, Vec3::new(0.0, 1.3, 5.0), Vec3::new(0.0, 0.95, 0.0), 28.0);
     chequered_floor(&mut gltf, [14, 10], 0.5);
-    let map = Picture::new(4, 4, |x, y| {
+    let map = Image::new(4, 4, |x, y| {
         let roughness = if y % 2 == 0 { 204 } else { 0 };
         let metallic = if y < 2 { 0 } else { 255 };
         [((x * 7 + y * 5) % 4 * 85) as u8, roughness, metallic, 255]
@@ -120,7 +120,7 @@ fn occlusion() -> Built {
     );
     camera(&mut gltf, Vec3::new(0.0, 0.9, 4.6), Vec3::new(0.0, 0.7, 0.0), 30.0);
     grey_floor(&mut gltf, 8.0, 5.0);
-    let stripes = Picture::new(8, 8, |x, _| opaque(if x % 2 == 0 { [255, 9, 9] } else { [0, 240, 240] }));
+    let stripes = Image::new(8, 8, |x, _| opaque(if x % 2 == 0 { [255, 9, 9] } else { [0, 240, 240] }));
     let texture = stripes.texture(&mut gltf, "occlusion", Filter::Nearest)?;
     for (x, strength) in [(-1.25, 0.0), (0.0, 0.5), (1.25, 1.0)] {
         let material = Material {
@@ -142,7 +142,7 @@ fn emissive() -> Built {
     camera(&mut gltf, Vec3::new(0.0, 0.9, 4.0), Vec3::new(0.0, 0.7, 0.0), 32.0);
     directional_light(&mut gltf, Vec3::new(1.0, 1.5, 1.0), 2.0);
     grey_floor(&mut gltf, 8.0, 5.0);
-    let chequer = Picture::chequer(8, 2, [255, 255, 255], [0, 0, 0]);
+    let chequer = Image::chequer(8, 2, [255, 255, 255], [0, 0, 0]);
     let texture = chequer.texture(&mut gltf, "glow", Filter::Nearest)?;
     let material = Material {
         emissive: [0.9, 0.4, 0.05],

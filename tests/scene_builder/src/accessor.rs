@@ -1,4 +1,4 @@
-//! Accessors: typed rows of bytes, and how vectors become them.
+//! Accessors: typed arrays in a buffer, and the conversion of vectors to them.
 
 use glam::Vec3;
 
@@ -13,7 +13,7 @@ pub enum Component {
     F32 = 5126,
 }
 
-/// What a buffer view is bound as.
+/// Target of a buffer view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
     Vertices,
@@ -21,7 +21,7 @@ pub enum Use {
     Other,
 }
 
-/// An accessor as it is about to be written; a `data` of `None` means zeros without a buffer view.
+/// An accessor to be written. A `data` of `None` is an accessor of zeros without a buffer view.
 #[derive(Clone, Debug)]
 pub struct Accessor {
     pub component: Component,
@@ -32,7 +32,7 @@ pub struct Accessor {
     pub byte_stride: Option<usize>,
     pub used_as: Use,
     pub bounds: Option<(Vec<f32>, Vec<f32>)>,
-    /// Elements that replace those of `data`: indices in rising order, then their bytes.
+    /// Sparse elements that replace those of `data`: their indices in rising order, and their bytes.
     pub sparse: Option<(Vec<u16>, Vec<u8>)>,
 }
 
@@ -67,7 +67,7 @@ pub fn float_bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
     values.into_iter().flat_map(f32::to_le_bytes).collect()
 }
 
-/// The least and greatest of each of `width` interleaved components.
+/// The minimum and maximum of each of `width` interleaved components.
 pub fn bounds_of(values: &[f32], width: usize) -> (Vec<f32>, Vec<f32>) {
     let mut least = vec![f32::INFINITY; width];
     let mut greatest = vec![f32::NEG_INFINITY; width];

@@ -1,6 +1,4 @@
-//! A small typed writer of text glTF 2.0: one buffer, embedded as base64, and PNG images in it.
-//!
-//! It writes what scenes of this folder need and checks nothing; the importer and the Khronos validator do that.
+//! A text glTF 2.0 file: its top-level arrays, and one buffer that is embedded as base64.
 
 use std::error::Error;
 
@@ -11,7 +9,7 @@ use crate::accessor::{Accessor, Component, Use, bounds_of, float_bytes, position
 use crate::json::{Json, list, object};
 use crate::node::Node;
 
-/// What building a scene gives.
+/// The result of building a scene.
 pub type Built<T = Gltf> = Result<T, Box<dyn Error>>;
 
 /// The top-level arrays in the order in which they are written.
@@ -31,7 +29,7 @@ const SECTIONS: [&str; 13] = [
     "buffers",
 ];
 
-/// A file in the making. Each `add` gives the index of what was added.
+/// A glTF file under construction. Methods that add an element return its index.
 #[derive(Clone, Debug)]
 pub struct Gltf {
     shows: &'static str,
@@ -43,14 +41,14 @@ pub struct Gltf {
     variants: Vec<Json>,
     child_nodes: Vec<usize>,
     default_scene: usize,
-    /// Buffers behind the first, which hold nothing.
+    /// Buffers after the first, without content.
     placeholders: Vec<Json>,
     /// Extensions of the whole file.
     root_extensions: Vec<(&'static str, Json)>,
 }
 
 impl Gltf {
-    /// An empty file; `shows` says what a right picture of it shows.
+    /// An empty file. `shows` describes a correct image of it.
     pub fn new(shows: &'static str) -> Self {
         Self {
             shows,
@@ -67,12 +65,12 @@ impl Gltf {
         }
     }
 
-    /// Frames, at 24 a second, that have a reference picture; without this there is one, of frame 0.
+    /// Sets the frames, at 24 fps, that have a reference image. The default is frame 0.
     pub fn reference_frames(&mut self, frames: &[usize]) {
         self.shot("frames", list(frames.iter().copied()));
     }
 
-    /// A setting of the reference picture that no scene file can hold, called as in docs/shots.md.
+    /// Sets a setting of the shot file by its name in docs/shots.md.
     pub fn shot(&mut self, setting: &'static str, value: impl Into<Json>) {
         self.shot.push((setting, value.into()));
     }
@@ -87,7 +85,7 @@ impl Gltf {
         0
     }
 
-    /// Gives an element of a top-level array the `extensions` object.
+    /// Sets the `extensions` object of an element of a top-level array.
     pub fn extend(&mut self, section: &str, index: usize, extensions: Json) {
         let written = self.sections.iter_mut().find(|(name, _)| *name == section);
         if let Some(element) = written.and_then(|(_, values)| values.get_mut(index)) {
@@ -95,12 +93,12 @@ impl Gltf {
         }
     }
 
-    /// Gives the whole file an extension object.
+    /// Adds an extension object of the whole file.
     pub fn extension(&mut self, name: &'static str, value: Json) {
         self.root_extensions.push((name, value));
     }
 
-    /// Adds a buffer of `byte_length` that holds nothing, because `extension` has its content elsewhere.
+    /// Adds a fallback buffer of `byte_length` without content; `extension` stores its content elsewhere.
     pub fn placeholder_buffer(&mut self, byte_length: usize, extension: &str) {
         let fallback = object([("fallback", true.into())]);
         self.placeholders.push(object([
@@ -109,20 +107,20 @@ impl Gltf {
         ]));
     }
 
-    /// Names an extension as used by the file.
+    /// Adds a name to `extensionsUsed`.
     pub fn uses_extension(&mut self, name: &'static str) {
         if !self.extensions.iter().any(|(known, _)| *known == name) {
             self.extensions.push((name, false));
         }
     }
 
-    /// Names an extension as one the file cannot be read without.
+    /// Adds a name to `extensionsUsed` and `extensionsRequired`.
     pub fn requires_extension(&mut self, name: &'static str) {
         self.extensions.retain(|(known, _)| *known != name);
         self.extensions.push((name, true));
     }
 
-    /// Adds a node, and what it places if that is a light.
+    /// Adds a node.
     pub fn node(&mut self, node: Node) -> usize {
         self.child_nodes.extend(&node.children);
         if node.light.is_some() {
@@ -131,29 +129,29 @@ impl Gltf {
         self.add("nodes", node.into_json())
     }
 
-    /// Adds a light; nodes place it.
+    /// Adds a punctual light.
     pub fn light(&mut self, light: Json) -> usize {
         self.lights.push(light);
         self.lights.len() - 1
     }
 
-    /// Names the variants that primitives refer to by number.
+    /// Sets the names of the material variants.
     pub fn variants(&mut self, names: &[&str]) {
         self.uses_extension("KHR_materials_variants");
         self.variants = names.iter().map(|name| object([("name", (*name).into())])).collect();
     }
 
-    /// Adds a set of root nodes; without any, all nodes that are no children make one.
+    /// Adds a scene of root nodes. A file without any gets one of all nodes that are no children.
     pub fn scene(&mut self, name: &str, roots: &[usize]) -> usize {
         self.add("scenes", object([("name", name.into()), ("nodes", list(roots.iter().copied()))]))
     }
 
-    /// Chooses the scene that is shown by default.
+    /// Sets the default scene.
     pub fn show_scene(&mut self, index: usize) {
         self.default_scene = index;
     }
 
-    /// Appends `data` at the next multiple of four bytes.
+    /// Adds a buffer view of `data`, at the next multiple of four bytes.
     pub fn buffer_view(&mut self, data: &[u8], used_as: Use, byte_stride: Option<usize>) -> usize {
         let start = self.append_bytes(data);
         let mut view =
@@ -169,7 +167,7 @@ impl Gltf {
         self.add("bufferViews", view)
     }
 
-    /// Appends `data` at the next multiple of four bytes and gives its place.
+    /// Appends `data` to the buffer at the next multiple of four bytes; returns its offset.
     pub fn append_bytes(&mut self, data: &[u8]) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let start = self.bytes.len();
@@ -215,37 +213,37 @@ impl Gltf {
         self.add("accessors", json)
     }
 
-    /// Vertex positions, or morph differences of them, with their bounds.
+    /// Adds vertex positions, or morph target differences of them, with their bounds.
     pub fn positions(&mut self, values: &[Vec3]) -> usize {
         self.accessor(&position_accessor(values))
     }
 
-    /// Three floats a vertex.
+    /// Adds three floats a vertex.
     pub fn vec3s(&mut self, values: &[Vec3]) -> usize {
         let data = float_bytes(values.iter().flat_map(Vec3::to_array));
         self.accessor(&Accessor::new(Component::F32, "VEC3", values.len(), data))
     }
 
-    /// Two floats a vertex.
+    /// Adds two floats a vertex.
     pub fn vec2s(&mut self, values: &[Vec2]) -> usize {
         let data = float_bytes(values.iter().flat_map(Vec2::to_array));
         self.accessor(&Accessor::new(Component::F32, "VEC2", values.len(), data))
     }
 
-    /// Four floats a vertex.
+    /// Adds four floats a vertex.
     pub fn vec4s(&mut self, values: &[Vec4]) -> usize {
         let data = float_bytes(values.iter().flat_map(Vec4::to_array));
         self.accessor(&Accessor::new(Component::F32, "VEC4", values.len(), data))
     }
 
-    /// Four bytes a vertex, as joint numbers or, normalised, as fractions of 255.
+    /// Adds four bytes a vertex: joint indices or, normalised, fractions of 255.
     pub fn bytes4(&mut self, values: &[[u8; 4]], normalized: bool) -> usize {
         let mut accessor = Accessor::new(Component::U8, "VEC4", values.len(), values.concat());
         accessor.normalized = normalized;
         self.accessor(&accessor)
     }
 
-    /// The joints of every vertex and, as fractions of 255, their weights; joints without weight are written as 0.
+    /// Adds the joints of every vertex and their weights as fractions of 255. Joints without weight are written as 0.
     pub fn influences(&mut self, joints: &[[u8; 4]], weights: &[[u8; 4]]) -> (usize, usize) {
         let mut joints = joints.to_vec();
         for (joints, weights) in joints.iter_mut().zip(weights) {
@@ -258,7 +256,7 @@ impl Gltf {
         (self.bytes4(&joints, false), self.bytes4(weights, true))
     }
 
-    /// Vertex numbers, as 16 bits where they fit.
+    /// Adds vertex indices, of 16 bits where they fit.
     pub fn indices(&mut self, values: &[u32]) -> usize {
         let wide = values.iter().any(|&index| index >= 0xffff);
         let (component, data): (_, Vec<u8>) = if wide {
@@ -271,7 +269,7 @@ impl Gltf {
         self.accessor(&accessor)
     }
 
-    /// Floats of an animation sampler or of matrices; `kind` has `width` of them.
+    /// Adds floats of an animation sampler or of matrices; an element of `kind` has `width` of them.
     pub fn track(&mut self, kind: &'static str, width: usize, values: &[f32]) -> usize {
         let mut accessor =
             Accessor::new(Component::F32, kind, values.len() / width, float_bytes(values.iter().copied()));
@@ -282,7 +280,7 @@ impl Gltf {
         self.accessor(&accessor)
     }
 
-    /// Adds a skin over `joints`, whose bind pose is `inverse_bind`.
+    /// Adds a skin of `joints` with the inverse bind matrices `inverse_bind`.
     pub fn skin(&mut self, joints: &[usize], inverse_bind: &[Mat4]) -> usize {
         let values: Vec<f32> = inverse_bind.iter().flat_map(Mat4::to_cols_array).collect();
         let matrices = self.track("MAT4", 16, &values);
@@ -321,12 +319,12 @@ impl Gltf {
         root.to_file_text()
     }
 
-    /// The text of the shot file for the scene file `name` beside it; `None` where the suite's settings are enough.
+    /// The text of the shot file for the scene file `name` beside it; `None` where the suite's settings suffice.
     pub fn to_shot_text(&self, name: &str) -> Option<String> {
         if self.shot.is_empty() {
             return None;
         }
-        // One line of JSON is one of TOML, but for objects, which no setting takes.
+        // A line of JSON is valid TOML except for objects, and no setting is an object.
         let scene = [("scene", name.into())];
         let lines =
             scene.iter().chain(&self.shot).map(|(key, value)| format!("{key} = {}\n", value.to_line()));

@@ -1,4 +1,4 @@
-//! Small images made from formulas, and the textures over them.
+//! Small images from formulas, and their textures.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder as _};
@@ -9,13 +9,13 @@ use crate::json::object;
 
 /// An image; row 0 is the top row.
 #[derive(Clone, Debug)]
-pub struct Picture {
+pub struct Image {
     width: u32,
     height: u32,
     texels: Vec<[u8; 4]>,
 }
 
-/// Wrap modes of samplers.
+/// Wrap mode of a sampler.
 #[derive(Clone, Copy, Debug)]
 pub enum Wrap {
     Repeat = 10497,
@@ -23,7 +23,7 @@ pub enum Wrap {
     ClampToEdge = 33071,
 }
 
-/// Filters of samplers: how a texture is magnified and minified.
+/// Magnification and minification filters of a sampler.
 #[derive(Clone, Copy, Debug)]
 pub enum Filter {
     Nearest,
@@ -32,8 +32,8 @@ pub enum Filter {
     Mipmapped,
 }
 
-impl Picture {
-    /// The picture whose texel at column x and row y is `texel(x, y)`.
+impl Image {
+    /// The image whose texel at column x and row y is `texel(x, y)`.
     pub fn new(width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> Self {
         let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y));
         Self { width, height, texels: texels.collect() }
@@ -44,8 +44,8 @@ impl Picture {
         Self::new(size, size, |x, y| opaque(if (x / cell + y / cell).is_multiple_of(2) { even } else { odd }))
     }
 
-    /// A black letter F on a field whose corners are red, green, blue and yellow from the top left clockwise; no
-    /// rotation or mirroring of it looks like another.
+    /// A black letter F on a field whose corners are red, green, blue and yellow, clockwise from the top left. All its
+    /// rotations and reflections differ.
     pub fn letter_f(size: u32) -> Self {
         Self::new(size, size, |x, y| {
             let (column, row) = (x * 8 / size, y * 8 / size);
@@ -65,14 +65,14 @@ impl Picture {
     pub fn normal_map(size: u32, slope: impl Fn(f32, f32) -> [f32; 2]) -> Self {
         Self::new(size, size, |x, y| {
             let [du, dv] = slope((x as f32 + 0.5) / size as f32, (y as f32 + 0.5) / size as f32);
-            // v runs down the picture and the bitangent up, hence the sign of the second slope.
+            // v runs down the image and the bitangent up, hence the sign of the second slope.
             let normal = glam::Vec3::new(-du, dv, 1.0).normalize();
             let [red, green, blue] = normal.to_array().map(|value| byte(value * 0.5 + 0.5));
             [red, green, blue, 255]
         })
     }
 
-    /// Adds the picture as a PNG inside the buffer.
+    /// Adds the image as a PNG file inside the buffer; returns its index.
     pub fn add_to(&self, gltf: &mut Gltf, name: &'static str) -> Built<usize> {
         let has_alpha = self.texels.iter().any(|texel| texel[3] != 255);
         let (bytes, color): (Vec<u8>, _) = if has_alpha {
@@ -97,14 +97,14 @@ impl Picture {
         ))
     }
 
-    /// Adds the picture and a texture over it that repeats.
+    /// Adds the image and a repeating texture of it; returns the index of the texture.
     pub fn texture(&self, gltf: &mut Gltf, name: &'static str, filter: Filter) -> Built<usize> {
         let image = self.add_to(gltf, name)?;
         Ok(texture(gltf, image, filter, [Wrap::Repeat; 2]))
     }
 }
 
-/// Adds a texture over an image.
+/// Adds a texture of an image.
 pub fn texture(gltf: &mut Gltf, image: usize, filter: Filter, wrap: [Wrap; 2]) -> usize {
     let (magnify, minify) = match filter {
         Filter::Nearest => (9728, 9728),
@@ -114,7 +114,7 @@ pub fn texture(gltf: &mut Gltf, image: usize, filter: Filter, wrap: [Wrap; 2]) -
     texture_with(gltf, image, [magnify, minify], wrap)
 }
 
-/// Adds a texture over an image by the numbers that the file has for magnifying and minifying.
+/// Adds a texture of an image with glTF's numbers for the magnification and minification filters.
 pub fn texture_with(gltf: &mut Gltf, image: usize, [magnify, minify]: [usize; 2], wrap: [Wrap; 2]) -> usize {
     let sampler = gltf.add(
         "samplers",
@@ -128,12 +128,12 @@ pub fn texture_with(gltf: &mut Gltf, image: usize, [magnify, minify]: [usize; 2]
     gltf.add("textures", object([("sampler", sampler.into()), ("source", image.into())]))
 }
 
-/// The colour without transparency.
+/// The colour with an alpha of 255.
 pub fn opaque([red, green, blue]: [u8; 3]) -> [u8; 4] {
     [red, green, blue, 255]
 }
 
-/// 0 to 1 as 0 to 255, rounded.
+/// A value from 0 to 1 as a byte, rounded to nearest.
 pub fn byte(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }

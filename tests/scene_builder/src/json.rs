@@ -1,4 +1,4 @@
-//! JSON with keys in the order they are written and one layout, so that files differ only where their content does.
+//! JSON writer that keeps the order of keys and has one layout, so that files differ only where their content does.
 
 /// A JSON value.
 #[derive(Clone, Debug)]
@@ -11,7 +11,7 @@ pub enum Json {
     Object(Vec<(String, Json)>),
 }
 
-/// Longest value, in characters, that is written on one line.
+/// Longest value that is written on one line, characters.
 const LINE_LENGTH: usize = 100;
 
 /// An object of `entries`, in their order.
@@ -19,7 +19,7 @@ pub fn object<const N: usize>(entries: [(&str, Json); N]) -> Json {
     Json::Object(entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// A list of whatever can become a value.
+/// A list of values.
 pub fn list<T: Into<Json>>(items: impl IntoIterator<Item = T>) -> Json {
     Json::List(items.into_iter().map(Into::into).collect())
 }
@@ -32,7 +32,7 @@ impl Json {
         }
     }
 
-    /// Whether this is an object or a list without content.
+    /// Whether this is an empty object or list.
     pub fn is_empty(&self) -> bool {
         match self {
             Self::Object(entries) => entries.is_empty(),
@@ -41,7 +41,7 @@ impl Json {
         }
     }
 
-    /// The text of a file: two spaces a level, short values on one line, a line end at the end.
+    /// The text of a file: two spaces of indentation a level, short values on one line, a line feed at the end.
     pub fn to_file_text(&self) -> String {
         let mut text = String::new();
         self.write(&mut text, 0);
@@ -49,7 +49,7 @@ impl Json {
         text
     }
 
-    /// The text without line ends.
+    /// The text on one line.
     pub fn to_line(&self) -> String {
         let mut line = String::new();
         self.write_inline(&mut line);
@@ -57,7 +57,7 @@ impl Json {
     }
 
     fn write(&self, out: &mut String, level: usize) {
-        // Short values, and long texts, stay on one line.
+        // Short values and long strings stay on one line.
         let line = self.to_line();
         if line.len() + 2 * level <= LINE_LENGTH {
             out.push_str(&line);

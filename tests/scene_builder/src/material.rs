@@ -3,7 +3,7 @@
 use crate::document::Gltf;
 use crate::json::{Json, list, object};
 
-/// How alpha is used.
+/// Alpha mode of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {
     Opaque,
@@ -11,7 +11,7 @@ pub enum Alpha {
     Blend,
 }
 
-/// A texture as a material refers to it.
+/// Reference of a material to a texture.
 #[derive(Clone, Copy, Debug)]
 pub struct TextureUse {
     pub texture: usize,
@@ -29,11 +29,11 @@ pub struct TextureTransform {
     pub scale: [f32; 2],
 }
 
-/// The inside of a closed surface: `KHR_materials_volume`.
+/// `KHR_materials_volume`: the medium inside a closed surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
     pub thickness: f32,
-    /// Metres after which white light has become `color`; `None` absorbs nothing.
+    /// Attenuation distance in metres and colour; `None` absorbs nothing.
     pub attenuation: Option<(f32, [f32; 3])>,
 }
 
@@ -90,7 +90,7 @@ pub struct SpecularGlossiness {
     pub texture: Option<TextureUse>,
 }
 
-/// A material; what is at its default is left out of the file.
+/// A material. Values at their glTF default are not written.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
     pub name: &'static str,
@@ -121,14 +121,14 @@ pub struct Material {
 }
 
 impl TextureUse {
-    /// `texture` by the first set of coordinates.
+    /// `texture` over the first set of texture coordinates.
     pub fn of(texture: usize) -> Self {
         Self { texture, uv_set: 0, transform: None, amount: None }
     }
 }
 
 impl Material {
-    /// A dull dielectric.
+    /// A rough dielectric.
     pub fn matte(name: &'static str, color: [f32; 3]) -> Self {
         Self {
             name,
@@ -164,7 +164,7 @@ impl Material {
         Self { metallic: 1.0, roughness, ..Self::matte(name, color) }
     }
 
-    /// Smooth solid glass of the given index of refraction.
+    /// Smooth solid glass of the index of refraction `ior`.
     pub fn glass(name: &'static str, ior: f32) -> Self {
         Self {
             roughness: 0.0,
@@ -175,17 +175,18 @@ impl Material {
         }
     }
 
-    /// A surface that shows its colour whatever the light.
+    /// A material of `KHR_materials_unlit`.
     pub fn unlit(name: &'static str, color: [f32; 3]) -> Self {
         Self { unlit: true, ..Self::matte(name, color) }
     }
 
-    /// The same with both sides visible.
+    /// The same material, double-sided.
+    #[must_use]
     pub fn two_sided(self) -> Self {
         Self { double_sided: true, ..self }
     }
 
-    /// Adds the material and names the extensions it uses.
+    /// Adds the material and registers the extensions it uses; returns its index.
     pub fn add_to(&self, gltf: &mut Gltf) -> usize {
         let mut json = object([
             ("name", self.name.into()),

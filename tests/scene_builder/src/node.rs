@@ -1,10 +1,10 @@
-//! Nodes: what places meshes, cameras, lights and other nodes.
+//! Nodes: transforms of meshes, cameras, lights and child nodes.
 
 use glam::{Mat4, Quat, Vec3};
 
 use crate::json::{Json, list, object};
 
-/// A node; all that is not set is left out of the file.
+/// A node. Fields that are not set are not written.
 #[derive(Clone, Debug, Default)]
 pub struct Node {
     pub name: Option<&'static str>,
@@ -21,7 +21,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// A node that places a mesh.
+    /// A node with a mesh.
     pub fn mesh(mesh: usize) -> Self {
         Self { mesh: Some(mesh), ..Self::default() }
     }
@@ -32,26 +32,30 @@ impl Node {
     }
 
     /// The same node with a name.
+    #[must_use]
     pub fn named(self, name: &'static str) -> Self {
         Self { name: Some(name), ..self }
     }
 
-    /// The same node moved to `x`, `y`, `z`.
+    /// The same node with a translation, metres.
+    #[must_use]
     pub fn at(self, x: f32, y: f32, z: f32) -> Self {
         Self { translation: Some(Vec3::new(x, y, z)), ..self }
     }
 
-    /// The same node turned.
+    /// The same node with a rotation.
+    #[must_use]
     pub fn turned(self, rotation: Quat) -> Self {
         Self { rotation: Some(rotation), ..self }
     }
 
-    /// The same node scaled along its axes.
+    /// The same node with a scale along its axes.
+    #[must_use]
     pub fn scaled(self, x: f32, y: f32, z: f32) -> Self {
         Self { scale: Some(Vec3::new(x, y, z)), ..self }
     }
 
-    /// The node as the file holds it.
+    /// The JSON object of the node.
     pub fn into_json(self) -> Json {
         let mut json = object([]);
         let mut set = |key: &str, value: Option<Json>| {
@@ -69,8 +73,8 @@ impl Node {
         set("camera", self.camera.map(Json::from));
         set("weights", Some(list(self.weights.clone())).filter(|weights| !weights.is_empty()));
         set("children", Some(list(self.children.clone())).filter(|children| !children.is_empty()));
-        let placed = self.light.map(|light| object([("light", light.into())]));
-        set("extensions", placed.map(|light| object([("KHR_lights_punctual", light)])));
+        let extensions = self.light.map(|light| object([("light", light.into())]));
+        set("extensions", extensions.map(|light| object([("KHR_lights_punctual", light)])));
         json
     }
 }

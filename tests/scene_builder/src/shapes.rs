@@ -1,4 +1,6 @@
-//! Triangle meshes of simple bodies, counter-clockwise seen from outside, with normals and texture coordinates.
+//! Triangle meshes of simple solids and sheets, with normals and texture coordinates.
+//!
+//! Triangles run counter-clockwise seen from outside.
 
 use std::f32::consts::{PI, TAU};
 
@@ -9,7 +11,7 @@ use crate::json::{Json, list, object};
 
 /// A triangle mesh. Empty attributes are left out of the file.
 #[derive(Clone, Debug, Default)]
-pub struct Shape {
+pub struct TriangleMesh {
     pub positions: Vec<Vec3>,
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
@@ -17,8 +19,8 @@ pub struct Shape {
     pub indices: Vec<u32>,
 }
 
-impl Shape {
-    /// The vertices of `self` and then those of `other`; both must have the same attributes.
+impl TriangleMesh {
+    /// Appends the vertices and triangles of `other`, which must have the same attributes.
     pub fn join(&mut self, other: &Self) {
         let first = self.positions.len() as u32;
         self.positions.extend(&other.positions);
@@ -28,11 +30,12 @@ impl Shape {
         self.indices.extend(other.indices.iter().map(|index| first + index));
     }
 
-    /// The shape moved by a rotation, uniform scale and translation.
+    /// The mesh after a uniform scale, a rotation and a translation.
+    #[must_use]
     pub fn moved(mut self, scale: f32, rotation: Quat, translation: Vec3) -> Self {
-        let place = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), rotation, translation);
+        let transform = Affine3A::from_scale_rotation_translation(Vec3::splat(scale), rotation, translation);
         for position in &mut self.positions {
-            *position = place.transform_point3(*position);
+            *position = transform.transform_point3(*position);
         }
         for normal in &mut self.normals {
             *normal = rotation * *normal;
@@ -40,7 +43,8 @@ impl Shape {
         self
     }
 
-    /// The shape with its inside out.
+    /// The mesh turned inside out.
+    #[must_use]
     pub fn inverted(mut self) -> Self {
         for triangle in self.indices.chunks_exact_mut(3) {
             triangle.swap(1, 2);
@@ -51,7 +55,8 @@ impl Shape {
         self
     }
 
-    /// The shape without triangles that have two corners in one place, as grids have at their poles.
+    /// The mesh without triangles of zero area, as grids have at their poles: those with two corners at one point.
+    #[must_use]
     pub fn without_collapsed(mut self) -> Self {
         let corner = |index: u32| self.positions[index as usize];
         let whole = |triangle: &&[u32]| {
@@ -62,7 +67,8 @@ impl Shape {
         self
     }
 
-    /// The shape without texture coordinates.
+    /// The mesh without texture coordinates.
+    #[must_use]
     pub fn plain(mut self) -> Self {
         self.uvs.clear();
         self
@@ -106,9 +112,9 @@ pub fn mesh(gltf: &mut Gltf, attributes: Json, indices: usize, material: usize) 
 }
 
 /// A rectangle in the plane z = 0 that faces +Z, its texture upright.
-pub fn quad(width: f32, height: f32) -> Shape {
+pub fn quad(width: f32, height: f32) -> TriangleMesh {
     let (x, y) = (width / 2.0, height / 2.0);
-    Shape {
+    TriangleMesh {
         positions: [(-x, -y), (x, -y), (x, y), (-x, y)].map(|(x, y)| Vec3::new(x, y, 0.0)).to_vec(),
         normals: vec![Vec3::Z; 4],
         uvs: [(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(u, v)| Vec2::new(u, v)).to_vec(),
@@ -118,12 +124,12 @@ pub fn quad(width: f32, height: f32) -> Shape {
 }
 
 /// A rectangle in the plane y = 0 that faces up; the texture's top is towards −Z.
-pub fn floor(width: f32, depth: f32) -> Shape {
+pub fn floor(width: f32, depth: f32) -> TriangleMesh {
     quad(width, depth).moved(1.0, Quat::from_rotation_x(-PI / 2.0), Vec3::ZERO).flattened_at_y0()
 }
 
 /// A box around the origin with flat sides.
-pub fn cuboid(width: f32, height: f32, depth: f32) -> Shape {
+pub fn cuboid(width: f32, height: f32, depth: f32) -> TriangleMesh {
     // Each side is a quad turned from +Z, pushed outwards.
     let sides = [
         (Quat::IDENTITY, width, height, depth),
@@ -134,23 +140,23 @@ pub fn cuboid(width: f32, height: f32, depth: f32) -> Shape {
         (Quat::from_rotation_x(PI / 2.0), width, depth, height),
     ];
     let half = Vec3::new(width, height, depth) / 2.0;
-    let mut shape = Shape::default();
+    let mut mesh = TriangleMesh::default();
     for (rotation, side_width, side_height, distance) in sides {
         let normal = (rotation * Vec3::Z).round();
         let side = quad(side_width, side_height).moved(1.0, rotation, normal * (distance / 2.0));
-        shape.join(&side);
+        mesh.join(&side);
     }
-    // Corners and normals exactly on the box, whatever the rotations' rounding.
-    for (position, normal) in shape.positions.iter_mut().zip(&mut shape.normals) {
+    // Rounding by the rotations is removed: corners and normals lie exactly on the box.
+    for (position, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
         *position = half * position.signum();
         *normal = normal.round();
     }
-    shape
+    mesh
 }
 
 /// A sphere of quads between meridians and parallels, poles on the Y axis, smooth normals.
-pub fn uv_sphere(radius: f32, segments: u32, rings: u32) -> Shape {
-    let mut shape = Shape::default();
+pub fn uv_sphere(radius: f32, segments: u32, rings: u32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
     for ring in 0..=rings {
         let (sin_polar, cos_polar) = libm::sincosf(PI * ring as f32 / rings as f32);
         for segment in 0..=segments {
@@ -158,17 +164,17 @@ pub fn uv_sphere(radius: f32, segments: u32, rings: u32) -> Shape {
             let (sin_azimuth, cos_azimuth) = libm::sincosf(azimuth);
             let rim = if ring == 0 || ring == rings { 0.0 } else { sin_polar };
             let normal = Vec3::new(rim * sin_azimuth, cos_polar, rim * cos_azimuth).normalize();
-            shape.positions.push(normal * radius);
-            shape.normals.push(normal);
-            shape.uvs.push(Vec2::new(segment as f32 / segments as f32, ring as f32 / rings as f32));
+            mesh.positions.push(normal * radius);
+            mesh.normals.push(normal);
+            mesh.uvs.push(Vec2::new(segment as f32 / segments as f32, ring as f32 / rings as f32));
         }
     }
-    shape.indices = grid_indices(segments, rings, true);
-    shape
+    mesh.indices = grid_indices(segments, rings, true);
+    mesh
 }
 
 /// A sphere of nearly equal triangles: an icosahedron whose sides are halved `levels` times. No texture coordinates.
-pub fn ico_sphere(radius: f32, levels: u32) -> Shape {
+pub fn ico_sphere(radius: f32, levels: u32) -> TriangleMesh {
     let golden = 0.5 * (1.0 + libm::sqrtf(5.0));
     let mut normals: Vec<Vec3> = Vec::new();
     for axis in 0..3 {
@@ -197,31 +203,31 @@ pub fn ico_sphere(radius: f32, levels: u32) -> Shape {
     for _ in 0..levels {
         triangles = halve_edges(&mut normals, &triangles);
     }
-    Shape {
+    TriangleMesh {
         positions: normals.iter().map(|normal| *normal * radius).collect(),
         normals,
         indices: triangles.concat(),
-        ..Shape::default()
+        ..TriangleMesh::default()
     }
 }
 
 /// A closed cylinder along Y around the origin, with flat caps.
-pub fn cylinder(radius: f32, height: f32, segments: u32) -> Shape {
-    let mut shape = Shape::default();
+pub fn cylinder(radius: f32, height: f32, segments: u32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
     let rim = |segment: u32| {
         let (sin, cos) = libm::sincosf(TAU * (segment % segments) as f32 / segments as f32);
         Vec3::new(sin, 0.0, cos)
     };
     for (row, y) in [height / 2.0, -height / 2.0].into_iter().enumerate() {
         for segment in 0..=segments {
-            shape.positions.push(rim(segment) * radius + Vec3::Y * y);
-            shape.normals.push(rim(segment));
-            shape.uvs.push(Vec2::new(segment as f32 / segments as f32, row as f32));
+            mesh.positions.push(rim(segment) * radius + Vec3::Y * y);
+            mesh.normals.push(rim(segment));
+            mesh.uvs.push(Vec2::new(segment as f32 / segments as f32, row as f32));
         }
     }
-    shape.indices = grid_indices(segments, 1, false);
+    mesh.indices = grid_indices(segments, 1, false);
     for (y, normal) in [(height / 2.0, Vec3::Y), (-height / 2.0, Vec3::NEG_Y)] {
-        let mut cap = Shape::default();
+        let mut cap = TriangleMesh::default();
         for segment in 0..segments {
             let outward = rim(segment);
             cap.positions.push(outward * radius + Vec3::Y * y);
@@ -232,42 +238,42 @@ pub fn cylinder(radius: f32, height: f32, segments: u32) -> Shape {
             let (b, c) = if normal.y > 0.0 { (segment, segment + 1) } else { (segment + 1, segment) };
             cap.indices.extend([0, b, c]);
         }
-        shape.join(&cap);
+        mesh.join(&cap);
     }
-    shape
+    mesh
 }
 
 /// A ring around Y: a tube of `tube_radius` whose centre runs at `radius`.
-pub fn torus(radius: f32, tube_radius: f32, segments: u32, sides: u32) -> Shape {
-    let mut shape = Shape::default();
+pub fn torus(radius: f32, tube_radius: f32, segments: u32, sides: u32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
     for side in 0..=sides {
         let (up, out) = libm::sincosf(-TAU * (side % sides) as f32 / sides as f32);
         for segment in 0..=segments {
             let (sin, cos) = libm::sincosf(TAU * (segment % segments) as f32 / segments as f32);
             let outward = Vec3::new(sin, 0.0, cos);
             let normal = outward * out + Vec3::Y * up;
-            shape.positions.push(outward * radius + normal * tube_radius);
-            shape.normals.push(normal);
-            shape.uvs.push(Vec2::new(segment as f32 / segments as f32, side as f32 / sides as f32));
+            mesh.positions.push(outward * radius + normal * tube_radius);
+            mesh.normals.push(normal);
+            mesh.uvs.push(Vec2::new(segment as f32 / segments as f32, side as f32 / sides as f32));
         }
     }
-    shape.indices = grid_indices(segments, sides, false);
-    shape
+    mesh.indices = grid_indices(segments, sides, false);
+    mesh
 }
 
 /// A flat upright strip in the plane z = 0, facing +Z, from y = 0 to `height` in `rows` rows.
-pub fn strip(width: f32, height: f32, rows: u32) -> Shape {
-    let mut shape = Shape::default();
+pub fn strip(width: f32, height: f32, rows: u32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
     for row in 0..=rows {
         let v = row as f32 / rows as f32;
         for u in [0.0, 1.0] {
-            shape.positions.push(Vec3::new((u - 0.5) * width, (1.0 - v) * height, 0.0));
-            shape.normals.push(Vec3::Z);
-            shape.uvs.push(Vec2::new(u, v));
+            mesh.positions.push(Vec3::new((u - 0.5) * width, (1.0 - v) * height, 0.0));
+            mesh.normals.push(Vec3::Z);
+            mesh.uvs.push(Vec2::new(u, v));
         }
     }
-    shape.indices = grid_indices(1, rows, false);
-    shape
+    mesh.indices = grid_indices(1, rows, false);
+    mesh
 }
 
 /// Two triangles a cell of a grid of `columns + 1` vertices a row, rows running down; `poles` leaves out the
@@ -306,7 +312,7 @@ fn halve_edges(corners: &mut Vec<Vec3>, triangles: &[[u32; 3]]) -> Vec<[u32; 3]>
     halved
 }
 
-impl Shape {
+impl TriangleMesh {
     fn flattened_at_y0(mut self) -> Self {
         for position in &mut self.positions {
             *position = Vec3::new(position.x, 0.0, position.z);
@@ -317,11 +323,11 @@ impl Shape {
 }
 
 /// A prism along Y over a triangle of (x, z), counter-clockwise as seen from above, with flat faces.
-pub fn upright_prism([a, b, c]: [(f32, f32); 3], half_height: f32) -> Shape {
-    let mut shape = Shape::default();
+pub fn upright_prism([a, b, c]: [(f32, f32); 3], half_height: f32) -> TriangleMesh {
+    let mut mesh = TriangleMesh::default();
     for ((x0, z0), (x1, z1)) in [(a, b), (b, c), (c, a)] {
         let along = Vec3::new(x1 - x0, 0.0, z1 - z0);
-        shape.join(&Shape {
+        mesh.join(&TriangleMesh {
             positions: vec![
                 Vec3::new(x0, -half_height, z0),
                 Vec3::new(x1, -half_height, z1),
@@ -330,16 +336,16 @@ pub fn upright_prism([a, b, c]: [(f32, f32); 3], half_height: f32) -> Shape {
             ],
             normals: vec![along.cross(Vec3::Y).normalize(); 4],
             indices: vec![0, 1, 2, 0, 2, 3],
-            ..Shape::default()
+            ..TriangleMesh::default()
         });
     }
     for (y, normal, indices) in [(half_height, Vec3::Y, [0, 1, 2]), (-half_height, Vec3::NEG_Y, [0, 2, 1])] {
-        shape.join(&Shape {
+        mesh.join(&TriangleMesh {
             positions: [a, b, c].map(|(x, z)| Vec3::new(x, y, z)).to_vec(),
             normals: vec![normal; 3],
             indices: indices.to_vec(),
-            ..Shape::default()
+            ..TriangleMesh::default()
         });
     }
-    shape
+    mesh
 }

@@ -1,4 +1,4 @@
-//! What most scenes share: a camera, a key light, a floor, and animation clips.
+//! Parts that most scenes share: a camera, lights, floors and animation clips.
 
 use glam::{Mat3, Quat, Vec3};
 
@@ -8,19 +8,19 @@ use crate::material::Material;
 use crate::node::Node;
 use crate::shapes;
 
-/// Width over height of the pictures the cameras are made for.
+/// Aspect ratio of the cameras, width over height.
 pub const ASPECT_RATIO: f32 = 16.0 / 9.0;
 
-/// The rotation that looks along −Z of the result from `eye` towards `target`, upright.
+/// The upright rotation whose −Z axis points from `eye` towards `target`.
 pub fn looking(eye: Vec3, target: Vec3) -> Quat {
     let backward = (eye - target).normalize();
-    // Straight up or down, the picture's top is towards −Z.
+    // For a view straight up or down, the top of the image is towards −Z.
     let up = if backward.y.abs() > 0.999 { Vec3::NEG_Z } else { Vec3::Y };
     let right = up.cross(backward).normalize();
     Quat::from_mat3(&Mat3::from_cols(right, backward.cross(right), backward)).normalize()
 }
 
-/// A perspective camera; the angle is the whole vertical field of view.
+/// Adds a perspective camera; the angle is the whole vertical field of view.
 pub fn perspective(gltf: &mut Gltf, fov_y_degrees: f32, aspect_ratio: Option<f32>) -> usize {
     let mut perspective = object([("yfov", fov_y_degrees.to_radians().into()), ("znear", 0.1.into())]);
     if let Some(aspect_ratio) = aspect_ratio {
@@ -29,7 +29,7 @@ pub fn perspective(gltf: &mut Gltf, fov_y_degrees: f32, aspect_ratio: Option<f32
     gltf.add("cameras", object([("type", "perspective".into()), ("perspective", perspective)]))
 }
 
-/// Places a perspective camera for wide pictures.
+/// Adds a perspective camera of [`ASPECT_RATIO`] and its node.
 pub fn camera(gltf: &mut Gltf, eye: Vec3, target: Vec3, fov_y_degrees: f32) -> usize {
     let camera = perspective(gltf, fov_y_degrees, Some(ASPECT_RATIO));
     gltf.node(
@@ -40,44 +40,44 @@ pub fn camera(gltf: &mut Gltf, eye: Vec3, target: Vec3, fov_y_degrees: f32) -> u
     )
 }
 
-/// A punctual light of `kind` "point" or "directional", in candela or lux.
+/// Adds a punctual light of `kind` "point" or "directional", in candela or lux.
 pub fn light(gltf: &mut Gltf, kind: &str, color: [f32; 3], intensity: f32) -> usize {
     gltf.light(object([("type", kind.into()), ("color", list(color)), ("intensity", intensity.into())]))
 }
 
-/// Places a white point light; the intensity is in candela.
+/// Adds a white point light and its node; the intensity is in candela.
 pub fn point_light(gltf: &mut Gltf, position: Vec3, intensity: f32) -> usize {
     let light = light(gltf, "point", [1.0; 3], intensity);
     gltf.node(Node { light: Some(light), ..Node::default() }.at(position.x, position.y, position.z))
 }
 
-/// Places a white directional light that shines from `from` towards the origin; the intensity is in lux.
+/// Adds a white directional light, from `from` towards the origin, and its node; the intensity is in lux.
 pub fn directional_light(gltf: &mut Gltf, from: Vec3, intensity: f32) -> usize {
     let light = light(gltf, "directional", [1.0; 3], intensity);
     gltf.node(Node { light: Some(light), ..Node::default() }.turned(looking(from, Vec3::ZERO)))
 }
 
-/// A key light from the upper right that gives π lux at the origin (so white diffuse facing it has radiance 1), and
-/// a weak fill from the upper left that keeps shadows from being black.
+/// Adds a key light from the upper right of π lux, in which white diffuse surfaces that face it have radiance 1, and a
+/// weak fill light from the upper left, so that shadows are not black.
 pub fn key_and_fill(gltf: &mut Gltf) {
     directional_light(gltf, Vec3::new(1.0, 1.6, 1.4), std::f32::consts::PI);
     directional_light(gltf, Vec3::new(-1.0, 1.0, 1.2), 0.5);
 }
 
-/// Places a camera and the key and fill lights: the stage of scenes that are not about light.
+/// Adds a camera and the key and fill lights, for scenes that are not about light.
 pub fn lit_stage(gltf: &mut Gltf, eye: Vec3, target: Vec3, fov_y_degrees: f32) {
     camera(gltf, eye, target, fov_y_degrees);
     key_and_fill(gltf);
 }
 
-/// Places a grey floor at y = 0.
+/// Adds a grey floor at y = 0 and its node.
 pub fn grey_floor(gltf: &mut Gltf, width: f32, depth: f32) -> usize {
     let material = Material::matte("floor", [0.6, 0.6, 0.6]).add_to(gltf);
     let mesh = shapes::floor(width, depth).plain().add_to(gltf, material);
     gltf.node(Node::mesh(mesh).named("floor"))
 }
 
-/// A mesh of `columns` times `rows` squares in two materials in the plane z = 0, facing +Z.
+/// Adds a mesh of `columns` times `rows` squares in two materials in the plane z = 0, facing +Z.
 pub fn chequered_wall(gltf: &mut Gltf, cells: [u32; 2], cell: f32, materials: [usize; 2]) -> usize {
     let [columns, rows] = cells;
     let mut positions = Vec::new();
@@ -106,7 +106,7 @@ pub fn chequered_wall(gltf: &mut Gltf, cells: [u32; 2], cell: f32, materials: [u
     gltf.add("meshes", object([("primitives", list(primitives))]))
 }
 
-/// Places a chequered floor at y = 0 in two greys.
+/// Adds a chequered floor at y = 0 in two greys and its node.
 pub fn chequered_floor(gltf: &mut Gltf, cells: [u32; 2], cell: f32) -> usize {
     let light = Material::matte("light squares", [0.75, 0.75, 0.72]).add_to(gltf);
     let dark = Material::matte("dark squares", [0.12, 0.14, 0.2]).add_to(gltf);
@@ -123,7 +123,7 @@ pub struct Track<'a> {
     /// "STEP", "LINEAR" or "CUBICSPLINE".
     pub interpolation: &'static str,
     pub times: &'a [f32],
-    /// Values, or in-tangent, value and out-tangent a key, flattened.
+    /// Flattened values; with CUBICSPLINE in-tangent, value and out-tangent for each key.
     pub values: Vec<f32>,
 }
 

@@ -20,6 +20,8 @@ pub mod bvh;
 
 pub mod color;
 
+pub mod image;
+
 pub mod image_file;
 
 pub mod scene;

@@ -12,7 +12,7 @@ use clap::Args;
 use crate::error::{Error, Result};
 use crate::image_file::write_atomically;
 use crate::progress::{print_output, print_warning};
-use crate::regression::{FilePair, LayeredPicture, PairedFiles, Preset, compare, pair_files, pixel_hash};
+use crate::regression::{FilePair, Image, PairedFiles, Preset, compare, pair_files, pixel_hash};
 
 use super::layer_options;
 use maps::MapPattern;
@@ -87,7 +87,7 @@ fn compared(
     pair: &FilePair,
     page: Option<&mut DiffPage>,
 ) -> Result<(FrameReport, Option<crate::regression::FlipMap>)> {
-    let whole = (LayeredPicture::read(&pair.actual)?, LayeredPicture::read(&pair.reference)?);
+    let whole = (Image::read(&pair.actual)?, Image::read(&pair.reference)?);
     let layers = layer_options::layers_in_files(&args.layers, &[whole.0.layers(), whole.1.layers()].concat())
         .map_err(Error::usage)?;
     // The page shows colours even where other layers are compared.

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::output::{PreviewLook, display_picture};
 use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
 use crate::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
-use crate::regression::{Comparison, LayeredPicture, pixel_hash};
+use crate::regression::{Comparison, Image, pixel_hash};
 
 /// What somebody decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
 
 /// What somebody looks at, to be known again.
 fn hash_of(file: &Path) -> Option<String> {
-    LayeredPicture::read(file).ok().as_ref().map(pixel_hash)
+    Image::read(file).ok().as_ref().map(pixel_hash)
 }
 
 /// Asks until the answer is understood; the end of the input is the wish to stop.
@@ -112,11 +112,11 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
     actual.as_ref().map(pixel_hash)
 }
 
-fn picture(path: &Path, is_there: bool) -> Option<LayeredPicture> {
+fn picture(path: &Path, is_there: bool) -> Option<Image> {
     if !is_there {
         return None;
     }
-    let read = LayeredPicture::read(path);
+    let read = Image::read(path);
     read.inspect_err(|error| print_output(&format!("  {}", one_line(&error.to_string())))).ok()
 }
 
@@ -130,11 +130,11 @@ fn described(comparison: &Comparison) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn drawn(terminal: TerminalPictures, picture: &LayeredPicture) -> Option<String> {
-    let colors = picture.clone().in_light().colors()?;
+fn drawn(terminal: TerminalPictures, picture: &Image) -> Option<String> {
+    let colors = picture.clone().into_linear().colors()?;
     let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
     Some(terminal.text(&display_picture(
-        picture.size,
+        picture.size(),
         &pixels,
         PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard },
     )))

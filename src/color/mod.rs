@@ -53,6 +53,11 @@ fn linear_to_srgb(linear: f32) -> f32 {
     encoded as f32
 }
 
+/// Decodes an sRGB value between 0 and 1 in single precision.
+pub fn srgb_to_linear(encoded: f32) -> f32 {
+    if encoded > 0.04045 { libm::powf((encoded + 0.055) / 1.055, 2.4) } else { encoded / 12.92 }
+}
+
 /// Decodes an eight-bit sRGB value by table.
 pub fn srgb8_to_linear(encoded: u8) -> f32 {
     srgb8_table()[usize::from(encoded)]

@@ -1,53 +1,56 @@
-//! What a picture holds besides colour and coverage, where it is asked for.
+//! Values that a film records besides colour and coverage.
 
 use glam::{Vec2, Vec3};
 
 pub use crate::integrator::{LightPass, LightPasses};
 
-/// Which layers are recorded.
+/// Which AOVs a film records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AovFlags {
-    /// How the light of each pixel came: [`FilmAovs::light`].
+    /// Light passes: [`FilmAovs::light`].
     pub light: bool,
-    /// What the ray through the middle of each pixel meets: [`FilmAovs::centers`].
+    /// Surface at each pixel's centre: [`FilmAovs::centers`].
     pub centers: bool,
-    /// Which surfaces cover each pixel, and by how much: [`FilmAovs::coverage`].
+    /// Mesh instances that cover each pixel: [`FilmAovs::coverage`].
     pub coverage: bool,
 }
 
 impl AovFlags {
-    /// Nothing besides colour and coverage.
+    /// Colour and coverage alone.
     pub const NONE: Self = Self { light: false, centers: false, coverage: false };
 }
 
-/// What the ray through the middle of a pixel meets first, at the frame's own time and without a lens: the first surface whose
-/// coverage is at least one half. Shadow catchers are not met.
+/// Surface at a pixel's centre, at the frame's own time and without a lens.
+///
+/// It is the first surface with a coverage of at least one half. Shadow catchers do not count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PixelCenterSample {
-    /// Subscript of [`crate::frame::Frame::instances`]; `None` where nothing is met, and then the fields up to `uv` are zero.
+    /// Index into [`crate::frame::Frame::instances`]; `None` where the ray hits nothing, and then the fields up to `uv` are zero.
     pub instance: Option<u32>,
     /// Distance along the camera's axis, metres.
     pub depth: f32,
     /// World space, metres.
     pub position: Vec3,
-    /// World-space unit normal of the triangle on the camera's side.
+    /// World-space unit normal of the triangle, on the camera's side.
     pub geometric_normal: Vec3,
-    /// World-space unit normal for shading on the camera's side, normal map applied.
+    /// World-space unit shading normal on the camera's side, normal map applied.
     pub shading_normal: Vec3,
-    /// Linear base colour; for specular-glossiness and metal, too.
+    /// Linear base colour, also of metal and of specular-glossiness materials.
     pub albedo: Vec3,
-    /// First set of texture coordinates as the file has them; v grows downwards.
+    /// First set of texture coordinates as stored in the file; v grows downwards.
     pub uv: Vec2,
-    /// Where the same point of the surface is in the next frame's picture less where it is in this one, pixels; x to the right,
-    /// y downwards. Where nothing is met, that of a point infinitely far away, and under parallel rays none. Zero where
-    /// either lies behind the camera, or the surface is hidden then.
+    /// Motion to the next frame, pixels: where the same surface point is in the next frame's image less where it is in this
+    /// one; x to the right, y downwards.
+    ///
+    /// Where the ray hits nothing, it is the motion of a point infinitely far away, which parallel projections do not have.
+    /// It is zero where either point lies behind the camera, or the surface is hidden in the other frame.
     pub motion_forward: Vec2,
-    /// The same for the previous frame.
+    /// The same to the previous frame.
     pub motion_back: Vec2,
 }
 
 impl Default for PixelCenterSample {
-    /// Nothing is met.
+    /// A ray that hits nothing.
     fn default() -> Self {
         Self {
             instance: None,
@@ -63,41 +66,43 @@ impl Default for PixelCenterSample {
     }
 }
 
-/// The surfaces that cover a pixel, filtered like its colour: subscripts of [`crate::frame::Frame::instances`], increasing, each once, with their
-/// shares of the pixel. What is seen in mirrors and through glass is not among them; see-through surfaces and what is behind
-/// them have their shares each.
+/// Coverage of a pixel by mesh instances, filtered like its colour: increasing indices into
+/// [`crate::frame::Frame::instances`], each once, with their shares of the pixel.
+///
+/// Only what camera rays hit directly counts, not what mirrors and glass show. A partly transparent surface and those
+/// behind it have their shares each.
 pub type CoverageSample = Vec<(u32, f32)>;
 
-/// Adds to the share of one surface.
+/// Adds to the share of one instance.
 pub fn add_share(coverage: &mut CoverageSample, instance: u32, share: f32) {
     match coverage.binary_search_by_key(&instance, |&(instance, _)| instance) {
-        Ok(place) => coverage[place].1 += share,
-        Err(place) => coverage.insert(place, (instance, share)),
+        Ok(index) => coverage[index].1 += share,
+        Err(index) => coverage.insert(index, (instance, share)),
     }
 }
 
-/// Row-major pixels of the film's window, for each layer that is recorded.
+/// AOVs of a film's window, row-major; `None` where one is not recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilmAovs {
-    /// How light came.
+    /// Light passes.
     pub light: Option<Vec<LightPasses>>,
-    /// What the middle of each pixel shows.
+    /// Surfaces at the pixels' centres.
     pub centers: Option<Vec<PixelCenterSample>>,
-    /// What covers each pixel.
+    /// Coverage by mesh instances.
     pub coverage: Option<Vec<CoverageSample>>,
 }
 
 impl FilmAovs {
-    /// Empty layers of `count` pixels.
-    pub fn new(count: usize, request: AovFlags) -> Self {
+    /// Zeroed AOVs of `count` pixels.
+    pub fn new(count: usize, flags: AovFlags) -> Self {
         Self {
-            light: request.light.then(|| vec![LightPasses::default(); count]),
-            centers: request.centers.then(|| vec![PixelCenterSample::default(); count]),
-            coverage: request.coverage.then(|| vec![CoverageSample::new(); count]),
+            light: flags.light.then(|| vec![LightPasses::default(); count]),
+            centers: flags.centers.then(|| vec![PixelCenterSample::default(); count]),
+            coverage: flags.coverage.then(|| vec![CoverageSample::new(); count]),
         }
     }
 
-    /// Adds another recording of the same pixels. What the middles of pixels show is not a sum and stays.
+    /// Adds light passes and coverage of the same pixels. Pixel-centre samples are no sums and stay.
     pub fn add(&mut self, other: &Self) {
         if let (Some(light), Some(other)) = (&mut self.light, &other.light) {
             let channels = other.as_flattened().as_flattened();
@@ -113,7 +118,7 @@ impl FilmAovs {
         }
     }
 
-    /// Multiplies light and coverage.
+    /// Multiplies light passes and coverage.
     pub fn scale(&mut self, factor: f32) {
         for light in self.light.iter_mut().flatten() {
             light.as_flattened_mut().iter_mut().for_each(|channel| *channel *= factor);
@@ -125,8 +130,8 @@ impl FilmAovs {
         }
     }
 
-    /// What is recorded.
-    pub fn request(&self) -> AovFlags {
+    /// Which AOVs are recorded.
+    pub fn flags(&self) -> AovFlags {
         AovFlags {
             light: self.light.is_some(),
             centers: self.centers.is_some(),
@@ -140,7 +145,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_summed_by_surface() {
+    fn shares_are_summed_by_instance() {
         let all = AovFlags { light: true, centers: true, coverage: true };
         let (mut sum, mut other) = (FilmAovs::new(1, all), FilmAovs::new(1, all));
         sum.coverage = Some(vec![vec![(2, 0.5), (7, 0.25)]]);
@@ -154,9 +159,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_for_is_recorded() {
+    fn flags_decide_what_is_recorded() {
         let light = AovFlags { light: true, ..AovFlags::NONE };
-        assert_eq!(FilmAovs::new(3, light).request(), light);
+        assert_eq!(FilmAovs::new(3, light).flags(), light);
         assert_eq!(FilmAovs::new(3, AovFlags::NONE), FilmAovs::default());
     }
 }

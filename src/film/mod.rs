@@ -1,84 +1,67 @@
-//! The picture while it is made: pixels, windows, and the order in which samples become a pixel.
+//! The film: pixels and AOVs of a frame while it is rendered.
+//!
+//! Tiles are rendered in any order and written into the film, so that its content does not depend on threads. Files are not
+//! known here; [`crate::output`] makes them from a film.
 
 mod aovs;
 
+use crate::image::{ColorEncoding, Image};
+
+pub use crate::image::PixelWindow;
 pub use aovs::{AovFlags, CoverageSample, FilmAovs, LightPass, LightPasses, PixelCenterSample, add_share};
 
-/// Pixels from `x0` up to but not including `x1`, and likewise for rows; origin at the top left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PixelWindow {
-    /// First column.
-    pub x0: u32,
-    /// First row.
-    pub y0: u32,
-    /// One past the last column.
-    pub x1: u32,
-    /// One past the last row.
-    pub y1: u32,
-}
-
-impl PixelWindow {
-    /// The whole of a picture.
-    pub fn full(width: u32, height: u32) -> Self {
-        Self { x0: 0, y0: 0, x1: width, y1: height }
-    }
-
-    /// Columns.
-    pub fn width(&self) -> u32 {
-        self.x1 - self.x0
-    }
-
-    /// Rows.
-    pub fn height(&self) -> u32 {
-        self.y1 - self.y0
-    }
-}
-
-/// Linear Rec.709 radiance with premultiplied coverage.
+/// Linear Rec.709 radiance with premultiplied coverage, and AOVs of the same pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Film {
-    /// Size of the whole picture (the EXR display window).
+    /// Columns and rows of the whole image (OpenEXR's display window).
     pub resolution: (u32, u32),
-    /// The part that is held here (the EXR data window).
+    /// The pixels held here (OpenEXR's data window).
     pub window: PixelWindow,
     /// Row-major R, G, B, A of the window, top row first.
     pub pixels: Vec<[f32; 4]>,
-    /// What else is recorded of each pixel.
+    /// Further values of each pixel.
     pub aovs: FilmAovs,
 }
 
 impl Film {
-    /// A black, empty picture.
+    /// A film of transparent black without AOVs.
     pub fn new(resolution: (u32, u32), window: PixelWindow) -> Self {
         Self::with_aovs(resolution, window, AovFlags::NONE)
     }
 
-    /// A black, empty picture with layers.
-    pub fn with_aovs(resolution: (u32, u32), window: PixelWindow, request: AovFlags) -> Self {
-        let count = window.width() as usize * window.height() as usize;
-        Self { resolution, window, pixels: vec![[0.0; 4]; count], aovs: FilmAovs::new(count, request) }
+    /// A film of transparent black with AOVs.
+    pub fn with_aovs(resolution: (u32, u32), window: PixelWindow, flags: AovFlags) -> Self {
+        let count = window.pixel_count();
+        Self { resolution, window, pixels: vec![[0.0; 4]; count], aovs: FilmAovs::new(count, flags) }
+    }
+
+    /// The colours as an image of the channels A, B, G and R.
+    pub fn to_image(&self) -> Image {
+        let display_window = PixelWindow::full(self.resolution.0, self.resolution.1);
+        let colors = Image::from_rgba(self.window.size(), ColorEncoding::Linear, &self.pixels);
+        Image { display_window, data_window: self.window, ..colors }
     }
 
     /// Writes the pixels of a tile, which lies inside the window.
     pub fn write_tile(&mut self, tile: PixelWindow, pixels: &[[f32; 4]]) {
-        place(self.window, &mut self.pixels, tile, pixels);
+        copy_rows(self.window, &mut self.pixels, tile, pixels);
     }
 
-    /// Writes those layers of a tile that are recorded here and there.
+    /// Writes the AOVs of a tile that both the film and `aovs` have.
     pub fn write_aov_tile(&mut self, tile: PixelWindow, aovs: &FilmAovs) {
         let window = self.window;
         if let (Some(all), Some(light)) = (&mut self.aovs.light, &aovs.light) {
-            place(window, all, tile, light);
+            copy_rows(window, all, tile, light);
         }
         if let (Some(all), Some(centers)) = (&mut self.aovs.centers, &aovs.centers) {
-            place(window, all, tile, centers);
+            copy_rows(window, all, tile, centers);
         }
         if let (Some(all), Some(coverage)) = (&mut self.aovs.coverage, &aovs.coverage) {
-            place(window, all, tile, coverage);
+            copy_rows(window, all, tile, coverage);
         }
     }
 
-    /// Adds the pixels of a film of the same window, their light by parts and their coverage.
+    /// Adds the pixels, light passes and coverage of a film of the same window.
     pub fn add(&mut self, other: &Self) {
         debug_assert_eq!(self.window, other.window);
         for (sum, pixel) in self.pixels.iter_mut().zip(&other.pixels) {
@@ -89,20 +72,20 @@ impl Film {
         self.aovs.add(&other.aovs);
     }
 
-    /// Multiplies all pixels, their light by parts and their coverage.
+    /// Multiplies all pixels, light passes and coverage by `factor`.
     pub fn scale(&mut self, factor: f32) {
         self.aovs.scale(factor);
         self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
     }
 
-    /// Sets pixels that are infinite or not a number to transparent black, their light by parts too, and counts them.
+    /// Sets pixels with infinite or NaN channels and their light passes to transparent black. Returns their number.
     pub fn blacken_non_finite(&mut self) -> u64 {
         let mut count = 0;
-        for (subscript, pixel) in self.pixels.iter_mut().enumerate() {
+        for (index, pixel) in self.pixels.iter_mut().enumerate() {
             if !pixel.iter().all(|channel| channel.is_finite()) {
                 *pixel = [0.0; 4];
                 if let Some(light) = &mut self.aovs.light {
-                    light[subscript] = LightPasses::default();
+                    light[index] = LightPasses::default();
                 }
                 count += 1;
             }
@@ -111,8 +94,8 @@ impl Film {
     }
 }
 
-/// Writes the row-major values of a tile among those of a window.
-fn place<T: Clone>(window: PixelWindow, all: &mut [T], tile: PixelWindow, values: &[T]) {
+/// Copies the row-major values of a tile into those of a window.
+fn copy_rows<T: Clone>(window: PixelWindow, all: &mut [T], tile: PixelWindow, values: &[T]) {
     let stride = window.width() as usize;
     let rows = values.chunks_exact(tile.width() as usize);
     for (y, row) in (tile.y0..tile.y1).zip(rows) {
@@ -126,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tiles_land_where_they_belong() {
+    fn tiles_are_written_at_their_position_in_the_window() {
         let window = PixelWindow { x0: 2, y0: 1, x1: 5, y1: 3 };
         let mut film = Film::new((8, 8), window);
         film.write_tile(PixelWindow { x0: 4, y0: 1, x1: 5, y1: 3 }, &[[1.0; 4], [2.0; 4]]);
@@ -136,12 +119,26 @@ mod tests {
 
     #[test]
     fn non_finite_pixels_become_black_and_are_counted() {
-        let request = AovFlags { light: true, ..AovFlags::NONE };
-        let mut film = Film::with_aovs((3, 1), PixelWindow::full(3, 1), request);
+        let flags = AovFlags { light: true, ..AovFlags::NONE };
+        let mut film = Film::with_aovs((3, 1), PixelWindow::full(3, 1), flags);
         film.aovs.light = Some(vec![[[f32::NAN; 3]; 6], [[0.5; 3]; 6], [[1.0; 3]; 6]]);
         film.pixels = vec![[f32::NAN, 1.0, 1.0, 1.0], [1.0; 4], [1.0, f32::INFINITY, 1.0, 1.0]];
         assert_eq!(film.blacken_non_finite(), 2);
         assert_eq!(film.pixels, [[0.0; 4], [1.0; 4], [0.0; 4]]);
         assert_eq!(film.aovs.light, Some(vec![[[0.0; 3]; 6], [[0.5; 3]; 6], [[0.0; 3]; 6]]));
+    }
+
+    #[test]
+    fn films_become_images_with_their_windows() {
+        let window = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
+        let mut film = Film::new((6, 5), window);
+        film.pixels = vec![[0.1, 0.2, 0.3, 1.0], [f32::INFINITY, 1e6, 0.0, 0.5]];
+        let image = film.to_image();
+        assert_eq!((image.display_window, image.data_window), (PixelWindow::full(6, 5), window));
+        assert_eq!(image.rgba().unwrap(), film.pixels);
+        // Halves have 11 bits, 2⁻¹⁴ apart at 0.1: 1638 · 2⁻¹⁴. The largest one is 65504.
+        let stored = image.rounded_to_halves().rgba().unwrap();
+        assert_eq!((stored[0][0], stored[0][3]), (1638.0 / 16384.0, 1.0));
+        assert_eq!(stored[1], [f32::INFINITY, 65504.0, 0.0, 0.5]);
     }
 }

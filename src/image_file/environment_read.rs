@@ -1,4 +1,4 @@
-//! Equirectangular surroundings from Radiance `.hdr` and OpenEXR files.
+//! Decoding of equirectangular environments from Radiance `.hdr` and OpenEXR files.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use image::codecs::hdr::HdrDecoder;
 use image::{DynamicImage, ImageDecoder as _};
 
-use super::decode_exr;
+use super::decode_exr_rgba;
 use crate::error::{Error, Result, Warning, over_limit};
 
-/// A linear picture of the surroundings as stored, nothing projected yet.
+/// Pixels of an environment image as stored, linear, not projected yet.
 #[derive(Clone, Debug)]
 pub struct EnvironmentPixels {
     /// Columns.
@@ -18,14 +18,15 @@ pub struct EnvironmentPixels {
     pub height: u32,
     /// Row-major R, G, B, top row first; finite and not negative.
     pub pixels: Vec<[f32; 3]>,
-    /// What was changed to make it so.
+    /// Warnings about values that were replaced.
     pub warnings: Vec<Warning>,
 }
 
-/// Decodes the content `bytes` of the file `path`; what it is is told by its first bytes, not by its name.
+/// Decodes `bytes`, the content of the file `path`. The first bytes tell the format, not the name.
 ///
 /// # Errors
-/// [`Error::Invalid`] when it is neither, or damaged; [`Error::Refused`] when it would take more memory than allowed.
+/// [`Error::Invalid`] when the file is of another format or damaged; [`Error::Refused`] when it would take more than
+/// `max_memory_bytes`.
 pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
     let mut environment = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         from_exr(path, bytes, max_memory_bytes)?
@@ -43,7 +44,7 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
 }
 
 fn from_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<EnvironmentPixels> {
-    let image = decode_exr(path, bytes, max_memory_bytes)?;
+    let image = decode_exr_rgba(path, bytes, max_memory_bytes)?;
     Ok(EnvironmentPixels {
         width: image.size.0,
         height: image.size.1,
@@ -60,7 +61,7 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let needed = u64::from(width) * u64::from(height) * 28;
     if needed > max_memory_bytes {
         let message = format!(
-            "{width}x{height} pixels need {}; use a smaller picture or raise --max-memory",
+            "{width}x{height} pixels need {}; use a smaller image or raise --max-memory",
             over_limit(needed.into(), max_memory_bytes.into())
         );
         return Err(Error::refused(path, "", message));
@@ -70,7 +71,8 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     Ok(EnvironmentPixels { width, height, pixels: pixels.to_vec(), warnings: Vec::new() })
 }
 
-/// Radiance is finite and not negative: a sun that overflowed becomes the largest half, anything else wrong black.
+/// Makes all radiance finite and not negative. Infinity, such as an overflowed sun, becomes the largest half; NaN and
+/// negative values become 0.
 fn make_physical(environment: &mut EnvironmentPixels) {
     let mut changed = 0_usize;
     for value in environment.pixels.as_flattened_mut() {
@@ -94,7 +96,7 @@ fn make_physical(environment: &mut EnvironmentPixels) {
 mod tests {
     use super::*;
 
-    /// A 2x1 picture in the flat form of the Radiance format: (128, 64, 0, e) is (0.5, 0.25, 0) · 2^(e − 128).
+    /// An image of 2x1 pixels in the flat form of the Radiance format: (128, 64, 0, e) is (0.5, 0.25, 0) · 2^(e − 128).
     const TINY_HDR: &[u8] =
         b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x40\x00\x80\x80\x40\x00\x81";
 
@@ -106,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn neither_format_and_too_much_memory_are_told_apart() {
+    fn other_formats_and_too_large_images_have_their_own_exit_codes() {
         let path = Path::new("a");
         assert_eq!(read_environment(path, b"hello", 1 << 20).unwrap_err().exit_code(), 65);
         assert_eq!(read_environment(path, &TINY_HDR[..50], 1 << 20).unwrap_err().exit_code(), 65);
@@ -114,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_no_light_has_are_named() {
+    fn unphysical_values_are_replaced_with_a_warning() {
         let mut environment = EnvironmentPixels {
             width: 1,
             height: 1,

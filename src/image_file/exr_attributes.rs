@@ -1,4 +1,4 @@
-//! What an EXR file says about its picture besides pixels.
+//! Attributes of the EXR files that this program writes.
 
 use exr::meta::attribute::{AttributeValue, Chromaticities, Text, TimeCode};
 use exr::meta::header::{ImageAttributes, LayerAttributes};
@@ -6,52 +6,52 @@ use exr::prelude::{IntegerBounds, Vec2};
 
 use crate::color::REC709;
 
-/// Name of the attribute that holds [`FrameAttributes::render_hash`].
+/// Name of the attribute of [`FrameAttributes::render_hash`].
 pub(super) const RENDER_HASH: &str = "renderHash";
-/// Names of the attributes that hold [`FrameAttributes::stamp`].
+/// Names of the attributes of [`FrameAttributes::stamp`].
 pub(super) const STAMPS: [&str; 4] = ["capDate", "utcOffset", "renderSeconds", "hostComputer"];
 
-/// Facts about one frame; but for the stamp none may differ between two runs that make the same picture.
+/// Attributes of one frame. All but the stamp are the same in every run that renders the same image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameAttributes {
     /// Program and version (`software`).
     pub software: String,
-    /// What the frame was made from, hexadecimal (`renderHash`).
+    /// Hash of the scene, the settings and the version, hexadecimal (`renderHash`).
     pub render_hash: String,
     /// Frame number (`frame`, an int).
     pub frame: i32,
-    /// Time shown (`timeSeconds`, a double).
+    /// Scene time (`timeSeconds`, a double).
     pub time_seconds: f64,
-    /// Numerator and denominator (`framesPerSecond`, a rational).
+    /// Frame rate as numerator and denominator (`framesPerSecond`, a rational).
     pub frames_per_second: (i32, u32),
     /// World to camera space; the camera looks along −Z, +Y is up (`worldToCamera`).
     ///
-    /// OpenEXR multiplies row vectors from the left and stores rows; glam multiplies column vectors from the right and
+    /// OpenEXR multiplies row vectors from the left and stores rows. Glam multiplies column vectors from the right and
     /// stores columns. The sixteen numbers are the same.
     pub world_to_camera: [f32; 16],
-    /// World to the display window, (0, 0) top left and (1, 1) bottom right (`worldToNDC`), in the same order.
+    /// World space to the display window, (0, 0) top left and (1, 1) bottom right (`worldToNDC`), in the same order.
     pub world_to_ndc: [f32; 16],
-    /// Hours, minutes, seconds and frames (`timeCode`), where the rate allows one.
+    /// SMPTE time code: hours, minutes, seconds and frames (`timeCode`); `None` where the frame rate has none.
     pub time_code: Option<[u8; 4]>,
-    /// Further attributes, each a name of up to 31 bytes and a text of any bytes.
+    /// Further text attributes, each a name of up to 31 bytes and a value.
     pub texts: Vec<(String, String)>,
-    /// What differs between runs, where it is asked for.
+    /// Attributes that differ between runs, if requested.
     pub stamp: Option<RunStamp>,
 }
 
-/// When and where a frame was made, and how long that took.
+/// When and where a frame was rendered, and how long it took.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStamp {
-    /// Date and time of day, universal time, as `2026:11:21 18:57:00` (`capDate`, with a `utcOffset` of 0).
+    /// Date and time in UTC, such as `2026:11:21 18:57:00` (`capDate`, with a `utcOffset` of 0).
     pub capture_date: String,
-    /// Name of the machine, where it has one (`hostComputer`).
+    /// Name of the machine, if it has one (`hostComputer`).
     pub host: Option<String>,
-    /// Seconds it took to pose, build and trace (`renderSeconds`, a float).
+    /// Seconds to pose, build and trace (`renderSeconds`, a float).
     pub render_seconds: f32,
 }
 
 impl FrameAttributes {
-    /// Of a picture that nothing is known of but its values.
+    /// Attributes of an image that is not a rendered frame.
     pub fn unknown() -> Self {
         let identity = glam::Mat4::IDENTITY.to_cols_array();
         Self {
@@ -78,7 +78,7 @@ impl FrameAttributes {
             blue: xy(REC709.blue),
             white: xy(REC709.white),
         });
-        attributes.time_code = self.time_code.map(packed);
+        attributes.time_code = self.time_code.map(exr_time_code);
         attributes
     }
 
@@ -94,27 +94,29 @@ impl FrameAttributes {
         let mut own = vec![
             ("frame", AttributeValue::I32(self.frame)),
             ("timeSeconds", AttributeValue::F64(self.time_seconds)),
-            (RENDER_HASH, AttributeValue::Text(text(&self.render_hash))),
+            (RENDER_HASH, AttributeValue::Text(byte_text(&self.render_hash))),
         ];
-        own.extend(self.texts.iter().map(|(name, value)| (name.as_str(), AttributeValue::Text(text(value)))));
+        own.extend(
+            self.texts.iter().map(|(name, value)| (name.as_str(), AttributeValue::Text(byte_text(value)))),
+        );
         if let Some(stamp) = &self.stamp {
-            attributes.capture_date = Some(text(&stamp.capture_date));
+            attributes.capture_date = Some(byte_text(&stamp.capture_date));
             attributes.utc_offset = Some(0.0);
             own.push(("renderSeconds", AttributeValue::F32(stamp.render_seconds)));
             let host = stamp.host.as_deref();
-            own.extend(host.map(|host| ("hostComputer", AttributeValue::Text(text(host)))));
+            own.extend(host.map(|host| ("hostComputer", AttributeValue::Text(byte_text(host)))));
         }
-        attributes.other.extend(own.into_iter().map(|(name, value)| (text(name), value)));
+        attributes.other.extend(own.into_iter().map(|(name, value)| (byte_text(name), value)));
         attributes
     }
 }
 
-/// OpenEXR's texts are bytes; what is not ASCII goes in as UTF-8, as other programs write it.
-fn text(text: &str) -> Text {
+/// Text of an attribute. OpenEXR's texts are bytes; other programs write UTF-8, too.
+pub(super) fn byte_text(text: &str) -> Text {
     Text::from_slice_unchecked(text.as_bytes())
 }
 
-fn packed([hours, minutes, seconds, frame]: [u8; 4]) -> TimeCode {
+fn exr_time_code([hours, minutes, seconds, frame]: [u8; 4]) -> TimeCode {
     TimeCode {
         hours,
         minutes,

@@ -1,6 +1,6 @@
-//! The header of an OpenEXR file as it stands on disk: attributes by name, compared byte for byte.
+//! Headers of OpenEXR files with one part of flat scan lines. Attributes are kept as bytes and compared by them.
 //!
-//! Source: the OpenEXR project, "OpenEXR File Layout". Files of one part of flat scan lines alone; pixels are not read.
+//! Source: the OpenEXR project, "OpenEXR File Layout". Pixels are not read.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -9,55 +9,46 @@ use std::path::Path;
 
 use super::exr_attributes::{RENDER_HASH, STAMPS};
 use crate::error::Error;
+use crate::image::PixelWindow;
 
-/// What a file begins with.
+/// First bytes of every OpenEXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-/// Bit of the version for long names, which changes nothing here; no other bit is set for one part of flat scan lines.
+/// Version bit of long names, which are read anyway. Files of one part of flat scan lines have no other bit set.
 const LONG_NAMES: u32 = 0x400;
 /// Longest name of an attribute or its type, bytes.
 const LONGEST_NAME: usize = 255;
-/// Most bytes of a header, which manifests of Cryptomattes stay far below.
+/// Most bytes of a header. Cryptomatte manifests stay far below.
 const MOST_BYTES: usize = 1 << 28;
-/// What tells how pixels are laid out in the file, not what they are.
+/// Attributes of the layout of the file, which differ between tiles of one image.
 const LAYOUT: [&str; 4] = ["dataWindow", "lineOrder", "chunkCount", "type"];
 
-/// How the samples of a channel are stored.
+/// Type of the samples of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExrSampleType {
-    /// Unsigned whole numbers of 32 bits.
+    /// 32-bit unsigned integers.
     Uint,
-    /// Floating point numbers of 16 bits.
+    /// 16-bit floating point.
     Half,
-    /// Floating point numbers of 32 bits.
+    /// 32-bit floating point.
     Float,
 }
 
-/// Pixels from (x0, y0) up to but not including (x1, y1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "the type says what they are")]
-pub struct ExrWindow {
-    pub x0: i64,
-    pub y0: i64,
-    pub x1: i64,
-    pub y1: i64,
-}
-
-/// The header of a file of one part of flat scan lines.
+/// Header of a file with one part of flat scan lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExrHeader {
-    /// The whole picture.
-    pub display_window: ExrWindow,
-    /// The part of it that the file holds.
-    pub data_window: ExrWindow,
+    /// The whole image.
+    pub display_window: PixelWindow<i64>,
+    /// The pixels that the file holds.
+    pub data_window: PixelWindow<i64>,
     /// Names and types of the channels, in the file's order.
     pub channels: Vec<(String, ExrSampleType)>,
-    /// Number of the compression in OpenEXR's list.
+    /// Index of the compression in OpenEXR's list.
     compression: u8,
-    /// Type and value of every attribute, the type with its closing zero.
+    /// Type, a zero byte and value of every attribute, by name.
     attributes: BTreeMap<String, Vec<u8>>,
 }
 
-/// What two files must have in common for being parts of one picture.
+/// Attributes, by name, that all tiles of one image share.
 pub type SharedAttributes<'a> = BTreeMap<&'a str, &'a [u8]>;
 
 impl ExrHeader {
@@ -69,7 +60,7 @@ impl ExrHeader {
         let missing = Error::missing(path);
         let metadata = std::fs::metadata(path).map_err(missing)?;
         if !metadata.is_file() {
-            return Err(Error::invalid(path, "", "is not a file with a picture"));
+            return Err(Error::invalid(path, "", "is not a regular file"));
         }
         let file = File::open(path).map_err(missing)?;
         Self::parse(&mut BufReader::new(file)).map_err(|why| Error::invalid(path, "", why))
@@ -78,7 +69,7 @@ impl ExrHeader {
     /// Reads the header at the beginning of `reader`.
     ///
     /// # Errors
-    /// One line that says what it is instead.
+    /// One line that says what is wrong.
     pub fn parse(reader: &mut impl BufRead) -> Result<Self, String> {
         let attributes = read_attributes(reader)?;
         let value = |name: &str, kind: &str| {
@@ -95,33 +86,33 @@ impl ExrHeader {
         })
     }
 
-    /// What the parts of one picture have in common: all attributes but the place of the part, and when and where it was made.
+    /// The attributes that all tiles of one image share: all but the layout of the file and the stamp of the run.
     pub fn shared(&self) -> SharedAttributes<'_> {
         let shared = |name: &str| !LAYOUT.contains(&name) && !STAMPS.contains(&name);
         let attributes = self.attributes.iter().filter(|(name, _)| shared(name));
         attributes.map(|(name, value)| (name.as_str(), value.as_slice())).collect()
     }
 
-    /// The attribute that says from what the picture was made.
+    /// Hash of the scene, the settings and the version that the image was rendered from.
     pub fn render_hash(&self) -> Option<String> {
         let value = self.attributes.get(RENDER_HASH)?.strip_prefix(b"string\0")?;
         Some(String::from_utf8_lossy(value).into_owned())
     }
 
-    /// The attribute that holds the frame number.
+    /// Frame number.
     pub fn frame(&self) -> Option<i64> {
         let value = self.attributes.get("frame")?.strip_prefix(b"int\0")?;
         Some(i64::from(i32::from_le_bytes(value.try_into().ok()?)))
     }
 
-    /// Such as `zip`.
+    /// Name of the compression, such as `zip`.
     pub fn compression_name(&self) -> &'static str {
         const NAMES: [&str; 10] =
             ["none", "rle", "zips", "zip", "piz", "pxr24", "b44", "b44a", "dwaa", "dwab"];
         NAMES.get(usize::from(self.compression)).copied().unwrap_or("an unknown compression")
     }
 
-    /// Whether packing changed samples, so that packing them again would change them again.
+    /// Whether compression changed samples, so that compressing them again would change them again.
     pub fn is_lossy(&self) -> bool {
         let holds = |wanted| self.channels.iter().any(|&(_, kind)| kind == wanted);
         match self.compression_name() {
@@ -132,17 +123,10 @@ impl ExrHeader {
         }
     }
 
-    /// Bytes of a pixel in memory.
+    /// Bytes of a pixel in memory, over all channels.
     pub fn pixel_bytes(&self) -> u64 {
         let bytes = |&(_, kind): &(String, ExrSampleType)| if kind == ExrSampleType::Half { 2 } else { 4 };
         self.channels.iter().map(bytes).sum()
-    }
-}
-
-impl ExrWindow {
-    /// Columns and rows.
-    pub fn size(self) -> (u64, u64) {
-        ((self.x1 - self.x0) as u64, (self.y1 - self.y0) as u64)
     }
 }
 
@@ -158,9 +142,7 @@ fn read_attributes(reader: &mut impl BufRead) -> Result<BTreeMap<String, Vec<u8>
         return Err("not an OpenEXR file".to_owned());
     }
     if u32::from_le_bytes([v0, v1, v2, v3]) & !LONG_NAMES != 2 {
-        return Err(
-            "has tiles of its own, several parts or deep pixels; one part of scan lines is needed".to_owned()
-        );
+        return Err("is tiled, has several parts or deep pixels; one part of scan lines is needed".to_owned());
     }
     let mut attributes = BTreeMap::new();
     let mut left = MOST_BYTES;
@@ -175,12 +157,12 @@ fn read_attributes(reader: &mut impl BufRead) -> Result<BTreeMap<String, Vec<u8>
         reader.read_exact(&mut size).map_err(unreadable)?;
         let size = u32::from_le_bytes(size) as usize;
         left = left.checked_sub(size).ok_or("not a readable OpenEXR file: its header is too long")?;
-        // Grows with what is there, not with what the size says.
+        // The buffer grows with the bytes that are there, not with the size that the file claims.
         let read = reader.take(size as u64).read_to_end(&mut value).map_err(unreadable)?;
         if read < size {
             return Err(unreadable(io::ErrorKind::UnexpectedEof.into()));
         }
-        // Readers differ in which of two they believe.
+        // Readers differ in which of two equal names they take.
         if attributes.contains_key(&name) {
             return Err(format!(
                 "not a readable OpenEXR file: two attributes are called \"{}\"",
@@ -200,8 +182,8 @@ fn read_text(reader: &mut impl BufRead) -> io::Result<String> {
     Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
-/// Four corners, the last of them inclusive.
-fn window(value: &[u8]) -> Result<ExrWindow, String> {
+/// Parses a box: x and y of the first and of the last pixel.
+fn window(value: &[u8]) -> Result<PixelWindow<i64>, String> {
     let number = |at: usize| value.get(at..at + 4)?.try_into().ok().map(i32::from_le_bytes).map(i64::from);
     let (Some(x0), Some(y0), Some(x1), Some(y1)) = (number(0), number(4), number(8), number(12)) else {
         return Err("not a readable OpenEXR file: a window is cut short".to_owned());
@@ -209,10 +191,10 @@ fn window(value: &[u8]) -> Result<ExrWindow, String> {
     if x1 < x0 || y1 < y0 {
         return Err("not a readable OpenEXR file: a window is empty".to_owned());
     }
-    Ok(ExrWindow { x0, y0, x1: x1 + 1, y1: y1 + 1 })
+    Ok(PixelWindow { x0, y0, x1: x1 + 1, y1: y1 + 1 })
 }
 
-/// For each channel its name, zero, type, four bytes about its perception, and the distances of its samples.
+/// Parses a channel list: name, zero, type, four bytes of hints, and the sampling distances of each channel.
 fn channels(mut value: &[u8]) -> Result<Vec<(String, ExrSampleType)>, String> {
     const AFTER_NAME: usize = 16;
     let mut channels = Vec::new();
@@ -243,9 +225,8 @@ fn channels(mut value: &[u8]) -> Result<Vec<(String, ExrSampleType)>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image_file::{
-        ExrChannel, ExrCompression, ExrPicture, ExrSamples, FrameAttributes, RunStamp, encode_exr_picture,
-    };
+    use crate::image::{Channel, ColorEncoding, Image, Samples};
+    use crate::image_file::{ExrCompression, FrameAttributes, RunStamp, encode_exr};
 
     fn attributes(stamp: Option<RunStamp>) -> FrameAttributes {
         FrameAttributes {
@@ -262,41 +243,41 @@ mod tests {
         }
     }
 
-    fn picture(origin: (u32, u32), compression: ExrCompression) -> ExrPicture {
-        let channel = |name: &str, samples| ExrChannel { name: name.to_owned(), samples };
-        ExrPicture {
-            picture_size: (100, 90),
-            origin,
-            size: (4, 3),
+    fn encoded((x0, y0): (u32, u32), compression: ExrCompression, stamp: Option<RunStamp>) -> Vec<u8> {
+        let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
+        let image = Image {
+            display_window: PixelWindow::full(100, 90),
+            data_window: PixelWindow { x0, y0, x1: x0 + 4, y1: y0 + 3 },
+            encoding: ColorEncoding::Linear,
             channels: vec![
-                channel("R", ExrSamples::Half(vec![half::f16::ONE; 12])),
-                channel("Z", ExrSamples::Float(vec![1.0; 12])),
-                channel("id", ExrSamples::Uint(vec![7; 12])),
+                channel("R", Samples::Half(vec![half::f16::ONE; 12])),
+                channel("Z", Samples::Float(vec![1.0; 12])),
+                channel("id", Samples::Uint(vec![7; 12])),
             ],
-            compression,
-        }
+        };
+        encode_exr(image, compression, &attributes(stamp)).unwrap()
     }
 
     fn header(origin: (u32, u32), stamp: Option<RunStamp>) -> ExrHeader {
-        let bytes = encode_exr_picture(picture(origin, ExrCompression::Piz), &attributes(stamp)).unwrap();
+        let bytes = encoded(origin, ExrCompression::Piz, stamp);
         ExrHeader::parse(&mut bytes.as_slice()).unwrap()
     }
 
     #[test]
-    fn what_is_written_is_read() {
+    fn a_written_header_is_read_back() {
         let header = header((3, 5), None);
-        assert_eq!(header.display_window, ExrWindow { x0: 0, y0: 0, x1: 100, y1: 90 });
-        assert_eq!(header.data_window, ExrWindow { x0: 3, y0: 5, x1: 7, y1: 8 });
+        assert_eq!(header.display_window, PixelWindow { x0: 0, y0: 0, x1: 100, y1: 90 });
+        assert_eq!(header.data_window, PixelWindow { x0: 3, y0: 5, x1: 7, y1: 8 });
         let names: Vec<_> = header.channels.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
         let expected = [("R", ExrSampleType::Half), ("Z", ExrSampleType::Float), ("id", ExrSampleType::Uint)];
         assert_eq!(names, expected);
         assert_eq!((header.frame(), header.render_hash().as_deref()), (Some(-3), Some("00ff")));
-        // A half, a float and a whole number.
+        // A half, a float and an integer.
         assert_eq!((header.compression_name(), header.pixel_bytes()), ("piz", 2 + 4 + 4));
     }
 
     #[test]
-    fn parts_of_a_picture_share_all_but_their_place_and_their_stamp() {
+    fn tiles_share_all_attributes_but_layout_and_stamp() {
         let stamp = RunStamp {
             capture_date: "2026:11:21 18:57:00".to_owned(),
             host: Some("farm7".to_owned()),
@@ -309,9 +290,9 @@ mod tests {
     }
 
     #[test]
-    fn packing_that_loses_is_known() {
+    fn lossy_compression_is_recognised() {
         for compression in ExrCompression::ALL {
-            let bytes = encode_exr_picture(picture((0, 0), compression), &attributes(None)).unwrap();
+            let bytes = encoded((0, 0), compression, None);
             let header = ExrHeader::parse(&mut bytes.as_slice()).unwrap();
             assert_eq!(header.compression_name(), compression.name());
             assert_eq!(header.is_lossy(), compression.is_lossy());
@@ -319,8 +300,8 @@ mod tests {
     }
 
     #[test]
-    fn headers_that_are_cut_short_or_lie_are_refused() {
-        let bytes = encode_exr_picture(picture((0, 0), ExrCompression::Zip), &attributes(None)).unwrap();
+    fn truncated_and_false_headers_are_refused() {
+        let bytes = encoded((0, 0), ExrCompression::Zip, None);
         // The header ends before the table of offsets and one block: at most 300 bytes of the end.
         for length in 0..bytes.len() - 300 {
             assert!(ExrHeader::parse(&mut &bytes[..length]).is_err(), "{length}");
@@ -328,11 +309,11 @@ mod tests {
         let mut several_parts = bytes.clone();
         several_parts[5] |= 0x10;
         assert!(ExrHeader::parse(&mut several_parts.as_slice()).unwrap_err().contains("several parts"));
-        // The first attribute says that it holds four gigabytes.
-        let mut lying = bytes[..8].to_vec();
-        lying.extend_from_slice(b"a\0string\0\xff\xff\xff\xff");
-        assert!(ExrHeader::parse(&mut lying.as_slice()).unwrap_err().contains("too long"));
-        // The first attribute stands there twice.
+        // The first attribute claims to hold four gigabytes.
+        let mut oversized = bytes[..8].to_vec();
+        oversized.extend_from_slice(b"a\0string\0\xff\xff\xff\xff");
+        assert!(ExrHeader::parse(&mut oversized.as_slice()).unwrap_err().contains("too long"));
+        // The first attribute occurs twice.
         let first = b"a\0int\0\x04\0\0\0\x01\0\0\0";
         let twice = [&bytes[..8], first, first, &bytes[8..]].concat();
         assert!(ExrHeader::parse(&mut twice.as_slice()).unwrap_err().contains("two attributes"));

@@ -1,4 +1,4 @@
-//! One OpenEXR file from parts of its picture.
+//! Joining of EXR files that hold tiles of one image.
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,88 +9,89 @@ use exr::image::{AnyChannels, Encoding, FlatSamples, Image, Layer};
 use exr::prelude::{Blocks, LineOrder, ReadChannels as _, ReadLayers as _, Vec2};
 use rayon::prelude::*;
 
+use super::ExrHeader;
 use super::exr_attributes::STAMPS;
 use super::exr_write::{sort_attributes, write_compressing_in_parallel};
-use super::{ExrHeader, ExrWindow};
 use crate::error::{Error, Result};
+use crate::image::PixelWindow;
 
-/// A file that holds a part of a picture.
+/// An EXR file that holds a rectangle of an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExrTile {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What it said about itself when it was looked at.
+    /// Header at the time of planning.
     pub header: ExrHeader,
 }
 
-type Part = Image<Layer<AnyChannels<FlatSamples>>>;
+type TileImage = Image<Layer<AnyChannels<FlatSamples>>>;
 
-/// The file of the whole picture whose parts `tiles` are, packed as they are and with the attributes that they share. Stamps
-/// are left out: no one run made the picture.
+/// Joins `tiles` into the EXR file of the whole image, with the compression and the attributes that they share. Stamps are
+/// left out, because several runs rendered the image.
 ///
-/// The tiles must share all other attributes and fill the picture, each pixel once.
+/// The tiles must share all other attributes and cover the image, each pixel once.
 ///
 /// # Errors
-/// [`Error::Missing`] and [`Error::Invalid`] for a tile that cannot be read, or is no longer what its header said;
+/// [`Error::Missing`] and [`Error::Invalid`] for a tile that cannot be read or was changed since planning;
 /// [`Error::Unsupported`] when an attribute cannot be kept; [`Error::Internal`] when there are no tiles.
 pub fn join_exr_tiles(tiles: &[ExrTile]) -> Result<Vec<u8>> {
-    let parts: Vec<Part> = tiles.par_iter().map(decode_tile).collect::<Result<_>>()?;
-    let (Some(first), Some(first_part)) = (tiles.first(), parts.first()) else {
+    let decoded: Vec<TileImage> = tiles.par_iter().map(decode_tile).collect::<Result<_>>()?;
+    let (Some(first), Some(first_image)) = (tiles.first(), decoded.first()) else {
         return Err(Error::Internal { message: "there are no tiles to join".to_owned() });
     };
 
-    // Lay out the picture.
+    // Copy the tiles into the whole image.
     let window = first.header.display_window;
     let (width, height) = window.size();
     let (width, height) = (width as usize, height as usize);
-    let mut channels = first_part.layer_data.channel_data.clone();
+    let mut channels = first_image.layer_data.channel_data.clone();
     for (index, channel) in channels.list.iter_mut().enumerate() {
         channel.sample_data = empty_like(&channel.sample_data, width * height);
-        for (tile, part) in tiles.iter().zip(&parts) {
-            let samples = part.layer_data.channel_data.list.get(index).map(|channel| &channel.sample_data);
-            let place = Place::new(tile.header.data_window, window, width);
-            let is_copied = samples.is_some_and(|samples| copy(samples, &mut channel.sample_data, &place));
+        for (tile, image) in tiles.iter().zip(&decoded) {
+            let samples = image.layer_data.channel_data.list.get(index).map(|channel| &channel.sample_data);
+            let target = TileRows::new(tile.header.data_window, window, width);
+            let is_copied = samples.is_some_and(|samples| copy(samples, &mut channel.sample_data, &target));
             if !is_copied {
-                return Err(contradictory(tile, "its pixels are not those that its header tells of"));
+                return Err(cannot_merge(tile, "its pixels do not match its header"));
             }
         }
     }
 
-    // Pack it as its parts are.
-    let mut attributes = first_part.layer_data.attributes.clone();
+    // Encode it like the tiles.
+    let mut attributes = first_image.layer_data.attributes.clone();
     attributes.layer_position = Vec2(window.x0 as i32, window.y0 as i32);
     attributes.capture_date = None;
     attributes.utc_offset = None;
     attributes.other.retain(|name, _| !STAMPS.contains(&name.to_string().as_str()));
     let encoding = Encoding {
-        compression: first_part.layer_data.encoding.compression,
+        compression: first_image.layer_data.encoding.compression,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
     let layer = Layer::new((width, height), attributes, encoding, channels);
-    let image = Image::new(first_part.attributes.clone(), layer);
-    drop(parts);
+    let image = Image::new(first_image.attributes.clone(), layer);
+    drop(decoded);
     encode(&image, first)
 }
 
-/// The file of the picture, with the attributes of `tile`. What the encoder takes amiss came from there.
-fn encode(image: &Part, tile: &ExrTile) -> Result<Vec<u8>> {
+/// Encodes the joined image. Its attributes come from `tile`, so that encoder errors are errors of that file.
+fn encode(image: &TileImage, tile: &ExrTile) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let encoder = || write_compressing_in_parallel(image, &mut bytes);
     let why = match catch_unwind(AssertUnwindSafe(encoder)) {
         Ok(Ok(())) => None,
         Ok(Err(error)) => Some(error.to_string()),
-        Err(_) => Some("it contradicts itself".to_owned()),
+        Err(_) => Some("its content is inconsistent".to_owned()),
     };
     if let Some(why) = why {
-        return Err(contradictory(tile, &why));
+        return Err(cannot_merge(tile, &why));
     }
-    sort_attributes(&mut bytes).ok_or_else(|| contradictory(tile, "its header cannot be followed"))?;
+    sort_attributes(&mut bytes).ok_or_else(|| cannot_merge(tile, "its header cannot be parsed"))?;
     check_attributes(tile, &bytes)?;
     Ok(bytes)
 }
 
-fn decode_tile(tile: &ExrTile) -> Result<Part> {
+fn decode_tile(tile: &ExrTile) -> Result<TileImage> {
     let ExrTile { path, header } = tile;
     let bytes = std::fs::read(path).map_err(Error::missing(path))?;
     if ExrHeader::parse(&mut bytes.as_slice()).as_ref() != Ok(header) {
@@ -99,7 +100,7 @@ fn decode_tile(tile: &ExrTile) -> Result<Part> {
     decode(path, &bytes)
 }
 
-fn decode(path: &Path, bytes: &[u8]) -> Result<Part> {
+fn decode(path: &Path, bytes: &[u8]) -> Result<TileImage> {
     let decoder = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -107,48 +108,48 @@ fn decode(path: &Path, bytes: &[u8]) -> Result<Part> {
         .first_valid_layer()
         .all_attributes()
         .non_parallel();
-    // The decoder may panic over files that lie.
+    // The decoder may panic over inconsistent files.
     let decoded = catch_unwind(AssertUnwindSafe(|| decoder.from_buffered(Cursor::new(bytes))));
     let why = match decoded {
         Ok(Ok(part)) => return Ok(part),
         Ok(Err(error)) => error.to_string(),
-        Err(_) => "it contradicts itself".to_owned(),
+        Err(_) => "its content is inconsistent".to_owned(),
     };
     Err(Error::invalid(path, "", format!("not a readable OpenEXR file: {why}")))
 }
 
-/// Where the rows of a part go.
-struct Place {
+/// Position of a tile's rows in the whole image.
+struct TileRows {
     first: usize,
     row_length: usize,
-    picture_width: usize,
+    image_width: usize,
 }
 
-impl Place {
-    fn new(part: ExrWindow, picture: ExrWindow, picture_width: usize) -> Self {
-        let (column, row) = ((part.x0 - picture.x0) as usize, (part.y0 - picture.y0) as usize);
-        Self { first: row * picture_width + column, row_length: part.size().0 as usize, picture_width }
+impl TileRows {
+    fn new(tile: PixelWindow<i64>, display: PixelWindow<i64>, image_width: usize) -> Self {
+        let (column, row) = ((tile.x0 - display.x0) as usize, (tile.y0 - display.y0) as usize);
+        Self { first: row * image_width + column, row_length: tile.size().0 as usize, image_width }
     }
 
-    /// Whether all rows of `from` have their place in `to`.
+    /// Copies the rows of `from` into `to`. Returns false where they do not fit.
     fn copy<T: Copy>(&self, from: &[T], to: &mut [T]) -> bool {
         let mut to = to.get_mut(self.first..).unwrap_or_default();
         for row in from.chunks(self.row_length.max(1)) {
-            let Some(place) = to.get_mut(..row.len()) else {
+            let Some(target) = to.get_mut(..row.len()) else {
                 return false;
             };
-            place.copy_from_slice(row);
-            to = to.get_mut(self.picture_width..).unwrap_or_default();
+            target.copy_from_slice(row);
+            to = to.get_mut(self.image_width..).unwrap_or_default();
         }
         true
     }
 }
 
-fn copy(from: &FlatSamples, to: &mut FlatSamples, place: &Place) -> bool {
+fn copy(from: &FlatSamples, to: &mut FlatSamples, target: &TileRows) -> bool {
     match (from, to) {
-        (FlatSamples::F16(from), FlatSamples::F16(to)) => place.copy(from, to),
-        (FlatSamples::F32(from), FlatSamples::F32(to)) => place.copy(from, to),
-        (FlatSamples::U32(from), FlatSamples::U32(to)) => place.copy(from, to),
+        (FlatSamples::F16(from), FlatSamples::F16(to)) => target.copy(from, to),
+        (FlatSamples::F32(from), FlatSamples::F32(to)) => target.copy(from, to),
+        (FlatSamples::U32(from), FlatSamples::U32(to)) => target.copy(from, to),
         _ => false,
     }
 }
@@ -161,9 +162,9 @@ fn empty_like(samples: &FlatSamples, length: usize) -> FlatSamples {
     }
 }
 
-/// The encoder must not have dropped or changed what it does not know.
+/// Refuses a joined file in which the encoder dropped or changed an attribute.
 fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
-    let joined = ExrHeader::parse(&mut &*joined).map_err(|why| contradictory(tile, &why))?;
+    let joined = ExrHeader::parse(&mut &*joined).map_err(|why| cannot_merge(tile, &why))?;
     let (expected, kept) = (tile.header.shared(), joined.shared());
     match expected.iter().find(|(name, value)| kept.get(*name) != Some(*value)) {
         None => Ok(()),
@@ -173,6 +174,6 @@ fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
     }
 }
 
-fn contradictory(tile: &ExrTile, why: &str) -> Error {
+fn cannot_merge(tile: &ExrTile, why: &str) -> Error {
     Error::invalid(&tile.path, "", format!("cannot be merged: {why}"))
 }

@@ -1,115 +1,108 @@
-//! OpenEXR in one part, scan lines in increasing order, as bytes in memory.
+//! Encoding of OpenEXR files: one part, scan lines in increasing order.
 //!
-//! The same picture and attributes always give the same bytes. Two habits of the `exr` crate stand against that and are
-//! undone here: its default block order is not fixed, and attributes it has no field for come in hash-map order. Lossy
+//! The same image and attributes always give the same bytes. Two behaviours of the `exr` crate prevent that and are undone
+//! here: its default block order is not fixed, and it writes attributes that it has no field for in hash-map order. Lossy
 //! compression is the exception: its tables come from the platform's mathematics and may differ between machines.
 
+use std::collections::BTreeSet;
 use std::io::Cursor;
 
 use exr::block::writer::ChunksWriter as _;
 use exr::block::{UncompressedBlock, enumerate_ordered_header_block_indices};
 use exr::image::write::layers::{LayersWriter as _, WritableLayers};
-use exr::image::{AnyChannel, AnyChannels, Encoding, Image, Layer};
-use exr::meta::attribute::Text;
+use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer};
 use exr::prelude::{Blocks, LineOrder, WritableImage as _};
 use rayon::prelude::*;
 
-use super::{ExrChannel, ExrCompression, ExrPicture, ExrSamples, FrameAttributes, RgbaPixels, half_from_f32};
+use super::exr_attributes::byte_text;
+use super::{ExrCompression, FrameAttributes};
 use crate::error::{Error, Result};
+use crate::image::{Image, Samples};
 
-/// Encodes a picture as an OpenEXR file of the channels R, G, B and A as halves.
+/// Encodes an image as an OpenEXR file, the channels in the order of their names. Samples are stored in their own type.
 ///
 /// # Errors
-/// [`Error::Internal`] when the picture's sizes contradict each other.
-pub fn encode_exr(pixels: &RgbaPixels<'_>, attributes: &FrameAttributes) -> Result<Vec<u8>> {
-    let channel = |(component, name): (usize, &str)| ExrChannel {
-        name: name.to_owned(),
-        samples: ExrSamples::Half(
-            pixels.pixels.par_iter().map(|pixel| half_from_f32(pixel[component])).collect(),
-        ),
-    };
-    let picture = ExrPicture {
-        picture_size: pixels.picture_size,
-        origin: pixels.origin,
-        size: pixels.size,
-        channels: ["R", "G", "B", "A"].into_iter().enumerate().map(channel).collect(),
-        compression: ExrCompression::Zip,
-    };
-    encode_exr_picture(picture, attributes)
-}
-
-/// Encodes any channels as an OpenEXR file, the channels in the order of their names.
-///
-/// # Errors
-/// [`Error::Internal`] when the picture's sizes contradict each other, there is no channel, or two share a name.
-pub fn encode_exr_picture(picture: ExrPicture, attributes: &FrameAttributes) -> Result<Vec<u8>> {
-    let ExrPicture { picture_size, origin, size, channels, compression } = picture;
-    check_channels(size, &channels)?;
-    let size = (size.0 as usize, size.1 as usize);
-    let list = channels
+/// [`Error::Internal`] when a channel does not fill the data window, there is no channel, or two share a name.
+pub fn encode_exr(
+    image: Image,
+    compression: ExrCompression,
+    attributes: &FrameAttributes,
+) -> Result<Vec<u8>> {
+    check_channels(&image)?;
+    let (window, display_size) = (image.data_window, image.display_window.size());
+    let list = image
+        .channels
         .into_iter()
-        .map(|channel| AnyChannel::new(named(&channel.name), channel.samples.for_exr()))
+        .map(|channel| AnyChannel::new(byte_text(&channel.name), flat_samples(channel.samples)))
         .collect();
     let encoding = Encoding {
         compression: compression.for_exr(),
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let layer = Layer::new(size, attributes.of_layer(origin), encoding, AnyChannels::sort(list));
-    let image = Image::new(attributes.of_image(picture_size), layer);
+    let size = (window.width() as usize, window.height() as usize);
+    let layer_attributes = attributes.of_layer((window.x0, window.y0));
+    let layer = Layer::new(size, layer_attributes, encoding, AnyChannels::sort(list));
+    let image = ExrImage::new(attributes.of_image(display_size), layer);
 
     let mut bytes = Vec::new();
     write_compressing_in_parallel(&image, &mut bytes).map_err(|error| internal(&error.to_string()))?;
     sort_attributes(&mut bytes)
-        .ok_or_else(|| internal("the encoder wrote a header that cannot be followed"))?;
+        .ok_or_else(|| internal("the encoder wrote a header that cannot be parsed"))?;
     Ok(bytes)
 }
 
-/// Refuses what the encoder would panic over or write wrongly.
-fn check_channels(size: (u32, u32), channels: &[ExrChannel]) -> Result<()> {
-    if channels.is_empty() {
-        return Err(internal("the picture has no channels"));
+/// Refuses images that the encoder would panic over or write wrongly.
+fn check_channels(image: &Image) -> Result<()> {
+    if image.channels.is_empty() {
+        return Err(internal("the image has no channels"));
     }
-    let pixels = size.0 as usize * size.1 as usize;
-    if channels.iter().any(|channel| channel.samples.len() != pixels) {
-        return Err(internal("the picture holds another number of pixels than its size says"));
+    let pixels = image.data_window.pixel_count();
+    if image.channels.iter().any(|channel| channel.samples.len() != pixels) {
+        return Err(internal("a channel does not fill the image's data window"));
     }
-    let names: std::collections::BTreeSet<_> = channels.iter().map(|channel| &channel.name).collect();
-    if names.len() != channels.len() {
-        return Err(internal("two channels of the picture share a name"));
+    let names: BTreeSet<_> = image.channels.iter().map(|channel| &channel.name).collect();
+    if names.len() != image.channels.len() {
+        return Err(internal("two channels of the image share a name"));
     }
     Ok(())
 }
 
-fn named(name: &str) -> Text {
-    Text::from_slice_unchecked(name.as_bytes())
+fn flat_samples(samples: Samples) -> FlatSamples {
+    match samples {
+        Samples::Half(samples) => FlatSamples::F16(samples),
+        Samples::Float(samples) => FlatSamples::F32(samples),
+        Samples::Uint(samples) => FlatSamples::U32(samples),
+    }
 }
 
-/// Compresses the blocks on the current rayon pool and writes them in their order. (The crate's own parallel writer
-/// starts a pool of its own.)
+/// Compresses the blocks on the current rayon pool and writes them in order. The crate's own parallel writer is not used: it
+/// starts a thread pool of its own.
 pub(super) fn write_compressing_in_parallel<'a, Layers: WritableLayers<'a>>(
-    image: &'a Image<Layers>,
+    image: &'a ExrImage<Layers>,
     bytes: &mut Vec<u8>,
 ) -> exr::error::UnitResult {
     let headers = image.write().infer_meta_data();
     let layers = image.layer_data.create_writer(&headers);
     exr::block::write(Cursor::new(bytes), headers, true, |meta, chunk_writer| {
         let blocks: Vec<_> = enumerate_ordered_header_block_indices(&meta.headers).collect();
-        let pack = |(place, index)| {
+        let compress = |(chunk_index, index)| {
             let data = layers.extract_uncompressed_block(&meta.headers, index);
             let block = UncompressedBlock { index, data };
-            block.compress_to_chunk(&meta.headers).map(|chunk| (place, chunk))
+            block.compress_to_chunk(&meta.headers).map(|chunk| (chunk_index, chunk))
         };
-        let chunks: Vec<_> = blocks.into_par_iter().map(pack).collect();
+        let chunks: Vec<_> = blocks.into_par_iter().map(compress).collect();
         for chunk in chunks {
-            let (place, chunk) = chunk?;
-            chunk_writer.write_chunk(place, chunk)?;
+            let (chunk_index, chunk) = chunk?;
+            chunk_writer.write_chunk(chunk_index, chunk)?;
         }
         Ok(())
     })
 }
 
-/// Brings the attributes of the only header into the order of their names, as OpenEXR's own library writes them.
+/// Sorts the attributes of the only header by name, as OpenEXR's own library writes them.
+///
+/// `None` when the header cannot be parsed.
 pub(super) fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
     const AFTER_MAGIC_AND_VERSION: usize = 8;
     let mut attributes = Vec::new();
@@ -126,7 +119,7 @@ pub(super) fn sort_attributes(bytes: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// Where the attribute at `start` ends: name, zero, type, zero, four bytes of size, value.
+/// End of the attribute at `start`: name, zero, type, zero, four bytes of size, value.
 fn attribute_end(bytes: &[u8], start: usize) -> Option<usize> {
     let after_text = |from: usize| Some(from + bytes.get(from..)?.iter().position(|&byte| byte == 0)? + 1);
     let size_at = after_text(after_text(start)?)?;

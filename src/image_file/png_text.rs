@@ -1,8 +1,9 @@
-//! The `renderHash` of a PNG file: a `tEXt` chunk before the end chunk (PNG specification, third edition, 11.3.3.3).
+//! The `renderHash` of PNG files: a `tEXt` chunk before the end chunk (PNG specification, third edition, 11.3.3.3).
 
 use std::path::Path;
 
 use super::StoredFrame;
+use crate::image::PixelWindow;
 
 /// Keyword of the text chunk.
 const KEYWORD: &[u8] = b"renderHash\0";
@@ -10,7 +11,7 @@ const SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// A chunk without data: length, type, check sum.
 const CHUNK_OVERHEAD: usize = 12;
 
-/// Inserts the hash before the end chunk, which is the last twelve bytes of every PNG file.
+/// Inserts the hash before the end chunk, the last twelve bytes of every PNG file.
 pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
     let end_chunk = png.len().saturating_sub(CHUNK_OVERHEAD);
     let mut typed = b"tEXt".to_vec();
@@ -22,34 +23,35 @@ pub(super) fn insert_render_hash(png: &mut Vec<u8>, render_hash: &str) {
     png.splice(end_chunk..end_chunk, chunk);
 }
 
-/// What the PNG file at `path` says about itself, provided that it is whole and undamaged.
+/// Inspects the PNG file at `path`: all chunks must be there and undamaged.
 ///
 /// # Errors
 /// One line that says what is missing or wrong.
 pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     let mut rest = bytes.strip_prefix(SIGNATURE).ok_or("not a PNG file")?;
-    let mut stored = StoredFrame { render_hash: None, picture_size: (0, 0), origin: (0, 0), size: (0, 0) };
+    let mut render_hash = None;
+    let mut size = (0, 0);
     loop {
         let (typed, after) = next_chunk(rest).ok_or("the file is cut short or damaged")?;
         if typed.starts_with(b"IHDR") && typed.len() >= 12 {
-            stored.size = (be_u32(&typed[4..8]), be_u32(&typed[8..12]));
-            stored.picture_size = stored.size;
+            size = (be_u32(&typed[4..8]), be_u32(&typed[8..12]));
         } else if let Some(value) = typed.strip_prefix(b"tEXt").and_then(|data| data.strip_prefix(KEYWORD)) {
-            stored.render_hash = String::from_utf8(value.to_vec()).ok();
+            render_hash = String::from_utf8(value.to_vec()).ok();
         } else if typed == b"IEND" {
-            return Ok(stored);
+            let data_window = PixelWindow::full(size.0, size.1).into();
+            return Ok(StoredFrame { render_hash, size, data_window });
         }
         rest = after;
     }
 }
 
-/// The number in four bytes; 0 for any other length.
+/// Big-endian number of four bytes; 0 for any other length.
 fn be_u32(bytes: &[u8]) -> u32 {
     bytes.try_into().map_or(0, u32::from_be_bytes)
 }
 
-/// Type and data of the first chunk, if its check sum is right, and what follows it.
+/// Type and data of the first chunk, and the bytes after it; `None` where its check sum is wrong.
 fn next_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let length = be_u32(bytes.get(..4)?) as usize;
     let typed = bytes.get(4..length.checked_add(8)?)?;
@@ -57,7 +59,7 @@ fn next_chunk(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     (crc32(typed).to_be_bytes() == *sum).then(|| (typed, &bytes[length + CHUNK_OVERHEAD..]))
 }
 
-/// The check sum of PNG chunks (annex D), one bit at a time.
+/// CRC-32 of PNG chunks (annex D), one bit at a time.
 fn crc32(bytes: &[u8]) -> u32 {
     let mut sum = u32::MAX;
     for &byte in bytes {
@@ -80,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hash_is_found_again_and_damage_is_noticed() {
+    fn the_hash_is_read_back_and_damaged_files_are_refused() {
         let png = crate::image_file::encode_png((2, 1), &[[255, 0, 0, 255], [0, 0, 0, 0]], "00ff").unwrap();
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.png");
@@ -92,7 +94,7 @@ mod tests {
             std::fs::write(&path, &png[..length]).unwrap();
             assert!(inspect_png(&path).is_err());
         }
-        // The standard reader of this crate still takes the file.
+        // The `image` crate still reads the file.
         let image = image::load_from_memory(&png).unwrap().to_rgba8();
         assert_eq!(image.as_raw(), &[255, 0, 0, 255, 0, 0, 0, 0]);
     }

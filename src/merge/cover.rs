@@ -3,27 +3,27 @@
 //! The edges of all rectangles cut the picture into bands of rows; along a band every rectangle is there or not, so that
 //! walking from left to right over those that are finds what is missing and what is there twice.
 
-use crate::image_file::ExrWindow;
+use crate::image::PixelWindow;
 
 /// Why rectangles do not fill a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fault {
     /// No rectangle has these pixels.
-    Gap(ExrWindow),
+    Gap(PixelWindow<i64>),
     /// Two rectangles, by their places in the list, have these pixels.
-    Overlap(usize, usize, ExrWindow),
+    Overlap(usize, usize, PixelWindow<i64>),
 }
 
 /// The first fault from the top, and in its rows from the left; of several in a band, an overlap. All rectangles lie in
 /// `picture`.
-pub(super) fn first_fault(picture: ExrWindow, rectangles: &[ExrWindow]) -> Option<Fault> {
+pub(super) fn first_fault(picture: PixelWindow<i64>, rectangles: &[PixelWindow<i64>]) -> Option<Fault> {
     let mut edges: Vec<i64> = rectangles.iter().flat_map(|r| [r.y0, r.y1]).collect();
     edges.extend([picture.y0, picture.y1]);
     edges.sort_unstable();
     edges.dedup();
     let bands: Vec<(i64, i64)> = edges.windows(2).map(|rows| (rows[0], rows[1])).collect();
 
-    let mut gap: Option<ExrWindow> = None;
+    let mut gap: Option<PixelWindow<i64>> = None;
     for (y0, y1) in bands {
         let mut present: Vec<usize> = (0..rectangles.len())
             .filter(|&index| rectangles[index].y0 <= y0 && y1 <= rectangles[index].y1)
@@ -33,14 +33,14 @@ pub(super) fn first_fault(picture: ExrWindow, rectangles: &[ExrWindow]) -> Optio
             && let Some((first, second)) = overlapping(rectangles, &present)
         {
             let (a, b) = (rectangles[first], rectangles[second]);
-            return Some(Fault::Overlap(first, second, intersection(a, b)));
+            return Some(Fault::Overlap(first, second, a.intersection(&b)));
         }
         let missing = missing_spans(picture, rectangles, &present);
         gap = match (gap, missing.first()) {
             (None, None) => None,
-            (None, Some(&(x0, x1))) => Some(ExrWindow { x0, y0, x1, y1 }),
+            (None, Some(&(x0, x1))) => Some(PixelWindow { x0, y0, x1, y1 }),
             // The gap goes on downwards while all of its columns are missing.
-            (Some(gap), _) if missing.contains(&(gap.x0, gap.x1)) => Some(ExrWindow { y1, ..gap }),
+            (Some(gap), _) if missing.contains(&(gap.x0, gap.x1)) => Some(PixelWindow { y1, ..gap }),
             (Some(gap), _) => return Some(Fault::Gap(gap)),
         };
     }
@@ -48,14 +48,18 @@ pub(super) fn first_fault(picture: ExrWindow, rectangles: &[ExrWindow]) -> Optio
 }
 
 /// The first two neighbours that share a column; `present` is sorted by the left edge.
-fn overlapping(rectangles: &[ExrWindow], present: &[usize]) -> Option<(usize, usize)> {
+fn overlapping(rectangles: &[PixelWindow<i64>], present: &[usize]) -> Option<(usize, usize)> {
     let neighbours = present.windows(2).map(|pair| (pair[0], pair[1]));
     let mut overlapping = neighbours.filter(|&(a, b)| rectangles[b].x0 < rectangles[a].x1);
     overlapping.next().map(|(a, b)| (a.min(b), a.max(b)))
 }
 
 /// Columns of the picture that none of `present` has.
-fn missing_spans(picture: ExrWindow, rectangles: &[ExrWindow], present: &[usize]) -> Vec<(i64, i64)> {
+fn missing_spans(
+    picture: PixelWindow<i64>,
+    rectangles: &[PixelWindow<i64>],
+    present: &[usize],
+) -> Vec<(i64, i64)> {
     let mut spans = Vec::new();
     let mut filled = picture.x0;
     for rectangle in present.iter().map(|&index| rectangles[index]) {
@@ -70,19 +74,15 @@ fn missing_spans(picture: ExrWindow, rectangles: &[ExrWindow], present: &[usize]
     spans
 }
 
-fn intersection(a: ExrWindow, b: ExrWindow) -> ExrWindow {
-    ExrWindow { x0: a.x0.max(b.x0), y0: a.y0.max(b.y0), x1: a.x1.min(b.x1), y1: a.y1.min(b.y1) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const fn window(x0: i64, y0: i64, x1: i64, y1: i64) -> ExrWindow {
-        ExrWindow { x0, y0, x1, y1 }
+    const fn window(x0: i64, y0: i64, x1: i64, y1: i64) -> PixelWindow<i64> {
+        PixelWindow { x0, y0, x1, y1 }
     }
 
-    const PICTURE: ExrWindow = window(0, 0, 6, 4);
+    const PICTURE: PixelWindow<i64> = window(0, 0, 6, 4);
 
     #[test]
     fn whole_pictures_have_no_fault() {

@@ -12,9 +12,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result, readable_bytes};
+use crate::image::PixelWindow;
 use crate::image_file::{
-    ExrHeader, ExrTile, ExrWindow, check_name, inspect_exr, join_exr_tiles, probe_folder,
-    remove_stale_temporaries, write_atomically,
+    ExrHeader, ExrTile, check_name, inspect_exr, join_exr_tiles, probe_folder, remove_stale_temporaries,
+    write_atomically,
 };
 use crate::sequence::{OutputFormat, OutputPattern};
 
@@ -184,7 +185,7 @@ fn check_cover(tiles: &[ExrTile], path: &Path) -> Result<()> {
 }
 
 /// As `--crop` takes them.
-fn corners(part: ExrWindow, picture: ExrWindow) -> String {
+fn corners(part: PixelWindow<i64>, picture: PixelWindow<i64>) -> String {
     let (x, y) = (picture.x0, picture.y0);
     format!("{},{},{},{}", part.x0 - x, part.y0 - y, part.x1 - x, part.y1 - y)
 }

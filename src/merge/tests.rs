@@ -1,21 +1,19 @@
 use super::*;
-use crate::image_file::{
-    ExrChannel, ExrCompression, ExrPicture, ExrSamples, FrameAttributes, encode_exr_picture,
-};
+use crate::image::{Channel, ColorEncoding, Image, Samples};
+use crate::image_file::{ExrCompression, FrameAttributes, encode_exr};
 
-/// A picture of 5x4 pixels with samples of each type.
-fn whole_picture(compression: ExrCompression) -> Vec<u8> {
-    let channel = |name: &str, samples| ExrChannel { name: name.to_owned(), samples };
-    let picture = ExrPicture {
-        picture_size: (5, 4),
-        origin: (0, 0),
-        size: (5, 4),
+/// An image of 5x4 pixels with samples of each type.
+fn whole_image(compression: ExrCompression) -> Vec<u8> {
+    let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
+    let image = Image {
+        display_window: PixelWindow::full(5, 4),
+        data_window: PixelWindow::full(5, 4),
+        encoding: ColorEncoding::Linear,
         channels: vec![
-            channel("R", ExrSamples::Half((0..20_u8).map(half::f16::from).collect())),
-            channel("Z", ExrSamples::Float((0..20_u8).map(f32::from).collect())),
-            channel("id", ExrSamples::Uint((0..20).collect())),
+            channel("R", Samples::Half((0..20_u8).map(half::f16::from).collect())),
+            channel("Z", Samples::Float((0..20_u8).map(f32::from).collect())),
+            channel("id", Samples::Uint((0..20).collect())),
         ],
-        compression,
     };
     let attributes = FrameAttributes {
         software: "rayframe test".to_owned(),
@@ -29,7 +27,7 @@ fn whole_picture(compression: ExrCompression) -> Vec<u8> {
         texts: Vec::new(),
         stamp: None,
     };
-    encode_exr_picture(picture, &attributes).unwrap()
+    encode_exr(image, compression, &attributes).unwrap()
 }
 
 /// What would be written for a tile alone.
@@ -45,7 +43,7 @@ fn broken_tiles_are_refused_and_never_an_internal_error() {
     let folder = tempfile::tempdir().unwrap();
     let tile = folder.path().join("tile.exr");
     for compression in [ExrCompression::None, ExrCompression::Zip, ExrCompression::Piz] {
-        let bytes = whole_picture(compression);
+        let bytes = whole_image(compression);
         std::fs::write(&tile, &bytes).unwrap();
         assert!(merged(&tile).unwrap() == bytes);
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::film::{Film, PixelCenterSample};
-use crate::image_file::{ExrChannel, ExrSamples, finite_f32, half_from_f32};
+use crate::image::{Channel, Samples, finite_f32, half_from_f32};
 
 use super::instance_ids::InstanceIds;
 use super::{Aov, LightSamples};
@@ -21,7 +21,7 @@ pub(super) fn aov_channels(
     film: &Film,
     samples: LightSamples,
     instances: &InstanceIds,
-) -> Result<Vec<ExrChannel>> {
+) -> Result<Vec<Channel>> {
     Ok(match aov {
         Aov::Beauty => {
             let channel = |(c, name): (usize, &str)| light(name.to_owned(), samples, &film.pixels, |p| p[c]);
@@ -43,14 +43,14 @@ pub(super) fn aov_channels(
                 let instance = sample.instance.and_then(|instance| numbers.get(instance as usize));
                 instance.copied().unwrap_or(0)
             };
-            let samples = ExrSamples::Uint(centres(aov, film)?.par_iter().map(number).collect());
-            vec![ExrChannel { name: aov.name().to_owned(), samples }]
+            let samples = Samples::Uint(centres(aov, film)?.par_iter().map(number).collect());
+            vec![Channel { name: aov.name().to_owned(), samples }]
         }
         _ => {
             let centres = centres(aov, film)?;
-            let channel = |&(name, value): &(&str, Value)| ExrChannel {
+            let channel = |&(name, value): &(&str, Value)| Channel {
                 name: name.to_owned(),
-                samples: ExrSamples::Float(centres.par_iter().map(|s| finite_f32(value(s))).collect()),
+                samples: Samples::Float(centres.par_iter().map(|s| finite_f32(value(s))).collect()),
             };
             data_channels(aov).iter().map(channel).collect()
         }
@@ -101,16 +101,16 @@ fn light<T: Sync>(
     samples: LightSamples,
     pixels: &[T],
     value: impl Fn(&T) -> f32 + Sync,
-) -> ExrChannel {
+) -> Channel {
     let samples = match samples {
         LightSamples::Half => {
-            ExrSamples::Half(pixels.par_iter().map(|pixel| half_from_f32(value(pixel))).collect())
+            Samples::Half(pixels.par_iter().map(|pixel| half_from_f32(value(pixel))).collect())
         }
         LightSamples::Float => {
-            ExrSamples::Float(pixels.par_iter().map(|pixel| finite_f32(value(pixel))).collect())
+            Samples::Float(pixels.par_iter().map(|pixel| finite_f32(value(pixel))).collect())
         }
     };
-    ExrChannel { name, samples }
+    Channel { name, samples }
 }
 
 fn centres(aov: Aov, film: &Film) -> Result<&[PixelCenterSample]> {
@@ -149,9 +149,9 @@ mod tests {
         let instances = InstanceIds::default();
         let channels = aov_channels(aov, &film(), samples, &instances).unwrap();
         let floats = |samples| match samples {
-            ExrSamples::Half(halves) => halves.into_iter().map(half::f16::to_f32).collect(),
-            ExrSamples::Float(floats) => floats,
-            ExrSamples::Uint(_) => panic!("whole numbers"),
+            Samples::Half(halves) => halves.into_iter().map(half::f16::to_f32).collect(),
+            Samples::Float(floats) => floats,
+            Samples::Uint(_) => panic!("whole numbers"),
         };
         channels.into_iter().map(|channel| (channel.name, floats(channel.samples))).collect()
     }

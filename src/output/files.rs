@@ -6,13 +6,11 @@ use rayon::prelude::*;
 use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
-use crate::image_file::{
-    DisplayImage, ExrPicture, FrameAttributes, RgbaPixels, encode_exr, encode_exr_picture, encode_png,
-    half_from_f32,
-};
+use crate::image::{Channel, ColorEncoding, Image, half_from_f32};
+use crate::image_file::{DisplayImage, ExrCompression, FrameAttributes, encode_exr, encode_png};
 
 use super::channels::aov_channels;
-use super::{Aov, ExrOutput, InstanceIds};
+use super::{Aov, ExrOutput, InstanceIds, LightSamples};
 
 /// How scene-linear colour becomes a viewable picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,26 +59,25 @@ fn aovs_file(
             attributes.texts.extend(matte.attributes());
         }
     }
-    let picture = ExrPicture {
-        picture_size: film.resolution,
-        origin: (film.window.x0, film.window.y0),
-        size: (film.window.width(), film.window.height()),
-        channels,
-        compression: output.compression_of(aovs),
-    };
-    encode_exr_picture(picture, &attributes)
+    encode_exr(image(film, channels), output.compression_of(aovs), &attributes)
 }
 
-/// The EXR file of a frame's picture alone, as halves in ZIP.
+fn image(film: &Film, channels: Vec<Channel>) -> Image {
+    Image {
+        display_window: PixelWindow::full(film.resolution.0, film.resolution.1),
+        data_window: film.window,
+        encoding: ColorEncoding::Linear,
+        channels,
+    }
+}
+
+/// The EXR file of a frame's colour alone, as halves with ZIP compression.
+///
+/// # Errors
+/// [`crate::error::Error::Internal`] when the film contradicts its window.
 pub fn exr_file(film: &Film, attributes: &FrameAttributes) -> Result<Vec<u8>> {
-    let PixelWindow { x0, y0, .. } = film.window;
-    let pixels = RgbaPixels {
-        picture_size: film.resolution,
-        origin: (x0, y0),
-        size: (film.window.width(), film.window.height()),
-        pixels: &film.pixels,
-    };
-    encode_exr(&pixels, attributes)
+    let channels = aov_channels(Aov::Beauty, film, LightSamples::Half, &InstanceIds::default())?;
+    encode_exr(image(film, channels), ExrCompression::Zip, attributes)
 }
 
 /// A tone-mapped PNG file of linear pixels, with what they were made from: a frame of its own, or the preview beside an

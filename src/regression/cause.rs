@@ -6,7 +6,7 @@
 use serde::Serialize;
 
 use super::shift::best_shift;
-use super::{LayerDifference, LayeredPicture};
+use super::{Image, LayerDifference};
 use crate::color::luminance;
 
 /// The share of squared differences that a displacement must explain.
@@ -117,15 +117,11 @@ fn pixels_text(count: usize) -> String {
 
 /// The likely cause of differences between two pictures of one size. `layers` are those that both have, and in which pixels differ
 /// beyond the limits; what the limits allow is no cause.
-pub fn likely_cause(
-    actual: &LayeredPicture,
-    reference: &LayeredPicture,
-    layers: &[LayerDifference],
-) -> Option<Cause> {
+pub fn likely_cause(actual: &Image, reference: &Image, layers: &[LayerDifference]) -> Option<Cause> {
     let greys = [actual, reference].map(|picture| picture.colors().map(|colors| shown(&colors)));
     let [actual_grey, reference_grey] = &greys;
     if let (Some(actual), Some(grey)) = (actual_grey, reference_grey)
-        && let Some(shift) = best_shift(actual, grey, reference.size)
+        && let Some(shift) = best_shift(actual, grey, reference.size())
         && shift.explained >= EXPLAINED_BY_SHIFT
         && shift.right.abs() + shift.down.abs() >= LEAST_SHIFT
     {
@@ -149,11 +145,11 @@ pub fn likely_cause(
     if differences.iter().all(|&difference| difference == 0.0) {
         return None;
     }
-    if is_noise(&differences, reference.size.0 as usize) {
+    if is_noise(&differences, reference.size().0 as usize) {
         return Some(Cause::Noise);
     }
     let factors =
-        light_factors(&actual.clone().in_light().colors()?, &reference.clone().in_light().colors()?);
+        light_factors(&actual.clone().into_linear().colors()?, &reference.clone().into_linear().colors()?);
     let has = |names: &[&str]| layers.iter().any(|layer| names.contains(&layer.layer.as_str()));
     let has_things = has(&GEOMETRY) || has(&MATERIAL);
     // One factor on all colours is a lamp; one on each may as well be paint, where no albedo tells.
@@ -217,12 +213,12 @@ fn light_factors(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<[f64; 3]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::{ChannelValues, ValueRange};
+    use crate::regression::{ColorEncoding, Samples};
 
     const SIZE: (u32, u32) = (64, 48);
 
     /// A lit hill, with an offset of each pixel's own.
-    fn picture(change: impl Fn(f32, f32, f32) -> f32) -> LayeredPicture {
+    fn picture(change: impl Fn(f32, f32, f32) -> f32) -> Image {
         let pixel = |at: u32| {
             let (x, y) = ((at % SIZE.0) as f32, (at / SIZE.0) as f32);
             let light = 0.5 + 0.3 * libm::sinf(x * 0.3) * libm::cosf(y * 0.2);
@@ -230,7 +226,7 @@ mod tests {
             [value, value * 0.5, value * 0.25, 1.0]
         };
         let pixels: Vec<_> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
-        LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels)
+        Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels)
     }
 
     fn differing(layer: &str, different_pixels: usize) -> LayerDifference {
@@ -240,7 +236,7 @@ mod tests {
     #[test]
     fn colours_alone_tell_cameras_light_noise_and_parts() {
         let reference = picture(|light, _, _| light);
-        let cause = |actual: &LayeredPicture| likely_cause(actual, &reference, &[]);
+        let cause = |actual: &Image| likely_cause(actual, &reference, &[]);
         let moved = picture(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
         let found = cause(&moved);
         let Some(Cause::Camera { right, down }) = found else { panic!("{found:?}") };
@@ -272,11 +268,11 @@ mod tests {
         let ids = [differing("object_id", 0), differing("material_id", 0)];
         assert_eq!(cause(&ids), Cause::MaterialOrLight);
         // Twice the light, and another paint.
-        let of = |actual: &LayeredPicture| likely_cause(actual, &reference, &ids).unwrap();
+        let of = |actual: &Image| likely_cause(actual, &reference, &ids).unwrap();
         assert!(matches!(of(&picture(|light, _, _| light * 2.0)), Cause::Light { factors: Some(_) }));
         let mut painted = reference.clone();
         for channel in painted.channels.iter_mut().filter(|channel| channel.name == "R") {
-            let ChannelValues::Numbers(values) = &mut channel.values else { continue };
+            let Samples::Float(values) = &mut channel.samples else { continue };
             for value in values {
                 *value *= 0.5;
             }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::ChannelValues;
+use super::Samples;
 
 /// The differences of one channel. Values that are not finite are left to [`super::NonFinite`].
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -35,12 +35,18 @@ pub struct ValueLimits {
 /// Compares two channels of pictures `width` pixels wide. Sets `is_beyond` of every pixel that is beyond both limits.
 pub fn channel_difference(
     name: &str,
-    values: (&ChannelValues, &ChannelValues),
+    values: (&Samples, &Samples),
     limits: &ValueLimits,
     width: u32,
     is_beyond: &mut [bool],
 ) -> ChannelDifference {
     let mut found = ChannelDifference { channel: name.to_owned(), ..ChannelDifference::default() };
+    let floats = (values.0.floats(), values.1.floats());
+    let values = match (&floats, values) {
+        ((Some(actual), Some(reference)), _) => Pair::Floats(actual, reference),
+        (_, (Samples::Uint(actual), Samples::Uint(reference))) => Pair::Ids(actual, reference),
+        _ => Pair::Mixed,
+    };
     for (at, is_beyond) in is_beyond.iter_mut().enumerate() {
         found.different += usize::from(!same_bits(values, at));
         let Some((difference, magnitude)) = difference(values, at) else { continue };
@@ -63,29 +69,34 @@ pub fn channel_difference(
     found
 }
 
-fn same_bits(values: (&ChannelValues, &ChannelValues), at: usize) -> bool {
+/// Samples of two channels.
+#[derive(Clone, Copy)]
+enum Pair<'a> {
+    Floats(&'a [f32], &'a [f32]),
+    Ids(&'a [u32], &'a [u32]),
+    /// Floats and ids.
+    Mixed,
+}
+
+fn same_bits(values: Pair<'_>, at: usize) -> bool {
     match values {
-        (ChannelValues::Numbers(actual), ChannelValues::Numbers(reference)) => {
-            actual[at].to_bits() == reference[at].to_bits()
-        }
-        (ChannelValues::Ids(actual), ChannelValues::Ids(reference)) => actual[at] == reference[at],
-        _ => false,
+        Pair::Floats(actual, reference) => actual[at].to_bits() == reference[at].to_bits(),
+        Pair::Ids(actual, reference) => actual[at] == reference[at],
+        Pair::Mixed => false,
     }
 }
 
 /// The absolute difference and the reference's magnitude; `None` when either value is not finite. Ids that differ are infinitely
 /// far apart by share and 1 by value, as are numbers and ids.
-fn difference(values: (&ChannelValues, &ChannelValues), at: usize) -> Option<(f64, f64)> {
+fn difference(values: Pair<'_>, at: usize) -> Option<(f64, f64)> {
     match values {
-        (ChannelValues::Numbers(actual), ChannelValues::Numbers(reference)) => {
+        Pair::Floats(actual, reference) => {
             let (actual, reference) = (f64::from(actual[at]), f64::from(reference[at]));
             let is_finite = actual.is_finite() && reference.is_finite();
             is_finite.then(|| ((actual - reference).abs(), reference.abs()))
         }
-        (ChannelValues::Ids(actual), ChannelValues::Ids(reference)) => {
-            Some((f64::from(u8::from(actual[at] != reference[at])), 0.0))
-        }
-        _ => Some((1.0, 0.0)),
+        Pair::Ids(actual, reference) => Some((f64::from(u8::from(actual[at] != reference[at])), 0.0)),
+        Pair::Mixed => Some((1.0, 0.0)),
     }
 }
 
@@ -95,7 +106,7 @@ mod tests {
 
     #[test]
     fn limits_count_apart_and_together() {
-        let numbers = |values: &[f32]| ChannelValues::Numbers(values.to_vec());
+        let numbers = |values: &[f32]| Samples::Float(values.to_vec());
         // By 0.5 of 100 (0.5 %), 0.5 of 1 (50 %), 0.0625 of 0.125 (50 %), not at all, and not a number.
         let actual = numbers(&[100.5, 1.5, 0.1875, 3.0, f32::NAN, 1.0]);
         let reference = numbers(&[100.0, 1.0, 0.125, 3.0, 1.0, 1.0]);
@@ -109,7 +120,7 @@ mod tests {
 
     #[test]
     fn ids_are_equal_or_not() {
-        let (a, b) = (ChannelValues::Ids(vec![1, 5]), ChannelValues::Ids(vec![1, 6]));
+        let (a, b) = (Samples::Uint(vec![1, 5]), Samples::Uint(vec![1, 6]));
         let mut beyond = [false; 2];
         let limits = ValueLimits { absolute: 0.5, relative: 100.0 };
         let found = channel_difference("node_id", (&a, &b), &limits, 2, &mut beyond);

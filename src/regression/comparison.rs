@@ -9,8 +9,8 @@ use super::non_finite::non_finite;
 use super::pooling::pool;
 use super::root_mean_square::root_mean_square;
 use super::{
-    Cause, ChannelDifference, LayeredPicture, Limits, NonFinite, PooledErrors, RootMeanSquare, ValueLimits,
-    ValueRange, likely_cause,
+    Cause, ChannelDifference, ColorEncoding, Image, Limits, NonFinite, PooledErrors, RootMeanSquare,
+    ValueLimits, likely_cause,
 };
 use crate::color::luminance;
 use crate::output::Aov;
@@ -103,9 +103,9 @@ impl Comparison {
 }
 
 /// Judges a picture by its reference.
-pub fn compare(actual: &LayeredPicture, reference: &LayeredPicture, limits: &Limits) -> Comparison {
-    if actual.range != reference.range {
-        let [actual, reference] = [actual, reference].map(|picture| picture.clone().in_light());
+pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison {
+    if actual.encoding != reference.encoding {
+        let [actual, reference] = [actual, reference].map(|picture| picture.clone().into_linear());
         return compare(&actual, &reference, limits);
     }
     let mut comparison = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
@@ -125,12 +125,8 @@ pub fn compare(actual: &LayeredPicture, reference: &LayeredPicture, limits: &Lim
 }
 
 /// The layers, those that pass without a pixel that differs.
-fn beyond_limits(
-    layers: &[LayerDifference],
-    reference: &LayeredPicture,
-    limits: &Limits,
-) -> Vec<LayerDifference> {
-    let pixels = f64::from(reference.size.0) * f64::from(reference.size.1);
+fn beyond_limits(layers: &[LayerDifference], reference: &Image, limits: &Limits) -> Vec<LayerDifference> {
+    let pixels = reference.data_window.pixel_count() as f64;
     let settled = layers.iter().map(|layer| {
         let share = if is_light(&layer.layer, reference) { limits.light_share } else { limits.data_share };
         let passes = layer.different_pixels as f64 <= share * pixels;
@@ -139,9 +135,12 @@ fn beyond_limits(
     settled.collect()
 }
 
-fn mismatches(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Mismatch> {
-    let [ours, theirs] =
-        [actual, reference].map(|picture| [picture.picture_size, picture.origin, picture.size]);
+fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
+    let windows = |image: &Image| {
+        let data = image.data_window;
+        [image.display_window.size(), (data.x0, data.y0), data.size()]
+    };
+    let [ours, theirs] = [actual, reference].map(windows);
     let mut mismatches = Vec::new();
     if ours != theirs {
         mismatches.push(Mismatch::Size { actual: ours, reference: theirs });
@@ -152,7 +151,7 @@ fn mismatches(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Mismat
                 let channel = channel.name.clone();
                 mismatches.push(Mismatch::Channel { channel, missing_in_reference: !is_reference });
             }
-            if let Some(values) = non_finite(channel, picture.size.0) {
+            if let Some(values) = non_finite(channel, picture.size().0) {
                 mismatches.push(Mismatch::NotFinite { in_reference: is_reference, values });
             }
         }
@@ -160,13 +159,8 @@ fn mismatches(actual: &LayeredPicture, reference: &LayeredPicture) -> Vec<Mismat
     mismatches
 }
 
-fn compare_layers(
-    comparison: &mut Comparison,
-    actual: &LayeredPicture,
-    reference: &LayeredPicture,
-    limits: &Limits,
-) {
-    let pixels = reference.size.0 as usize * reference.size.1 as usize;
+fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image, limits: &Limits) {
+    let pixels = reference.data_window.pixel_count();
     for layer in reference.layers() {
         let (values, share) = if is_light(layer, reference) {
             (&limits.light, limits.light_share)
@@ -201,18 +195,13 @@ fn compare_layers(
     }
 }
 
-fn layer_difference(
-    layer: &str,
-    actual: &LayeredPicture,
-    reference: &LayeredPicture,
-    limits: &ValueLimits,
-) -> LayerDifference {
-    let width = reference.size.0;
-    let mut is_beyond = vec![false; width as usize * reference.size.1 as usize];
+fn layer_difference(layer: &str, actual: &Image, reference: &Image, limits: &ValueLimits) -> LayerDifference {
+    let width = reference.size().0;
+    let mut is_beyond = vec![false; reference.data_window.pixel_count()];
     let mut channels = Vec::new();
     for channel in reference.channels_of(layer) {
         if let Some(ours) = actual.channel(&channel.name) {
-            let values = (&ours.values, &channel.values);
+            let values = (&ours.samples, &channel.samples);
             channels.push(channel_difference(&channel.name, values, limits, width, &mut is_beyond));
         }
     }
@@ -221,7 +210,7 @@ fn layer_difference(
 }
 
 /// Layers of our own by what they are; colours of other programs are taken for light.
-fn is_light(layer: &str, picture: &LayeredPicture) -> bool {
+fn is_light(layer: &str, picture: &Image) -> bool {
     match Aov::ALL.into_iter().find(|known| known.name() == layer) {
         Some(known) => known.is_light(),
         None => picture.channels_of(layer).any(|channel| channel.name.strip_suffix(".R").is_some()),
@@ -231,17 +220,17 @@ fn is_light(layer: &str, picture: &LayeredPicture) -> bool {
 fn compare_colors(
     comparison: &mut Comparison,
     (actual, reference): (&[[f32; 3]], &[[f32; 3]]),
-    picture: &LayeredPicture,
+    picture: &Image,
     limits: &Limits,
 ) {
-    let is_display = picture.range == ValueRange::Display;
+    let is_display = picture.encoding == ColorEncoding::Srgb;
     comparison.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
     let flip = if is_display { flip_display } else { flip_light };
     // Equal pictures have no error anywhere, without looking.
     let map = if actual == reference {
-        FlipMap { size: picture.size, errors: vec![0.0; actual.len()], exposures: None }
+        FlipMap { size: picture.size(), errors: vec![0.0; actual.len()], exposures: None }
     } else {
-        flip(reference, actual, picture.size, PIXELS_PER_DEGREE)
+        flip(reference, actual, picture.size(), PIXELS_PER_DEGREE)
     };
     let pooled = pool(&map);
     let brightness = brightness_difference(actual, reference);
@@ -276,17 +265,17 @@ fn brightness_difference(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::{ChannelValues, NamedChannel, Preset};
+    use crate::regression::{Channel, Preset, Samples};
 
-    fn flat(size: (u32, u32), value: f32) -> LayeredPicture {
+    fn flat(size: (u32, u32), value: f32) -> Image {
         let pixels = vec![[value, value, value, 1.0]; (size.0 * size.1) as usize];
-        LayeredPicture::of_pixels(size, ValueRange::Light, &pixels)
+        Image::from_rgba(size, ColorEncoding::Linear, &pixels)
     }
 
-    fn red(picture: &mut LayeredPicture) -> &mut Vec<f32> {
+    fn red(picture: &mut Image) -> &mut Vec<f32> {
         let channel = picture.channels.iter_mut().find(|channel| channel.name == "R");
-        match channel.map(|channel| &mut channel.values) {
-            Some(ChannelValues::Numbers(values)) => values,
+        match channel.map(|channel| &mut channel.samples) {
+            Some(Samples::Float(values)) => values,
             _ => panic!("no red"),
         }
     }
@@ -335,8 +324,8 @@ mod tests {
         let told = compare(&flat((20, 20), 0.5), &flat((20, 10), 0.5), &limits).failures();
         assert_eq!(told, ["the size is 20x20, the reference's 20x10"]);
         let mut layered = flat((20, 20), 0.5);
-        let ids = ChannelValues::Ids(vec![1; 400]);
-        layered.channels.push(NamedChannel { name: "node_id".to_owned(), values: ids });
+        let ids = Samples::Uint(vec![1; 400]);
+        layered.channels.push(Channel { name: "node_id".to_owned(), samples: ids });
         let told = compare(&flat((20, 20), 0.5), &layered, &limits).failures();
         assert_eq!(told, ["lacks the channel node_id of the reference"]);
         let told = compare(&layered, &flat((20, 20), 0.5), &limits).failures();

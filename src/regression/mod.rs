@@ -1,6 +1,6 @@
 //! Pictures against pictures: measures of how they differ, limits on them, and a folder of scenes against references.
 //!
-//! [`compare`] compares two [`LayeredPicture`]s and gives every measure with its [limit](Limits): [identity](are_identical),
+//! [`compare`] compares two [`Image`]s and gives every measure with its [limit](Limits): [identity](are_identical),
 //! [values](ChannelDifference), [mean squares](RootMeanSquare), [FLIP](FlipMap) and its [pools](PooledErrors), what is
 //! [not finite](NonFinite), and the likely [cause](Cause).
 //!
@@ -15,9 +15,7 @@ mod comparison_text;
 mod exact;
 mod flip;
 mod heat_map;
-mod layered_picture;
 mod non_finite;
-mod picture_file;
 mod pooling;
 mod presets;
 mod report_page;
@@ -26,13 +24,13 @@ mod sequence_files;
 mod shift;
 pub mod suite;
 
+pub use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, layer_of};
 pub use cause::{Cause, likely_cause};
 pub use channel_difference::{ChannelDifference, ValueLimits, channel_difference};
 pub use comparison::{Check, Comparison, LayerDifference, Mismatch, compare};
 pub use exact::{are_identical, pixel_hash};
 pub use flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 pub use heat_map::{heat_map, magma};
-pub use layered_picture::{BEAUTY, ChannelValues, LayeredPicture, NamedChannel, ValueRange, layer_of};
 pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};

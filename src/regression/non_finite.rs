@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{ChannelValues, NamedChannel};
+use super::{Channel, Samples};
 
 /// Such values in one channel.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -18,8 +18,8 @@ pub struct NonFinite {
 }
 
 /// Looks for them in a channel of a picture `width` pixels wide.
-pub fn non_finite(channel: &NamedChannel, width: u32) -> Option<NonFinite> {
-    let ChannelValues::Numbers(values) = &channel.values else { return None };
+pub fn non_finite(channel: &Channel, width: u32) -> Option<NonFinite> {
+    let Samples::Float(values) = &channel.samples else { return None };
     let first = values.iter().position(|value| !value.is_finite())? as u32;
     Some(NonFinite {
         channel: channel.name.clone(),
@@ -46,10 +46,10 @@ mod tests {
     #[test]
     fn both_kinds_are_counted_with_the_place_of_the_first() {
         let values = vec![0.0, 1.0, f32::NEG_INFINITY, f32::NAN, f32::INFINITY];
-        let channel = NamedChannel { name: "Z".to_owned(), values: ChannelValues::Numbers(values) };
+        let channel = Channel { name: "Z".to_owned(), samples: Samples::Float(values) };
         let found = non_finite(&channel, 2).unwrap();
         assert_eq!((found.not_a_number, found.infinite, found.first_at), (1, 2, (0, 1)));
-        let whole = NamedChannel { name: "Z".to_owned(), values: ChannelValues::Numbers(vec![f32::MAX]) };
+        let whole = Channel { name: "Z".to_owned(), samples: Samples::Float(vec![f32::MAX]) };
         assert_eq!(non_finite(&whole, 1), None);
     }
 }

@@ -151,7 +151,7 @@ pub fn render_frame_into(
     let plan = SamplePlan::new(settings, pass);
 
     // Tiles, each by one task
-    let request = film.aovs.request();
+    let request = film.aovs.flags();
     let renderer = || TileRenderer::new(&context, &camera, &plan, settings.resolution).recording(request);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);

@@ -80,11 +80,7 @@ fn other_origin(stored: &StoredFrame, render_hash: &str) -> Option<&'static str>
 fn difference(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Option<&'static str> {
     let window = job.render.window;
     let same_window = match job.output.format() {
-        OutputFormat::Exr => {
-            stored.picture_size == job.render.resolution
-                && stored.origin == (i64::from(window.x0), i64::from(window.y0))
-                && stored.size == (window.width(), window.height())
-        }
+        OutputFormat::Exr => stored.size == job.render.resolution && stored.data_window == window.into(),
         OutputFormat::Png => stored.size == (window.width(), window.height()),
     };
     other_origin(stored, render_hash).or((!same_window).then_some("another crop of the picture"))

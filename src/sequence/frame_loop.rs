@@ -239,7 +239,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
                 self.trace(planned, film, pass)?
             } else {
                 let mut scratch = self.scratch.take().unwrap_or_else(|| {
-                    let summed = AovFlags { centers: false, ..film.aovs.request() };
+                    let summed = AovFlags { centers: false, ..film.aovs.flags() };
                     Film::with_aovs(film.resolution, film.window, summed)
                 });
                 let traced = self.trace(planned, &mut scratch, pass);

@@ -16,7 +16,7 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image_file::{FrameAttributes, decode_exr, write_atomically};
+use crate::image_file::{FrameAttributes, decode_exr_rgba, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, exr_files, png_file};
 
 use super::frame_loop::panic_error;
@@ -266,6 +266,6 @@ type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
 
 pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
     let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-    let image = decode_exr(path, &bytes, max_memory_bytes)?;
+    let image = decode_exr_rgba(path, &bytes, max_memory_bytes)?;
     Ok((image.size, image.pixels))
 }

@@ -8,7 +8,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
 use rayframe::output::ExrOutput;
-use rayframe::regression::LayeredPicture;
+use rayframe::regression::Image;
 use rayframe::render::RenderSettings;
 use rayframe::scene::{
     Animation, AnimationIndex, AnimationTarget, Channel, Environment, Interpolation, Keyframes,
@@ -92,7 +92,7 @@ fn picture(shutter: Shutter, samples: u32) -> Vec<f32> {
     let plan = Plan::new(&job).unwrap();
     plan.prepare().unwrap();
     run(&job, &plan, &CancelFlag::new(), &|_| ()).outcome().unwrap();
-    let picture = LayeredPicture::read(&folder.path().join("a.0001.exr")).unwrap();
+    let picture = Image::read(&folder.path().join("a.0001.exr")).unwrap();
     picture.rgba().unwrap().iter().map(|pixel| pixel[0]).collect()
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rayframe::regression::{LayeredPicture, are_identical};
+use rayframe::regression::{Image, are_identical};
 
 #[test]
 fn every_file_is_reproduced() {
@@ -39,7 +39,7 @@ fn scenes_are_small() {
 #[test]
 fn packed_scenes_look_as_the_plain_one() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_images/storage");
-    let picture = |name: &str| LayeredPicture::read(&folder.join(format!("{name}.exr"))).unwrap();
+    let picture = |name: &str| Image::read(&folder.join(format!("{name}.exr"))).unwrap();
     let plain = picture("plain");
     for name in ["meshopt_ext", "meshopt_khr", "draco", "webp", "basis_uastc", "basis_etc1s"] {
         assert!(are_identical(&picture(name), &plain), "{name}");

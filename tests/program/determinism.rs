@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use rayframe::bvh::SimdLevel;
-use rayframe::image_file::{ExrImage, decode_exr};
+use rayframe::image::RgbaImage;
+use rayframe::image_file::decode_exr_rgba;
 
 /// A scene as these tests render it.
 struct Shot {
@@ -93,12 +94,12 @@ fn assert_same_bytes(expected: &Path, actual: &Path, what: &str) {
 }
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn decode(bytes: &[u8]) -> ExrImage {
-    decode_exr("frame.exr".as_ref(), bytes, 1 << 28).unwrap()
+fn decode(bytes: &[u8]) -> RgbaImage {
+    decode_exr_rgba("frame.exr".as_ref(), bytes, 1 << 28).unwrap()
 }
 
 /// `part` holds the pixels of `whole` from `origin` on; the first that it does not is named.
-fn assert_same_pixels(whole: &ExrImage, part: &ExrImage, origin: (u32, u32), what: &str) {
+fn assert_same_pixels(whole: &RgbaImage, part: &RgbaImage, origin: (u32, u32), what: &str) {
     let (width, height) = part.size;
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
         let expected = whole.pixels[((y + origin.1) * whole.size.0 + x + origin.0) as usize];

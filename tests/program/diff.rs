@@ -5,7 +5,7 @@ mod report;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use rayframe::regression::{ChannelValues, LayeredPicture, ValueRange};
+use rayframe::regression::{ColorEncoding, Image, Samples};
 use serde_json::Value;
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -44,7 +44,7 @@ impl Stage {
             [value, value, value, 1.0]
         };
         let pixels: Vec<_> = (0..size.0 * size.1).map(pixel).collect();
-        let picture = LayeredPicture::of_pixels(size, ValueRange::Light, &pixels);
+        let picture = Image::from_rgba(size, ColorEncoding::Linear, &pixels);
         picture.write(Path::new(&self.at(name))).unwrap();
         self.at(name)
     }
@@ -116,11 +116,11 @@ fn json_and_maps_say_where() {
     // Two squares of 64 pixels each.
     assert_eq!(frame["layers"][0]["different_pixels"], 128);
     assert!(frame["checks"].as_array().unwrap().iter().any(|check| check["passes"] == false));
-    let map = LayeredPicture::read(Path::new(&flip)).unwrap();
-    let ChannelValues::Numbers(errors) = &map.channels[0].values else { panic!("no numbers") };
+    let map = Image::read(Path::new(&flip)).unwrap();
+    let Samples::Float(errors) = &map.channels[0].samples else { panic!("no numbers") };
     let mean = errors.iter().map(|&error| f64::from(error)).sum::<f64>() / errors.len() as f64;
     assert_eq!(report["series"]["mean_flip"][0].as_f64(), Some(mean));
-    let heat = LayeredPicture::read(Path::new(&heat)).unwrap();
+    let heat = Image::read(Path::new(&heat)).unwrap();
     let red = heat.colors().unwrap();
     assert!(red[12 * 40 + 8][0] > 0.4 && red[22 * 40 + 38][0] < 0.2, "{:?}", red[12 * 40 + 8]);
 }

@@ -3,13 +3,13 @@
 use std::path::Path;
 use std::process::Command;
 
-use rayframe::regression::{LayeredPicture, Preset, compare};
+use rayframe::regression::{Image, Preset, compare};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
 /// Renders a scene of `environment/` as reference pictures are, with options; a name of a picture stands for its path.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn render(scene: &str, options: &[&str]) -> LayeredPicture {
+fn render(scene: &str, options: &[&str]) -> Image {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.exr");
     let pictures = Path::new(ROOT).join("scenes/environment");
@@ -26,7 +26,7 @@ fn render(scene: &str, options: &[&str]) -> LayeredPicture {
         .output()
         .unwrap();
     assert!(output.status.success(), "{scene}: {}", String::from_utf8_lossy(&output.stderr));
-    LayeredPicture::read(&file).unwrap()
+    Image::read(&file).unwrap()
 }
 
 #[test]
@@ -42,7 +42,7 @@ fn options_make_the_reference_pictures() {
     ] {
         let reference =
             Path::new(ROOT).join("reference_images/environment").join(scene).with_extension("exr");
-        let reference = LayeredPicture::read(&reference).unwrap();
+        let reference = Image::read(&reference).unwrap();
         let comparison = compare(&render(scene, options), &reference, &Preset::Exact.limits());
         assert!(comparison.passes(), "{scene} {options:?}: {}", comparison.failures().join("\n"));
     }

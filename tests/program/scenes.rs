@@ -13,7 +13,7 @@ fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
         let arguments = [&["render", scene, "-r", "16x9", "--samples", "1", "-q", "-o", output], options];
         let done = rayframe(&arguments.concat());
         assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
-        rayframe::regression::LayeredPicture::read(&path).unwrap().rgba().unwrap()
+        rayframe::regression::Image::read(&path).unwrap().rgba().unwrap()
     };
     let own = render("own.exr", &[]);
     let red = render("red.exr", &["--variant", "red"]);

@@ -5,9 +5,8 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use crate::error::{Error, Result};
-use crate::image_file::{
-    ExrChannel, ExrCompression, ExrPicture, ExrSamples, FrameAttributes, encode_exr_picture, encode_png,
-};
+use crate::image::{Channel, ColorEncoding, Image, PixelWindow, Samples};
+use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
 use crate::regression::{FlipMap, PairedFiles, heat_map};
 use crate::sequence::{OutputFormat, OutputPattern};
 
@@ -67,13 +66,12 @@ impl MapPattern {
 }
 
 fn encode_errors(map: &FlipMap) -> Result<Vec<u8>> {
-    let channel = ExrChannel { name: "Y".to_owned(), samples: ExrSamples::Float(map.errors.clone()) };
-    let picture = ExrPicture {
-        picture_size: map.size,
-        origin: (0, 0),
-        size: map.size,
-        channels: vec![channel],
-        compression: ExrCompression::Zip,
+    let window = PixelWindow::full(map.size.0, map.size.1);
+    let image = Image {
+        display_window: window,
+        data_window: window,
+        encoding: ColorEncoding::Linear,
+        channels: vec![Channel { name: "Y".to_owned(), samples: Samples::Float(map.errors.clone()) }],
     };
-    encode_exr_picture(picture, &FrameAttributes::unknown())
+    encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown())
 }

@@ -7,8 +7,8 @@ use super::{DiffArgs, shown};
 use crate::error::{Error, Result};
 use crate::regression::suite::shell_word;
 use crate::regression::{
-    Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, ImageBudget,
-    LayeredPicture, PairedFiles, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number,
+    Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, Image,
+    ImageBudget, PairedFiles, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number,
     is_sequence, write_report,
 };
 
@@ -34,7 +34,7 @@ impl DiffPage {
     pub(super) fn add(
         &mut self,
         pair: &FilePair,
-        pictures: [&LayeredPicture; 2],
+        pictures: [&Image; 2],
         comparison: &Comparison,
         map: Option<&FlipMap>,
     ) {
@@ -92,7 +92,7 @@ impl DiffPage {
     }
 
     fn add_lonely(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
-        let picture = EncodedImage::new(&LayeredPicture::read(file)?);
+        let picture = EncodedImage::new(&Image::read(file)?);
         let is_missing = status == FrameStatus::Missing;
         let message =
             if is_missing { "has no reference" } else { "is a reference of nothing that was judged" };

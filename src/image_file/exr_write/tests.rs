@@ -1,11 +1,12 @@
 use exr::image::SpecificChannels;
-use exr::meta::attribute::AttributeValue;
+use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::LayerAttributes;
 use exr::prelude::{Compression, Vec2};
 
 use super::*;
-use crate::image_file::exr_read::read_first_layer;
-use crate::image_file::{RunStamp, StoredFrame, decode_exr, inspect_exr};
+use crate::image::{Channel, ColorEncoding, PixelWindow, half_from_f32};
+use crate::image_file::exr_rgba::read_first_part;
+use crate::image_file::{RunStamp, StoredFrame, decode_exr_rgba, inspect_exr};
 
 fn attributes() -> FrameAttributes {
     FrameAttributes {
@@ -29,16 +30,31 @@ fn gradient(width: u32, height: u32) -> Vec<[f32; 4]> {
         .collect()
 }
 
+/// An image whose data window begins at (3, 5).
+fn image((width, height): (u32, u32), channels: Vec<Channel>) -> Image {
+    Image {
+        display_window: PixelWindow::full(100, 90),
+        data_window: PixelWindow { x0: 3, y0: 5, x1: 3 + width, y1: 5 + height },
+        encoding: ColorEncoding::Linear,
+        channels,
+    }
+}
+
+/// RGBA halves with ZIP compression, the default of the program.
 fn encode(size: (u32, u32)) -> Vec<u8> {
     let pixels = gradient(size.0, size.1);
-    let picture = RgbaPixels { picture_size: (100, 90), origin: (3, 5), size, pixels: &pixels };
-    encode_exr(&picture, &attributes()).unwrap()
+    let channel = |(component, name): (usize, &str)| Channel {
+        name: name.to_owned(),
+        samples: Samples::Half(pixels.iter().map(|pixel| half_from_f32(pixel[component])).collect()),
+    };
+    let channels = ["R", "G", "B", "A"].into_iter().enumerate().map(channel).collect();
+    encode_exr(image(size, channels), ExrCompression::Zip, &attributes()).unwrap()
 }
 
 #[test]
-fn what_is_written_is_read() {
-    // 37 rows: two whole blocks of sixteen scan lines and one part of a block.
-    let image = decode_exr("a.exr".as_ref(), &encode((61, 37)), u64::MAX).unwrap();
+fn written_pixels_are_read_back() {
+    // 37 rows: two whole blocks of 16 scan lines and a part of one.
+    let image = decode_exr_rgba("a.exr".as_ref(), &encode((61, 37)), u64::MAX).unwrap();
     assert_eq!(image.size, (61, 37));
     assert_eq!(image.pixels, gradient(61, 37));
 }
@@ -55,10 +71,10 @@ fn bytes_do_not_depend_on_threads_or_on_the_run() {
     }
 }
 
-/// The default file: what the plain writer makes of the same picture, pixel by pixel, in one thread.
+/// Compares the default file with that of the `exr` crate's own writer in one thread.
 #[test]
-fn the_default_file_is_that_of_the_plain_writer() {
-    let (size, facts) = ((61, 37), attributes());
+fn the_default_file_equals_that_of_the_plain_writer() {
+    let (size, attributes) = ((61, 37), attributes());
     let pixels = gradient(size.0, size.1);
     let channels = SpecificChannels::rgba(|Vec2(x, y): Vec2<usize>| {
         let [r, g, b, a] = pixels[y * 61 + x].map(half_from_f32);
@@ -69,8 +85,8 @@ fn the_default_file_is_that_of_the_plain_writer() {
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let layer = Layer::new((61, 37), facts.of_layer((3, 5)), encoding, channels);
-    let image = Image::new(facts.of_image((100, 90)), layer);
+    let layer = Layer::new((61, 37), attributes.of_layer((3, 5)), encoding, channels);
+    let image = ExrImage::new(attributes.of_image((100, 90)), layer);
     let mut plain = Vec::new();
     image.write().non_parallel().to_buffered(Cursor::new(&mut plain)).unwrap();
     sort_attributes(&mut plain).unwrap();
@@ -78,7 +94,7 @@ fn the_default_file_is_that_of_the_plain_writer() {
 }
 
 #[test]
-fn blocks_compressed_in_parallel_are_those_of_the_plain_writer() {
+fn blocks_compressed_in_parallel_equal_those_of_the_plain_writer() {
     for compression in ExrCompression::ALL {
         let channels =
             || SpecificChannels::rgba(|Vec2(x, y): Vec2<usize>| (x as f32, y as f32, 0.5_f32, 1.0_f32));
@@ -88,7 +104,7 @@ fn blocks_compressed_in_parallel_are_those_of_the_plain_writer() {
             line_order: LineOrder::Increasing,
         };
         let layer = Layer::new((33, 50), LayerAttributes::default(), encoding, channels());
-        let image = Image::from_layer(layer);
+        let image = ExrImage::from_layer(layer);
         let (mut parallel, mut plain) = (Vec::new(), Vec::new());
         write_compressing_in_parallel(&image, &mut parallel).unwrap();
         image.write().non_parallel().to_buffered(Cursor::new(&mut plain)).unwrap();
@@ -96,55 +112,50 @@ fn blocks_compressed_in_parallel_are_those_of_the_plain_writer() {
     }
 }
 
-/// Channels of each type with values that differ from pixel to pixel, ids beyond what a float holds among them.
-fn mixed(size: (u32, u32), compression: ExrCompression) -> ExrPicture {
+/// Channels of each type with values that differ from pixel to pixel, with ids beyond the integers that a float holds.
+fn mixed(size: (u32, u32)) -> Image {
     let count = size.0 * size.1;
-    let channel = |name: &str, samples| ExrChannel { name: name.to_owned(), samples };
+    let channel = |name: &str, samples| Channel { name: name.to_owned(), samples };
     let floats = |scale: f32| (0..count).map(|i| i as f32 * scale).collect::<Vec<f32>>();
-    ExrPicture {
-        picture_size: (100, 90),
-        origin: (3, 5),
-        size,
-        channels: vec![
-            channel("node_id", ExrSamples::Uint((0..count).map(|i| i.wrapping_mul(0x9e37_79b9)).collect())),
-            channel("R", ExrSamples::Half(floats(0.001).into_iter().map(half_from_f32).collect())),
-            channel("G", ExrSamples::Half(floats(0.002).into_iter().map(half_from_f32).collect())),
-            channel("B", ExrSamples::Half(floats(0.003).into_iter().map(half_from_f32).collect())),
-            channel("normal.X", ExrSamples::Float(floats(-1.1))),
-            channel("Z", ExrSamples::Float(floats(1e7))),
-        ],
-        compression,
-    }
+    let channels = vec![
+        channel("node_id", Samples::Uint((0..count).map(|i| i.wrapping_mul(0x9e37_79b9)).collect())),
+        channel("R", Samples::Half(floats(0.001).into_iter().map(half_from_f32).collect())),
+        channel("G", Samples::Half(floats(0.002).into_iter().map(half_from_f32).collect())),
+        channel("B", Samples::Half(floats(0.003).into_iter().map(half_from_f32).collect())),
+        channel("normal.X", Samples::Float(floats(-1.1))),
+        channel("Z", Samples::Float(floats(1e7))),
+    ];
+    image(size, channels)
 }
 
 #[test]
-fn all_types_come_back_exactly_from_all_compressions_that_lose_nothing() {
+fn lossless_compressions_keep_samples_of_all_types() {
     for compression in ExrCompression::ALL {
-        let picture = mixed((61, 37), compression);
-        let bytes = encode_exr_picture(picture.clone(), &attributes()).unwrap();
-        let image = read_first_layer(&bytes).unwrap();
-        let read: Vec<_> = image.layer_data.channel_data.list.iter().collect();
+        let image = mixed((61, 37));
+        let bytes = encode_exr(image.clone(), compression, &attributes()).unwrap();
+        let part = read_first_part(&bytes).unwrap();
+        let read: Vec<_> = part.layer_data.channel_data.list.iter().collect();
         let names: Vec<_> = read.iter().map(|channel| channel.name.to_string()).collect();
         assert_eq!(names, ["B", "G", "R", "Z", "node_id", "normal.X"]);
-        for ExrChannel { name, samples } in picture.channels {
+        for Channel { name, samples } in image.channels {
             let read = read.iter().find(|channel| channel.name.to_string() == name).unwrap();
             if !compression.is_lossy() {
-                assert!(read.sample_data == samples.for_exr(), "{name} {}", compression.name());
+                assert!(read.sample_data == flat_samples(samples), "{name} {}", compression.name());
             }
         }
     }
 }
 
 #[test]
-fn frames_of_any_compression_are_inspected_and_shown() {
+fn frames_of_any_compression_are_inspected_and_decoded() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     for compression in ExrCompression::ALL {
-        let bytes = encode_exr_picture(mixed((61, 37), compression), &attributes()).unwrap();
+        let bytes = encode_exr(mixed((61, 37)), compression, &attributes()).unwrap();
         std::fs::write(&path, &bytes).unwrap();
         assert_eq!(inspect_exr(&path).unwrap().render_hash.as_deref(), Some("00ff"));
-        let shown = decode_exr(&path, &bytes, u64::MAX).unwrap();
-        // The cosine transform at its usual level errs by less than a hundredth here.
+        let shown = decode_exr_rgba(&path, &bytes, u64::MAX).unwrap();
+        // The cosine transform at its default level errs by less than a hundredth here.
         for (i, pixel) in shown.pixels.iter().enumerate() {
             let expected = [0.001, 0.002, 0.003].map(|scale| half_from_f32(i as f32 * scale).to_f32());
             let most = if compression.is_lossy() { 0.02 * (1.0 + pixel[2]) } else { 0.0 };
@@ -160,36 +171,36 @@ fn frames_of_any_compression_are_inspected_and_shown() {
 }
 
 #[test]
-fn pictures_that_contradict_themselves_are_refused() {
-    let whole = mixed((4, 4), ExrCompression::Zip);
-    let refused = |picture| encode_exr_picture(picture, &attributes()).is_err();
-    assert!(refused(ExrPicture { channels: Vec::new(), ..whole.clone() }));
-    assert!(refused(ExrPicture { size: (4, 5), ..whole.clone() }));
+fn inconsistent_images_are_refused() {
+    let whole = mixed((4, 4));
+    let refused = |image| encode_exr(image, ExrCompression::Zip, &attributes()).is_err();
+    assert!(refused(Image { channels: Vec::new(), ..whole.clone() }));
+    assert!(refused(Image { data_window: PixelWindow::full(4, 5), ..whole.clone() }));
     let twice = [whole.channels.clone(), whole.channels[..1].to_vec()].concat();
-    assert!(refused(ExrPicture { channels: twice, ..whole }));
+    assert!(refused(Image { channels: twice, ..whole }));
 }
 
 #[test]
-fn a_stamp_tells_when_and_where() {
+fn a_stamp_is_stored_in_attributes() {
     let stamp = RunStamp {
         capture_date: "2026:11:21 18:57:00".to_owned(),
         host: Some("farm7".to_owned()),
         render_seconds: 1.5,
     };
     let stamped = FrameAttributes { stamp: Some(stamp), ..attributes() };
-    let bytes = encode_exr_picture(mixed((4, 4), ExrCompression::None), &stamped).unwrap();
+    let bytes = encode_exr(mixed((4, 4)), ExrCompression::None, &stamped).unwrap();
     let header = exr::block::read(Cursor::new(bytes), true).unwrap().headers()[0].clone();
     let own = &header.own_attributes;
     assert_eq!(own.capture_date, Some(Text::from("2026:11:21 18:57:00")));
     assert_eq!(own.utc_offset, Some(0.0));
     assert_eq!(own.other.get(&Text::from("renderSeconds")), Some(&AttributeValue::F32(1.5)));
     assert_eq!(own.other.get(&Text::from("hostComputer")), Some(&AttributeValue::Text("farm7".into())));
-    let utf8 = AttributeValue::Text(named("Žlutý"));
+    let utf8 = AttributeValue::Text(byte_text("Žlutý"));
     assert_eq!(own.other.get(&Text::from("own")), Some(&utf8));
 }
 
 #[test]
-fn attributes_stand_in_the_order_of_their_names() {
+fn attributes_are_sorted_by_name() {
     let bytes = encode((2, 2));
     let mut names = Vec::new();
     let mut start = 8;
@@ -214,16 +225,15 @@ fn attributes_stand_in_the_order_of_their_names() {
 }
 
 #[test]
-fn a_truncated_file_is_not_whole() {
+fn truncated_files_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let bytes = encode((61, 37));
     std::fs::write(&path, &bytes).unwrap();
     let expected = StoredFrame {
         render_hash: Some("00ff".to_owned()),
-        picture_size: (100, 90),
-        origin: (3, 5),
-        size: (61, 37),
+        size: (100, 90),
+        data_window: PixelWindow { x0: 3, y0: 5, x1: 64, y1: 42 },
     };
     assert_eq!(inspect_exr(&path).unwrap(), expected);
     for length in [0, 3, 8, 100, bytes.len() / 2, bytes.len() - 1] {

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use crate::error::Warning;
 use crate::film::CoverageSample;
 use crate::frame::MeshInstance;
-use crate::image_file::{ExrChannel, ExrSamples};
+use crate::image::{Channel, Samples};
 use crate::scene::Scene;
 
 use hash::{layer_key, name_id};
@@ -81,11 +81,11 @@ impl Matte {
     }
 
     /// The channels of a picture.
-    pub(super) fn channels(&self, coverage: &[CoverageSample]) -> Vec<ExrChannel> {
+    pub(super) fn channels(&self, coverage: &[CoverageSample]) -> Vec<Channel> {
         let ranked: Vec<_> = coverage.par_iter().map(|shares| ranks(shares, &self.ids)).collect();
-        let channel = |index: usize| ExrChannel {
+        let channel = |index: usize| Channel {
             name: format!("{}{:02}.{}", self.layer, index / 4, ["R", "G", "B", "A"][index % 4]),
-            samples: ExrSamples::Float(ranked.par_iter().map(|pixel| pixel[index]).collect()),
+            samples: Samples::Float(ranked.par_iter().map(|pixel| pixel[index]).collect()),
         };
         (0..2 * RANKS).map(channel).collect()
     }

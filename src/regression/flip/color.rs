@@ -56,11 +56,6 @@ pub(super) fn hyab(a: [f32; 3], b: [f32; 3]) -> f32 {
     lightness.abs() + (red_green * red_green + blue_yellow * blue_yellow).sqrt()
 }
 
-/// Linear light of an sRGB value.
-pub(in crate::regression) fn linear_from_srgb(value: f32) -> f32 {
-    if value > 0.04045 { libm::powf((value + 0.055) / 1.055, 2.4) } else { value / 12.92 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

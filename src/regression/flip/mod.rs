@@ -17,7 +17,8 @@ use exposures::tone_mapped;
 use kernels::Kernels;
 use rayon::prelude::*;
 
-pub(super) use color::linear_from_srgb;
+use crate::color::srgb_to_linear;
+
 pub use exposures::ExposureRange;
 
 /// Pixels in a degree of somebody 0.7 m from a display 0.7 m wide with 3840 columns.
@@ -44,7 +45,7 @@ pub fn flip_display(
     pixels_per_degree: f64,
 ) -> FlipMap {
     let linear = |picture: &[[f32; 3]]| -> Vec<[f32; 3]> {
-        picture.iter().map(|pixel| pixel.map(|value| linear_from_srgb(unit(value)))).collect()
+        picture.iter().map(|pixel| pixel.map(|value| srgb_to_linear(unit(value)))).collect()
     };
     let (reference, test) = (linear(reference), linear(test));
     let errors = in_bands(size, pixels_per_degree, |rows, kernels| {

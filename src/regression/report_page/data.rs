@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::super::comparison_text::short;
-use super::super::{Check, Comparison, LayerDifference, PooledErrors, ValueRange, magma};
+use super::super::{Check, ColorEncoding, Comparison, LayerDifference, PooledErrors, magma};
 use super::page_images::{PageImages, worst_first};
 use super::{EncodedImage, FrameStatus, ReportPage, ReportedFrame, ReportedShot};
 
@@ -162,7 +162,7 @@ fn frame_data<'a>(page: &'a ReportPage, frame: &'a ReportedFrame, places: FrameI
     let picture = |picture: &Option<EncodedImage>, place: Option<usize>| {
         let (picture, place) = (picture.as_ref()?, place?);
         let (width, height) = picture.size;
-        Some(ImageData { width, height, is_light: picture.range == ValueRange::Light, picture: place })
+        Some(ImageData { width, height, is_light: picture.encoding == ColorEncoding::Linear, picture: place })
     };
     FrameData {
         name: &frame.name,

@@ -9,7 +9,7 @@ use std::io::Write as _;
 use flate2::{Compression, write::ZlibEncoder};
 use half::f16;
 
-use super::super::{FlipMap, LayeredPicture, ValueRange};
+use super::super::{ColorEncoding, FlipMap, Image};
 
 /// The colours of a picture, packed to be shown by a page at any exposure.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct EncodedImage {
     /// Columns and rows.
     pub(super) size: (u32, u32),
     /// What the colours mean.
-    pub(super) range: ValueRange,
+    pub(super) encoding: ColorEncoding,
     /// The packed halves; `None` where there is no room for them.
     pub(super) colors: Option<Vec<u8>>,
     /// FLIP of every pixel in 255 steps, packed alike.
@@ -29,11 +29,11 @@ pub struct EncodedImage {
 impl EncodedImage {
     /// Packs the colours as they are seen over black; `None` for a picture without any. Finite values beyond halves become the
     /// largest half.
-    pub fn new(picture: &LayeredPicture) -> Option<Self> {
-        let colors = pack_colors(&picture.colors()?, picture.size.0 as usize);
+    pub fn new(picture: &Image) -> Option<Self> {
+        let colors = pack_colors(&picture.colors()?, picture.size().0 as usize);
         Some(Self {
-            size: picture.size,
-            range: picture.range,
+            size: picture.size(),
+            encoding: picture.encoding,
             colors: Some(colors),
             errors: None,
             left_out_bytes: 0,
@@ -158,14 +158,14 @@ pub(super) mod tests {
             [0.0, -1.5, 1e-7, 0.18, 1.0, 2047.0, 1e30, f32::INFINITY, f32::NEG_INFINITY, 3e-3, 7.0, 0.5];
         let pixel = |at: usize| [values[at % 12], values[(at * 5 + 1) % 12], values[(at * 7 + 3) % 12], 1.0];
         let pixels: Vec<_> = (0..5 * 7).map(pixel).collect();
-        let picture = LayeredPicture::of_pixels((5, 7), ValueRange::Light, &pixels);
+        let picture = Image::from_rgba((5, 7), ColorEncoding::Linear, &pixels);
         let packed = EncodedImage::new(&picture).unwrap();
         let back = unpacked(packed.colors.as_ref().unwrap(), 5);
         let halves = |[r, g, b, _]: [f32; 4]| {
             [r, g, b].map(|value| f16::from_f32(if value == 1e30 { 65504.0 } else { value }).to_bits())
         };
         assert_eq!(back, pixels.into_iter().map(halves).collect::<Vec<_>>());
-        let nan = LayeredPicture::of_pixels((1, 1), ValueRange::Light, &[[f32::NAN, 1.0, 1.0, 1.0]]);
+        let nan = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[f32::NAN, 1.0, 1.0, 1.0]]);
         let back = unpacked(&EncodedImage::new(&nan).unwrap().colors.unwrap(), 1);
         assert!(f16::from_bits(back[0][0]).is_nan());
     }
@@ -174,7 +174,7 @@ pub(super) mod tests {
     fn eight_bits_of_a_display_survive_halves() {
         let pixels: Vec<_> = (0..=255).map(|step: u8| [f32::from(step) / 255.0; 4]).collect();
         let opaque = pixels.iter().map(|[v, ..]| [*v, *v, *v, 1.0]).collect::<Vec<_>>();
-        let picture = LayeredPicture::of_pixels((16, 16), ValueRange::Display, &opaque);
+        let picture = Image::from_rgba((16, 16), ColorEncoding::Srgb, &opaque);
         let back = unpacked(&EncodedImage::new(&picture).unwrap().colors.unwrap(), 16);
         for (step, [r, ..]) in back.into_iter().enumerate() {
             assert_eq!((f16::from_bits(r).to_f32() * 255.0 + 0.5) as usize, step);
@@ -188,7 +188,7 @@ pub(super) mod tests {
             [0.2 + x * 1e-3, 0.3 + y * 2e-3, 0.1 + (x + y) * 5e-4, 1.0]
         };
         let pixels: Vec<_> = (0..320 * 180).map(pixel).collect();
-        let picture = LayeredPicture::of_pixels((320, 180), ValueRange::Light, &pixels);
+        let picture = Image::from_rgba((320, 180), ColorEncoding::Linear, &pixels);
         let map = FlipMap {
             size: (320, 180),
             errors: (0..320 * 180).map(|at| at as f32 / 57599.0).collect(),
@@ -207,10 +207,10 @@ pub(super) mod tests {
 
     #[test]
     fn pictures_without_colours_are_none_and_empty_ones_empty() {
-        let mut picture = LayeredPicture::of_pixels((1, 1), ValueRange::Light, &[[0.0; 4]]);
+        let mut picture = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.0; 4]]);
         picture.channels.retain(|channel| channel.name == "A");
         assert_eq!(EncodedImage::new(&picture), None);
-        let empty = LayeredPicture::of_pixels((0, 0), ValueRange::Light, &[]);
+        let empty = Image::from_rgba((0, 0), ColorEncoding::Linear, &[]);
         assert_eq!(unpacked(&EncodedImage::new(&empty).unwrap().colors.unwrap(), 0), [[0; 3]; 0]);
     }
 }

@@ -69,12 +69,12 @@ fn leave_out(frame: &mut ReportedFrame) {
 mod tests {
     use super::super::FrameStatus;
     use super::*;
-    use crate::regression::{LayeredPicture, Preset, ValueRange, compare};
+    use crate::regression::{ColorEncoding, Image, Preset, compare};
 
     fn frame() -> ReportedFrame {
         let picture = |value: f32| {
             let pixel = |at: u32| [value, (at % 7) as f32 * 0.1, value * 2.0, 1.0];
-            LayeredPicture::of_pixels((24, 16), ValueRange::Light, &(0..384).map(pixel).collect::<Vec<_>>())
+            Image::from_rgba((24, 16), ColorEncoding::Linear, &(0..384).map(pixel).collect::<Vec<_>>())
         };
         let (actual, expected) = (picture(0.5), picture(0.25));
         let comparison = compare(&actual, &expected, &Preset::Visual.limits());

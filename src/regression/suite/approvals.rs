@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use super::super::{LayeredPicture, pixel_hash};
+use super::super::{Image, pixel_hash};
 use super::names::reference_path;
 use super::{Pending, PendingKind, Suite};
 use crate::error::{Error, Result};
@@ -38,7 +38,7 @@ impl Approval {
     pub fn is_done(&self, suite: &Suite) -> bool {
         let reference = reference_path(&suite.references, &self.name);
         match &self.hash {
-            Some(hash) => LayeredPicture::read(&reference).is_ok_and(|picture| pixel_hash(&picture) == *hash),
+            Some(hash) => Image::read(&reference).is_ok_and(|picture| pixel_hash(&picture) == *hash),
             None => !reference.exists(),
         }
     }
@@ -52,7 +52,7 @@ impl Approval {
             (None, PendingKind::Remove) => return Ok(None),
             (None, _) => "its removal was approved, but a picture waits",
             (Some(_), PendingKind::Remove) => "a picture was approved, but its removal waits",
-            (Some(hash), _) if pixel_hash(&LayeredPicture::read(&pending.file)?) == *hash => {
+            (Some(hash), _) if pixel_hash(&Image::read(&pending.file)?) == *hash => {
                 return Ok(None);
             }
             (Some(_), _) => "the picture that waits is another than the one that was approved",

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::super::{EncodedImage, FrameStatus, LayeredPicture, ReportedFrame};
+use super::super::{EncodedImage, FrameStatus, Image, ReportedFrame};
 use super::filter::Filter;
 use super::names::{ReferenceFile, image_name, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
@@ -85,7 +85,7 @@ fn without_shot(suite: &Suite, name: &str) -> ReportedFrame {
     let has_scene = scenes.iter().any(|scene| scene.exists() && !is_excluded(scene));
     let why = if has_scene { ", for a shot file names the scene of this name" } else { "" };
     let message = format!("no shot asks for this reference{why}");
-    let expected = LayeredPicture::read(&reference_path(&suite.references, name));
+    let expected = Image::read(&reference_path(&suite.references, name));
     let expected = expected.ok().as_ref().and_then(EncodedImage::new);
     ReportedFrame { expected, ..reported(name.to_owned(), None, FrameStatus::Orphaned, message) }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::{Comparison, LayeredPicture, compare};
+use super::super::{Comparison, Image, compare};
 use super::filter::Filter;
 use super::names::{ReferenceFile, pending_path, reference_files, reference_path, removal_path};
 use super::{Suite, SuiteShot};
@@ -150,8 +150,8 @@ pub fn reject(pending: &Pending) -> Result<()> {
 pub fn compare_pending(
     suite: &Suite,
     pending: &Pending,
-    actual: &LayeredPicture,
-    expected: &LayeredPicture,
+    actual: &Image,
+    expected: &Image,
 ) -> Result<Comparison> {
     let limits = pending.shot.as_ref().map_or(Ok(suite.limits), |shot| suite.limits_of(&shot.path))?;
     Ok(compare(actual, expected, &limits.limits))

@@ -5,8 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::super::{
-    Comparison, EncodedImage, FrameStatus, ImageBudget, LayeredPicture, Limits, ReportedFrame, compare,
-    pixel_hash,
+    Comparison, EncodedImage, FrameStatus, Image, ImageBudget, Limits, ReportedFrame, compare, pixel_hash,
 };
 use super::limits::PresetLimits;
 use super::names::{image_name, reference_path};
@@ -147,9 +146,9 @@ fn compared(
 ) -> Result<TestedFrame> {
     let reference = reference_path(&suite.references, &name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
-    let actual = LayeredPicture::decode(file, &bytes)?;
+    let actual = Image::decode(file, &bytes)?;
     let mut picture = if reference.exists() {
-        match LayeredPicture::read(&reference) {
+        match Image::read(&reference) {
             Ok(expected) => against_reference((name, frame), &actual, &expected, limits),
             Err(error) => reported(name, frame, FrameStatus::Different, error.to_string()),
         }
@@ -176,8 +175,8 @@ fn compared(
 
 fn against_reference(
     (name, frame): (String, Option<i64>),
-    actual: &LayeredPicture,
-    expected: &LayeredPicture,
+    actual: &Image,
+    expected: &Image,
     limits: &Limits,
 ) -> ReportedFrame {
     let mut comparison: Comparison = compare(actual, expected, limits);

@@ -6,7 +6,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::error::Result;
 use rayframe::frame::Frame;
-use rayframe::regression::{LayeredPicture, ValueRange};
+use rayframe::regression::{ColorEncoding, Image};
 use rayframe::scene::{AnimationTarget, NodeIndex, Scene};
 use rayframe::sequence::film_of;
 
@@ -25,8 +25,8 @@ pub(crate) struct Corruption {
     pub(crate) scene: &'static str,
     /// Whether a person would have to look for it.
     pub(crate) is_small: bool,
-    pub(crate) intact: LayeredPicture,
-    pub(crate) corrupted: LayeredPicture,
+    pub(crate) intact: Image,
+    pub(crate) corrupted: Image,
 }
 
 /// What is done to pixels, row by row.
@@ -63,21 +63,21 @@ pub(crate) fn all(scenes: &Path) -> Result<Vec<Corruption>> {
         for (name, is_small, change) in CHANGES {
             let mut pixels = intact.rgba().unwrap_or_default();
             change(&mut pixels);
-            let corrupted = LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels).as_halves();
+            let corrupted = Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels).rounded_to_halves();
             corruptions.push(Corruption { name, scene, is_small, intact: intact.clone(), corrupted });
         }
     }
     Ok(corruptions)
 }
 
-fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<LayeredPicture> {
+fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<Image> {
     let path = scenes.join(scene).with_extension("gltf");
     let overrides = [format!("resolution={}x{}", SIZE.0, SIZE.1), format!("samples={SAMPLES}")];
     let mut job = shot_job(&ShotRequest { path: &path, suite: None, overrides: &overrides })?.sequence;
     edit(&mut job.scene);
     let frame = Frame::at(&job.scene, &job.selection, TIME_SECONDS);
     let (film, _) = film_of(&job, &frame, &job.render, &CancelFlag::new())?;
-    Ok(LayeredPicture::of_film(&film).as_halves())
+    Ok(film.to_image().rounded_to_halves())
 }
 
 /// The third ball is the fifth node.

@@ -1,6 +1,6 @@
 //! Pictures as displays show them, and noise.
 
-use rayframe::regression::{LayeredPicture, ValueRange};
+use rayframe::regression::{ColorEncoding, Image};
 
 /// Linear light as sRGB, beyond 1 by the same rule.
 fn srgb_from_linear(light: f32) -> f32 {
@@ -18,12 +18,12 @@ pub(crate) fn changed_on_display(light: f32, change: impl Fn(f32) -> f32) -> f32
 }
 
 /// As a PNG file of eight bits holds it, without a tone curve.
-pub(crate) fn display(picture: &LayeredPicture) -> LayeredPicture {
+pub(crate) fn display(picture: &Image) -> Image {
     let eight_bits = |value: f32| (srgb_from_linear(value.clamp(0.0, 1.0)) * 255.0 + 0.5).floor() / 255.0;
     let pixels = picture.rgba().unwrap_or_default().into_iter().map(|[r, g, b, a]| {
         [eight_bits(r), eight_bits(g), eight_bits(b), (a.clamp(0.0, 1.0) * 255.0 + 0.5).floor() / 255.0]
     });
-    LayeredPicture::of_pixels(picture.size, ValueRange::Display, &pixels.collect::<Vec<_>>())
+    Image::from_rgba(picture.size(), ColorEncoding::Srgb, &pixels.collect::<Vec<_>>())
 }
 
 /// A number from the normal distribution, by Box and Muller from two hashes of `seed`.

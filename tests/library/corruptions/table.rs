@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use rayframe::error::Result;
-use rayframe::regression::{ChannelValues, Comparison, LayeredPicture, Preset, compare};
+use rayframe::regression::{Comparison, Image, Preset, Samples, compare};
 
 use super::corruption::{Corruption, all};
 use super::images::display;
@@ -43,7 +43,7 @@ pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-fn row(corruption: &Corruption, kind: &'static str, pictures: &[LayeredPicture; 2], idiff_share: f64) -> Row {
+fn row(corruption: &Corruption, kind: &'static str, pictures: &[Image; 2], idiff_share: f64) -> Row {
     let [corrupted, intact] = pictures;
     Row {
         corruption: corruption.name,
@@ -56,10 +56,10 @@ fn row(corruption: &Corruption, kind: &'static str, pictures: &[LayeredPicture; 
     }
 }
 
-fn share_beyond([a, b]: &[LayeredPicture; 2], limit: f32) -> f64 {
-    let mut is_beyond = vec![false; a.size.0 as usize * a.size.1 as usize];
+fn share_beyond([a, b]: &[Image; 2], limit: f32) -> f64 {
+    let mut is_beyond = vec![false; a.data_window.pixel_count()];
     for (a, b) in a.channels.iter().zip(&b.channels) {
-        if let (ChannelValues::Numbers(a), ChannelValues::Numbers(b)) = (&a.values, &b.values) {
+        if let (Samples::Float(a), Samples::Float(b)) = (&a.samples, &b.samples) {
             for (beyond, (a, b)) in is_beyond.iter_mut().zip(a.iter().zip(b)) {
                 *beyond |= (a - b).abs() > limit;
             }

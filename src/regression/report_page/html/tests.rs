@@ -8,15 +8,15 @@ use super::super::{
     EncodedImage, FolderSummary, FrameCommands, FrameStatus, IMAGE_BUDGET_BYTES, ReportedFrame, ReportedShot,
 };
 use super::*;
-use crate::regression::{LayeredPicture, Preset, ValueRange, compare};
+use crate::regression::{ColorEncoding, Image, Preset, compare};
 
 const SIZE: (u32, u32) = (24, 16);
 const NASTY: &str = "</script><!--<script>alert('1')&\"\u{2028}";
 
-fn picture(value: f32) -> LayeredPicture {
+fn picture(value: f32) -> Image {
     let pixel = |at: u32| [value, (at % 7) as f32 * 0.1, value * 2.0, 1.0];
     let pixels: Vec<_> = (0..SIZE.0 * SIZE.1).map(pixel).collect();
-    LayeredPicture::of_pixels(SIZE, ValueRange::Light, &pixels)
+    Image::from_rgba(SIZE, ColorEncoding::Linear, &pixels)
 }
 
 fn frame(name: &str, frame: i64, value: f32) -> ReportedFrame {

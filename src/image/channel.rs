@@ -1,0 +1,151 @@
+//! Named channels of samples.
+
+use std::borrow::Cow;
+
+use half::f16;
+
+/// Name of the layer that holds the channels R, G, B and A.
+pub const BEAUTY: &str = "beauty";
+
+/// Samples of one channel, row-major, top row first.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// 16-bit floating point.
+    Half(Vec<f16>),
+    /// 32-bit floating point.
+    Float(Vec<f32>),
+    /// 32-bit unsigned integers, used for ids.
+    Uint(Vec<u32>),
+}
+
+impl Samples {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Half(samples) => samples.len(),
+            Self::Float(samples) => samples.len(),
+            Self::Uint(samples) => samples.len(),
+        }
+    }
+
+    /// Whether there are no samples.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Floating-point samples as 32-bit floats, which hold every half exactly; `None` for ids.
+    pub fn floats(&self) -> Option<Cow<'_, [f32]>> {
+        match self {
+            Self::Half(samples) => Some(samples.iter().map(|sample| sample.to_f32()).collect()),
+            Self::Float(samples) => Some(Cow::Borrowed(samples)),
+            Self::Uint(_) => None,
+        }
+    }
+
+    /// The same values with halves widened to floats.
+    #[must_use]
+    pub fn widened(self) -> Self {
+        match self {
+            Self::Half(samples) => Self::Float(samples.into_iter().map(f16::to_f32).collect()),
+            samples => samples,
+        }
+    }
+}
+
+/// One channel of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Name as in an EXR file, such as `R` or `normal.X`; up to 31 bytes of ASCII, which every reader accepts.
+    pub name: String,
+    /// One sample a pixel.
+    pub samples: Samples,
+}
+
+/// Name of the layer of a channel.
+///
+/// An OpenEXR layer is the part of a channel's name before the last dot. The names of this program's AOVs are recognised
+/// besides: `R`, `G`, `B` and `A` are [`BEAUTY`], `Z` is `depth`, and the ranks of a Cryptomatte are one layer.
+pub fn layer_of(channel: &str) -> &str {
+    match (channel, channel.rsplit_once('.')) {
+        ("R" | "G" | "B" | "A" | "Y" | "RY" | "BY", _) => BEAUTY,
+        ("Z", _) => "depth",
+        (_, Some(("forward" | "backward", _))) => "motion",
+        (_, Some((layer, _))) if layer.starts_with("crypto_") => {
+            layer.trim_end_matches(|character: char| character.is_ascii_digit())
+        }
+        (_, Some((layer, _))) => layer,
+        (name, None) => name,
+    }
+}
+
+/// The nearest half. Values beyond ±65504 become ±65504, NaN becomes 0, and −0 becomes 0.
+pub fn half_from_f32(value: f32) -> f16 {
+    if value.is_nan() {
+        return f16::ZERO;
+    }
+    let half = f16::from_f32(value.clamp(-65504.0, 65504.0));
+    if half == f16::ZERO { f16::ZERO } else { half }
+}
+
+/// The value as float channels store it: infinities become the largest floats, NaN becomes 0, and −0 becomes 0.
+pub fn finite_f32(value: f32) -> f32 {
+    if value.is_nan() || value == 0.0 { 0.0 } else { value.clamp(f32::MIN, f32::MAX) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_finite_and_have_one_zero() {
+        // 65504 is the largest half; 65520 and up would round to infinity.
+        for (value, expected) in [
+            (0.1, 0.099_975_586),
+            (70000.0, 65504.0),
+            (f32::INFINITY, 65504.0),
+            (f32::NEG_INFINITY, -65504.0),
+            (f32::NAN, 0.0),
+        ] {
+            assert_eq!(half_from_f32(value).to_f32(), expected);
+        }
+        assert_eq!(half_from_f32(-0.0).to_bits(), 0);
+        assert_eq!(half_from_f32(-1e-12).to_bits(), 0);
+    }
+
+    #[test]
+    fn floats_are_finite_and_have_one_zero() {
+        for (value, expected) in [
+            (0.1, 0.1),
+            (1e30, 1e30),
+            (f32::INFINITY, f32::MAX),
+            (f32::NEG_INFINITY, f32::MIN),
+            (f32::NAN, 0.0),
+        ] {
+            assert_eq!(finite_f32(value), expected);
+        }
+        assert_eq!(finite_f32(-0.0).to_bits(), 0);
+    }
+
+    #[test]
+    fn halves_widen_exactly_and_ids_are_no_floats() {
+        let halves = Samples::Half(vec![f16::from_f32(0.5), f16::MAX]);
+        assert_eq!(halves.floats().unwrap(), [0.5, 65504.0].as_slice());
+        assert_eq!(halves.widened(), Samples::Float(vec![0.5, 65504.0]));
+        assert_eq!(Samples::Uint(vec![1]).floats(), None);
+    }
+
+    #[test]
+    fn channels_belong_to_layers() {
+        for (channel, layer) in [
+            ("A", "beauty"),
+            ("Z", "depth"),
+            ("normal.X", "normal"),
+            ("backward.v", "motion"),
+            ("crypto_object02.A", "crypto_object"),
+            ("node_id", "node_id"),
+            ("View.Combined.R", "View.Combined"),
+        ] {
+            assert_eq!(layer_of(channel), layer);
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Images from files of any supported format, and to EXR files of values alone.
+
+use std::path::Path;
+
+use half::f16;
+
+use super::{
+    ExrCompression, FrameAttributes, decode_exr, decode_png_values, encode_exr, read_environment,
+    write_atomically,
+};
+use crate::error::{Error, Result};
+use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, half_from_f32, layer_of};
+
+/// Most memory that a decoded image may take.
+const MAX_MEMORY_BYTES: u64 = 4 << 30;
+
+impl Image {
+    /// Reads an OpenEXR, PNG or Radiance file. Its first bytes tell the format. Channels are sorted by name, and halves are
+    /// widened to floats.
+    ///
+    /// # Errors
+    /// [`Error::Missing`] when the file cannot be read, [`Error::Invalid`] when it is damaged or of another format,
+    /// [`Error::Refused`] when it would take too much memory.
+    pub fn read(path: &Path) -> Result<Self> {
+        Self::decode(path, &std::fs::read(path).map_err(Error::missing(path))?)
+    }
+
+    /// Decodes `bytes` as [`Image::read`] does; errors name `path`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] and [`Error::Refused`] as of [`Image::read`].
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Self> {
+        if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            return from_exr(path, bytes);
+        }
+        if bytes.starts_with(b"\x89PNG") {
+            let image = decode_png_values(path, bytes, MAX_MEMORY_BYTES)?;
+            return Ok(Self::from_rgba(image.size, ColorEncoding::Srgb, &image.pixels));
+        }
+        if bytes.starts_with(b"#?") {
+            let image = read_environment(path, bytes, MAX_MEMORY_BYTES)?;
+            let pixels: Vec<_> = image.pixels.iter().map(|[r, g, b]| [*r, *g, *b, 1.0]).collect();
+            return Ok(Self::from_rgba((image.width, image.height), ColorEncoding::Linear, &pixels));
+        }
+        if bytes.starts_with(b"version https://git-lfs") {
+            return Err(Error::invalid(path, "", "is a Git LFS pointer, not an image; run git lfs pull"));
+        }
+        Err(Error::invalid(path, "", "is neither an OpenEXR, a PNG nor a Radiance .hdr file"))
+    }
+
+    /// Writes an OpenEXR file of scene-linear light: colours as halves, ids as integers, everything else as floats. Creates
+    /// missing folders.
+    ///
+    /// The file has no attributes that depend on time, place or settings, so that it changes only when its values do.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] or [`Error::WriteFailed`].
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let mut image = self.clone().into_linear();
+        image.channels = image.channels.into_iter().map(stored_channel).collect();
+        let bytes = encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown())?;
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
+                path: folder.to_owned(),
+                message: error.to_string(),
+            })?;
+        }
+        write_atomically(path, &bytes)
+    }
+}
+
+fn from_exr(path: &Path, bytes: &[u8]) -> Result<Image> {
+    let mut image = decode_exr(path, bytes, MAX_MEMORY_BYTES)?;
+    for channel in &mut image.channels {
+        let samples = std::mem::replace(&mut channel.samples, Samples::Uint(Vec::new()));
+        channel.samples = samples.widened();
+    }
+    image.channels.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(image)
+}
+
+/// The channel with colours as halves. Values that are not finite stay so.
+fn stored_channel(channel: Channel) -> Channel {
+    let is_color = layer_of(&channel.name) == BEAUTY;
+    let half = |value: f32| if value.is_finite() { half_from_f32(value) } else { f16::from_f32(value) };
+    let samples = match channel.samples {
+        Samples::Float(values) if is_color => Samples::Half(values.into_iter().map(half).collect()),
+        samples => samples.widened(),
+    };
+    Channel { name: channel.name, samples }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image::PixelWindow;
+
+    const WINDOW: PixelWindow = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
+
+    #[test]
+    fn channels_of_all_types_are_read_with_their_window() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.exr");
+        let half = f16::from_f32;
+        let image = Image {
+            display_window: PixelWindow::full(6, 5),
+            data_window: WINDOW,
+            encoding: ColorEncoding::Linear,
+            channels: vec![
+                Channel { name: "object_id".into(), samples: Samples::Uint(vec![7, u32::MAX]) },
+                Channel { name: "R".into(), samples: Samples::Half(vec![half(0.5), half(f32::NAN)]) },
+                Channel { name: "Z".into(), samples: Samples::Float(vec![1.5, f32::INFINITY]) },
+            ],
+        };
+        let bytes = encode_exr(image, ExrCompression::Zip, &FrameAttributes::unknown()).unwrap();
+        std::fs::write(&path, bytes).unwrap();
+        let back = Image::read(&path).unwrap();
+        assert_eq!((back.display_window, back.data_window), (PixelWindow::full(6, 5), WINDOW));
+        assert_eq!(back.layers(), [BEAUTY, "depth", "object_id"]);
+        assert_eq!(back.channels[1].samples, Samples::Float(vec![1.5, f32::INFINITY]));
+        assert_eq!(back.channels[2].samples, Samples::Uint(vec![7, u32::MAX]));
+        assert!(back.colors().is_none());
+        std::fs::write(&path, "hello").unwrap();
+        assert_eq!(Image::read(&path).unwrap_err().exit_code(), 65);
+    }
+
+    #[test]
+    fn a_written_image_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("below/a.exr");
+        let pixels = [[0.5, 0.25, f32::INFINITY, 1.0], [2.0, 65504.0, 0.0, 0.5]];
+        let mut image = Image::from_rgba((2, 1), ColorEncoding::Linear, &pixels);
+        (image.display_window, image.data_window) = (PixelWindow::full(6, 3), WINDOW);
+        // A float that no half holds, and an id.
+        let depth = Samples::Float(vec![0.1, f32::INFINITY]);
+        image.channels.push(Channel { name: "Z".to_owned(), samples: depth });
+        let ids = Samples::Uint(vec![7, u32::MAX]);
+        image.channels.push(Channel { name: "node_id".to_owned(), samples: ids });
+        image.write(&path).unwrap();
+        assert_eq!(Image::read(&path).unwrap(), image);
+        // The sRGB value 0.5 is 0.2140 of linear light.
+        let display = Image::from_rgba((1, 1), ColorEncoding::Srgb, &[[0.5, 0.5, 0.5, 0.5]]);
+        display.write(&path).unwrap();
+        let [[red, .., alpha]] = Image::read(&path).unwrap().rgba().unwrap()[..] else { panic!() };
+        assert!((red - 0.2140 * 0.5).abs() < 1e-4 && alpha == 0.5, "{red} {alpha}");
+    }
+}

@@ -1,0 +1,84 @@
+//! Decoding of OpenEXR images to interleaved RGBA pixels.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::image::read::read;
+use exr::image::{AnyChannels, FlatSamples, Image as ExrImage, Layer};
+use exr::meta::header::Header;
+use exr::prelude::{ReadChannels as _, ReadLayers as _};
+
+use crate::error::{Error, over_limit};
+use crate::image::RgbaImage;
+
+/// Decodes the data window of the first flat part of `bytes`, the content of the file `path`. The part must have the
+/// channels R, G and B, or Y, of any numeric type. Alpha is 1 without a channel A.
+///
+/// # Errors
+/// [`Error::Invalid`] when there is no such part; [`Error::Refused`] when the pixels would take more than
+/// `max_memory_bytes`.
+pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<RgbaImage, Error> {
+    check_memory(path, bytes, max_memory_bytes)?;
+    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+}
+
+/// Refuses a file whose pixels would take more than `max_memory_bytes`. Reads its header alone.
+pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
+    let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
+    if needed > u128::from(max_memory_bytes) {
+        let message = format!(
+            "decoding it needs up to {}; raise --max-memory",
+            over_limit(needed, max_memory_bytes.into())
+        );
+        return Err(Error::refused(path, "", message));
+    }
+    Ok(())
+}
+
+fn decode(bytes: &[u8]) -> Result<RgbaImage, String> {
+    let layer = &read_first_part(bytes)?.layer_data;
+    Ok(RgbaImage { size: (layer.size.0 as u32, layer.size.1 as u32), pixels: rgba(layer)? })
+}
+
+/// The first flat part with all its channels and attributes.
+pub(super) fn read_first_part(bytes: &[u8]) -> Result<ExrImage<Layer<AnyChannels<FlatSamples>>>, String> {
+    read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| format!("not a readable OpenEXR file: {error}"))
+}
+
+/// Memory that decoding needs, from the header alone, so that a false size costs nothing.
+fn decoded_bytes(bytes: &[u8]) -> Result<u128, String> {
+    let reader = exr::block::read(Cursor::new(bytes), false)
+        .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
+    let needed = |header: &Header| {
+        let (width, height) = (header.layer_size.0 as u128, header.layer_size.1 as u128);
+        // At most four bytes a sample while decoding, and sixteen a pixel in the result.
+        width * height * (header.channels.list.len() as u128 * 4 + 16)
+    };
+    Ok(reader.headers().iter().map(needed).sum())
+}
+
+fn rgba(layer: &Layer<AnyChannels<FlatSamples>>) -> Result<Vec<[f32; 4]>, String> {
+    let channels = &layer.channel_data.list;
+    let named = |name: &str| channels.iter().find(|channel| channel.name.eq_case_insensitive(name));
+    let [r, g, b] = ["R", "G", "B"].map(|name| named(name).or_else(|| named("Y")));
+    let (Some(r), Some(g), Some(b)) = (r, g, b) else {
+        let names: Vec<_> = channels.iter().map(|channel| channel.name.to_string()).collect();
+        return Err(format!("has the channels {}, but R, G, B or Y are needed", names.join(", ")));
+    };
+    let mut pixels = vec![[0.0, 0.0, 0.0, 1.0]; layer.size.0 * layer.size.1];
+    for (component, channel) in [Some(r), Some(g), Some(b), named("A")].into_iter().enumerate() {
+        let Some(channel) = channel else { continue };
+        for (pixel, value) in pixels.iter_mut().zip(channel.sample_data.values_as_f32()) {
+            pixel[component] = value;
+        }
+    }
+    Ok(pixels)
+}

@@ -1,0 +1,58 @@
+//! Inspection of a frame's EXR file: whether it is complete, and what it was rendered from.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::Header;
+
+use super::exr_attributes::RENDER_HASH;
+use crate::image::PixelWindow;
+
+/// Facts about a complete frame on disk.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StoredFrame {
+    /// Hash of the scene, the settings and the version that it was rendered from; `None` in files of other programs.
+    pub render_hash: Option<String>,
+    /// Columns and rows of the whole image.
+    pub size: (u32, u32),
+    /// The pixels that the file holds, relative to the whole image.
+    pub data_window: PixelWindow<i64>,
+}
+
+/// Inspects the EXR file at `path`: its header, its table of offsets and all its chunks must be there. Pixels are not decoded.
+///
+/// # Errors
+/// One line that says what is missing or wrong.
+pub fn inspect_exr(path: &Path) -> Result<StoredFrame, String> {
+    let file = File::open(path).map_err(|error| error.to_string())?;
+    let reader = exr::block::read(BufReader::new(file), true).map_err(|error| error.to_string())?;
+    let header = reader.headers().first().ok_or("the file holds no image")?;
+    let stored = stored_frame(header);
+    for chunk in reader.all_chunks(true).map_err(|error| error.to_string())? {
+        chunk.map_err(|error| error.to_string())?;
+    }
+    Ok(stored)
+}
+
+fn stored_frame(header: &Header) -> StoredFrame {
+    let display = header.shared_attributes.display_window;
+    let position = header.own_attributes.layer_position;
+    let hash = header.own_attributes.other.get(&Text::from(RENDER_HASH));
+    let x0 = i64::from(position.0) - i64::from(display.position.0);
+    let y0 = i64::from(position.1) - i64::from(display.position.1);
+    let (width, height) = (header.layer_size.0 as i64, header.layer_size.1 as i64);
+    StoredFrame {
+        render_hash: hash.and_then(text),
+        size: (display.size.0 as u32, display.size.1 as u32),
+        data_window: PixelWindow { x0, y0, x1: x0 + width, y1: y0 + height },
+    }
+}
+
+fn text(value: &AttributeValue) -> Option<String> {
+    match value {
+        AttributeValue::Text(text) => Some(text.to_string()),
+        _ => None,
+    }
+}

@@ -46,7 +46,7 @@ impl Bvh {
 
     /// Closest hit of `ray` after `after`, with either side of any triangle. `filter` accepts or rejects hits with filtered
     /// triangles and is not called for others.
-    pub fn closest_surface(
+    pub fn closest_hit_of_any_side(
         &self,
         ray: &Ray,
         after: Option<HitOrder>,

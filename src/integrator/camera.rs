@@ -103,7 +103,7 @@ impl CameraRays {
     }
 
     /// The path of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
-    pub fn state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
+    pub fn ray_state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
         RayState {
             time_seconds: self.time_seconds,
             differential: self.differential(ray),
@@ -112,7 +112,7 @@ impl CameraRays {
             weight: Vec3::ONE,
             kind: RayKind::Camera,
             channels: ColorChannels::White,
-            part: None,
+            light_pass: None,
             depth: 0,
             sample,
             seed,

@@ -1,25 +1,25 @@
-//! How light came to the eye: the parts that a picture can be taken apart into.
+//! Light passes: the parts of a pixel's light by the way it took to the camera.
 
-/// How light came to the eye. What the camera sees last decides: each bit of a pixel's light is in exactly one part, so that
-/// they sum to its colour.
+/// A part of a pixel's light, by the first surface that the camera sees. Each contribution is in exactly one pass, so that
+/// the passes sum to the colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LightPass {
-    /// Given off by the first surface, unlit ones included.
+    /// Emitted by the first surface, unlit materials included.
     Emission,
-    /// From lamps, scattered by the first surface.
+    /// From punctual lights and the environment's key light, scattered by the first surface.
     Direct,
-    /// From the environment, scattered by the first surface or seen by itself behind the scene.
+    /// From the environment, scattered by the first surface or seen directly as the background.
     Environment,
-    /// By mirror rays of the first surface, whatever they met.
+    /// Found by mirror rays of the first surface, whatever they hit.
     Reflection,
-    /// By rays through the first surface where it is glass, whatever they met.
+    /// Found by refraction rays of the first surface, whatever they hit.
     Refraction,
-    /// By whatever is seen behind a see-through first surface (alpha, not glass).
+    /// From everything beyond a transparent first surface (by alpha, not by transmission).
     Transparency,
 }
 
 impl LightPass {
-    /// All parts, in the order of their subscripts.
+    /// All passes, in the order of their indices.
     pub const ALL: [Self; 6] = [
         Self::Emission,
         Self::Direct,
@@ -29,12 +29,12 @@ impl LightPass {
         Self::Transparency,
     ];
 
-    /// Its subscript in [`LightPasses`].
-    pub fn subscript(self) -> usize {
+    /// Index of the pass in [`LightPasses`].
+    pub fn index(self) -> usize {
         self as usize
     }
 
-    /// As layers are called.
+    /// Name of the AOV of the pass in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Emission => "emission",
@@ -55,9 +55,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn subscripts_follow_the_list() {
-        for (subscript, part) in LightPass::ALL.into_iter().enumerate() {
-            assert_eq!(part.subscript(), subscript);
+    fn indices_follow_the_list() {
+        for (index, light_pass) in LightPass::ALL.into_iter().enumerate() {
+            assert_eq!(light_pass.index(), index);
         }
     }
 }

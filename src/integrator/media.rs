@@ -208,7 +208,12 @@ fn misses(bounds: &Aabb, origin: DVec3, direction: DVec3) -> bool {
 }
 
 fn next_surface(view: SceneView<'_>, ray: &Ray, after: Option<HitOrder>) -> Option<Hit> {
-    view.bvh.closest_surface(ray, after, |hit| alpha_at(view, hit) > 0.0, &mut TraversalCounters::default())
+    view.bvh.closest_hit_of_any_side(
+        ray,
+        after,
+        |hit| alpha_at(view, hit) > 0.0,
+        &mut TraversalCounters::default(),
+    )
 }
 
 /// How often a ray passes the surface of one volume.

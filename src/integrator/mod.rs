@@ -26,5 +26,5 @@ pub use media::{MediaStack, Medium, VolumeId};
 pub use random::{R2, Seed};
 pub use ray_state::{RayKind, RayState};
 pub use settings::{GlassShadows, IntegratorSettings, LightSize};
-pub use shadow::PASS_THROUGH_LIMIT;
+pub use shadow::TRANSPARENCY_LIMIT;
 pub use statistics::IntegratorStatistics;

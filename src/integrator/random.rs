@@ -1,36 +1,35 @@
-//! Numbers that look random and are a function of pixel, time, sample and purpose, so that pictures do not depend on the order of
-//! work.
+//! Random numbers as a pure function of pixel, time, sample and purpose, so that images do not depend on the order of work.
 //!
-//! Samples of a pixel are the points of one sequence of low discrepancy (Roberts, "The Unreasonable Effectiveness of Quasirandom
-//! Sequences", 2018: R₂), turned around the unit square by a hash of the pixel and the purpose (Cranley and Patterson,
-//! "Randomization of Number Theoretic Methods for Multiple Integration", 1976). Plain Whitted pictures ask for none.
+//! The samples of a pixel are points of one low-discrepancy sequence (R₂ of Roberts, "The Unreasonable Effectiveness of Quasirandom
+//! Sequences", 2018). The sequence is rotated around the unit square by a hash of pixel and purpose (Cranley and Patterson,
+//! "Randomization of Number Theoretic Methods for Multiple Integration", 1976). Plain Whitted images use no random numbers.
 
 use glam::Vec2;
 
 /// The steps of R₂ along both axes: 2³² over the plastic number, and over its square.
 pub const R2: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
-/// Stands for a branch of a sample.
+/// Seed of the random numbers of one ray.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Seed {
-    /// Tells pixels, times and branches apart.
+    /// Hash of pixel, time and the chain of child rays.
     stream: u32,
-    /// Counts the samples of a stream.
+    /// Index of the sample in its stream.
     index: u32,
 }
 
-/// What numbers are for; each purpose has its own.
+/// The decision that a random number is for. Each purpose has its own numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// The point of the lens.
+    /// The point on the lens.
     Lens,
-    /// The point of the light with this subscript.
+    /// The point on the light with this index.
     Light(u32),
-    /// The direction in a rough mirror's lobe.
+    /// The direction in a rough reflection lobe.
     Reflection,
-    /// The direction in a frosted surface's lobe.
+    /// The direction in a rough transmission lobe.
     Refraction,
-    /// The direction in a rough coat's lobe.
+    /// The direction in the lobe of a rough coat.
     Coat,
 }
 
@@ -41,7 +40,7 @@ impl Purpose {
             Self::Reflection => 1,
             Self::Refraction => 2,
             Self::Coat => 3,
-            Self::Light(subscript) => 16 + subscript,
+            Self::Light(index) => 16 + index,
         }
     }
 }
@@ -49,29 +48,29 @@ impl Purpose {
 impl Seed {
     /// The seed of sample `index` of a pixel at a time.
     pub fn new((x, y): (u32, u32), time_seconds: f32, index: u32) -> Self {
-        Self { stream: mixed(mixed(mixed(time_seconds.to_bits()) ^ x) ^ y), index }
+        Self { stream: hash(hash(hash(time_seconds.to_bits()) ^ x) ^ y), index }
     }
 
-    /// The seed of the child `number` of `of` children for a purpose.
+    /// The seed of child ray `number` of `count` for a purpose.
     #[must_use]
-    pub fn child(self, purpose: Purpose, number: u32, of: u32) -> Self {
-        let stream = mixed(self.stream ^ mixed(purpose.number() + 1));
-        Self { stream, index: self.index.wrapping_mul(of).wrapping_add(number) }
+    pub fn child(self, purpose: Purpose, number: u32, count: u32) -> Self {
+        let stream = hash(self.stream ^ hash(purpose.number() + 1));
+        Self { stream, index: self.index.wrapping_mul(count).wrapping_add(number) }
     }
 
-    /// A point of the unit square.
+    /// A point in the unit square.
     pub fn point(self, purpose: Purpose) -> Vec2 {
-        let turn = mixed(self.stream ^ mixed(purpose.number()));
-        let along = |step: u32, turn: u32| {
-            let bits = self.index.wrapping_mul(step).wrapping_add(turn);
+        let rotation = hash(self.stream ^ hash(purpose.number()));
+        let coordinate = |step: u32, rotation: u32| {
+            let bits = self.index.wrapping_mul(step).wrapping_add(rotation);
             (bits >> 8) as f32 / (1 << 24) as f32
         };
-        Vec2::new(along(R2[0], turn), along(R2[1], mixed(turn)))
+        Vec2::new(coordinate(R2[0], rotation), coordinate(R2[1], hash(rotation)))
     }
 }
 
-/// A bijection of 32 bits that changes about half of them (Wellons, "Prospecting for Hash Functions", 2018).
-fn mixed(mut x: u32) -> u32 {
+/// A bijection of 32 bits that flips about half of them (Wellons, "Prospecting for Hash Functions", 2018).
+fn hash(mut x: u32) -> u32 {
     x = x.wrapping_add(0x9E37_79B9);
     x ^= x >> 16;
     x = x.wrapping_mul(0x21F0_AAAD);
@@ -111,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_over_pixels_is_the_middle() {
+    fn the_mean_over_pixels_is_the_center() {
         // 10 000 independent uniform numbers: standard deviation of the mean 0.0029.
         let points = (0..10_000).map(|i| Seed::new((i % 100, i / 100), 0.0, 0).point(Purpose::Lens));
         let mean = points.sum::<Vec2>() / 10_000.0;

@@ -27,7 +27,7 @@ pub struct RayState {
     /// The colour channels that the ray carries.
     pub channels: ColorChannels,
     /// The light pass that receives whatever the ray finds; `None` for camera rays, whose first surface decides.
-    pub part: Option<LightPass>,
+    pub light_pass: Option<LightPass>,
     /// Number of reflections and refractions before the ray.
     pub depth: u32,
     /// Index of the sample in its batch.

@@ -1,4 +1,4 @@
-//! What is left of light on its way to a surface.
+//! Transmittance of shadow rays: opaque surfaces, transparent surfaces, and the media in between.
 
 use std::cell::Cell;
 
@@ -14,30 +14,44 @@ use crate::interaction::{
     MaterialSample, RayDifferential, SurfacePoint, alpha_at, catches_shadows, surface_at,
 };
 
-/// See-through surfaces that one ray may pass.
-pub const PASS_THROUGH_LIMIT: u32 = 256;
+/// Transparent surfaces that one ray passes at most.
+pub const TRANSPARENCY_LIMIT: u32 = 256;
 
-/// How a surface stands in the way of light.
+/// How a surface occludes light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Blocking {
-    Solid,
-    SeeThrough,
+enum Occlusion {
+    Opaque,
+    Transparent,
     Absent,
 }
 
-/// Shadow rays of one kind, traced together.
+/// The light that a shadow ray lets through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct ShadowTransmittance {
+    /// Share of the light that arrives; 0 behind an opaque surface.
+    pub(super) transmittance: Vec3,
+    /// Whether the ray hits more than [`TRANSPARENCY_LIMIT`] transparent surfaces; it then counts as occluded.
+    pub(super) limit_reached: bool,
+}
+
+impl ShadowTransmittance {
+    /// An occluded ray.
+    const NONE: Self = Self { transmittance: Vec3::ZERO, limit_reached: false };
+}
+
+/// Shadow rays that are traced together.
 #[derive(Debug, Default)]
 pub(super) struct ShadowBatch {
     rays: Vec<Ray>,
     is_occluded: Vec<bool>,
-    /// Whether something see-through was met; known where nothing solid was.
+    /// Whether the ray hits a transparent surface; known for rays that hit no opaque one.
     is_tinted: Vec<Cell<bool>>,
-    /// What was met there.
+    /// The transparent surfaces of those rays.
     transparent_hits: TransparentHits,
 }
 
 impl ShadowBatch {
-    /// Adds a ray and gives its subscript.
+    /// Adds a ray and returns its index.
     pub(super) fn push(&mut self, ray: Ray) -> u32 {
         self.rays.push(ray);
         self.rays.len() as u32 - 1
@@ -48,40 +62,39 @@ impl ShadowBatch {
         self.rays.is_empty()
     }
 
-    /// Looks for solid surfaces along all rays.
+    /// Looks for opaque surfaces along all rays and collects the transparent ones.
     pub(super) fn trace(&mut self, context: &IntegratorContext<'_>, counters: &mut TraversalCounters) {
         let Self { rays, is_occluded, is_tinted, transparent_hits } = self;
         transparent_hits.clear();
         is_occluded.resize(rays.len(), false);
         is_tinted.clear();
         is_tinted.resize(rays.len(), Cell::new(false));
-        let solid = |index: usize, hit: &Hit| match blocking(context, hit) {
-            Blocking::Solid => true,
-            Blocking::SeeThrough => {
+        let solid = |index: usize, hit: &Hit| match occlusion(context, hit) {
+            Occlusion::Opaque => true,
+            Occlusion::Transparent => {
                 is_tinted[index].set(true);
                 transparent_hits.add(index, hit);
                 false
             }
-            Blocking::Absent => false,
+            Occlusion::Absent => false,
         };
         context.view.bvh.occluded_rays(rays, solid, is_occluded, counters);
         transparent_hits.sort(|index| !is_occluded[index]);
     }
 
-    /// The share of light along a ray, which starts in `media`, that arrives; zero where one solid surface is in between.
-    /// The flag is set where more see-through surfaces were met than are followed; the rest is then taken as dark.
+    /// The transmittance of a ray that starts in `media`.
     pub(super) fn transmittance(
         &self,
         context: &IntegratorContext<'_>,
         index: u32,
         media: MediaStack,
         counters: &mut TraversalCounters,
-    ) -> (Vec3, bool) {
+    ) -> ShadowTransmittance {
         let ray = &self.rays[index as usize];
         if self.is_occluded[index as usize] {
-            (Vec3::ZERO, false)
+            ShadowTransmittance::NONE
         } else if !self.is_tinted[index as usize].get() {
-            (Vec3::ONE, false)
+            ShadowTransmittance { transmittance: Vec3::ONE, limit_reached: false }
         } else if self.transparent_hits.is_overfull() {
             through_surfaces(context, ray, media, |after| next_surface(context, ray, after, counters))
         } else {
@@ -89,65 +102,68 @@ impl ShadowBatch {
         }
     }
 
-    /// Forgets all rays, not the memory.
+    /// Removes all rays and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.rays.clear();
     }
 }
 
-fn blocking(context: &IntegratorContext<'_>, hit: &Hit) -> Blocking {
+fn occlusion(context: &IntegratorContext<'_>, hit: &Hit) -> Occlusion {
     let alpha = alpha_at(context.view, hit);
     if alpha <= 0.0 || catches_shadows(context.view, hit) {
-        return Blocking::Absent;
+        return Occlusion::Absent;
     }
     let instance = context.view.frame.instance(hit.triangle);
     let glass = transmits(&context.view.frame.materials[instance.material.index()]);
     let clear_glass = glass && context.settings.glass_shadows == GlassShadows::Straight;
-    if alpha < 1.0 || clear_glass { Blocking::SeeThrough } else { Blocking::Solid }
+    if alpha < 1.0 || clear_glass { Occlusion::Transparent } else { Occlusion::Opaque }
 }
 
-/// The slow twin of what a batch collects: asks for one surface after the other.
+/// The next surface of a shadow ray, by a query of its own. Reference implementation of the collected hits, and the fallback
+/// where these are too many.
 fn next_surface(
     context: &IntegratorContext<'_>,
     ray: &Ray,
     after: Option<HitOrder>,
     counters: &mut TraversalCounters,
 ) -> Option<Hit> {
-    let there = |hit: &Hit| blocking(context, hit) != Blocking::Absent;
-    context.view.bvh.closest_surface(ray, after, there, counters)
+    let is_surface = |hit: &Hit| occlusion(context, hit) != Occlusion::Absent;
+    context.view.bvh.closest_hit_of_any_side(ray, after, is_surface, counters)
 }
 
-/// Multiplies what each see-through surface and the volumes between them leave, in order along the ray. `next` gives the
-/// first surface after another.
+/// Multiplies the transmittances of all transparent surfaces and of the media between them, in order along the ray. `next` returns
+/// the first surface after a given hit.
 fn through_surfaces(
     context: &IntegratorContext<'_>,
     ray: &Ray,
     mut media: MediaStack,
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
-) -> (Vec3, bool) {
+) -> ShadowTransmittance {
     let length = libm::sqrtf(ray.direction.dot(ray.direction));
-    let mut left = Vec3::ONE;
+    let mut transmittance = Vec3::ONE;
     let mut reached_t = ray.t_min;
     let mut after = None;
-    for _ in 0..PASS_THROUGH_LIMIT {
+    for _ in 0..TRANSPARENCY_LIMIT {
         let Some(hit) = next(after) else {
-            return (left * media.transmittance((ray.t_max - reached_t) * length), false);
+            transmittance *= media.transmittance((ray.t_max - reached_t) * length);
+            return ShadowTransmittance { transmittance, limit_reached: false };
         };
         after = Some(hit.order());
-        left *= media.transmittance((hit.t - reached_t) * length) * through_surface(context, ray, &hit);
+        transmittance *=
+            media.transmittance((hit.t - reached_t) * length) * through_surface(context, ray, &hit);
         if let Some(medium) = clear_medium(context, &hit) {
-            // A ray that began inside a volume without knowing shows it by leaving.
+            // A ray that started inside a volume unknowingly reveals it where it leaves.
             if hit.facing == Facing::Back && !media.holds(medium.volume) {
-                left *= medium.transmittance((hit.t - ray.t_min) * length);
+                transmittance *= medium.transmittance((hit.t - ray.t_min) * length);
             }
             media.cross(medium, hit.facing);
         }
         reached_t = hit.t;
-        if left == Vec3::ZERO {
-            return (left, false);
+        if transmittance == Vec3::ZERO {
+            return ShadowTransmittance::NONE;
         }
     }
-    (Vec3::ZERO, true)
+    ShadowTransmittance { transmittance: Vec3::ZERO, limit_reached: true }
 }
 
 fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit) -> Option<Medium> {
@@ -156,14 +172,16 @@ fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit) -> Option<Medium> {
     straight.then(|| context.interiors.medium(instance)).flatten()
 }
 
-/// (1 − α) + α · transmission · (1 − F) · base colour, times what a coat lets through. The way is not bent, so the Fresnel factor is always the one of
-/// entering: the same path backwards, and never total reflection.
+/// Transmittance of one surface: (1 − α) + α · transmission · (1 − F) · base colour, times the transmittance of its coat.
+///
+/// The ray is not bent, so F is always that of a ray that enters. This is F of the same path backwards, and there is no total
+/// reflection.
 fn through_surface(context: &IntegratorContext<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
     let alpha = alpha_at(context.view, hit);
     let (point, material) = surface_at(context.view, ray, hit, &RayDifferential::ZERO);
     let straight = context.settings.glass_shadows == GlassShadows::Straight;
     let glass = if straight && material.transmission > 0.0 {
-        // The direction of a stretch hardly changes how much passes.
+        // The direction of anisotropy hardly changes how much light passes.
         let material = MaterialSample { anisotropy: None, ..material };
         let bsdf = Bsdf::new(&material, 1.0, material.ior);
         let cosine = point.wo.dot(point.shading_normal);
@@ -191,10 +209,10 @@ mod tests {
     use crate::scene::Environment;
 
     #[test]
-    fn collected_surfaces_darken_as_those_found_one_by_one() {
+    fn collected_surfaces_equal_those_found_one_by_one() {
         for scene in ["material/nested_glass", "material/alpha_blend_stack", "material/glass_shadow"] {
             with_context(scene, &Environment::None, |context, camera| {
-                // Camera rays that end at some distance, in a fixed pattern, are as good as shadow rays.
+                // Camera rays of several lengths, in a fixed pattern, serve as shadow rays.
                 let (mut batch, mut counters) = (ShadowBatch::default(), TraversalCounters::default());
                 for index in 0..768_u32 {
                     let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
@@ -204,15 +222,18 @@ mod tests {
                 let mut tinted = 0;
                 for index in 0..768_u32 {
                     let ray = batch.rays[index as usize];
-                    let (left, _) = batch.transmittance(context, index, MediaStack::default(), &mut counters);
+                    let found = batch
+                        .transmittance(context, index, MediaStack::default(), &mut counters)
+                        .transmittance;
                     if batch.is_occluded[index as usize] {
-                        assert_eq!(left, Vec3::ZERO);
+                        assert_eq!(found, Vec3::ZERO);
                         continue;
                     }
                     let one_by_one = |after| next_surface(context, &ray, after, &mut counters);
-                    let (slow, _) = through_surfaces(context, &ray, MediaStack::default(), one_by_one);
-                    assert_eq!(left, slow, "{scene}: ray {index}");
-                    tinted += u32::from(left != Vec3::ONE);
+                    let reference =
+                        through_surfaces(context, &ray, MediaStack::default(), one_by_one).transmittance;
+                    assert_eq!(found, reference, "{scene}: ray {index}");
+                    tinted += u32::from(found != Vec3::ONE);
                 }
                 assert!(tinted > 10, "{scene}: {tinted}");
             });

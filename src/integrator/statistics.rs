@@ -20,7 +20,7 @@ pub struct IntegratorStatistics {
     /// Sample weight that the depth limit and the weight cut-off dropped, in units of whole samples.
     pub dropped_weight: f64,
     /// Rays whose chain of transparent surfaces reached its limit.
-    pub pass_through_limit_reached: u64,
+    pub transparency_limit_reached: u64,
     /// Seconds inside the hierarchy's batch queries, summed over threads. Single rays beyond transparent surfaces and the
     /// probes of surfaces that touch glass are not counted.
     pub query_seconds: f64,
@@ -37,7 +37,7 @@ impl IntegratorStatistics {
         self.nodes += other.nodes;
         self.triangles += other.triangles;
         self.dropped_weight += other.dropped_weight;
-        self.pass_through_limit_reached += other.pass_through_limit_reached;
+        self.transparency_limit_reached += other.transparency_limit_reached;
         self.query_seconds += other.query_seconds;
     }
 }

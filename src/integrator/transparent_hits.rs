@@ -1,52 +1,52 @@
-//! See-through surfaces along rays, all collected by one query instead of one query for each.
+//! Transparent surfaces along rays, collected by one occlusion query instead of one query for each surface.
 //!
-//! A query for anything solid asks its filter about every see-through surface on the way, in no order and once for
-//! each leaf that holds it. Where it finds nothing solid, what the filter saw is all there is.
+//! An occlusion query asks its filter about every transparent surface along the ray, in no order and once for each leaf that
+//! holds it. Where the query finds no opaque surface, the filter has seen all surfaces.
 
 use std::cell::{Cell, RefCell};
 use std::cmp::Ordering;
 
 use crate::bvh::{Hit, HitOrder};
 
-/// Most hits that are kept; beyond, they are fewer than were met.
-const LIMIT: usize = 1 << 16;
+/// Hits that are kept at most; further ones are dropped.
+const MAX_HITS: usize = 1 << 16;
 
-/// Hits of several rays.
+/// Transparent hits of several rays.
 #[derive(Debug, Default)]
 pub(super) struct TransparentHits {
-    /// By subscript of the ray, and along each ray once they are sorted.
+    /// By index of the ray and, once sorted, in order along each ray.
     hits: RefCell<Vec<(u32, Hit)>>,
     is_overfull: Cell<bool>,
 }
 
 impl TransparentHits {
-    /// Forgets all hits, not the memory.
+    /// Removes all hits and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.hits.get_mut().clear();
         self.is_overfull.set(false);
     }
 
-    /// Whether some hits found no room.
+    /// Whether hits were dropped.
     pub(super) fn is_overfull(&self) -> bool {
         self.is_overfull.get()
     }
 
-    /// Keeps a hit of ray `ray`; called from filters.
+    /// Adds a hit of ray `ray`; called from filters.
     pub(super) fn add(&self, ray: usize, hit: &Hit) {
         let mut hits = self.hits.borrow_mut();
-        if hits.len() < LIMIT { hits.push((ray as u32, *hit)) } else { self.is_overfull.set(true) }
+        if hits.len() < MAX_HITS { hits.push((ray as u32, *hit)) } else { self.is_overfull.set(true) }
     }
 
-    /// Sorts the hits of the rays that `counts` accepts and forgets the others.
-    pub(super) fn sort(&mut self, counts: impl Fn(usize) -> bool) {
+    /// Sorts the hits of the rays that `keeps` accepts and removes the others.
+    pub(super) fn sort(&mut self, keeps: impl Fn(usize) -> bool) {
         let hits = self.hits.get_mut();
-        hits.retain(|(ray, _)| counts(*ray as usize));
+        hits.retain(|(ray, _)| keeps(*ray as usize));
         hits.sort_unstable_by(|(ray_a, a), (ray_b, b)| {
             ray_a.cmp(ray_b).then(a.order().partial_cmp(&b.order()).unwrap_or(Ordering::Equal))
         });
     }
 
-    /// Steps along one ray of the sorted hits: each call gives the first hit after the one that it is told.
+    /// Steps along one ray of the sorted hits: each call returns the first hit after the given one.
     pub(super) fn along(&self, ray: u32) -> impl FnMut(Option<HitOrder>) -> Option<Hit> + '_ {
         let mut next = self.hits.borrow().partition_point(|(other, _)| *other < ray);
         move |after| {
@@ -55,7 +55,7 @@ impl TransparentHits {
                 && *other == ray
             {
                 next += 1;
-                // A triangle in several leaves is met several times.
+                // A triangle in several leaves is listed several times.
                 if after.is_none_or(|after| hit.order() > after) {
                     return Some(*hit);
                 }
@@ -76,9 +76,9 @@ mod tests {
 
     #[test]
     fn each_ray_steps_over_its_own_hits_once_in_order() {
-        let mut transparent_hits = TransparentHits::default();
-        // Ray 2: triangles 9 and 4 coincide, 4 is in two leaves; ray 1 does not count.
-        let met = [
+        let mut hits = TransparentHits::default();
+        // Ray 2: triangles 9 and 4 coincide, 4 is in two leaves. Ray 1 is not kept.
+        let all = [
             (2, hit(3.0, 7)),
             (0, hit(1.0, 1)),
             (2, hit(2.0, 9)),
@@ -86,19 +86,19 @@ mod tests {
             (2, hit(2.0, 4)),
             (2, hit(2.0, 4)),
         ];
-        for (ray, hit) in met {
-            transparent_hits.add(ray, &hit);
+        for (ray, hit) in all {
+            hits.add(ray, &hit);
         }
-        transparent_hits.sort(|ray| ray != 1);
+        hits.sort(|ray| ray != 1);
         let steps = |ray| {
-            let mut next = transparent_hits.along(ray);
+            let mut next = hits.along(ray);
             let mut after = None;
-            let mut primitives = Vec::new();
+            let mut triangles = Vec::new();
             while let Some(hit) = next(after) {
                 after = Some(hit.order());
-                primitives.push(hit.triangle);
+                triangles.push(hit.triangle);
             }
-            primitives
+            triangles
         };
         assert_eq!(steps(0), [1]);
         assert!(steps(1).is_empty() && steps(3).is_empty());
@@ -106,15 +106,15 @@ mod tests {
     }
 
     #[test]
-    fn too_many_hits_are_told() {
-        let mut transparent_hits = TransparentHits::default();
-        for i in 0..LIMIT {
-            transparent_hits.add(i, &hit(1.0, 0));
+    fn dropped_hits_are_reported() {
+        let mut hits = TransparentHits::default();
+        for i in 0..MAX_HITS {
+            hits.add(i, &hit(1.0, 0));
         }
-        assert!(!transparent_hits.is_overfull());
-        transparent_hits.add(0, &hit(2.0, 0));
-        assert!(transparent_hits.is_overfull());
-        transparent_hits.clear();
-        assert!(!transparent_hits.is_overfull());
+        assert!(!hits.is_overfull());
+        hits.add(0, &hit(2.0, 0));
+        assert!(hits.is_overfull());
+        hits.clear();
+        assert!(!hits.is_overfull());
     }
 }

@@ -10,8 +10,8 @@
 use glam::{Vec2, Vec3};
 
 use super::SurfacePoint;
+use crate::frame::Frame;
 use crate::geometry::Triangle;
-use crate::scene_view::SceneView;
 
 /// Derivatives of a ray by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,9 +39,9 @@ impl RayDifferential {
 
 impl SurfacePoint<'_> {
     /// Of the mirror ray; `arriving` belongs to the ray that met the surface.
-    pub fn reflected_differential(&self, view: SceneView<'_>, arriving: &RayDifferential) -> RayDifferential {
+    pub fn reflected_differential(&self, frame: &Frame, arriving: &RayDifferential) -> RayDifferential {
         let (incoming, normal) = (-self.wo, self.shading_normal);
-        let turns = self.normal_steps(view);
+        let turns = self.normal_steps(frame);
         // D' = D − 2 (D·N) N
         let direction = [0, 1].map(|axis| {
             let (step, turn) = (arriving.direction[axis], turns[axis]);
@@ -55,7 +55,7 @@ impl SurfacePoint<'_> {
     /// `relative_ior`; an unbent ray keeps its directions.
     pub fn refracted_differential(
         &self,
-        view: SceneView<'_>,
+        frame: &Frame,
         arriving: &RayDifferential,
         refracted: Vec3,
         relative_ior: f32,
@@ -64,7 +64,7 @@ impl SurfacePoint<'_> {
         if refracted == incoming {
             return RayDifferential { origin: self.position_steps, direction: arriving.direction };
         }
-        let turns = self.normal_steps(view);
+        let turns = self.normal_steps(frame);
         // D' = η D − μ N with μ = η (D·N) − D'·N
         let eta = 1.0 / relative_ior;
         let (cosine, cosine_behind) = (incoming.dot(normal), refracted.dot(normal));
@@ -79,8 +79,7 @@ impl SurfacePoint<'_> {
     }
 
     /// How the interpolated normal turns over the steps on the surface, on the side of the viewer; not at all on flat faces.
-    fn normal_steps(&self, view: SceneView<'_>) -> [Vec3; 2] {
-        let frame = view.frame;
+    fn normal_steps(&self, frame: &Frame) -> [Vec3; 2] {
         let [a, b, c] =
             self.corners.map(|corner| frame.vertices[self.instance.first_vertex + corner as usize].normal);
         if a == Vec3::ZERO || b == Vec3::ZERO || c == Vec3::ZERO {

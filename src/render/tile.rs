@@ -61,7 +61,8 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
 
     /// The same, which also records light by parts and coverage where they are asked for.
     pub(super) fn recording(self, request: AovFlags) -> Self {
-        let tracer = self.tracer.recording(SampleAovFlags { light: request.light, covers: request.coverage });
+        let tracer =
+            self.tracer.recording(SampleAovFlags { light: request.light, coverage: request.coverage });
         Self { tracer, request: AovFlags { centers: false, ..request }, ..self }
     }
 
@@ -129,7 +130,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
                 let position = Vec2::new(x as f32, y as f32) + set[sample % set.len()].offset;
                 let ray = self.camera.ray(position, seed);
                 let media = self.context.media_around_start(&ray);
-                let state = self.camera.state(&ray, media, subscript as u32, seed);
+                let state = self.camera.ray_state(&ray, media, subscript as u32, seed);
                 self.tracer.push(ray, state);
             }
             let values = self.tracer.trace(batch.len());
@@ -149,7 +150,7 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
             for (sample, light) in batch.zip(self.tracer.light_passes()) {
                 self.layers.add_light(place(sample), light);
             }
-            for cover in self.tracer.covers() {
+            for cover in self.tracer.coverage() {
                 self.layers.add_cover(place(first + cover.sample as usize), cover);
             }
         }

@@ -2,7 +2,7 @@
 
 use crate::bvh::BuildStatistics;
 use crate::error::{Error, Result, Warning};
-use crate::integrator::PASS_THROUGH_LIMIT;
+use crate::integrator::TRANSPARENCY_LIMIT;
 use crate::render::RenderStatistics;
 
 use super::{PlannedFrame, SequenceJob, Summary};
@@ -48,9 +48,9 @@ impl Notes {
                 job.selection.camera_label(&job.scene)
             ));
         }
-        if rays.integrator.pass_through_limit_reached > 0 {
+        if rays.integrator.transparency_limit_reached > 0 {
             notes.push(format!(
-                "some samples met more than {PASS_THROUGH_LIMIT} see-through surfaces; what lies behind them is missing"
+                "some samples met more than {TRANSPARENCY_LIMIT} see-through surfaces; what lies behind them is missing"
             ));
         }
         if tree.budget_reached {

@@ -279,7 +279,7 @@ impl RayReport {
             nodes_per_ray: per_ray(statistics.integrator.nodes),
             triangles_per_ray: per_ray(statistics.integrator.triangles),
             dropped_weight: statistics.integrator.dropped_weight,
-            pass_through_limit_reached: statistics.integrator.pass_through_limit_reached,
+            pass_through_limit_reached: statistics.integrator.transparency_limit_reached,
             non_finite_pixels: statistics.non_finite_pixels,
         }
     }

@@ -1,31 +1,32 @@
-//! The clear coat of a surface, seen by one ray: it reflects by itself and dims everything below it.
+//! The clear coat of a shaded surface: it reflects by its own lobe and dims everything below.
 
 use glam::{Mat3, Vec2, Vec3};
 
-use super::shading::{local_frame, mirror_direction, traced_share};
+use super::local_frame::{local_frame, mirror_direction};
+use super::traced_share::traced_share;
 use crate::bsdf::Coat;
 use crate::interaction::{ClearCoatSample, SurfacePoint};
 
-/// A coat with its place.
-pub(super) struct Coated {
+/// A coat seen by one ray, with its own shading frame.
+pub(super) struct CoatShading {
     coat: Coat,
     world_from_local: Mat3,
     wo: Vec3,
     geometric_normal: Vec3,
-    /// Mean of what the coat sends of uniform light.
+    /// Directional albedo of the coat.
     pub(super) albedo: f32,
-    /// Share of what lies below that shows.
+    /// Share of the light from below the coat that passes it.
     pub(super) transmittance: f32,
-    /// Where the coat's mirror ray goes.
+    /// Direction of the coat's mirror ray.
     pub(super) mirrored: Vec3,
     /// Share of the coat's lobe that rays follow.
     pub(super) traced_share: f32,
     pub(super) roughness: f32,
 }
 
-impl Coated {
-    /// `follows_rays` leaves nothing to lookups of the environment.
-    pub(super) fn new(sample: &ClearCoatSample, point: &SurfacePoint<'_>, follows_rays: bool) -> Self {
+impl CoatShading {
+    /// The coat at a point. Where `is_traced` is set, rays follow the whole lobe.
+    pub(super) fn new(sample: &ClearCoatSample, point: &SurfacePoint<'_>, is_traced: bool) -> Self {
         let coat = Coat::new(sample.factor, sample.roughness);
         let world_from_local = local_frame(sample.normal);
         let wo = world_from_local.transpose() * point.wo;
@@ -37,7 +38,7 @@ impl Coated {
             albedo: coat.albedo(wo.z),
             transmittance: coat.transmittance(wo.z),
             mirrored: mirror_direction(point.wo, sample.normal),
-            traced_share: if follows_rays { 1.0 } else { traced_share(sample.roughness) },
+            traced_share: if is_traced { 1.0 } else { traced_share(sample.roughness) },
             roughness: sample.roughness,
         }
     }
@@ -47,13 +48,13 @@ impl Coated {
         self.coat.is_smooth()
     }
 
-    /// A direction in the world that the coat reflects, and what it counts for.
+    /// Samples a reflected world-space direction and its weight.
     pub(super) fn sample_reflection(&self, u: Vec2) -> Option<(Vec3, f32)> {
-        let (wi, share) = self.coat.sample_reflection(self.wo, u)?;
-        Some(((self.world_from_local * wi).normalize(), share))
+        let (wi, weight) = self.coat.sample_reflection(self.wo, u)?;
+        Some(((self.world_from_local * wi).normalize(), weight))
     }
 
-    /// Scattered radiance by irradiance, cosine included, of light from `wi` in the world.
+    /// f · cos θ_i of the coat for light from the world-space direction `wi`.
     pub(super) fn scattered(&self, wi: Vec3) -> f32 {
         if wi.dot(self.geometric_normal) <= 0.0 {
             return 0.0;

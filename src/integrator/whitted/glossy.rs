@@ -1,18 +1,18 @@
-//! Several rays for a rough mirror or frosted glass (Cook 1984), where they are asked for: they follow the lobe, and nothing is
-//! left to the lookup of the environment.
+//! Several rays for a rough mirror, coat or frosted glass (Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984).
 //!
-//! The first surface of a path sends as many rays as are asked for, later ones one each: what is seen in a rough mirror is
-//! averaged by the rays that came from there.
+//! With glossy samples, sampled rays follow the whole lobe and the prefiltered environment is not looked up. The first surface of
+//! a path sends that many rays, later surfaces one each: the rays from the first surface average what later ones reflect.
 
-use super::Tracer;
-use super::shading::{Child, Shading};
+use super::secondary_rays::ChildRay;
+use super::shading::Shading;
+use super::tracer::Tracer;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
 use crate::integrator::{RayKind, RayState, Seed};
 
 impl Tracer<'_, '_> {
-    /// How many rays follow a rough lobe of a surface that `path` meets; 0 where rough lobes are looked up instead.
-    fn rays_a_lobe(&self, state: &RayState) -> u32 {
+    /// Number of rays that follow a rough lobe of a surface; 0 where the prefiltered environment is looked up instead.
+    fn glossy_rays(&self, state: &RayState) -> u32 {
         match self.context.settings.glossy_samples {
             0 => 0,
             samples if state.depth == 0 => samples,
@@ -20,62 +20,61 @@ impl Tracer<'_, '_> {
         }
     }
 
-    /// Follows the specular lobe; whether it is rough and rays are asked for.
+    /// Sends sampled rays along a rough specular lobe. Returns whether it did; a mirror ray follows all other lobes.
     pub(super) fn scatter_reflection(&mut self, shading: &Shading<'_, '_>) -> bool {
-        let rays = self.rays_a_lobe(shading.state);
+        let rays = self.glossy_rays(shading.state);
         if rays == 0 || shading.bsdf.is_smooth() {
             return false;
         }
         for seed in seeds(shading.state, Purpose::Reflection, rays) {
-            let drawn = shading.bsdf.sample_reflection(shading.wo, seed.point(Purpose::Reflection));
-            let Some((wi, share)) = drawn else { continue };
+            let sampled = shading.bsdf.sample_reflection(shading.wo, seed.point(Purpose::Reflection));
+            let Some((wi, lobe_weight)) = sampled else { continue };
             let direction = (shading.world_from_local * wi).normalize();
-            let weight = shading.weight_below * share / rays as f32;
+            let weight = shading.weight_below * lobe_weight / rays as f32;
             if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
-                self.send(shading, Child { ray, weight, kind: RayKind::Reflection, channels, seed });
+                self.send(shading, ChildRay { ray, weight, kind: RayKind::Reflection, channels, seed });
             }
         }
         true
     }
 
-    /// Follows the coat's lobe; whether it is rough and rays are asked for.
+    /// Sends sampled rays along the lobe of a rough coat. Returns whether it did.
     pub(super) fn scatter_coat(&mut self, shading: &Shading<'_, '_>) -> bool {
-        let rays = self.rays_a_lobe(shading.state);
+        let rays = self.glossy_rays(shading.state);
         let Some(coat) = shading.coat.as_ref().filter(|coat| rays > 0 && !coat.is_smooth()) else {
             return false;
         };
         for seed in seeds(shading.state, Purpose::Coat, rays) {
-            let Some((direction, share)) = coat.sample_reflection(seed.point(Purpose::Coat)) else {
-                continue;
-            };
-            let weight = shading.weight * (share / rays as f32);
+            let sampled = coat.sample_reflection(seed.point(Purpose::Coat));
+            let Some((direction, lobe_weight)) = sampled else { continue };
+            let weight = shading.weight * (lobe_weight / rays as f32);
             if direction.dot(shading.point.geometric_normal) > 0.0 && self.may_send(shading.state, weight) {
                 let ray = Ray::new(shading.point.origin_outside(), direction);
                 let channels = shading.state.channels;
-                self.send(shading, Child { ray, weight, kind: RayKind::Reflection, channels, seed });
+                self.send(shading, ChildRay { ray, weight, kind: RayKind::Reflection, channels, seed });
             }
         }
         true
     }
 
-    /// Follows the lobe of frosted glass; whether it is rough and rays are asked for.
+    /// Sends sampled rays through frosted glass. Returns whether it did.
     pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) -> bool {
-        let rays = self.rays_a_lobe(shading.state);
+        let rays = self.glossy_rays(shading.state);
         if rays == 0 || shading.bsdf.is_smooth_through() {
             return false;
         }
         for (channels, bsdf) in shading.transmission_lobes() {
             let weight = shading.weight_below * shading.albedos.transmission * channels.mask() / rays as f32;
             for seed in seeds(shading.state, Purpose::Refraction, rays) {
-                let drawn = bsdf.sample_transmission(shading.wo, seed.point(Purpose::Refraction));
-                let Some(wi) = drawn else { continue };
+                let sampled = bsdf.sample_transmission(shading.wo, seed.point(Purpose::Refraction));
+                let Some(wi) = sampled else { continue };
                 let direction = (shading.world_from_local * wi).normalize();
                 if direction.dot(shading.point.geometric_normal) < 0.0 && self.may_send(shading.state, weight)
                 {
                     let ray = Ray::new(shading.point.origin_inside(), direction);
-                    self.send(shading, Child { ray, weight, kind: RayKind::Refraction, channels, seed });
+                    self.send(shading, ChildRay { ray, weight, kind: RayKind::Refraction, channels, seed });
                 }
             }
         }
@@ -83,7 +82,7 @@ impl Tracer<'_, '_> {
     }
 }
 
-/// The seeds of a path's children for a purpose.
+/// The seeds of `rays` child rays for a purpose.
 fn seeds(state: &RayState, purpose: Purpose, rays: u32) -> impl Iterator<Item = Seed> + use<> {
     let seed = state.seed;
     (0..rays).map(move |number| seed.child(purpose, number, rays))

@@ -1,70 +1,70 @@
-//! What is recorded of samples besides their values, where it is asked for: light by parts, and which surfaces were seen.
+//! AOVs of the samples of a batch: light passes and instance coverage.
 //!
-//! Everything that is added to a sample is added to one of its parts, too, in the same order. The value itself is summed as
-//! if there were no parts.
+//! Everything that is added to a sample is also added to one of its light passes, in the same order. The value itself is
+//! summed as if there were no passes.
 
 use glam::Vec3;
 
-use super::surface_hits::SurfaceHit;
+use super::surface_hit::SurfaceHit;
+use crate::frame::Frame;
 use crate::integrator::{LightPass, LightPasses, RayKind, RayState};
-use crate::scene_view::SceneView;
 
-/// What a tracer records.
+/// The AOVs that a tracer records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SampleAovFlags {
-    /// Light by parts: [`super::Tracer::light_passes`].
+    /// Light passes: [`super::Tracer::light_passes`].
     pub light: bool,
-    /// Surfaces that camera rays see: [`super::Tracer::covers`].
-    pub covers: bool,
+    /// Instances that camera rays see: [`super::Tracer::coverage`].
+    pub coverage: bool,
 }
 
-/// A surface that a camera ray sees. Shadow catchers are not seen.
+/// The share of a camera ray that a mesh instance covers. Shadow catchers cover nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InstanceCoverage {
-    /// Subscript of the sample in its batch.
+    /// Index of the sample in its batch.
     pub sample: u32,
-    /// Subscript of [`crate::frame::Frame::instances`].
+    /// Index into [`crate::frame::Frame::instances`].
     pub instance: u32,
-    /// Share of the ray that see-through surfaces in front and the surface's own coverage leave.
+    /// Share of the ray: what transparent surfaces in front leave, times the coverage of the surface itself.
     pub share: f32,
 }
 
-/// The records of a batch.
+/// The recorded AOVs of a batch.
 #[derive(Debug, Default)]
-pub(super) struct Records {
-    what: SampleAovFlags,
-    /// By sample, or nothing.
+pub(super) struct SampleAovs {
+    flags: SampleAovFlags,
+    /// One entry for each sample, or none.
     light: Vec<LightPasses>,
-    covers: Vec<InstanceCoverage>,
+    coverage: Vec<InstanceCoverage>,
 }
 
-impl Records {
-    pub(super) fn new(what: SampleAovFlags) -> Self {
-        Self { what, ..Self::default() }
+impl SampleAovs {
+    pub(super) fn new(flags: SampleAovFlags) -> Self {
+        Self { flags, ..Self::default() }
     }
 
-    /// Begins a batch of so many samples.
+    /// Starts a batch of `samples` samples.
     pub(super) fn clear(&mut self, samples: usize) {
         self.light.clear();
-        self.covers.clear();
-        if self.what.light {
+        self.coverage.clear();
+        if self.flags.light {
             self.light.resize(samples, LightPasses::default());
         }
     }
 
-    /// Adds to a part of a sample.
-    pub(super) fn add(&mut self, sample: u32, part: LightPass, radiance: Vec3) {
+    /// Adds radiance to a light pass of a sample.
+    pub(super) fn add(&mut self, sample: u32, light_pass: LightPass, radiance: Vec3) {
         if let Some(light) = self.light.get_mut(sample as usize) {
-            let sum = &mut light[part.subscript()];
+            let sum = &mut light[light_pass.index()];
             sum.iter_mut().zip(radiance.to_array()).for_each(|(sum, channel)| *sum += channel);
         }
     }
 
-    /// Notes what a camera ray sees.
-    pub(super) fn cover(&mut self, view: SceneView<'_>, state: &RayState, surface_hit: &SurfaceHit) {
-        if self.what.covers && state.kind == RayKind::Camera {
-            let instance = view.frame.instance_of_triangle[surface_hit.hit.triangle as usize];
-            self.covers.push(InstanceCoverage { sample: state.sample, instance, share: surface_hit.share });
+    /// Adds the instance that a ray sees, if it is a camera ray.
+    pub(super) fn add_coverage(&mut self, frame: &Frame, state: &RayState, surface_hit: &SurfaceHit) {
+        if self.flags.coverage && state.kind == RayKind::Camera {
+            let instance = frame.instance_of_triangle[surface_hit.hit.triangle as usize];
+            self.coverage.push(InstanceCoverage { sample: state.sample, instance, share: surface_hit.share });
         }
     }
 
@@ -72,7 +72,7 @@ impl Records {
         &self.light
     }
 
-    pub(super) fn covers(&self) -> &[InstanceCoverage] {
-        &self.covers
+    pub(super) fn coverage(&self) -> &[InstanceCoverage] {
+        &self.coverage
     }
 }

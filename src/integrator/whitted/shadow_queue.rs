@@ -1,85 +1,65 @@
-//! Light that arrives unless something is in its way: found while shading, asked about in batches, added in order.
-
-use std::time::Instant;
+//! Queue of shadow rays: filled while surfaces are shaded, traced in batches.
 
 use glam::Vec3;
 
 use super::wavefront::RaySignature;
-use super::{Tracer, seconds_since};
 use crate::geometry::Ray;
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::{LightPass, MediaStack};
 
-/// The shadow rays of a generation.
+/// The shadow rays of a wavefront.
 #[derive(Debug)]
-pub(super) struct Shadows {
+pub(super) struct ShadowQueue {
     lights: usize,
-    /// By route of the surface's ray and by light: rays of one lamp start together, and what was seen along one route
-    /// lies together.
-    batches: Vec<ShadowBatch>,
-    tasks: Vec<Task>,
+    /// One batch for each signature of the shaded ray and each light. The rays of one light start together, and surfaces
+    /// that were seen along one signature lie together.
+    pub(super) batches: Vec<ShadowBatch>,
+    /// In the order in which they were added.
+    pub(super) tasks: Vec<ShadowTask>,
 }
 
-/// Light that reaches the eye if nothing is in its way.
+/// Light that reaches the camera unless its shadow ray is occluded.
 #[derive(Debug)]
-struct Task {
-    sample: u32,
-    part: LightPass,
-    batch: u32,
-    /// Subscript of the ray in its batch.
-    ray: u32,
-    contribution: Vec3,
-    /// The volumes that the ray starts in, as far as they are known.
-    media: MediaStack,
+pub(super) struct ShadowTask {
+    pub(super) sample: u32,
+    pub(super) light_pass: LightPass,
+    /// Index of the batch that holds the ray.
+    pub(super) batch: u32,
+    /// Index of the ray in its batch.
+    pub(super) ray: u32,
+    /// Radiance of the sample without occlusion.
+    pub(super) contribution: Vec3,
+    /// The volumes in which the ray starts, as far as they are known.
+    pub(super) media: MediaStack,
 }
 
-impl Shadows {
-    /// No rays, for so many lights.
+/// A shadow ray and the light that it decides about.
+pub(super) struct ShadowRay {
+    /// Signature of the shaded ray.
+    pub(super) signature: RaySignature,
+    /// Index of the light.
+    pub(super) light: usize,
+    pub(super) ray: Ray,
+    pub(super) sample: u32,
+    pub(super) light_pass: LightPass,
+    pub(super) contribution: Vec3,
+    pub(super) media: MediaStack,
+}
+
+impl ShadowQueue {
+    /// An empty queue for `lights` lights.
     pub(super) fn new(lights: usize) -> Self {
         Self { lights, batches: Vec::new(), tasks: Vec::new() }
     }
 
-    /// Adds a task behind all others.
-    pub(super) fn push(
-        &mut self,
-        (signature, light): (RaySignature, usize),
-        ray: Ray,
-        (sample, part): (u32, LightPass),
-        (contribution, media): (Vec3, MediaStack),
-    ) {
-        let batch = signature.subscript() * self.lights + light;
+    /// Adds a ray after all others.
+    pub(super) fn push(&mut self, shadow: ShadowRay) {
+        let ShadowRay { signature, light, ray, sample, light_pass, contribution, media } = shadow;
+        let batch = signature.index() * self.lights + light;
         if batch >= self.batches.len() {
             self.batches.resize_with(batch + 1, ShadowBatch::default);
         }
         let ray = self.batches[batch].push(ray);
-        self.tasks.push(Task { sample, part, batch: batch as u32, ray, contribution, media });
-    }
-}
-
-impl Tracer<'_, '_> {
-    /// Adds what arrives of the light that shading found.
-    pub(super) fn trace_shadows(&mut self) {
-        let Shadows { batches, tasks, .. } = &mut self.shadows;
-
-        // Solid surfaces, batch by batch
-        let start = Instant::now();
-        for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
-            batch.trace(self.context, &mut self.counters);
-        }
-        self.statistics.query_seconds += seconds_since(start);
-
-        // See-through ones and the sums, in the order of tasks
-        self.statistics.shadow_rays += tasks.len() as u64;
-        for Task { sample, part, batch, ray, contribution, media } in tasks.drain(..) {
-            let batch = &batches[batch as usize];
-            let (left, limit_reached) = batch.transmittance(self.context, ray, media, &mut self.counters);
-            self.statistics.pass_through_limit_reached += u64::from(limit_reached);
-            let arriving = contribution * left;
-            self.values[sample as usize].radiance += arriving;
-            self.records.add(sample, part, arriving);
-        }
-        for batch in batches {
-            batch.clear();
-        }
+        self.tasks.push(ShadowTask { sample, light_pass, batch: batch as u32, ray, contribution, media });
     }
 }

@@ -22,7 +22,7 @@ fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize])
         let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
         let ray = camera.ray(pixel + Vec2::splat(0.5), Seed::default());
         let media = tracer.context.media_around_start(&ray);
-        let state = camera.state(&ray, media, sample as u32, Seed::default());
+        let state = camera.ray_state(&ray, media, sample as u32, Seed::default());
         tracer.push(ray, state);
     }
     tracer.trace(subscripts.len()).to_vec()

@@ -1,69 +1,71 @@
-//! The rays of one generation, in order, and apart by how they came about.
+//! The rays of one depth, kept in order and grouped by signature.
 //!
-//! What a sample adds up follows the order of its rays; what the hierarchy is asked in one batch should be rays of one kind
-//! that are neighbours on screen. So rays lie in groups by route, and a list remembers their order.
+//! The sum of a sample follows the order of its rays. A batch query of the hierarchy, however, should hold rays of one kind that
+//! are neighbours on screen. So rays are stored in groups by signature, and a list keeps their order.
 
 use crate::bvh::{Bvh, Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::integrator::{RayKind, RayState};
 
-/// How a ray came about: one bit a bounce below a leading one, set for refraction. Of long routes, the last bounces.
+/// The last bounces of a ray: below a leading one bit, one bit for each bounce, set for refraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RaySignature(u8);
 
-/// Bounces that a route tells apart.
+/// Bounces that a signature keeps.
 const BOUNCES: u8 = 5;
 
 impl RaySignature {
-    /// From the camera.
+    /// The signature of camera rays.
     pub(super) const CAMERA: Self = Self(1);
 
-    /// The route of a child.
+    /// The signature of a child ray of the given kind.
     pub(super) fn then(self, kind: RayKind) -> Self {
         let signature = self.0 << 1 | u8::from(kind == RayKind::Refraction);
         let longest = 1 << BOUNCES;
         Self(if signature < 2 * longest { signature } else { longest | (signature % longest) })
     }
 
-    /// A small number, different for every route.
-    pub(super) fn subscript(self) -> usize {
+    /// A small number, different for every signature.
+    pub(super) fn index(self) -> usize {
         usize::from(self.0)
     }
 }
 
-/// Where a ray lies in its generation.
+/// Position of a ray in its wavefront.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    /// Its group.
+pub(super) struct RaySlot {
+    /// The signature of the ray, which selects its group.
     pub(super) signature: RaySignature,
+    /// Index of the ray in its group.
     index: u32,
 }
 
 /// Rays of one depth.
 #[derive(Debug, Default)]
 pub(super) struct Wavefront {
-    /// By route.
-    groups: Vec<Group>,
-    order: Vec<Place>,
+    /// By index of the signature.
+    groups: Vec<RayGroup>,
+    /// In the order in which the rays were added.
+    order: Vec<RaySlot>,
 }
 
-/// Rays of one route, each with its path and its closest hit.
+/// Rays of one signature, each with its state and its closest hit.
 #[derive(Debug, Default)]
-struct Group {
+struct RayGroup {
     rays: Vec<Ray>,
     states: Vec<RayState>,
     hits: Vec<Option<Hit>>,
 }
 
 impl Wavefront {
-    /// Adds a ray behind all others.
+    /// Adds a ray after all others.
     pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) {
-        let subscript = signature.subscript();
-        if subscript >= self.groups.len() {
-            self.groups.resize_with(subscript + 1, Group::default);
+        let group = signature.index();
+        if group >= self.groups.len() {
+            self.groups.resize_with(group + 1, RayGroup::default);
         }
-        let group = &mut self.groups[subscript];
-        self.order.push(Place { signature, index: group.rays.len() as u32 });
+        let group = &mut self.groups[group];
+        self.order.push(RaySlot { signature, index: group.rays.len() as u32 });
         group.rays.push(ray);
         group.states.push(state);
     }
@@ -72,7 +74,7 @@ impl Wavefront {
         self.order.is_empty()
     }
 
-    /// Forgets all rays, not the memory.
+    /// Removes all rays and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.order.clear();
         for group in &mut self.groups {
@@ -94,20 +96,20 @@ impl Wavefront {
         }
     }
 
-    /// Where all rays lie, in the order in which they were added.
-    pub(super) fn in_order(&self) -> &[Place] {
+    /// The slots of all rays, in the order in which they were added.
+    pub(super) fn in_order(&self) -> &[RaySlot] {
         &self.order
     }
 
-    /// A ray and its path.
-    pub(super) fn ray(&self, place: Place) -> (&Ray, &RayState) {
-        let group = &self.groups[place.signature.subscript()];
-        (&group.rays[place.index as usize], &group.states[place.index as usize])
+    /// A ray and its state.
+    pub(super) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
+        let group = &self.groups[slot.signature.index()];
+        (&group.rays[slot.index as usize], &group.states[slot.index as usize])
     }
 
-    /// What [`Wavefront::find_hits`] found.
-    pub(super) fn hit(&self, place: Place) -> Option<Hit> {
-        self.groups[place.signature.subscript()].hits[place.index as usize]
+    /// The closest hit that [`Wavefront::find_hits`] found.
+    pub(super) fn hit(&self, slot: RaySlot) -> Option<Hit> {
+        self.groups[slot.signature.index()].hits[slot.index as usize]
     }
 }
 
@@ -116,18 +118,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn routes_are_told_apart_until_they_are_long() {
-        let walk = |bounces: &[RayKind]| {
-            bounces.iter().fold(RaySignature::CAMERA, |signature, kind| signature.then(*kind))
+    fn signatures_differ_in_the_last_five_bounces() {
+        let signature = |bounces: &[RayKind]| {
+            bounces.iter().fold(RaySignature::CAMERA, |parent, kind| parent.then(*kind))
         };
         let (mirror, glass) = (RayKind::Reflection, RayKind::Refraction);
-        assert_ne!(walk(&[mirror]), walk(&[mirror, mirror]));
-        assert_ne!(walk(&[mirror, glass]), walk(&[glass, mirror]));
-        // Six bounces are the same as the last five of them behind any others.
+        assert_ne!(signature(&[mirror]), signature(&[mirror, mirror]));
+        assert_ne!(signature(&[mirror, glass]), signature(&[glass, mirror]));
+        // Of six bounces only the last five count.
         assert_eq!(
-            walk(&[glass, mirror, glass, glass, mirror, glass]),
-            walk(&[mirror, mirror, glass, glass, mirror, glass])
+            signature(&[glass, mirror, glass, glass, mirror, glass]),
+            signature(&[mirror, mirror, glass, glass, mirror, glass])
         );
-        assert_ne!(walk(&[mirror; 5]), walk(&[glass; 5]));
+        assert_ne!(signature(&[mirror; 5]), signature(&[glass; 5]));
     }
 }

@@ -122,9 +122,9 @@ fn footprints_are_what_neighbouring_rays_do() {
         let point = stage.point(&ray, &differential);
         let straight = stage.follow(eye.as_dvec3(), direction.as_dvec3(), ior);
         let refracted_direction = straight.2.as_vec3();
-        let reflected = point.reflected_differential(stage.view(), &differential);
+        let reflected = point.reflected_differential(&stage.frame, &differential);
         let refracted =
-            point.refracted_differential(stage.view(), &differential, refracted_direction, ior as f32);
+            point.refracted_differential(&stage.frame, &differential, refracted_direction, ior as f32);
         assert!(refracted_direction.is_finite());
         let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
         let (_, UvDifferential(uvs)) = point.uv(stage.view(), &reference);
@@ -162,7 +162,7 @@ fn a_tilted_plane_stretches_by_the_cosine() {
     let [across, along] = point.position_steps.map(Vec3::length);
     assert!((across - 0.05).abs() < 1e-6 && (along - 0.1).abs() < 1e-5, "{across} {along}");
     // A flat mirror sends neighbours on as far apart, turned by as much.
-    let mirrored = point.reflected_differential(stage.view(), &spreading());
+    let mirrored = point.reflected_differential(&stage.frame, &spreading());
     assert!(mirrored.direction.iter().all(|turn| (turn.length() - 0.01).abs() < 1e-6));
 }
 
@@ -173,13 +173,13 @@ fn a_ball_spreads_what_it_mirrors() {
     let corners = BALL_CORNERS;
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let mirrored = point.reflected_differential(ball.view(), &spreading());
+    let mirrored = point.reflected_differential(&ball.frame, &spreading());
     assert!((mirrored.direction[0] - Vec3::X * 0.21).length() < 1e-5, "{:?}", mirrored.direction);
     assert!((mirrored.direction[1] - Vec3::Y * 0.21).length() < 1e-5, "{:?}", mirrored.direction);
 
     let hollow = Stage::new(corners, Some(corners.map(|corner| Vec3::Z * 0.5 - corner)));
     let point = hollow.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let mirrored = point.reflected_differential(hollow.view(), &spreading());
+    let mirrored = point.reflected_differential(&hollow.frame, &spreading());
     assert!((mirrored.direction[0] + Vec3::X * 0.19).length() < 1e-5, "{:?}", mirrored.direction);
 }
 
@@ -189,15 +189,15 @@ fn a_window_narrows_and_a_ball_lens_gathers() {
     // Into glass of 1.5 angles near the normal shrink to two thirds.
     let window = Stage::new(corners, None);
     let point = window.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let behind = point.refracted_differential(window.view(), &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
+    let behind = point.refracted_differential(&window.frame, &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
     assert!((behind.direction[0] - Vec3::X * (0.01 / 1.5)).length() < 1e-6, "{:?}", behind.direction);
     // Straight on, they stay.
-    let straight = point.refracted_differential(window.view(), &spreading(), Vec3::NEG_Z, 1.5);
+    let straight = point.refracted_differential(&window.frame, &spreading(), Vec3::NEG_Z, 1.5);
     assert_eq!(straight.direction, spreading().direction);
     // A surface of radius R bends by (n − 1) / n · p / R towards the axis: 0.01 / 1.5 − 1/3 · 0.05 / 0.5.
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let behind = point.refracted_differential(ball.view(), &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
+    let behind = point.refracted_differential(&ball.frame, &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
     let expected = 0.01 / 1.5 - 0.1 / 3.0;
     assert!((behind.direction[0] - Vec3::X * expected).length() < 1e-5, "{:?}", behind.direction);
 }

@@ -19,7 +19,7 @@ fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
     let counters = &mut TraversalCounters::default();
     let mut all = Vec::new();
     let mut after: Option<HitOrder> = None;
-    while let Some(hit) = bvh.closest_surface(ray, after, opaque_part, counters) {
+    while let Some(hit) = bvh.closest_hit_of_any_side(ray, after, opaque_part, counters) {
         assert!(after.is_none_or(|after| after < hit.order()), "hits come in order");
         after = Some(hit.order());
         all.push(hit);
@@ -147,7 +147,7 @@ fn single_sided_back_faces_are_seen_by_two_queries_only() {
     let from = |z: f32| Ray::new(Vec3::new(0.25, 0.25, z), Vec3::Z * -z);
     assert!(bvh.closest_hit(&from(1.0), None, |_| false, counters).is_some());
     assert!(bvh.closest_hit(&from(-1.0), None, |_| false, counters).is_none());
-    assert!(bvh.closest_surface(&from(-1.0), None, |_| false, counters).is_some());
+    assert!(bvh.closest_hit_of_any_side(&from(-1.0), None, |_| false, counters).is_some());
     assert!(bvh.occluded(&from(-1.0), |_| false, counters));
     assert_eq!(counters.rays, 4);
 }

@@ -37,7 +37,7 @@ fn assert_parts(stage: &Stage, eye: Vec3, expected: &[(LightPass, Vec3)]) {
     let film = stage.picture(eye, Vec3::ZERO);
     let light = film.aovs.light.unwrap()[0];
     for part in LightPass::ALL {
-        let seen = Vec3::from_array(light[part.subscript()]);
+        let seen = Vec3::from_array(light[part.index()]);
         let told = expected.iter().find(|(other, _)| *other == part).map_or(Vec3::ZERO, |(_, value)| *value);
         assert!(seen.abs_diff_eq(told, 1e-5), "{part:?} is {seen}, not {told}");
     }

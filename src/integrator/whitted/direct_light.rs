@@ -1,0 +1,72 @@
+//! Light of punctual lights and of the environment's key light, behind shadow rays.
+
+use std::time::Instant;
+
+use glam::Vec3;
+
+use super::shading::Shading;
+use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
+use super::tracer::{Tracer, seconds_since};
+use crate::integrator::{LightPass, MediaStack};
+
+impl Tracer<'_, '_> {
+    /// Queues a shadow ray for each light that a surface scatters towards the viewer.
+    pub(super) fn queue_direct_light(&mut self, shading: &Shading<'_, '_>) {
+        for (index, light) in self.context.lights.iter().enumerate() {
+            let Some(incidence) = light.incidence(shading.point.position) else { continue };
+            let wi = shading.world_from_local.transpose() * incidence.wi;
+            let scattered = shading.bsdf.eval(shading.wo, wi) * wi.z.abs();
+            let mut contribution = shading.weight_below * scattered * incidence.irradiance;
+            let by_coat = shading.coat.as_ref().map_or(0.0, |coat| coat.scattered(incidence.wi));
+            if by_coat > 0.0 {
+                contribution += shading.weight * by_coat * incidence.irradiance;
+            }
+            if contribution.max_element() > 0.0 {
+                let span = light.shadow_span(shading.point.position);
+                let end = if wi.z > 0.0 || by_coat > 0.0 {
+                    shading.point.shadow_end_outside(span)
+                } else {
+                    shading.point.shadow_end_inside(span)
+                };
+                // The volumes around the surface are known, those around a light are not.
+                let media =
+                    if span == Vec3::ZERO { shading.state.media.clone() } else { MediaStack::default() };
+                self.shadows.push(ShadowRay {
+                    signature: shading.signature,
+                    light: index,
+                    ray: light.shadow_ray(end, shading.state.seed, index),
+                    sample: shading.state.sample,
+                    light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
+                    contribution,
+                    media,
+                });
+            }
+        }
+    }
+
+    /// Traces the queued shadow rays and adds the light that arrives.
+    pub(super) fn trace_shadows(&mut self) {
+        let ShadowQueue { batches, tasks, .. } = &mut self.shadows;
+
+        // Opaque surfaces, batch by batch
+        let start = Instant::now();
+        for batch in batches.iter_mut().filter(|batch| !batch.is_empty()) {
+            batch.trace(self.context, &mut self.counters);
+        }
+        self.statistics.query_seconds += seconds_since(start);
+
+        // Transparent surfaces and sums, in the order of tasks
+        self.statistics.shadow_rays += tasks.len() as u64;
+        for ShadowTask { sample, light_pass, batch, ray, contribution, media } in tasks.drain(..) {
+            let batch = &batches[batch as usize];
+            let shadow = batch.transmittance(self.context, ray, media, &mut self.counters);
+            self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
+            let arriving = contribution * shadow.transmittance;
+            self.values[sample as usize].radiance += arriving;
+            self.aovs.add(sample, light_pass, arriving);
+        }
+        for batch in batches {
+            batch.clear();
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! Local shading frames and mirror directions.
+
+use glam::{Mat3, Vec3};
+
+use crate::geometry::unit;
+
+/// Direction of the mirror ray. It leaves the surface because the shading normal is bent towards the viewer.
+pub(super) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
+    (normal * (2.0 * wo.dot(normal)) - wo).normalize()
+}
+
+/// Orthonormal frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited"). Its columns are
+/// tangent, bitangent and normal.
+pub(super) fn local_frame(normal: Vec3) -> Mat3 {
+    let (tangent, bitangent) = normal.any_orthonormal_pair();
+    Mat3::from_cols(tangent, bitangent, normal)
+}
+
+/// Orthonormal frame around a unit normal whose tangent is the projection of `direction` onto the tangent plane.
+pub(super) fn frame_along(normal: Vec3, direction: Vec3) -> Mat3 {
+    match unit(direction - normal * normal.dot(direction)) {
+        Some(tangent) => Mat3::from_cols(tangent, normal.cross(tangent), normal),
+        None => local_frame(normal),
+    }
+}

@@ -1,0 +1,140 @@
+//! Child rays of a shaded surface: mirror rays and refraction rays.
+
+use glam::Vec3;
+
+use super::local_frame::mirror_direction;
+use super::shading::Shading;
+use super::tracer::{MIN_WEIGHT, Tracer};
+use crate::geometry::Ray;
+use crate::integrator::random::Purpose;
+use crate::integrator::{ColorChannels, LightPass, RayKind, RayState, Seed};
+
+/// A child ray.
+#[derive(Clone, Copy)]
+pub(super) struct ChildRay {
+    pub(super) ray: Ray,
+    /// Multiplies the radiance that the ray finds.
+    pub(super) weight: Vec3,
+    pub(super) kind: RayKind,
+    pub(super) channels: ColorChannels,
+    pub(super) seed: Seed,
+}
+
+impl Tracer<'_, '_> {
+    /// Sends mirror rays for the specular lobe and for the coat; a single one where both have the same direction.
+    pub(super) fn reflect(&mut self, shading: &Shading<'_, '_>) {
+        let coat_is_scattered = self.scatter_coat(shading);
+        let is_scattered = self.scatter_reflection(shading);
+        let mirrored = mirror_direction(shading.point.wo, shading.point.shading_normal);
+        let mut weight = Vec3::ZERO;
+        if !is_scattered {
+            weight = shading.weight_below * shading.albedos.specular * shading.traced_share;
+        }
+        if let Some(coat) = &shading.coat
+            && !coat_is_scattered
+        {
+            let coat_weight = shading.weight * (coat.albedo * coat.traced_share);
+            if coat.mirrored == mirrored {
+                weight += coat_weight;
+            } else {
+                self.send_mirror_ray(shading, coat.mirrored, coat_weight);
+            }
+        }
+        self.send_mirror_ray(shading, mirrored, weight);
+    }
+
+    fn send_mirror_ray(&mut self, shading: &Shading<'_, '_>, direction: Vec3, weight: Vec3) {
+        if self.may_send(shading.state, weight) {
+            let ray = Ray::new(shading.point.origin_outside(), direction);
+            let seed = shading.state.seed.child(Purpose::Reflection, 0, 1);
+            let channels = shading.state.channels;
+            self.send(shading, ChildRay { ray, weight, kind: RayKind::Reflection, channels, seed });
+        }
+    }
+
+    /// Sends a refraction ray for each transmitting lobe.
+    pub(super) fn refract(&mut self, shading: &Shading<'_, '_>) {
+        if shading.albedos.transmission == Vec3::ZERO || self.scatter_transmission(shading) {
+            return;
+        }
+        for (channels, bsdf) in shading.transmission_lobes() {
+            let weight = shading.weight_below
+                * shading.albedos.transmission
+                * shading.traced_share_transmitted
+                * channels.mask();
+            if weight == Vec3::ZERO {
+                continue;
+            }
+            let Some(direction) = bsdf.refract(shading.wo) else { continue };
+            if !self.may_send(shading.state, weight) {
+                continue;
+            }
+            // Thin walls and equal media leave the direction exactly as it was.
+            let is_unbent = direction == -shading.wo;
+            let direction = if is_unbent {
+                -shading.point.wo
+            } else {
+                (shading.world_from_local * direction).normalize()
+            };
+            let ray = Ray::new(shading.point.origin_inside(), direction);
+            let seed = shading.state.seed.child(Purpose::Refraction, 0, 1);
+            self.send(shading, ChildRay { ray, weight, kind: RayKind::Refraction, channels, seed });
+        }
+    }
+
+    /// Whether a child ray of `parent` is neither too deep nor too faint. The weight of a refused child is counted as dropped.
+    pub(super) fn may_send(&mut self, parent: &RayState, weight: Vec3) -> bool {
+        let largest = weight.max_element();
+        if largest == 0.0 {
+            return false;
+        }
+        // Each of several glossy samples has a small weight.
+        let min = MIN_WEIGHT / self.context.settings.glossy_samples.max(1) as f32;
+        if parent.depth >= self.context.settings.max_depth || largest < min {
+            self.statistics.dropped_weight += f64::from(largest);
+            return false;
+        }
+        true
+    }
+
+    /// Adds a child ray to the next wavefront.
+    pub(super) fn send(&mut self, shading: &Shading<'_, '_>, child: ChildRay) {
+        let ChildRay { ray, weight, kind, channels, seed } = child;
+        let parent = shading.state;
+        let (frame, point) = (self.context.view.frame, shading.point);
+        let (media, touching, differential) = match kind {
+            RayKind::Refraction => (
+                shading.transmission_side.media.clone(),
+                shading.transmission_side.touching,
+                point.refracted_differential(
+                    frame,
+                    &parent.differential,
+                    ray.direction,
+                    shading.relative_ior,
+                ),
+            ),
+            RayKind::Camera | RayKind::Reflection => {
+                (parent.media.clone(), None, point.reflected_differential(frame, &parent.differential))
+            }
+        };
+        let light_pass = shading.light_pass.or(match kind {
+            RayKind::Camera => None,
+            RayKind::Reflection => Some(LightPass::Reflection),
+            RayKind::Refraction => Some(LightPass::Refraction),
+        });
+        let depth = parent.depth + 1;
+        let state = RayState {
+            differential,
+            media,
+            touching,
+            weight,
+            kind,
+            channels,
+            light_pass,
+            depth,
+            seed,
+            ..*parent
+        };
+        self.children.push(shading.signature.then(kind), ray, state);
+    }
+}

@@ -1,0 +1,109 @@
+//! Shading of surfaces: emission, direct light, environment lookups and child rays.
+
+use glam::Vec3;
+
+use super::coat::CoatShading;
+use super::local_frame::{frame_along, local_frame};
+use super::shading::Shading;
+use super::surface_hit::SurfaceHit;
+use super::traced_share::traced_share;
+use super::tracer::Tracer;
+use super::transmission_side::{ior_outside, ior_transmission_side};
+use super::wavefront::Wavefront;
+use crate::bsdf::{Albedos, Bsdf};
+use crate::integrator::{ColorChannels, LightPass};
+use crate::interaction::surface_at;
+
+impl Tracer<'_, '_> {
+    /// Shades all surfaces that a wavefront sees, in order.
+    pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
+        let mut surface_hits = std::mem::take(&mut self.surface_hits);
+        for surface_hit in surface_hits.drain(..) {
+            self.shade(wavefront, &surface_hit);
+        }
+        self.surface_hits = surface_hits;
+    }
+
+    fn shade(&mut self, wavefront: &Wavefront, surface_hit: &SurfaceHit) {
+        let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
+        let (ray, state) = wavefront.ray(*slot);
+        let (point, material) = surface_at(self.context.view, ray, hit, &state.differential);
+        let emission_pass = light_pass.unwrap_or(LightPass::Emission);
+
+        // Emission
+        let weight = state.weight * state.media.transmittance(hit.t) * *share;
+        if material.unlit {
+            self.add(state.sample, emission_pass, weight * material.base_color);
+            return;
+        }
+        let traces_lobes = self.context.settings.glossy_samples > 0;
+        let coat = material.clear_coat.map(|coat| CoatShading::new(&coat, &point, traces_lobes));
+        let weight_below = weight * coat.as_ref().map_or(1.0, |coat| coat.transmittance);
+        self.add(state.sample, emission_pass, weight_below * material.emission);
+
+        // Lobes between the media on both sides, one set for each colour channel where these disperse
+        let transmission_side = self.transmission_side(state, &point, &material);
+        let own_medium = self.context.interiors.medium(point.instance);
+        let iors = |channels| {
+            let outside = ior_outside(state, own_medium, point.facing, channels);
+            (outside, ior_transmission_side(&material, &transmission_side.media, channels))
+        };
+        let lobes_of = |channels| {
+            let (outside, inside) = iors(channels);
+            Bsdf::new(&material, outside, inside)
+        };
+        let (outside, inside) = iors(state.channels);
+        let bsdf = lobes_of(state.channels);
+        let media_disperse = state.media.disperses()
+            || transmission_side.media.disperses()
+            || own_medium.is_some_and(|medium| medium.half_spread > 0.0);
+        let is_dispersive = state.channels == ColorChannels::White && !material.thin && media_disperse;
+        let dispersed = is_dispersive.then(|| ColorChannels::SINGLE.map(lobes_of));
+
+        // Local frame
+        let world_from_local = match material.anisotropy {
+            Some(anisotropy) => frame_along(point.shading_normal, anisotropy.direction),
+            None => local_frame(point.shading_normal),
+        };
+        let wo = world_from_local.transpose() * point.wo;
+        let traced_share_of = |roughness| if traces_lobes { 1.0 } else { traced_share(roughness) };
+        let shading = Shading {
+            signature: slot.signature,
+            state,
+            light_pass: *light_pass,
+            point: &point,
+            albedos: dispersed.as_ref().map_or_else(|| bsdf.albedos(wo), |lobes| channel_albedos(lobes, wo)),
+            material,
+            bsdf,
+            world_from_local,
+            wo,
+            weight,
+            weight_below,
+            coat,
+            dispersed,
+            transmission_side,
+            // An index of 0 bends nothing.
+            relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
+            traced_share: traced_share_of(bsdf.widest_roughness()),
+            traced_share_transmitted: traced_share_of(bsdf.widest_roughness_through()),
+        };
+        self.queue_direct_light(&shading);
+        self.add_environment_light(&shading);
+        self.reflect(&shading);
+        self.refract(&shading);
+    }
+}
+
+/// The albedos of dispersed lobes: each colour channel from its own lobes.
+fn channel_albedos(dispersed: &[Bsdf; 3], wo: Vec3) -> Albedos {
+    let mut sum = Albedos::default();
+    for (bsdf, channels) in dispersed.iter().zip(ColorChannels::SINGLE) {
+        let (albedos, mask) = (bsdf.albedos(wo), channels.mask());
+        sum.specular += albedos.specular * mask;
+        sum.diffuse += albedos.diffuse * mask;
+        sum.transmission += albedos.transmission * mask;
+        sum.diffuse_transmission += albedos.diffuse_transmission * mask;
+        sum.sheen += albedos.sheen * mask;
+    }
+    sum
+}

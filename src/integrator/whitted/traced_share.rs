@@ -1,0 +1,16 @@
+//! Split of a rough lobe between traced rays and lookups of the prefiltered environment.
+
+/// Lobes of a lower roughness are traced.
+const TRACED_ROUGHNESS: f32 = 0.1;
+/// Lobes of a higher roughness look up the prefiltered environment.
+const PREFILTERED_ROUGHNESS: f32 = 0.4;
+
+/// Share of a lobe that rays follow; the prefiltered environment has the rest.
+pub(super) fn traced_share(roughness: f32) -> f32 {
+    1.0 - smoothstep(TRACED_ROUGHNESS, PREFILTERED_ROUGHNESS, roughness)
+}
+
+fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let s = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    s * s * (3.0 - 2.0 * s)
+}

@@ -1,0 +1,121 @@
+//! The tracer of batches of samples and its buffers.
+
+use std::time::Instant;
+
+use glam::Vec3;
+
+use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
+use super::shadow_queue::ShadowQueue;
+use super::surface_hit::SurfaceHit;
+use super::wavefront::{RaySignature, Wavefront};
+use crate::bvh::TraversalCounters;
+use crate::geometry::Ray;
+use crate::integrator::shadow::ShadowBatch;
+use crate::integrator::transparent_hits::TransparentHits;
+use crate::integrator::{IntegratorContext, IntegratorStatistics, LightPass, LightPasses, RayState};
+
+/// Rays of a lower weight are not followed and count as black.
+pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
+
+/// Value of one sample.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SampleValue {
+    /// Radiance, multiplied by coverage.
+    pub radiance: Vec3,
+    /// Share of the sample that surfaces or a visible background cover.
+    pub coverage: f32,
+}
+
+/// Traces batches of samples one after the other and keeps its buffers between them.
+#[derive(Debug)]
+pub struct Tracer<'w, 'a> {
+    pub(super) context: &'w IntegratorContext<'a>,
+    pub(super) values: Vec<SampleValue>,
+    /// The rays that are traced next.
+    wavefront: Wavefront,
+    /// The rays of the next depth.
+    pub(super) children: Wavefront,
+    pub(super) surface_hits: Vec<SurfaceHit>,
+    pub(super) shadows: ShadowQueue,
+    /// The shadow rays of one point of a shadow catcher.
+    pub(super) catcher_shadows: ShadowBatch,
+    /// Surfaces that touch the one that is shaded.
+    pub(super) touching: TransparentHits,
+    pub(super) aovs: SampleAovs,
+    pub(super) counters: TraversalCounters,
+    pub(super) statistics: IntegratorStatistics,
+}
+
+impl<'w, 'a> Tracer<'w, 'a> {
+    /// A tracer without rays.
+    pub fn new(context: &'w IntegratorContext<'a>) -> Self {
+        Self {
+            context,
+            values: Vec::new(),
+            wavefront: Wavefront::default(),
+            children: Wavefront::default(),
+            surface_hits: Vec::new(),
+            shadows: ShadowQueue::new(context.lights.len()),
+            catcher_shadows: ShadowBatch::default(),
+            touching: TransparentHits::default(),
+            aovs: SampleAovs::default(),
+            counters: TraversalCounters::default(),
+            statistics: IntegratorStatistics::default(),
+        }
+    }
+
+    /// The same tracer, which also records light passes or instance coverage.
+    #[must_use]
+    pub fn recording(self, flags: SampleAovFlags) -> Self {
+        Self { aovs: SampleAovs::new(flags), ..self }
+    }
+
+    /// The light passes of each sample of the last batch; empty unless they are recorded.
+    pub fn light_passes(&self) -> &[LightPasses] {
+        self.aovs.light()
+    }
+
+    /// The instances that the camera rays of the last batch see, ray by ray in the order of [`Tracer::push`]; empty unless they
+    /// are recorded.
+    pub fn coverage(&self) -> &[InstanceCoverage] {
+        self.aovs.coverage()
+    }
+
+    /// Adds a camera ray to the next batch; `state.sample` is an index of the result. Neighbours on screen should be
+    /// neighbours in the batch.
+    pub fn push(&mut self, ray: Ray, state: RayState) {
+        self.wavefront.push(RaySignature::CAMERA, ray, state);
+    }
+
+    /// Traces the added rays and all their descendants, and returns the values of `samples` samples.
+    pub fn trace(&mut self, samples: usize) -> &[SampleValue] {
+        self.values.clear();
+        self.values.resize(samples, SampleValue::default());
+        self.aovs.clear(samples);
+        let mut wavefront = std::mem::take(&mut self.wavefront);
+        while !wavefront.is_empty() {
+            self.find_surface_hits(&mut wavefront);
+            self.shade_surface_hits(&wavefront);
+            self.trace_shadows();
+            wavefront.clear();
+            std::mem::swap(&mut wavefront, &mut self.children);
+        }
+        self.wavefront = wavefront;
+        &self.values
+    }
+
+    /// Returns the counters of all batches since the last call.
+    pub fn take_statistics(&mut self) -> IntegratorStatistics {
+        let TraversalCounters { nodes, triangles, .. } = std::mem::take(&mut self.counters);
+        IntegratorStatistics { nodes, triangles, ..std::mem::take(&mut self.statistics) }
+    }
+
+    pub(super) fn add(&mut self, sample: u32, light_pass: LightPass, radiance: Vec3) {
+        self.values[sample as usize].radiance += radiance;
+        self.aovs.add(sample, light_pass, radiance);
+    }
+}
+
+pub(super) fn seconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64()
+}

@@ -1,0 +1,95 @@
+//! Surfaces that the rays of a wavefront see, also beyond transparent ones, and rays that leave the scene.
+
+use std::time::Instant;
+
+use super::surface_hit::SurfaceHit;
+use super::tracer::{MIN_WEIGHT, Tracer, seconds_since};
+use super::wavefront::{RaySlot, Wavefront};
+use crate::bvh::Hit;
+use crate::geometry::Ray;
+use crate::integrator::{LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
+use crate::interaction::{alpha_at, catches_shadows};
+
+impl Tracer<'_, '_> {
+    /// Finds all surfaces that a wavefront sees, in the order of its rays and along each ray.
+    pub(super) fn find_surface_hits(&mut self, wavefront: &mut Wavefront) {
+        // Closest hits, all rays of one signature at once
+        let view = self.context.view;
+        let start = Instant::now();
+        wavefront.find_hits(view.bvh, |hit| alpha_at(view, hit) > 0.0, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+
+        // Transparent surfaces and misses, ray by ray
+        self.surface_hits.clear();
+        for &slot in wavefront.in_order() {
+            let (ray, state) = wavefront.ray(slot);
+            let first = state.touching.or(wavefront.hit(slot));
+            match state.kind {
+                RayKind::Camera => {
+                    self.statistics.camera_rays += 1;
+                    self.statistics.camera_hits += u64::from(first.is_some());
+                }
+                RayKind::Reflection => self.statistics.reflection_rays += 1,
+                RayKind::Refraction => self.statistics.refraction_rays += 1,
+            }
+            self.follow(slot, (ray, state), first);
+        }
+    }
+
+    /// Follows one ray from its first hit through transparent surfaces to an opaque one or out of the scene.
+    fn follow(&mut self, slot: RaySlot, (ray, state): (&Ray, &RayState), first: Option<Hit>) {
+        let view = self.context.view;
+        let weight = state.weight.max_element();
+        let mut through = 1.0_f32;
+        let mut light_pass = state.light_pass;
+        let mut next = first;
+        for _ in 0..TRANSPARENCY_LIMIT {
+            let Some(hit) = next else {
+                return self.escape(ray, state, through, light_pass);
+            };
+            let alpha = if catches_shadows(view, &hit) {
+                self.caught_shadow(ray, state, &hit)
+            } else {
+                let alpha = alpha_at(view, &hit);
+                let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
+                self.aovs.add_coverage(view.frame, state, &surface_hit);
+                self.surface_hits.push(surface_hit);
+                light_pass = light_pass.or(Some(LightPass::Transparency));
+                alpha
+            };
+            through *= 1.0 - alpha;
+            if weight * through < MIN_WEIGHT {
+                self.statistics.dropped_weight += f64::from(weight * through);
+                return self.set_coverage(state, 1.0);
+            }
+            let visible = |hit: &Hit| alpha_at(view, hit) > 0.0;
+            next = view.bvh.closest_hit(ray, Some(hit.order()), visible, &mut self.counters);
+        }
+        self.statistics.transparency_limit_reached += 1;
+        self.set_coverage(state, 1.0);
+    }
+
+    /// Adds the environment to a ray that leaves the scene with the share `through` of its weight.
+    fn escape(&mut self, ray: &Ray, state: &RayState, through: f32, light_pass: Option<LightPass>) {
+        if state.kind == RayKind::Camera && !self.context.settings.show_background {
+            return self.set_coverage(state, 1.0 - through);
+        }
+        let weight = state.weight * state.media.transmittance(f32::INFINITY) * through;
+        let environment = self.context.view.environment;
+        let differential = state.differential.direction;
+        let radiance = match state.kind {
+            RayKind::Camera => environment.background_over(ray.direction, differential),
+            RayKind::Reflection | RayKind::Refraction => {
+                environment.radiance_over(ray.direction, differential)
+            }
+        };
+        self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), weight * radiance);
+        self.set_coverage(state, 1.0);
+    }
+
+    fn set_coverage(&mut self, state: &RayState, coverage: f32) {
+        if state.kind == RayKind::Camera {
+            self.values[state.sample as usize].coverage = coverage;
+        }
+    }
+}

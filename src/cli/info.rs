@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::error::Result;
-use crate::gltf::{self, ImageNeed, ImportOptions};
+use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::progress::print_output;
 use crate::scene::{Selection, SelectionRequest};
 
@@ -31,7 +31,8 @@ pub(super) struct InfoArgs {
 /// Prints what is in the file.
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
-    let scene = gltf::import(&args.scene, &ImportOptions { max_memory_bytes, images: ImageNeed::Headers })?;
+    let scene =
+        gltf::import(&args.scene, &ImportOptions { max_memory_bytes, images: ImageLoading::Headers })?;
     let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene)?;
     let report = report::Report::new(&scene, &selection, &warnings);
     if args.json {

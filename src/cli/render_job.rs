@@ -7,7 +7,7 @@ use crate::bvh::{BuildSettings, BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
 use crate::error::{Error, Result, Warning};
 use crate::frame;
-use crate::gltf::{self, ImageNeed, ImportOptions};
+use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, ExrOutput, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
@@ -66,7 +66,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     if let Some(window) = known_window(args)? {
         check_picture(&args.scene, window, shutter, &exr, max_memory_bytes)?;
     }
-    let images = if args.dry_run { ImageNeed::Budget } else { ImageNeed::Texels };
+    let images = if args.dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
     let options = ImportOptions { max_memory_bytes, images };
     let mut scene = gltf::import(&args.scene, &options)?;
     catch_shadows(&mut scene, &args.shadow_catcher)?;

@@ -1,5 +1,7 @@
-//! The checked reader of accessors: every combination of component type, shape, stride, normalization, sparse
-//! replacement and missing buffer view (zeros). Lengths are compared before anything is allocated.
+//! Accessor reader: decodes accessors into floats or unsigned integers, checked against the buffers.
+//!
+//! It handles every combination of component type, element type, stride, normalization and sparse substitution.
+//! An accessor without a buffer view is zero. Lengths are checked before memory is allocated.
 //!
 //! Source: glTF 2.0 specification, section 3.6 (binary data storage).
 
@@ -8,7 +10,7 @@ use std::collections::BTreeMap;
 use gltf::json::Accessor;
 use gltf::json::accessor::Type;
 
-use super::bounds::{Run, base_run, check_run, sparse_index_run, sparse_value_run};
+use super::bounds::{ElementRange, base_elements, check_element_range, sparse_indices, sparse_values};
 use super::component::{self, ElementLayout};
 use super::context::Context;
 use super::document::Document;
@@ -16,47 +18,47 @@ use super::formats::{Format, format_name};
 use super::raw::escape;
 use crate::error::{Error, Result};
 
-/// The document with the content of its buffers.
+/// Document together with the contents of its buffers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Data<'a> {
     pub(super) document: &'a Document,
-    /// One a buffer.
+    /// Contents of each buffer; `None` for a buffer without data.
     pub(super) buffers: &'a [Option<Vec<u8>>],
-    /// One a buffer view: what compressed ones hold, `None` for those that lie in a buffer.
+    /// Decompressed contents of each buffer view; `None` for an uncompressed view.
     pub(super) views: &'a [Option<Vec<u8>>],
-    /// Accessors whose data comes from elsewhere than their buffer views.
-    pub(super) replaced: &'a Replaced,
+    /// Accessors whose elements were decoded from a compressed stream.
+    pub(super) decoded: &'a DecodedAccessors,
 }
 
-/// Tightly packed elements, by accessor.
-pub(super) type Replaced = BTreeMap<usize, Vec<u8>>;
+/// Tightly packed elements by accessor index.
+pub(super) type DecodedAccessors = BTreeMap<usize, Vec<u8>>;
 
-/// Elements at a fixed distance inside a buffer.
+/// Bytes of a buffer with one element every `stride` bytes.
 #[derive(Clone, Copy, Debug)]
-struct Span<'a> {
+struct StridedElements<'a> {
     bytes: &'a [u8],
     stride: usize,
 }
 
-impl<'a> Span<'a> {
-    /// The bytes from element `i` on.
+impl<'a> StridedElements<'a> {
+    /// The bytes that start at element `i`.
     fn element(&self, i: usize) -> &'a [u8] {
         i.checked_mul(self.stride).and_then(|start| self.bytes.get(start..)).unwrap_or_default()
     }
 }
 
 impl<'a> Data<'a> {
-    /// The accessor `index`, which `pointer` asks for.
+    /// Returns accessor `index`; `pointer` is the JSON pointer of the reference to it.
     pub(super) fn accessor(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a Accessor> {
         let accessors = &self.document.root.accessors;
-        context.subscript(index, accessors.len(), pointer, "accessor")?;
+        context.check_index(index, accessors.len(), pointer, "accessor")?;
         accessors.get(index).ok_or_else(|| context.invalid(pointer, "there is no such accessor"))
     }
 
-    /// The bytes of the buffer view `index`, which `pointer` asks for.
+    /// Returns the bytes of buffer view `index`; `pointer` is the JSON pointer of the reference to it.
     pub(super) fn view_bytes(&self, context: &Context, index: usize, pointer: &str) -> Result<&'a [u8]> {
         let views = &self.document.root.buffer_views;
-        context.subscript(index, views.len(), pointer, "buffer view")?;
+        context.check_index(index, views.len(), pointer, "buffer view")?;
         if let Some(Some(unpacked)) = self.views.get(index) {
             return Ok(unpacked);
         }
@@ -70,30 +72,38 @@ impl<'a> Data<'a> {
             let length = usize::try_from(view.byte_length.0).ok()?;
             buffer.get(start..start.checked_add(length)?)
         })
-        .ok_or_else(|| context.invalid(pointer, "its buffer view reaches past the end of the buffer"))
+        .ok_or_else(|| context.invalid(pointer, "its buffer view extends past the end of the buffer"))
     }
 
-    /// The error of a view into a buffer without data, which names the extension that may hold it instead.
+    /// Error for a view into a buffer without data. Names the extension that holds the data, if there is one.
     fn no_data(&self, context: &Context, view: usize, buffer: usize, pointer: &str) -> Error {
         let raw = self.document.element("bufferViews", view);
         let extensions = raw.as_ref().and_then(|raw| raw.value.get("extensions")?.as_object());
         match extensions.and_then(|extensions| extensions.keys().next()) {
             Some(name) => context.unsupported(
                 format!("/bufferViews/{view}/extensions/{}", escape(name)),
-                format!("the data is stored only by {name}, which is not supported; export it without"),
+                format!(
+                    "the data is stored only in the unsupported extension {name}; export the file without it"
+                ),
             ),
             None => context.invalid(pointer, format!("needs buffer {buffer}, which has no data")),
         }
     }
 
-    fn span(&self, context: &Context, run: &Run, layout: &ElementLayout, pointer: &str) -> Result<Span<'a>> {
-        let stride = check_run(context, self.document, run, layout, pointer)?;
-        let bytes = self.view_bytes(context, run.view, pointer)?;
-        let start = usize::try_from(run.offset).unwrap_or(usize::MAX);
-        Ok(Span { bytes: bytes.get(start..).unwrap_or_default(), stride })
+    fn strided_elements(
+        &self,
+        context: &Context,
+        range: &ElementRange,
+        layout: &ElementLayout,
+        pointer: &str,
+    ) -> Result<StridedElements<'a>> {
+        let stride = check_element_range(context, self.document, range, layout, pointer)?;
+        let bytes = self.view_bytes(context, range.view, pointer)?;
+        let start = usize::try_from(range.offset).unwrap_or(usize::MAX);
+        Ok(StridedElements { bytes: bytes.get(start..).unwrap_or_default(), stride })
     }
 
-    /// All elements of accessor `index` as floats; all are finite.
+    /// Reads all elements of accessor `index` as floats. Infinities and NaNs are errors.
     pub(super) fn floats<const N: usize>(
         &self,
         context: &mut Context,
@@ -103,17 +113,17 @@ impl<'a> Data<'a> {
         let format = self.format(context, index, pointer)?;
         let decode = |bytes: &[u8]| component::float(bytes, format.component, format.normalized);
         let elements: Vec<[f32; N]> = self.elements(context, index, pointer, decode)?;
-        let broken = elements.iter().position(|element| element.iter().any(|value| !value.is_finite()));
-        match broken {
+        let invalid = elements.iter().position(|element| element.iter().any(|value| !value.is_finite()));
+        match invalid {
             None => Ok(elements),
             Some(i) => Err(context.invalid(
                 format!("/accessors/{index}"),
-                format!("element {i} is infinite or not a number; export the file anew"),
+                format!("element {i} is infinite or not a number; export the file again"),
             )),
         }
     }
 
-    /// All elements of accessor `index` as unsigned integers.
+    /// Reads all elements of accessor `index` as unsigned integers.
     pub(super) fn integers<const N: usize>(
         &self,
         context: &mut Context,
@@ -143,7 +153,7 @@ impl<'a> Data<'a> {
         let pointer = format!("/accessors/{index}");
         let layout = ElementLayout::new(format.shape, format.component);
         if layout.offsets.len() != N {
-            let message = format!("is {}, which does not fit its use", format_name(format));
+            let message = format!("is {}, which this use does not allow", format_name(format));
             return Err(context.invalid(pointer, message));
         }
         let read = |bytes: &[u8]| -> [T; N] {
@@ -154,23 +164,24 @@ impl<'a> Data<'a> {
             element
         };
 
-        // Read the base: from elsewhere, from the buffer, or zeros.
-        let replaced = self.replaced.get(&index);
-        let span = match (replaced, base_run(accessor)) {
-            (Some(bytes), _) => Some(Span { bytes, stride: layout.packed_bytes }),
-            (None, Some(run)) => Some(self.span(context, &run, &layout, &pointer)?),
+        // Read the base elements: decoded ones, those of the buffer view, or zeros.
+        let decoded = self.decoded.get(&index);
+        let strided = match (decoded, base_elements(accessor)) {
+            (Some(bytes), _) => Some(StridedElements { bytes, stride: layout.packed_bytes }),
+            (None, Some(range)) => Some(self.strided_elements(context, &range, &layout, &pointer)?),
             (None, None) => None,
         };
         let mut elements: Vec<[T; N]> = context.allocate(accessor.count.0, &pointer)?;
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
-        match span {
-            Some(span) => elements.extend((0..count).map(|i| read(span.element(i)))),
+        match strided {
+            Some(strided) => elements.extend((0..count).map(|i| read(strided.element(i)))),
             None => elements.resize(count, [T::default(); N]),
         }
 
-        // Replace the sparse ones.
-        if let Some(values) = sparse_value_run(accessor).filter(|_| replaced.is_none()) {
-            let values = self.span(context, &values, &layout, &format!("{pointer}/sparse/values"))?;
+        // Substitute the sparse elements.
+        if let Some(values) = sparse_values(accessor).filter(|_| decoded.is_none()) {
+            let values =
+                self.strided_elements(context, &values, &layout, &format!("{pointer}/sparse/values"))?;
             let targets = self.sparse_targets(context, accessor, &pointer)?;
             for (i, target) in targets.into_iter().enumerate() {
                 if let Some(element) = elements.get_mut(target) {
@@ -181,16 +192,16 @@ impl<'a> Data<'a> {
         Ok(elements)
     }
 
-    /// The elements that sparse values replace, strictly increasing and in range.
+    /// Indices of the elements that sparse values replace: strictly increasing and in range.
     fn sparse_targets(&self, context: &Context, accessor: &Accessor, pointer: &str) -> Result<Vec<usize>> {
         let pointer = format!("{pointer}/sparse");
-        let (run, component) = sparse_index_run(context, accessor, &pointer)?;
+        let (range, component) = sparse_indices(context, accessor, &pointer)?;
         let layout = ElementLayout::new(Type::Scalar, component);
         let pointer = format!("{pointer}/indices");
-        let span = self.span(context, &run, &layout, &pointer)?;
-        let count = usize::try_from(run.count).unwrap_or(usize::MAX);
+        let strided = self.strided_elements(context, &range, &layout, &pointer)?;
+        let count = usize::try_from(range.count).unwrap_or(usize::MAX);
         let targets: Vec<usize> =
-            (0..count).map(|i| component::unsigned(span.element(i), component) as usize).collect();
+            (0..count).map(|i| component::unsigned(strided.element(i), component) as usize).collect();
         if !targets.is_sorted_by(|a, b| a < b) {
             return Err(context.invalid(pointer, "are not strictly increasing"));
         }

@@ -1,4 +1,4 @@
-//! Animation clips.
+//! Animations: channels, samplers and their keyframes.
 //!
 //! Source: glTF 2.0 specification, section 3.11 (animations); the text of `KHR_animation_pointer`.
 
@@ -14,7 +14,7 @@ use super::attributes::Reference;
 use super::context::Context;
 use super::document::NO_NODE;
 use super::extensions::ANIMATION_POINTER;
-use super::formats::{self, Allowed};
+use super::formats::{self, AllowedFormats};
 use super::pointer::{self, Property};
 use super::raw::{ANY, Raw, check_range};
 use crate::error::Result;
@@ -23,42 +23,48 @@ use crate::scene::{
     Node, NodeIndex,
 };
 
-/// What a channel moves, and what its keys may be.
-#[derive(Debug)]
-struct Moved {
-    target: AnimationTarget,
-    /// Components of one value.
-    width: usize,
-    keys: &'static Allowed,
-    range: RangeInclusive<f32>,
-    /// Whether values are either true or false, so that there is nothing between keys.
-    is_switch: bool,
+/// Imported objects that channels can target besides properties named by pointers.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AnimationTargets<'a> {
+    pub(super) nodes: &'a [Node],
+    pub(super) meshes: &'a [Mesh],
 }
 
-/// Imports all clips, and how many channels of each are left out.
+/// Target of a channel, and the values that its keyframes may have.
+#[derive(Debug)]
+struct ChannelTarget {
+    property: AnimationTarget,
+    /// Components of one value.
+    components: usize,
+    keys: &'static AllowedFormats,
+    range: RangeInclusive<f32>,
+    /// Whether the property is a boolean, which cannot be interpolated.
+    is_boolean: bool,
+}
+
+/// Imports all animations, and the number of ignored channels of each.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
-    nodes: &[Node],
-    meshes: &[Mesh],
+    targets: &AnimationTargets,
 ) -> Result<(Vec<Animation>, Vec<usize>)> {
     let mut animations = Vec::new();
     let mut ignored = Vec::new();
     for (i, animation) in data.document.root.animations.iter().enumerate() {
         let pointer = format!("/animations/{i}");
         let mut channels = Vec::new();
-        let mut targets = BTreeSet::new();
+        let mut properties = BTreeSet::new();
         for (j, channel) in animation.channels.iter().enumerate() {
             let pointer = format!("{pointer}/channels/{j}");
-            let Some(moved) = moved(context, data, channel, (nodes, meshes), &pointer)? else {
+            let Some(target) = channel_target(context, data, channel, targets, &pointer)? else {
                 continue;
             };
-            if moved.target.clashes(&targets) {
-                let message = "moves what another channel of this clip moves";
+            if target.property.clashes(&properties) {
+                let message = "animates a property that another channel of this animation animates";
                 return Err(context.invalid(format!("{pointer}/target"), message));
             }
-            targets.insert(moved.target);
-            let sampler = context.subscript(
+            properties.insert(target.property);
+            let sampler = context.check_index(
                 channel.sampler.value(),
                 animation.samplers.len(),
                 &format!("{pointer}/sampler"),
@@ -66,8 +72,8 @@ pub(super) fn import(
             )?;
             if let Some(json) = animation.samplers.get(sampler) {
                 let pointer = format!("/animations/{i}/samplers/{sampler}");
-                let keyframes = keyframes(context, data, json, &moved, &pointer)?;
-                channels.push(Channel { target: moved.target, keyframes });
+                let keyframes = keyframes(context, data, json, &target, &pointer)?;
+                channels.push(Channel { target: target.property, keyframes });
             }
         }
         ignored.push(animation.channels.len().saturating_sub(channels.len()));
@@ -76,87 +82,89 @@ pub(super) fn import(
     Ok((animations, ignored))
 }
 
-/// What a channel moves; `None` for what is not honoured, with a warning where nothing else told of it.
-fn moved(
+/// Resolves the target of a channel. `None` if it is not supported; a warning is recorded unless one already names the cause.
+fn channel_target(
     context: &mut Context,
     data: &Data,
     channel: &json::animation::Channel,
-    (nodes, meshes): (&[Node], &[Mesh]),
+    targets: &AnimationTargets,
     pointer: &str,
-) -> Result<Option<Moved>> {
+) -> Result<Option<ChannelTarget>> {
     let target_pointer = format!("{pointer}/target");
-    let property = match channel.target.path {
+    let target = match channel.target.path {
         Checked::Valid(path) => {
             let index = channel.target.node.value();
             if index == NO_NODE {
                 return Ok(None);
             }
-            let index = context.subscript(index, nodes.len(), &format!("{target_pointer}/node"), "node")?;
+            let index =
+                context.check_index(index, targets.nodes.len(), &format!("{target_pointer}/node"), "node")?;
             let node = NodeIndex(u32::try_from(index).unwrap_or(u32::MAX));
-            let (target, keys) = match path {
+            let (property, keys) = match path {
                 Path::Translation => (AnimationTarget::Translation(node), &formats::VECTOR_KEYS),
                 Path::Rotation => (AnimationTarget::Rotation(node), &formats::ROTATION_KEYS),
                 Path::Scale => (AnimationTarget::Scale(node), &formats::VECTOR_KEYS),
                 Path::MorphTargetWeights => (AnimationTarget::Weights(node), &formats::WEIGHT_KEYS),
             };
-            Moved { target, width: 0, keys, range: ANY, is_switch: false }
+            ChannelTarget { property, components: 0, keys, range: ANY, is_boolean: false }
         }
-        Checked::Invalid => match pointed(context, data, &target_pointer)? {
-            Some(moved) => moved,
+        Checked::Invalid => match pointer_target(context, data, &target_pointer)? {
+            Some(target) => target,
             None => return Ok(None),
         },
     };
-    check_matrix(context, property.target, nodes, &target_pointer)?;
-    let width = width(context, &property, nodes, meshes, pointer)?;
-    Ok(Some(Moved { width, ..property }))
+    check_matrix(context, target.property, targets.nodes, &target_pointer)?;
+    let components = components(context, &target, targets, pointer)?;
+    Ok(Some(ChannelTarget { components, ..target }))
 }
 
-/// What a channel with an extension or an unknown path moves.
-fn pointed(context: &mut Context, data: &Data, pointer: &str) -> Result<Option<Moved>> {
+/// Resolves the target of a channel that has an extension or an unknown path.
+fn pointer_target(context: &mut Context, data: &Data, pointer: &str) -> Result<Option<ChannelTarget>> {
     let Some(raw) = Raw::at(&data.document.value, pointer) else {
         return Ok(None);
     };
     let path = raw.string(context, "path")?.unwrap_or_default().to_owned();
     let Some(extension) = raw.extension(ANIMATION_POINTER).filter(|_| path == "pointer") else {
-        // Paths of other extensions have been named with the extension.
+        // The warning about an unsupported extension covers its paths.
         if raw.field("extensions").is_none() {
-            let message =
-                format!("the animation path \"{}\" is not known; it stands still", path.escape_debug());
+            let message = format!("the animation path \"{}\" is unknown; it is ignored", path.escape_debug());
             context.warn(format!("{pointer}/path"), message);
         }
         return Ok(None);
     };
     extension.expect_object(context)?;
-    let place = format!("{}/pointer", extension.pointer);
-    let Some(named) = extension.string(context, "pointer")? else {
-        return Err(context.invalid(place, "is missing"));
+    let pointer = format!("{}/pointer", extension.pointer);
+    let Some(property_pointer) = extension.string(context, "pointer")? else {
+        return Err(context.invalid(pointer, "is missing"));
     };
-    let Some(property) = pointer::property(data.document, named) else {
+    let Some(property) = pointer::resolve(data.document, property_pointer) else {
         let message = format!(
-            "the animated property {} is not in the file or not supported; it stands still",
-            named.escape_debug()
+            "the animated property {} is missing or not supported; it is not animated",
+            property_pointer.escape_debug()
         );
-        context.warn(place, message);
+        context.warn(pointer, message);
         return Ok(None);
     };
-    let keys = match property.width {
-        _ if property.is_switch => &formats::SWITCH_KEYS,
-        width => formats::PROPERTY_KEYS.get(width.saturating_sub(1)).unwrap_or(&formats::WEIGHT_KEYS),
+    let keys = match property.components {
+        _ if property.is_boolean => &formats::BOOLEAN_KEYS,
+        components => {
+            formats::PROPERTY_KEYS.get(components.saturating_sub(1)).unwrap_or(&formats::WEIGHT_KEYS)
+        }
     };
-    let Property { target, width, range, is_switch } = property;
-    Ok(Some(Moved { target, width, keys, range, is_switch }))
+    let Property { target: property, components, range, is_boolean } = property;
+    Ok(Some(ChannelTarget { property, components, keys, range, is_boolean }))
 }
 
-/// Nodes with a matrix have no translation, rotation or scale to move.
+/// Errors if the channel animates translation, rotation or scale of a node that has a matrix.
 fn check_matrix(context: &Context, target: AnimationTarget, nodes: &[Node], pointer: &str) -> Result<()> {
     let (AnimationTarget::Translation(node) | AnimationTarget::Rotation(node) | AnimationTarget::Scale(node)) =
         target
     else {
         return Ok(());
     };
-    let node_is_matrix =
+    let has_matrix =
         nodes.get(node.index()).is_some_and(|node| matches!(node.local, LocalTransform::Matrix(_)));
-    if !node_is_matrix {
+    if !has_matrix {
         return Ok(());
     }
     let message =
@@ -164,32 +172,38 @@ fn check_matrix(context: &Context, target: AnimationTarget, nodes: &[Node], poin
     Err(context.invalid(format!("{pointer}/node"), message))
 }
 
-/// Components of one value of what is moved.
-fn width(context: &Context, moved: &Moved, nodes: &[Node], meshes: &[Mesh], pointer: &str) -> Result<usize> {
-    let (mesh, place) = match moved.target {
+/// Number of components of one value of the target.
+fn components(
+    context: &Context,
+    target: &ChannelTarget,
+    targets: &AnimationTargets,
+    pointer: &str,
+) -> Result<usize> {
+    let AnimationTargets { nodes, meshes } = targets;
+    let (mesh, index) = match target.property {
         AnimationTarget::Translation(_) | AnimationTarget::Scale(_) => return Ok(3),
         AnimationTarget::Rotation(_) => return Ok(4),
         AnimationTarget::Weights(node) => (nodes.get(node.index()).and_then(|node| node.mesh), None),
-        AnimationTarget::Weight(node, place) => {
-            (nodes.get(node.index()).and_then(|node| node.mesh), Some(place))
+        AnimationTarget::Weight(node, index) => {
+            (nodes.get(node.index()).and_then(|node| node.mesh), Some(index))
         }
         AnimationTarget::MeshWeights(mesh) => (Some(mesh), None),
-        AnimationTarget::MeshWeight(mesh, place) => (Some(mesh), Some(place)),
+        AnimationTarget::MeshWeight(mesh, index) => (Some(mesh), Some(index)),
         AnimationTarget::Visibility(_)
         | AnimationTarget::Material(..)
         | AnimationTarget::Light(..)
         | AnimationTarget::Camera(..)
-        | AnimationTarget::ImageLight(..) => return Ok(moved.width),
+        | AnimationTarget::ImageLight(..) => return Ok(target.components),
     };
     let weights = mesh.and_then(|mesh| meshes.get(mesh.index())).map(|mesh| mesh.weights.len());
-    match (weights, place) {
-        (Some(count), Some(place)) if count > place as usize => Ok(1),
-        (Some(count), Some(place)) => {
-            let message = format!("there is no morph target {place}, the mesh has {count}");
+    match (weights, index) {
+        (Some(count), Some(index)) if count > index as usize => Ok(1),
+        (Some(count), Some(index)) => {
+            let message = format!("there is no morph target {index}, the mesh has {count}");
             Err(context.invalid(format!("{pointer}/target"), message))
         }
         (Some(count), None) if count > 0 => Ok(count),
-        _ => Err(context.invalid(format!("{pointer}/target"), "there are no morph targets to weigh")),
+        _ => Err(context.invalid(format!("{pointer}/target"), "the mesh has no morph targets")),
     }
 }
 
@@ -197,10 +211,10 @@ fn keyframes(
     context: &mut Context,
     data: &Data,
     sampler: &json::animation::Sampler,
-    moved: &Moved,
+    target: &ChannelTarget,
     pointer: &str,
 ) -> Result<Keyframes> {
-    let width = moved.width;
+    let components = target.components;
     let Checked::Valid(interpolation) = sampler.interpolation else {
         let message = "must be LINEAR, STEP or CUBICSPLINE";
         return Err(context.invalid(format!("{pointer}/interpolation"), message));
@@ -210,29 +224,30 @@ fn keyframes(
         JsonInterpolation::Linear => (Interpolation::Linear, 1),
         JsonInterpolation::CubicSpline => (Interpolation::CubicSpline, 3),
     };
-    if moved.is_switch && interpolation != Interpolation::Step {
-        let message = "must be STEP, because the property is either true or false";
+    if target.is_boolean && interpolation != Interpolation::Step {
+        let message = "must be STEP, because the property is a boolean";
         return Err(context.invalid(format!("{pointer}/interpolation"), message));
     }
     let times_seconds = times(context, data, sampler, pointer)?;
-    let values = values(context, data, sampler, moved, pointer)?;
-    let expected = times_seconds.len().checked_mul(values_per_key).and_then(|count| count.checked_mul(width));
+    let values = values(context, data, sampler, target, pointer)?;
+    let expected =
+        times_seconds.len().checked_mul(values_per_key).and_then(|count| count.checked_mul(components));
     if expected != Some(values.len()) {
         let message = format!(
-            "has {} numbers for {} keys of {} values with {width} components",
+            "has {} numbers for {} keyframes of {} values with {components} components",
             values.len(),
             times_seconds.len(),
             values_per_key
         );
         return Err(context.invalid(format!("{pointer}/output"), message));
     }
-    check_values(context, &values, values_per_key, moved, pointer)?;
+    check_values(context, &values, values_per_key, target, pointer)?;
     if let AnimationTarget::Rotation(_) | AnimationTarget::ImageLight(_, ImageLightProperty::Rotation) =
-        moved.target
+        target.property
     {
         check_rotations(context, &values, values_per_key, pointer)?;
     }
-    Ok(Keyframes { times_seconds, values, width, interpolation })
+    Ok(Keyframes { times_seconds, values, width: components, interpolation })
 }
 
 fn times(
@@ -254,8 +269,10 @@ fn times(
     }
     match times.windows(2).position(|pair| matches!(pair, [a, b] if a >= b)) {
         None => Ok(times),
-        Some(i) => Err(context
-            .invalid(pointer, format!("keyframe times must increase, but key {i} is not before the next"))),
+        Some(i) => Err(context.invalid(
+            pointer,
+            format!("keyframe times must increase, but keyframe {i} is not before the next"),
+        )),
     }
 }
 
@@ -263,7 +280,7 @@ fn values(
     context: &mut Context,
     data: &Data,
     sampler: &json::animation::Sampler,
-    moved: &Moved,
+    target: &ChannelTarget,
     pointer: &str,
 ) -> Result<Vec<f32>> {
     let reference = Reference {
@@ -271,31 +288,32 @@ fn values(
         accessor: sampler.output.value(),
         pointer: format!("{pointer}/output"),
     };
-    let weighs = matches!(moved.target, AnimationTarget::Weights(_) | AnimationTarget::MeshWeights(_));
-    Ok(match if weighs { 1 } else { moved.width } {
-        1 => data.floats_as::<1>(context, &reference, moved.keys)?.into_flattened(),
-        2 => data.floats_as::<2>(context, &reference, moved.keys)?.into_flattened(),
-        3 => data.floats_as::<3>(context, &reference, moved.keys)?.into_flattened(),
-        _ => data.floats_as::<4>(context, &reference, moved.keys)?.into_flattened(),
+    let is_weights = matches!(target.property, AnimationTarget::Weights(_) | AnimationTarget::MeshWeights(_));
+    Ok(match if is_weights { 1 } else { target.components } {
+        1 => data.floats_as::<1>(context, &reference, target.keys)?.into_flattened(),
+        2 => data.floats_as::<2>(context, &reference, target.keys)?.into_flattened(),
+        3 => data.floats_as::<3>(context, &reference, target.keys)?.into_flattened(),
+        _ => data.floats_as::<4>(context, &reference, target.keys)?.into_flattened(),
     })
 }
 
-/// Keys must be what the property may be; tangents of splines may be anything.
+/// Checks that keyframe values lie in the range of the property. Tangents of cubic splines may lie outside.
 fn check_values(
     context: &Context,
     values: &[f32],
     values_per_key: usize,
-    moved: &Moved,
+    target: &ChannelTarget,
     pointer: &str,
 ) -> Result<()> {
-    let parts = values.chunks(moved.width.max(1)).skip(values_per_key / 2).step_by(values_per_key.max(1));
-    let mut keys = parts.flatten();
+    let key_values =
+        values.chunks(target.components.max(1)).skip(values_per_key / 2).step_by(values_per_key.max(1));
+    let mut keys = key_values.flatten();
     keys.try_for_each(|&key| {
-        check_range(context, key, &moved.range, &format!("{pointer}/output")).map(|_| ())
+        check_range(context, key, &target.range, &format!("{pointer}/output")).map(|_| ())
     })
 }
 
-/// A key of length zero turns nowhere and could not be normalized. Tangents of splines may be zero.
+/// Errors on keyframe quaternions of length zero, which cannot be normalized. Tangents of cubic splines may be zero.
 fn check_rotations(context: &Context, values: &[f32], values_per_key: usize, pointer: &str) -> Result<()> {
     let (quaternions, _) = values.as_chunks::<4>();
     let value_of_key = values_per_key / 2;
@@ -305,7 +323,7 @@ fn check_rotations(context: &Context, values: &[f32], values_per_key: usize, poi
         None => Ok(()),
         Some(i) => Err(context.invalid(
             format!("{pointer}/output"),
-            format!("key {i} is a quaternion of length zero, which turns nowhere"),
+            format!("keyframe {i} is a quaternion of length zero, which is not a rotation"),
         )),
     }
 }

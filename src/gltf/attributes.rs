@@ -1,35 +1,35 @@
-//! The named attributes of a primitive: which there are, that they agree in length, and reading them.
+//! Named attributes of a primitive: lookup, equal element counts, and reading.
 
 use super::accessor::Data;
 use super::context::Context;
 use super::extensions::QUANTIZATION;
-use super::formats::{self, Allowed};
+use super::formats::{self, AllowedFormats};
 use super::raw::Raw;
 use crate::error::Result;
 
-/// An accessor as a use of it names it.
+/// Reference from an attribute to an accessor.
 #[derive(Clone, Debug)]
 pub(super) struct Reference {
     /// Attribute name.
     pub(super) name: String,
     /// Accessor index.
     pub(super) accessor: usize,
-    /// JSON pointer of the use.
+    /// JSON pointer of the reference.
     pub(super) pointer: String,
 }
 
-/// The attributes of a primitive, or of one of its morph targets.
+/// Attributes of a primitive or of one of its morph targets.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Attributes {
     references: Vec<Reference>,
 }
 
-/// Attribute names with a set number, and how many sets are used.
+/// Prefixes of attribute names that carry a set number, and how many sets of each are supported.
 const NUMBERED: [(&str, usize); 4] =
     [("TEXCOORD_", usize::MAX), ("JOINTS_", usize::MAX), ("WEIGHTS_", usize::MAX), ("COLOR_", 1)];
 
 impl Attributes {
-    /// Reads an object of attribute names and accessor indices.
+    /// Reads a JSON object that maps attribute names to accessor indices.
     pub(super) fn new(context: &Context, data: &Data, raw: &Raw) -> Result<Self> {
         let mut references = Vec::new();
         for (name, accessor, pointer) in raw.indices(context)? {
@@ -39,12 +39,12 @@ impl Attributes {
         Ok(Self { references })
     }
 
-    /// The attribute `name`.
+    /// Finds the attribute `name`.
     pub(super) fn find(&self, name: &str) -> Option<&Reference> {
         self.references.iter().find(|reference| reference.name == name)
     }
 
-    /// The attributes `prefix0`, `prefix1`, … in order; a gap is an error.
+    /// Returns the attributes `prefix0`, `prefix1`, … in order. A gap in the numbering is an error.
     pub(super) fn sets(&self, context: &Context, prefix: &str) -> Result<Vec<Reference>> {
         let numbered =
             self.references.iter().filter(|reference| set_number(&reference.name, prefix).is_some()).count();
@@ -63,13 +63,13 @@ impl Attributes {
         }
     }
 
-    /// The names of the attributes that are `prefix` and a number.
+    /// Names of the attributes that consist of `prefix` and a number.
     pub(super) fn numbered(&self, prefix: &str) -> Vec<String> {
         let names = self.references.iter().map(|reference| &reference.name);
         names.filter(|name| set_number(name, prefix).is_some()).cloned().collect()
     }
 
-    /// All attributes.
+    /// Iterates over all attributes.
     pub(super) fn iter(&self) -> impl Iterator<Item = &Reference> {
         self.references.iter()
     }
@@ -79,12 +79,12 @@ impl Attributes {
         self.references.first()
     }
 
-    /// Errors unless every attribute has the `count` elements of POSITION.
+    /// Errors unless every attribute has `count` elements, the count of POSITION.
     pub(super) fn check_counts(&self, context: &Context, data: &Data, count: u64) -> Result<()> {
         self.check_counts_against(context, data, count, "POSITION")
     }
 
-    /// Errors unless every attribute has the `count` elements of the attribute `base`.
+    /// Errors unless every attribute has `count` elements, the count of the attribute `base`.
     pub(super) fn check_counts_against(
         &self,
         context: &Context,
@@ -102,7 +102,7 @@ impl Attributes {
         Ok(())
     }
 
-    /// Warns about attributes that are not used; those that begin with `_` belong to applications.
+    /// Warns about unsupported attributes. Names that begin with `_` are application-specific and raise no warning.
     pub(super) fn warn_unused(&self, context: &mut Context) {
         for Reference { name, pointer, .. } in &self.references {
             let plain = matches!(name.as_str(), "POSITION" | "NORMAL" | "TANGENT");
@@ -115,7 +115,7 @@ impl Attributes {
     }
 }
 
-/// The number behind `prefix` in `name`.
+/// The number that follows `prefix` in `name`.
 fn set_number(name: &str, prefix: &str) -> Option<usize> {
     let digits = name.strip_prefix(prefix)?;
     let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
@@ -123,34 +123,34 @@ fn set_number(name: &str, prefix: &str) -> Option<usize> {
 }
 
 impl Data<'_> {
-    /// All elements of the accessor that `reference` names, checked against `allowed`, as floats.
+    /// Reads the accessor of `reference` as floats, after checking its format against `allowed`.
     pub(super) fn floats_as<const N: usize>(
         &self,
         context: &mut Context,
         reference: &Reference,
-        allowed: &Allowed,
+        allowed: &AllowedFormats,
     ) -> Result<Vec<[f32; N]>> {
         self.check_format(context, reference, allowed)?;
         self.floats(context, reference.accessor, &reference.pointer)
     }
 
-    /// The same as unsigned integers.
+    /// Reads the accessor of `reference` as unsigned integers, after checking its format against `allowed`.
     pub(super) fn integers_as<const N: usize>(
         &self,
         context: &mut Context,
         reference: &Reference,
-        allowed: &Allowed,
+        allowed: &AllowedFormats,
     ) -> Result<Vec<[u32; N]>> {
         self.check_format(context, reference, allowed)?;
         self.integers(context, reference.accessor, &reference.pointer)
     }
 
-    /// The same for colours, where a missing alpha becomes `alpha`.
+    /// Reads the accessor of `reference` as RGBA colours. RGB colours get the alpha `alpha`.
     pub(super) fn colors_as(
         &self,
         context: &mut Context,
         reference: &Reference,
-        allowed: &Allowed,
+        allowed: &AllowedFormats,
         alpha: f32,
     ) -> Result<Vec<[f32; 4]>> {
         let accessor = self.accessor(context, reference.accessor, &reference.pointer)?;
@@ -165,7 +165,7 @@ impl Data<'_> {
         Ok(colors)
     }
 
-    fn check_format(&self, context: &Context, reference: &Reference, allowed: &Allowed) -> Result<()> {
+    fn check_format(&self, context: &Context, reference: &Reference, allowed: &AllowedFormats) -> Result<()> {
         let accessor = self.accessor(context, reference.accessor, &reference.pointer)?;
         let quantization = self.document.uses(QUANTIZATION);
         formats::check(context, accessor, allowed, quantization, &reference.pointer)

@@ -1,5 +1,6 @@
-//! What an accessor declares, checked against its buffer view and that against its buffer, in 64-bit arithmetic that
-//! cannot wrap and before any data is looked at.
+//! Bounds checks: accessors against their buffer views, buffer views against their buffers.
+//!
+//! All arithmetic is 64-bit and cannot wrap. The checks range before any data is read.
 //!
 //! Source: glTF 2.0 specification, sections 3.6.1.2 and 3.6.2 (buffer views, accessors, alignment, sparse accessors).
 
@@ -13,20 +14,20 @@ use super::document::Document;
 use super::formats::Format;
 use crate::error::Result;
 
-/// Smallest and largest distance between elements that a buffer view may ask for, bytes.
+/// AllowedFormats range of `byteStride`, bytes.
 const STRIDE_BYTES: std::ops::RangeInclusive<usize> = 4..=252;
 
-/// A run of elements as an accessor declares it.
+/// Range of elements in a buffer view, as an accessor declares it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Run {
+pub(super) struct ElementRange {
     pub(super) view: usize,
     pub(super) offset: u64,
     pub(super) count: u64,
-    /// Whether the view's stride applies.
+    /// Whether the stride of the view applies.
     strided: bool,
 }
 
-/// Checks every buffer, buffer view and accessor against what the file declares, used or not.
+/// Checks every buffer, buffer view and accessor of the file, including those that nothing refers to.
 pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
     let root = &document.root;
     for (i, buffer) in root.buffers.iter().enumerate() {
@@ -36,7 +37,7 @@ pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
     }
     for (i, view) in root.buffer_views.iter().enumerate() {
         let pointer = format!("/bufferViews/{i}");
-        let buffer = context.subscript(
+        let buffer = context.check_index(
             view.buffer.value(),
             root.buffers.len(),
             &format!("{pointer}/buffer"),
@@ -60,7 +61,7 @@ pub(super) fn check_all(context: &Context, document: &Document) -> Result<()> {
 }
 
 fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, pointer: &str) -> Result<()> {
-    // An unknown format is wrong only where it is used.
+    // An unknown format is an error only when the accessor is read.
     let Some(format) = Format::of(accessor) else {
         return Ok(());
     };
@@ -72,8 +73,8 @@ fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, p
         return Err(context.invalid(format!("{pointer}/normalized"), message));
     }
     let layout = ElementLayout::new(format.shape, format.component);
-    if let Some(run) = base_run(accessor) {
-        check_run(context, document, &run, &layout, pointer)?;
+    if let Some(range) = base_elements(accessor) {
+        check_element_range(context, document, &range, &layout, pointer)?;
     }
     let Some(sparse) = &accessor.sparse else {
         return Ok(());
@@ -83,17 +84,17 @@ fn check_accessor(context: &Context, document: &Document, accessor: &Accessor, p
         let message = format!("must lie between 1 and {}", accessor.count.0);
         return Err(context.invalid(format!("{pointer}/count"), message));
     }
-    let (indices, index_type) = sparse_index_run(context, accessor, &pointer)?;
+    let (indices, index_type) = sparse_indices(context, accessor, &pointer)?;
     let index_layout = ElementLayout::new(Type::Scalar, index_type);
-    check_run(context, document, &indices, &index_layout, &format!("{pointer}/indices"))?;
-    let Some(values) = sparse_value_run(accessor) else {
+    check_element_range(context, document, &indices, &index_layout, &format!("{pointer}/indices"))?;
+    let Some(values) = sparse_values(accessor) else {
         return Ok(());
     };
-    check_run(context, document, &values, &layout, &format!("{pointer}/values")).map(|_| ())
+    check_element_range(context, document, &values, &layout, &format!("{pointer}/values")).map(|_| ())
 }
 
-pub(super) fn base_run(accessor: &Accessor) -> Option<Run> {
-    Some(Run {
+pub(super) fn base_elements(accessor: &Accessor) -> Option<ElementRange> {
+    Some(ElementRange {
         view: accessor.buffer_view?.value(),
         offset: accessor.byte_offset.map_or(0, |offset| offset.0),
         count: accessor.count.0,
@@ -101,11 +102,11 @@ pub(super) fn base_run(accessor: &Accessor) -> Option<Run> {
     })
 }
 
-pub(super) fn sparse_index_run(
+pub(super) fn sparse_indices(
     context: &Context,
     accessor: &Accessor,
     pointer: &str,
-) -> Result<(Run, ComponentType)> {
+) -> Result<(ElementRange, ComponentType)> {
     let wrong = || {
         let message = "must be 5121, 5123 or 5125";
         context.invalid(format!("{pointer}/indices/componentType"), message)
@@ -114,18 +115,18 @@ pub(super) fn sparse_index_run(
     let Checked::Valid(component) = sparse.indices.component_type else {
         return Err(wrong());
     };
-    let run = Run {
+    let range = ElementRange {
         view: sparse.indices.buffer_view.value(),
         offset: sparse.indices.byte_offset.0,
         count: sparse.count.0,
         strided: false,
     };
-    Ok((run, component.0))
+    Ok((range, component.0))
 }
 
-pub(super) fn sparse_value_run(accessor: &Accessor) -> Option<Run> {
+pub(super) fn sparse_values(accessor: &Accessor) -> Option<ElementRange> {
     let sparse = accessor.sparse.as_ref()?;
-    Some(Run {
+    Some(ElementRange {
         view: sparse.values.buffer_view.value(),
         offset: sparse.values.byte_offset.0,
         count: sparse.count.0,
@@ -133,21 +134,22 @@ pub(super) fn sparse_value_run(accessor: &Accessor) -> Option<Run> {
     })
 }
 
-/// Checks that a run lies inside its view and returns the distance of its elements.
-pub(super) fn check_run(
+/// Checks that the elements lie inside their view. Returns their stride in bytes.
+pub(super) fn check_element_range(
     context: &Context,
     document: &Document,
-    run: &Run,
+    range: &ElementRange,
     layout: &ElementLayout,
     pointer: &str,
 ) -> Result<usize> {
     let views = &document.root.buffer_views;
-    let index = context.subscript(run.view, views.len(), &format!("{pointer}/bufferView"), "buffer view")?;
+    let index =
+        context.check_index(range.view, views.len(), &format!("{pointer}/bufferView"), "buffer view")?;
     let view = views.get(index);
     let view_bytes = view.map_or(0, |view| view.byte_length.0);
     let stride = view
         .and_then(|view| view.byte_stride)
-        .filter(|_| run.strided)
+        .filter(|_| range.strided)
         .map_or(layout.packed_bytes, |stride| stride.0);
     if stride < layout.occupied_bytes {
         let message = format!(
@@ -156,16 +158,16 @@ pub(super) fn check_run(
         );
         return Err(context.invalid(pointer, message));
     }
-    let end = run
+    let end = range
         .count
         .checked_sub(1)
         .and_then(|steps| steps.checked_mul(stride as u64))
         .and_then(|bytes| bytes.checked_add(layout.occupied_bytes as u64))
-        .and_then(|bytes| bytes.checked_add(run.offset));
+        .and_then(|bytes| bytes.checked_add(range.offset));
     if end.is_none_or(|end| end > view_bytes) {
         let message = format!(
             "reaches past the end of buffer view {index}: {} elements from byte {} do not fit into {view_bytes} bytes",
-            run.count, run.offset
+            range.count, range.offset
         );
         return Err(context.invalid(pointer, message));
     }

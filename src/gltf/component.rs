@@ -1,4 +1,4 @@
-//! Numbers inside an accessor's element: where they lie and how they are converted.
+//! Components of accessor elements: byte layout and conversion to numbers.
 //!
 //! Source: glTF 2.0 specification, sections 3.6.2.2 (data types), 3.6.2.4 (alignment) and 3.11 (normalized integers).
 
@@ -7,7 +7,7 @@ use gltf::json::accessor::{ComponentType, Type};
 /// Columns of a matrix start at multiples of four bytes.
 const COLUMN_ALIGNMENT: usize = 4;
 
-/// Where the components of one element lie.
+/// Byte layout of one element.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ElementLayout {
     /// Byte offset of each component from the start of the element.
@@ -19,7 +19,7 @@ pub(super) struct ElementLayout {
 }
 
 impl ElementLayout {
-    /// The layout of elements of `shape` whose components are `component`.
+    /// Layout of elements of type `shape` with components of type `component`.
     pub(super) fn new(shape: Type, component: ComponentType) -> Self {
         let (columns, rows) = match shape {
             Type::Scalar => (1_usize, 1_usize),
@@ -48,7 +48,7 @@ impl ElementLayout {
     }
 }
 
-/// The component at the start of `bytes` as a float; zero where `bytes` is too short.
+/// Converts the component at the start of `bytes` to a float. Returns zero if `bytes` is too short.
 pub(super) fn float(bytes: &[u8], component: ComponentType, normalized: bool) -> f32 {
     let (value, largest) = match component {
         ComponentType::F32 => return f32::from_le_bytes(leading(bytes)),
@@ -65,7 +65,7 @@ pub(super) fn float(bytes: &[u8], component: ComponentType, normalized: bool) ->
     if scaled < -1.0 { -1.0 } else { scaled }
 }
 
-/// The component at the start of `bytes` as an unsigned integer; zero for types that are not.
+/// Converts the component at the start of `bytes` to an unsigned integer. Returns zero for signed and float types.
 pub(super) fn unsigned(bytes: &[u8], component: ComponentType) -> u32 {
     match component {
         ComponentType::U8 => u32::from(u8::from_le_bytes(leading(bytes))),

@@ -1,4 +1,4 @@
-//! The scene file itself: reading it safely and splitting a GLB container into JSON and binary chunks.
+//! Scene file container: reads the file safely and splits a GLB into its JSON and binary chunks.
 
 use std::fs::File;
 use std::io::Read;
@@ -15,10 +15,10 @@ const CHUNK_JSON: u32 = u32::from_le_bytes(*b"JSON");
 const CHUNK_BIN: u32 = u32::from_le_bytes(*b"BIN\0");
 const BYTE_ORDER_MARK: &[u8] = &[0xef, 0xbb, 0xbf];
 
-/// No scene file is larger; lengths inside a GLB are 32-bit.
+/// Largest supported scene file. Lengths inside a GLB are 32-bit.
 const MAX_FILE_BYTES: u64 = u32::MAX as u64;
 
-/// A scene file in memory, and where its parts lie.
+/// Scene file in memory, with the byte ranges of its chunks.
 #[derive(Debug)]
 pub(super) struct SceneFile {
     /// The whole file.
@@ -45,8 +45,8 @@ pub(super) fn read(context: &mut Context) -> Result<SceneFile> {
     split(context, bytes)
 }
 
-/// Reads a regular file of at most `limit_bytes`. Anything else, such as a pipe or a device, is an error before it
-/// is opened, since opening could block.
+/// Reads a regular file of at most `limit_bytes`. Pipes, devices and other special files are refused before they are
+/// opened, because opening one could block.
 pub(super) fn read_regular(
     context: &mut Context,
     path: &Path,
@@ -78,7 +78,7 @@ pub(super) fn read_regular(
     Ok(bytes)
 }
 
-/// Finds the JSON and the binary chunk of a scene file.
+/// Locates the JSON and the binary chunk of a scene file.
 pub(super) fn split(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
     if bytes.is_empty() {
         return Err(context.invalid("", "is empty"));
@@ -119,7 +119,7 @@ fn split_glb(context: &mut Context, bytes: Vec<u8>) -> Result<SceneFile> {
     Ok(SceneFile { bytes, json, bin })
 }
 
-/// The chunk's text without a byte order mark and without the zeros that some exporters pad with.
+/// Range of the JSON text without a byte order mark and without the trailing zeros that some exporters write.
 fn json_text(bytes: &[u8], chunk: Range<usize>) -> Range<usize> {
     let Range { mut start, mut end } = chunk;
     if bytes.get(start..end).is_some_and(|text| text.starts_with(BYTE_ORDER_MARK)) {
@@ -131,7 +131,7 @@ fn json_text(bytes: &[u8], chunk: Range<usize>) -> Range<usize> {
     start..end
 }
 
-/// The length that the header states; what follows it is not part of the GLB.
+/// Returns the length that the GLB header states. Bytes after it do not belong to the GLB.
 fn check_glb_header(context: &mut Context, bytes: &[u8]) -> Result<usize> {
     let (Some(version), Some(length)) = (u32_at(bytes, 4), u32_at(bytes, 8)) else {
         return Err(context.invalid("", "the GLB ends inside its header; the file is truncated"));
@@ -139,18 +139,18 @@ fn check_glb_header(context: &mut Context, bytes: &[u8]) -> Result<usize> {
     if version != 2 {
         return Err(context.unsupported(
             "",
-            format!("is a GLB of version {version}; only version 2 can be read, export it anew"),
+            format!("is a GLB of version {version}; only version 2 is supported; export the file again"),
         ));
     }
     let length = length as usize;
     if length < bytes.len() {
-        context.warn("", "the file goes on after the end of the GLB; the rest is ignored");
+        context.warn("", "the file has bytes after the end of the GLB; they are ignored");
     }
     if length > bytes.len() {
         return Err(context.invalid(
             "",
             format!(
-                "the GLB header promises {length} bytes, the file has {}; it is truncated or damaged",
+                "the GLB header states {length} bytes, the file has {}; it is truncated or damaged",
                 bytes.len()
             ),
         ));
@@ -163,7 +163,7 @@ fn chunk_at(context: &Context, bytes: &[u8], position: usize) -> Result<(u32, Ra
         context.invalid(
             "",
             format!(
-                "the GLB chunk at byte {position} reaches past the end; the file is truncated or damaged"
+                "the GLB chunk at byte {position} extends past the end; the file is truncated or damaged"
             ),
         )
     };

@@ -1,4 +1,4 @@
-//! What every step of an import shares: the file's name for errors, the warnings so far, and the memory budget.
+//! Import context, shared by all import steps: file path for errors, warnings so far, memory budget.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -8,13 +8,13 @@ use crate::error::{Error, Result, Warning, over_limit};
 /// State of one import.
 #[derive(Debug)]
 pub(super) struct Context<'a> {
-    /// The scene file.
+    /// Path of the scene file.
     pub(super) path: &'a Path,
     limit_bytes: u64,
     used_bytes: u64,
     warnings: Vec<Warning>,
     warned: BTreeSet<String>,
-    /// Whether clips may move properties of materials, so that what has no effect at first must be kept.
+    /// Whether animations can change material properties. Then material extensions without an initial effect must be kept.
     pub(super) animates_properties: bool,
 }
 
@@ -30,22 +30,22 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// A wrong value at `pointer`.
+    /// Error for an invalid value at `pointer`.
     pub(super) fn invalid(&self, pointer: impl Into<String>, message: impl Into<String>) -> Error {
         Error::invalid(self.path, pointer, message)
     }
 
-    /// A feature that is not supported, asked for at `pointer`.
+    /// Error for an unsupported feature that the file uses at `pointer`.
     pub(super) fn unsupported(&self, pointer: impl Into<String>, message: impl Into<String>) -> Error {
         Error::unsupported(self.path, pointer, message)
     }
 
-    /// A limit or a safety rule that `pointer` breaks.
+    /// Error for a limit or a safety rule that the value at `pointer` violates.
     pub(super) fn refused(&self, pointer: impl Into<String>, message: impl Into<String>) -> Error {
         Error::refused(self.path, pointer, message)
     }
 
-    /// Notes something that is not honoured; the same message is noted once, at its first place.
+    /// Records a warning. Repeated messages are recorded once, with the pointer of the first.
     pub(super) fn warn(&mut self, pointer: impl Into<String>, message: impl Into<String>) {
         let message = message.into();
         if self.warned.insert(message.clone()) {
@@ -53,7 +53,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Claims memory for what `pointer` asks for, before it is allocated.
+    /// Reserves memory for the object at `pointer`. Call it before allocating.
     pub(super) fn charge(&mut self, bytes: u64, pointer: &str) -> Result<()> {
         let total = self.used_bytes.saturating_add(bytes);
         if total > self.limit_bytes {
@@ -63,8 +63,8 @@ impl<'a> Context<'a> {
         Ok(())
     }
 
-    /// An empty list with room for `count` values, claimed from the budget; refused rather than aborted when the
-    /// system has no such memory.
+    /// Reserves memory for `count` values and allocates an empty list with that capacity. Returns an error rather than
+    /// aborting if the system has too little memory.
     pub(super) fn allocate<T>(&mut self, count: u64, pointer: &str) -> Result<Vec<T>> {
         let bytes = count.saturating_mul(size_of::<T>() as u64);
         self.charge(bytes, pointer)?;
@@ -76,42 +76,48 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// Bytes that may be claimed in all.
+    /// Memory limit, bytes.
     pub(super) fn limit_bytes(&self) -> u64 {
         self.limit_bytes
     }
 
-    /// Bytes claimed so far.
+    /// Memory reserved so far, bytes.
     pub(super) fn used_bytes(&self) -> u64 {
         self.used_bytes
     }
 
-    /// Gives back what was claimed since `used_before` except `kept_bytes`, once the rest is no longer in memory.
-    pub(super) fn settle(&mut self, used_before: u64, kept_bytes: u64) {
+    /// Releases the memory reserved since `used_before` except `kept_bytes`. Call it after temporary data has been dropped.
+    pub(super) fn release_temporaries(&mut self, used_before: u64, kept_bytes: u64) {
         let kept = used_before.saturating_add(kept_bytes);
         if kept < self.used_bytes {
             self.used_bytes = kept;
         }
     }
 
-    /// Bytes that may still be claimed.
+    /// Memory that can still be reserved, bytes.
     pub(super) fn remaining_bytes(&self) -> u64 {
         self.limit_bytes.saturating_sub(self.used_bytes)
     }
 
-    /// The refusal of something that needs `total_bytes` in all.
+    /// Error for a total of `total_bytes`, which exceeds the memory limit.
     pub(super) fn too_large(&self, total_bytes: u64, pointer: &str) -> Error {
         self.refused(
             pointer,
             format!(
-                "all up to here needs about {}; raise --max-memory",
+                "the import needs about {} up to this object; raise --max-memory",
                 over_limit(total_bytes.into(), self.limit_bytes.into())
             ),
         )
     }
 
-    /// `index` as a subscript of a list of `length`.
-    pub(super) fn subscript(&self, index: usize, length: usize, pointer: &str, what: &str) -> Result<usize> {
+    /// Checks that `index` is less than `length`; `what` names the element in the message.
+    pub(super) fn check_index(
+        &self,
+        index: usize,
+        length: usize,
+        pointer: &str,
+        what: &str,
+    ) -> Result<usize> {
         if index < length {
             return Ok(index);
         }

@@ -1,4 +1,4 @@
-//! The JSON document: parsed with bounded nesting, repaired where exporters deviate without ambiguity, then typed.
+//! JSON document: parsed with a depth limit, repaired where exporters deviate unambiguously, then typed.
 
 use std::path::Path;
 
@@ -10,26 +10,27 @@ use super::context::Context;
 use super::raw::Raw;
 use crate::error::Result;
 
-/// Stands for the node of an animation channel that has none.
+/// Placeholder for the missing node of an animation channel.
 pub(super) const NO_NODE: usize = u32::MAX as usize;
 
-/// A parsed document, typed and raw.
+/// Parsed document, typed and as raw JSON.
 #[derive(Debug)]
 pub(super) struct Document {
-    /// The core objects.
+    /// Typed core objects.
     pub(super) root: Root,
-    /// The repaired JSON, for extensions and what the types do not hold.
+    /// Repaired JSON, for extensions and for members that the types do not model.
     pub(super) value: Value,
 }
 
 impl Document {
     /// Parses JSON text.
     pub(super) fn parse(context: &mut Context, json: &[u8]) -> Result<Self> {
-        let text = std::str::from_utf8(json).map_err(|_| context.invalid("", not_gltf(context.path)))?;
+        let text =
+            std::str::from_utf8(json).map_err(|_| context.invalid("", not_text_message(context.path)))?;
         context.charge(parsed_bytes(json), "")?;
-        // serde_json bounds the nesting depth, so that walking the value cannot exhaust the stack.
-        let mut value: Value =
-            serde_json::from_str(text).map_err(|error| context.invalid("", not_json(text, &error)))?;
+        // serde_json limits the nesting depth, so walking the value cannot overflow the stack.
+        let mut value: Value = serde_json::from_str(text)
+            .map_err(|error| context.invalid("", invalid_json_message(text, &error)))?;
         if !value.is_object() {
             return Err(context.invalid("", "is not a glTF file: the JSON is not an object"));
         }
@@ -41,28 +42,28 @@ impl Document {
         Ok(Self { root, value })
     }
 
-    /// Whether the file says that it uses or requires the extension `name`.
+    /// Whether the file uses or requires the extension `name`.
     pub(super) fn uses(&self, name: &str) -> bool {
         let Root { extensions_used, extensions_required, .. } = &self.root;
         extensions_used.iter().chain(extensions_required).any(|used| used == name)
     }
 
-    /// The raw object behind element `index` of the top-level array `array`.
+    /// JSON of element `index` of the top-level array `array`.
     pub(super) fn element(&self, array: &str, index: usize) -> Option<Raw<'_>> {
         Raw::at(&self.value, format!("/{array}/{index}"))
     }
 }
 
-/// For a file that is no text.
-fn not_gltf(path: &Path) -> String {
+/// Message for a file that is not UTF-8 text.
+fn not_text_message(path: &Path) -> String {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let hint =
-        if extension == "hdr" || extension == "exr" { " (an environment goes after --env)" } else { "" };
+        if extension == "hdr" || extension == "exr" { " (pass an environment with --env)" } else { "" };
     format!("is not a glTF file; name a .glb or .gltf{hint}")
 }
 
-/// For text that does not parse.
-fn not_json(text: &str, error: &serde_json::Error) -> String {
+/// Message for text that is not valid JSON.
+fn invalid_json_message(text: &str, error: &serde_json::Error) -> String {
     if text.trim_start().starts_with('{') {
         format!("is not valid JSON: {error}")
     } else {
@@ -70,7 +71,7 @@ fn not_json(text: &str, error: &serde_json::Error) -> String {
     }
 }
 
-/// Memory that JSON text takes once parsed and typed, rounded up: small objects grow most.
+/// Estimated memory of JSON text once parsed and typed, bytes, rounded up. Small objects grow most.
 fn parsed_bytes(json: &[u8]) -> u64 {
     const OBJECT_BYTES: u64 = 1024;
     const VALUE_BYTES: u64 = 64;
@@ -85,9 +86,9 @@ fn parsed_bytes(json: &[u8]) -> u64 {
         .saturating_add(json.len() as u64)
 }
 
-/// Turns whole numbers written as `3.0` or `3e0` into integers and drops `extras`, which belong to applications.
+/// Turns integers written as `3.0` or `3e0` into JSON integers, and removes the application-specific `extras`.
 fn normalize_numbers(value: &mut Value) {
-    /// Largest magnitude below which every whole number is exact.
+    /// Below this magnitude every integer is exact in double precision.
     const EXACT: f64 = 9_007_199_254_740_992.0;
     match value {
         Value::Number(number) => {
@@ -107,14 +108,14 @@ fn normalize_numbers(value: &mut Value) {
     }
 }
 
-/// A scene may have no nodes; the types insist on the list.
+/// Adds a missing node list to scenes: it is optional in glTF, but required by the types.
 fn repair_scenes(value: &mut Value) {
     for scene in objects(value.get_mut("scenes")) {
         scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
     }
 }
 
-/// An animation channel may have no node; the types insist on one.
+/// Adds a placeholder for a missing node to animation channels: it is optional in glTF, but required by the types.
 fn repair_channels(context: &Context, value: &mut Value) -> Result<()> {
     for (i, animation) in objects(value.get_mut("animations")).enumerate() {
         for (j, channel) in objects(animation.get_mut("channels")).enumerate() {
@@ -135,7 +136,7 @@ fn objects(array: Option<&mut Value>) -> impl Iterator<Item = &mut Map<String, V
     array.and_then(Value::as_array_mut).into_iter().flatten().filter_map(Value::as_object_mut)
 }
 
-/// Types every element by itself, so that an error names the element.
+/// Deserializes every element separately, so that an error names the element.
 fn typed_root(context: &Context, value: &Value) -> Result<Root> {
     let asset = value
         .get("asset")
@@ -190,7 +191,7 @@ fn check_version(context: &Context, asset: &Asset) -> Result<()> {
         context.invalid("/asset/version", format!("\"{}\" is not a version", asset.version))
     })?;
     if major != 2 {
-        let message = format!("glTF {} cannot be read, only 2.0; export it anew", asset.version);
+        let message = format!("glTF {} is not supported, only 2.0; export the file again", asset.version);
         return Err(context.unsupported("/asset/version", message));
     }
     let Some(minimum) = &asset.min_version else {
@@ -200,7 +201,7 @@ fn check_version(context: &Context, asset: &Asset) -> Result<()> {
         Some(minimum) if minimum <= (2, 0) => Ok(()),
         Some(_) => Err(context.unsupported(
             "/asset/minVersion",
-            format!("the file needs glTF {minimum}; only 2.0 can be read"),
+            format!("the file requires glTF {minimum}; only 2.0 is supported"),
         )),
         None => Err(context.invalid("/asset/minVersion", format!("\"{minimum}\" is not a version"))),
     }

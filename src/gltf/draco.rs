@@ -1,9 +1,9 @@
-//! Primitives stored as Draco streams.
+//! Draco-compressed primitives.
 //!
-//! Source: the text of `KHR_draco_mesh_compression` (Khronos Group); the streams are decoded by the crate `draco-core`.
+//! Source: the text of `KHR_draco_mesh_compression` (Khronos Group). The crate `draco-core` decodes the streams.
 //!
-//! The triangles and attributes of the stream replace what the primitive's accessors hold, after they have been compared
-//! with what the accessors say. Where the file brings a plain copy as well, it is not read.
+//! The decoded triangles and attributes replace the data of the primitive's accessors, after they have been checked
+//! against the counts and formats of the accessors. An uncompressed fallback in the file is not read.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -11,7 +11,7 @@ use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, Point
 use gltf::json;
 use gltf::json::accessor::ComponentType;
 
-use super::accessor::{Data, Replaced};
+use super::accessor::{Data, DecodedAccessors};
 use super::attributes::Attributes;
 use super::component::ElementLayout;
 use super::context::Context;
@@ -19,26 +19,26 @@ use super::formats::{Format, format_name};
 use super::raw::Raw;
 use crate::error::Result;
 
-/// What the decoder needs for each triangle besides the attributes; an estimate that bounds what it is asked for.
-const WORKING_BYTES_A_TRIANGLE: u64 = 128;
+/// Estimated memory that the decoder needs for each triangle in addition to the attributes. Bounds the decoder's input.
+const WORKING_BYTES_PER_TRIANGLE: u64 = 128;
 
-/// The geometry of one stream.
+/// Decoded geometry of one stream.
 #[derive(Debug)]
-pub(super) struct Unpacked {
-    /// The content of the attributes' accessors.
-    pub(super) replaced: Replaced,
-    /// Corners of each triangle.
+pub(super) struct DecodedPrimitive {
+    /// Decoded elements of the attributes' accessors.
+    pub(super) decoded: DecodedAccessors,
+    /// Vertex indices of each triangle.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Decodes the stream of the primitive `json`, whose extension object is `raw`.
-pub(super) fn unpack(
+/// Decodes the stream of the primitive `json`; `raw` is its extension object.
+pub(super) fn decode_primitive(
     context: &mut Context,
     data: &Data,
     attributes: &Attributes,
     json: &json::mesh::Primitive,
     raw: &Raw,
-) -> Result<Unpacked> {
+) -> Result<DecodedPrimitive> {
     raw.expect_object(context)?;
     let Some(view) = raw.index(context, "bufferView")? else {
         return Err(context.invalid(format!("{}/bufferView", raw.pointer), "is missing"));
@@ -46,16 +46,16 @@ pub(super) fn unpack(
     let stream = data.view_bytes(context, view, &format!("{}/bufferView", raw.pointer))?;
     let used_before = context.used_bytes();
     let mesh = decode(context, stream, &raw.pointer)?;
-    let mesh_bytes = held_bytes(&mesh);
+    let mesh_bytes = mesh_size(&mesh);
     context.charge(mesh_bytes, &raw.pointer)?;
     let triangles = triangles(context, data, &mesh, json, raw)?;
     let Some(names) = raw.field("attributes") else {
         return Err(context.invalid(format!("{}/attributes", raw.pointer), "is missing"));
     };
-    let mut replaced = Replaced::new();
+    let mut decoded = DecodedAccessors::new();
     for (name, id, pointer) in names.indices(context)? {
         let Some(reference) = attributes.find(name) else {
-            let message = format!("the primitive has no attribute {name} that this could fill");
+            let message = format!("the primitive has no attribute {name} for these values");
             return Err(context.invalid(pointer, message));
         };
         let attribute = u32::try_from(id).ok().and_then(|id| mesh.attribute_by_unique_id(id));
@@ -65,7 +65,7 @@ pub(super) fn unpack(
         let accessor = data.accessor(context, reference.accessor, &reference.pointer)?;
         if accessor.count.0 != mesh.num_points() as u64 {
             let message = format!(
-                "the compressed data has {} vertices, but accessor {} says {}",
+                "the compressed data has {} vertices, but accessor {} has {}",
                 mesh.num_points(),
                 reference.accessor,
                 accessor.count.0
@@ -78,16 +78,16 @@ pub(super) fn unpack(
             );
         };
         let values = values(context, &mesh, attribute, format, &pointer)?;
-        replaced.insert(reference.accessor, values);
+        decoded.insert(reference.accessor, values);
     }
-    // The mesh goes, what was made of it stays.
+    // The decoded mesh is dropped, the data copied from it is kept.
     let kept = context.used_bytes().saturating_sub(used_before).saturating_sub(mesh_bytes);
-    context.settle(used_before, kept);
-    Ok(Unpacked { replaced, triangles })
+    context.release_temporaries(used_before, kept);
+    Ok(DecodedPrimitive { decoded, triangles })
 }
 
-/// Bytes of a decoded mesh: corners, values and which value each vertex has.
-fn held_bytes(mesh: &Mesh) -> u64 {
+/// Size of a decoded mesh: vertex indices, attribute values and the map from vertices to values.
+fn mesh_size(mesh: &Mesh) -> u64 {
     let corners = (mesh.num_faces() as u64).saturating_mul(12);
     let attributes = (0..mesh.num_attributes()).map(|index| {
         let values = mesh.attribute(index).buffer().data().len() as u64;
@@ -96,13 +96,13 @@ fn held_bytes(mesh: &Mesh) -> u64 {
     attributes.fold(corners, u64::saturating_add)
 }
 
-/// Decodes within what memory is left.
+/// Decodes `stream` within the remaining memory.
 fn decode(context: &mut Context, stream: &[u8], pointer: &str) -> Result<Mesh> {
     let remaining = context.remaining_bytes();
-    let most = (remaining / WORKING_BYTES_A_TRIANGLE).min(u64::from(u32::MAX));
+    let max_elements = (remaining / WORKING_BYTES_PER_TRIANGLE).min(u64::from(u32::MAX));
     let limits = DecodeLimits::default()
-        .with_max_faces(most)
-        .with_max_points(most)
+        .with_max_faces(max_elements)
+        .with_max_points(max_elements)
         .with_max_decoded_bytes(remaining / 2);
     let decoded = catch_unwind(AssertUnwindSafe(|| {
         let mut mesh = Mesh::new();
@@ -124,7 +124,8 @@ fn decode(context: &mut Context, stream: &[u8], pointer: &str) -> Result<Mesh> {
     }
 }
 
-/// The stream's triangles. Some exporters note the number of indices from before compression, which is told.
+/// Triangles of the stream. Warns if the accessor counts other indices: some exporters write the count from before
+/// compression.
 fn triangles(
     context: &mut Context,
     data: &Data,
@@ -136,7 +137,7 @@ fn triangles(
     triangles.extend(mesh.faces().iter().map(|face| face.map(|point| point.0)));
     let vertices = mesh.num_points();
     if let Some(corner) = triangles.iter().flatten().find(|corner| **corner as usize >= vertices) {
-        let message = format!("the compressed data names vertex {corner} of {vertices}");
+        let message = format!("the compressed data refers to vertex {corner} of {vertices}");
         return Err(context.invalid(&raw.pointer, message));
     }
     let drawn_as_list = json.mode == json::validation::Checked::Valid(json::mesh::Mode::Triangles);
@@ -145,14 +146,14 @@ fn triangles(
         if accessor.count.0 != (triangles.len() as u64).saturating_mul(3) {
             context.warn(
                 &raw.pointer,
-                "some compressed primitives have another number of indices than their accessors say; all are shown",
+                "the index counts of some compressed primitives differ from those of their accessors; all triangles are used",
             );
         }
     }
     Ok(triangles)
 }
 
-/// The attribute's value at every vertex, packed as an accessor of `format` stores it.
+/// Values of the attribute at every vertex, packed as an accessor of `format` stores them.
 fn values(
     context: &mut Context,
     mesh: &Mesh,
@@ -194,7 +195,7 @@ fn values(
         for component in bytes.chunks_exact(size) {
             let number = integer(component, stored);
             let width = format.component.size();
-            let Some(bytes) = fitted(number, format.component) else {
+            let Some(bytes) = to_component_bytes(number, format.component) else {
                 return Err(too_large);
             };
             values.extend_from_slice(bytes.get(..width).unwrap_or_default());
@@ -214,7 +215,7 @@ fn data_type(component: ComponentType) -> DataType {
     }
 }
 
-/// A little-endian integer of the given type.
+/// Reads a little-endian integer of the type `stored`.
 fn integer(bytes: &[u8], stored: DataType) -> i64 {
     let signed = matches!(stored, DataType::Int8 | DataType::Int16 | DataType::Int32 | DataType::Int64);
     let negative = signed && bytes.last().is_some_and(|byte| byte & 0x80 != 0);
@@ -223,8 +224,8 @@ fn integer(bytes: &[u8], stored: DataType) -> i64 {
     i64::from_le_bytes(wide)
 }
 
-/// The little-endian bytes of `number` if the component type holds it.
-fn fitted(number: i64, component: ComponentType) -> Option<[u8; 8]> {
+/// The little-endian bytes of `number`, or `None` if the component type cannot hold it.
+fn to_component_bytes(number: i64, component: ComponentType) -> Option<[u8; 8]> {
     let range = match component {
         ComponentType::I8 => i64::from(i8::MIN)..=i64::from(i8::MAX),
         ComponentType::U8 => 0..=i64::from(u8::MAX),

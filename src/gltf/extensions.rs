@@ -1,4 +1,4 @@
-//! Which extensions are honoured, and what is said about the others.
+//! Supported extensions, and the warnings and errors about unsupported ones.
 
 use std::collections::BTreeMap;
 
@@ -36,8 +36,8 @@ pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 pub(super) const TEXTURE_WEBP: &str = "EXT_texture_webp";
 pub(super) const VISIBILITY: &str = "KHR_node_visibility";
 
-/// Extensions of single materials.
-const OF_MATERIALS: [&str; 13] = [
+/// Supported extensions of materials.
+const MATERIAL_EXTENSIONS: [&str; 13] = [
     ANISOTROPY,
     CLEAR_COAT,
     DIFFUSE_TRANSMISSION,
@@ -53,7 +53,7 @@ const OF_MATERIALS: [&str; 13] = [
     VOLUME,
 ];
 
-/// All others that are honoured.
+/// Supported extensions of other objects.
 const OTHERS: [&str; 13] = [
     ANIMATION_POINTER,
     DRACO,
@@ -70,34 +70,34 @@ const OTHERS: [&str; 13] = [
     VISIBILITY,
 ];
 
-fn is_honoured(name: &str) -> bool {
-    OF_MATERIALS.contains(&name) || OTHERS.contains(&name)
+fn is_supported(name: &str) -> bool {
+    MATERIAL_EXTENSIONS.contains(&name) || OTHERS.contains(&name)
 }
 
-/// Extensions that replace data; without them only a fallback, where the file has one, can be read.
+/// Extensions that replace data. Without support for them only a fallback in the file can be read.
 const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
-/// What becomes of a file that uses an extension.
+/// Level of support for an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Support {
-    /// The picture shows it.
+    /// Supported: the image shows its effect.
     Honoured,
-    /// Not supported: the picture is made without it, with one warning, where the file allows that.
+    /// Unsupported and optional: the scene is rendered without it, with one warning.
     Warned,
-    /// Not supported, and the file cannot be read where it requires the extension.
+    /// Unsupported and required: the file is refused.
     Refused,
 }
 
-/// What becomes of a file that uses the extension `name`, `required` or not.
+/// Level of support for the extension `name` in a file that requires it or not.
 pub fn extension_support(name: &str, required: bool) -> Support {
-    match (is_honoured(name), required) {
+    match (is_supported(name), required) {
         (true, _) => Support::Honoured,
         (false, false) => Support::Warned,
         (false, true) => Support::Refused,
     }
 }
 
-/// Refuses required extensions that are not honoured, and warns once about each optional one.
+/// Refuses unsupported required extensions and warns once about each unsupported optional one.
 pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
     let required = &document.root.extensions_required;
     let refused: Vec<&str> = required
@@ -107,14 +107,14 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
         .collect();
     if !refused.is_empty() {
         let message = format!(
-            "the file requires {}, which {} not supported; export it without",
+            "the file requires {}, which {} not supported; export the file without",
             refused.join(", "),
             if refused.len() == 1 { "is" } else { "are" }
         );
         return Err(context.unsupported("/extensionsRequired", message));
     }
 
-    // Find the first place of each extension: in use, else where it is declared.
+    // Find the first use of each extension, or else its declaration.
     let mut first_use = BTreeMap::new();
     collect(context, &document.value, "", &mut first_use)?;
     for (i, name) in document.root.extensions_used.iter().enumerate() {
@@ -123,18 +123,15 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
     }
     for (name, pointer) in first_use {
         if extension_support(&name, false) != Support::Honoured {
-            let consequence = if REPLACES_DATA.contains(&name.as_str()) {
-                "what it replaces is shown instead"
-            } else {
-                "it is ignored"
-            };
+            let consequence =
+                if REPLACES_DATA.contains(&name.as_str()) { "the fallback is used" } else { "it is ignored" };
             context.warn(pointer, format!("the extension {name} is not supported; {consequence}"));
         }
     }
     Ok(())
 }
 
-/// Walks all `extensions` objects; recursion is bounded by the JSON parser's depth limit.
+/// Collects all `extensions` objects. The JSON parser's depth limit bounds the recursion.
 fn collect(
     context: &mut Context,
     value: &Value,
@@ -159,7 +156,7 @@ fn collect(
                 }
                 let inner = format!("{pointer}/{}", escape(key));
                 if key == "extensions" {
-                    note_uses(context, member, pointer, first_use);
+                    record_uses(context, member, pointer, first_use);
                 }
                 collect(context, member, &inner, first_use)?;
             }
@@ -169,21 +166,21 @@ fn collect(
     Ok(())
 }
 
-fn note_uses(context: &mut Context, value: &Value, owner: &str, first_use: &mut BTreeMap<String, String>) {
+fn record_uses(context: &mut Context, value: &Value, owner: &str, first_use: &mut BTreeMap<String, String>) {
     for (name, content) in value.as_object().into_iter().flatten() {
         let pointer = format!("{owner}/extensions/{}", escape(name));
-        if is_honoured(name) && !belongs(name, owner) {
-            context.warn(&pointer, format!("{name} has no meaning at this place; it is ignored here"));
+        if is_supported(name) && !applies_to(name, owner) {
+            context.warn(&pointer, format!("{name} is not defined for this object; it is ignored"));
         }
-        if !(content.is_object() || is_honoured(name)) {
-            context.warn(&pointer, format!("{name} is not an object as extensions must be"));
+        if !(content.is_object() || is_supported(name)) {
+            context.warn(&pointer, format!("{name} must be an object"));
         }
         first_use.entry(name.clone()).or_insert(pointer);
     }
 }
 
-/// Whether the honoured extension `name` means something on the object at `owner`.
-fn belongs(name: &str, owner: &str) -> bool {
+/// Whether the supported extension `name` is defined for the object at `owner`.
+fn applies_to(name: &str, owner: &str) -> bool {
     let depth = owner.matches('/').count();
     let in_array = |array: &str| owner.split('/').nth(1) == Some(array);
     match name {
@@ -195,7 +192,7 @@ fn belongs(name: &str, owner: &str) -> bool {
         TEXTURE_BASISU | TEXTURE_WEBP => depth == 2 && in_array("textures"),
         LIGHTS => depth == 0 || (depth == 2 && in_array("nodes")),
         VARIANTS => depth == 0 || (depth == 4 && in_array("meshes")),
-        name if OF_MATERIALS.contains(&name) => depth == 2 && in_array("materials"),
+        name if MATERIAL_EXTENSIONS.contains(&name) => depth == 2 && in_array("materials"),
         TEXTURE_TRANSFORM => depth > 2 && in_array("materials") && owner.ends_with("Texture"),
         _ => true,
     }

@@ -1,4 +1,4 @@
-//! Which accessor formats each use allows.
+//! Accessor formats that each use allows.
 //!
 //! Source: glTF 2.0 specification, sections 3.7.2.1 (attributes), 3.7.2.2 (morph targets), 3.7.3.1 (skins) and 3.11
 //! (animations); `KHR_mesh_quantization`, "Extending mesh attributes" and "Extending morph target attributes".
@@ -13,7 +13,7 @@ use super::context::Context;
 use super::extensions::QUANTIZATION;
 use crate::error::Result;
 
-/// Shape and encoding of an accessor's elements.
+/// Element type and component encoding of an accessor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Format {
     pub(super) shape: Type,
@@ -22,7 +22,7 @@ pub(super) struct Format {
 }
 
 impl Format {
-    /// The format of `accessor`, if both its type and component type are known.
+    /// The format of `accessor`, or `None` if its type or component type is unknown.
     pub(super) fn of(accessor: &Accessor) -> Option<Self> {
         match (&accessor.type_, &accessor.component_type) {
             (Checked::Valid(shape), Checked::Valid(component)) => {
@@ -33,17 +33,17 @@ impl Format {
     }
 }
 
-/// A component type, and whether it is normalized.
+/// Component type, and whether it is normalized.
 type Encoding = (ComponentType, bool);
 
-/// What a use of an accessor allows.
+/// Formats that one use of an accessor allows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Allowed {
-    /// What the accessor is used for, for messages.
+pub(super) struct AllowedFormats {
+    /// Name of the use, for messages.
     pub(super) what: &'static str,
     shapes: &'static [Type],
     core: &'static [Encoding],
-    /// Allowed besides with `KHR_mesh_quantization`.
+    /// Encodings that `KHR_mesh_quantization` adds.
     quantized: &'static [Encoding],
 }
 
@@ -73,51 +73,56 @@ const fn allowed(
     shapes: &'static [Type],
     core: &'static [Encoding],
     quantized: &'static [Encoding],
-) -> Allowed {
-    Allowed { what, shapes, core, quantized }
+) -> AllowedFormats {
+    AllowedFormats { what, shapes, core, quantized }
 }
 
-pub(super) const POSITION: Allowed = allowed("POSITION", &[Type::Vec3], FLOAT, ALL_SMALL);
-pub(super) const NORMAL: Allowed = allowed("NORMAL", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
-pub(super) const TANGENT: Allowed = allowed("TANGENT", &[Type::Vec4], FLOAT, SIGNED_NORMALIZED);
-pub(super) const TEXCOORD: Allowed = allowed("TEXCOORD", &[Type::Vec2], FLOAT_OR_UNSIGNED, ALL_SMALL);
-pub(super) const COLOR: Allowed = allowed("COLOR", &[Type::Vec3, Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
-pub(super) const JOINTS: Allowed = allowed("JOINTS", &[Type::Vec4], &[(U8, false), (U16, false)], &[]);
-pub(super) const WEIGHTS: Allowed = allowed("WEIGHTS", &[Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
-pub(super) const INDICES: Allowed =
+pub(super) const POSITION: AllowedFormats = allowed("POSITION", &[Type::Vec3], FLOAT, ALL_SMALL);
+pub(super) const NORMAL: AllowedFormats = allowed("NORMAL", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
+pub(super) const TANGENT: AllowedFormats = allowed("TANGENT", &[Type::Vec4], FLOAT, SIGNED_NORMALIZED);
+pub(super) const TEXCOORD: AllowedFormats = allowed("TEXCOORD", &[Type::Vec2], FLOAT_OR_UNSIGNED, ALL_SMALL);
+pub(super) const COLOR: AllowedFormats = allowed("COLOR", &[Type::Vec3, Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
+pub(super) const JOINTS: AllowedFormats = allowed("JOINTS", &[Type::Vec4], &[(U8, false), (U16, false)], &[]);
+pub(super) const WEIGHTS: AllowedFormats = allowed("WEIGHTS", &[Type::Vec4], FLOAT_OR_UNSIGNED, &[]);
+pub(super) const INDICES: AllowedFormats =
     allowed("indices", &[Type::Scalar], &[(U8, false), (U16, false), (U32, false)], &[]);
-pub(super) const MORPH_POSITION: Allowed = allowed("a POSITION target", &[Type::Vec3], FLOAT, SIGNED);
-pub(super) const MORPH_NORMAL: Allowed = allowed("a NORMAL target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
-pub(super) const MORPH_TANGENT: Allowed =
+pub(super) const MORPH_POSITION: AllowedFormats = allowed("a POSITION target", &[Type::Vec3], FLOAT, SIGNED);
+pub(super) const MORPH_NORMAL: AllowedFormats =
+    allowed("a NORMAL target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
+pub(super) const MORPH_TANGENT: AllowedFormats =
     allowed("a TANGENT target", &[Type::Vec3], FLOAT, SIGNED_NORMALIZED);
-pub(super) const MORPH_TEXCOORD: Allowed =
+pub(super) const MORPH_TEXCOORD: AllowedFormats =
     allowed("a TEXCOORD target", &[Type::Vec2], FLOAT_OR_NORMALIZED, SIGNED);
-pub(super) const MORPH_COLOR: Allowed =
+pub(super) const MORPH_COLOR: AllowedFormats =
     allowed("a COLOR target", &[Type::Vec3, Type::Vec4], FLOAT_OR_NORMALIZED, &[]);
-pub(super) const BIND_MATRICES: Allowed = allowed("inverseBindMatrices", &[Type::Mat4], FLOAT, &[]);
-pub(super) const TIMES: Allowed = allowed("keyframe times", &[Type::Scalar], FLOAT, &[]);
-pub(super) const VECTOR_KEYS: Allowed = allowed("translation or scale keys", &[Type::Vec3], FLOAT, &[]);
-pub(super) const ROTATION_KEYS: Allowed = allowed("rotation keys", &[Type::Vec4], FLOAT_OR_NORMALIZED, &[]);
-pub(super) const WEIGHT_KEYS: Allowed = allowed("weight keys", &[Type::Scalar], FLOAT_OR_NORMALIZED, &[]);
+pub(super) const BIND_MATRICES: AllowedFormats = allowed("inverseBindMatrices", &[Type::Mat4], FLOAT, &[]);
+pub(super) const TIMES: AllowedFormats = allowed("keyframe times", &[Type::Scalar], FLOAT, &[]);
+pub(super) const VECTOR_KEYS: AllowedFormats =
+    allowed("translation or scale keys", &[Type::Vec3], FLOAT, &[]);
+pub(super) const ROTATION_KEYS: AllowedFormats =
+    allowed("rotation keys", &[Type::Vec4], FLOAT_OR_NORMALIZED, &[]);
+pub(super) const WEIGHT_KEYS: AllowedFormats =
+    allowed("weight keys", &[Type::Scalar], FLOAT_OR_NORMALIZED, &[]);
 
-pub(super) const INSTANCE_VECTORS: Allowed =
+pub(super) const INSTANCE_VECTORS: AllowedFormats =
     allowed("TRANSLATION or SCALE of instances", &[Type::Vec3], FLOAT, &[]);
-pub(super) const INSTANCE_ROTATIONS: Allowed =
+pub(super) const INSTANCE_ROTATIONS: AllowedFormats =
     allowed("ROTATION of instances", &[Type::Vec4], FLOAT_OR_SIGNED, &[]);
-/// Values of animated properties by their number of components.
-pub(super) const PROPERTY_KEYS: [Allowed; 4] = [
+/// Formats of values of animated properties, by number of components less one.
+pub(super) const PROPERTY_KEYS: [AllowedFormats; 4] = [
     allowed("keys of a number", &[Type::Scalar], ANY_NUMBER, &[]),
     allowed("keys of two numbers", &[Type::Vec2], ANY_NUMBER, &[]),
     allowed("keys of three numbers", &[Type::Vec3], ANY_NUMBER, &[]),
     allowed("keys of four numbers", &[Type::Vec4], ANY_NUMBER, &[]),
 ];
-pub(super) const SWITCH_KEYS: Allowed = allowed("keys of a switch", &[Type::Scalar], &[(U8, false)], &[]);
+pub(super) const BOOLEAN_KEYS: AllowedFormats =
+    allowed("keys of a boolean", &[Type::Scalar], &[(U8, false)], &[]);
 
-/// Errors unless `accessor`, named by `pointer`, may be used as `allowed` says.
+/// Errors unless `allowed` contains the format of `accessor`; `pointer` is the JSON pointer of the reference to it.
 pub(super) fn check(
     context: &Context,
     accessor: &Accessor,
-    allowed: &Allowed,
+    allowed: &AllowedFormats,
     quantization_declared: bool,
     pointer: &str,
 ) -> Result<()> {
@@ -137,7 +142,7 @@ pub(super) fn check(
     Err(context.invalid(pointer, format!("{} cannot be {}{hint}", allowed.what, format_name(format))))
 }
 
-/// The format in words.
+/// Describes the format in words.
 pub(super) fn format_name(format: Format) -> String {
     let shape = match format.shape {
         Type::Scalar => "SCALAR",

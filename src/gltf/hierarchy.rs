@@ -1,4 +1,4 @@
-//! How nodes hang together: parents, order, scenes and their size, checked without recursion.
+//! Node hierarchy: parents, order, scenes and their total size, computed without recursion.
 //!
 //! Source: glTF 2.0 specification, section 3.5 (scenes and nodes).
 
@@ -10,14 +10,14 @@ use super::image_light;
 use crate::error::Result;
 use crate::scene::{Mesh, Node, NodeIndex, SceneRoots};
 
-/// Bytes that a triangle takes once posed, with its share of vertices and of the hierarchy over it; an estimate that
-/// refuses scenes whose instances cannot fit.
+/// Estimated memory of a posed triangle, with its share of vertices and of the BVH, bytes. Used to refuse scenes whose
+/// instances do not fit into memory.
 const POSED_TRIANGLE_BYTES: u64 = 160;
-/// Bytes that a primitive takes each time it is drawn, in both frames.
-const SHAPE_BYTES: u64 = 256;
+/// Memory of one instance of a primitive in both frames, bytes.
+const INSTANCE_BYTES: u64 = 256;
 
-/// Fills in parents; a second one is an error.
-pub(super) fn link(context: &Context, nodes: &mut [Node]) -> Result<()> {
+/// Sets the parent of every node. A second parent is an error.
+pub(super) fn set_parents(context: &Context, nodes: &mut [Node]) -> Result<()> {
     let mut parents: Vec<Option<NodeIndex>> = vec![None; nodes.len()];
     for (i, node) in (0_u32..).zip(nodes.iter()) {
         for child in &node.children {
@@ -39,9 +39,9 @@ pub(super) fn link(context: &Context, nodes: &mut [Node]) -> Result<()> {
     Ok(())
 }
 
-/// All nodes, parents first. With at most one parent each, the nodes that no root reaches are those on and below
-/// cycles.
-pub(super) fn order(context: &Context, nodes: &[Node]) -> Result<Vec<NodeIndex>> {
+/// Lists all nodes, parents before children. Since every node has at most one parent, the nodes that no root reaches lie
+/// on cycles or below them.
+pub(super) fn sort_parents_first(context: &Context, nodes: &[Node]) -> Result<Vec<NodeIndex>> {
     let mut order: Vec<NodeIndex> =
         (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none()).map(|(i, _)| NodeIndex(i)).collect();
     let mut visited = 0;
@@ -74,13 +74,13 @@ pub(super) fn import_scenes(
         let mut seen = BTreeSet::new();
         for (j, root) in scene.nodes.iter().enumerate() {
             let pointer = format!("/scenes/{i}/nodes/{j}");
-            let index = context.subscript(root.value(), nodes.len(), &pointer, "node")?;
+            let index = context.check_index(root.value(), nodes.len(), &pointer, "node")?;
             if nodes.get(index).is_some_and(|node| node.parent.is_some()) {
                 let message = format!("node {index} has a parent, so it cannot be a root");
                 return Err(context.invalid(pointer, message));
             }
             if !seen.insert(index) {
-                return Err(context.invalid(pointer, format!("names node {index} a second time")));
+                return Err(context.invalid(pointer, format!("lists node {index} twice")));
             }
             roots.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
         }
@@ -91,11 +91,11 @@ pub(super) fn import_scenes(
         scenes.push(SceneRoots { name: scene.name.clone(), roots, image_light });
     }
     let default_scene = match document.root.scene {
-        Some(scene) => context.subscript(scene.value(), json.len(), "/scene", "scene")?,
+        Some(scene) => context.check_index(scene.value(), json.len(), "/scene", "scene")?,
         None => 0,
     };
     if scenes.is_empty() {
-        // A library of nodes: show all of them.
+        // The file is a library of nodes. Show all of them.
         let parentless = (0_u32..).zip(nodes).filter(|(_, node)| node.parent.is_none());
         let roots = parentless.map(|(i, _)| NodeIndex(i)).collect();
         scenes.push(SceneRoots { name: None, roots, image_light: None });
@@ -103,7 +103,7 @@ pub(super) fn import_scenes(
     Ok((scenes, default_scene))
 }
 
-/// Refuses scenes whose instances make more triangles than ids or memory can hold.
+/// Refuses scenes with more triangles, instances included, than ids or memory can hold.
 pub(super) fn check_size(
     context: &mut Context,
     nodes: &[Node],
@@ -112,7 +112,7 @@ pub(super) fn check_size(
     meshes: &[Mesh],
 ) -> Result<()> {
     let largest = |of_mesh: fn(&Mesh) -> u64| -> (usize, u64) {
-        let below = sums_below(nodes, node_order, &meshes.iter().map(of_mesh).collect::<Vec<_>>());
+        let below = subtree_sums(nodes, node_order, &meshes.iter().map(of_mesh).collect::<Vec<_>>());
         let in_scene = |scene: &SceneRoots| -> u64 {
             let counts = scene.roots.iter().map(|root| below.get(root.index()).copied().unwrap_or(0));
             counts.fold(0, u64::saturating_add)
@@ -128,16 +128,16 @@ pub(super) fn check_size(
     context.charge(bytes, &format!("/scenes/{scene}"))
 }
 
-/// For every node what its own mesh and those below it come to, each instance counted.
-fn sums_below(nodes: &[Node], node_order: &[NodeIndex], per_mesh: &[u64]) -> Vec<u64> {
+/// For every node the sum of `per_mesh` over its own mesh and the meshes below it, each instance counted.
+fn subtree_sums(nodes: &[Node], node_order: &[NodeIndex], per_mesh: &[u64]) -> Vec<u64> {
     let mut below: Vec<u64> = nodes
         .iter()
         .map(|node| {
-            let drawn = node.mesh.and_then(|mesh| per_mesh.get(mesh.index())).copied().unwrap_or(0);
-            drawn.saturating_mul(node.instances.as_ref().map_or(1, |instances| instances.len() as u64))
+            let of_mesh = node.mesh.and_then(|mesh| per_mesh.get(mesh.index())).copied().unwrap_or(0);
+            of_mesh.saturating_mul(node.instances.as_ref().map_or(1, |instances| instances.len() as u64))
         })
         .collect();
-    // Children before their parents
+    // Children come before their parents.
     for node in node_order.iter().rev() {
         let own = below.get(node.index()).copied().unwrap_or(0);
         let parent = nodes.get(node.index()).and_then(|node| node.parent);
@@ -153,11 +153,11 @@ fn triangle_count(mesh: &Mesh) -> u64 {
     counts.fold(0, u64::saturating_add)
 }
 
-/// What the mesh takes each time it is drawn.
+/// Memory of one instance of the mesh, bytes.
 fn posed_bytes(mesh: &Mesh) -> u64 {
     let bytes = mesh.primitives.iter().map(|primitive| {
         let triangles = primitive.triangles.len() as u64;
-        triangles.saturating_mul(POSED_TRIANGLE_BYTES).saturating_add(SHAPE_BYTES)
+        triangles.saturating_mul(POSED_TRIANGLE_BYTES).saturating_add(INSTANCE_BYTES)
     });
     bytes.fold(0, u64::saturating_add)
 }

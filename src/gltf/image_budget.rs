@@ -1,14 +1,14 @@
-//! What the images of a file need in all, reckoned from their headers and uses before any of them is decoded.
+//! Image memory budget: total size of all images and mip maps, estimated from headers before any image is decoded.
 
 use super::context::Context;
-use super::image::{Encoded, in_quotes};
+use super::encoded_image::{EncodedImage, in_quotes};
 use super::texture::TextureTable;
 use crate::error::{Result, over_limit, readable_bytes};
 use crate::image_file::ImageHeader;
 use crate::scene::{Encoding, ImageIndex, mip_bytes, mip_working_bytes};
 
-/// Most bytes that are in use at any moment of decoding images and making their mip maps, with `uses` in the order in which
-/// they are made. An image that may turn out to have no alpha is taken to have none.
+/// Peak memory while images are decoded and their mip maps are computed, in the order of `uses`, bytes. An image with
+/// unknown alpha is assumed to have none.
 fn peak_bytes(headers: &[ImageHeader], uses: impl IntoIterator<Item = (ImageIndex, Encoding)>) -> u64 {
     let mut kept: u64 = headers.iter().fold(0, |sum, header| sum.saturating_add(header.decoded_bytes));
     let mut peak = kept;
@@ -23,8 +23,8 @@ fn peak_bytes(headers: &[ImageHeader], uses: impl IntoIterator<Item = (ImageInde
     peak
 }
 
-/// Bytes of one image with its mip maps.
-fn bytes_of(
+/// Bytes of the image `wanted` with its mip maps.
+fn image_bytes(
     headers: &[ImageHeader],
     wanted: usize,
     uses: impl IntoIterator<Item = (ImageIndex, Encoding)>,
@@ -37,21 +37,21 @@ fn bytes_of(
     uses.fold(header.decoded_bytes, |sum, _| sum.saturating_add(mips))
 }
 
-/// Refuses images that cannot all be kept, by their total and the largest of them.
-pub(super) fn check(context: &Context, images: &[Encoded<'_>], textures: &TextureTable) -> Result<()> {
+/// Refuses images that do not fit into memory. The message gives their total and names the largest.
+pub(super) fn check(context: &Context, images: &[EncodedImage<'_>], textures: &TextureTable) -> Result<()> {
     let headers: Vec<ImageHeader> = images.iter().map(|image| image.header).collect();
     let uses = || textures.uses.iter().copied();
     let needed = peak_bytes(&headers, uses());
     if needed <= context.remaining_bytes() {
         return Ok(());
     }
-    let sizes = (0..images.len()).map(|index| bytes_of(&headers, index, uses()));
-    // Of equal ones the first.
+    let sizes = (0..images.len()).map(|index| image_bytes(&headers, index, uses()));
+    // Of images of equal size the first is named.
     let largest = images.iter().zip(sizes).rev().max_by_key(|(_, bytes)| *bytes);
     let Some((largest, largest_bytes)) = largest else { return Ok(()) };
     let others = match context.used_bytes() {
         0 => String::new(),
-        used => format!(" beside {} for the rest", readable_bytes(used.into())),
+        used => format!(" in addition to {} for other data", readable_bytes(used.into())),
     };
     let all = match images.len() {
         1 => "1 image needs".to_owned(),
@@ -59,7 +59,7 @@ pub(super) fn check(context: &Context, images: &[Encoded<'_>], textures: &Textur
     };
     let total = needed.saturating_add(context.used_bytes());
     let message = format!(
-        "{all} {} with mip maps{others}, the largest is {}{} with {} ({}x{} texels); all in all {}; use smaller images or \
+        "{all} {} with mip maps{others}, the largest is {}{} with {} ({}x{} texels); the total is {}; use smaller images or \
          raise --max-memory",
         readable_bytes(needed.into()),
         largest.pointer,
@@ -81,13 +81,13 @@ mod tests {
 
     #[test]
     fn twenty_large_images_need_what_can_be_reckoned_by_hand() {
-        // 4096² texels of 4 bytes; levels of 4^11 + … + 1 = (4^12 − 1) / 3 texels, 16 bytes each meanwhile.
+        // 4096² texels of 4 bytes. Mip maps of 4^11 + … + 1 = (4^12 − 1) / 3 texels, with 16 temporary bytes each.
         let levels = 5_592_405_u64;
         let headers = [LARGE; 20];
         assert_eq!(peak_bytes(&headers, []), 20 * 67_108_864);
         let uses = || (0..20).map(|index| (ImageIndex(index), Encoding::Linear));
         assert_eq!(peak_bytes(&headers, uses()), 20 * (67_108_864 + levels * 4) + levels * 16);
-        assert_eq!(bytes_of(&headers, 3, uses()), 89_478_484);
+        assert_eq!(image_bytes(&headers, 3, uses()), 89_478_484);
     }
 
     #[test]

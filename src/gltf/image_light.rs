@@ -1,7 +1,7 @@
-//! Image-based lights: cubes of pictures, and the harmonics of their irradiance.
+//! Image-based lights: specular cube maps and spherical harmonics of the irradiance.
 //!
-//! Source: the text of `EXT_lights_image_based`. Pictures with alpha are RGBD: colours are divided by it once decoded from
-//! sRGB; others are plain sRGB.
+//! Source: the text of `EXT_lights_image_based`. Images with alpha are RGBD: linear colours are divided by alpha. Images
+//! without alpha are plain sRGB.
 
 use glam::{Quat, Vec3};
 
@@ -16,8 +16,8 @@ use crate::error::Result;
 use crate::image_file::DecodedTexels;
 use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, columns_for_cube};
 
-/// Largest edge of a cube, texels.
-const MOST_TEXELS: usize = 4096;
+/// Largest cube edge, texels.
+const MAX_TEXELS: usize = 4096;
 
 /// Imports all image-based lights.
 pub(super) fn import(
@@ -36,7 +36,7 @@ pub(super) fn import(
     lights.iter().map(|light| import_light(context, data, resources, light)).collect()
 }
 
-/// The image-based light of the scene `raw`, among `count`.
+/// The image-based light of the scene `raw`; the file has `count` lights.
 pub(super) fn of_scene(context: &Context, raw: &Raw, count: usize) -> Result<Option<ImageLightIndex>> {
     let Some(extension) = raw.extension(IMAGE_LIGHTS) else {
         return Ok(None);
@@ -46,7 +46,7 @@ pub(super) fn of_scene(context: &Context, raw: &Raw, count: usize) -> Result<Opt
     let Some(index) = extension.index(context, "light")? else {
         return Err(context.invalid(pointer, "is missing"));
     };
-    let index = context.subscript(index, count, &pointer, "image-based light")?;
+    let index = context.check_index(index, count, &pointer, "image-based light")?;
     Ok(Some(ImageLightIndex(u32::try_from(index).unwrap_or(u32::MAX))))
 }
 
@@ -60,7 +60,7 @@ fn import_light(
     let rotation = Quat::from_array(raw.numbers(context, "rotation", [0.0, 0.0, 0.0, 1.0], ANY)?);
     let length = rotation.length();
     if !(length > 1e-12 && length.is_finite()) {
-        let message = "is a quaternion of length zero, which turns nowhere";
+        let message = "is a quaternion of length zero, which is not a rotation";
         return Err(context.invalid(format!("{}/rotation", raw.pointer), message));
     }
     Ok(ImageLight {
@@ -95,8 +95,8 @@ fn levels(
     raw: &Raw,
 ) -> Result<Vec<CubeLevel>> {
     let size = raw.index(context, "specularImageSize")?.unwrap_or(0);
-    if !size.is_power_of_two() || size > MOST_TEXELS {
-        let message = format!("must be a power of two up to {MOST_TEXELS}");
+    if !size.is_power_of_two() || size > MAX_TEXELS {
+        let message = format!("must be a power of two up to {MAX_TEXELS}");
         return Err(context.invalid(format!("{}/specularImageSize", raw.pointer), message));
     }
     let pointer = format!("{}/specularImages", raw.pointer);
@@ -105,9 +105,10 @@ fn levels(
     };
     let rows = list.elements(context)?;
     if rows.is_empty() || rows.len() > (size.ilog2() as usize).saturating_add(1) {
-        return Err(context.invalid(pointer, "must have a level, and no more than halving the size gives"));
+        return Err(context
+            .invalid(pointer, "must have at least one level, and at most one for each halving of the size"));
     }
-    // What rays look up is an equirectangular picture as sharp as the cube.
+    // The renderer samples an equirectangular image with the resolution of the cube. Reserve memory for it.
     let columns = columns_for_cube(u32::try_from(size).unwrap_or(u32::MAX)) as u64;
     context.charge(columns.saturating_mul(columns).saturating_mul(6), &pointer)?;
     let mut levels = Vec::new();
@@ -115,7 +116,7 @@ fn levels(
         let size = u32::try_from(size.checked_shr(u32::try_from(i).unwrap_or(32)).unwrap_or(0)).unwrap_or(0);
         let indices = row.elements(context)?;
         let [px, nx, py, ny, pz, nz] = indices.as_slice() else {
-            return Err(context.invalid(&row.pointer, "must name six images"));
+            return Err(context.invalid(&row.pointer, "must list six images"));
         };
         let mut face = |raw: &Raw| face(context, data, resources, raw, size);
         levels.push(CubeLevel {
@@ -137,7 +138,7 @@ fn face(
     let Some(index) = index else {
         return Err(context.invalid(&raw.pointer, "must be a non-negative integer"));
     };
-    context.subscript(index, data.document.root.images.len(), &raw.pointer, "image")?;
+    context.check_index(index, data.document.root.images.len(), &raw.pointer, "image")?;
     let used_before = context.used_bytes();
     let (header, texels) = image::load(context, data, resources, index)?;
     if (header.width, header.height) != (size, size) {
@@ -156,6 +157,6 @@ fn face(
             [r, g, b].map(|channel| srgb16_to_linear(channel) / divisor)
         })),
     }
-    context.settle(used_before, count.saturating_mul(size_of::<[f32; 3]>() as u64));
+    context.release_temporaries(used_before, count.saturating_mul(size_of::<[f32; 3]>() as u64));
     Ok(pixels)
 }

@@ -1,4 +1,4 @@
-//! Joints and weights of vertices: any number of sets, renormalized.
+//! Skinning influences of vertices: joints and renormalized weights of any number of sets.
 //!
 //! Source: glTF 2.0 specification, section 3.7.3.3 (skinned mesh attributes).
 
@@ -9,8 +9,8 @@ use super::formats;
 use crate::error::Result;
 use crate::scene::SkinInfluences;
 
-/// Influences in one set.
-const SET: usize = 4;
+/// Influences per vertex in one set.
+const SET_SIZE: usize = 4;
 
 /// Reads all `JOINTS_n` and `WEIGHTS_n`.
 pub(super) fn read(
@@ -23,7 +23,7 @@ pub(super) fn read(
     let weight_sets = attributes.sets(context, "WEIGHTS_")?;
     if joint_sets.len() != weight_sets.len() {
         let message = format!(
-            "has {} JOINTS sets but {} WEIGHTS sets; they come in pairs",
+            "has {} JOINTS sets but {} WEIGHTS sets; their numbers must be equal",
             joint_sets.len(),
             weight_sets.len()
         );
@@ -34,8 +34,8 @@ pub(super) fn read(
     }
     let mut sets = Vec::new();
     for (joints, weights) in joint_sets.iter().zip(&weight_sets) {
-        let joints: Vec<[u32; SET]> = data.integers_as(context, joints, &formats::JOINTS)?;
-        let weights: Vec<[f32; SET]> = data.floats_as(context, weights, &formats::WEIGHTS)?;
+        let joints: Vec<[u32; SET_SIZE]> = data.integers_as(context, joints, &formats::JOINTS)?;
+        let weights: Vec<[f32; SET_SIZE]> = data.floats_as(context, weights, &formats::WEIGHTS)?;
         sets.push((joints, weights));
     }
     let vertex_count = sets.first().map_or(0, |(joints, _)| joints.len());
@@ -43,8 +43,8 @@ pub(super) fn read(
     Ok(Some(influences))
 }
 
-/// Joints and weights of one set, four a vertex.
-type InfluenceSet = (Vec<[u32; SET]>, Vec<[f32; SET]>);
+/// Joints and weights of one set, four per vertex.
+type InfluenceSet = (Vec<[u32; SET_SIZE]>, Vec<[f32; SET_SIZE]>);
 
 fn interleave(
     context: &mut Context,
@@ -52,11 +52,11 @@ fn interleave(
     vertex_count: usize,
     pointer: &str,
 ) -> Result<SkinInfluences> {
-    let per_vertex = sets.len().saturating_mul(SET);
+    let per_vertex = sets.len().saturating_mul(SET_SIZE);
     let total = (vertex_count as u64).saturating_mul(per_vertex as u64);
     let mut joints: Vec<u32> = context.allocate(total, pointer)?;
     let mut weights: Vec<f32> = context.allocate(total, pointer)?;
-    let mut unheld = false;
+    let mut has_unweighted = false;
     for vertex in 0..vertex_count {
         let start = weights.len();
         for (set_joints, set_weights) in sets {
@@ -65,23 +65,23 @@ fn interleave(
         }
         let own_joints = joints.get_mut(start..).unwrap_or_default();
         let own_weights = weights.get_mut(start..).unwrap_or_default();
-        let Some(held) = normalize(own_joints, own_weights) else {
+        let Some(is_weighted) = normalize(own_joints, own_weights) else {
             let message = format!("vertex {vertex} has weights that are negative or too large");
             return Err(context.invalid(format!("{pointer}/attributes"), message));
         };
-        unheld |= !held;
+        has_unweighted |= !is_weighted;
     }
-    if unheld {
+    if has_unweighted {
         context.warn(
             format!("{pointer}/attributes/WEIGHTS_0"),
-            "some vertices have only zero weights; they stay where their node puts them",
+            "all weights of some vertices are zero; they follow their node",
         );
     }
     Ok(SkinInfluences { per_vertex, joints, weights })
 }
 
-/// Makes the weights of a vertex sum to one, and lets influences without weight name joint 0. `Some(false)` when all
-/// weights are zero, `None` when they make no sense.
+/// Scales the weights of a vertex to a sum of one and sets the joints of zero weights to 0. Returns `Some(false)` if all
+/// weights are zero, `None` if a weight is negative or their sum is not finite.
 fn normalize(joints: &mut [u32], weights: &mut [f32]) -> Option<bool> {
     let sum: f32 = weights.iter().sum();
     if !sum.is_finite() || weights.iter().any(|&weight| weight < 0.0) {
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn senseless_weights_are_told_apart() {
+    fn zero_and_invalid_weights_are_distinguished() {
         assert_eq!(normalize(&mut [7], &mut [0.0]), Some(false));
         assert_eq!(normalize(&mut [0, 0], &mut [2.0, -1.0]), None);
         assert_eq!(normalize(&mut [0, 0], &mut [f32::MAX, f32::MAX]), None);

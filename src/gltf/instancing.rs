@@ -1,4 +1,4 @@
-//! Meshes that a node draws in several places.
+//! Instances of a node's mesh.
 //!
 //! Source: the text of `EXT_mesh_gpu_instancing` (Khronos Group).
 
@@ -13,7 +13,7 @@ use super::raw::Raw;
 use crate::error::Result;
 use crate::scene::Node;
 
-/// The transforms of the node's mesh relative to the node `raw`; `None` where the mesh is drawn once.
+/// Transforms of the mesh instances relative to the node `raw`. `None` for a node without instances.
 pub(super) fn of_node(
     context: &mut Context,
     data: &Data,
@@ -47,9 +47,8 @@ pub(super) fn of_node(
         return Ok(None);
     }
     if node.skin.is_some() {
-        // They would all lie in the same place.
-        let message =
-            "skins place meshes by their joints alone, so instances of skinned meshes are drawn once";
+        // All instances would lie at the same position.
+        let message = "only the joints position a skinned mesh, so its instances are rendered once";
         context.warn(&extension.pointer, message);
         return Ok(None);
     }
@@ -76,7 +75,7 @@ fn read(
         let rotation = rotations.get(i).map_or(Quat::IDENTITY, |rotation| Quat::from_array(*rotation));
         let length = rotation.length();
         if !(length > 1e-12 && length.is_finite()) {
-            let message = format!("the rotation of instance {i} has length zero, which turns nowhere");
+            let message = format!("the rotation of instance {i} has length zero, which is not a rotation");
             return Err(context.invalid(format!("{pointer}/attributes/ROTATION"), message));
         }
         instances.push(Mat4::from_scale_rotation_translation(scale, rotation.normalize(), translation));
@@ -88,7 +87,7 @@ fn vectors(
     context: &mut Context,
     data: &Data,
     reference: Option<&Reference>,
-    allowed: &formats::Allowed,
+    allowed: &formats::AllowedFormats,
 ) -> Result<Vec<Vec3>> {
     let Some(reference) = reference else {
         return Ok(Vec::new());

@@ -46,7 +46,7 @@ fn import_light(context: &Context, raw: &Raw) -> Result<Light> {
     })
 }
 
-/// Directional lights have none, whatever the file says.
+/// Range of a light. Directional lights have none; a value in the file is ignored.
 fn range(context: &Context, raw: &Raw, kind: LightKind) -> Result<Option<f32>> {
     if raw.field("range").is_none() || kind == LightKind::Directional {
         return Ok(None);
@@ -75,7 +75,7 @@ fn spot(context: &Context, raw: &Raw) -> Result<LightKind> {
     Ok(LightKind::Spot { inner_cone_radians, outer_cone_radians })
 }
 
-/// The light that the node `raw` places, among `light_count`.
+/// The light of the node `raw`; the file has `light_count` lights.
 pub(super) fn of_node(context: &Context, raw: &Raw, light_count: usize) -> Result<Option<LightIndex>> {
     let Some(extension) = raw.extension(LIGHTS) else {
         return Ok(None);
@@ -85,6 +85,6 @@ pub(super) fn of_node(context: &Context, raw: &Raw, light_count: usize) -> Resul
     let Some(index) = extension.index(context, "light")? else {
         return Err(context.invalid(pointer, "is missing"));
     };
-    let index = context.subscript(index, light_count, &pointer, "light")?;
+    let index = context.check_index(index, light_count, &pointer, "light")?;
     Ok(Some(LightIndex(u32::try_from(index).unwrap_or(u32::MAX))))
 }

@@ -1,4 +1,4 @@
-//! Meshes: lists of primitives, and the morph weights they share.
+//! Meshes: lists of primitives and their shared morph weights.
 //!
 //! Source: glTF 2.0 specification, section 3.7.2 (geometry).
 
@@ -7,21 +7,21 @@ use gltf::json::validation::Checked;
 
 use super::accessor::Data;
 use super::context::Context;
-use super::primitive::{import_primitive, undrawn_kind};
+use super::primitive::{import_primitive, unsupported_topology};
 use super::raw::{ANY, Raw, check_range};
 use super::tangents::vertex_bytes;
 use crate::error::Result;
 use crate::scene::{Material, Mesh, Primitive};
 
-/// Imports all meshes; `materials` end with the default one.
+/// Imports all meshes. The last of `materials` is the default material.
 pub(super) fn import(context: &mut Context, data: &Data, materials: &[Material]) -> Result<Vec<Mesh>> {
     check_triangle_bytes(context, data)?;
     let meshes = data.document.root.meshes.iter().enumerate();
     meshes.map(|(i, mesh)| import_mesh(context, data, materials, i, mesh)).collect()
 }
 
-/// Refuses at once what is certain to exceed the memory limit: many primitives can share one accessor, so that a small
-/// file asks for much.
+/// Refuses meshes whose triangle indices alone exceed the memory limit. Many primitives can share one accessor, so a
+/// small file can require much memory.
 fn check_triangle_bytes(context: &Context, data: &Data) -> Result<()> {
     const INDEX_BYTES: u64 = 4;
     let accessors = &data.document.root.accessors;
@@ -30,11 +30,12 @@ fn check_triangle_bytes(context: &Context, data: &Data) -> Result<()> {
     let mut total: u64 = 0;
     for (i, mesh) in data.document.root.meshes.iter().enumerate() {
         for (j, primitive) in mesh.primitives.iter().enumerate() {
-            let drawn = matches!(primitive.mode, Checked::Valid(mode) if undrawn_kind(mode).is_none());
+            let has_triangles =
+                matches!(primitive.mode, Checked::Valid(mode) if unsupported_topology(mode).is_none());
             let positions = primitive.attributes.get(&position);
             let listed = primitive.indices.map(|indices| indices.value());
             let list = listed.or(positions.map(json::Index::value));
-            if let Some(list) = list.filter(|_| drawn) {
+            if let Some(list) = list.filter(|_| has_triangles) {
                 total = total.saturating_add(count(list).saturating_mul(INDEX_BYTES));
             }
             if context.used_bytes().saturating_add(total) > context.limit_bytes() {
@@ -63,7 +64,7 @@ fn import_mesh(
         };
         let used_before = context.used_bytes();
         let imported = import_primitive(context, data, materials, primitive, &raw)?;
-        context.settle(used_before, imported.as_ref().map_or(0, kept_bytes));
+        context.release_temporaries(used_before, imported.as_ref().map_or(0, kept_bytes));
         primitives.extend(imported);
     }
     let target_count = primitives.first().map_or(0, |first: &Primitive| first.targets.len());
@@ -78,7 +79,7 @@ fn import_mesh(
     Ok(Mesh { name: mesh.name.clone(), primitives, weights })
 }
 
-/// `weights` if there is one for each of `target_count` targets. A mesh that draws nothing may have any.
+/// Checks that `weights` has `target_count` values. A mesh without primitives may have any number.
 pub(super) fn check_weights(
     context: &Context,
     weights: &[f32],

@@ -1,13 +1,14 @@
-//! Smaller copies of the images that lookups want them of, one set for each (image, use).
+//! Mip maps of images, one set for each image and encoding.
 
 use std::sync::Arc;
 
 use super::context::Context;
+use super::encoded_image::in_quotes;
 use super::texture::TextureTable;
 use crate::error::{Result, over_limit, readable_bytes};
 use crate::scene::{Encoding, Image, ImageMips, Texels, mip_bytes, mip_levels, mip_working_bytes};
 
-/// Makes the mip maps of `images`, one image after the other and each in parallel.
+/// Computes the mip maps of `images` one image at a time, each in parallel.
 pub(super) fn import(
     context: &mut Context,
     images: &[Image],
@@ -15,24 +16,24 @@ pub(super) fn import(
 ) -> Result<Vec<ImageMips>> {
     let mut mips = vec![ImageMips::default(); images.len()];
     for &(index, encoding) in &textures.uses {
-        let (Some(image), Some(of_image)) = (images.get(index.index()), mips.get_mut(index.index())) else {
+        let (Some(image), Some(image_mips)) = (images.get(index.index()), mips.get_mut(index.index())) else {
             continue;
         };
-        // Uses come in order, so that those without alpha are there already.
+        // The encodings of an image are sorted, so Srgb comes before CoveredSrgb.
         if encoding == Encoding::CoveredSrgb && is_opaque(image) {
-            of_image.share(Encoding::Srgb, Encoding::CoveredSrgb);
+            image_mips.share(Encoding::Srgb, Encoding::CoveredSrgb);
             continue;
         }
         let used_before = context.used_bytes();
-        let bytes_a_texel = match image.texels {
+        let texel_bytes = match image.texels {
             Texels::Rgba8(_) => 4,
             Texels::Rgba16(_) => 8,
         };
-        let kept = mip_bytes(image.width, image.height, bytes_a_texel);
+        let kept = mip_bytes(image.width, image.height, texel_bytes);
         let working = mip_working_bytes(image.width, image.height);
         charge(context, image, textures.images.get(index.index()), kept.saturating_add(working))?;
-        of_image.set(encoding, Arc::from(mip_levels(image, encoding)));
-        context.settle(used_before, kept);
+        image_mips.set(encoding, Arc::from(mip_levels(image, encoding)));
+        context.release_temporaries(used_before, kept);
     }
     Ok(mips)
 }
@@ -42,9 +43,9 @@ fn charge(context: &mut Context, image: &Image, index: Option<&usize>, bytes: u6
     if bytes <= context.remaining_bytes() {
         return context.charge(bytes, &pointer);
     }
-    let name = image.name.as_ref().map_or_else(String::new, |name| format!(" \"{}\"", name.escape_debug()));
+    let name = in_quotes(image.name.as_deref());
     let message = format!(
-        "with {} for the mip maps of the image{name} of {}x{} texels all up to here needs {}; use smaller images or raise \
+        "with {} for the mip maps of the image{name} of {}x{} texels the import needs {}; use smaller images or raise \
          --max-memory",
         readable_bytes(bytes.into()),
         image.width,

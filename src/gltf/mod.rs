@@ -1,18 +1,19 @@
 //! Import of glTF 2.0 files (`.gltf`, `.glb`) into a [`Scene`].
 //!
-//! Source: *glTF 2.0 Specification* (Khronos Group, 2021) and the texts of the extensions that
-//! [`extension_support`] calls honoured. The `gltf` crate lends the types of the JSON objects; reading files,
-//! repairing documents, decoding accessors and every check are done here, because the files come from anywhere: a
-//! broken or hostile one ends in one error that names the place, never in a panic, a hang or memory that its size
-//! does not justify.
+//! Source: *glTF 2.0 Specification* (Khronos Group, 2021) and the texts of the extensions that [`extension_support`]
+//! reports as supported. The `gltf` crate provides the types of the JSON objects. This module reads files, repairs
+//! documents, decodes accessors and checks everything, because files come from untrusted sources: an invalid or hostile
+//! file ends in one error with a JSON pointer, never in a panic, a hang, or memory that its size does not justify.
 //!
-//! The steps, each in its own file: `container` splits the file, `document` parses and repairs the JSON,
-//! `extensions` says what of it is understood, `resources` and `uri` fetch what it names, `accessor` reads numbers inside
-//! what `bounds` has checked, `meshopt` and `draco` unpack what is stored compressed, and `mesh`, `material`, `variants`,
-//! `image`, `image_budget`, `mip_maps`, `node`, `skin`, `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`)
-//! build the scene.
+//! Each step has its own file:
 //!
-//! It does not pose, evaluate animations, or decode sRGB; points and lines are not drawn.
+//! - Reading: `container` splits the file, `document` parses and repairs the JSON, `extensions` checks the extensions,
+//!   `resources` and `uri` load external files.
+//! - Data: `bounds` checks accessors, `accessor` reads them, `meshopt` and `draco` decompress.
+//! - Scene: `mesh`, `material`, `variants`, `image` (with `encoded_image` and `image_budget`), `mip_maps`, `node`, `skin`,
+//!   `instancing`, `camera`, `light`, `image_light` and `animation` (with `pointer`).
+//!
+//! Not done here: posing, evaluation of animations, sRGB decoding of textures. Points and lines are not imported.
 
 #![deny(clippy::arithmetic_side_effects)]
 
@@ -26,6 +27,7 @@ mod container;
 mod context;
 mod document;
 mod draco;
+mod encoded_image;
 mod extensions;
 mod formats;
 mod hierarchy;
@@ -42,6 +44,7 @@ mod mip_maps;
 mod morph;
 mod node;
 mod normals;
+mod options;
 mod pointer;
 mod primitive;
 mod raw;
@@ -62,51 +65,25 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 
 pub use extensions::{Support, extension_support};
+pub use options::{ImageLoading, ImportOptions};
 
-use accessor::{Data, Replaced};
+use accessor::{Data, DecodedAccessors};
+use animation::AnimationTargets;
 use context::Context;
 use document::Document;
+use node::LightCounts;
 
-/// What an import may use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImportOptions {
-    /// Bytes that the imported scene may take, posed triangles included; what would need more is refused before it
-    /// is allocated.
-    pub max_memory_bytes: u64,
-    /// What is wanted of the images that textures use.
-    pub images: ImageNeed,
-}
-
-/// How far the images that textures use are read.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ImageNeed {
-    /// They are decoded.
-    #[default]
-    Texels,
-    /// Headers only, and it is checked that decoding them would stay within the memory limit.
-    Budget,
-    /// Headers only: sizes are known, and there are no texels.
-    Headers,
-}
-
-impl Default for ImportOptions {
-    /// Four gibibytes.
-    fn default() -> Self {
-        Self { max_memory_bytes: 4 << 30, images: ImageNeed::Texels }
-    }
-}
-
-/// Reads the glTF file at `path` and everything it names.
+/// Imports the glTF file at `path` and the files that it refers to.
 ///
 /// # Errors
 ///
-/// [`Error::Missing`] when the file or one it names cannot be read, [`Error::Unsupported`] when it requires an
-/// extension that is not honoured, [`Error::Refused`] when it needs more memory than allowed or names a file outside its
-/// folder, and [`Error::Invalid`] for anything else that is wrong with it.
+/// [`Error::Missing`] if the file or one that it refers to cannot be read, [`Error::Unsupported`] if it requires an
+/// unsupported extension, [`Error::Refused`] if it exceeds the memory limit or refers to a file outside its folder, and
+/// [`Error::Invalid`] if it is malformed.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
-    // Crates that decode images and tangents could still panic; that must not end the program.
+    // Crates that decode images or compute tangents may panic. Turn that into an error.
     catch_unwind(AssertUnwindSafe(|| import_unguarded(path, *options)))
-        .unwrap_or_else(|_| Err(Error::invalid(path, "", "could not be understood; please report this file")))
+        .unwrap_or_else(|_| Err(Error::invalid(path, "", "could not be imported; please report this file")))
 }
 
 fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
@@ -119,16 +96,17 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     extensions::check(&mut context, &document)?;
     context.animates_properties = document.uses(extensions::ANIMATION_POINTER);
     bounds::check_all(&context, &document)?;
-    texture::check_links(&context, &document)?;
+    texture::check_references(&context, &document)?;
     let buffers = resources.load_buffers(&mut context, &document, file.bin())?;
-    let views = meshopt::unpack_views(&mut context, &document, &buffers)?;
-    let data = Data { document: &document, buffers: &buffers, views: &views, replaced: &Replaced::default() };
+    let views = meshopt::decompress_views(&mut context, &document, &buffers)?;
+    let data =
+        Data { document: &document, buffers: &buffers, views: &views, decoded: &DecodedAccessors::default() };
 
-    // Build what stands alone, then what refers to it.
+    // Import independent objects first, then those that refer to them.
     let mut textures = texture::TextureTable::new(&document);
     let materials = material::import(&mut context, &document, &mut textures)?;
     let images = image::import(&mut context, &data, &mut resources, &textures, options.images)?;
-    let mips = if options.images == ImageNeed::Texels {
+    let mips = if options.images == ImageLoading::Texels {
         mip_maps::import(&mut context, &images, &textures)?
     } else {
         Vec::new()
@@ -139,8 +117,10 @@ fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let image_lights = image_light::import(&mut context, &data, &mut resources)?;
     let cameras = camera::import(&mut context, &document)?;
     let skins = skin::import(&mut context, &data)?;
-    let hierarchy = node::import(&mut context, &data, &meshes, &skins, (lights.len(), image_lights.len()))?;
-    let (animations, ignored_channels) = animation::import(&mut context, &data, &hierarchy.nodes, &meshes)?;
+    let light_counts = LightCounts { punctual: lights.len(), image_based: image_lights.len() };
+    let hierarchy = node::import(&mut context, &data, &meshes, &skins, light_counts)?;
+    let targets = AnimationTargets { nodes: &hierarchy.nodes, meshes: &meshes };
+    let (animations, ignored_channels) = animation::import(&mut context, &data, &targets)?;
 
     let unused_textures = document.root.textures.len().saturating_sub(textures.textures.len());
 

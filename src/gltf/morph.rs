@@ -1,4 +1,4 @@
-//! Morph targets: differences of positions, normals, tangents, texture coordinates and colours.
+//! Morph targets: displacements of positions, normals, tangents, texture coordinates and colours.
 //!
 //! Source: glTF 2.0 specification, section 3.7.2.2 (morph targets).
 
@@ -12,7 +12,7 @@ use super::raw::Raw;
 use crate::error::Result;
 use crate::scene::MorphTarget;
 
-/// Reads the targets of the primitive `raw`, whose own attributes are `base`.
+/// Reads the morph targets of the primitive `raw`; `base` holds the primitive's own attributes.
 pub(super) fn read(
     context: &mut Context,
     data: &Data,
@@ -62,7 +62,7 @@ fn read_target(
     };
     Ok(MorphTarget {
         positions,
-        // Without base normals the surface is shaded flat, whatever the target says.
+        // A primitive without base normals is shaded flat, so the target's normals have no use.
         normals: normals.filter(|_| has_normals),
         tangents: tangents.filter(|_| has_normals),
         uvs: read_uvs(context, data, attributes, base)?,
@@ -90,11 +90,12 @@ fn read_uvs(
     Ok(uvs)
 }
 
-/// A target can only change what the primitive has.
+/// Errors if the target displaces an attribute that the primitive does not have.
 fn check_base(context: &Context, target: &Attributes, base: &Attributes, name: &str) -> Result<()> {
     match (target.find(name), base.find(name)) {
-        (Some(reference), None) => Err(context
-            .invalid(&reference.pointer, format!("the primitive has no {name} that this could change"))),
+        (Some(reference), None) => {
+            Err(context.invalid(&reference.pointer, format!("the primitive has no {name} to displace")))
+        }
         _ => Ok(()),
     }
 }

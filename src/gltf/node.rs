@@ -1,4 +1,4 @@
-//! Nodes: transforms, and what each one carries.
+//! Nodes: transforms, and references to meshes, skins, cameras and lights.
 //!
 //! Source: glTF 2.0 specification, sections 3.5 (scenes and nodes) and 3.7.3.2 (joint hierarchy).
 
@@ -9,7 +9,7 @@ use super::accessor::Data;
 use super::context::Context;
 use super::document::Document;
 use super::extensions::VISIBILITY;
-use super::hierarchy::{check_size, import_scenes, link, order};
+use super::hierarchy::{check_size, import_scenes, set_parents, sort_parents_first};
 use super::raw::{ANY, Raw, check_range};
 use super::skin::is_affine;
 use super::{instancing, light, mesh};
@@ -18,7 +18,7 @@ use crate::scene::{
     CameraIndex, LocalTransform, Mesh, MeshIndex, Node, NodeIndex, SceneRoots, Skin, SkinIndex,
 };
 
-/// The nodes and how they hang together.
+/// Node hierarchy and the scenes that select from it.
 #[derive(Debug)]
 pub(super) struct Hierarchy {
     pub(super) nodes: Vec<Node>,
@@ -27,13 +27,20 @@ pub(super) struct Hierarchy {
     pub(super) default_scene: usize,
 }
 
+/// Number of lights that nodes and scenes can refer to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LightCounts {
+    pub(super) punctual: usize,
+    pub(super) image_based: usize,
+}
+
 /// Imports all nodes and scenes.
 pub(super) fn import(
     context: &mut Context,
     data: &Data,
     meshes: &[Mesh],
     skins: &[Skin],
-    (light_count, image_light_count): (usize, usize),
+    light_counts: LightCounts,
 ) -> Result<Hierarchy> {
     let document = data.document;
     let highest_joints: Vec<Option<u32>> = meshes.iter().map(highest_joint).collect();
@@ -41,7 +48,7 @@ pub(super) fn import(
     for (i, json) in document.root.nodes.iter().enumerate() {
         let mut node = import_node(context, document, i, json)?;
         if let Some(raw) = document.element("nodes", i) {
-            node.light = light::of_node(context, &raw, light_count)?;
+            node.light = light::of_node(context, &raw, light_counts.punctual)?;
             node.is_hidden = is_hidden(context, &raw)?;
             node.instances = instancing::of_node(context, data, &raw, &node)?;
         }
@@ -50,9 +57,9 @@ pub(super) fn import(
         check_skin(context, &node, meshes, skins, highest, &format!("/nodes/{i}"))?;
         nodes.push(node);
     }
-    link(context, &mut nodes)?;
-    let node_order = order(context, &nodes)?;
-    let (scenes, default_scene) = import_scenes(context, document, &nodes, image_light_count)?;
+    set_parents(context, &mut nodes)?;
+    let node_order = sort_parents_first(context, &nodes)?;
+    let (scenes, default_scene) = import_scenes(context, document, &nodes, light_counts.image_based)?;
     check_size(context, &nodes, &node_order, &scenes, meshes)?;
     Ok(Hierarchy { nodes, node_order, scenes, default_scene })
 }
@@ -60,17 +67,17 @@ pub(super) fn import(
 fn import_node(context: &mut Context, document: &Document, index: usize, json: &json::Node) -> Result<Node> {
     let root = &document.root;
     let pointer = format!("/nodes/{index}");
-    let subscript = |index: Option<usize>, length: usize, key: &str, what: &str| -> Result<Option<u32>> {
+    let check = |index: Option<usize>, length: usize, key: &str, what: &str| -> Result<Option<u32>> {
         let Some(index) = index else { return Ok(None) };
-        let index = context.subscript(index, length, &format!("{pointer}/{key}"), what)?;
+        let index = context.check_index(index, length, &format!("{pointer}/{key}"), what)?;
         Ok(u32::try_from(index).ok())
     };
-    let mesh = subscript(json.mesh.map(|i| i.value()), root.meshes.len(), "mesh", "mesh")?;
-    let skin = subscript(json.skin.map(|i| i.value()), root.skins.len(), "skin", "skin")?;
-    let camera = subscript(json.camera.map(|i| i.value()), root.cameras.len(), "camera", "camera")?;
+    let mesh = check(json.mesh.map(|i| i.value()), root.meshes.len(), "mesh", "mesh")?;
+    let skin = check(json.skin.map(|i| i.value()), root.skins.len(), "skin", "skin")?;
+    let camera = check(json.camera.map(|i| i.value()), root.cameras.len(), "camera", "camera")?;
     let mut children = Vec::new();
     for child in json.children.iter().flatten() {
-        let child = subscript(Some(child.value()), root.nodes.len(), "children", "node")?;
+        let child = check(Some(child.value()), root.nodes.len(), "children", "node")?;
         children.extend(child.map(NodeIndex));
     }
     Ok(Node {
@@ -141,7 +148,7 @@ fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Re
     let quaternion = Quat::from_array(rotation);
     let length = quaternion.length();
     if !(length > 1e-12 && length.is_finite()) {
-        let message = "is a quaternion of length zero, which turns nowhere";
+        let message = "is a quaternion of length zero, which is not a rotation";
         return Err(context.invalid(pointer, message));
     }
     if (length - 1.0).abs() > TOLERANCE {
@@ -150,7 +157,7 @@ fn unit_rotation(context: &mut Context, rotation: [f32; 4], pointer: &str) -> Re
     Ok(quaternion.normalize())
 }
 
-/// Checks the morph weights, which need a mesh with targets.
+/// Checks the morph weights of a node, which require a mesh with morph targets.
 fn check_mesh(
     context: &Context,
     node: &mut Node,
@@ -206,7 +213,7 @@ fn check_skin(
     }
 }
 
-/// The highest joint that a vertex of the mesh names; `None` if none has joints.
+/// Highest joint index of the mesh's vertices. `None` if no primitive has joints.
 fn highest_joint(mesh: &Mesh) -> Option<u32> {
     let influences = mesh.primitives.iter().filter_map(|p| p.influences.as_ref());
     influences.map(|influences| influences.joints.iter().copied().max().unwrap_or(0)).max()

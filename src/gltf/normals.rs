@@ -1,11 +1,11 @@
-//! Normals and tangents made unit length, with substitutes where a file stores zeros.
+//! Normalization of normals and tangents, with substitutes for stored zeros.
 
 use glam::{Vec3, Vec4};
 
 use super::context::Context;
 use crate::geometry::unit;
 
-/// Makes `normals` unit length. A vertex whose stored normal has no direction gets that of the triangles around it.
+/// Normalizes `normals`. A zero normal is replaced by the average normal of the adjacent triangles.
 pub(super) fn normalize(
     context: &mut Context,
     normals: &mut [Vec3],
@@ -21,24 +21,24 @@ pub(super) fn normalize(
     if !missing {
         return;
     }
-    context.warn(pointer, "some normals have no length; those of the surrounding triangles are used");
-    let mut around = vec![Vec3::ZERO; normals.len()];
+    context.warn(pointer, "some normals have length zero; the normals of the adjacent triangles are used");
+    let mut sums = vec![Vec3::ZERO; normals.len()];
     for triangle in triangles {
         let normal = face_normal(positions, triangle);
         for &vertex in triangle {
-            if let Some(sum) = around.get_mut(vertex as usize) {
+            if let Some(sum) = sums.get_mut(vertex as usize) {
                 *sum += normal;
             }
         }
     }
-    for (normal, sum) in normals.iter_mut().zip(around) {
+    for (normal, sum) in normals.iter_mut().zip(sums) {
         if *normal == Vec3::ZERO {
             *normal = unit(sum).unwrap_or(Vec3::Z);
         }
     }
 }
 
-/// Makes tangents unit length and their signs ±1. One without direction becomes any perpendicular of its normal.
+/// Normalizes tangents and sets their signs to ±1. A zero tangent is replaced by any vector perpendicular to its normal.
 pub(super) fn normalize_tangents(tangents: &mut [Vec4], normals: &[Vec3]) {
     for (tangent, normal) in tangents.iter_mut().zip(normals) {
         let sign = if tangent.w < 0.0 { -1.0 } else { 1.0 };
@@ -47,11 +47,11 @@ pub(super) fn normalize_tangents(tangents: &mut [Vec4], normals: &[Vec3]) {
     }
 }
 
-/// Unit normal of a triangle; zero where it has no area.
+/// Unit normal of a triangle; zero if the triangle has no area.
 pub(super) fn face_normal(positions: &[Vec3], triangle: &[u32; 3]) -> Vec3 {
     let corner = |i: u32| positions.get(i as usize).copied().unwrap_or(Vec3::ZERO);
     let [a, b, c] = triangle.map(corner);
-    // Scale the edges first, so that products of very large or small ones stay finite and non-zero.
+    // Normalize the edges first, so that the product of very long or very short ones stays finite and non-zero.
     let (ab, ac) = (unit(b - a), unit(c - a));
     match (ab, ac) {
         (Some(ab), Some(ac)) => unit(ab.cross(ac)).unwrap_or(Vec3::ZERO),
@@ -70,7 +70,7 @@ mod tests {
         let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(9.0)];
         let mut normals = [Vec3::ZERO, Vec3::X * 2.0, Vec3::ZERO, Vec3::ZERO];
         normalize(&mut context, &mut normals, &positions, &[[0, 1, 2]], "/x");
-        // The triangle lies in the xy plane; the last vertex is in no triangle.
+        // The triangle lies in the xy plane. No triangle uses the last vertex.
         assert_eq!(normals, [Vec3::Z, Vec3::X, Vec3::Z, Vec3::Z]);
         assert_eq!(context.into_warnings().len(), 1);
     }

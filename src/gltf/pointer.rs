@@ -1,4 +1,4 @@
-//! JSON pointers of animation channels, and the properties that they name.
+//! Animation pointers: resolution of JSON pointers to animatable properties.
 //!
 //! Source: the text of `KHR_animation_pointer` and the *glTF 2.0 Asset Object Model* (Khronos Group).
 
@@ -12,16 +12,16 @@ use crate::scene::{
     LightProperty, MaterialIndex, MaterialProperty, MeshIndex, NodeIndex, TextureSlot,
 };
 
-/// A property that clips may move, and what its values may be.
+/// Animatable property and its allowed values.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Property {
     pub(super) target: AnimationTarget,
-    /// Components of a value; 0 where the file says elsewhere how many there are.
-    pub(super) width: usize,
-    /// What every component of a key must lie in.
+    /// Components of a value; 0 if the number of morph targets determines it.
+    pub(super) components: usize,
+    /// AllowedFormats range of every component of a keyframe value.
     pub(super) range: RangeInclusive<f32>,
-    /// Whether it is either true or false.
-    pub(super) is_switch: bool,
+    /// Whether the property is a boolean.
+    pub(super) is_boolean: bool,
 }
 
 const MATERIAL: [(&str, MaterialProperty); 32] = [
@@ -128,12 +128,12 @@ const CAMERA: [(&str, CameraProperty); 8] = [
     ("orthographic/zfar", CameraProperty::ZFar),
 ];
 
-/// Properties without a default, which a file must have to move them.
+/// Properties without a default value. They can be animated only if the file gives them a value.
 const NO_DEFAULT: [&str; 3] = ["aspectRatio", "zfar", "range"];
 
-/// The property that `pointer` names; `None` where the file has no such property or it is not honoured.
-pub(super) fn property(document: &Document, pointer: &str) -> Option<Property> {
-    if let Some(property) = of_single_weight(document, pointer) {
+/// Resolves `pointer`. `None` if the file has no such property or the property is not supported.
+pub(super) fn resolve(document: &Document, pointer: &str) -> Option<Property> {
+    if let Some(property) = single_weight(document, pointer) {
         return Some(property);
     }
     let (owner, key) = pointer.rsplit_once('/')?;
@@ -143,53 +143,53 @@ pub(super) fn property(document: &Document, pointer: &str) -> Option<Property> {
     }
     let (array, rest) = pointer.strip_prefix('/')?.split_once('/')?;
     if array == "extensions" {
-        return of_light(rest);
+        return light_property(rest);
     }
-    let (index, path) = numbered(rest)?;
+    let (index, path) = split_index(rest)?;
     match array {
-        "nodes" => of_node(NodeIndex(index), path),
+        "nodes" => node_property(NodeIndex(index), path),
         "meshes" if path == "weights" => Some(number(AnimationTarget::MeshWeights(MeshIndex(index)), 0, ANY)),
         "materials" => {
-            let own = document.element("materials", index as usize)?;
-            let replaced = own.extension(SPECULAR_GLOSSINESS).is_some()
+            let material = document.element("materials", index as usize)?;
+            let replaced = material.extension(SPECULAR_GLOSSINESS).is_some()
                 && (path.starts_with("pbrMetallicRoughness/")
                     || [IOR, SPECULAR].iter().any(|name| path.contains(name)));
-            if replaced { None } else { of_material(MaterialIndex(index), path) }
+            if replaced { None } else { material_property(MaterialIndex(index), path) }
         }
         "cameras" => {
-            let property = found(&CAMERA, path)?;
+            let property = find(&CAMERA, path)?;
             Some(number(AnimationTarget::Camera(CameraIndex(index), property), 1, property.range()))
         }
         _ => None,
     }
 }
 
-/// The index before the first slash and what follows it.
-fn numbered(text: &str) -> Option<(u32, &str)> {
+/// Splits off the index before the first slash.
+fn split_index(text: &str) -> Option<(u32, &str)> {
     let (index, path) = text.split_once('/')?;
     Some((index.parse().ok()?, path))
 }
 
-fn found<T: Copy>(rows: &[(&str, T)], path: &str) -> Option<T> {
+fn find<T: Copy>(rows: &[(&str, T)], path: &str) -> Option<T> {
     rows.iter().find(|row| row.0 == path).map(|row| row.1)
 }
 
-fn number(target: AnimationTarget, width: usize, range: RangeInclusive<f32>) -> Property {
-    Property { target, width, range, is_switch: false }
+fn number(target: AnimationTarget, components: usize, range: RangeInclusive<f32>) -> Property {
+    Property { target, components, range, is_boolean: false }
 }
 
-/// Of a punctual or an image-based light; `rest` follows the root's extensions.
-fn of_light(rest: &str) -> Option<Property> {
+/// Property of a punctual or an image-based light; `rest` is the pointer after `/extensions/`.
+fn light_property(rest: &str) -> Option<Property> {
     let (extension, rest) = rest.split_once("/lights/")?;
-    let (index, path) = numbered(rest)?;
+    let (index, path) = split_index(rest)?;
     match extension {
         LIGHTS => {
-            let property = found(&LIGHT, path)?;
+            let property = find(&LIGHT, path)?;
             let target = AnimationTarget::Light(LightIndex(index), property);
             Some(number(target, property.width(), property.range()))
         }
         IMAGE_LIGHTS => {
-            let property = found(&IMAGE_LIGHT, path)?;
+            let property = find(&IMAGE_LIGHT, path)?;
             let target = AnimationTarget::ImageLight(ImageLightIndex(index), property);
             Some(number(target, property.width(), property.range()))
         }
@@ -197,39 +197,39 @@ fn of_light(rest: &str) -> Option<Property> {
     }
 }
 
-/// One of the weights of a node or a mesh, which need not list them.
-fn of_single_weight(document: &Document, pointer: &str) -> Option<Property> {
-    let (owner, place) = pointer.rsplit_once('/')?;
+/// A single morph weight of a node or a mesh. The file need not list the weights.
+fn single_weight(document: &Document, pointer: &str) -> Option<Property> {
+    let (owner, weight) = pointer.rsplit_once('/')?;
     let owner = owner.strip_suffix("/weights")?;
-    let place: u32 = place.parse().ok().filter(|parsed: &u32| parsed.to_string() == place)?;
+    let weight: u32 = weight.parse().ok().filter(|parsed: &u32| parsed.to_string() == weight)?;
     Raw::at(&document.value, owner)?;
     let (array, index) = owner.strip_prefix('/')?.split_once('/')?;
     let index = index.parse().ok()?;
     let target = match array {
-        "nodes" => AnimationTarget::Weight(NodeIndex(index), place),
-        "meshes" => AnimationTarget::MeshWeight(MeshIndex(index), place),
+        "nodes" => AnimationTarget::Weight(NodeIndex(index), weight),
+        "meshes" => AnimationTarget::MeshWeight(MeshIndex(index), weight),
         _ => return None,
     };
     Some(number(target, 1, ANY))
 }
 
-fn of_node(node: NodeIndex, path: &str) -> Option<Property> {
+fn node_property(node: NodeIndex, path: &str) -> Option<Property> {
     match path {
         "translation" => Some(number(AnimationTarget::Translation(node), 3, ANY)),
         "rotation" => Some(number(AnimationTarget::Rotation(node), 4, ANY)),
         "scale" => Some(number(AnimationTarget::Scale(node), 3, ANY)),
         "weights" => Some(number(AnimationTarget::Weights(node), 0, ANY)),
         "extensions/KHR_node_visibility/visible" => {
-            Some(Property { is_switch: true, ..number(AnimationTarget::Visibility(node), 1, ANY) })
+            Some(Property { is_boolean: true, ..number(AnimationTarget::Visibility(node), 1, ANY) })
         }
         _ => None,
     }
 }
 
-fn of_material(material: MaterialIndex, path: &str) -> Option<Property> {
-    let property = found(&MATERIAL, path).or_else(|| {
+fn material_property(material: MaterialIndex, path: &str) -> Option<Property> {
+    let property = find(&MATERIAL, path).or_else(|| {
         let (texture, key) = path.split_once("/extensions/KHR_texture_transform/")?;
-        let slot = found(&TEXTURES, texture)?;
+        let slot = find(&TEXTURES, texture)?;
         match key {
             "offset" => Some(MaterialProperty::TextureOffset(slot)),
             "rotation" => Some(MaterialProperty::TextureRotation(slot)),

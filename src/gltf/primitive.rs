@@ -1,4 +1,4 @@
-//! One primitive: its attributes, triangles and what its material needs.
+//! Primitives: attributes, triangles, and the vertex data that their materials need.
 //!
 //! Source: glTF 2.0 specification, section 3.7.2 (geometry).
 
@@ -17,7 +17,7 @@ use super::{draco, formats, influences, morph, normals, topology, variants};
 use crate::error::Result;
 use crate::scene::{Material, MaterialIndex, Primitive};
 
-/// `None` for a primitive that is not drawn; the reason has been noted.
+/// Imports one primitive. `None` for a primitive without triangles, after a warning.
 pub(super) fn import_primitive(
     context: &mut Context,
     data: &Data,
@@ -35,35 +35,36 @@ pub(super) fn import_primitive(
     };
     let attributes = Attributes::new(context, data, &raw_attributes)?;
     let Some(position) = attributes.find("POSITION") else {
-        context.warn(raw_attributes.pointer, "primitives without POSITION are not drawn");
+        context.warn(raw_attributes.pointer, "primitives without POSITION are not rendered");
         return Ok(None);
     };
-    if let Some(kind) = undrawn_kind(mode) {
-        context.warn(format!("{pointer}/mode"), format!("primitives that are {kind} are not drawn"));
+    if let Some(kind) = unsupported_topology(mode) {
+        context.warn(format!("{pointer}/mode"), format!("primitives that are {kind} are not rendered"));
         return Ok(None);
     }
-    let packed = match raw.extension(DRACO) {
-        Some(extension) => Some(draco::unpack(context, data, &attributes, primitive, &extension)?),
+    let compressed = match raw.extension(DRACO) {
+        Some(extension) => Some(draco::decode_primitive(context, data, &attributes, primitive, &extension)?),
         None => None,
     };
-    let (replaced, stored_triangles) = packed.map(|packed| (packed.replaced, packed.triangles)).unzip();
-    let data = &Data { replaced: replaced.as_ref().unwrap_or(data.replaced), ..*data };
+    let (decoded, compressed_triangles) =
+        compressed.map(|primitive| (primitive.decoded, primitive.triangles)).unzip();
+    let data = &Data { decoded: decoded.as_ref().unwrap_or(data.decoded), ..*data };
     let vertex_count = data.accessor(context, position.accessor, &position.pointer)?.count.0;
     if u32::try_from(vertex_count).is_err() {
-        let message = format!("has {vertex_count} vertices, more than 32-bit indices can reach");
+        let message = format!("has {vertex_count} vertices, more than 32-bit indices can address");
         return Err(context.refused(&position.pointer, message));
     }
     attributes.check_counts(context, data, vertex_count)?;
     attributes.warn_unused(context);
 
-    // Read positions and triangles, then the rest.
+    // Read positions and triangles, then the other attributes.
     let positions: Vec<[f32; 3]> = data.floats_as(context, position, &formats::POSITION)?;
     let positions: Vec<Vec3> = positions.into_iter().map(Vec3::from_array).collect();
-    let triangles = match stored_triangles {
+    let triangles = match compressed_triangles {
         Some(triangles) => triangles,
         None => read_triangles(context, data, primitive, mode, positions.len(), &pointer)?,
     };
-    let (normals, tangents) = read_frames(context, data, &attributes, &positions, &triangles)?;
+    let (normals, tangents) = read_tangent_frames(context, data, &attributes, &positions, &triangles)?;
     let mut imported = Primitive {
         uvs: read_uvs(context, data, &attributes)?,
         colors: read_colors(context, data, &attributes)?,
@@ -77,15 +78,15 @@ pub(super) fn import_primitive(
         variants: variants::of_primitive(context, data.document, raw)?,
     };
     drop_unused_vertices(&mut imported);
-    let others = imported.variants.iter().map(|(_, material)| *material);
-    let looks: Vec<MaterialIndex> = std::iter::once(material).chain(others).collect();
-    for material in looks.iter().filter_map(|material| materials.get(material.index())) {
-        fit_to_material(context, &mut imported, material, &pointer)?;
+    let variant_materials = imported.variants.iter().map(|(_, material)| *material);
+    let all_materials: Vec<MaterialIndex> = std::iter::once(material).chain(variant_materials).collect();
+    for material in all_materials.iter().filter_map(|material| materials.get(material.index())) {
+        add_material_attributes(context, &mut imported, material, &pointer)?;
     }
     Ok(Some(imported))
 }
 
-pub(super) fn undrawn_kind(mode: Mode) -> Option<&'static str> {
+pub(super) fn unsupported_topology(mode: Mode) -> Option<&'static str> {
     match mode {
         Mode::Points => Some("points"),
         Mode::Lines | Mode::LineLoop | Mode::LineStrip => Some("lines"),
@@ -102,7 +103,7 @@ fn material_index(
     let default = materials.len().saturating_sub(1);
     let index = match primitive.material {
         Some(material) => {
-            context.subscript(material.value(), default, &format!("{pointer}/material"), "material")?
+            context.check_index(material.value(), default, &format!("{pointer}/material"), "material")?
         }
         None => default,
     };
@@ -124,17 +125,17 @@ fn read_triangles(
     });
     let list = topology::read_indices(context, data, indices.as_ref(), vertex_count, pointer)?;
     context.charge((list.len() as u64).saturating_mul(12), pointer)?;
-    let (triangles, left_over) = topology::triangles(mode, &list);
-    if left_over > 0 {
-        let message = "some vertices at the end make no whole triangle; they are not drawn";
+    let (triangles, leftover_count) = topology::triangles(mode, &list);
+    if leftover_count > 0 {
+        let message = "some vertices at the end do not complete a triangle; they are ignored";
         context.warn(pointer, message);
     }
     Ok(triangles)
 }
 
-/// Unit normals and, only with them, unit tangents.
+/// Reads unit normals, and unit tangents if there are normals.
 #[expect(clippy::type_complexity, reason = "two optional lists, named by the caller")]
-fn read_frames(
+fn read_tangent_frames(
     context: &mut Context,
     data: &Data,
     attributes: &Attributes,
@@ -173,7 +174,7 @@ fn read_colors(context: &mut Context, data: &Data, attributes: &Attributes) -> R
     Ok(Some(colors.into_iter().map(|color| Vec4::from_array(color).clamp(Vec4::ZERO, Vec4::ONE)).collect()))
 }
 
-/// Keeps only vertices that triangles use: files often share one list of vertices among many primitives.
+/// Drops vertices that no triangle uses. Files often share one vertex list among many primitives.
 fn drop_unused_vertices(primitive: &mut Primitive) {
     let mut used = vec![false; primitive.positions.len()];
     for &vertex in primitive.triangles.iter().flatten() {
@@ -198,9 +199,9 @@ fn drop_unused_vertices(primitive: &mut Primitive) {
     gather_vertices(primitive, &sources);
 }
 
-/// Gives the primitive what one of its materials needs: coordinate sets, and tangents for a normal map or a stretched
+/// Adds the vertex data that a material needs: texture coordinate sets, and tangents for a normal map or an anisotropic
 /// highlight.
-fn fit_to_material(
+fn add_material_attributes(
     context: &mut Context,
     primitive: &mut Primitive,
     material: &Material,

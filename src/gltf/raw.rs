@@ -1,11 +1,11 @@
-//! Typed access to JSON values that the `gltf` crate does not model, with the pointer kept for messages.
+//! Typed access to JSON values that the `gltf` crate does not model. Each value keeps its JSON pointer for messages.
 
 use serde_json::Value;
 
 use super::context::Context;
 use crate::error::Result;
 
-/// A JSON value and where it stands in the file.
+/// JSON value with its JSON pointer.
 #[derive(Clone, Debug)]
 pub(super) struct Raw<'a> {
     /// The value.
@@ -15,23 +15,23 @@ pub(super) struct Raw<'a> {
 }
 
 impl<'a> Raw<'a> {
-    /// The value at `pointer` of the document, if there is one.
+    /// Returns the value at `pointer` of the document.
     pub(super) fn at(document: &'a Value, pointer: impl Into<String>) -> Option<Self> {
         let pointer = pointer.into();
         Some(Self { value: document.pointer(&pointer)?, pointer })
     }
 
-    /// The member `key` of an object.
+    /// Returns the member `key` of an object.
     pub(super) fn field(&self, key: &str) -> Option<Self> {
         Some(Self { value: self.value.get(key)?, pointer: format!("{}/{}", self.pointer, escape(key)) })
     }
 
-    /// The value of the extension `name` of this object.
+    /// Returns the extension `name` of this object.
     pub(super) fn extension(&self, name: &str) -> Option<Self> {
         self.field("extensions")?.field(name)
     }
 
-    /// The value of the extension `name` of this object, which must be an object as well.
+    /// Returns the extension `name` of this object. Errors unless it is an object.
     pub(super) fn extension_object(&self, context: &Context, name: &str) -> Result<Option<Self>> {
         let extension = self.extension(name);
         extension.map(|extension| extension.expect_object(context).map(|()| extension)).transpose()
@@ -45,7 +45,7 @@ impl<'a> Raw<'a> {
         Err(context.invalid(&self.pointer, "must be an object"))
     }
 
-    /// The elements of an array.
+    /// Returns the elements of an array.
     pub(super) fn elements(&self, context: &Context) -> Result<Vec<Self>> {
         let Some(array) = self.value.as_array() else {
             return Err(context.invalid(&self.pointer, "must be an array"));
@@ -57,7 +57,7 @@ impl<'a> Raw<'a> {
             .collect())
     }
 
-    /// The members of an object whose values are indices, by name.
+    /// Returns the members of an object whose values are indices: key, index and JSON pointer.
     pub(super) fn indices(&self, context: &Context) -> Result<Vec<(&'a str, usize, String)>> {
         self.expect_object(context)?;
         let members = self.value.as_object().into_iter().flatten();
@@ -69,7 +69,7 @@ impl<'a> Raw<'a> {
             .collect()
     }
 
-    /// A string member.
+    /// Returns a string member.
     pub(super) fn string(&self, context: &Context, key: &str) -> Result<Option<&'a str>> {
         let Some(field) = self.field(key) else {
             return Ok(None);
@@ -80,7 +80,7 @@ impl<'a> Raw<'a> {
         }
     }
 
-    /// A member that is a non-negative integer.
+    /// Returns a member that is a non-negative integer.
     pub(super) fn index(&self, context: &Context, key: &str) -> Result<Option<usize>> {
         let Some(field) = self.field(key) else {
             return Ok(None);
@@ -91,7 +91,7 @@ impl<'a> Raw<'a> {
         }
     }
 
-    /// A finite number member that lies in `range`.
+    /// Returns a member that is a finite number in `range`.
     pub(super) fn number(
         &self,
         context: &Context,
@@ -108,7 +108,7 @@ impl<'a> Raw<'a> {
         check_range(context, value as f32, &range, &field.pointer)
     }
 
-    /// An array member of `N` finite numbers that lie in `range`.
+    /// Returns a member that is an array of `N` finite numbers in `range`.
     pub(super) fn numbers<const N: usize>(
         &self,
         context: &Context,
@@ -122,7 +122,7 @@ impl<'a> Raw<'a> {
         }
     }
 
-    /// The value as an array of `N` finite numbers that lie in `range`.
+    /// Returns the value as an array of `N` finite numbers in `range`.
     pub(super) fn array<const N: usize>(
         &self,
         context: &Context,
@@ -139,7 +139,7 @@ impl<'a> Raw<'a> {
     }
 }
 
-/// `value` if it is finite and in `range`; a rounding error beyond an end is set to the end.
+/// Checks that `value` is finite and in `range`. A rounding error beyond a limit is clamped to it.
 pub(super) fn check_range(
     context: &Context,
     value: f32,
@@ -165,14 +165,14 @@ pub(super) fn check_range(
     Err(context.invalid(pointer, message))
 }
 
-/// The range of all finite numbers.
+/// Range of all finite numbers.
 pub(super) const ANY: std::ops::RangeInclusive<f32> = f32::MIN..=f32::MAX;
-/// Zero and up.
+/// Range of all non-negative finite numbers.
 pub(super) const NOT_NEGATIVE: std::ops::RangeInclusive<f32> = 0.0..=f32::MAX;
-/// Zero to one.
+/// Range from zero to one.
 pub(super) const UNIT: std::ops::RangeInclusive<f32> = 0.0..=1.0;
 
-/// `key` as a JSON pointer token (RFC 6901, section 3).
+/// Escapes `key` as a JSON pointer token (RFC 6901, section 3).
 pub(super) fn escape(key: &str) -> String {
     key.replace('~', "~0").replace('/', "~1")
 }

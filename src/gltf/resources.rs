@@ -1,4 +1,4 @@
-//! What a scene file names: buffers and image files, read once, inside the scene's folder, and hashed.
+//! External resources: buffers and image files inside the scene's folder, read once and hashed.
 
 use std::path::{Path, PathBuf};
 
@@ -11,16 +11,16 @@ use super::meshopt;
 use super::uri::{self, Uri, UriError};
 use crate::error::{Error, Result, readable_bytes};
 
-/// Fetches resources and hashes everything that was read, in the order it was asked for.
+/// Reads resources, and hashes everything that was read in order of the requests.
 pub(super) struct Resources {
     folder: PathBuf,
     hash: Sha256,
-    /// What was read beside the scene file.
+    /// Files that were read in addition to the scene file.
     pub(super) files: Vec<PathBuf>,
 }
 
 impl Resources {
-    /// Starts with the scene file itself.
+    /// Starts the hash with the scene file.
     pub(super) fn new(context: &Context, scene_bytes: &[u8]) -> Self {
         let parent = context.path.parent().unwrap_or(Path::new(""));
         let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
@@ -39,7 +39,7 @@ impl Resources {
         self.hash.update(bytes);
     }
 
-    /// The content of every buffer; `None` for one without data, which is wrong only where it is used.
+    /// Loads all buffers. `None` for a buffer without data, which is an error only when it is read.
     pub(super) fn load_buffers(
         &mut self,
         context: &mut Context,
@@ -62,7 +62,7 @@ impl Resources {
                 let promised = buffer.byte_length.0;
                 if promised > content.len() as u64 {
                     let message = format!(
-                        "is {promised} bytes long, but its data has only {}; a part is missing",
+                        "is {promised} bytes long, but its data has only {}; the file is truncated",
                         content.len()
                     );
                     return Err(context.invalid(format!("{pointer}/byteLength"), message));
@@ -73,7 +73,7 @@ impl Resources {
         Ok(buffers)
     }
 
-    /// The bytes that `uri` stands for.
+    /// Returns the bytes that `uri` contains or refers to.
     pub(super) fn fetch(&mut self, context: &mut Context, uri: &str, pointer: &str) -> Result<Vec<u8>> {
         match uri::parse(uri) {
             Ok(Uri::Data(bytes)) => {
@@ -91,7 +91,7 @@ impl Resources {
         }
     }
 
-    /// Reads `relative`, which may be a link as long as it stays inside the folder.
+    /// Reads the file `relative`. A symbolic link is followed if its target lies inside the folder.
     fn read_inside(&self, context: &mut Context, relative: &Path, pointer: &str) -> Result<Vec<u8>> {
         let path = self.folder.join(relative);
         let missing = |source| Error::Missing {

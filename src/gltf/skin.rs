@@ -29,15 +29,15 @@ fn import_skin(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &
     let mut seen = BTreeSet::new();
     for (i, joint) in skin.joints.iter().enumerate() {
         let pointer = format!("{pointer}/joints/{i}");
-        let index = context.subscript(joint.value(), node_count, &pointer, "node")?;
+        let index = context.check_index(joint.value(), node_count, &pointer, "node")?;
         if !seen.insert(index) {
-            return Err(context.invalid(pointer, format!("names node {index} a second time")));
+            return Err(context.invalid(pointer, format!("lists node {index} twice")));
         }
         joints.push(NodeIndex(u32::try_from(index).unwrap_or(u32::MAX)));
     }
     if let Some(skeleton) = skin.skeleton {
-        // The skeleton root is a hint without effect on the picture; only its existence is checked.
-        context.subscript(skeleton.value(), node_count, &format!("{pointer}/skeleton"), "node")?;
+        // The skeleton root does not affect the image. Only its existence is checked.
+        context.check_index(skeleton.value(), node_count, &format!("{pointer}/skeleton"), "node")?;
     }
     Ok(Skin {
         name: skin.name.clone(),
@@ -46,7 +46,7 @@ fn import_skin(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &
     })
 }
 
-/// One matrix a joint; identities when the file has none.
+/// Reads one inverse bind matrix per joint; identity matrices if the file has none.
 fn bind_matrices(context: &mut Context, data: &Data, skin: &json::Skin, pointer: &str) -> Result<Vec<Mat4>> {
     let Some(accessor) = skin.inverse_bind_matrices else {
         return Ok(vec![Mat4::IDENTITY; skin.joints.len()]);
@@ -71,7 +71,7 @@ fn bind_matrices(context: &mut Context, data: &Data, skin: &json::Skin, pointer:
     }
 }
 
-/// Whether the last row is 0, 0, 0, 1 up to what single precision does to an inverse.
+/// Whether the last row is 0, 0, 0, 1, up to the single-precision error of a matrix inverse.
 pub(super) fn is_affine(matrix: &Mat4) -> bool {
     const TOLERANCE: f32 = 1e-3;
     let last = matrix.row(3);

@@ -1,7 +1,7 @@
-//! Tangents for normal-mapped primitives that come without.
+//! Tangents for normal-mapped primitives without stored tangents.
 //!
-//! Source: Morten S. Mikkelsen, *Simulation of Wrinkled Surfaces Revisited* (2008), through the crate
-//! `bevy_mikktspace`. Its arc cosine is replaced by `libm`'s, so that every machine gets the same tangents.
+//! Source: Morten S. Mikkelsen, *Simulation of Wrinkled Surfaces Revisited* (2008), as implemented by the crate
+//! `bevy_mikktspace`. Its arc cosine is replaced by that of `libm`, so that tangents are the same on every machine.
 
 use std::collections::BTreeMap;
 
@@ -64,7 +64,7 @@ impl Geometry<PortableOps> for Corners<'_> {
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
         let uv = self.uvs.get(self.vertex(face, corner)).copied().unwrap_or_default();
-        // glTF's v grows downwards, the algorithm's upwards.
+        // glTF's v axis points down the image, the algorithm's points up.
         [uv.x, -uv.y]
     }
 
@@ -76,8 +76,8 @@ impl Geometry<PortableOps> for Corners<'_> {
     }
 }
 
-/// Gives `primitive` MikkTSpace tangents from its coordinate set `uv_set`; vertices are split where the tangents of
-/// their triangles differ. Without normals the tangents belong to the flat triangles.
+/// Computes MikkTSpace tangents of `primitive` from its texture coordinate set `uv_set`. Vertices are split where the
+/// tangents of their triangles differ. Without vertex normals the face normals are used.
 pub(super) fn generate(
     context: &mut Context,
     primitive: &mut Primitive,
@@ -92,13 +92,13 @@ pub(super) fn generate(
     context.charge(corner_count.saturating_mul(corner_bytes), pointer)?;
     let mut corners = Corners { primitive, uvs, tangents: vec![[Vec4::ZERO; 3]; primitive.triangles.len()] };
     generate_tangents(&mut corners)
-        .map_err(|error| context.invalid(pointer, format!("no tangents could be made: {error}")))?;
+        .map_err(|error| context.invalid(pointer, format!("tangents cannot be computed: {error}")))?;
     let corner_tangents = corners.tangents;
     split_vertices(primitive, &corner_tangents);
     Ok(())
 }
 
-/// Splits every vertex into one for each different tangent, in the order of the triangles.
+/// Splits every vertex into one for each distinct tangent, in triangle order.
 fn split_vertices(primitive: &mut Primitive, corner_tangents: &[[Vec4; 3]]) {
     let mut split: BTreeMap<(u32, [u32; 4]), u32> = BTreeMap::new();
     let mut sources: Vec<u32> = Vec::new();
@@ -124,7 +124,7 @@ fn split_vertices(primitive: &mut Primitive, corner_tangents: &[[Vec4; 3]]) {
     primitive.tangents = Some(tangents);
 }
 
-/// Replaces the vertices of `primitive` by `sources`, subscripts of the old ones. Triangles are left alone.
+/// Replaces the vertices of `primitive` with the old vertices at the indices `sources`. Triangles are not changed.
 pub(super) fn gather_vertices(primitive: &mut Primitive, sources: &[u32]) {
     gather(&mut primitive.positions, sources);
     primitive.normals.iter_mut().for_each(|list| gather(list, sources));
@@ -156,7 +156,7 @@ fn gather_groups<T: Copy>(list: &mut Vec<T>, size: usize, sources: &[u32]) {
     *list = sources.iter().flat_map(group).copied().collect();
 }
 
-/// Bytes that one vertex of `primitive` takes, rounded up.
+/// Bytes per vertex of `primitive`, rounded up.
 pub(super) fn vertex_bytes(primitive: &Primitive) -> usize {
     let influences = primitive.influences.as_ref().map_or(0, |i| i.per_vertex);
     let morphs = primitive.targets.iter().map(|target| {

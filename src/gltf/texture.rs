@@ -1,4 +1,4 @@
-//! Textures, samplers, and references to them from materials.
+//! Textures, samplers, and the material's references to them.
 //!
 //! Source: glTF 2.0 specification, sections 3.8 (texture data) and 5.29 (texture info); `KHR_texture_transform`.
 
@@ -19,23 +19,23 @@ use crate::scene::{
     UvTransform, WrapMode,
 };
 
-/// More coordinate sets than any file has; a limit, because missing ones are filled in.
+/// Most texture coordinate sets of a primitive. Bounds the memory for missing sets, which are filled with zeros.
 const MAX_UV_SETS: usize = 64;
 
-/// Extensions that give a texture a source which is preferred to the plain one, the best first.
+/// Supported extensions that give a texture an alternative image, in order of preference.
 const PREFERRED: [&str; 2] = [TEXTURE_WEBP, TEXTURE_BASISU];
-/// Extensions that are not supported and give a texture another source, in files that have no plain one.
+/// Unsupported extensions that give a texture an alternative image. A texture without a plain image is an error.
 const REFUSED: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
-/// The textures that materials use, and the images behind them, each once in the order of first use.
+/// Textures that materials use, and their images, each once and in order of first use.
 #[derive(Debug)]
 pub(super) struct TextureTable<'a> {
     document: &'a Document,
-    /// The textures so far.
+    /// Textures in order of first use.
     pub(super) textures: Vec<Texture>,
-    /// Their images, as indices of the file.
+    /// Image indices in the file, in order of first use.
     pub(super) images: Vec<usize>,
-    /// What each texture that has smaller copies is used for.
+    /// Encodings for which each image needs mip maps.
     pub(super) uses: BTreeSet<(ImageIndex, Encoding)>,
     texture_of: BTreeMap<usize, TextureIndex>,
     image_of: BTreeMap<usize, ImageIndex>,
@@ -53,7 +53,7 @@ impl<'a> TextureTable<'a> {
         }
     }
 
-    /// The reference in the texture info that is the member `key` of `owner`.
+    /// Resolves the texture info that is the member `key` of `owner`.
     pub(super) fn reference(
         &mut self,
         context: &mut Context,
@@ -86,12 +86,12 @@ impl<'a> TextureTable<'a> {
         let Some(texture) = self.texture(context, index, &pointer)? else {
             return Ok(None);
         };
-        self.note_use(texture, key);
+        self.record_use(texture, key);
         Ok(Some(TextureRef { texture, uv_set: u32::try_from(uv_set).unwrap_or_default(), transform }))
     }
 
-    /// Notes what the texture is used for, which its place in the material says.
-    fn note_use(&mut self, texture: TextureIndex, key: &str) {
+    /// Records the encodings of the texture; the material member `key` determines them.
+    fn record_use(&mut self, texture: TextureIndex, key: &str) {
         let Some(Texture { image, sampler, .. }) = self.textures.get(texture.index()) else {
             return;
         };
@@ -99,7 +99,7 @@ impl<'a> TextureTable<'a> {
             return;
         }
         let encodings: &[Encoding] = match key {
-            // Which of the two it is depends on how alpha is used; images without alpha have one copy for both.
+            // The alpha mode decides between the two. An image without alpha has one set of mip maps for both.
             "baseColorTexture" | "diffuseTexture" => &[Encoding::Srgb, Encoding::CoveredSrgb],
             "emissiveTexture"
             | "specularColorTexture"
@@ -112,7 +112,7 @@ impl<'a> TextureTable<'a> {
         self.uses.extend(encodings.iter().map(|encoding| (*image, *encoding)));
     }
 
-    /// The texture `index`; `None`, noted, when it has no image.
+    /// Adds the texture `index`. `None`, after a warning, if it has no image.
     fn texture(
         &mut self,
         context: &mut Context,
@@ -120,7 +120,7 @@ impl<'a> TextureTable<'a> {
         pointer: &str,
     ) -> Result<Option<TextureIndex>> {
         let textures = &self.document.root.textures;
-        context.subscript(index, textures.len(), pointer, "texture")?;
+        context.check_index(index, textures.len(), pointer, "texture")?;
         if let Some(&known) = self.texture_of.get(&index) {
             return Ok(Some(known));
         }
@@ -155,11 +155,11 @@ impl<'a> TextureTable<'a> {
                 REFUSED.iter().find(|name| raw.as_ref().is_some_and(|raw| raw.extension(name).is_some()));
             if let Some(name) = replaced {
                 let message = format!(
-                    "{name} is not supported and the texture has no PNG or JPEG source; export it with one"
+                    "{name} is not supported and the texture has no PNG or JPEG source; export the file with one"
                 );
                 return Err(context.unsupported(format!("{pointer}/extensions/{name}"), message));
             }
-            context.warn(pointer, "textures without a source image are left out");
+            context.warn(pointer, "textures without a source image are ignored");
             return Ok(None);
         };
         let images = &mut self.images;
@@ -171,7 +171,7 @@ impl<'a> TextureTable<'a> {
     }
 }
 
-/// The image that an honoured extension of a texture names, and where it does.
+/// Image of the first supported extension of a texture, and the JSON pointer of the reference.
 fn preferred_source(context: &Context, raw: &Raw) -> Result<Option<(usize, String)>> {
     for extension in PREFERRED.iter().filter_map(|name| raw.extension(name)) {
         extension.expect_object(context)?;
@@ -182,33 +182,33 @@ fn preferred_source(context: &Context, raw: &Raw) -> Result<Option<(usize, Strin
     Ok(None)
 }
 
-/// The types say that a texture has no source by the highest index.
+/// Whether a texture has a source. The `gltf` crate represents a missing one by the highest index.
 fn has_source(texture: &json::Texture) -> bool {
     texture.source.value() != u32::MAX as usize
 }
 
-/// Checks that textures name existing images and samplers, and images existing buffer views, used or not.
-pub(super) fn check_links(context: &Context, document: &Document) -> Result<()> {
+/// Checks the references from textures to images and samplers and from images to buffer views, including unused ones.
+pub(super) fn check_references(context: &Context, document: &Document) -> Result<()> {
     let root = &document.root;
     for (i, texture) in root.textures.iter().enumerate() {
         if has_source(texture) {
             let pointer = format!("/textures/{i}/source");
-            context.subscript(texture.source.value(), root.images.len(), &pointer, "image")?;
+            context.check_index(texture.source.value(), root.images.len(), &pointer, "image")?;
         }
         if let Some(raw) = document.element("textures", i)
             && let Some((source, pointer)) = preferred_source(context, &raw)?
         {
-            context.subscript(source, root.images.len(), &pointer, "image")?;
+            context.check_index(source, root.images.len(), &pointer, "image")?;
         }
         if let Some(sampler) = texture.sampler {
             let pointer = format!("/textures/{i}/sampler");
-            context.subscript(sampler.value(), root.samplers.len(), &pointer, "sampler")?;
+            context.check_index(sampler.value(), root.samplers.len(), &pointer, "sampler")?;
         }
     }
     for (i, image) in root.images.iter().enumerate() {
         if let Some(view) = image.buffer_view {
             let pointer = format!("/images/{i}/bufferView");
-            context.subscript(view.value(), root.buffer_views.len(), &pointer, "buffer view")?;
+            context.check_index(view.value(), root.buffer_views.len(), &pointer, "buffer view")?;
         }
     }
     Ok(())
@@ -221,7 +221,7 @@ fn sampler(context: &Context, document: &Document, texture: &json::Texture, inde
         Some(sampler) => {
             let samplers = &document.root.samplers;
             let pointer = format!("/textures/{index}/sampler");
-            let i = context.subscript(sampler.value(), samplers.len(), &pointer, "sampler")?;
+            let i = context.check_index(sampler.value(), samplers.len(), &pointer, "sampler")?;
             (samplers.get(i).unwrap_or(&default), format!("/samplers/{i}"))
         }
     };
@@ -238,7 +238,7 @@ fn sampler(context: &Context, document: &Document, texture: &json::Texture, inde
             return Err(context.invalid(format!("{pointer}/magFilter"), "must be 9728 or 9729"));
         }
     };
-    // Within a level, and between levels. The specification leaves the choice open where the file does not say.
+    // Filter within a level and between levels. The specification leaves undefined filters to the implementation.
     let (minify, mip) = match &sampler.min_filter {
         None | Some(Checked::Valid(MinFilter::LinearMipmapLinear)) => (Filter::Linear, MipFilter::Linear),
         Some(Checked::Valid(MinFilter::Linear)) => (Filter::Linear, MipFilter::None),

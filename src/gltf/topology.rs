@@ -1,4 +1,4 @@
-//! From indices and a drawing mode to triangles.
+//! Triangles from vertex indices and a primitive mode.
 //!
 //! Source: glTF 2.0 specification, section 3.7.2.1 (overview of meshes), the formulas of topology types.
 
@@ -11,7 +11,7 @@ use super::context::Context;
 use super::formats;
 use crate::error::Result;
 
-/// The vertex list that a primitive draws: its indices, or all vertices in order.
+/// Vertex list of a primitive: its indices, or all vertices in order.
 pub(super) fn read_indices(
     context: &mut Context,
     data: &Data,
@@ -47,8 +47,8 @@ pub(super) fn read_indices(
     }
 }
 
-/// The triangles that `mode` makes of a vertex list, all wound like the file means them; and the number of vertices at
-/// the end that make no whole triangle. Points and lines make none.
+/// Triangles of a vertex list in the primitive mode `mode`, with the winding of the file, and the number of leftover
+/// vertices at the end. Points and lines give no triangles.
 pub(super) fn triangles(mode: Mode, list: &[u32]) -> (Vec<[u32; 3]>, usize) {
     let at_least_three = if list.len() < 3 { list.len() } else { 0 };
     match mode {

@@ -10,25 +10,25 @@ use base64::engine::DecodePaddingMode;
 use base64::engine::general_purpose::{GeneralPurpose, GeneralPurposeConfig};
 use percent_encoding::percent_decode_str;
 
-/// What a URI stands for.
+/// Parsed URI.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Uri {
-    /// The bytes themselves.
+    /// Bytes of a `data:` URI.
     Data(Vec<u8>),
-    /// A file relative to the scene's folder.
+    /// Path relative to the scene's folder.
     Relative(PathBuf),
 }
 
-/// Why a URI cannot be used.
+/// Error of a URI.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum UriError {
-    /// It is malformed.
+    /// The URI is malformed.
     Invalid(String),
-    /// It leads outside the scene's folder.
+    /// The URI refers to something outside the scene's folder.
     Refused(String),
 }
 
-/// Base64 as found in files: padding may be missing, trailing bits may be set.
+/// Base64 as files contain it: padding may be missing, trailing bits may be set.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
     &base64::alphabet::STANDARD,
     GeneralPurposeConfig::new()
@@ -36,7 +36,7 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
         .with_decode_allow_trailing_bits(true),
 );
 
-/// Understands `uri`.
+/// Parses `uri`.
 pub(super) fn parse(uri: &str) -> Result<Uri, UriError> {
     match scheme(uri) {
         Some(scheme) if scheme.eq_ignore_ascii_case("data") => decode_data(uri).map(Uri::Data),
@@ -47,7 +47,7 @@ pub(super) fn parse(uri: &str) -> Result<Uri, UriError> {
     }
 }
 
-/// The scheme before the first colon, if the URI is not a relative reference. A drive letter counts as one.
+/// The scheme before the first colon; `None` for a relative reference. A drive letter counts as a scheme.
 fn scheme(uri: &str) -> Option<&str> {
     let (head, _) = uri.split_once(':')?;
     let mut characters = head.chars();
@@ -65,7 +65,7 @@ fn decode_data(uri: &str) -> Result<Vec<u8>, UriError> {
     if !is_base64 {
         return Ok(percent_decode_str(body).collect());
     }
-    // Copy only where there is something to take out.
+    // Copy only if there is whitespace to remove.
     let percent_free: Cow<[u8]> = percent_decode_str(body).into();
     let clean: Cow<[u8]> = if percent_free.iter().any(u8::is_ascii_whitespace) {
         Cow::Owned(percent_free.iter().copied().filter(|byte| !byte.is_ascii_whitespace()).collect())
@@ -74,7 +74,7 @@ fn decode_data(uri: &str) -> Result<Vec<u8>, UriError> {
     };
     BASE64
         .decode(clean.as_ref())
-        .map_err(|error| UriError::Invalid(format!("the base64 of the data: URI is wrong: {error}")))
+        .map_err(|error| UriError::Invalid(format!("the base64 of the data: URI is invalid: {error}")))
 }
 
 fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
@@ -91,19 +91,19 @@ fn relative_path(uri: &str) -> Result<PathBuf, UriError> {
         return refused("is not UTF-8 after percent decoding");
     };
     if path.contains('\0') {
-        return refused("holds a NUL character");
+        return refused("contains a NUL character");
     }
     if path.contains('\\') {
-        return refused("holds a backslash, where glTF wants \"/\"");
+        return refused("contains a backslash, where glTF requires \"/\"");
     }
     if path.starts_with('/') {
         return refused("is absolute");
     }
     if scheme(&path).is_some_and(|drive| drive.len() == 1) {
-        return refused("names a drive");
+        return refused("has a drive letter");
     }
     if path.split('/').any(|segment| segment == "..") {
-        return refused("leads upwards with \"..\"");
+        return refused("leaves the folder with \"..\"");
     }
     Ok(path.split('/').filter(|segment| !matches!(*segment, "" | ".")).collect())
 }

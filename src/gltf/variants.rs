@@ -1,4 +1,4 @@
-//! Sets of materials to choose from.
+//! Material variants.
 //!
 //! Source: the text of `KHR_materials_variants`.
 
@@ -31,7 +31,7 @@ pub(super) fn import(context: &Context, document: &Document) -> Result<Vec<Varia
     Ok(imported)
 }
 
-/// What the primitive `raw` looks like in each variant that changes it.
+/// The materials of the primitive `raw` in the variants that replace its material.
 pub(super) fn of_primitive(
     context: &Context,
     document: &Document,
@@ -57,11 +57,11 @@ pub(super) fn of_primitive(
             let Some(number) = variant.value.as_u64().and_then(|number| usize::try_from(number).ok()) else {
                 return Err(context.invalid(pointer, "must be a non-negative integer"));
             };
-            let number = context.subscript(number, variant_count, pointer, "variant")?;
+            let number = context.check_index(number, variant_count, pointer, "variant")?;
             let variant = VariantIndex(u32::try_from(number).unwrap_or(u32::MAX));
             let material = MaterialIndex(u32::try_from(material).unwrap_or(u32::MAX));
             if changed.insert(variant, material).is_some() {
-                let message = format!("the variant {number} has a material already");
+                let message = format!("the variant {number} already has a material");
                 return Err(context.invalid(pointer, message));
             }
         }
@@ -77,7 +77,7 @@ fn variant_count(document: &Document) -> usize {
 fn index(context: &Context, owner: &Raw, key: &str, length: usize) -> Result<usize> {
     let pointer = format!("{}/{key}", owner.pointer);
     match owner.index(context, key)? {
-        Some(index) => context.subscript(index, length, &pointer, key),
+        Some(index) => context.check_index(index, length, &pointer, key),
         None => Err(context.invalid(pointer, "is missing")),
     }
 }

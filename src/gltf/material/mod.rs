@@ -1,11 +1,13 @@
-//! Materials: metallic-roughness with all textures, and the honoured material extensions.
+//! Materials: the metallic-roughness model with all textures, and the supported material extensions.
 //!
 //! Source: glTF 2.0 specification, section 3.9 (materials); the texts of `KHR_materials_emissive_strength` and
-//! `KHR_materials_unlit`. Other extensions have files of their own: `transmission` for light that passes through,
-//! `specular` for the reflection's strength and colour, `layers` for what lies on the surface or shapes its highlight.
+//! `KHR_materials_unlit`. Submodules import the other extensions: `transmission` transmitted light, `specular` strength
+//! and colour of reflections, `surface_extensions` coats and highlights. `texture_info` reads texture
+//! references with parameters.
 
-mod layers;
 mod specular;
+mod surface_extensions;
+mod texture_info;
 mod transmission;
 
 use glam::{Vec3, Vec4};
@@ -15,12 +17,14 @@ use gltf::json::validation::Checked;
 use super::context::Context;
 use super::document::Document;
 use super::extensions::{EMISSIVE_STRENGTH, UNLIT};
-use super::raw::{ANY, NOT_NEGATIVE, Raw, UNIT};
+use super::raw::{NOT_NEGATIVE, Raw, UNIT};
 use super::texture::TextureTable;
 use crate::error::Result;
-use crate::scene::{AlphaMode, Material, NormalTexture, OcclusionTexture};
+use crate::scene::{AlphaMode, Material};
 
-/// Imports all materials and appends the default one.
+use texture_info::{normal_texture, occlusion_texture};
+
+/// Imports all materials and appends the default material.
 pub(super) fn import(
     context: &mut Context,
     document: &Document,
@@ -60,10 +64,10 @@ fn import_material(
         material.metallic_roughness_texture =
             textures.reference(context, &pbr, "metallicRoughnessTexture")?;
     }
-    apply_own_extensions(context, &mut material, raw)?;
+    apply_core_extensions(context, &mut material, raw)?;
     transmission::apply(context, &mut material, raw, textures)?;
     specular::apply(context, &mut material, raw, textures)?;
-    layers::apply(context, &mut material, raw, textures)?;
+    surface_extensions::apply(context, &mut material, raw, textures)?;
     material.emissive_factor = material.emissive;
     material.emissive *= material.emissive_strength;
     Ok(material)
@@ -81,35 +85,7 @@ fn alpha_mode(context: &Context, json: &json::Material, raw: &Raw) -> Result<Alp
     }
 }
 
-/// The normal map that is the member `key` of `raw`.
-fn normal_texture(
-    context: &mut Context,
-    raw: &Raw,
-    key: &str,
-    textures: &mut TextureTable,
-) -> Result<Option<NormalTexture>> {
-    let (Some(texture), Some(info)) = (textures.reference(context, raw, key)?, raw.field(key)) else {
-        return Ok(None);
-    };
-    let scale = info.number(context, "scale", 1.0, ANY)?;
-    Ok(Some(NormalTexture { texture, scale }))
-}
-
-fn occlusion_texture(
-    context: &mut Context,
-    raw: &Raw,
-    textures: &mut TextureTable,
-) -> Result<Option<OcclusionTexture>> {
-    let (Some(texture), Some(info)) =
-        (textures.reference(context, raw, "occlusionTexture")?, raw.field("occlusionTexture"))
-    else {
-        return Ok(None);
-    };
-    let strength = info.number(context, "strength", 1.0, UNIT)?;
-    Ok(Some(OcclusionTexture { texture, strength }))
-}
-
-fn apply_own_extensions(context: &Context, material: &mut Material, raw: &Raw) -> Result<()> {
+fn apply_core_extensions(context: &Context, material: &mut Material, raw: &Raw) -> Result<()> {
     if raw.extension_object(context, UNLIT)?.is_some() {
         material.unlit = true;
     }
@@ -119,7 +95,7 @@ fn apply_own_extensions(context: &Context, material: &mut Material, raw: &Raw) -
     Ok(())
 }
 
-/// How many texture coordinate sets the textures of `material` need.
+/// Number of texture coordinate sets that the textures of `material` need.
 pub(super) fn uv_sets(material: &Material) -> usize {
     let sets = material.texture_refs().map(|reference| reference.uv_set);
     sets.max().map_or(0, |last| (last as usize).saturating_add(1))

@@ -1,7 +1,7 @@
-//! Strength and colour of reflections, and the older specular-glossiness model.
+//! Specular extensions: strength and colour of reflections, and the specular-glossiness model.
 //!
-//! Source: the texts of `KHR_materials_specular` and `KHR_materials_pbrSpecularGlossiness`. The latter is the former with
-//! an index of refraction of 0, which takes the colour of the reflection along the normal as it is.
+//! Source: the texts of `KHR_materials_specular` and `KHR_materials_pbrSpecularGlossiness`. The second is expressed by the
+//! first with an index of refraction of 0, for which the specular colour is the reflectance at normal incidence.
 
 use glam::{Vec3, Vec4};
 
@@ -12,7 +12,7 @@ use crate::gltf::raw::{NOT_NEGATIVE, Raw, UNIT};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{Glossiness, Material, Specular};
 
-/// Applies the extensions of this file.
+/// Applies the extensions of this module to `material`.
 pub(super) fn apply(
     context: &mut Context,
     material: &mut Material,
@@ -25,7 +25,8 @@ pub(super) fn apply(
     if let Some(extension) = raw.extension_object(context, SPECULAR_GLOSSINESS)? {
         for other in [IOR, SPECULAR] {
             if let Some(other_value) = raw.extension(other) {
-                let message = format!("{other} must not go with {SPECULAR_GLOSSINESS}; it is ignored here");
+                let message =
+                    format!("{other} must not be combined with {SPECULAR_GLOSSINESS}; it is ignored");
                 context.warn(other_value.pointer, message);
             }
         }
@@ -34,7 +35,7 @@ pub(super) fn apply(
     Ok(())
 }
 
-/// `None` where the extension leaves everything as it is.
+/// Reads the extension. `None` if it has no effect.
 fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable) -> Result<Option<Specular>> {
     let specular = Specular {
         factor: extension.number(context, "specularFactor", 1.0, UNIT)?,
@@ -42,11 +43,11 @@ fn specular(context: &mut Context, extension: &Raw, textures: &mut TextureTable)
         color: Vec3::from_array(extension.numbers(context, "specularColorFactor", [1.0; 3], NOT_NEGATIVE)?),
         color_texture: textures.reference(context, extension, "specularColorTexture")?,
     };
-    let plain = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
-    Ok((specular != plain || context.animates_properties).then_some(specular))
+    let neutral = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: None };
+    Ok((specular != neutral || context.animates_properties).then_some(specular))
 }
 
-/// Takes the place of all that the metallic-roughness model says.
+/// Replaces the parameters of the metallic-roughness model.
 fn specular_glossiness(
     context: &mut Context,
     material: &mut Material,

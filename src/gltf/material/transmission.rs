@@ -1,4 +1,4 @@
-//! Light that passes through surfaces, and the index of refraction.
+//! Transmission extensions: index of refraction, transmission, volume, dispersion and diffuse transmission.
 //!
 //! Source: the texts of `KHR_materials_ior`, `KHR_materials_transmission`, `KHR_materials_volume`,
 //! `KHR_materials_dispersion` and `KHR_materials_diffuse_transmission`.
@@ -12,7 +12,7 @@ use crate::gltf::raw::{NOT_NEGATIVE, Raw, UNIT};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{DiffuseTransmission, Material, Transmission, Volume};
 
-/// Applies the extensions of this file.
+/// Applies the extensions of this module to `material`.
 pub(super) fn apply(
     context: &mut Context,
     material: &mut Material,
@@ -40,8 +40,8 @@ pub(super) fn apply(
             && material.volume.is_some_and(|volume| volume.thickness > 0.0)
             && material.transmission.is_none_or(|transmission| transmission.factor == 0.0)
         {
-            let message = "light is not followed through volumes that scatter it at their surface; they are shown \
-                 as thin walls";
+            let message =
+                "volumes with diffuse transmission are not supported; they are rendered as thin walls";
             context.warn(extension.pointer, message);
         }
     }
@@ -57,8 +57,8 @@ fn ior(context: &Context, extension: &Raw) -> Result<f32> {
     Ok(ior)
 }
 
-/// The volume, unless its thickness is and stays zero. A ray tracer measures the thickness itself, so neither the number nor
-/// its texture matters beyond that.
+/// Reads the volume. `None` if its thickness is zero and cannot be animated. The ray tracer measures the thickness itself,
+/// so the value and its texture are not used otherwise.
 fn volume(context: &Context, extension: &Raw) -> Result<Option<Volume>> {
     let thickness = extension.number(context, "thicknessFactor", 0.0, NOT_NEGATIVE)?;
     let color = extension.numbers(context, "attenuationColor", [1.0; 3], UNIT)?;

@@ -1,33 +1,33 @@
-//! The attribute codec: elements are split into bytes, bytes into differences, differences into groups of sixteen.
+//! Attribute codec: elements split into byte planes, byte planes into deltas, deltas into groups of sixteen.
 //!
 //! Source: *KHR_meshopt_compression* (Khronos Group), appendix A, mode 0, versions 0 and 1.
 
 use super::reader::{Malformed, Reader};
 
-/// Bytes that an element has in each channel.
+/// Bytes of one channel of an element.
 const CHANNEL_BYTES: usize = 4;
-/// Elements that share the width of their differences.
+/// Number of deltas that share one bit width.
 const GROUP: usize = 16;
-/// Most elements of one block.
+/// Largest number of elements in a block.
 const BLOCK_ELEMENTS: usize = 256;
-/// Most bytes of one block.
+/// Largest number of bytes in a block.
 const BLOCK_BYTES: usize = 8192;
 
-/// The differences of one byte position over a block.
+/// Deltas of one byte position over a block.
 type Plane = [u8; BLOCK_ELEMENTS];
 
-/// What the first byte and the end of a stream say.
+/// Stream split into its header, body and tail.
 struct Stream<'a> {
     /// Whether blocks begin with a control header.
     has_control: bool,
     body: Reader<'a>,
-    /// The element that the first one differs from.
+    /// Predecessor of the first element.
     baseline: &'a [u8],
-    /// One byte a channel; empty in version 0, where all are 0.
+    /// Mode of each channel; empty in version 0, where every mode is 0.
     channel_modes: &'a [u8],
 }
 
-/// Appends `count` elements of `stride` bytes, a multiple of four up to 256, to `output`.
+/// Decodes `count` elements of `stride` bytes, a multiple of four up to 256, and appends them to `output`.
 pub(super) fn decode(
     bytes: &[u8],
     count: usize,
@@ -35,28 +35,28 @@ pub(super) fn decode(
     output: &mut Vec<u8>,
 ) -> Result<(), Malformed> {
     let mut stream = open(bytes, stride)?;
-    let most = BLOCK_BYTES.checked_div(stride).unwrap_or(0) & !(GROUP.wrapping_sub(1));
-    let most = most.clamp(GROUP, BLOCK_ELEMENTS);
+    let max_elements = BLOCK_BYTES.checked_div(stride).unwrap_or(0) & !(GROUP.wrapping_sub(1));
+    let max_elements = max_elements.clamp(GROUP, BLOCK_ELEMENTS);
     let mut previous = stream.baseline.to_vec();
     let mut remaining = count;
     while remaining > 0 {
-        let elements = remaining.min(most);
+        let elements = remaining.min(max_elements);
         decode_block(&mut stream, elements, &mut previous, output)?;
         remaining = remaining.saturating_sub(elements);
     }
     stream.body.finish()
 }
 
-/// Takes the header byte off the front and the tail off the end.
+/// Splits off the header byte and the tail.
 fn open(bytes: &[u8], stride: usize) -> Result<Stream<'_>, Malformed> {
     let channels = stride.div_ceil(CHANNEL_BYTES);
-    let (has_control, mode_bytes, least_tail) = match bytes.first() {
+    let (has_control, mode_bytes, min_tail) = match bytes.first() {
         Some(0xa0) => (false, 0, 32),
         Some(0xa1) => (true, channels, 24),
-        _ => return Err(Malformed("does not begin as attributes do")),
+        _ => return Err(Malformed("does not begin with the header of the attribute codec")),
     };
     let tail = stride.saturating_add(mode_bytes);
-    let body_end = bytes.len().checked_sub(tail.max(least_tail));
+    let body_end = bytes.len().checked_sub(tail.max(min_tail));
     let tail_start = bytes.len().checked_sub(tail);
     let (Some(body), Some((baseline, channel_modes))) = (
         body_end.and_then(|end| bytes.get(1..end)),
@@ -64,14 +64,14 @@ fn open(bytes: &[u8], stride: usize) -> Result<Stream<'_>, Malformed> {
     ) else {
         return Err(Malformed::TRUNCATED);
     };
-    // Differences of bytes and of pairs have no parameter, exclusive ors have a rotation.
+    // Byte and 16-bit deltas have no parameter. XOR deltas have a rotation.
     if channel_modes.iter().any(|mode| !(matches!(mode, 0 | 1) || mode & 15 == 2)) {
         return Err(Malformed("has an unknown channel mode"));
     }
     Ok(Stream { has_control, body: Reader::new(body), baseline, channel_modes })
 }
 
-/// Decodes `elements` rows behind `previous`, which becomes the last of them.
+/// Decodes `elements` elements that follow `previous`, and sets `previous` to the last of them.
 fn decode_block(
     stream: &mut Stream,
     elements: usize,
@@ -94,8 +94,8 @@ fn decode_block(
         let mode = stream.channel_modes.get(channel).copied().unwrap_or(0);
         let mut value: [u8; CHANNEL_BYTES] = previous.first_chunk().copied().unwrap_or_default();
         for (i, row) in rows.chunks_exact_mut(stride).enumerate() {
-            let difference = planes.map(|plane| plane.get(i).copied().unwrap_or(0));
-            value = add_difference(value, difference, mode);
+            let delta = planes.map(|plane| plane.get(i).copied().unwrap_or(0));
+            value = add_delta(value, delta, mode);
             let (slots, _) = row.as_chunks_mut::<CHANNEL_BYTES>();
             if let Some(slot) = slots.get_mut(channel) {
                 *slot = value;
@@ -106,7 +106,7 @@ fn decode_block(
     Ok(())
 }
 
-/// Reads the differences of one byte position; `mode` is that of the control header.
+/// Reads the deltas of one byte position; `mode` comes from the control header.
 fn read_plane(
     body: &mut Reader,
     mode: Option<u8>,
@@ -136,13 +136,13 @@ fn read_plane(
     Ok(())
 }
 
-/// The pair of bits `place` of a byte, from the lowest.
-fn two_bits(byte: u8, place: usize) -> u8 {
-    let shift = u32::try_from(place).unwrap_or(u32::MAX).saturating_mul(2);
+/// Bit pair `index` of a byte, counted from the lowest.
+fn two_bits(byte: u8, index: usize) -> u8 {
+    let shift = u32::try_from(index).unwrap_or(u32::MAX).saturating_mul(2);
     byte.checked_shr(shift).unwrap_or(0) & 3
 }
 
-/// Sixteen differences of `width` bits; one with all bits set stands for a whole byte behind the group.
+/// Reads sixteen deltas of `width` bits. A delta with all bits set is an escape for a whole byte after the group.
 fn read_group(body: &mut Reader, width: u32, group: &mut [u8; GROUP]) -> Result<(), Malformed> {
     if width == 0 {
         return Ok(());
@@ -157,7 +157,7 @@ fn read_group(body: &mut Reader, width: u32, group: &mut [u8; GROUP]) -> Result<
     for (i, slot) in group.iter_mut().enumerate() {
         let bit = (i as u32).saturating_mul(width);
         let byte = packed.get((bit / 8) as usize).copied().unwrap_or(0);
-        // Single bits run upwards in their byte, wider ones downwards.
+        // One-bit deltas start at the lowest bit of a byte, wider ones at the highest.
         let within = bit & 7;
         let shift = if width == 1 { within } else { 8_u32.saturating_sub(width).saturating_sub(within) };
         let value = byte.checked_shr(shift).unwrap_or(0) & sentinel;
@@ -166,32 +166,32 @@ fn read_group(body: &mut Reader, width: u32, group: &mut [u8; GROUP]) -> Result<
     Ok(())
 }
 
-/// The value behind `value`.
-fn add_difference(value: [u8; 4], difference: [u8; 4], mode: u8) -> [u8; 4] {
+/// The value that follows `value`.
+fn add_delta(value: [u8; 4], delta: [u8; 4], mode: u8) -> [u8; 4] {
     match mode & 15 {
         0 => {
             let mut sum = value;
-            for (byte, difference) in sum.iter_mut().zip(difference) {
-                let half = difference >> 1;
-                *byte = byte.wrapping_add(if difference & 1 == 0 { half } else { !half });
+            for (byte, delta) in sum.iter_mut().zip(delta) {
+                let half = delta >> 1;
+                *byte = byte.wrapping_add(if delta & 1 == 0 { half } else { !half });
             }
             sum
         }
         1 => {
-            let pair = |[low, high]: [u8; 2], difference: [u8; 2]| {
-                let difference = u16::from_le_bytes(difference);
-                let half = difference >> 1;
-                let step = if difference & 1 == 0 { half } else { !half };
+            let pair = |[low, high]: [u8; 2], delta: [u8; 2]| {
+                let delta = u16::from_le_bytes(delta);
+                let half = delta >> 1;
+                let step = if delta & 1 == 0 { half } else { !half };
                 u16::from_le_bytes([low, high]).wrapping_add(step).to_le_bytes()
             };
             let [a, b, c, d] = value;
-            let [e, f, g, h] = difference;
+            let [e, f, g, h] = delta;
             let ([low0, high0], [low1, high1]) = (pair([a, b], [e, f]), pair([c, d], [g, h]));
             [low0, high0, low1, high1]
         }
         _ => {
-            let turned = u32::from_le_bytes(difference).rotate_right(u32::from(mode >> 4));
-            (u32::from_le_bytes(value) ^ turned).to_le_bytes()
+            let rotated = u32::from_le_bytes(delta).rotate_right(u32::from(mode >> 4));
+            (u32::from_le_bytes(value) ^ rotated).to_le_bytes()
         }
     }
 }
@@ -200,21 +200,21 @@ fn add_difference(value: [u8; 4], difference: [u8; 4], mode: u8) -> [u8; 4] {
 mod tests {
     use super::*;
 
-    /// The worked example of the specification: sixteen differences of four bits.
+    /// Worked example of the specification: sixteen four-bit deltas.
     #[test]
-    fn the_example_of_the_specification_is_understood() {
+    fn the_example_of_the_specification_is_decoded() {
         let bytes = [0x17, 0x5f, 0xf0, 0xbc, 0x77, 0xa9, 0x21, 0x00, 0x34, 0xb5];
         let mut group = [0; GROUP];
         let mut body = Reader::new(&bytes);
         read_group(&mut body, 4, &mut group).unwrap();
         body.finish().unwrap();
-        let steps = group.map(|difference| add_difference([0; 4], [difference, 0, 0, 0], 0)[0] as i8);
+        let steps = group.map(|delta| add_delta([0; 4], [delta, 0, 0, 0], 0)[0] as i8);
         assert_eq!(steps, [-1, -4, -3, 26, -91, 0, -6, 6, -4, -4, 5, -5, 1, -1, 0, 0]);
     }
 
     #[test]
     fn single_bits_run_upwards() {
-        // Bits 1, 0, 0 ... and 0 ... 0, 1: the first and the last are whole bytes.
+        // Bits 1, 0, 0 ... and 0 ... 0, 1: the first and the last delta are whole bytes.
         let mut group = [0; GROUP];
         read_group(&mut Reader::new(&[0x01, 0x80, 7, 9]), 1, &mut group).unwrap();
         let mut expected = [0; GROUP];
@@ -225,13 +225,13 @@ mod tests {
     #[test]
     fn pairs_carry_and_words_turn() {
         // 0x00ff + 1 = 0x0100; 0x0000 − 1 = 0xffff: zigzag 2 and 1.
-        assert_eq!(add_difference([0xff, 0, 0, 0], [2, 0, 1, 0], 1), [0, 1, 0xff, 0xff]);
-        assert_eq!(add_difference([1, 0, 0, 0], [0, 0, 0, 0x80], 2), [1, 0, 0, 0x80]);
+        assert_eq!(add_delta([0xff, 0, 0, 0], [2, 0, 1, 0], 1), [0, 1, 0xff, 0xff]);
+        assert_eq!(add_delta([1, 0, 0, 0], [0, 0, 0, 0x80], 2), [1, 0, 0, 0x80]);
     }
 
     #[test]
     fn rows_continue_from_the_baseline() {
-        // Version 0, one element of four bytes: all differences zero but the first byte's, which is stored whole.
+        // Version 0, one element of four bytes: all deltas are zero except that of the first byte, which is stored whole.
         let mut bytes = vec![0xa0];
         bytes.extend([3, 4]);
         bytes.extend([0; 15]);
@@ -241,7 +241,7 @@ mod tests {
         let mut output = Vec::new();
         decode(&bytes, 1, 4, &mut output).unwrap();
         assert_eq!(output, [12, 20, 30, 40]);
-        // A byte more or less does not fit.
+        // One byte more or less is an error.
         let mut longer = bytes.clone();
         longer.insert(1, 0);
         assert!(decode(&longer, 1, 4, &mut Vec::new()).is_err());

@@ -1,24 +1,24 @@
-//! Filters that follow the attribute codec: unit vectors, rotations, floats and colours from what compresses well.
+//! Filters after the attribute codec: unit vectors, rotations, floats and colours.
 //!
 //! Source: *KHR_meshopt_compression* (Khronos Group), appendix B.
 
-/// What is done to decoded attributes.
+/// Filter of decoded attributes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
-    /// Nothing.
+    /// No filter.
     None,
-    /// Unit vectors from a folded octahedron.
+    /// Unit vectors in octahedral encoding.
     Octahedral,
-    /// Rotations from their three smaller components.
+    /// Unit quaternions stored by their three smaller components.
     Quaternion,
-    /// Floats from exponent and mantissa.
+    /// Floats stored as exponent and mantissa.
     Exponential,
-    /// Colours from luma and chroma.
+    /// Colours stored as YCoCg.
     Color,
 }
 
 impl Filter {
-    /// Whether elements of `stride` bytes can be filtered so.
+    /// Whether the filter applies to elements of `stride` bytes.
     pub(super) fn fits(self, stride: usize) -> bool {
         match self {
             Self::None | Self::Exponential => true,
@@ -70,8 +70,8 @@ fn each8(bytes: &mut [u8], filter: impl Fn([u16; 4]) -> [u16; 4]) {
     }
 }
 
-/// The unit vector as signed integers up to `most`; `None` where the third component encodes no one.
-fn octahedral([x, y, one, _]: [f32; 4], most: f32) -> Option<[i32; 3]> {
+/// Decodes a unit vector to signed integers up to `max`. `None` if the third component, the encoding of 1, is zero.
+fn octahedral([x, y, one, _]: [f32; 4], max: f32) -> Option<[i32; 3]> {
     let (mut x, mut y) = (x / one, y / one);
     let z = 1.0 - x.abs() - y.abs();
     // Unfold the lower half.
@@ -83,7 +83,7 @@ fn octahedral([x, y, one, _]: [f32; 4], most: f32) -> Option<[i32; 3]> {
     vector
         .iter()
         .all(|component| component.is_finite())
-        .then(|| vector.map(|component| libm::roundf(component * most) as i32))
+        .then(|| vector.map(|component| libm::roundf(component * max) as i32))
 }
 
 fn quaternion(value: [u16; 4]) -> [u16; 4] {
@@ -97,15 +97,15 @@ fn quaternion(value: [u16; 4]) -> [u16; 4] {
     rotation
 }
 
-/// Mantissa times two to the exponent.
+/// Float from its mantissa and exponent.
 fn exponential(value: [u8; 4]) -> f32 {
     let [low, middle, high, exponent] = value;
     let mantissa = i32::from_le_bytes([0, low, middle, high]) >> 8;
     libm::ldexpf(mantissa as f32, i32::from(exponent as i8))
 }
 
-/// Red, green, blue and alpha up to `most`; black and clear where alpha does not tell the number of bits.
-fn color(luma: i32, [co, cg]: [i32; 2], alpha: u32, most: f32) -> [i32; 4] {
+/// Decodes red, green, blue and alpha up to `max`. Transparent black if alpha does not encode the number of bits.
+fn color(luma: i32, [co, cg]: [i32; 2], alpha: u32, max: f32) -> [i32; 4] {
     let Some(highest_bit) = alpha.checked_ilog2() else {
         return [0; 4];
     };
@@ -115,8 +115,8 @@ fn color(luma: i32, [co, cg]: [i32; 2], alpha: u32, most: f32) -> [i32; 4] {
     let blue = luma.wrapping_sub(co).wrapping_sub(cg);
     let alpha = alpha & (all >> 1);
     let alpha = (alpha << 1 | alpha & 1) as i32;
-    let scale = most / all as f32;
-    [red, green, blue, alpha].map(|channel| libm::roundf((channel as f32 * scale).clamp(0.0, most)) as i32)
+    let scale = max / all as f32;
+    [red, green, blue, alpha].map(|channel| libm::roundf((channel as f32 * scale).clamp(0.0, max)) as i32)
 }
 
 #[cfg(test)]
@@ -134,12 +134,12 @@ mod tests {
 
     #[test]
     fn the_octahedron_unfolds() {
-        // (0, 0) is +Z, (1, 0) +X, (1, 1) folds to −Z; the last byte stays.
+        // (0, 0) is +Z, (1, 0) is +X, (1, 1) folds to −Z. The last byte is not changed.
         assert_eq!(filtered(Filter::Octahedral, [0, 0, 127, 9]), [0, 0, 127, 9]);
         assert_eq!(filtered(Filter::Octahedral, [127, 0, 127, 9]), [127, 0, 0, 9]);
         let [x, y, z, _] = filtered(Filter::Octahedral, [127, 127, 127, 9]);
         assert_eq!([x, y, z as i8 as u8], [0, 0, 129], "z is −127");
-        // Four bits: one is 7; (7, 0) is +X. Sixteen bits: half of one each is the diagonal 23170 = 32767 / √2.
+        // Four bits: 7 encodes 1, so (7, 0) is +X. Sixteen bits: one half each is the diagonal 23170 = 32767 / √2.
         assert_eq!(filtered(Filter::Octahedral, [7, 0, 7, 0]), [127, 0, 0, 0]);
         let diagonal = filtered(Filter::Octahedral, shorts([1 << 13, 1 << 13, 1 << 14, 5]));
         assert_eq!(diagonal, shorts([23170, 23170, 0, 5]));
@@ -148,9 +148,9 @@ mod tests {
 
     #[test]
     fn quaternions_get_their_largest_component_back() {
-        // No rotation: the other three are 0, the largest is w, number 3.
+        // Identity: three components are 0. The largest is w, component 3.
         assert_eq!(filtered(Filter::Quaternion, shorts([0, 0, 0, 32767])), shorts([0, 0, 0, 32767]));
-        // Largest x (number 0), y = 1/2: stored as 0.5 √2 of one. x = √3/2.
+        // The largest is x, component 0. y = 1/2 is stored as 0.5 √2 of the encoding of 1. x = √3/2.
         let half = (0.5 * std::f32::consts::SQRT_2 * 32764.0) as i16;
         let found = filtered(Filter::Quaternion, shorts([half, 0, 0, 32764]));
         let [x, y, z, w] = [0, 2, 4, 6].map(|i| i16::from_le_bytes([found[i], found[i + 1]]));
@@ -176,11 +176,11 @@ mod tests {
 
     #[test]
     fn colours_come_from_luma_and_chroma() {
-        // Eight bits: alpha 0x80 | a, a = 127 doubles to 255. Grey 100: no chroma.
+        // Eight bits: alpha 0x80 | a, and a = 127 doubles to 255. Grey 100 has no chroma.
         assert_eq!(filtered(Filter::Color, [100, 0, 0, 0xff]), [100, 100, 100, 255]);
         // Y = 50, Co = 20, Cg = −10: r = 80, g = 40, b = 40.
         assert_eq!(filtered(Filter::Color, [50, 20, 246, 0x80]), [80, 40, 40, 0]);
-        // Two bits: alpha 0b11, all = 3, so luma 3 is white.
+        // Two bits: alpha 0b11, maximum 3, so luma 3 is white.
         assert_eq!(filtered(Filter::Color, [3, 0, 0, 3]), [255; 4]);
         assert_eq!(filtered(Filter::Color, [3, 0, 0, 0]), [0; 4]);
     }

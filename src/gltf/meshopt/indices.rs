@@ -1,22 +1,22 @@
-//! The index codecs: triangles by recently met edges and vertices, and plain sequences by differences.
+//! Index codecs: triangles coded by recent edges and vertices, and index sequences coded by deltas.
 //!
 //! Source: *KHR_meshopt_compression* (Khronos Group), appendix A, modes 1 and 2; names follow the appendix.
 
 use super::reader::{Malformed, Reader};
 
-/// Entries that the decoder remembers.
-const REMEMBERED: usize = 16;
+/// Entries of a FIFO.
+const FIFO_LENGTH: usize = 16;
 
-/// The last sixteen values, newest first.
+/// FIFO of the last sixteen values.
 #[derive(Clone, Copy, Debug)]
-struct Recent<T> {
-    entries: [T; REMEMBERED],
+struct Fifo<T> {
+    entries: [T; FIFO_LENGTH],
     pushed: usize,
 }
 
-impl<T: Copy + Default> Recent<T> {
+impl<T: Copy + Default> Fifo<T> {
     fn new() -> Self {
-        Self { entries: [T::default(); REMEMBERED], pushed: 0 }
+        Self { entries: [T::default(); FIFO_LENGTH], pushed: 0 }
     }
 
     fn push(&mut self, value: T) {
@@ -26,22 +26,22 @@ impl<T: Copy + Default> Recent<T> {
         self.pushed = self.pushed.wrapping_add(1);
     }
 
-    /// The value `age` pushes before the newest.
+    /// The value that was pushed `age` pushes before the newest.
     fn at(&self, age: usize) -> Result<T, Malformed> {
-        let place = self.pushed.checked_sub(age.saturating_add(1));
-        let entry = place.and_then(|place| self.entries.get(place & 15));
-        entry.copied().ok_or(Malformed("refers to something before its beginning"))
+        let index = self.pushed.checked_sub(age.saturating_add(1));
+        let entry = index.and_then(|index| self.entries.get(index & 15));
+        entry.copied().ok_or(Malformed("refers to a value before its beginning"))
     }
 }
 
-/// Decodes `count` corners of triangles, a multiple of three.
+/// Decodes `count` triangle indices, a multiple of three.
 pub(super) fn decode_triangles(
     bytes: &[u8],
     count: usize,
     emit: &mut impl FnMut(u32),
 ) -> Result<(), Malformed> {
     let (codes, data, table) = open_triangles(bytes, count)?;
-    let mut decoder = Triangles { data, next: 0, last: 0, edges: Recent::new(), vertices: Recent::new() };
+    let mut decoder = Triangles { data, next: 0, last: 0, edges: Fifo::new(), vertices: Fifo::new() };
     for &code in codes {
         let [a, b, c] = match code {
             0xfe | 0xff => decoder.explicit(code)?,
@@ -58,10 +58,10 @@ pub(super) fn decode_triangles(
     decoder.data.finish()
 }
 
-/// The codes, the data behind them and the table at the end.
+/// Splits a stream into codes, data and the table at its end.
 fn open_triangles(bytes: &[u8], count: usize) -> Result<(&[u8], Reader<'_>, &[u8]), Malformed> {
     let Some((&0xe1, rest)) = bytes.split_first() else {
-        return Err(Malformed("does not begin as triangles do"));
+        return Err(Malformed("does not begin with the header of the triangle codec"));
     };
     let Some((codes, rest)) = rest.split_at_checked(count / 3) else {
         return Err(Malformed::TRUNCATED);
@@ -71,7 +71,7 @@ fn open_triangles(bytes: &[u8], count: usize) -> Result<(&[u8], Reader<'_>, &[u8
     };
     let has_fifteen = table.iter().any(|byte| byte & 15 == 15 || byte >> 4 == 15);
     if has_fifteen || !table.ends_with(&[0, 0]) {
-        return Err(Malformed("has a broken table at its end"));
+        return Err(Malformed("has an invalid table at its end"));
     }
     Ok((codes, Reader::new(data), table))
 }
@@ -81,8 +81,8 @@ struct Triangles<'a> {
     data: Reader<'a>,
     next: u32,
     last: u32,
-    edges: Recent<[u32; 2]>,
-    vertices: Recent<u32>,
+    edges: Fifo<[u32; 2]>,
+    vertices: Fifo<u32>,
 }
 
 impl Triangles<'_> {
@@ -98,7 +98,7 @@ impl Triangles<'_> {
         Ok(self.last)
     }
 
-    /// A triangle on a recent edge.
+    /// Decodes a triangle that shares a recent edge.
     fn attached(&mut self, code: u8) -> Result<[u32; 3], Malformed> {
         let [a, b] = self.edges.at(usize::from(code >> 4))?;
         let (c, is_new) = match code & 15 {
@@ -122,7 +122,7 @@ impl Triangles<'_> {
         Ok([a, b, c])
     }
 
-    /// A triangle that says itself where its corners come from.
+    /// Decodes a triangle whose data names the source of each vertex.
     fn explicit(&mut self, code: u8) -> Result<[u32; 3], Malformed> {
         let pair = self.data.byte()?;
         if pair == 0 {
@@ -131,7 +131,7 @@ impl Triangles<'_> {
         self.detached(if code == 0xfe { 0 } else { 15 }, pair)
     }
 
-    /// A triangle without a recent edge: each corner is fresh (0), recent (1 to 14) or given by a difference (15).
+    /// Decodes a triangle without a recent edge. Each vertex is new (0), recent (1 to 14) or a delta (15).
     fn detached(&mut self, first: u8, pair: u8) -> Result<[u32; 3], Malformed> {
         let sources = [first, pair >> 4, pair & 15];
         let mut corners = [0; 3];
@@ -155,14 +155,14 @@ impl Triangles<'_> {
     }
 }
 
-/// Decodes `count` indices that need not be triangles.
+/// Decodes `count` indices of any topology.
 pub(super) fn decode_sequence(
     bytes: &[u8],
     count: usize,
     emit: &mut impl FnMut(u32),
 ) -> Result<(), Malformed> {
     let Some((&0xd1, rest)) = bytes.split_first() else {
-        return Err(Malformed("does not begin as indices do"));
+        return Err(Malformed("does not begin with the header of the index codec"));
     };
     let Some((data, _)) = rest.split_last_chunk::<4>() else {
         return Err(Malformed::TRUNCATED);
@@ -179,7 +179,7 @@ pub(super) fn decode_sequence(
     data.finish()
 }
 
-/// 0, −1, 1, −2, … of 0, 1, 2, 3, …, in two's complement.
+/// Zigzag decoding: 0, 1, 2, 3, … to 0, −1, 1, −2, … in two's complement.
 fn unzigzag(value: u32) -> u32 {
     let half = value >> 1;
     if value & 1 == 0 { half } else { !half }
@@ -196,8 +196,8 @@ mod tests {
 
     #[test]
     fn triangles_grow_along_edges() {
-        // 0xf0 with table entry 0: three fresh corners 0 1 2 and the edges 10, 21, 02; then code 0x00: the newest edge
-        // 0 2 and a fresh 3.
+        // 0xf0 with table entry 0: three new vertices 0 1 2 and the edges 10, 21, 02. Then code 0x00: the newest edge 0 2 and
+        // a new vertex 3.
         let mut stream = vec![0xe1, 0xf0, 0x00];
         stream.extend([0; 16]);
         assert_eq!(triangles(&stream, 6), Ok(vec![0, 1, 2, 0, 2, 3]));
@@ -205,7 +205,7 @@ mod tests {
 
     #[test]
     fn explicit_corners_differ_from_the_last() {
-        // 0xff, all three by difference: +5, −2 and +1 as 10, 3, 2.
+        // 0xff, all three as deltas: +5, −2 and +1 are coded 10, 3, 2.
         let mut stream = vec![0xe1, 0xff, 0xff, 10, 3, 2];
         stream.extend([0; 16]);
         assert_eq!(triangles(&stream, 3), Ok(vec![5, 3, 4]));

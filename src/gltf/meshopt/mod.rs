@@ -1,10 +1,10 @@
-//! Buffer views stored in compressed form.
+//! Meshopt-compressed buffer views.
 //!
-//! Source: the texts of `KHR_meshopt_compression` and `EXT_meshopt_compression` (Khronos Group); the second is the
-//! first without filters of colours and without version 1 of the attribute codec, and both are read alike.
+//! Source: the texts of `KHR_meshopt_compression` and `EXT_meshopt_compression` (Khronos Group). The second is the first
+//! without the colour filter and without version 1 of the attribute codec; both are read by the same code.
 //!
-//! Every view is unpacked once, before anything reads it; accessors then see what the plain view would hold. Where the
-//! file brings a plain copy as well, it is not read.
+//! Every compressed view is decompressed once, before anything reads it. Accessors then see the uncompressed contents.
+//! An uncompressed fallback in the file is not read.
 
 mod attributes;
 mod filters;
@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 use filters::Filter;
 use reader::Malformed;
 
-/// How a stream is packed.
+/// Codec of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mode {
     Attributes,
@@ -32,37 +32,44 @@ enum Mode {
     Indices,
 }
 
-/// A compressed view, checked and paid for.
-struct Packed<'a> {
-    /// The view that it fills.
+/// Number and size of the elements of a stream.
+#[derive(Clone, Copy, Debug)]
+struct Layout {
+    count: usize,
+    /// Bytes of an element.
+    stride: usize,
+}
+
+/// Compressed view, checked and charged to the memory budget.
+struct CompressedView<'a> {
+    /// Index of the buffer view that receives the decompressed bytes.
     view: usize,
     pointer: String,
     stream: &'a [u8],
-    count: usize,
-    stride: usize,
+    layout: Layout,
     mode: Mode,
     filter: Filter,
     output: Vec<u8>,
 }
 
-/// The content of every compressed buffer view, by view; `None` for plain ones.
-pub(super) fn unpack_views(
+/// Decompresses all compressed buffer views, by view index. `None` for an uncompressed view.
+pub(super) fn decompress_views(
     context: &mut Context,
     document: &Document,
     buffers: &[Option<Vec<u8>>],
 ) -> Result<Vec<Option<Vec<u8>>>> {
-    let mut packed = Vec::new();
+    let mut compressed = Vec::new();
     let view_count = document.root.buffer_views.len();
     for view in 0..view_count {
         if let Some(raw) = extension_of(context, document, view)? {
-            packed.push(understand(context, document, buffers, view, &raw)?);
+            compressed.push(parse_view(context, document, buffers, view, &raw)?);
         }
     }
     let path = context.path;
-    let unpacked: Vec<(usize, Result<Vec<u8>>)> =
-        packed.into_par_iter().map(|packed| (packed.view, unpack(packed, path))).collect();
+    let decompressed: Vec<(usize, Result<Vec<u8>>)> =
+        compressed.into_par_iter().map(|view| (view.view, decompress(view, path))).collect();
     let mut views: Vec<Option<Vec<u8>>> = vec![None; view_count];
-    for (view, bytes) in unpacked {
+    for (view, bytes) in decompressed {
         if let Some(slot) = views.get_mut(view) {
             *slot = Some(bytes?);
         }
@@ -70,7 +77,7 @@ pub(super) fn unpack_views(
     Ok(views)
 }
 
-/// Whether the data of buffer `index` is only there for programs that cannot unpack.
+/// Whether buffer `index` is only a fallback for programs without support for the extension.
 pub(super) fn is_fallback(document: &Document, index: usize) -> bool {
     let raw = document.element("buffers", index);
     [KHR_MESHOPT, EXT_MESHOPT].iter().any(|name| {
@@ -79,7 +86,7 @@ pub(super) fn is_fallback(document: &Document, index: usize) -> bool {
     })
 }
 
-/// The extension object of a view.
+/// The extension object of a buffer view.
 fn extension_of<'a>(context: &Context, document: &'a Document, view: usize) -> Result<Option<Raw<'a>>> {
     let Some(raw) = document.element("bufferViews", view) else {
         return Ok(None);
@@ -93,13 +100,13 @@ fn extension_of<'a>(context: &Context, document: &'a Document, view: usize) -> R
     }
 }
 
-fn understand<'a>(
+fn parse_view<'a>(
     context: &mut Context,
     document: &Document,
     buffers: &'a [Option<Vec<u8>>],
     view: usize,
     raw: &Raw,
-) -> Result<Packed<'a>> {
+) -> Result<CompressedView<'a>> {
     raw.expect_object(context)?;
     let required = |context: &Context, key: &str| -> Result<usize> {
         let missing = || context.invalid(format!("{}/{key}", raw.pointer), "is missing");
@@ -109,21 +116,23 @@ fn understand<'a>(
     let filter = filter(context, raw)?;
     let count = required(context, "count")?;
     let stride = required(context, "byteStride")?;
-    check_layout(context, raw, (mode, filter), (count, stride))?;
+    let layout = Layout { count, stride };
+    check_layout(context, raw, mode, filter, layout)?;
 
-    // The plain view must hold just what is unpacked.
-    let held = document.root.buffer_views.get(view).map_or(0, |view| view.byte_length.0);
-    let unpacked = (count as u64).saturating_mul(stride as u64);
-    if unpacked != held {
-        let message =
-            format!("{count} elements of {stride} bytes do not fill the {held} bytes of the buffer view");
+    // The view must have exactly the decompressed length.
+    let view_bytes = document.root.buffer_views.get(view).map_or(0, |view| view.byte_length.0);
+    let decompressed_bytes = (count as u64).saturating_mul(stride as u64);
+    if decompressed_bytes != view_bytes {
+        let message = format!(
+            "{count} elements of {stride} bytes do not fill the {view_bytes} bytes of the buffer view"
+        );
         return Err(context.invalid(&raw.pointer, message));
     }
 
-    // Find the stream.
+    // Locate the stream.
     let buffer = required(context, "buffer")?;
     let pointer = format!("{}/buffer", raw.pointer);
-    context.subscript(buffer, buffers.len(), &pointer, "buffer")?;
+    context.check_index(buffer, buffers.len(), &pointer, "buffer")?;
     let Some(Some(bytes)) = buffers.get(buffer) else {
         return Err(context.invalid(pointer, format!("buffer {buffer} has no data")));
     };
@@ -131,11 +140,11 @@ fn understand<'a>(
     let length = required(context, "byteLength")?;
     let end = offset.checked_add(length);
     let Some(stream) = end.and_then(|end| bytes.get(offset..end)) else {
-        let message = format!("reaches past the {} bytes of buffer {buffer}", bytes.len());
+        let message = format!("extends past the {} bytes of buffer {buffer}", bytes.len());
         return Err(context.invalid(&raw.pointer, message));
     };
-    let output = context.allocate(unpacked, &raw.pointer)?;
-    Ok(Packed { view, pointer: raw.pointer.clone(), stream, count, stride, mode, filter, output })
+    let output = context.allocate(decompressed_bytes, &raw.pointer)?;
+    Ok(CompressedView { view, pointer: raw.pointer.clone(), stream, layout, mode, filter, output })
 }
 
 fn mode(context: &Context, raw: &Raw) -> Result<Mode> {
@@ -164,13 +173,9 @@ fn filter(context: &Context, raw: &Raw) -> Result<Filter> {
     }
 }
 
-/// What the specification asks of counts and strides.
-fn check_layout(
-    context: &Context,
-    raw: &Raw,
-    (mode, filter): (Mode, Filter),
-    (count, stride): (usize, usize),
-) -> Result<()> {
+/// Checks count and stride as the specification requires.
+fn check_layout(context: &Context, raw: &Raw, mode: Mode, filter: Filter, layout: Layout) -> Result<()> {
+    let Layout { count, stride } = layout;
     let wrong = |key: &str, message: &str| Err(context.invalid(format!("{}/{key}", raw.pointer), message));
     match mode {
         Mode::Attributes if stride.checked_rem(4) != Some(0) || !(4..=256).contains(&stride) => {
@@ -183,26 +188,27 @@ fn check_layout(
         Mode::Triangles | Mode::Indices if filter != Filter::None => {
             wrong("filter", "must be NONE for indices")
         }
-        _ if !filter.fits(stride) => wrong("filter", "does not go with this byteStride"),
+        _ if !filter.fits(stride) => wrong("filter", "does not support this byteStride"),
         _ => Ok(()),
     }
 }
 
-fn unpack(packed: Packed, path: &std::path::Path) -> Result<Vec<u8>> {
-    let Packed { pointer, stream, count, stride, mode, filter, mut output, .. } = packed;
-    decode(stream, mode, (count, stride), &mut output)
+fn decompress(view: CompressedView, path: &std::path::Path) -> Result<Vec<u8>> {
+    let CompressedView { pointer, stream, layout, mode, filter, mut output, .. } = view;
+    decode(stream, mode, layout, &mut output)
         .map_err(|Malformed(why)| Error::invalid(path, pointer, format!("the compressed data {why}")))?;
-    filter.apply(&mut output, stride);
+    filter.apply(&mut output, layout.stride);
     Ok(output)
 }
 
-/// Appends `count` elements of `stride` bytes to `output`, before any filter.
+/// Decodes `count` elements of `stride` bytes and appends them to `output`, unfiltered.
 fn decode(
     stream: &[u8],
     mode: Mode,
-    (count, stride): (usize, usize),
+    layout: Layout,
     output: &mut Vec<u8>,
 ) -> std::result::Result<(), Malformed> {
+    let Layout { count, stride } = layout;
     let mut emit = |index: u32| {
         let bytes = index.to_le_bytes();
         output.extend(bytes.get(..stride).unwrap_or_default());

@@ -1,15 +1,15 @@
-//! Bytes from the front of a stream, and why they make no sense.
+//! Byte reader over a compressed stream, and its error.
 
-/// Why a stream cannot be decoded, in words that follow its name.
+/// Reason why a stream cannot be decoded. The text follows the name of the stream in messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Malformed(pub(super) &'static str);
 
 impl Malformed {
-    /// It ends too early.
+    /// The stream ends too early.
     pub(super) const TRUNCATED: Self = Self("ends too early; the file is damaged");
 }
 
-/// The rest of a stream.
+/// Unread bytes of a stream.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reader<'a>(&'a [u8]);
 
@@ -18,21 +18,21 @@ impl<'a> Reader<'a> {
         Self(bytes)
     }
 
-    /// The next `count` bytes.
+    /// Reads `count` bytes.
     pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], Malformed> {
         let (taken, rest) = self.0.split_at_checked(count).ok_or(Malformed::TRUNCATED)?;
         self.0 = rest;
         Ok(taken)
     }
 
-    /// The next byte.
+    /// Reads one byte.
     pub(super) fn byte(&mut self) -> Result<u8, Malformed> {
         let (&byte, rest) = self.0.split_first().ok_or(Malformed::TRUNCATED)?;
         self.0 = rest;
         Ok(byte)
     }
 
-    /// The next number in groups of seven bits, lowest first, in at most five bytes.
+    /// Reads a variable-length number: seven bits per byte, lowest first, at most five bytes.
     pub(super) fn number(&mut self) -> Result<u32, Malformed> {
         let mut value = 0_u32;
         for shift in [0, 7, 14, 21, 28] {
@@ -42,12 +42,12 @@ impl<'a> Reader<'a> {
                 return Ok(value);
             }
         }
-        Err(Malformed("holds a number of more than five bytes"))
+        Err(Malformed("has a number of more than five bytes"))
     }
 
     /// Errors unless everything has been read.
     pub(super) fn finish(self) -> Result<(), Malformed> {
-        if self.0.is_empty() { Ok(()) } else { Err(Malformed("is longer than what it holds")) }
+        if self.0.is_empty() { Ok(()) } else { Err(Malformed("has trailing bytes")) }
     }
 }
 

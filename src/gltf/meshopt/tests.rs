@@ -1,4 +1,4 @@
-//! Streams of the reference encoder, and what is left of them after damage.
+//! Tests on streams of the reference encoder, intact and corrupted.
 
 use std::time::{Duration, Instant};
 
@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 use super::super::tests::Document;
 use super::*;
 
-/// `streams.json` was written by `tests/oracles/meshopt_streams.mjs` with the reference encoder; `decoded` is what the
-/// reference decoder makes of each stream.
+/// Stream of `streams.json`, which `tests/oracles/meshopt_streams.mjs` wrote with the reference encoder. `decoded` is
+/// the output of the reference decoder.
 struct Sample {
     name: String,
     mode: Mode,
@@ -47,15 +47,15 @@ fn samples() -> Vec<Sample> {
     list.iter().map(sample).collect()
 }
 
-fn unpacked(sample: &Sample, stream: &[u8]) -> std::result::Result<Vec<u8>, Malformed> {
+fn decompress(sample: &Sample, stream: &[u8]) -> std::result::Result<Vec<u8>, Malformed> {
     let mut output = Vec::new();
-    decode(stream, sample.mode, (sample.count, sample.stride), &mut output)?;
+    decode(stream, sample.mode, Layout { count: sample.count, stride: sample.stride }, &mut output)?;
     sample.filter.apply(&mut output, sample.stride);
     Ok(output)
 }
 
-/// Largest difference between components of filtered data, which may be one step.
-fn difference(sample: &Sample, found: &[u8]) -> u32 {
+/// Largest difference between components of filtered data. One step is within tolerance.
+fn max_difference(sample: &Sample, found: &[u8]) -> u32 {
     let components = |bytes: &[u8]| -> Vec<i32> {
         let pairs = bytes.as_chunks::<2>().0.iter();
         match (sample.filter, sample.stride) {
@@ -70,16 +70,17 @@ fn difference(sample: &Sample, found: &[u8]) -> u32 {
 }
 
 #[test]
-fn streams_of_the_reference_encoder_are_unpacked() {
+fn streams_of_the_reference_encoder_are_decompress() {
     let samples = samples();
     assert_eq!(samples.len(), 44);
     for sample in &samples {
-        let found = unpacked(sample, &sample.stream).unwrap_or_else(|why| panic!("{}: {why:?}", sample.name));
+        let found =
+            decompress(sample, &sample.stream).unwrap_or_else(|why| panic!("{}: {why:?}", sample.name));
         assert_eq!(found.len(), sample.decoded.len(), "{}", sample.name);
         if matches!(sample.filter, Filter::None | Filter::Exponential) {
             assert!(found == sample.decoded, "{}", sample.name);
         } else {
-            assert!(difference(sample, &found) <= 1, "{}", sample.name);
+            assert!(max_difference(sample, &found) <= 1, "{}", sample.name);
         }
     }
 }
@@ -90,7 +91,7 @@ fn damaged_streams_end_soon_and_without_panic() {
     let mut refused = 0_u32;
     for sample in &samples() {
         for length in (0..sample.stream.len()).step_by(sample.stream.len() / 24 + 1) {
-            assert!(unpacked(sample, &sample.stream[..length]).is_err(), "{} cut to {length}", sample.name);
+            assert!(decompress(sample, &sample.stream[..length]).is_err(), "{} cut to {length}", sample.name);
         }
         let mut state = 1_u32;
         for _ in 0..40 {
@@ -98,7 +99,7 @@ fn damaged_streams_end_soon_and_without_panic() {
             state = state.wrapping_mul(1664525).wrapping_add(1013904223);
             let place = state as usize % stream.len();
             stream[place] ^= 1 << (state >> 29);
-            match unpacked(sample, &stream) {
+            match decompress(sample, &stream) {
                 Ok(found) => assert_eq!(found.len(), sample.decoded.len()),
                 Err(_) => refused += 1,
             }
@@ -108,7 +109,7 @@ fn damaged_streams_end_soon_and_without_panic() {
     assert!(started.elapsed() < Duration::from_secs(30));
 }
 
-/// A triangle whose positions are the compressed floats of a sample, and without plain data.
+/// Triangle whose positions are the compressed floats of a sample, without uncompressed data.
 fn compressed_triangle() -> Document {
     let sample = samples().into_iter().find(|sample| sample.name == "floats v1").unwrap();
     let mut document = Document::triangle();
@@ -139,8 +140,8 @@ fn extension(document: &mut Document) -> &mut Value {
 #[test]
 fn compressed_views_fill_accessors() {
     let scene = compressed_triangle().import().unwrap();
-    assert!(scene.warnings.iter().all(|warning| warning.message.contains("whole triangle")));
-    // 77 vertices in a row: 25 triangles. Vertex i is cos(3i/9) · 1, cos((3i + 1)/9) · 2, cos((3i + 2)/9) · 3.
+    assert!(scene.warnings.iter().all(|warning| warning.message.contains("complete a triangle")));
+    // 77 consecutive vertices: 25 triangles. Vertex i is cos(3i/9) · 1, cos((3i + 1)/9) · 2, cos((3i + 2)/9) · 3.
     let primitive = &scene.meshes[0].primitives[0];
     assert_eq!(primitive.triangles.len(), 25);
     let vertex = primitive.positions[primitive.triangles[1][0] as usize];
@@ -153,10 +154,10 @@ fn wrong_extensions_name_their_place() {
         ("byteStride", json!(10), "/byteStride: must be a multiple of 4"),
         ("mode", json!("POINTS"), "/mode: must be"),
         ("filter", json!("GAUSS"), "/filter: must be"),
-        ("filter", json!("QUATERNION"), "/filter: does not go"),
+        ("filter", json!("QUATERNION"), "/filter: does not support"),
         ("count", json!(76), "do not fill"),
         ("count", json!(1_u64 << 62), "do not fill"),
-        ("byteLength", json!(1 << 20), "reaches past"),
+        ("byteLength", json!(1 << 20), "extends past"),
         ("byteLength", json!(20), "the compressed data ends too early"),
         ("buffer", json!(1), "has no data"),
         ("buffer", json!(7), "there is no buffer 7"),

@@ -3,7 +3,7 @@ use serde_json::json;
 use super::Document;
 use crate::scene::{AnimationTarget, Interpolation, NodeIndex};
 
-/// A clip that moves node 0 along `path` with the given keys.
+/// Document with an animation of node 0 along `path` with the given keyframes.
 fn clip(path: &str, interpolation: &str, times: &[f32], shape: &str, values: &[f32]) -> Document {
     let mut document = Document::triangle();
     let input = document.floats("SCALAR", times);

@@ -79,7 +79,7 @@ fn tangents_without_normals_are_ignored_and_unknown_attributes_named() {
     assert!(scene.warnings[0].message.contains("COLOR_1"));
 }
 
-/// A normal map on `TEXCOORD_0`.
+/// Adds a normal map on `TEXCOORD_0`.
 fn with_normal_map(mut document: Document) -> Document {
     let image = super::materials::png_uri([128, 128, 255, 255]);
     document.json["images"] = json!([{"uri": image}]);
@@ -91,8 +91,8 @@ fn with_normal_map(mut document: Document) -> Document {
 
 #[test]
 fn tangents_follow_u_and_their_sign_the_image_upwards() {
-    // u grows along x. glTF's v grows down the image, so with v falling along y the image stands upright:
-    // bitangent +y = cross(n, t) · w with n = z, t = x needs w = +1. With v growing along y it stands on its head.
+    // u grows along x. glTF's v points down the image, so with v decreasing along y the image is upright: bitangent
+    // +y = cross(n, t) · w with n = z, t = x needs w = +1. With v increasing along y the image is upside down.
     for (v_at_top, sign) in [(0.0, 1.0), (2.0, -1.0)] {
         let mut document = Document::triangle();
         document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(3));
@@ -106,7 +106,7 @@ fn tangents_follow_u_and_their_sign_the_image_upwards() {
 
 #[test]
 fn vertices_split_where_mirrored_coordinates_meet() {
-    // Two triangles share the edge 0-1; the second one's u runs the other way.
+    // Two triangles share the edge 0-1. The u axis of the second is reversed.
     let mut document = Document::triangle();
     document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
     document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0].repeat(4));
@@ -127,7 +127,7 @@ fn vertices_split_where_mirrored_coordinates_meet() {
             assert_eq!(tangents[vertex as usize], Vec4::new(sign, 0.0, 0.0, sign));
         }
     }
-    // Everything else of a vertex went with it: the delta tells which old vertex it was.
+    // The other attributes are split as well. The delta identifies the old vertex.
     let deltas = primitive.targets[0].positions.as_ref().unwrap();
     let old = [Vec3::ZERO, Vec3::Y, Vec3::X, Vec3::NEG_X];
     for (position, delta) in primitive.positions.iter().zip(deltas) {
@@ -198,7 +198,7 @@ fn influences_of_many_sets_stand_together() {
     assert_eq!(influences.per_vertex, 8);
     assert_eq!(influences.joints[8..16], [1, 2, 3, 4, 5, 6, 7, 8]);
     assert_eq!(influences.weights, [0.125; 24]);
-    // One joint less than used.
+    // One joint fewer than used.
     document.json["skins"] = json!([{"joints": (0..8).collect::<Vec<i32>>()}]);
     assert!(document.error(65).contains("joint 8"));
 }

@@ -3,7 +3,7 @@ use serde_json::{Value, json};
 use super::{Document, error_text, import_bytes};
 use crate::scene::{LocalTransform, NodeIndex};
 
-/// A document of nothing but nodes, all in one scene that starts at node 0.
+/// Document of nodes only, in one scene with root node 0.
 fn nodes(nodes: &Value) -> Vec<u8> {
     let document = json!({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": nodes});
     document.to_string().into_bytes()
@@ -28,7 +28,7 @@ fn nodes_must_form_trees() {
 
 #[test]
 fn parents_come_before_children_at_any_depth() {
-    // A chain of 100 000 nodes, listed from the leaf up.
+    // A chain of 100 000 nodes, listed from the leaf to the root.
     let count = 100_000_u32;
     let mut list: Vec<Value> = vec![json!({})];
     list.extend((0..count - 1).map(|child| json!({"children": [child]})));
@@ -63,7 +63,7 @@ fn transforms_are_checked() {
 
 #[test]
 fn instances_are_counted_before_they_are_posed() {
-    // A triangle count of 1 a node is fine; 120 000 instances of 40 000 triangles are more than 2^32.
+    // One triangle per node is accepted. 120 000 instances of 40 000 triangles exceed 2^32.
     let mut document = Document::triangle();
     let indices: Vec<u8> = [0_u8, 1, 2].repeat(40_000);
     let accessor = document.accessor(5121, "SCALAR", indices.len(), &indices);

@@ -1,4 +1,4 @@
-//! Image-based lights of files.
+//! Import of image-based lights.
 
 use base64::Engine;
 use glam::Vec3;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::{Document, error_text, import_bytes};
 
-/// A PNG of one texel repeated, as a `data:` URI.
+/// PNG with all texels equal, as a `data:` URI.
 fn picture(size: u32, texel: [u8; 4]) -> Value {
     let mut file = Vec::new();
     let texels = texel.repeat((size * size) as usize);
@@ -17,7 +17,7 @@ fn picture(size: u32, texel: [u8; 4]) -> Value {
     json!({"uri": format!("data:image/png;base64,{text}")})
 }
 
-/// A cube of two texels an edge and one of one texel; face 0 is RGBD with a divisor of 51.
+/// Cube map with a level of 2x2 texels and one of 1x1. Face 0 is RGBD with a divisor of 51.
 fn lit() -> Value {
     let mut document = Document::triangle();
     document.json["images"] =
@@ -44,7 +44,7 @@ fn cubes_are_unpacked_from_rgbd() {
         (2.0, 1.0, Vec3::new(1.0, 2.0, 3.0))
     );
     assert_eq!((light.levels[0].size, light.levels[1].size, light.levels.len()), (2, 1, 2));
-    // White by 51/255 is 5.
+    // White divided by 51/255 is 5.
     assert_eq!(light.levels[0].faces[0], vec![[5.0; 3]; 4]);
     assert_eq!(light.levels[1].faces[5], vec![[1.0, 0.0, 0.0]]);
 }

@@ -1,4 +1,4 @@
-//! Material extensions and variants: known values, wrong values, and what goes with what.
+//! Material extensions and variants: valid values, invalid values, and combinations.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ use crate::scene::{
     Specular, TextureIndex, TextureRef, UvTransform, VariantIndex,
 };
 
-/// The only texture that the file has an image for, by coordinate set `uv_set`.
+/// Reference to the only texture that has an image, with coordinate set `uv_set`.
 fn texture(uv_set: u32) -> TextureRef {
     TextureRef { texture: TextureIndex(0), uv_set, transform: UvTransform::default() }
 }
@@ -140,7 +140,7 @@ fn extensions_without_values_change_nothing() {
     ] {
         assert_eq!(with_extension(name, json!({})), Material::default(), "{name}");
     }
-    // The defaults of a film: index 1.3, from 100 to 400 nm.
+    // Defaults of iridescence: index of refraction 1.3, thickness 100 to 400 nm.
     let film = with_extension("KHR_materials_iridescence", json!({"iridescenceFactor": 1})).iridescence;
     let film = film.unwrap();
     assert_eq!((film.ior, film.thickness_minimum_nm, film.thickness_maximum_nm), (1.3, 100.0, 400.0));
@@ -173,7 +173,7 @@ fn specular_glossiness_becomes_a_material_without_index() {
     };
     assert_eq!(scene.materials[0], expected);
 
-    // What must not go with it is named.
+    // Extensions that must not be combined with it are warned about.
     let both = json!({"extensions": {"KHR_materials_pbrSpecularGlossiness": {},
         "KHR_materials_ior": {"ior": 2}, "KHR_materials_specular": {"specularFactor": 0.5}}});
     let scene = import_material(both).unwrap();
@@ -240,7 +240,7 @@ fn a_volume_that_scatters_at_its_surface_is_named() {
     assert_eq!(scene.warnings[0].pointer, "/materials/0/extensions/KHR_materials_diffuse_transmission");
 }
 
-/// A triangle in white, in other variants something else; `mappings` says what.
+/// Imports a white triangle with the variant mappings `mappings`.
 #[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
 fn with_mappings(mappings: Value) -> crate::error::Result<crate::scene::Scene> {
     let positions: Vec<u8> =

@@ -10,7 +10,7 @@ use crate::scene::{
 };
 use glam::{Vec2, Vec3};
 
-/// A PNG of one texel as a data URI.
+/// PNG of one texel as a `data:` URI.
 pub(super) fn png_uri(texel: [u8; 4]) -> String {
     let mut file = Vec::new();
     image::codecs::png::PngEncoder::new(&mut file)
@@ -20,7 +20,7 @@ pub(super) fn png_uri(texel: [u8; 4]) -> String {
     format!("data:image/jpeg;base64,{base64}")
 }
 
-/// A file with `material` and two textures.
+/// Imports a file with `material` and two textures.
 #[expect(clippy::needless_pass_by_value, reason = "callers build the value in place")]
 pub(super) fn import_material(material: Value) -> Result<Scene> {
     let document = json!({
@@ -37,7 +37,7 @@ pub(super) fn import_material(material: Value) -> Result<Scene> {
 fn only_used_images_are_read() {
     let scene = import_material(json!({"emissiveTexture": {"index": 1}})).unwrap();
     assert_eq!(scene.images.len(), 1);
-    // The content tells the kind, not the media type, which says JPEG.
+    // The contents determine the format. The media type wrongly says JPEG.
     assert_eq!(scene.images[0].texels, Texels::Rgba8(vec![[1, 2, 3, 4]]));
     let sampler = scene.textures[0].sampler;
     assert_eq!((sampler.wrap_u, sampler.wrap_v), (WrapMode::ClampToEdge, WrapMode::MirroredRepeat));
@@ -101,7 +101,7 @@ fn extensions_set_their_values() {
     };
     assert_eq!(material.volume, Some(volume));
     assert!(scene.warnings.is_empty());
-    // The default material comes last.
+    // The default material is the last.
     assert_eq!(scene.materials.len(), 2);
     assert_eq!(scene.materials[1], crate::scene::Material::default());
 }

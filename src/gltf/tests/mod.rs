@@ -1,4 +1,4 @@
-//! Tests on whole files, built here in code.
+//! Import tests on whole files that are built in code.
 
 #![expect(clippy::arithmetic_side_effects, reason = "an overflow in a test is a failed test")]
 
@@ -21,16 +21,16 @@ use super::{ImportOptions, import};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-/// A document under construction: JSON, and one buffer that grows.
+/// Document builder: JSON and a growing buffer.
 pub(super) struct Document {
     pub(super) json: Value,
     pub(super) bytes: Vec<u8>,
-    /// Buffers behind the first.
+    /// Buffers after the first.
     pub(super) more_buffers: Vec<Value>,
 }
 
 impl Document {
-    /// A scene of one node with one mesh of one triangle, (0,0,0) (1,0,0) (0,1,0).
+    /// Scene of one node with one mesh of one triangle, (0,0,0) (1,0,0) (0,1,0).
     pub(super) fn triangle() -> Self {
         let mut document = Self {
             json: json!({
@@ -56,7 +56,7 @@ impl Document {
         self.push("bufferViews", view)
     }
 
-    /// Appends an accessor over its own view and returns its index.
+    /// Appends an accessor over a new buffer view and returns its index.
     pub(super) fn accessor(&mut self, component: u32, shape: &str, count: usize, bytes: &[u8]) -> usize {
         let view = self.view(bytes);
         let accessor = json!({"bufferView": view, "componentType": component, "type": shape, "count": count});
@@ -76,7 +76,7 @@ impl Document {
         self.accessor(5126, shape, values.len() / width, &bytes)
     }
 
-    /// Gives the first primitive an attribute of floats.
+    /// Adds an attribute of floats to the first primitive.
     pub(super) fn attribute(&mut self, name: &str, shape: &str, values: &[f32]) {
         let accessor = self.floats(shape, values);
         self.set_attribute(name, accessor);
@@ -96,7 +96,7 @@ impl Document {
         list.len() - 1
     }
 
-    /// The JSON with the buffer inside.
+    /// The JSON with the buffer embedded.
     fn to_json(&self) -> Value {
         let mut json = self.json.clone();
         let base64 = base64::engine::general_purpose::STANDARD.encode(&self.bytes);
@@ -110,13 +110,13 @@ impl Document {
         import_bytes("scene.gltf", self.to_json().to_string().as_bytes())
     }
 
-    /// The import error as text, after a check of its exit code.
+    /// Imports the document and returns the error text, after checking its exit code.
     pub(super) fn error(&self, exit_code: u8) -> String {
         error_text(self.import(), exit_code)
     }
 }
 
-/// Imports a file of `bytes` in an empty folder.
+/// Imports a file with the contents `bytes` in an otherwise empty folder.
 fn import_bytes(name: &str, bytes: &[u8]) -> Result<Scene> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(name);
@@ -132,7 +132,7 @@ fn error_text(result: Result<Scene>, exit_code: u8) -> String {
     text
 }
 
-/// A GLB of the given chunks.
+/// Builds a GLB of the given chunks.
 fn glb(chunks: &[(&[u8; 4], &[u8])]) -> Vec<u8> {
     let mut body = Vec::new();
     for (kind, content) in chunks {

@@ -1,4 +1,4 @@
-//! Animated properties, visibility and instances.
+//! Animated properties, visibility and instancing.
 
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -11,8 +11,8 @@ use crate::scene::{
     TextureSlot,
 };
 
-/// A triangle with everything that pointers can name.
-fn stage() -> Document {
+/// Triangle document with every property that the pointer tests animate.
+fn animatable() -> Document {
     let mut document = Document::triangle();
     let transform = json!({"index": 0, "extensions": {"KHR_texture_transform": {}}});
     document.json["images"] = json!([{"uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="}]);
@@ -47,13 +47,13 @@ fn stage() -> Document {
     document
 }
 
-/// Adds a clip that moves `pointer` from time 0 to 1.
-fn moves(document: &mut Document, pointer: &str, interpolation: &str, shape: &str, values: &[f32]) {
+/// Adds an animation of `pointer` from time 0 to 1.
+fn animate(document: &mut Document, pointer: &str, interpolation: &str, shape: &str, values: &[f32]) {
     let output = document.floats(shape, values);
-    moves_by(document, pointer, interpolation, output);
+    animate_with(document, pointer, interpolation, output);
 }
 
-fn moves_by(document: &mut Document, pointer: &str, interpolation: &str, output: usize) {
+fn animate_with(document: &mut Document, pointer: &str, interpolation: &str, output: usize) {
     let input = document.floats("SCALAR", &[0.0, 1.0]);
     let clip = json!({
         "channels": [{"sampler": 0, "target": {
@@ -152,8 +152,8 @@ fn pointers_name_properties_of_every_kind() {
             AnimationTarget::Camera(CameraIndex(0), CameraProperty::FieldOfView),
         ),
     ] {
-        let mut document = stage();
-        moves(&mut document, pointer, "LINEAR", shape, &vec![0.5; 2 * width]);
+        let mut document = animatable();
+        animate(&mut document, pointer, "LINEAR", shape, &vec![0.5; 2 * width]);
         let scene = document.import().unwrap();
         assert!(scene.warnings.is_empty(), "{pointer}: {:?}", scene.warnings);
         let channel = &scene.animations[0].channels[0];
@@ -176,9 +176,9 @@ fn unknown_pointers_are_named_and_the_rest_plays() {
         "nonsense",
         "/nodes/+0/scale",
     ] {
-        let mut document = stage();
-        moves(&mut document, pointer, "LINEAR", "SCALAR", &[0.5; 2]);
-        moves(&mut document, "/nodes/0/scale", "LINEAR", "VEC3", &[0.5; 6]);
+        let mut document = animatable();
+        animate(&mut document, pointer, "LINEAR", "SCALAR", &[0.5; 2]);
+        animate(&mut document, "/nodes/0/scale", "LINEAR", "VEC3", &[0.5; 6]);
         let scene = document.import().unwrap();
         assert!(scene.animations[0].channels.is_empty() && scene.animations[1].channels.len() == 1);
         assert_eq!(scene.warnings.len(), 1, "{pointer}");
@@ -197,18 +197,18 @@ fn wrong_values_of_properties_are_errors() {
         ("/cameras/0/perspective/yfov", "LINEAR", "SCALAR", &[4.0; 2], "/output"),
         (visible, "STEP", "SCALAR", &[0.0; 2], "SCALAR of floats"),
     ] {
-        let mut document = stage();
-        moves(&mut document, pointer, interpolation, shape, values);
+        let mut document = animatable();
+        animate(&mut document, pointer, interpolation, shape, values);
         let text = document.error(65);
         assert!(text.contains(expected), "{text}");
     }
-    let mut document = stage();
+    let mut document = animatable();
     let switch = document.accessor(5121, "SCALAR", 2, &[0, 1]);
-    moves_by(&mut document, visible, "LINEAR", switch);
+    animate_with(&mut document, visible, "LINEAR", switch);
     assert!(document.error(65).contains("must be STEP"));
-    // A node moved by a pointer and by its name is moved twice.
-    let mut document = stage();
-    moves(&mut document, "/nodes/0/scale", "LINEAR", "VEC3", &[0.5; 6]);
+    // The same node is animated by a pointer and by a node path.
+    let mut document = animatable();
+    animate(&mut document, "/nodes/0/scale", "LINEAR", "VEC3", &[0.5; 6]);
     let named = json!({"sampler": 0, "target": {"node": 0, "path": "scale"}});
     document.json["animations"][0]["channels"].as_array_mut().unwrap().push(named);
     assert!(document.error(65).contains("another channel"));
@@ -216,26 +216,26 @@ fn wrong_values_of_properties_are_errors() {
 
 #[test]
 fn frames_carry_moved_materials_lights_and_cameras() {
-    let mut document = stage();
+    let mut document = animatable();
     let strength = "/materials/0/extensions/KHR_materials_emissive_strength/emissiveStrength";
-    moves(&mut document, strength, "LINEAR", "SCALAR", &[0.0, 8.0]);
-    moves(&mut document, "/materials/0/emissiveFactor", "LINEAR", "VEC3", &[0.0, 0.0, 0.0, 1.0, 0.5, 0.0]);
-    moves(
+    animate(&mut document, strength, "LINEAR", "SCALAR", &[0.0, 8.0]);
+    animate(&mut document, "/materials/0/emissiveFactor", "LINEAR", "VEC3", &[0.0, 0.0, 0.0, 1.0, 0.5, 0.0]);
+    animate(
         &mut document,
         "/extensions/KHR_lights_punctual/lights/0/intensity",
         "LINEAR",
         "SCALAR",
         &[2.0, 6.0],
     );
-    moves(&mut document, "/cameras/0/perspective/yfov", "LINEAR", "SCALAR", &[0.5, 1.5]);
-    // A spline that overshoots its keys of 1 stays in the range of colours.
+    animate(&mut document, "/cameras/0/perspective/yfov", "LINEAR", "SCALAR", &[0.5, 1.5]);
+    // A cubic spline that overshoots its keyframes of 1 is clamped to the range of colours.
     let base_color = "/materials/0/pbrMetallicRoughness/baseColorFactor";
     let (zero, one, steep) = ([0.0; 4], [1.0; 4], [9.0; 4]);
-    moves(&mut document, base_color, "CUBICSPLINE", "VEC4", &[zero, one, steep, zero, one, zero].concat());
+    animate(&mut document, base_color, "CUBICSPLINE", "VEC4", &[zero, one, steep, zero, one, zero].concat());
     let scene = document.import().unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let frame = frame(&scene, 0.5);
-    // Half way: factor (1/2, 1/4, 0), strength 4, intensity 4, field 1.
+    // At half time: factor (1/2, 1/4, 0), strength 4, intensity 4, field of view 1.
     assert_eq!(frame.materials[0].emissive, Vec3::new(2.0, 1.0, 0.0));
     assert_eq!(frame.materials[0].base_color, glam::Vec4::ONE);
     assert_eq!(frame.lights[0].light.intensity, 4.0);
@@ -248,18 +248,18 @@ fn frames_carry_moved_materials_lights_and_cameras() {
 
 #[test]
 fn thickness_makes_a_wall_a_volume_and_an_image_light_turns() {
-    let mut document = stage();
+    let mut document = animatable();
     document.json["meshes"][0]["primitives"][0]["material"] = json!(1);
     let thickness = "/materials/1/extensions/KHR_materials_volume/thicknessFactor";
-    moves(&mut document, thickness, "STEP", "SCALAR", &[0.0, 2.0]);
+    animate(&mut document, thickness, "STEP", "SCALAR", &[0.0, 2.0]);
     let lights = "/extensions/EXT_lights_image_based/lights/0";
-    moves(&mut document, &format!("{lights}/intensity"), "LINEAR", "SCALAR", &[0.0, 4.0]);
-    // From no turn to half a turn about +Y: half way a quarter.
+    animate(&mut document, &format!("{lights}/intensity"), "LINEAR", "SCALAR", &[0.0, 4.0]);
+    // Rotation by half a turn about +Y: a quarter turn at half time.
     let turn = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0];
-    moves(&mut document, &format!("{lights}/rotation"), "LINEAR", "VEC4", &turn);
+    animate(&mut document, &format!("{lights}/rotation"), "LINEAR", "VEC4", &turn);
     let scene = document.import().unwrap();
     assert!(
-        scene.warnings.iter().all(|warning| !warning.message.contains("stands still")),
+        scene.warnings.iter().all(|warning| !warning.message.contains("not animated")),
         "{:?}",
         scene.warnings
     );
@@ -270,13 +270,13 @@ fn thickness_makes_a_wall_a_volume_and_an_image_light_turns() {
     assert!(
         (pose.rotation.y - 0.5_f32.sqrt()).abs() < 1e-6 && (pose.rotation.w - 0.5_f32.sqrt()).abs() < 1e-6
     );
-    // A rotation of length zero turns nowhere.
-    let mut document = stage();
-    moves(&mut document, &format!("{lights}/rotation"), "LINEAR", "VEC4", &[0.0; 8]);
+    // A quaternion of length zero is no rotation.
+    let mut document = animatable();
+    animate(&mut document, &format!("{lights}/rotation"), "LINEAR", "VEC4", &[0.0; 8]);
     assert!(document.error(65).contains("length zero"));
 }
 
-/// The triangle with two morph targets, which lift its corners by one and by ten, at weights 1/2 and 1.
+/// Triangle with two morph targets, which raise its vertices by 1 and by 10, with weights 1/2 and 1.
 fn morphing() -> Document {
     let mut document = Document::triangle();
     let by = |height: f32| [0.0, 0.0, height].repeat(3);
@@ -297,13 +297,13 @@ fn single_weights_leave_the_others_as_they_are() {
     };
     let mut document = morphing();
     assert_eq!(height(&document, 0.0), 10.5);
-    // The mesh's second weight goes to 0: 0.5 · 1 + 0.5 · 10 half way.
-    moves(&mut document, "/meshes/0/weights/1", "LINEAR", "SCALAR", &[1.0, 0.0]);
+    // The mesh's second weight is animated to 0: 0.5 · 1 + 0.5 · 10 at half time.
+    animate(&mut document, "/meshes/0/weights/1", "LINEAR", "SCALAR", &[1.0, 0.0]);
     assert_eq!(height(&document, 0.5), 5.5);
-    // The node's first weight over that: 2 · 1 + 0.5 · 10.
-    moves(&mut document, "/nodes/0/weights/0", "LINEAR", "SCALAR", &[1.0, 3.0]);
+    // The node's first weight overrides the mesh's: 2 · 1 + 0.5 · 10.
+    animate(&mut document, "/nodes/0/weights/0", "LINEAR", "SCALAR", &[1.0, 3.0]);
     assert_eq!(height(&document, 0.5), 7.0);
-    // A node's own weights are over the mesh's: 2 · 1 + 0.25 · 10.
+    // The node's own weights override the mesh's: 2 · 1 + 0.25 · 10.
     document.json["nodes"][0]["weights"] = json!([0.0, 0.25]);
     assert_eq!(height(&document, 0.5), 4.5);
 }
@@ -311,10 +311,10 @@ fn single_weights_leave_the_others_as_they_are() {
 #[test]
 fn single_weights_that_are_not_there_or_moved_twice_are_errors() {
     let mut document = morphing();
-    moves(&mut document, "/nodes/0/weights/2", "LINEAR", "SCALAR", &[1.0, 0.0]);
+    animate(&mut document, "/nodes/0/weights/2", "LINEAR", "SCALAR", &[1.0, 0.0]);
     assert!(document.error(65).contains("no morph target 2"));
     let mut document = morphing();
-    moves(&mut document, "/nodes/0/weights/1", "LINEAR", "SCALAR", &[1.0, 0.0]);
+    animate(&mut document, "/nodes/0/weights/1", "LINEAR", "SCALAR", &[1.0, 0.0]);
     let all = document.floats("SCALAR", &[0.0; 4]);
     let input = document.floats("SCALAR", &[0.0, 1.0]);
     let clip = &mut document.json["animations"][0];
@@ -326,23 +326,23 @@ fn single_weights_that_are_not_there_or_moved_twice_are_errors() {
 
 #[test]
 fn hidden_nodes_hide_what_is_below_but_not_the_camera() {
-    let mut document = stage();
+    let mut document = animatable();
     let switch = document.accessor(5121, "SCALAR", 2, &[1, 0]);
-    moves_by(&mut document, "/nodes/0/extensions/KHR_node_visibility/visible", "STEP", switch);
+    animate_with(&mut document, "/nodes/0/extensions/KHR_node_visibility/visible", "STEP", switch);
     let scene = document.import().unwrap();
     let hidden = |time| frame(&scene, time).flags[0].has(crate::bvh::TriangleFlags::HIDDEN);
     assert!(!hidden(0.5) && hidden(1.0));
     assert_eq!((frame(&scene, 0.5).lights.len(), frame(&scene, 1.0).lights.len()), (1, 0));
     assert_eq!(frame(&scene, 0.5).camera, frame(&scene, 1.0).camera);
-    // At rest, and wrong.
-    let mut document = stage();
+    // Hidden without animation, and an invalid value.
+    let mut document = animatable();
     document.json["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = json!(false);
     assert!(frame(&document.import().unwrap(), 0.0).lights.is_empty());
     document.json["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = json!(0);
     assert!(document.error(65).contains("/nodes/0/extensions/KHR_node_visibility/visible"));
 }
 
-/// The triangle three times: moved, turned and scaled.
+/// Triangle with three instances: translated, rotated and scaled.
 fn instanced() -> Document {
     let mut document = Document::triangle();
     let translation = document.floats("VEC3", &[0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
@@ -367,12 +367,12 @@ fn instances_take_the_place_of_the_mesh() {
     let scene = instanced().import().unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let frame = frame(&scene, 0.0);
-    // The node lifts everything by 7 along z; (1, 0, 0) is the second corner.
+    // The node translates by 7 along z. (1, 0, 0) is the second vertex.
     assert_eq!((frame.triangles.len(), frame.instances.len()), (3, 3));
     assert_eq!(frame.triangles[0].vertices[1], Vec3::new(1.0, 0.0, 7.0));
-    // Turned by 90° about z, then moved by 5 along x.
+    // Rotated by 90° about z, then translated by 5 along x.
     assert!(frame.triangles[1].vertices[1].abs_diff_eq(Vec3::new(5.0, 1.0, 7.0), 1e-4));
-    // Mirrored: the last two corners change places.
+    // Mirrored: the last two vertices are swapped.
     assert_eq!(frame.triangles[2].vertices[2], Vec3::new(-2.0, 0.0, 7.0));
     assert!(frame.instances[2].mirrored && !frame.instances[1].mirrored);
     assert_eq!(frame.instances.iter().map(|instance| instance.node_instance).collect::<Vec<_>>(), [0, 1, 2]);
@@ -392,14 +392,14 @@ fn wrong_instances_name_their_place() {
     let mut document = instanced();
     *attributes(&mut document) = json!({});
     assert!(document.error(65).contains("must not be empty"));
-    // Many instances of one triangle are more than memory holds.
+    // The instances of one triangle exceed the memory limit.
     let mut document = Document::triangle();
     let many = json!({"componentType": 5126, "type": "VEC3", "count": 100_000_000});
     let many = document.push("accessors", many);
     document.json["nodes"][0]["extensions"] =
         json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": many}}});
     assert!(document.error(77).contains("--max-memory"));
-    // Each takes a place among the shapes besides its matrix and its triangle: 20 000 · (12 + 64 + 160 + 256) B.
+    // Each instance takes its own memory besides its matrix and triangle: 20 000 · (12 + 64 + 160 + 256) B.
     let mut document = Document::triangle();
     let often = document.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 20_000}));
     document.json["nodes"][0]["extensions"] =

@@ -60,7 +60,7 @@ fn data_uris_are_decoded_tolerantly() {
     }
 }
 
-/// A document whose buffer is the file `uri`.
+/// Document whose buffer is the file `uri`.
 fn with_external_buffer(uri: &str) -> (Value, Vec<u8>) {
     let document = Document::triangle();
     let mut json = document.to_json();
@@ -82,7 +82,7 @@ fn external_buffers_are_read_and_hashed() {
     std::fs::write(&data_path, &bytes).unwrap();
     let first = import(&scene_path, &options).unwrap().content_hash;
     assert_eq!(import(&scene_path, &options).unwrap().content_hash, first);
-    // A byte behind the used ones still counts: the hash is over files.
+    // A byte after the used ones changes the hash, which covers whole files.
     std::fs::write(&data_path, [&bytes[..], &[1]].concat()).unwrap();
     assert_ne!(import(&scene_path, &options).unwrap().content_hash, first);
 }
@@ -108,7 +108,7 @@ fn links_and_special_files_do_not_lead_out() {
     std::fs::remove_file(&link).unwrap();
     std::fs::create_dir(&link).unwrap();
     assert_eq!(import(&scene_path, &options).unwrap_err().exit_code(), 65);
-    // The scene itself: a folder, a device, nothing.
+    // The scene file itself is a folder, a device, or missing.
     assert_eq!(import(folder.path(), &options).unwrap_err().exit_code(), 65);
     assert_eq!(import(Path::new("/dev/zero"), &options).unwrap_err().exit_code(), 65);
     let nothing = folder.path().join("nothing.glb");
@@ -126,7 +126,7 @@ fn triangle_glb() -> Vec<u8> {
 fn glb_chunks_are_found() {
     let file = triangle_glb();
     assert_eq!(import_bytes("a.glb", &file).unwrap().meshes[0].primitives[0].triangles.len(), 1);
-    // Chunks of other kinds are skipped, what follows the end is ignored and named.
+    // Unknown chunks are skipped. Bytes after the end are ignored with a warning.
     let mut longer = file;
     longer.extend(b"junk");
     assert_eq!(import_bytes("a.glb", &longer).unwrap().warnings.len(), 1);

@@ -1,4 +1,4 @@
-//! The same ring stored in every supported way: `scenes/storage`, packed by the encoders of the formats' authors.
+//! The same ring in every supported storage format: `scenes/storage`, written by the reference encoders of the formats.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ fn ring(scene: &Scene) -> &Primitive {
     &scene.meshes[node.mesh.unwrap().index()].primitives[0]
 }
 
-/// Every triangle by the bits of its corners, the smallest corner first.
+/// All triangles by the bits of their vertices, the smallest vertex first.
 fn triangles(primitive: &Primitive) -> BTreeSet<[Vec<u32>; 3]> {
     let bits = |corner: u32| {
         let corner = corner as usize;
@@ -53,7 +53,7 @@ fn packed_geometry_is_the_plain_geometry() {
     for name in ["meshopt_ext", "meshopt_khr"] {
         assert_eq!(ring(&scene(name)), ring(&plain), "{name}");
     }
-    // Draco orders vertices and triangles anew.
+    // Draco reorders vertices and triangles.
     let draco = scene("draco");
     assert_eq!(ring(&draco).triangles.len(), ring(&plain).triangles.len());
     assert!(triangles(ring(&draco)) == triangles(ring(&plain)));
@@ -87,7 +87,9 @@ fn wrong_draco_extensions_name_their_place() {
         text
     };
     assert!(spoiled(&|d| draco_extension(d)["attributes"]["NORMAL"] = json!(7)).contains("no attribute 7"));
-    assert!(spoiled(&|d| draco_extension(d)["attributes"]["COLOR_0"] = json!(1)).contains("could fill"));
+    assert!(
+        spoiled(&|d| draco_extension(d)["attributes"]["COLOR_0"] = json!(1)).contains("for these values")
+    );
     assert!(spoiled(&|d| draco_extension(d)["attributes"]["TEXCOORD_0"] = json!(0)).contains("3 components"));
     assert!(spoiled(&|d| draco_extension(d)["bufferView"] = json!(99)).contains("no buffer view 99"));
     assert!(spoiled(&|d| draco_extension(d)["bufferView"] = json!(0)).contains("damaged"));
@@ -116,10 +118,10 @@ fn indices_that_exporters_miscounted_are_told_and_shown() {
     document["accessors"][indices]["count"] = json!(3);
     let scene = import_bytes("a.gltf", document.to_string().as_bytes()).unwrap();
     assert_eq!(ring(&scene).triangles.len(), 576);
-    assert!(scene.warnings[0].message.contains("number of indices"));
+    assert!(scene.warnings[0].message.contains("index counts"));
 }
 
-/// Damages the bytes of the last buffer view that `view` finds and imports; nothing but a scene or one line may come of it.
+/// Corrupts the bytes of the last buffer view that `view` finds, and imports. The result must be a scene or a one-line error.
 fn damage(name: &str, view: impl Fn(&Value) -> Value, rounds: u32) {
     use base64::Engine;
     let engine = base64::engine::general_purpose::STANDARD;
@@ -136,7 +138,7 @@ fn damage(name: &str, view: impl Fn(&Value) -> Value, rounds: u32) {
         let mut bytes = bytes.clone();
         state = state.wrapping_mul(1664525).wrapping_add(1013904223);
         if round % 4 == 0 {
-            // What is cut off is zero.
+            // Truncated bytes read as zero.
             let cut = start + (state >> 8) as usize % length;
             bytes[cut..start + length].fill(0);
         } else {
@@ -151,7 +153,7 @@ fn damage(name: &str, view: impl Fn(&Value) -> Value, rounds: u32) {
             refused += 1;
         }
     }
-    // Most of a lossless stream is numbers, of which any are as good as others.
+    // Most bytes of a lossless stream are numbers, for which any value is valid.
     assert!(refused > rounds / 64, "{name}: {refused}");
     assert!(started.elapsed() < Duration::from_secs(60), "{name}: {:?}", started.elapsed());
 }

@@ -1,4 +1,4 @@
-//! Samplers, mip maps for each use, and what they may take.
+//! Samplers, mip maps of each encoding, and their memory.
 
 use base64::Engine;
 use image::{ExtendedColorType, ImageEncoder};
@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 
 use super::{error_text, import_bytes};
 use crate::error::Result;
-use crate::gltf::{ImageNeed, ImportOptions, import};
+use crate::gltf::{ImageLoading, ImportOptions, import};
 use crate::scene::{Encoding, Filter, MipFilter, Scene, Texels};
 
-/// A PNG of noise with this alpha.
+/// PNG of noise with constant alpha.
 fn png(side: u32, alpha: u8, seed: u32) -> String {
     let noise = |index: u32| (index ^ seed).wrapping_mul(2_654_435_761).to_le_bytes();
     let texels: Vec<u8> = (0..side * side)
@@ -48,7 +48,7 @@ fn every_filter_of_a_file_is_kept() {
         let scene = import_json(&document).unwrap();
         let sampler = scene.textures[0].sampler;
         assert_eq!((sampler.minify, sampler.mip), expected, "{minify:?}");
-        // Mip maps are made only where they are looked up.
+        // Only filters that use mip maps cause them to be computed.
         let levels = scene.mips[0].levels(Encoding::Srgb).len();
         assert_eq!(levels, if sampler.mip == MipFilter::None { 0 } else { 2 });
         if minify.is_none() {
@@ -71,7 +71,7 @@ fn each_image_has_mip_maps_for_each_use() {
         ]
     });
     let scene = import_json(&document).unwrap();
-    // Images stand in the order in which materials name them.
+    // Images are in the order in which materials refer to them.
     let opaque = scene
         .images
         .iter()
@@ -81,14 +81,14 @@ fn each_image_has_mip_maps_for_each_use() {
     let has = |image, encoding| !levels(image, encoding).is_empty();
     assert!(has(0, Encoding::Srgb) && has(0, Encoding::Linear) && !has(0, Encoding::Normal));
     assert!(has(1, Encoding::Srgb) && has(1, Encoding::Normal) && !has(1, Encoding::Linear));
-    // What is opaque everywhere needs no levels of its own for coverage.
+    // An opaque image needs no separate mip maps for coverage.
     assert!(std::ptr::eq(levels(0, Encoding::Srgb), levels(0, Encoding::CoveredSrgb)));
     assert!(!std::ptr::eq(levels(1, Encoding::Srgb), levels(1, Encoding::CoveredSrgb)));
 }
 
 #[test]
 fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
-    // 4096 texels a side, sixty-four times smaller in both directions.
+    // 4096 texels per side, scaled down by 64 in both directions.
     let images: Vec<Value> =
         (0..20).map(|index| json!({"name": format!("wall {index}"), "uri": png(64, 255, index)})).collect();
     let textures: Vec<Value> = (0..20).map(|source| json!({"source": source})).collect();
@@ -103,7 +103,7 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
     let with_limit =
         |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes, ..ImportOptions::default() });
 
-    // Least: the file as text, as JSON and as decoded images files, all texels, and a third more for mip maps.
+    // Lower bound: the file as text, as JSON and as encoded images, all texels, and a third more for mip maps.
     let texels = 20 * 64 * 64 * 4_u64;
     let (mut refused, mut enough) = (texels, 1 << 30);
     while enough - refused > 1 {
@@ -112,7 +112,7 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
     }
     let least = texels * 4 / 3 + text.len() as u64;
     assert!((least..least * 4).contains(&enough), "{enough} for {least}");
-    // 64² · 4 bytes and 1365 texels of mip maps each, and four floats a texel of one image's meanwhile.
+    // 64² · 4 bytes and 1365 texels of mip maps each, and temporarily four floats per texel of one image.
     let total = "20 images need 458.7 kB with mip maps";
     let largest = "the largest is /images/0 \"wall 0\" with 21.8 kB (64x64 texels)";
     for limit in [enough - 1, enough - texels / 2] {
@@ -121,9 +121,9 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
             assert!(told.contains(word), "{told}");
         }
     }
-    // Headers alone are not counted.
+    // Headers only: nothing is counted.
     let headers =
-        import(&path, &ImportOptions { max_memory_bytes: enough - texels, images: ImageNeed::Headers })
+        import(&path, &ImportOptions { max_memory_bytes: enough - texels, images: ImageLoading::Headers })
             .unwrap();
     assert_eq!((headers.images.len(), headers.images[7].width), (20, 64));
     assert_eq!(headers.content_hash, with_limit(enough).unwrap().content_hash);

@@ -1,11 +1,11 @@
-//! What lies on a surface or shapes its highlight.
+//! Material extensions that add coats or change highlights: clear coat, sheen, iridescence, anisotropy.
 //!
 //! Source: the texts of `KHR_materials_clearcoat`, `KHR_materials_sheen`, `KHR_materials_iridescence` and
-//! `KHR_materials_anisotropy`. A layer whose factor is zero is none.
+//! `KHR_materials_anisotropy`. An extension whose factor is zero has no effect and is dropped, unless it can be animated.
 
 use glam::Vec3;
 
-use super::normal_texture;
+use super::texture_info::normal_texture;
 use crate::error::Result;
 use crate::gltf::context::Context;
 use crate::gltf::extensions::{ANISOTROPY, CLEAR_COAT, IRIDESCENCE, SHEEN};
@@ -13,7 +13,7 @@ use crate::gltf::raw::{ANY, NOT_NEGATIVE, Raw, UNIT};
 use crate::gltf::texture::TextureTable;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, Sheen};
 
-/// Applies the extensions of this file.
+/// Applies the extensions of this module to `material`.
 pub(super) fn apply(
     context: &mut Context,
     material: &mut Material,

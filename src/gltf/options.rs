@@ -1,0 +1,30 @@
+//! Import options.
+
+/// Options of an import.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImportOptions {
+    /// Memory limit of the imported scene, posed triangles included, bytes. A scene that needs more is refused before
+    /// the memory is allocated.
+    pub max_memory_bytes: u64,
+    /// How far the images of textures are loaded.
+    pub images: ImageLoading,
+}
+
+/// How far the images of textures are loaded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ImageLoading {
+    /// Decode the images.
+    #[default]
+    Texels,
+    /// Read headers only, and check that decoding would stay within the memory limit.
+    Budget,
+    /// Read headers only. Sizes are known, texels are not.
+    Headers,
+}
+
+impl Default for ImportOptions {
+    /// Limit of four gibibytes; images are decoded.
+    fn default() -> Self {
+        Self { max_memory_bytes: 4 << 30, images: ImageLoading::Texels }
+    }
+}

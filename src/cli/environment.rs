@@ -7,8 +7,10 @@ use glam::Vec3;
 use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning, over_limit};
-use crate::image_file::read_environment;
-use crate::scene::{ComposedEnvironment, Environment, EnvironmentMap, ImageLightIndex, Scene, Selection};
+use crate::image_file::{EnvironmentPixels, read_environment};
+use crate::scene::{
+    ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, ImageLightIndex, Scene, Selection,
+};
 
 use super::options::EnvironmentSource;
 
@@ -62,9 +64,10 @@ pub(super) fn load(
         selection.image_light.and_then(|index| Some((index, scene.image_lights.get(index.index())?)));
     let mut loaded = match (&wishes.light, image_light) {
         (Some(source), _) => of_source(source, "--env", max_memory_bytes)?,
-        (None, Some((index, light))) => {
-            of_image_light(index, Environment::of_image_light(light, selection.moves_image_light(scene)))
-        }
+        (None, Some((index, light))) => of_image_light(
+            index,
+            Environment::of_image_light(light, index, selection.moves_image_light(scene)),
+        ),
         (None, None) if has_lights(scene, selection) => {
             of_source(&EnvironmentSource::None, "--env", max_memory_bytes)?
         }
@@ -132,18 +135,19 @@ fn of_source(source: &EnvironmentSource, option: &str, max_memory_bytes: u64) ->
 
 fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
     let bytes = read_regular_file(path, max_memory_bytes)?;
-    let digest = Sha256::digest(&bytes);
-    let digest: Vec<String> = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-    let pixels = read_environment(path, &bytes, max_memory_bytes)?;
-    let map = EnvironmentMap::new(path, pixels.width, pixels.height, pixels.pixels, degrees)?;
+    let content_hash = Sha256::digest(&bytes).into();
+    let EnvironmentPixels { width, height, pixels, warnings } =
+        read_environment(path, &bytes, max_memory_bytes)?;
+    let image = EnvironmentImage { width, height, pixels, content_hash };
+    let environment = Environment::Map(EnvironmentMap::new(path, image, degrees)?);
     Ok(LoadedEnvironment {
-        environment: Environment::Map(map),
-        key: format!("map {} turned {:08x}", digest.concat(), degrees.to_bits()),
+        key: environment.content_key(),
+        environment,
         description: match degrees {
             0.0 => format!("environment {}", path.display()),
             _ => format!("environment {} turned by {degrees}°", path.display()),
         },
-        warnings: pixels.warnings,
+        warnings,
     })
 }
 

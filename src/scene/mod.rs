@@ -29,7 +29,9 @@ pub use animated::{CameraProperty, ImageLightProperty, LightProperty, set_camera
 pub use animated_material::{MaterialProperty, TextureSlot, set_material};
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
-pub use environment::{ComposedEnvironment, Environment, EnvironmentMap, KeyLight, columns_for_cube};
+pub use environment::{
+    ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight, columns_for_cube,
+};
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use light::{Light, LightKind};
 pub use material::{

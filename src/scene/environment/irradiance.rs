@@ -1,30 +1,30 @@
-//! Cosine-weighted light from an equirectangular picture, for every normal.
+//! Irradiance map of an equirectangular image.
 //!
-//! The picture is integrated directly rather than through spherical harmonics, which ring around a sun. On an equirectangular grid
-//! the kernel depends only on the two rows and the difference of the columns, so it is made once a pair of rows.
+//! The image is integrated directly. Spherical harmonics would ring around a sun. On an equirectangular grid the cosine kernel
+//! depends only on the two rows and the difference of the columns, so it is computed once for each pair of rows.
 
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::picture::Picture;
+use super::equirect::EquirectImage;
 
-/// Columns of the result; it has half as many rows. A cosine lobe is wide, so this is plenty.
+/// Columns of the result, which has half as many rows. A cosine lobe is wide, so this suffices.
 const WIDTH: usize = 64;
 const HEIGHT: usize = WIDTH / 2;
 
-/// E(n) = ∫ L(ω) max(n·ω, 0) dω for normals on a 64x32 grid. The width of `source` must be a multiple of 64.
+/// Irradiance E(n) = ∫ L(ω) max(n·ω, 0) dω for normals on a 64x32 grid. The width of `source` must be a multiple of 64.
 ///
 /// The sum of the kernel is scaled to π for each normal, so that uniform light is exact.
-pub(super) fn irradiance_picture(source: &Picture) -> Picture {
+pub(super) fn irradiance_image(source: &EquirectImage) -> EquirectImage {
     let rows: Vec<Vec<[f32; 3]>> = (0..HEIGHT)
         .into_par_iter()
         .map(|row| irradiance_row(source, (row as f64 + 0.5) / HEIGHT as f64 * PI))
         .collect();
-    Picture { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
+    EquirectImage { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
 }
 
-fn irradiance_row(source: &Picture, normal_polar: f64) -> Vec<[f32; 3]> {
+fn irradiance_row(source: &EquirectImage, normal_polar: f64) -> Vec<[f32; 3]> {
     let mut sums = vec![[0.0_f64; 3]; WIDTH];
     let mut kernel_sum = 0.0;
     for (row, pixels) in source.pixels.chunks_exact(source.width).enumerate() {
@@ -39,8 +39,8 @@ fn irradiance_row(source: &Picture, normal_polar: f64) -> Vec<[f32; 3]> {
     sums.iter().map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32)).collect()
 }
 
-/// Weights of a source row's texels; the first is the texel whose left edge is at or before the normal's azimuth.
-fn row_kernel(source: &Picture, row: usize, normal_polar: f64) -> Vec<f32> {
+/// Weights of the texels of a source row, from the texel whose left edge is at or before the normal's azimuth.
+fn row_kernel(source: &EquirectImage, row: usize, normal_polar: f64) -> Vec<f32> {
     let height = source.height as f64;
     let band = libm::cos(row as f64 / height * PI) - libm::cos((row as f64 + 1.0) / height * PI);
     let polar = (row as f64 + 0.5) / height * PI;
@@ -56,7 +56,7 @@ fn row_kernel(source: &Picture, row: usize, normal_polar: f64) -> Vec<f32> {
         .collect()
 }
 
-/// From the centre of a result column to the centre of the source texel that holds it, in source texels.
+/// Distance from the centre of a result column to the centre of the source texel that contains it, in source texels.
 fn first_texel_offset(source_width: usize) -> f64 {
     let centre = source_width as f64 / WIDTH as f64 * 0.5;
     centre.floor() + 0.5 - centre
@@ -83,13 +83,13 @@ fn add_row(sums: &mut [[f64; 3]], pixels: &[[f32; 3]], kernel: &[f32]) {
 mod tests {
     use glam::Vec3;
 
-    use super::super::picture::{direction_from_uv, uv_from_direction};
+    use super::super::equirect::{direction_from_uv, uv_from_direction};
     use super::*;
 
     #[test]
     fn uniform_light_gives_pi() {
         for width in [64, 128, 256] {
-            let result = irradiance_picture(&Picture::of(width, |_| Vec3::new(1.0, 2.0, 0.0)));
+            let result = irradiance_image(&EquirectImage::of(width, |_| Vec3::new(1.0, 2.0, 0.0)));
             for pixel in &result.pixels {
                 assert!((pixel[0] - std::f32::consts::PI).abs() < 1e-4);
                 assert!((pixel[1] - 2.0 * std::f32::consts::PI).abs() < 2e-4);
@@ -101,7 +101,7 @@ mod tests {
     #[test]
     fn low_harmonics_have_their_known_factors() {
         // A cosine lobe scales linear functions by 2π/3 and x² − 1/3 by π/4 (Ramamoorthi and Hanrahan 2001, equation 8).
-        let result = irradiance_picture(&Picture::of(256, |d| {
+        let result = irradiance_image(&EquirectImage::of(256, |d| {
             Vec3::new(1.0 + 0.5 * d.x, 1.0 - 0.8 * d.z, 1.0 + d.y * d.y - 1.0 / 3.0)
         }));
         for index in 0..200 {
@@ -121,14 +121,14 @@ mod tests {
     #[test]
     fn a_small_sun_gives_its_cosine() {
         // A texel of radiance L and solid angle Ω far away gives L Ω cos θ, and nothing below the horizon.
-        let mut picture = Picture::of(256, |_| Vec3::ZERO);
+        let mut image = EquirectImage::of(256, |_| Vec3::ZERO);
         let (column, row) = (77, 40);
-        let sun = direction_from_uv(picture.texel_uv(column, row));
-        picture.pixels[row * 256 + column] = [1e4; 3];
+        let sun = direction_from_uv(image.texel_uv(column, row));
+        image.pixels[row * 256 + column] = [1e4; 3];
         let edge = |row: usize| libm::cos(row as f64 / 128.0 * PI) as f32;
         let band = edge(row) - edge(row + 1);
         let power = 1e4 * band * 2.0 * std::f32::consts::PI / 256.0;
-        let result = irradiance_picture(&picture);
+        let result = irradiance_image(&image);
         for row in 0..HEIGHT {
             for column in 0..WIDTH {
                 let n = direction_from_uv(result.texel_uv(column, row));

@@ -1,60 +1,71 @@
-//! An equirectangular picture as surroundings: checked, and prepared for diffuse and rough lookups.
+//! Environment map: a checked equirectangular image with its irradiance and its prefiltered copies.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
-use super::filtered::FilteredPicture;
-use super::irradiance::irradiance_picture;
-use super::picture::{Picture, uv_from_direction};
-use super::prefilter::{Pyramid, STEPS, prefiltered_pictures};
+use super::equirect::{EquirectImage, uv_from_direction};
+use super::filtered_image::FilteredImage;
+use super::irradiance::irradiance_image;
+use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use crate::error::{Error, Result};
+use crate::scene::ImageLightIndex;
 
-/// Most pixels of an environment picture: 16384x8192.
+/// Limit of the pixels of an environment image: 16384x8192.
 const MAX_PIXELS: u64 = 1 << 27;
 
-/// Highest radiance of a channel, far above any light and far below what sums could not hold.
+/// Limit of a channel's radiance: far above any light, far below the overflow of sums.
 const MAX_RADIANCE: f32 = 1e30;
 
-/// An equirectangular picture of the surroundings.
+/// Decoded pixels of an equirectangular environment image.
+#[derive(Clone, Debug)]
+pub struct EnvironmentImage {
+    /// Pixels a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Linear Rec.709 radiance, row-major from the top.
+    pub pixels: Vec<[f32; 3]>,
+    /// SHA-256 of the file that the pixels came from, or any other hash of them.
+    pub content_hash: [u8; 32],
+}
+
+/// An equirectangular environment image, prepared for lookups.
 ///
-/// The top row is +Y. With rotation 0 the centre is −Z, where a glTF camera looks, and +X lies to the right of it. Copies share
+/// The top row is +Y. With rotation 0 the centre is −Z, where a glTF camera looks, and +X lies to the right of it. Clones share
 /// their pixels.
 #[derive(Clone, Debug)]
 pub struct EnvironmentMap {
     tables: Arc<Tables>,
     cos_rotation: f32,
     sin_rotation: f32,
-    /// Of an image-based light that clips move: how it is turned.
-    moved: Option<Quat>,
+    /// Rotation of an image-based light that clips animate; `None` for any other map.
+    animated_rotation: Option<Quat>,
 }
 
 #[derive(Debug)]
 struct Tables {
-    filtered: FilteredPicture,
-    irradiance: Picture,
-    /// Under lobes of roughness 1/8, 2/8, … 1.
-    prefiltered: Vec<Picture>,
+    filtered: FilteredImage,
+    irradiance: EquirectImage,
+    /// Means under GGX lobes of roughness 1/8, 2/8, … 1.
+    prefiltered: Vec<EquirectImage>,
     is_lit: bool,
+    /// See [`super::Environment::content_key`].
+    content_key: String,
 }
 
 impl EnvironmentMap {
-    /// Checks a picture and prepares its lookups, on the current rayon pool; the result does not depend on the pool's size.
+    /// Checks `image` and prepares its lookups on the current rayon pool. The result does not depend on the number of threads.
     ///
-    /// `pixels` are linear Rec.709 radiance, row-major from the top. `rotation_degrees` turns the surroundings about +Y,
-    /// counter-clockwise seen from above. `path` is for messages.
+    /// `rotation_degrees` rotates the environment about +Y, counter-clockwise seen from above. Negative values become 0.
+    /// `path` appears in messages only.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for an empty picture, a wrong number of pixels, or a value that is not finite or absurdly large;
-    /// [`Error::Refused`] for more than 2^27 pixels; [`Error::Usage`] for a rotation that is not finite. Negative values become 0.
-    pub fn new(
-        path: &Path,
-        width: u32,
-        height: u32,
-        mut pixels: Vec<[f32; 3]>,
-        rotation_degrees: f32,
-    ) -> Result<Self> {
+    /// [`Error::Invalid`] for an empty image, a wrong number of pixels, or a value that is not finite or above 1e30;
+    /// [`Error::Refused`] for more than 2^27 pixels; [`Error::Usage`] for a rotation that is not finite.
+    pub fn new(path: &Path, image: EnvironmentImage, rotation_degrees: f32) -> Result<Self> {
+        let EnvironmentImage { width, height, mut pixels, content_hash } = image;
         check_size(path, (width, height), pixels.len())?;
         if !rotation_degrees.is_finite() {
             return Err(Error::usage(format!(
@@ -63,41 +74,54 @@ impl EnvironmentMap {
             )));
         }
         check_values(path, width, &mut pixels)?;
-        let picture = Picture { width: width as usize, height: height as usize, pixels };
-        let pyramid = Pyramid::new(&picture);
+        let image = EquirectImage { width: width as usize, height: height as usize, pixels };
+        let pyramid = Pyramid::new(&image);
         let tables = Tables {
-            irradiance: irradiance_picture(pyramid.at_most(256)),
-            prefiltered: prefiltered_pictures(&pyramid),
-            is_lit: picture.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
-            filtered: FilteredPicture::new(picture),
+            irradiance: irradiance_image(pyramid.at_most(256)),
+            prefiltered: prefiltered_images(&pyramid),
+            is_lit: image.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
+            filtered: FilteredImage::new(image),
+            content_key: format!("map {} turned {:08x}", hex(&content_hash), rotation_degrees.to_bits()),
         };
-        // Whole turns are taken off in degrees, where that is exact.
+        // Whole revolutions are removed in degrees, where that is exact.
         let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
-        Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation, moved: None })
+        Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation, animated_rotation: None })
     }
 
-    /// Lookups that someone else prepared: the picture, its irradiance, and the picture under lobes of roughness 1/8, 2/8, … 1.
-    pub(super) fn from_pictures(picture: Picture, irradiance: Picture, prefiltered: Vec<Picture>) -> Self {
-        let is_lit = [&picture, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
-        let filtered = FilteredPicture::new(picture);
-        let tables = Tables { filtered, irradiance, prefiltered, is_lit };
-        Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0, moved: None }
+    /// A map of the image-based light `index` from prepared images: radiance, irradiance, and means under lobes of roughness
+    /// 1/8, 2/8, … 1.
+    pub(super) fn from_images(
+        index: ImageLightIndex,
+        image: EquirectImage,
+        irradiance: EquirectImage,
+        prefiltered: Vec<EquirectImage>,
+    ) -> Self {
+        let is_lit = [&image, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
+        let filtered = FilteredImage::new(image);
+        let content_key = format!("image light {}", index.0);
+        let tables = Tables { filtered, irradiance, prefiltered, is_lit, content_key };
+        Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0, animated_rotation: None }
     }
 
-    /// The same, turned by `rotation` and by what it is turned to later.
-    pub(super) fn moved(&self, rotation: Quat) -> Self {
-        Self { moved: Some(rotation), ..self.clone() }
+    /// The map with the animated rotation set to `rotation`.
+    pub(super) fn rotated(&self, rotation: Quat) -> Self {
+        Self { animated_rotation: Some(rotation), ..self.clone() }
     }
 
-    /// Whether clips turn it.
-    pub(super) fn is_moved(&self) -> bool {
-        self.moved.is_some()
+    /// Whether clips animate the rotation.
+    pub(super) fn is_animated(&self) -> bool {
+        self.animated_rotation.is_some()
     }
 
-    /// Columns and rows of the picture.
+    /// See [`super::Environment::content_key`].
+    pub(super) fn content_key(&self) -> &str {
+        &self.tables.content_key
+    }
+
+    /// Columns and rows of the image.
     pub fn size(&self) -> (u32, u32) {
-        let picture = self.tables.filtered.picture();
-        (picture.width as u32, picture.height as u32)
+        let image = self.tables.filtered.image();
+        (image.width as u32, image.height as u32)
     }
 
     pub(super) fn is_lit(&self) -> bool {
@@ -105,36 +129,36 @@ impl EnvironmentMap {
     }
 
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
-        let uv = uv_from_direction(self.picture_from_world(direction));
-        self.tables.filtered.picture().bilinear(uv)
+        let uv = uv_from_direction(self.map_from_world(direction));
+        self.tables.filtered.image().bilinear(uv)
     }
 
-    pub(super) fn radiance_over(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
-        let turns = turns.map(|turn| self.picture_from_world(turn));
-        self.tables.filtered.radiance(self.picture_from_world(direction), turns)
+    pub(super) fn radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        let differentials = differentials.map(|differential| self.map_from_world(differential));
+        self.tables.filtered.radiance(self.map_from_world(direction), differentials)
     }
 
     pub(super) fn irradiance(&self, normal: Vec3) -> Vec3 {
-        let uv = uv_from_direction(self.picture_from_world(normal));
+        let uv = uv_from_direction(self.map_from_world(normal));
         self.tables.irradiance.bilinear(uv)
     }
 
     pub(super) fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
-        let uv = uv_from_direction(self.picture_from_world(direction));
-        let place = roughness.clamp(0.0, 1.0) * STEPS as f32;
-        let below = (place as usize).min(STEPS - 1);
-        let share = place - below as f32;
+        let uv = uv_from_direction(self.map_from_world(direction));
+        let step = roughness.clamp(0.0, 1.0) * STEPS as f32;
+        let below = (step as usize).min(STEPS - 1);
+        let share = step - below as f32;
         let sharper = match below {
-            0 => self.tables.filtered.picture(),
+            0 => self.tables.filtered.image(),
             _ => &self.tables.prefiltered[below - 1],
         };
         let rougher = &self.tables.prefiltered[below];
         sharper.bilinear(uv) * (1.0 - share) + rougher.bilinear(uv) * share
     }
 
-    /// Turns a world direction back.
-    fn picture_from_world(&self, direction: Vec3) -> Vec3 {
-        let direction = self.moved.map_or(direction, |rotation| rotation.inverse() * direction);
+    /// Rotates a world direction into the map.
+    fn map_from_world(&self, direction: Vec3) -> Vec3 {
+        let direction = self.animated_rotation.map_or(direction, |rotation| rotation.inverse() * direction);
         let Vec3 { x, y, z } = direction;
         Vec3::new(
             self.cos_rotation * x - self.sin_rotation * z,
@@ -144,17 +168,22 @@ impl EnvironmentMap {
     }
 }
 
+/// Lower-case hexadecimal digits.
+fn hex(hash: &[u8; 32]) -> String {
+    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result<()> {
     let expected = u64::from(width) * u64::from(height);
     if expected == 0 {
-        return Err(Error::invalid(path, "", "the environment picture is empty"));
+        return Err(Error::invalid(path, "", "the environment image is empty"));
     }
     if expected > MAX_PIXELS {
         return Err(Error::refused(
             path,
             "",
             format!(
-                "the environment picture has {width}x{height} pixels, more than the limit of {MAX_PIXELS}; make it smaller"
+                "the environment image has {width}x{height} pixels, more than the limit of {MAX_PIXELS}; make it smaller"
             ),
         ));
     }
@@ -162,7 +191,7 @@ fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result
         return Err(Error::invalid(
             path,
             "",
-            format!("the environment picture should have {width}x{height} pixels but has {pixels}"),
+            format!("the environment image should have {width}x{height} pixels but has {pixels}"),
         ));
     }
     Ok(())
@@ -176,12 +205,12 @@ fn check_values(path: &Path, width: u32, pixels: &mut [[f32; 3]]) -> Result<()> 
                 path,
                 "",
                 format!(
-                    "pixel ({column}, {row}) of the environment picture is {pixel:?}; values must be finite and at most \
-                     {MAX_RADIANCE:e}, so clean the picture first"
+                    "pixel ({column}, {row}) of the environment image is {pixel:?}; values must be finite and at most \
+                     {MAX_RADIANCE:e}"
                 ),
             ));
         }
-        // Also turns −0 into 0.
+        // −0 becomes 0 as well.
         *pixel = pixel.map(|value| if value > 0.0 { value } else { 0.0 });
     }
     Ok(())
@@ -192,7 +221,8 @@ mod tests {
     use super::*;
 
     fn map(width: u32, height: u32, pixels: Vec<[f32; 3]>, rotation: f32) -> Result<EnvironmentMap> {
-        EnvironmentMap::new(Path::new("sky.hdr"), width, height, pixels, rotation)
+        let image = EnvironmentImage { width, height, pixels, content_hash: [0; 32] };
+        EnvironmentMap::new(Path::new("sky.hdr"), image, rotation)
     }
 
     /// Red in the middle half (around −Z), green elsewhere.
@@ -208,18 +238,18 @@ mod tests {
         let straight = two_halves(0.0);
         assert_eq!(straight.radiance(Vec3::NEG_Z), Vec3::X);
         assert_eq!(straight.radiance(Vec3::Z), Vec3::Y);
-        // From above, a quarter turn takes −Z (up on the page) to −X (left).
-        let turned = two_halves(450.0);
-        assert_eq!(turned.radiance(Vec3::NEG_X), Vec3::X);
-        assert_eq!(turned.radiance(Vec3::X), Vec3::Y);
-        assert!((turned.irradiance(Vec3::NEG_X) - straight.irradiance(Vec3::NEG_Z)).length() < 1e-5);
+        // Seen from above, 90° counter-clockwise takes −Z (up on the page) to −X (left).
+        let rotated = two_halves(450.0);
+        assert_eq!(rotated.radiance(Vec3::NEG_X), Vec3::X);
+        assert_eq!(rotated.radiance(Vec3::X), Vec3::Y);
+        assert!((rotated.irradiance(Vec3::NEG_X) - straight.irradiance(Vec3::NEG_Z)).length() < 1e-5);
         let rough = two_halves(-90.0).prefiltered(Vec3::X, 0.5);
         assert!(rough.x > 0.85 && rough.x + rough.y < 1.0001, "{rough}");
     }
 
     #[test]
-    fn half_a_world_of_light_gives_half() {
-        // The horizontal normal towards a lit half-space sees π, away from it 0, up sees half.
+    fn a_lit_hemisphere_gives_its_share_of_irradiance() {
+        // A horizontal normal towards the lit hemisphere receives π, one away from it 0, one upwards half.
         let map = two_halves(0.0);
         let pi = std::f32::consts::PI;
         assert!((map.irradiance(Vec3::NEG_Z).x - pi).abs() < 0.02);
@@ -228,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn roughness_moves_smoothly_from_the_picture_to_the_mean() {
+    fn roughness_moves_smoothly_from_the_image_to_the_mean() {
         let map = two_halves(0.0);
         let direction = Vec3::new(0.97, 0.1, -0.2).normalize();
         assert_eq!(map.prefiltered(direction, 0.0), map.radiance(direction));
@@ -255,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_pictures_are_refused_and_negative_light_is_none() {
+    fn bad_images_are_refused_and_negative_values_become_zero() {
         assert!(matches!(map(0, 4, vec![], 0.0), Err(Error::Invalid { .. })));
         assert!(matches!(map(2, 2, vec![[0.0; 3]; 3], 0.0), Err(Error::Invalid { .. })));
         assert!(matches!(map(1 << 20, 1 << 20, vec![], 0.0), Err(Error::Refused { .. })));

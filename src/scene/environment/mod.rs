@@ -1,13 +1,14 @@
-//! Light that comes from all around, and how surfaces look it up: by a ray, by a normal, by a rough lobe.
+//! Environment light and its lookups: radiance along a ray, irradiance for a normal, prefiltered radiance for a rough lobe.
 //!
-//! Directions are unit vectors in world space, pointing away from the surface. Reading picture files is not done here; see
-//! [`EnvironmentMap::new`].
+//! Directions are unit vectors in world space and point away from the surface. This module reads no image files;
+//! [`EnvironmentMap::new`] takes decoded pixels.
 
-mod cube;
-mod filtered;
+mod cube_map;
+mod equirect;
+mod filtered_image;
 mod irradiance;
+mod key_light;
 mod map;
-mod picture;
 mod prefilter;
 mod studio;
 
@@ -15,60 +16,84 @@ use std::f32::consts::PI;
 
 use glam::{Quat, Vec3};
 
-use super::{ImageLight, ImageLightPose};
+use super::{ImageLight, ImageLightIndex, ImageLightPose};
 
-pub use cube::columns_for_cube;
-pub use map::EnvironmentMap;
+pub use cube_map::columns_for_cube;
+pub use key_light::KeyLight;
+pub use map::{EnvironmentImage, EnvironmentMap};
 
-/// What surrounds the scene.
+/// Light from outside the scene.
 #[derive(Clone, Debug, Default)]
 pub enum Environment {
-    /// Nothing.
+    /// No light.
     #[default]
     None,
-    /// The same radiance from everywhere.
+    /// The same radiance from every direction.
     Constant(Vec3),
-    /// A soft gradient with one key light, for scenes without any light.
+    /// A soft gradient with one key light. Lights scenes that have no light of their own.
     Studio,
-    /// An equirectangular picture.
+    /// An equirectangular image, or a cube map that was converted to one.
     Map(EnvironmentMap),
-    /// Light of another strength, or something else behind the scene than what lights it.
+    /// An environment with an intensity factor and, optionally, a separate background.
     Composed(Box<ComposedEnvironment>),
 }
 
-/// Light and background apart.
+/// A light, its intensity, and the background that camera rays see.
 #[derive(Clone, Debug)]
 pub struct ComposedEnvironment {
-    /// What lights the scene and is seen in mirrors and through glass.
+    /// Lights the scene. Reflected and transmitted rays see it.
     pub light: Environment,
-    /// Multiplies `light`, its key light too.
+    /// Factor on `light` and on its key light.
     pub intensity: f32,
-    /// What camera rays see that leave the scene; `None` is the light.
+    /// Seen by camera rays that leave the scene; `None` shows the light.
     pub background: Option<Environment>,
 }
 
-/// A directional light that belongs to an environment and casts shadows; lookups of the environment do not contain it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct KeyLight {
-    /// Unit vector towards the light.
-    pub direction_to_light: Vec3,
-    /// What falls on a surface that faces the light.
-    pub irradiance: Vec3,
-}
-
 impl Environment {
-    /// The surroundings that `light` describes; with `moves` at no turn and an intensity of one, for [`Environment::posed`].
-    pub fn of_image_light(light: &ImageLight, moves: bool) -> Self {
-        if !moves {
-            return Self::Map(EnvironmentMap::of_image_light(light, light.pose()));
+    /// The environment of the scene's image-based light `index`.
+    ///
+    /// With `is_animated` the map is built without rotation and with an intensity of one, for [`Environment::posed`].
+    pub fn of_image_light(light: &ImageLight, index: ImageLightIndex, is_animated: bool) -> Self {
+        if !is_animated {
+            return Self::Map(EnvironmentMap::of_image_light(light, index, light.pose()));
         }
-        Self::Map(EnvironmentMap::of_image_light(light, ImageLightPose::PLAIN).moved(Quat::IDENTITY))
+        let map = EnvironmentMap::of_image_light(light, index, ImageLightPose::IDENTITY);
+        Self::Map(map.rotated(Quat::IDENTITY))
     }
 
-    /// The environment while the image-based light in it is at `pose`; `None` where it has none that moves.
+    /// Text that differs whenever the light differs. It is part of the render hash of a frame.
+    ///
+    /// Image files enter by their SHA-256 and rotation, floats by their bits. An image-based light enters by its index,
+    /// because the content hash of the scene covers its pixels.
+    pub fn content_key(&self) -> String {
+        match self {
+            Self::None => "none".to_owned(),
+            Self::Constant(radiance) => {
+                let [r, g, b] = radiance.to_array().map(f32::to_bits);
+                format!("constant {r:08x} {g:08x} {b:08x}")
+            }
+            Self::Studio => "studio".to_owned(),
+            Self::Map(map) => map.content_key().to_owned(),
+            Self::Composed(composed) => {
+                let ComposedEnvironment { light, intensity, background } = &**composed;
+                let mut key = light.content_key();
+                if *intensity != 1.0 {
+                    key = format!("{key} times {:08x}", intensity.to_bits());
+                }
+                if let Some(background) = background {
+                    key = format!("{key} before {}", background.content_key());
+                }
+                key
+            }
+        }
+    }
+
+    /// The environment with its animated image-based light at `pose`; `None` for an environment without one.
     pub fn posed(&self, pose: &ImageLightPose) -> Option<Self> {
         let (light, intensity, background) = match self {
-            Self::Map(map) if map.is_moved() => (Self::Map(map.moved(pose.rotation)), pose.intensity, None),
+            Self::Map(map) if map.is_animated() => {
+                (Self::Map(map.rotated(pose.rotation)), pose.intensity, None)
+            }
             Self::Composed(composed) => {
                 (composed.light.posed(pose)?, composed.intensity, composed.background.clone())
             }
@@ -77,7 +102,7 @@ impl Environment {
         Some(Self::Composed(Box::new(ComposedEnvironment { light, intensity, background })))
     }
 
-    /// Radiance that a ray leaving the scene along `direction` sees.
+    /// Radiance along a ray that leaves the scene in `direction`.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,
@@ -88,28 +113,30 @@ impl Environment {
         }
     }
 
-    /// Mean of [`Environment::radiance`] around `direction`, over the parallelogram that `turns` span: what a ray sees that
-    /// stands for its neighbourhood. What is smooth is looked up in the middle.
-    pub fn radiance_over(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
+    /// Mean of [`Environment::radiance`] over the parallelogram around `direction` that the two ray `differentials` span.
+    /// A smooth environment is looked up at its centre only.
+    pub fn radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         match self {
-            Self::Map(map) => map.radiance_over(direction, turns),
-            Self::Composed(composed) => composed.light.radiance_over(direction, turns) * composed.intensity,
+            Self::Map(map) => map.radiance_over(direction, differentials),
+            Self::Composed(composed) => {
+                composed.light.radiance_over(direction, differentials) * composed.intensity
+            }
             Self::None | Self::Constant(_) | Self::Studio => self.radiance(direction),
         }
     }
 
-    /// The same for camera rays, which see the background.
-    pub fn background_over(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
+    /// [`Environment::radiance_over`] for camera rays, which see the background.
+    pub fn background_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         match self {
             Self::Composed(composed) => match &composed.background {
-                Some(background) => background.radiance_over(direction, turns),
-                None => self.radiance_over(direction, turns),
+                Some(background) => background.radiance_over(direction, differentials),
+                None => self.radiance_over(direction, differentials),
             },
-            _ => self.radiance_over(direction, turns),
+            _ => self.radiance_over(direction, differentials),
         }
     }
 
-    /// E(n) = ∫ L cos θ dω over the half-space of `normal`; a diffuse surface of albedo a sends out E a / π.
+    /// Irradiance E(n) = ∫ L cos θ dω over the hemisphere around `normal`. A diffuse surface of albedo a reflects E a / π.
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,
@@ -120,8 +147,9 @@ impl Environment {
         }
     }
 
-    /// Mean radiance under the GGX lobe of `roughness` (α is its square) around the mirror direction, for a view along the
-    /// normal (Karis 2013); multiply by the lobe's directional albedo. Roughness 0 is [`Environment::radiance`].
+    /// Prefiltered radiance: the mean under the GGX lobe of `roughness` (α is its square) around the mirror direction, for a
+    /// view along the normal (Karis 2013). Multiply it by the lobe's directional albedo. Roughness 0 is
+    /// [`Environment::radiance`].
     pub fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,
@@ -132,7 +160,7 @@ impl Environment {
         }
     }
 
-    /// The directional light that goes with it, only for the studio.
+    /// The directional light of the environment; only the studio has one.
     pub fn key_light(&self) -> Option<KeyLight> {
         match self {
             Self::Studio => Some(studio::key_light()),
@@ -144,7 +172,7 @@ impl Environment {
         }
     }
 
-    /// Whether any light comes from it.
+    /// Whether the environment emits any light.
     pub fn is_lit(&self) -> bool {
         match self {
             Self::None => false,
@@ -172,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_dark() {
+    fn an_empty_environment_is_dark() {
         let environment = Environment::default();
         assert_eq!(environment.radiance(Vec3::Y), Vec3::ZERO);
         assert_eq!(environment.irradiance(Vec3::Y), Vec3::ZERO);
@@ -188,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn intensity_scales_all_light_and_the_background_stands_apart() {
+    fn intensity_scales_all_light_but_not_the_background() {
         let composed = |background| {
             let light = Environment::Studio;
             Environment::Composed(Box::new(ComposedEnvironment { light, intensity: 0.5, background }))
@@ -200,19 +228,19 @@ mod tests {
         assert_eq!(half.prefiltered(direction, 0.3) * 2.0, studio.prefiltered(direction, 0.3));
         let key = |environment: &Environment| environment.key_light().unwrap().irradiance;
         assert_eq!(key(&half) * 2.0, key(&studio));
-        let turns = [Vec3::ZERO; 2];
-        assert_eq!(half.background_over(direction, turns), half.radiance(direction));
+        let differentials = [Vec3::ZERO; 2];
+        assert_eq!(half.background_over(direction, differentials), half.radiance(direction));
 
         let green = composed(Some(Environment::Constant(Vec3::Y)));
-        assert_eq!(green.background_over(direction, turns), Vec3::Y);
-        assert_eq!(green.radiance_over(direction, turns), half.radiance(direction));
+        assert_eq!(green.background_over(direction, differentials), Vec3::Y);
+        assert_eq!(green.radiance_over(direction, differentials), half.radiance(direction));
         let dark = ComposedEnvironment { light: studio, intensity: 0.0, background: None };
         assert!(!Environment::Composed(Box::new(dark)).is_lit() && half.is_lit());
     }
 
     #[test]
-    fn a_moved_image_light_is_the_one_that_stands_there() {
-        // Each face a colour of its own.
+    fn a_posed_image_light_equals_one_built_at_that_pose() {
+        // Each face has its own colour.
         let face = |face: u8| vec![[f32::from(face), 1.0, 0.5]];
         let level = CubeLevel { size: 1, faces: [0, 1, 2, 3, 4, 5].map(face) };
         let mut light = ImageLight {
@@ -222,13 +250,15 @@ mod tests {
             irradiance: std::array::from_fn(|i| Vec3::splat(if i == 0 { 3.0 } else { 0.02 * i as f32 })),
             levels: vec![level.clone(), level],
         };
-        let moving = Environment::of_image_light(&light, true);
-        assert!(Environment::of_image_light(&light, false).posed(&light.pose()).is_none());
+        let moving = Environment::of_image_light(&light, ImageLightIndex(3), true);
+        assert!(
+            Environment::of_image_light(&light, ImageLightIndex(3), false).posed(&light.pose()).is_none()
+        );
         // A quarter turn about each axis, and half as strong.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             light.rotation = Quat::from_vec4((axis * 0.5_f32.sqrt()).extend(0.5_f32.sqrt()));
             light.intensity = 0.5;
-            let still = Environment::of_image_light(&light, false);
+            let still = Environment::of_image_light(&light, ImageLightIndex(3), false);
             let composed = ComposedEnvironment { light: moving.clone(), intensity: 1.0, background: None };
             let composed = Environment::Composed(Box::new(composed));
             for moved in [moving.posed(&light.pose()).unwrap(), composed.posed(&light.pose()).unwrap()] {
@@ -245,5 +275,24 @@ mod tests {
         }
         light.intensity = 0.0;
         assert!(!moving.posed(&light.pose()).unwrap().is_lit());
+        assert_eq!(moving.content_key(), "image light 3");
+    }
+
+    #[test]
+    fn keys_name_the_content() {
+        let constant = Environment::Constant(Vec3::new(1.0, 0.5, 0.0));
+        assert_eq!(constant.content_key(), "constant 3f800000 3f000000 00000000");
+        let composed = |intensity, background| {
+            let light = Environment::Studio;
+            Environment::Composed(Box::new(ComposedEnvironment { light, intensity, background }))
+        };
+        assert_eq!(composed(1.0, Some(Environment::None)).content_key(), "studio before none");
+        assert_eq!(composed(0.5, None).content_key(), "studio times 3f000000");
+        let both = composed(0.5, Some(constant));
+        assert_eq!(both.content_key(), "studio times 3f000000 before constant 3f800000 3f000000 00000000");
+        let pixels = vec![[1.0; 3]];
+        let image = EnvironmentImage { width: 1, height: 1, pixels, content_hash: [0xab; 32] };
+        let map = EnvironmentMap::new(std::path::Path::new("sky.hdr"), image, 1.0).unwrap();
+        assert_eq!(Environment::Map(map).content_key(), format!("map {} turned 3f800000", "ab".repeat(32)));
     }
 }

@@ -1,30 +1,30 @@
-//! Means of an equirectangular picture under GGX lobes of growing roughness.
+//! Prefiltered environment maps: means of an equirectangular image under GGX lobes of increasing roughness.
 //!
-//! Source: Karis, "Real Shading in Unreal Engine 4" (SIGGRAPH 2013 course), section "Pre-Filtered Environment Map": the
-//! view is taken to be along the normal, and each sample counts with its cosine. Samples read a smaller copy of the picture when
-//! they stand for more solid angle (Křivánek and Colbert, "Real-time Shading with Filtered Importance Sampling", 2008, section 4),
-//! which removes noise. The sample points are a fixed Hammersley set, the same for every texel.
+//! Source: Karis, "Real Shading in Unreal Engine 4" (SIGGRAPH 2013 course), section "Pre-Filtered Environment Map". The
+//! view is assumed along the normal, and each sample is weighted by its cosine. A sample of more solid angle reads a coarser
+//! pyramid level, which removes noise (Křivánek and Colbert, "Real-time Shading with Filtered Importance Sampling", 2008,
+//! section 4). The sample points are a fixed Hammersley set, the same for every texel.
 
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::picture::{Picture, direction_from_uv, uv_from_direction};
+use super::equirect::{EquirectImage, direction_from_uv, uv_from_direction};
 
-/// Steps of roughness from 0 (the picture itself, not kept here) to 1.
+/// Steps of roughness from 0 (the full image, which is not stored here) to 1.
 pub(super) const STEPS: usize = 8;
 
-/// The picture on grids of 2:1 and powers of two, each half as wide as the one before.
+/// Image pyramid of power-of-two grids with an aspect ratio of 2:1, each half as wide as the one before.
 pub(super) struct Pyramid {
-    levels: Vec<Picture>,
+    levels: Vec<EquirectImage>,
 }
 
 impl Pyramid {
-    /// Starts at 1024 columns, or at the power of two below the picture's width when that is less, but not under 64.
-    pub(super) fn new(picture: &Picture) -> Self {
-        let mut width = (picture.width / 2 + 1).next_power_of_two().clamp(64, 1024);
-        let mut levels = vec![picture.resampled(width, width / 2)];
+    /// Starts at 1024 columns, or at the power of two below the image's width if that is less, but at no fewer than 64.
+    pub(super) fn new(image: &EquirectImage) -> Self {
+        let mut width = (image.width / 2 + 1).next_power_of_two().clamp(64, 1024);
+        let mut levels = vec![image.resampled(width, width / 2)];
         while width > 16 {
             width /= 2;
             let next = levels[levels.len() - 1].resampled(width, width / 2);
@@ -34,12 +34,12 @@ impl Pyramid {
     }
 
     /// The largest level that is at most `width` wide.
-    pub(super) fn at_most(&self, width: usize) -> &Picture {
+    pub(super) fn at_most(&self, width: usize) -> &EquirectImage {
         let last = &self.levels[self.levels.len() - 1];
         self.levels.iter().find(|level| level.width <= width).unwrap_or(last)
     }
 
-    /// Between two levels; 0 is the finest, whole numbers are the levels.
+    /// Interpolates between two levels. Integers are the levels, and 0 is the finest.
     fn trilinear(&self, uv: Vec2, level: f32) -> Vec3 {
         let finer = level as usize;
         let share = level - finer as f32;
@@ -59,15 +59,15 @@ impl Pyramid {
     }
 }
 
-/// One direction of a lobe around +Z, with its share of the mean and the pyramid level that stands for its surroundings.
+/// One direction of a lobe around +Z, with its weight in the mean and the pyramid level that covers its solid angle.
 struct LobeSample {
     direction: Vec3,
     weight: f32,
     level: f32,
 }
 
-/// The picture under lobes of roughness 1/8, 2/8, … 1.
-pub(super) fn prefiltered_pictures(pyramid: &Pyramid) -> Vec<Picture> {
+/// Means of the image under lobes of roughness 1/8, 2/8, … 1.
+pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
     (1..=STEPS)
         .map(|step| {
             // Narrow lobes need more texels and fewer samples for the same quality.
@@ -77,7 +77,7 @@ pub(super) fn prefiltered_pictures(pyramid: &Pyramid) -> Vec<Picture> {
                 _ => (64, 512),
             };
             let roughness = step as f32 / STEPS as f32;
-            lobe_picture(pyramid, width, &lobe_samples(pyramid, roughness * roughness, samples))
+            lobe_image(pyramid, width, &lobe_samples(pyramid, roughness * roughness, samples))
         })
         .collect()
 }
@@ -90,7 +90,7 @@ fn lobe_samples(pyramid: &Pyramid, alpha: f32, count: u32) -> Vec<LobeSample> {
         let tan_squared = alpha * alpha * share / (1.0 - share);
         let cos_half = 1.0 / (1.0 + tan_squared).sqrt();
         let sin_half = cos_half * tan_squared.sqrt();
-        // Mirrored at the half vector, the view along +Z becomes this.
+        // Reflecting the view along +Z at the half vector gives this direction.
         let cosine = 2.0 * cos_half * cos_half - 1.0;
         if cosine <= 0.0 {
             continue;
@@ -102,7 +102,7 @@ fn lobe_samples(pyramid: &Pyramid, alpha: f32, count: u32) -> Vec<LobeSample> {
         samples.push(LobeSample {
             direction: Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine),
             weight: cosine,
-            // Twice the width of the sample's own share overlaps the neighbours smoothly.
+            // Twice the width of the sample's own solid angle overlaps adjacent samples smoothly.
             level: pyramid.level_of(4.0 / (count as f32 * density)),
         });
     }
@@ -118,16 +118,16 @@ fn radical_inverse(index: u32) -> f32 {
     (index.reverse_bits() >> 8) as f32 / (1_u32 << 24) as f32
 }
 
-fn lobe_picture(pyramid: &Pyramid, width: usize, samples: &[LobeSample]) -> Picture {
-    let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
-    picture.pixels = (0..width * width / 2)
+fn lobe_image(pyramid: &Pyramid, width: usize, samples: &[LobeSample]) -> EquirectImage {
+    let mut image = EquirectImage { width, height: width / 2, pixels: Vec::new() };
+    image.pixels = (0..width * width / 2)
         .into_par_iter()
         .map(|index| {
-            let direction = direction_from_uv(picture.texel_uv(index % width, index / width));
+            let direction = direction_from_uv(image.texel_uv(index % width, index / width));
             lobe_mean(pyramid, direction, samples).to_array()
         })
         .collect();
-    picture
+    image
 }
 
 fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample]) -> Vec3 {
@@ -146,15 +146,15 @@ fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample]) -> Vec3
 mod tests {
     use super::*;
 
-    /// The slow twin: every texel of the picture, weighted by D(h) cos θ_l and its solid angle. With the view along the normal
-    /// the density of mirrored directions is D / 4, and cos² θ_h = (1 + cos θ_l) / 2.
-    fn mean_by_quadrature(picture: &Picture, direction: Vec3, alpha: f32) -> Vec3 {
+    /// Reference implementation: every texel of the image, weighted by D(h) cos θ_l and its solid angle. With the view along the
+    /// normal the density of mirrored directions is D / 4, and cos² θ_h = (1 + cos θ_l) / 2.
+    fn mean_by_quadrature(image: &EquirectImage, direction: Vec3, alpha: f32) -> Vec3 {
         let (mut sum, mut total) = (glam::DVec3::ZERO, 0.0_f64);
-        for row in 0..picture.height {
-            let polar = |index: usize| index as f64 / picture.height as f64 * std::f64::consts::PI;
+        for row in 0..image.height {
+            let polar = |index: usize| index as f64 / image.height as f64 * std::f64::consts::PI;
             let band = libm::cos(polar(row)) - libm::cos(polar(row + 1));
-            for column in 0..picture.width {
-                let towards = direction_from_uv(picture.texel_uv(column, row)).as_dvec3();
+            for column in 0..image.width {
+                let towards = direction_from_uv(image.texel_uv(column, row)).as_dvec3();
                 let cosine = towards.dot(direction.as_dvec3());
                 if cosine <= 0.0 {
                     continue;
@@ -163,8 +163,7 @@ mod tests {
                 let a2 = f64::from(alpha * alpha);
                 let slope = cos_half_squared * (a2 - 1.0) + 1.0;
                 let weight = a2 / (slope * slope) * cosine * band;
-                sum +=
-                    glam::Vec3::from_array(picture.pixels[row * picture.width + column]).as_dvec3() * weight;
+                sum += glam::Vec3::from_array(image.pixels[row * image.width + column]).as_dvec3() * weight;
                 total += weight;
             }
         }
@@ -172,10 +171,10 @@ mod tests {
     }
 
     #[test]
-    fn uniform_light_stays_itself() {
-        let pyramid = Pyramid::new(&Picture::of(64, |_| Vec3::new(1.0, 0.5, 0.0)));
-        for picture in prefiltered_pictures(&pyramid) {
-            for pixel in &picture.pixels {
+    fn uniform_light_is_unchanged() {
+        let pyramid = Pyramid::new(&EquirectImage::of(64, |_| Vec3::new(1.0, 0.5, 0.0)));
+        for image in prefiltered_images(&pyramid) {
+            for pixel in &image.pixels {
                 assert!((Vec3::from_array(*pixel) - Vec3::new(1.0, 0.5, 0.0)).abs().max_element() < 1e-5);
             }
         }
@@ -184,18 +183,18 @@ mod tests {
     #[test]
     fn lobes_agree_with_quadrature() {
         let sun = Vec3::new(0.4, 0.7, -0.6).normalize();
-        let source = Picture::of(256, |d| {
+        let source = EquirectImage::of(256, |d| {
             let glow = libm::expf(60.0 * (d.dot(sun) - 1.0)) * 20.0;
             Vec3::new(glow + 0.2, if d.y > 0.0 { 1.0 } else { 0.1 }, 1.0 + d.x)
         });
         let pyramid = Pyramid::new(&source);
-        for (index, picture) in prefiltered_pictures(&pyramid).iter().enumerate() {
+        for (index, image) in prefiltered_images(&pyramid).iter().enumerate() {
             let roughness = (index + 1) as f32 / STEPS as f32;
             for texel in 0..40 {
-                let (column, row) = (texel * 13 % picture.width, (texel * 29 + 3) % picture.height);
-                let direction = direction_from_uv(picture.texel_uv(column, row));
+                let (column, row) = (texel * 13 % image.width, (texel * 29 + 3) % image.height);
+                let direction = direction_from_uv(image.texel_uv(column, row));
                 let expected = mean_by_quadrature(&source, direction, roughness * roughness);
-                let found = Vec3::from_array(picture.pixels[row * picture.width + column]);
+                let found = Vec3::from_array(image.pixels[row * image.width + column]);
                 // Peaks: glow 20, horizon step 1, slope 1. The filter's own width shows most beside the step.
                 let error = (found - expected).abs() / Vec3::new(20.0, 1.0, 1.0);
                 assert!(error.max_element() < 0.03, "{roughness} {direction}: {found} for {expected}");

@@ -1,31 +1,31 @@
-//! The studio: a neutral room for scenes that bring no light of their own.
+//! Studio environment: neutral procedural light for scenes without a light of their own.
 //!
-//! It is a sum of parts, each constant around its own axis: a backdrop that brightens from the floor to the ceiling, a warm
-//! softbox overhead to the left, a cool fill from the right. Cosine and GGX lobes are constant around their own axes too, so the
-//! integrals of a part depend on one angle only and fit in small tables, made once by a fixed quadrature.
-//! The camera that is made for scenes without one looks along −Z, so left is −X and front is +Z.
+//! The radiance is a sum of parts, each rotationally symmetric about an axis: a backdrop that brightens from the floor to the
+//! ceiling, a warm softbox overhead to the left, and a cool fill light from the right. Cosine and GGX lobes are symmetric about
+//! their axes as well, so the integrals of a part depend on one angle only. Small tables hold them, computed once by a fixed
+//! quadrature. The automatic camera looks along −Z, so left is −X and front is +Z.
 
 use std::f32::consts::PI;
 use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use super::KeyLight;
+use super::key_light::KeyLight;
 
-/// Steps of the cosine between axis and direction, from −1 to 1.
+/// Table steps of the cosine between axis and direction, from −1 to 1.
 const COSINE_STEPS: usize = 128;
 
-/// Steps of roughness from 0 to 1.
+/// Table steps of roughness from 0 to 1.
 const ROUGHNESS_STEPS: usize = 8;
 
-/// A part of the room: radiance is `color` times a function of the cosine to `axis`.
+/// One symmetric part: radiance is `color` times a function of the cosine to `axis`.
 struct Part {
     axis: Vec3,
     color: Vec3,
     profile: fn(f32) -> f32,
 }
 
-/// The room's parts. The backdrop goes from 0.12 at the floor over 0.29 at the horizon to 0.5 at the ceiling.
+/// The parts of the studio. The backdrop goes from 0.12 at the floor over 0.29 at the horizon to 0.5 at the ceiling.
 const PARTS: [Part; 3] = [
     Part {
         axis: Vec3::Y,
@@ -48,7 +48,7 @@ const PARTS: [Part; 3] = [
     },
 ];
 
-/// Warm light from the left, above and in front of the subject. Its unit vector is (−0.45, 0.75, 0.6) / |·|.
+/// Warm key light from the left, above and in front of the subject. Its direction is (−0.45, 0.75, 0.6) / |·|.
 pub(super) fn key_light() -> KeyLight {
     KeyLight {
         direction_to_light: Vec3::new(-0.424_264_07, 0.707_106_77, 0.565_685_45),
@@ -73,9 +73,9 @@ pub(super) fn irradiance(normal: Vec3) -> Vec3 {
 }
 
 pub(super) fn prefiltered(direction: Vec3, roughness: f32) -> Vec3 {
-    let place = roughness.clamp(0.0, 1.0) * ROUGHNESS_STEPS as f32;
-    let below = (place as usize).min(ROUGHNESS_STEPS - 1);
-    let share = place - below as f32;
+    let step = roughness.clamp(0.0, 1.0) * ROUGHNESS_STEPS as f32;
+    let below = (step as usize).min(ROUGHNESS_STEPS - 1);
+    let share = step - below as f32;
     let mut sum = Vec3::ZERO;
     for (part, table) in PARTS.iter().zip(tables()) {
         let cosine = part.axis.dot(direction);
@@ -91,7 +91,7 @@ pub(super) fn prefiltered(direction: Vec3, roughness: f32) -> Vec3 {
 
 type Row = [f32; COSINE_STEPS + 1];
 
-/// Integrals of one part's profile by the cosine between its axis and the lobe's.
+/// Integrals of one part's profile, indexed by the cosine between its axis and the lobe's.
 struct PartTables {
     irradiance: Row,
     /// Roughness 1/8, 2/8, … 1.
@@ -112,21 +112,22 @@ fn tables() -> &'static [PartTables; 3] {
 }
 
 fn interpolate(row: &Row, cosine: f32) -> f32 {
-    let place = (cosine.clamp(-1.0, 1.0) + 1.0) * (COSINE_STEPS as f32 * 0.5);
-    let below = (place as usize).min(COSINE_STEPS - 1);
-    let share = place - below as f32;
+    let step = (cosine.clamp(-1.0, 1.0) + 1.0) * (COSINE_STEPS as f32 * 0.5);
+    let below = (step as usize).min(COSINE_STEPS - 1);
+    let share = step - below as f32;
     row[below] * (1.0 - share) + row[below + 1] * share
 }
 
-/// Rings of a lobe around its axis: cosine to the axis, and weight.
+/// Rings of a lobe around its axis, as pairs of the cosine to the axis and the weight.
 type Lobe = [(f32, f32); 64];
 
-/// Midpoints of equal shares of ∫ cos θ dω.
+/// Cosine lobe: midpoints of equal shares of ∫ cos θ dω.
 fn cosine_lobe() -> Lobe {
     std::array::from_fn(|index| ((1.0 - (index as f32 + 0.5) / 64.0).sqrt(), 1.0))
 }
 
-/// Midpoints of equal shares of D cos θ_h, mirrored at the half vector with the view along the axis, weighted by cosine.
+/// GGX lobe: midpoints of equal shares of D cos θ_h, reflected at the half vector with the view along the axis, weighted by
+/// cosine.
 fn ggx_lobe(alpha: f32) -> Lobe {
     std::array::from_fn(|index| {
         let share = (index as f32 + 0.5) / 64.0;
@@ -136,10 +137,10 @@ fn ggx_lobe(alpha: f32) -> Lobe {
     })
 }
 
-/// The lobe's mean of the profile times `scale`, for all angles between the axes.
+/// The lobe's mean of the profile times `scale`, for all cosines between the two axes.
 fn lobe_row(profile: fn(f32) -> f32, lobe: &Lobe, scale: f32) -> Row {
     const AZIMUTHS: usize = 24;
-    let turns: [f32; AZIMUTHS] =
+    let azimuth_cosines: [f32; AZIMUTHS] =
         std::array::from_fn(|index| libm::cosf((index as f32 + 0.5) / AZIMUTHS as f32 * PI));
     let total: f32 = lobe.iter().map(|(_, weight)| weight).sum();
     std::array::from_fn(|index| {
@@ -148,7 +149,8 @@ fn lobe_row(profile: fn(f32) -> f32, lobe: &Lobe, scale: f32) -> Row {
         let mut sum = 0.0;
         for (ring_cosine, weight) in lobe {
             let across = sine * positive(1.0 - ring_cosine * ring_cosine).sqrt();
-            let ring: f32 = turns.iter().map(|turn| profile(cosine * ring_cosine + across * turn)).sum();
+            let ring: f32 =
+                azimuth_cosines.iter().map(|azimuth| profile(cosine * ring_cosine + across * azimuth)).sum();
             sum += ring * weight;
         }
         sum * scale / (total * AZIMUTHS as f32)
@@ -159,7 +161,7 @@ fn positive(value: f32) -> f32 {
     if value > 0.0 { value } else { 0.0 }
 }
 
-/// Hermite's step from 0 at `low` to 1 at `high`.
+/// Hermite smoothstep from 0 at `low` to 1 at `high`.
 fn smooth_step(low: f32, high: f32, value: f32) -> f32 {
     let t = ((value - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -169,7 +171,7 @@ fn smooth_step(low: f32, high: f32, value: f32) -> f32 {
 mod tests {
     use super::*;
 
-    /// The slow twin: the whole sphere on a fine grid around `direction`, any kernel of the cosine.
+    /// Reference implementation: the whole sphere on a fine grid around `direction`, for any kernel of the cosine.
     fn integrate(direction: Vec3, kernel: impl Fn(f64) -> f64) -> (Vec3, f64) {
         let (east, north) = direction.any_orthonormal_pair();
         let (mut sum, mut total) = (glam::DVec3::ZERO, 0.0);
@@ -179,10 +181,10 @@ mod tests {
             let cosine = 1.0 - s * s;
             let sine = (1.0 - cosine * cosine).sqrt() as f32;
             let weight = kernel(cosine) * 2.0 * s / 600.0 * 2.0 * std::f64::consts::PI / 60.0;
-            for turn in 0..60 {
-                let (sin_turn, cos_turn) = libm::sincosf(turn as f32 / 60.0 * 2.0 * PI);
+            for azimuth in 0..60 {
+                let (sin_azimuth, cos_azimuth) = libm::sincosf(azimuth as f32 / 60.0 * 2.0 * PI);
                 let towards =
-                    direction * cosine as f32 + east * (sine * cos_turn) + north * (sine * sin_turn);
+                    direction * cosine as f32 + east * (sine * cos_azimuth) + north * (sine * sin_azimuth);
                 sum += radiance(towards).as_dvec3() * weight;
                 total += weight;
             }
@@ -193,9 +195,9 @@ mod tests {
     fn directions() -> impl Iterator<Item = Vec3> {
         (0..60).map(|index| {
             let height = 1.0 - 2.0 * (index as f32 + 0.5) / 60.0;
-            let (sin_turn, cos_turn) = libm::sincosf(index as f32 * 2.4);
+            let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * 2.4);
             let sine = (1.0 - height * height).sqrt();
-            Vec3::new(sine * cos_turn, height, sine * sin_turn)
+            Vec3::new(sine * cos_azimuth, height, sine * sin_azimuth)
         })
     }
 
@@ -235,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smooth_lobe_is_the_room_itself() {
+    fn a_smooth_lobe_gives_the_radiance() {
         for direction in directions() {
             assert_eq!(prefiltered(direction, 0.0), radiance(direction));
             assert!((prefiltered(direction, 1e-4) - radiance(direction)).abs().max_element() < 0.01);

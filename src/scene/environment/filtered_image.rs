@@ -1,28 +1,28 @@
-//! A picture of the surroundings, looked up over what a ray stands for.
+//! Equirectangular image with mip levels, filtered over ray differentials.
 //!
-//! As textures are: the short axis of the footprint's ellipse chooses between copies of the picture, each half as wide and
-//! high as the one before, and several lookups along the long axis cover the rest. A texel of a copy is the mean over its
-//! solid angle. Widths are angles, compared with the height of a row.
+//! Lookups are anisotropic, as those of textures. The short axis of the ellipse that the differentials span selects the mip
+//! levels; each level is half as wide and high as the one before. Several probes along the long axis cover the rest. A texel of
+//! a level is the mean over its solid angle. Widths are angles, compared with the height of a row.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::picture::{Picture, uv_from_direction};
+use super::equirect::{EquirectImage, uv_from_direction};
 
-/// Most lookups along the long axis.
-const MOST_PROBES: f32 = 16.0;
+/// Limit of the probes along the long axis.
+const MAX_PROBES: f32 = 16.0;
 
-/// A picture with its smaller copies.
+/// An equirectangular image with its mip levels.
 #[derive(Debug)]
-pub(super) struct FilteredPicture {
-    /// The picture itself is the first.
-    levels: Vec<Picture>,
+pub(super) struct FilteredImage {
+    /// The full image is the first.
+    levels: Vec<EquirectImage>,
 }
 
-impl FilteredPicture {
-    pub(super) fn new(picture: Picture) -> Self {
-        let mut levels = vec![picture];
+impl FilteredImage {
+    pub(super) fn new(image: EquirectImage) -> Self {
+        let mut levels = vec![image];
         while let Some(last) = levels.last()
             && last.height > 1
             && last.width > 1
@@ -33,25 +33,25 @@ impl FilteredPicture {
         Self { levels }
     }
 
-    /// The picture itself.
-    pub(super) fn picture(&self) -> &Picture {
+    /// The full image.
+    pub(super) fn image(&self) -> &EquirectImage {
         &self.levels[0]
     }
 
-    /// Mean radiance around a unit direction, over the parallelogram of `turns`.
-    pub(super) fn radiance(&self, direction: Vec3, turns: [Vec3; 2]) -> Vec3 {
-        let full = self.picture();
+    /// Mean radiance over the parallelogram around a unit direction that the `differentials` span.
+    pub(super) fn radiance(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        let full = self.image();
         let row = PI / full.height as f32;
-        let [a, b] = turns;
+        let [a, b] = differentials;
         let (aa, bb, ab) = (a.dot(a), b.dot(b), a.dot(b));
-        // The squares of both axes have the same sum.
+        // The squares of both axes of the ellipse have the same sum.
         if aa + bb <= row * row {
             return full.bilinear(uv_from_direction(direction));
         }
         let half_difference = (aa - bb) * 0.5;
         let root = libm::sqrtf(half_difference * half_difference + ab * ab);
         let long = libm::sqrtf((aa + bb) * 0.5 + root);
-        // Half the world and more, or no number
+        // A half-space and more, or not a number.
         if !long.is_finite() || long >= PI {
             return self.trilinear(direction, f32::INFINITY);
         }
@@ -60,7 +60,7 @@ impl FilteredPicture {
         } else {
             a * ab + b * (root - half_difference)
         };
-        let short = larger(larger(a.cross(b).length() / long, long / MOST_PROBES), row);
+        let short = larger(larger(a.cross(b).length() / long, long / MAX_PROBES), row);
         let count = libm::ceilf(long / short - 0.1);
         if count <= 1.0 {
             return self.trilinear(direction, short / row);
@@ -74,7 +74,7 @@ impl FilteredPicture {
         sum / count
     }
 
-    /// Between the two copies whose rows are nearest to `width` rows of the picture, which is at least one.
+    /// Interpolates between the two levels whose row heights enclose `width`, in rows of the full image; at least one.
     fn trilinear(&self, direction: Vec3, width: f32) -> Vec3 {
         let uv = uv_from_direction(direction);
         let last = self.levels.len() - 1;
@@ -97,39 +97,39 @@ fn larger(a: f32, b: f32) -> f32 {
 mod tests {
     use super::*;
 
-    fn turns(direction: Vec3, along: f32, across: f32) -> [Vec3; 2] {
+    fn span(direction: Vec3, along: f32, across: f32) -> [Vec3; 2] {
         let (u, v) = direction.any_orthonormal_pair();
-        // Neither step lies on an axis of the ellipse.
+        // Neither differential lies on an axis of the ellipse.
         let (sin, cos) = libm::sincosf(0.4);
         [u * (along * cos) - v * (across * sin), u * (along * sin) + v * (across * cos)]
     }
 
     #[test]
-    fn points_see_the_picture_itself() {
-        let filtered = FilteredPicture::new(Picture::of(64, |d| Vec3::new(1.0 + d.x, 1.0 + d.y, 2.0)));
+    fn zero_differentials_read_the_full_image() {
+        let filtered = FilteredImage::new(EquirectImage::of(64, |d| Vec3::new(1.0 + d.x, 1.0 + d.y, 2.0)));
         for direction in [Vec3::X, Vec3::new(0.48, 0.6, 0.64), Vec3::NEG_Y] {
-            let plain = filtered.picture().bilinear(uv_from_direction(direction));
+            let plain = filtered.image().bilinear(uv_from_direction(direction));
             assert_eq!(filtered.radiance(direction, [Vec3::ZERO; 2]), plain);
         }
     }
 
     #[test]
-    fn wide_footprints_agree_with_many_points() {
+    fn wide_differentials_agree_with_many_point_lookups() {
         // Noise: each texel differs from its neighbours, so that a single lookup says nothing about the mean.
-        let mut picture = Picture::of(128, |_| Vec3::ZERO);
-        for (index, pixel) in picture.pixels.iter_mut().enumerate() {
+        let mut image = EquirectImage::of(128, |_| Vec3::ZERO);
+        for (index, pixel) in image.pixels.iter_mut().enumerate() {
             let noise = (index as u32).wrapping_mul(2654435761) >> 16 & 1;
             *pixel = [noise as f32 * 2.0, (index / 128) as f32 / 64.0, 1.0];
         }
-        let filtered = FilteredPicture::new(picture);
+        let filtered = FilteredImage::new(image);
         for direction in [Vec3::NEG_Z, Vec3::new(0.6, 0.48, 0.64), Vec3::new(0.0, -0.6, 0.8)] {
             for (along, across) in [(0.5, 0.5), (1.0, 0.1), (0.2, 0.4)] {
-                let steps = turns(direction, along, across);
+                let steps = span(direction, along, across);
                 let mut mean = Vec3::ZERO;
                 for index in 0..10_000 {
-                    let place = |index: i32| (index as f32 + 0.5) / 100.0 - 0.5;
-                    let towards = direction + steps[0] * place(index % 100) + steps[1] * place(index / 100);
-                    mean += filtered.picture().bilinear(uv_from_direction(towards.normalize())) / 10_000.0;
+                    let offset = |index: i32| (index as f32 + 0.5) / 100.0 - 0.5;
+                    let towards = direction + steps[0] * offset(index % 100) + steps[1] * offset(index / 100);
+                    mean += filtered.image().bilinear(uv_from_direction(towards.normalize())) / 10_000.0;
                 }
                 let found = filtered.radiance(direction, steps);
                 // Noise of standard deviation 1 over some 60 independent texels and more; tents are wider than boxes.
@@ -143,11 +143,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_sees_the_mean_of_all() {
-        let filtered = FilteredPicture::new(Picture::of(64, |d| Vec3::splat(1.0 + d.y)));
-        for turn in [f32::INFINITY, f32::NAN, 1e30] {
-            let seen = filtered.radiance(Vec3::X, [Vec3::splat(turn), Vec3::Y]);
-            assert!((seen - Vec3::ONE).abs().max_element() < 0.05, "{turn}: {seen}");
+    fn infinite_and_undefined_differentials_give_the_mean_of_all() {
+        let filtered = FilteredImage::new(EquirectImage::of(64, |d| Vec3::splat(1.0 + d.y)));
+        for length in [f32::INFINITY, f32::NAN, 1e30] {
+            let seen = filtered.radiance(Vec3::X, [Vec3::splat(length), Vec3::Y]);
+            assert!((seen - Vec3::ONE).abs().max_element() < 0.05, "{length}: {seen}");
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Equirectangular pictures: which texel lies in which direction, smooth lookups, and smaller copies.
+//! Equirectangular images: the map between texels and directions, bilinear lookups, and resampling.
 //!
-//! Columns run around +Y: the centre of the picture is −Z (where a glTF camera looks), its right quarter +X, both edges +Z.
+//! Columns run around +Y: the centre of the image is −Z (where a glTF camera looks), its right quarter +X, both edges +Z.
 //! Rows run from +Y at the top to −Y at the bottom.
 
 use std::f32::consts::PI;
@@ -9,13 +9,13 @@ use glam::{Vec2, Vec3};
 
 /// Radiance on an equirectangular grid, row-major from the top.
 #[derive(Clone, Debug)]
-pub(super) struct Picture {
+pub(super) struct EquirectImage {
     pub(super) width: usize,
     pub(super) height: usize,
     pub(super) pixels: Vec<[f32; 3]>,
 }
 
-/// Picture coordinates in the unit square, origin at the top left, of a unit direction.
+/// Image coordinates of a unit direction, in the unit square with the origin at the top left.
 pub(super) fn uv_from_direction(direction: Vec3) -> Vec2 {
     let azimuth = libm::atan2f(direction.x, -direction.z);
     let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
@@ -23,33 +23,33 @@ pub(super) fn uv_from_direction(direction: Vec3) -> Vec2 {
     Vec2::new(0.5 + azimuth / (2.0 * PI), polar / PI)
 }
 
-/// The unit direction of picture coordinates in the unit square.
+/// Unit direction of image coordinates in the unit square.
 pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
     let (sin_azimuth, cos_azimuth) = libm::sincosf((uv.x - 0.5) * 2.0 * PI);
     let (sin_polar, cos_polar) = libm::sincosf(uv.y * PI);
     Vec3::new(sin_polar * sin_azimuth, cos_polar, -sin_polar * cos_azimuth)
 }
 
-impl Picture {
-    /// A picture `width` texels wide of what is seen in each texel's direction.
+impl EquirectImage {
+    /// An image `width` texels wide of `radiance` in each texel's direction.
     #[cfg(test)]
     pub(super) fn of(width: usize, radiance: impl Fn(Vec3) -> Vec3) -> Self {
-        let mut picture = Self { width, height: width / 2, pixels: Vec::new() };
+        let mut image = Self { width, height: width / 2, pixels: Vec::new() };
         for row in 0..width / 2 {
             for column in 0..width {
-                let direction = direction_from_uv(picture.texel_uv(column, row));
-                picture.pixels.push(radiance(direction).to_array());
+                let direction = direction_from_uv(image.texel_uv(column, row));
+                image.pixels.push(radiance(direction).to_array());
             }
         }
-        picture
+        image
     }
 
-    /// The centre of a texel in picture coordinates.
+    /// The centre of a texel in image coordinates.
     pub(super) fn texel_uv(&self, column: usize, row: usize) -> Vec2 {
         Vec2::new((column as f32 + 0.5) / self.width as f32, (row as f32 + 0.5) / self.height as f32)
     }
 
-    /// Radiance between texel centres. Columns wrap around; beyond a pole lies the border row again, half a turn on.
+    /// Bilinear interpolation between texel centres. Columns wrap around. Beyond a pole the border row repeats, rotated by 180°.
     pub(super) fn bilinear(&self, uv: Vec2) -> Vec3 {
         let x = uv.x * self.width as f32 - 0.5;
         let y = uv.y * self.height as f32 - 0.5;
@@ -57,24 +57,24 @@ impl Picture {
         let (right_share, bottom_share) = (x - left, y - top);
         let (column, row) = (left as isize, top as isize);
         let across = |row: isize| {
-            self.pixel_around(column, row) * (1.0 - right_share)
-                + self.pixel_around(column + 1, row) * right_share
+            self.wrapped_pixel(column, row) * (1.0 - right_share)
+                + self.wrapped_pixel(column + 1, row) * right_share
         };
         across(row) * (1.0 - bottom_share) + across(row + 1) * bottom_share
     }
 
-    /// A texel up to one row beyond the poles and any number of turns away.
-    fn pixel_around(&self, column: isize, row: isize) -> Vec3 {
+    /// The texel at a column that wraps around and a row at most one beyond a pole.
+    fn wrapped_pixel(&self, column: isize, row: isize) -> Vec3 {
         let inside = row.clamp(0, self.height as isize - 1);
         let half_turn = if inside == row { 0 } else { self.width as isize / 2 };
         let wrapped = (column + half_turn).rem_euclid(self.width as isize);
         Vec3::from_array(self.pixels[inside as usize * self.width + wrapped as usize])
     }
 
-    /// The same light on another grid: each new texel holds the mean over its solid angle.
+    /// Resamples to another grid. Each new texel holds the mean over its solid angle.
     pub(super) fn resampled(&self, width: usize, height: usize) -> Self {
         let columns = overlaps(self.width, width, |edge| edge);
-        // The area of a band between two heights on the sphere is proportional to the difference of its cosines.
+        // The area of a band between two polar angles is proportional to the difference of their cosines.
         let rows = overlaps(self.height, height, |edge| -libm::cos(edge * std::f64::consts::PI));
         let mut pixels = Vec::with_capacity(width * height);
         for (first_row, row_shares) in &rows {
@@ -105,18 +105,18 @@ impl Picture {
     }
 }
 
-/// For each of `new` equal cells of the unit interval, the first of the `old` cells it touches and the shares of its
-/// measure that lie in that one and the following ones; `measure` is an increasing function of the position.
+/// Overlaps of `new` equal cells of the unit interval with `old` ones: for each new cell, the first old cell that it touches
+/// and the shares of its measure in that cell and the following ones. `measure` is an increasing function of the position.
 fn overlaps(old: usize, new: usize, measure: impl Fn(f64) -> f64) -> Vec<(usize, Vec<f64>)> {
     (0..new)
         .map(|cell| {
-            // Whole numbers decide which cells touch, so that rounding never loses or invents one.
+            // Integers decide which cells touch, so that rounding never adds or loses one.
             let first = cell * old / new;
             let last = ((cell + 1) * old).div_ceil(new);
             let edge = |index: usize| {
                 // Edges in units of 1 / (old · new).
-                let place = (index * new).clamp(cell * old, (cell + 1) * old);
-                measure(place as f64 / (old as f64 * new as f64))
+                let position = (index * new).clamp(cell * old, (cell + 1) * old);
+                measure(position as f64 / (old as f64 * new as f64))
             };
             let whole = edge(last) - edge(first);
             let shares = (first..last).map(|index| (edge(index + 1) - edge(index)) / whole).collect();
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn directions_are_where_the_documentation_says() {
+    fn directions_map_to_the_documented_coordinates() {
         for (direction, uv) in [
             (Vec3::NEG_Z, Vec2::new(0.5, 0.5)),
             (Vec3::X, Vec2::new(0.75, 0.5)),
@@ -147,41 +147,42 @@ mod tests {
             let direction = direction_from_uv(uv);
             assert!((direction.length() - 1.0).abs() < 1e-6);
             let difference = uv_from_direction(direction) - uv;
-            // Left and right edge are the same place.
+            // The left and the right edge coincide.
             assert!((difference.x - difference.x.round()).abs() < 1e-5 && difference.y.abs() < 1e-5);
         }
     }
 
     #[test]
-    fn lookups_wrap_around_and_go_on_beyond_the_poles() {
-        let picture = Picture { width: 2, height: 2, pixels: vec![[1.0; 3], [3.0; 3], [5.0; 3], [9.0; 3]] };
-        assert_eq!(picture.bilinear(Vec2::new(0.25, 0.25)), Vec3::splat(1.0));
+    fn lookups_wrap_around_and_continue_beyond_the_poles() {
+        let image =
+            EquirectImage { width: 2, height: 2, pixels: vec![[1.0; 3], [3.0; 3], [5.0; 3], [9.0; 3]] };
+        assert_eq!(image.bilinear(Vec2::new(0.25, 0.25)), Vec3::splat(1.0));
         // Half way between the last and the first column, above the first row's centre.
-        assert_eq!(picture.bilinear(Vec2::new(0.0, 0.0)), Vec3::splat(2.0));
-        assert_eq!(picture.bilinear(Vec2::new(1.0, 1.0)), Vec3::splat(7.0));
-        assert_eq!(picture.bilinear(Vec2::new(0.5, 0.5)), Vec3::splat(4.5));
+        assert_eq!(image.bilinear(Vec2::new(0.0, 0.0)), Vec3::splat(2.0));
+        assert_eq!(image.bilinear(Vec2::new(1.0, 1.0)), Vec3::splat(7.0));
+        assert_eq!(image.bilinear(Vec2::new(0.5, 0.5)), Vec3::splat(4.5));
     }
 
     #[test]
     fn resampling_keeps_the_total_light() {
         let (width, height) = (7, 5);
         let pixels = (0..width * height).map(|index| [(index * index % 23) as f32, 1.0, 0.0]).collect();
-        let picture = Picture { width, height, pixels };
-        let total = |picture: &Picture| {
+        let image = EquirectImage { width, height, pixels };
+        let total = |image: &EquirectImage| {
             let mut sum = 0.0;
-            for row in 0..picture.height {
+            for row in 0..image.height {
                 let edge =
-                    |index: usize| libm::cos(index as f64 / picture.height as f64 * std::f64::consts::PI);
-                let area = (edge(row) - edge(row + 1)) / picture.width as f64;
-                for pixel in &picture.pixels[row * picture.width..(row + 1) * picture.width] {
+                    |index: usize| libm::cos(index as f64 / image.height as f64 * std::f64::consts::PI);
+                let area = (edge(row) - edge(row + 1)) / image.width as f64;
+                for pixel in &image.pixels[row * image.width..(row + 1) * image.width] {
                     sum += f64::from(pixel[0]) * area;
                 }
             }
             sum
         };
         for (new_width, new_height) in [(4, 2), (1, 1), (7, 5), (64, 32), (13, 3)] {
-            let other = picture.resampled(new_width, new_height);
-            assert!((total(&other) - total(&picture)).abs() < 1e-5, "{new_width}x{new_height}");
+            let other = image.resampled(new_width, new_height);
+            assert!((total(&other) - total(&image)).abs() < 1e-5, "{new_width}x{new_height}");
             assert!(other.pixels.iter().all(|pixel| (pixel[1] - 1.0).abs() < 1e-6 && pixel[2] == 0.0));
         }
     }

@@ -1,79 +1,80 @@
-//! Pictures of the surroundings from those of a cube, with the irradiance and the rough lookups that the file brings.
+//! Environment maps from the cube maps of image-based lights, with the irradiance and the prefiltered levels of the file.
 //!
-//! Sources: the text of `EXT_lights_image_based`; for the harmonics Ramamoorthi and Hanrahan, "An Efficient Representation for
-//! Irradiance Environment Maps" (SIGGRAPH 2001), section 3. The cube is laid out as OpenGL has it, seen from inside.
+//! Sources: the extension `EXT_lights_image_based`; for the spherical harmonics Ramamoorthi and Hanrahan, "An Efficient
+//! Representation for Irradiance Environment Maps" (SIGGRAPH 2001), section 3. Faces are laid out as in OpenGL, seen from inside.
 
 use std::f32::consts::PI;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::equirect::{EquirectImage, direction_from_uv};
 #[cfg(test)]
-use super::irradiance::irradiance_picture;
+use super::irradiance::irradiance_image;
 use super::map::EnvironmentMap;
-use super::picture::{Picture, direction_from_uv};
-use super::prefilter::{Pyramid, STEPS, prefiltered_pictures};
-use crate::scene::{CubeLevel, ImageLight, ImageLightPose};
+use super::prefilter::{Pyramid, STEPS, prefiltered_images};
+use crate::scene::{CubeLevel, ImageLight, ImageLightIndex, ImageLightPose};
 
-/// Columns of the picture of irradiance.
+/// Columns of the irradiance image.
 const IRRADIANCE_WIDTH: usize = 64;
-/// Columns of the picture that rays see, at most.
-const MOST_COLUMNS: usize = 8192;
+/// Limit of the columns of the radiance image.
+const MAX_COLUMNS: usize = 8192;
 
-/// Columns of the equirectangular picture that is as sharp as a cube of `size` texels an edge; it has half as many rows.
+/// Columns of the equirectangular image that matches the resolution of a cube of `size` texels an edge. It has half as many
+/// rows.
 pub fn columns_for_cube(size: u32) -> usize {
-    (size as usize).saturating_mul(4).clamp(IRRADIANCE_WIDTH, MOST_COLUMNS)
+    (size as usize).saturating_mul(4).clamp(IRRADIANCE_WIDTH, MAX_COLUMNS)
 }
 
 impl EnvironmentMap {
-    /// The surroundings that `light` describes, as strong and turned as `pose` says.
-    pub fn of_image_light(light: &ImageLight, pose: ImageLightPose) -> Self {
+    /// The map of the scene's image-based light `index`, with the intensity and rotation of `pose`.
+    pub(super) fn of_image_light(light: &ImageLight, index: ImageLightIndex, pose: ImageLightPose) -> Self {
         let ImageLightPose { intensity, rotation } = pose;
-        let turned = |direction: Vec3| rotation.inverse() * direction;
+        let rotated = |direction: Vec3| rotation.inverse() * direction;
         let levels = &light.levels;
-        let picture = pictured(columns_for_cube(levels[0].size), |direction| {
-            radiance(&levels[0], turned(direction)) * intensity
+        let image = image_of(columns_for_cube(levels[0].size), |direction| {
+            radiance(&levels[0], rotated(direction)) * intensity
         });
         let irradiance =
-            pictured(IRRADIANCE_WIDTH, |normal| irradiance(&light.irradiance, turned(normal)) * intensity);
+            image_of(IRRADIANCE_WIDTH, |normal| irradiance(&light.irradiance, rotated(normal)) * intensity);
         if levels.len() == 1 {
-            // Nothing for rough surfaces: make it from the picture.
-            let pyramid = Pyramid::new(&picture);
-            return Self::from_pictures(picture, irradiance, prefiltered_pictures(&pyramid));
+            // The file has no rough levels: prefilter the radiance image.
+            let pyramid = Pyramid::new(&image);
+            return Self::from_images(index, image, irradiance, prefiltered_images(&pyramid));
         }
         let prefiltered = (1..=STEPS)
             .map(|step| {
                 let roughness = step as f32 / STEPS as f32;
                 let width = [256, 128, 64][(step - 1).min(2)];
-                pictured(width, |direction| rough(levels, turned(direction), roughness) * intensity)
+                image_of(width, |direction| prefiltered(levels, rotated(direction), roughness) * intensity)
             })
             .collect();
-        Self::from_pictures(picture, irradiance, prefiltered)
+        Self::from_images(index, image, irradiance, prefiltered)
     }
 
-    /// [`EnvironmentMap::of_image_light`] without the file's irradiance, for comparison.
+    /// Irradiance integrated from the faces, the reference for the file's spherical harmonics.
     #[cfg(test)]
-    fn integrated(light: &ImageLight) -> Picture {
-        let picture = pictured(256, |direction| radiance(&light.levels[0], direction));
-        irradiance_picture(&picture)
+    fn reference_irradiance(light: &ImageLight) -> EquirectImage {
+        let image = image_of(256, |direction| radiance(&light.levels[0], direction));
+        irradiance_image(&image)
     }
 }
 
-/// A picture `width` texels wide of what is in each texel's direction.
-fn pictured(width: usize, value: impl Fn(Vec3) -> Vec3 + Sync) -> Picture {
-    let mut picture = Picture { width, height: width / 2, pixels: Vec::new() };
-    picture.pixels = (0..width * width / 2)
+/// An equirectangular image `width` texels wide of `value` in each texel's direction.
+fn image_of(width: usize, value: impl Fn(Vec3) -> Vec3 + Sync) -> EquirectImage {
+    let mut image = EquirectImage { width, height: width / 2, pixels: Vec::new() };
+    image.pixels = (0..width * width / 2)
         .into_par_iter()
-        .map(|index| value(direction_from_uv(picture.texel_uv(index % width, index / width))).to_array())
+        .map(|index| value(direction_from_uv(image.texel_uv(index % width, index / width))).to_array())
         .collect();
-    picture
+    image
 }
 
-/// Between the levels that evenly cover roughness 0 to 1.
-fn rough(levels: &[CubeLevel], direction: Vec3, roughness: f32) -> Vec3 {
-    let place = roughness * (levels.len() - 1) as f32;
-    let sharper = (place as usize).min(levels.len() - 1);
-    let share = place - sharper as f32;
+/// Radiance for a roughness, interpolated between levels that evenly cover roughness 0 to 1.
+fn prefiltered(levels: &[CubeLevel], direction: Vec3, roughness: f32) -> Vec3 {
+    let level = roughness * (levels.len() - 1) as f32;
+    let sharper = (level as usize).min(levels.len() - 1);
+    let share = level - sharper as f32;
     let sharp = radiance(&levels[sharper], direction);
     match levels.get(sharper + 1) {
         Some(rougher) if share > 0.0 => sharp * (1.0 - share) + radiance(rougher, direction) * share,
@@ -81,9 +82,9 @@ fn rough(levels: &[CubeLevel], direction: Vec3, roughness: f32) -> Vec3 {
     }
 }
 
-/// Radiance along `direction`, between the texels of the face that it meets.
+/// Radiance along `direction`, interpolated between the texels of the face that it hits.
 fn radiance(level: &CubeLevel, direction: Vec3) -> Vec3 {
-    let (face, right, down) = place_on_cube(direction);
+    let (face, right, down) = cube_face_uv(direction);
     let size = level.size as usize;
     let position = |share: f32| (share * size as f32 - 0.5).clamp(0.0, (size - 1) as f32);
     let (x, y) = (position(right), position(down));
@@ -96,8 +97,8 @@ fn radiance(level: &CubeLevel, direction: Vec3) -> Vec3 {
     across(row) * (1.0 - bottom_share) + across(row + 1) * bottom_share
 }
 
-/// The face that a direction meets and where on it, from its left top corner in the unit square.
-fn place_on_cube(direction: Vec3) -> (usize, f32, f32) {
+/// The face that a direction hits, and the coordinates on it in the unit square, origin at the top left.
+fn cube_face_uv(direction: Vec3) -> (usize, f32, f32) {
     let Vec3 { x, y, z } = direction;
     let size = direction.abs();
     let (face, right, down, depth) = if size.x >= size.y && size.x >= size.z {
@@ -112,14 +113,14 @@ fn place_on_cube(direction: Vec3) -> (usize, f32, f32) {
     (face, (right / depth + 1.0) * 0.5, (down / depth + 1.0) * 0.5)
 }
 
-/// Σ c Y(n); what falls below zero between the harmonics is no light.
+/// Irradiance Σ c Y(n). Negative values, which truncated harmonics produce, are clamped to zero.
 fn irradiance(coefficients: &[Vec3; 9], normal: Vec3) -> Vec3 {
     let basis = harmonics(normal);
     let sum = coefficients.iter().zip(basis).fold(Vec3::ZERO, |sum, (c, value)| sum + *c * value);
     sum.map(|channel| if channel > 0.0 { channel } else { 0.0 })
 }
 
-/// The real spherical harmonics up to the second band.
+/// Real spherical harmonics up to the second band.
 fn harmonics(n: Vec3) -> [f32; 9] {
     let band0 = 0.5 / PI.sqrt();
     let band1 = (3.0 / (4.0 * PI)).sqrt();
@@ -144,14 +145,14 @@ mod tests {
     use super::*;
     use crate::scene::Environment;
 
-    /// Faces of 16 texels of what is seen in each texel's direction from inside.
+    /// A cube map of 16 texels an edge that holds `radiance` of each texel's direction.
     fn cube(radiance: impl Fn(Vec3) -> Vec3) -> CubeLevel {
         let size = 16_u32;
         let face = |face: usize| {
             let texel = |index: u32| {
                 let a = ((index % size) as f32 + 0.5) / size as f32 * 2.0 - 1.0;
                 let b = ((index / size) as f32 + 0.5) / size as f32 * 2.0 - 1.0;
-                // To the right and down on a wall that one faces: forward × up is right.
+                // Seen from inside, facing the wall: forward × up is right.
                 let (forward, up) = [
                     (Vec3::X, Vec3::Y),
                     (Vec3::NEG_X, Vec3::Y),
@@ -173,12 +174,12 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_seen_as_from_inside() {
+    fn faces_are_seen_from_inside() {
         let level = cube(|d| d + Vec3::ONE);
         for index in 0..300 {
             let uv = glam::Vec2::new((index as f32 * 0.618_034).fract(), (index as f32 + 0.5) / 300.0);
             let direction = direction_from_uv(uv);
-            // Between centres of texels 1/8 apart, and less sharp beside the edges.
+            // Texel centres are 1/8 apart; lookups beside the edges are less accurate.
             let difference = radiance(&level, direction) - (direction + Vec3::ONE);
             assert!(difference.abs().max_element() < 0.07, "{direction}: {difference}");
         }
@@ -191,12 +192,13 @@ mod tests {
         let coefficient = |value: f32, basis: f32| Vec3::splat(value / basis);
         image.irradiance[0] = coefficient(PI, harmonics(Vec3::X)[0]);
         image.irradiance[3] = coefficient(PI / 3.0, harmonics(Vec3::X)[3]);
-        let integrated = EnvironmentMap::integrated(&image);
-        let environment = Environment::Map(EnvironmentMap::of_image_light(&image, image.pose()));
+        let integrated = EnvironmentMap::reference_irradiance(&image);
+        let environment =
+            Environment::Map(EnvironmentMap::of_image_light(&image, ImageLightIndex(0), image.pose()));
         for normal in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::new(0.6, 0.0, 0.8)] {
             let found = environment.irradiance(normal).x;
             assert!((found - (PI + PI / 3.0 * normal.x)).abs() < 0.02, "{normal}: {found}");
-            let quadrature = integrated.bilinear(super::super::picture::uv_from_direction(normal)).x;
+            let quadrature = integrated.bilinear(super::super::equirect::uv_from_direction(normal)).x;
             assert!((found - quadrature).abs() < 0.03, "{normal}: {found} {quadrature}");
         }
     }
@@ -207,9 +209,10 @@ mod tests {
         let rough = cube(|_| Vec3::splat(0.25));
         let mut image = light(vec![sharp, rough]);
         image.intensity = 2.0;
-        // A quarter turn about +Y takes +X to −Z.
+        // A rotation by 90° about +Y takes +X to −Z.
         image.rotation = Quat::from_xyzw(0.0, (0.5_f32).sqrt(), 0.0, (0.5_f32).sqrt());
-        let environment = Environment::Map(EnvironmentMap::of_image_light(&image, image.pose()));
+        let environment =
+            Environment::Map(EnvironmentMap::of_image_light(&image, ImageLightIndex(0), image.pose()));
         assert!((environment.radiance(Vec3::NEG_Z).x - 2.0).abs() < 1e-5);
         assert_eq!(environment.radiance(Vec3::X).x, 0.0);
         assert!((environment.prefiltered(Vec3::X, 1.0).x - 0.5).abs() < 1e-5);

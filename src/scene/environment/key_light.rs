@@ -1,0 +1,12 @@
+//! The directional light that belongs to an environment.
+
+use glam::Vec3;
+
+/// Directional light of an environment that casts shadows. Lookups of the environment do not contain it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyLight {
+    /// Unit vector towards the light.
+    pub direction_to_light: Vec3,
+    /// Irradiance of a surface that faces the light.
+    pub irradiance: Vec3,
+}

@@ -80,7 +80,7 @@ mod tests {
         ImageHeader { width: 4096, height: 4096, texel_bytes: 4, decoded_bytes: 67_108_864 };
 
     #[test]
-    fn twenty_large_images_need_what_can_be_reckoned_by_hand() {
+    fn twenty_large_images_have_a_known_size() {
         // 4096² texels of 4 bytes. Mip maps of 4^11 + … + 1 = (4^12 − 1) / 3 texels, with 16 temporary bytes each.
         let levels = 5_592_405_u64;
         let headers = [LARGE; 20];
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn each_use_has_its_own_levels_and_colours_without_alpha_share_them() {
+    fn each_encoding_has_its_own_mip_maps() {
         let uses =
             [Encoding::Srgb, Encoding::CoveredSrgb, Encoding::Normal].map(|use_| (ImageIndex(0), use_));
         let levels = 5_592_405_u64;

@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn zero_normals_come_from_triangles() {
+    fn zero_normals_are_replaced_by_triangle_normals() {
         let path = std::path::Path::new("test.gltf");
         let mut context = Context::new(path, 1 << 20);
         let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::splat(9.0)];

@@ -125,8 +125,8 @@ fn read_triangles(
     });
     let list = topology::read_indices(context, data, indices.as_ref(), vertex_count, pointer)?;
     context.charge((list.len() as u64).saturating_mul(12), pointer)?;
-    let (triangles, leftover_count) = topology::triangles(mode, &list);
-    if leftover_count > 0 {
+    let (triangles, unused_count) = topology::triangles(mode, &list);
+    if unused_count > 0 {
         let message = "some vertices at the end do not complete a triangle; they are ignored";
         context.warn(pointer, message);
     }

@@ -47,7 +47,7 @@ pub(super) fn read_indices(
     }
 }
 
-/// Triangles of a vertex list in the primitive mode `mode`, with the winding of the file, and the number of leftover
+/// Triangles of a vertex list in the primitive mode `mode`, with the winding of the file, and the number of unused
 /// vertices at the end. Points and lines give no triangles.
 pub(super) fn triangles(mode: Mode, list: &[u32]) -> (Vec<[u32; 3]>, usize) {
     let at_least_three = if list.len() < 3 { list.len() } else { 0 };
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn short_lists_make_no_triangle() {
+    fn short_lists_have_no_triangles() {
         for mode in [Mode::Triangles, Mode::TriangleStrip, Mode::TriangleFan] {
             assert_eq!(triangles(mode, &[]), (vec![], 0));
             assert_eq!(triangles(mode, &[1]), (vec![], 1));

@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn single_bits_run_upwards() {
+    fn one_bit_deltas_start_at_the_lowest_bit() {
         // Bits 1, 0, 0 ... and 0 ... 0, 1: the first and the last delta are whole bytes.
         let mut group = [0; GROUP];
         read_group(&mut Reader::new(&[0x01, 0x80, 7, 9]), 1, &mut group).unwrap();
@@ -223,14 +223,14 @@ mod tests {
     }
 
     #[test]
-    fn pairs_carry_and_words_turn() {
+    fn sixteen_bit_deltas_carry_and_xor_deltas_rotate() {
         // 0x00ff + 1 = 0x0100; 0x0000 − 1 = 0xffff: zigzag 2 and 1.
         assert_eq!(add_delta([0xff, 0, 0, 0], [2, 0, 1, 0], 1), [0, 1, 0xff, 0xff]);
         assert_eq!(add_delta([1, 0, 0, 0], [0, 0, 0, 0x80], 2), [1, 0, 0, 0x80]);
     }
 
     #[test]
-    fn rows_continue_from_the_baseline() {
+    fn elements_continue_from_the_baseline() {
         // Version 0, one element of four bytes: all deltas are zero except that of the first byte, which is stored whole.
         let mut bytes = vec![0xa0];
         bytes.extend([3, 4]);

@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn the_octahedron_unfolds() {
+    fn octahedral_vectors_are_decoded() {
         // (0, 0) is +Z, (1, 0) is +X, (1, 1) folds to −Z. The last byte is not changed.
         assert_eq!(filtered(Filter::Octahedral, [0, 0, 127, 9]), [0, 0, 127, 9]);
         assert_eq!(filtered(Filter::Octahedral, [127, 0, 127, 9]), [127, 0, 0, 9]);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn quaternions_get_their_largest_component_back() {
+    fn the_largest_quaternion_component_is_restored() {
         // Identity: three components are 0. The largest is w, component 3.
         assert_eq!(filtered(Filter::Quaternion, shorts([0, 0, 0, 32767])), shorts([0, 0, 0, 32767]));
         // The largest is x, component 0. y = 1/2 is stored as 0.5 √2 of the encoding of 1. x = √3/2.
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_come_from_luma_and_chroma() {
+    fn colours_are_decoded_from_luma_and_chroma() {
         // Eight bits: alpha 0x80 | a, and a = 127 doubles to 255. Grey 100 has no chroma.
         assert_eq!(filtered(Filter::Color, [100, 0, 0, 0xff]), [100, 100, 100, 255]);
         // Y = 50, Co = 20, Cg = −10: r = 80, g = 40, b = 40.

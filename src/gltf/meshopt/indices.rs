@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_grow_along_edges() {
+    fn triangles_share_recent_edges() {
         // 0xf0 with table entry 0: three new vertices 0 1 2 and the edges 10, 21, 02. Then code 0x00: the newest edge 0 2 and
         // a new vertex 3.
         let mut stream = vec![0xe1, 0xf0, 0x00];
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn explicit_corners_differ_from_the_last() {
+    fn explicit_vertices_are_deltas_to_the_last() {
         // 0xff, all three as deltas: +5, −2 and +1 are coded 10, 3, 2.
         let mut stream = vec![0xe1, 0xff, 0xff, 10, 3, 2];
         stream.extend([0; 16]);
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_never_pushed_cannot_be_asked_for() {
+    fn values_before_the_beginning_are_errors() {
         let mut stream = vec![0xe1, 0x00];
         stream.extend([0; 16]);
         assert!(triangles(&stream, 3).is_err());

@@ -70,7 +70,7 @@ fn max_difference(sample: &Sample, found: &[u8]) -> u32 {
 }
 
 #[test]
-fn streams_of_the_reference_encoder_are_decompress() {
+fn streams_of_the_reference_encoder_are_decoded() {
     let samples = samples();
     assert_eq!(samples.len(), 44);
     for sample in &samples {
@@ -86,7 +86,7 @@ fn streams_of_the_reference_encoder_are_decompress() {
 }
 
 #[test]
-fn damaged_streams_end_soon_and_without_panic() {
+fn corrupted_streams_end_quickly_and_without_panic() {
     let started = Instant::now();
     let mut refused = 0_u32;
     for sample in &samples() {
@@ -149,7 +149,7 @@ fn compressed_views_fill_accessors() {
 }
 
 #[test]
-fn wrong_extensions_name_their_place() {
+fn invalid_extensions_are_errors_with_a_pointer() {
     for (key, value, expected) in [
         ("byteStride", json!(10), "/byteStride: must be a multiple of 4"),
         ("mode", json!("POINTS"), "/mode: must be"),

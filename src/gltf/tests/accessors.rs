@@ -97,7 +97,7 @@ fn colors_of_any_format_are_floats_with_alpha() {
 }
 
 #[test]
-fn lies_about_lengths_are_errors() {
+fn declared_lengths_beyond_the_data_are_errors() {
     let edits: [(&str, serde_json::Value); 9] = [
         ("/accessors/0/count", json!(4)),
         ("/accessors/0/count", json!(0)),
@@ -122,7 +122,7 @@ fn lies_about_lengths_are_errors() {
 }
 
 #[test]
-fn zeros_are_refused_before_they_are_allocated() {
+fn accessors_over_the_memory_limit_are_refused_before_allocation() {
     let mut document = Document::triangle();
     document.json["accessors"][0] =
         json!({"componentType": 5126, "type": "VEC3", "count": 4_000_000_000_u64});
@@ -136,7 +136,7 @@ fn zeros_are_refused_before_they_are_allocated() {
 }
 
 #[test]
-fn values_that_are_no_numbers_are_errors() {
+fn infinities_and_nans_are_errors() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut document = Document::triangle();
         document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, value, 0.0, 0.0, 0.0, 0.0]);
@@ -145,7 +145,7 @@ fn values_that_are_no_numbers_are_errors() {
 }
 
 #[test]
-fn wrong_formats_are_errors() {
+fn invalid_formats_are_errors() {
     for (name, component, shape) in [
         ("POSITION", 5126, "VEC2"),
         ("NORMAL", 5126, "VEC4"),
@@ -172,7 +172,7 @@ fn many_primitives_over_one_accessor_are_refused_at_once() {
 }
 
 #[test]
-fn data_that_only_an_extension_holds_names_it() {
+fn missing_data_is_an_error_that_names_the_extension() {
     let mut json = Document::triangle().to_json();
     json["buffers"][0].as_object_mut().unwrap().remove("uri");
     let text = super::error_text(super::import_bytes("a.gltf", json.to_string().as_bytes()), 65);

@@ -16,7 +16,7 @@ fn clip(path: &str, interpolation: &str, times: &[f32], shape: &str, values: &[f
 }
 
 #[test]
-fn keys_of_each_interpolation_are_read() {
+fn keyframes_of_each_interpolation_are_read() {
     let scene = clip("scale", "STEP", &[0.0, 1.0], "VEC3", &[1.0; 6]).import().unwrap();
     let channel = &scene.animations[0].channels[0];
     assert_eq!(channel.target, AnimationTarget::Scale(NodeIndex(0)));
@@ -58,7 +58,7 @@ fn normalized_rotations_are_converted() {
 }
 
 #[test]
-fn weights_have_one_component_a_target() {
+fn weights_have_one_component_per_target() {
     let mut document = clip("weights", "LINEAR", &[0.0, 1.0], "SCALAR", &[0.0, 1.0, 1.0, 0.0]);
     document.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": 0}, {"POSITION": 0}]);
     let scene = document.import().unwrap();
@@ -66,7 +66,7 @@ fn weights_have_one_component_a_target() {
 }
 
 #[test]
-fn channels_share_no_target_and_need_none() {
+fn duplicate_targets_are_errors_and_missing_nodes_are_ignored() {
     let mut document = clip("scale", "LINEAR", &[0.0], "VEC3", &[1.0; 3]);
     let channel = document.json["animations"][0]["channels"][0].clone();
     document.json["animations"][0]["channels"] = json!([channel, channel]);

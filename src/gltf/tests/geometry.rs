@@ -14,7 +14,7 @@ fn index_accessor(document: &mut Document, indices: &[u8]) {
 }
 
 #[test]
-fn indices_must_name_vertices() {
+fn indices_must_refer_to_vertices() {
     for (indices, expected) in [([0, 1, 3], "index 2 is vertex 3"), ([0, 255, 1], "restart")] {
         let mut document = Document::triangle();
         index_accessor(&mut document, &indices);
@@ -26,7 +26,7 @@ fn indices_must_name_vertices() {
 }
 
 #[test]
-fn points_and_lines_are_named_once_each() {
+fn points_and_lines_are_warned_about_once_each() {
     let mut document = Document::triangle();
     let primitive = primitive_of(&mut document).clone();
     let modes = [0, 1, 2, 3, 4].map(|mode| {
@@ -55,7 +55,7 @@ fn only_used_vertices_are_kept() {
 }
 
 #[test]
-fn attribute_lists_must_agree_and_be_numbered_without_gaps() {
+fn attributes_have_equal_counts_and_no_gaps_in_their_numbers() {
     let mut document = Document::triangle();
     document.attribute("NORMAL", "VEC3", &[0.0, 0.0, 1.0]);
     assert!(document.error(65).contains("/NORMAL: has 1 elements"));
@@ -65,7 +65,7 @@ fn attribute_lists_must_agree_and_be_numbered_without_gaps() {
 }
 
 #[test]
-fn tangents_without_normals_are_ignored_and_unknown_attributes_named() {
+fn tangents_without_normals_are_ignored_and_unknown_attributes_warned_about() {
     let mut document = Document::triangle();
     document.attribute("TANGENT", "VEC4", &[1.0, 0.0, 0.0, 1.0].repeat(3));
     document.attribute("COLOR_0", "VEC4", &[2.0; 12]);
@@ -90,7 +90,7 @@ fn with_normal_map(mut document: Document) -> Document {
 }
 
 #[test]
-fn tangents_follow_u_and_their_sign_the_image_upwards() {
+fn tangents_follow_u_and_bitangents_point_up_the_image() {
     // u grows along x. glTF's v points down the image, so with v decreasing along y the image is upright: bitangent
     // +y = cross(n, t) · w with n = z, t = x needs w = +1. With v increasing along y the image is upside down.
     for (v_at_top, sign) in [(0.0, 1.0), (2.0, -1.0)] {
@@ -105,7 +105,7 @@ fn tangents_follow_u_and_their_sign_the_image_upwards() {
 }
 
 #[test]
-fn vertices_split_where_mirrored_coordinates_meet() {
+fn vertices_are_split_at_mirrored_texture_coordinates() {
     // Two triangles share the edge 0-1. The u axis of the second is reversed.
     let mut document = Document::triangle();
     document.attribute("POSITION", "VEC3", &[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
@@ -137,7 +137,7 @@ fn vertices_split_where_mirrored_coordinates_meet() {
 }
 
 #[test]
-fn flat_surfaces_get_tangents_too() {
+fn primitives_without_normals_get_tangents() {
     let mut document = Document::triangle();
     document.attribute("TEXCOORD_0", "VEC2", &[0.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
     let scene = with_normal_map(document).import().unwrap();
@@ -183,7 +183,7 @@ fn morph_targets_need_a_base_and_equal_numbers() {
 }
 
 #[test]
-fn influences_of_many_sets_stand_together() {
+fn influences_of_all_sets_are_interleaved() {
     let mut document = Document::triangle();
     for (set, first) in [(0, 1), (1, 5)] {
         let joints: Vec<u8> = [first, first + 1, first + 2, first + 3].repeat(3);

@@ -62,7 +62,7 @@ fn transforms_are_checked() {
 }
 
 #[test]
-fn instances_are_counted_before_they_are_posed() {
+fn triangles_of_all_instances_are_counted() {
     // One triangle per node is accepted. 120 000 instances of 40 000 triangles exceed 2^32.
     let mut document = Document::triangle();
     let indices: Vec<u8> = [0_u8, 1, 2].repeat(40_000);
@@ -97,7 +97,7 @@ fn documents_are_repaired() {
 }
 
 #[test]
-fn broken_documents_are_errors() {
+fn malformed_documents_are_errors() {
     let deep =
         format!(r#"{{"asset":{{"version":"2.0"}},"extras":{}{}}}"#, "[".repeat(100_000), "]".repeat(100_000));
     for text in [

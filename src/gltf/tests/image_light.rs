@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::{Document, error_text, import_bytes};
 
 /// PNG with all texels equal, as a `data:` URI.
-fn picture(size: u32, texel: [u8; 4]) -> Value {
+fn png_image(size: u32, texel: [u8; 4]) -> Value {
     let mut file = Vec::new();
     let texels = texel.repeat((size * size) as usize);
     let encoder = image::codecs::png::PngEncoder::new(&mut file);
@@ -20,8 +20,11 @@ fn picture(size: u32, texel: [u8; 4]) -> Value {
 /// Cube map with a level of 2x2 texels and one of 1x1. Face 0 is RGBD with a divisor of 51.
 fn lit() -> Value {
     let mut document = Document::triangle();
-    document.json["images"] =
-        json!([picture(2, [255, 255, 255, 51]), picture(2, [0, 0, 0, 255]), picture(1, [255, 0, 0, 255])]);
+    document.json["images"] = json!([
+        png_image(2, [255, 255, 255, 51]),
+        png_image(2, [0, 0, 0, 255]),
+        png_image(1, [255, 0, 0, 255])
+    ]);
     document.json["extensions"] = json!({"EXT_lights_image_based": {"lights": [{
         "intensity": 2,
         "rotation": [0, 2, 0, 0],
@@ -34,7 +37,7 @@ fn lit() -> Value {
 }
 
 #[test]
-fn cubes_are_unpacked_from_rgbd() {
+fn cube_maps_are_decoded_from_rgbd() {
     let scene = import_bytes("a.gltf", lit().to_string().as_bytes()).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     assert_eq!(scene.scenes[0].image_light.map(|light| light.0), Some(0));
@@ -50,7 +53,7 @@ fn cubes_are_unpacked_from_rgbd() {
 }
 
 #[test]
-fn wrong_image_lights_name_their_place() {
+fn invalid_image_lights_are_errors_with_a_pointer() {
     for (key, value, expected) in [
         ("irradianceCoefficients", json!([[1, 2, 3]]), "nine coefficients"),
         ("irradianceCoefficients", json!(vec![[1, 2]; 9]), "/irradianceCoefficients/0"),

@@ -27,7 +27,7 @@ fn with_extension(name: &str, value: Value) -> Material {
 }
 
 #[test]
-fn specular_values_and_textures_arrive() {
+fn specular_values_and_textures_are_imported() {
     let material = with_extension(
         "KHR_materials_specular",
         json!({"specularFactor": 0.25, "specularTexture": info(1),
@@ -43,7 +43,7 @@ fn specular_values_and_textures_arrive() {
 }
 
 #[test]
-fn a_clear_coat_arrives() {
+fn clear_coat_is_imported() {
     let material = with_extension(
         "KHR_materials_clearcoat",
         json!({"clearcoatFactor": 0.5, "clearcoatTexture": info(1), "clearcoatRoughnessFactor": 0.25,
@@ -63,7 +63,7 @@ fn a_clear_coat_arrives() {
 }
 
 #[test]
-fn sheen_arrives() {
+fn sheen_is_imported() {
     let material = with_extension(
         "KHR_materials_sheen",
         json!({"sheenColorFactor": [0.5, 0.25, 1], "sheenColorTexture": info(1),
@@ -79,7 +79,7 @@ fn sheen_arrives() {
 }
 
 #[test]
-fn a_thin_film_arrives() {
+fn iridescence_is_imported() {
     let material = with_extension(
         "KHR_materials_iridescence",
         json!({"iridescenceFactor": 0.5, "iridescenceTexture": info(1), "iridescenceIor": 1.75,
@@ -98,7 +98,7 @@ fn a_thin_film_arrives() {
 }
 
 #[test]
-fn anisotropy_arrives() {
+fn anisotropy_is_imported() {
     let material = with_extension(
         "KHR_materials_anisotropy",
         json!({"anisotropyStrength": 0.5, "anisotropyRotation": -1.5, "anisotropyTexture": info(2)}),
@@ -109,7 +109,7 @@ fn anisotropy_arrives() {
 }
 
 #[test]
-fn diffuse_transmission_and_dispersion_arrive() {
+fn diffuse_transmission_and_dispersion_are_imported() {
     let material = with_extension(
         "KHR_materials_diffuse_transmission",
         json!({"diffuseTransmissionFactor": 0.5, "diffuseTransmissionTexture": info(1),
@@ -128,7 +128,7 @@ fn diffuse_transmission_and_dispersion_arrive() {
 }
 
 #[test]
-fn extensions_without_values_change_nothing() {
+fn extensions_without_values_have_no_effect() {
     for name in [
         "KHR_materials_specular",
         "KHR_materials_clearcoat",
@@ -147,7 +147,7 @@ fn extensions_without_values_change_nothing() {
 }
 
 #[test]
-fn specular_glossiness_becomes_a_material_without_index() {
+fn specular_glossiness_becomes_a_material_with_ior_zero() {
     let scene = import_material(json!({
         "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1], "metallicRoughnessTexture": info(3)},
         "extensions": {"KHR_materials_pbrSpecularGlossiness": {
@@ -188,7 +188,7 @@ fn specular_glossiness_becomes_a_material_without_index() {
 }
 
 #[test]
-fn wrong_values_of_extensions_name_their_place() {
+fn invalid_extension_values_are_errors_with_a_pointer() {
     for (name, value, pointer) in [
         ("KHR_materials_specular", json!({"specularFactor": 2}), "/specularFactor"),
         ("KHR_materials_specular", json!({"specularColorFactor": [-1, 0, 0]}), "/specularColorFactor"),
@@ -219,7 +219,7 @@ fn wrong_values_of_extensions_name_their_place() {
 }
 
 #[test]
-fn transforms_reach_the_textures_of_extensions() {
+fn texture_transforms_of_extensions_are_imported() {
     let turned =
         json!({"index": 1, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0], "texCoord": 1}}});
     let material = with_extension(
@@ -231,7 +231,7 @@ fn transforms_reach_the_textures_of_extensions() {
 }
 
 #[test]
-fn a_volume_that_scatters_at_its_surface_is_named() {
+fn volumes_with_diffuse_transmission_are_warned_about() {
     let scene = import_material(json!({"extensions": {
         "KHR_materials_volume": {"thicknessFactor": 1},
         "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5}}}))
@@ -262,7 +262,7 @@ fn with_mappings(mappings: Value) -> crate::error::Result<crate::scene::Scene> {
 }
 
 #[test]
-fn variants_change_materials() {
+fn variants_replace_materials() {
     let scene = with_mappings(json!([{"material": 2, "variants": [1]}])).unwrap();
     assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
     let names: Vec<&str> = scene.variants.iter().map(|variant| variant.name.as_str()).collect();
@@ -274,7 +274,7 @@ fn variants_change_materials() {
 }
 
 #[test]
-fn wrong_variants_name_their_place() {
+fn invalid_variants_are_errors_with_a_pointer() {
     for (mappings, pointer) in [
         (json!([{"material": 3, "variants": [1]}]), "/mappings/0/material"),
         (json!([{"variants": [1]}]), "/mappings/0/material"),

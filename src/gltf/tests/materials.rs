@@ -47,7 +47,7 @@ fn only_used_images_are_read() {
 }
 
 #[test]
-fn texture_transforms_reach_every_slot() {
+fn texture_transforms_of_every_slot_are_imported() {
     let info = json!({"index": 1, "texCoord": 3, "extensions": {"KHR_texture_transform":
         {"offset": [0.5, 0.25], "rotation": 1.5, "scale": [2, 3], "texCoord": 1}}});
     let scene = import_material(json!({
@@ -79,7 +79,7 @@ fn texture_transforms_reach_every_slot() {
 }
 
 #[test]
-fn extensions_set_their_values() {
+fn extension_values_are_imported() {
     let scene = import_material(json!({
         "alphaMode": "MASK", "alphaCutoff": 0.25, "emissiveFactor": [1, 0.5, 0],
         "extensions": {
@@ -107,7 +107,7 @@ fn extensions_set_their_values() {
 }
 
 #[test]
-fn wrong_values_name_their_place() {
+fn invalid_values_are_errors_with_a_pointer() {
     for (material, pointer) in [
         (json!({"alphaMode": "GLOW"}), "/materials/0/alphaMode"),
         (json!({"pbrMetallicRoughness": {"metallicFactor": 2}}), "/metallicFactor"),
@@ -123,7 +123,7 @@ fn wrong_values_name_their_place() {
 }
 
 #[test]
-fn extensions_are_refused_or_named() {
+fn unsupported_extensions_are_refused_or_warned_about() {
     let required = json!({"asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow"], "extensionsRequired": ["ACME_glow"]});
     let text = error_text(import_bytes("a.gltf", required.to_string().as_bytes()), 65);
     assert!(text.contains("ACME_glow"), "{text}");
@@ -147,7 +147,7 @@ fn extensions_are_refused_or_named() {
 }
 
 #[test]
-fn unsupported_images_are_named_only_where_they_matter() {
+fn unsupported_images_are_errors_only_if_used() {
     let avif = json!({
         "asset": {"version": "2.0"}, "extensionsUsed": ["EXT_texture_avif"],
         "images": [{"uri": "a.avif"}],

@@ -89,7 +89,7 @@ fn external_buffers_are_read_and_hashed() {
 
 #[cfg(unix)]
 #[test]
-fn links_and_special_files_do_not_lead_out() {
+fn symbolic_links_and_special_files_are_refused() {
     let outside = tempfile::tempdir().unwrap();
     let folder = tempfile::tempdir().unwrap();
     let (json, bytes) = with_external_buffer("link.bin");
@@ -136,7 +136,7 @@ fn glb_chunks_are_found() {
 }
 
 #[test]
-fn glb_lies_are_errors_at_every_length() {
+fn truncated_glbs_are_errors_at_every_length() {
     let file = triangle_glb();
     for length in (4..file.len()).step_by(7) {
         error_text(import_bytes("a.glb", &file[..length]), 65);

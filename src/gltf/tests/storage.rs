@@ -48,7 +48,7 @@ fn triangles(primitive: &Primitive) -> BTreeSet<[Vec<u32>; 3]> {
 }
 
 #[test]
-fn packed_geometry_is_the_plain_geometry() {
+fn compressed_geometry_equals_uncompressed_geometry() {
     let plain = scene("plain");
     for name in ["meshopt_ext", "meshopt_khr"] {
         assert_eq!(ring(&scene(name)), ring(&plain), "{name}");
@@ -60,7 +60,7 @@ fn packed_geometry_is_the_plain_geometry() {
 }
 
 #[test]
-fn packed_pictures_are_preferred_to_plain_ones_and_equal() {
+fn compressed_images_are_preferred_and_equal_to_plain_ones() {
     let chequer = |x: u32, y: u32| {
         if (x / 4 + y / 4).is_multiple_of(2) { [233, 200, 125, 255] } else { [59, 92, 142, 255] }
     };
@@ -78,7 +78,7 @@ fn draco_extension(document: &mut Value) -> &mut Value {
 }
 
 #[test]
-fn wrong_draco_extensions_name_their_place() {
+fn invalid_draco_extensions_are_errors_with_a_pointer() {
     let spoiled = |spoil: &dyn Fn(&mut Value)| {
         let mut document = document("draco");
         spoil(&mut document);
@@ -111,7 +111,7 @@ fn wrong_draco_extensions_name_their_place() {
 }
 
 #[test]
-fn indices_that_exporters_miscounted_are_told_and_shown() {
+fn wrong_index_counts_of_exporters_are_warned_about() {
     let mut document = document("draco");
     let mesh = document["meshes"].as_array().unwrap().len() - 1;
     let indices = document["meshes"][mesh]["primitives"][0]["indices"].as_u64().unwrap() as usize;
@@ -122,7 +122,7 @@ fn indices_that_exporters_miscounted_are_told_and_shown() {
 }
 
 /// Corrupts the bytes of the last buffer view that `view` finds, and imports. The result must be a scene or a one-line error.
-fn damage(name: &str, view: impl Fn(&Value) -> Value, rounds: u32) {
+fn corrupt_and_import(name: &str, view: impl Fn(&Value) -> Value, rounds: u32) {
     use base64::Engine;
     let engine = base64::engine::general_purpose::STANDARD;
     let original = document(name);
@@ -159,11 +159,11 @@ fn damage(name: &str, view: impl Fn(&Value) -> Value, rounds: u32) {
 }
 
 #[test]
-fn damaged_files_end_in_one_line() {
+fn corrupted_files_give_a_scene_or_a_one_line_error() {
     let view_of =
         |document: &Value, index: &Value| document["bufferViews"][index.as_u64().unwrap() as usize].clone();
-    damage("draco", |d| view_of(d, &draco_extension(&mut d.clone())["bufferView"]), 300);
+    corrupt_and_import("draco", |d| view_of(d, &draco_extension(&mut d.clone())["bufferView"]), 300);
     for name in ["webp", "basis_uastc", "basis_etc1s"] {
-        damage(name, |d| view_of(d, &d["images"][1]["bufferView"]), 200);
+        corrupt_and_import(name, |d| view_of(d, &d["images"][1]["bufferView"]), 200);
     }
 }

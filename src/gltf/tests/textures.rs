@@ -27,7 +27,7 @@ fn import_json(document: &Value) -> Result<Scene> {
 }
 
 #[test]
-fn every_filter_of_a_file_is_kept() {
+fn sampler_filters_are_imported() {
     for (minify, expected) in [
         (None, (Filter::Linear, MipFilter::Linear)),
         (Some(9728), (Filter::Nearest, MipFilter::None)),
@@ -59,7 +59,7 @@ fn every_filter_of_a_file_is_kept() {
 }
 
 #[test]
-fn each_image_has_mip_maps_for_each_use() {
+fn images_have_mip_maps_for_each_encoding() {
     let document = json!({
         "asset": {"version": "2.0"},
         "images": [{"uri": png(8, 255, 0)}, {"uri": png(8, 99, 0)}],

@@ -1,0 +1,79 @@
+//! Mesh instancing (`EXT_mesh_gpu_instancing`).
+
+use glam::Vec3;
+use serde_json::{Value, json};
+
+use super::properties::frame;
+use super::{Document, ImportOptions, import};
+use crate::scene::MeshIndex;
+
+/// Triangle with three instances: translated, rotated and scaled.
+fn instanced() -> Document {
+    let mut document = Document::triangle();
+    let translation = document.floats("VEC3", &[0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let half = (i16::MAX as f32 * std::f32::consts::FRAC_1_SQRT_2) as i16;
+    let turns = [[0, 0, 0, i16::MAX], [0, 0, half, half], [0, 0, 0, i16::MAX]];
+    let bytes: Vec<u8> = turns.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+    let rotation = document.accessor(5122, "VEC4", 3, &bytes);
+    document.json["accessors"][rotation]["normalized"] = json!(true);
+    let scale = document.floats("VEC3", &[1.0, 1.0, 1.0, 1.0, 1.0, 1.0, -2.0, 1.0, 1.0]);
+    let attributes = json!({"TRANSLATION": translation, "ROTATION": rotation, "SCALE": scale});
+    document.json["nodes"][0]["extensions"] = json!({"EXT_mesh_gpu_instancing": {"attributes": attributes}});
+    document.json["nodes"][0]["translation"] = json!([0, 0, 7]);
+    document
+}
+
+fn attributes(document: &mut Document) -> &mut Value {
+    &mut document.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]
+}
+
+#[test]
+fn instances_replace_the_mesh() {
+    let scene = instanced().import().unwrap();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let frame = frame(&scene, 0.0);
+    // The node translates by 7 along z. (1, 0, 0) is the second vertex.
+    assert_eq!((frame.triangles.len(), frame.instances.len()), (3, 3));
+    assert_eq!(frame.triangles[0].vertices[1], Vec3::new(1.0, 0.0, 7.0));
+    // Rotated by 90° about z, then translated by 5 along x.
+    assert!(frame.triangles[1].vertices[1].abs_diff_eq(Vec3::new(5.0, 1.0, 7.0), 1e-4));
+    // Mirrored: the last two vertices are swapped.
+    assert_eq!(frame.triangles[2].vertices[2], Vec3::new(-2.0, 0.0, 7.0));
+    assert!(frame.instances[2].mirrored && !frame.instances[1].mirrored);
+    assert_eq!(frame.instances.iter().map(|instance| instance.node_instance).collect::<Vec<_>>(), [0, 1, 2]);
+    assert_eq!(frame.instances[2].mesh, MeshIndex(0));
+}
+
+#[test]
+fn invalid_instances_are_errors_with_a_pointer() {
+    let mut document = instanced();
+    let two = document.floats("VEC3", &[0.0; 6]);
+    attributes(&mut document)["SCALE"] = json!(two);
+    assert!(document.error(65).contains("/attributes/SCALE"), "counts differ");
+    let mut document = instanced();
+    let zeros = document.floats("VEC4", &[0.0; 12]);
+    attributes(&mut document)["ROTATION"] = json!(zeros);
+    assert!(document.error(65).contains("length zero"));
+    let mut document = instanced();
+    *attributes(&mut document) = json!({});
+    assert!(document.error(65).contains("must not be empty"));
+    // The instances of one triangle exceed the memory limit.
+    let mut document = Document::triangle();
+    let many = json!({"componentType": 5126, "type": "VEC3", "count": 100_000_000});
+    let many = document.push("accessors", many);
+    document.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": many}}});
+    assert!(document.error(77).contains("--max-memory"));
+    // Each instance takes its own memory besides its matrix and triangle: 20 000 · (12 + 64 + 160 + 256) B.
+    let mut document = Document::triangle();
+    let often = document.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 20_000}));
+    document.json["nodes"][0]["extensions"] =
+        json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": often}}});
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, document.to_json().to_string()).unwrap();
+    let within =
+        |max_memory_bytes| import(&path, &ImportOptions { max_memory_bytes, ..ImportOptions::default() });
+    assert!(within(12_000_000).is_ok());
+    assert!(within(7_000_000).unwrap_err().to_string().contains("/scenes/0"));
+}

@@ -15,7 +15,7 @@ fn alpha_modes() {
             material["alphaCutoff"] = cutoff.into();
         }
         let material = sheet.material(material);
-        sheet.behind(&Card::default(), behind, -1.0);
+        sheet.card_at(&Card::default(), behind, -1.0);
         sheet.card(&Card::default(), material);
     };
     let cases = [
@@ -85,7 +85,7 @@ fn transmission() {
     ];
     for (factor, _) in &cases {
         let material = sheet.material(thin_glass(factor, tint));
-        sheet.behind(&Card::default(), behind, -1.0);
+        sheet.card_at(&Card::default(), behind, -1.0);
         sheet.card(&Card::default(), material);
     }
     for (card, (seen, (_, share))) in sheet.look().into_iter().zip(cases).enumerate() {

@@ -1,10 +1,9 @@
-//! A glTF file of cards in a row, and what is seen in the middle of each.
+//! A glTF file of cards in a row, and the colour at the centre of each.
 
-use std::io::Cursor;
-
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
-use image::{ImageFormat, RgbaImage};
+use glam::Vec3;
+use scene_builder::accessor::{Accessor, Component, Use, bounds_of, float_bytes};
+use scene_builder::document::Gltf;
+use scene_builder::image::Image;
 use rayframe::cancel::CancelFlag;
 use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::film::PixelWindow;
@@ -13,28 +12,17 @@ use rayframe::render::RenderSettings;
 use rayframe::sequence::film_of;
 use serde_json::{Map, Value, json};
 
-/// Pixels of a card's place, each way.
+/// Width and height of a slot, pixels. A slot is one square metre with a card in its centre.
 const PIXELS: u32 = 64;
 
-/// A file in the making.
-#[derive(Default)]
+/// A row of cards under construction.
 pub(crate) struct Sheet {
+    gltf: Gltf,
     cards: usize,
-    blob: Vec<u8>,
-    views: Vec<Value>,
-    accessors: Vec<Value>,
-    meshes: Vec<Value>,
-    nodes: Vec<Value>,
-    materials: Vec<Value>,
-    images: Vec<Value>,
-    textures: Vec<Value>,
-    samplers: Vec<Value>,
-    animations: Vec<Value>,
-    extensions: Map<String, Value>,
-    extensions_used: Vec<String>,
+    animations: usize,
 }
 
-/// A square of half a metre each way, seen from the front.
+/// A square of 0.8 m that faces the camera.
 pub(crate) struct Card {
     pub(crate) corners: [[f32; 3]; 4],
     pub(crate) uvs: [[f32; 2]; 4],
@@ -56,77 +44,68 @@ impl Default for Card {
 }
 
 impl Card {
-    /// The whole card has one place of the texture.
+    /// A card whose texture coordinates are all close to (`u`, `v`).
     pub(crate) fn at_uv(u: f32, v: f32) -> Self {
-        // A little around it, so that the footprint is no point.
+        // A small area, so that the ray differentials are not zero.
         let d = 1.0e-3;
         Self { uvs: [[u - d, v + d], [u + d, v + d], [u + d, v - d], [u - d, v - d]], ..Self::default() }
     }
 }
 
-/// A material that sends `value` of base colour and nothing else.
+/// An unlit material with `value` as its `pbrMetallicRoughness`.
 pub(crate) fn unlit(value: &Value) -> Value {
     json!({ "pbrMetallicRoughness": value, "extensions": { "KHR_materials_unlit": {} } })
 }
 
 #[expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test that cannot go on may panic")]
 impl Sheet {
-    pub(crate) fn new(extensions_used: &[&str]) -> Self {
-        let mut extensions_used: Vec<String> = extensions_used.iter().map(|&name| name.to_owned()).collect();
-        extensions_used.push("KHR_materials_unlit".to_owned());
-        Self { extensions_used, ..Self::default() }
+    pub(crate) fn new(extensions_used: &[&'static str]) -> Self {
+        let mut gltf = Gltf::new("A row of cards.");
+        for name in extensions_used.iter().chain(&["KHR_materials_unlit"]) {
+            gltf.uses_extension(name);
+        }
+        Self { gltf, cards: 0, animations: 0 }
     }
 
-    /// Adds a material; gives its subscript.
+    /// Adds a material; returns its index.
     pub(crate) fn material(&mut self, material: Value) -> usize {
-        self.materials.push(material);
-        self.materials.len() - 1
+        self.gltf.add("materials", material.into())
     }
 
-    /// Adds a texture of a picture; gives its subscript.
+    /// Adds a texture of `texels`, `width` a row; returns its index.
     pub(crate) fn texture(&mut self, width: u32, texels: &[[u8; 4]], sampler: Value) -> usize {
         let height = texels.len() as u32 / width;
-        let picture = RgbaImage::from_raw(width, height, texels.concat()).unwrap();
-        let mut png = Cursor::new(Vec::new());
-        picture.write_to(&mut png, ImageFormat::Png).unwrap();
-        let uri = format!("data:image/png;base64,{}", STANDARD.encode(png.into_inner()));
-        self.images.push(json!({ "uri": uri }));
-        self.samplers.push(sampler);
-        self.textures.push(json!({ "source": self.images.len() - 1, "sampler": self.samplers.len() - 1 }));
-        self.textures.len() - 1
+        let image = Image::new(width, height, |x, y| texels[(y * width + x) as usize]);
+        let image = image.add_to(&mut self.gltf, "texels").unwrap();
+        let sampler = self.gltf.add("samplers", sampler.into());
+        self.gltf.add("textures", json!({ "source": image, "sampler": sampler }).into())
     }
 
-    /// Adds numbers of `width` components; gives the accessor's subscript.
-    pub(crate) fn numbers(&mut self, numbers: &[f32], width: usize) -> usize {
+    /// Adds floats, `width` an element; returns the index of the accessor.
+    pub(crate) fn floats(&mut self, floats: &[f32], width: usize) -> usize {
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"][width - 1];
-        self.views
-            .push(json!({ "buffer": 0, "byteOffset": self.blob.len(), "byteLength": 4 * numbers.len() }));
-        self.blob.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
-        let ends = |pick: fn(f32, f32) -> f32| -> Vec<f32> {
-            (0..width).map(|i| numbers.iter().skip(i).step_by(width).copied().reduce(pick).unwrap()).collect()
-        };
-        self.accessors.push(json!({
-            "bufferView": self.views.len() - 1, "componentType": 5126, "count": numbers.len() / width, "type": kind,
-            "min": ends(f32::min), "max": ends(f32::max),
-        }));
-        self.accessors.len() - 1
+        let data = float_bytes(floats.iter().copied());
+        let mut accessor = Accessor::new(Component::F32, kind, floats.len() / width, data);
+        accessor.used_as = Use::Other;
+        accessor.bounds = Some(bounds_of(floats, width));
+        self.gltf.accessor(&accessor)
     }
 
-    /// Puts a card at the end of the row; gives its node.
+    /// Adds a card at the end of the row; returns the index of its node.
     pub(crate) fn card(&mut self, card: &Card, material: usize) -> usize {
-        let node = self.behind(card, material, 0.0);
+        let node = self.card_at(card, material, 0.0);
         self.cards += 1;
         node
     }
 
-    /// Puts a card into the next place, so far in front of (positive) or behind it.
-    pub(crate) fn behind(&mut self, card: &Card, material: usize, z: f32) -> usize {
+    /// Adds a card to the next slot, `z` metres in front of its plane, or behind it if negative.
+    pub(crate) fn card_at(&mut self, card: &Card, material: usize, z: f32) -> usize {
         let mut attributes = Map::new();
         let order = [0, 1, 2, 0, 2, 3];
         let mut put = |sheet: &mut Self, name: &str, rows: Option<Vec<Vec<f32>>>| {
             if let Some(rows) = rows {
-                let numbers: Vec<f32> = order.iter().flat_map(|&corner| rows[corner].clone()).collect();
-                attributes.insert(name.to_owned(), sheet.numbers(&numbers, rows[0].len()).into());
+                let floats: Vec<f32> = order.iter().flat_map(|&corner| rows[corner].clone()).collect();
+                attributes.insert(name.to_owned(), sheet.floats(&floats, rows[0].len()).into());
             }
         };
         put(self, "POSITION", Some(card.corners.map(|row| row.to_vec()).to_vec()));
@@ -134,104 +113,82 @@ impl Sheet {
         put(self, "COLOR_0", card.colors.map(|rows| rows.map(|row| row.to_vec()).to_vec()));
         put(self, "NORMAL", card.normals.map(|rows| rows.map(|row| row.to_vec()).to_vec()));
         put(self, "TANGENT", card.tangents.map(|rows| rows.map(|row| row.to_vec()).to_vec()));
-        self.meshes.push(json!({ "primitives": [{ "attributes": attributes, "material": material }] }));
-        self.nodes.push(json!({ "mesh": self.meshes.len() - 1, "translation": [self.cards, 0, z] }));
-        self.nodes.len() - 1
+        let mesh = json!({ "primitives": [{ "attributes": attributes, "material": material }] });
+        let mesh = self.gltf.add("meshes", mesh.into());
+        self.gltf.add("nodes", json!({ "mesh": mesh, "translation": [self.cards, 0, z] }).into())
     }
 
-    /// Where the next card goes, metres.
-    pub(crate) fn places(&self) -> f32 {
+    /// X of the centre of the next slot, metres.
+    pub(crate) fn next_x(&self) -> f32 {
         self.cards as f32
     }
 
-    /// Changes a property of a node.
+    /// Sets a property of a node.
     pub(crate) fn set(&mut self, node: usize, key: &str, value: Value) {
-        self.nodes[node][key] = value;
+        self.gltf.set("nodes", node, key, value);
     }
 
     /// Adds a node.
     pub(crate) fn node(&mut self, node: Value) {
-        self.nodes.push(node);
+        self.gltf.add("nodes", node.into());
     }
 
-    /// Sets an extension of the whole file.
-    pub(crate) fn extension(&mut self, name: &str, value: Value) {
-        self.extensions.insert(name.to_owned(), value);
+    /// Adds an extension object of the whole file.
+    pub(crate) fn extension(&mut self, name: &'static str, value: Value) {
+        self.gltf.extension(name, value.into());
     }
 
-    /// Adds a clip that moves one property of a node.
+    /// Adds a clip of one property of a node; `times` and `values` are accessors.
     pub(crate) fn animate(
         &mut self,
         node: usize,
         path: &str,
-        (input, output): (usize, usize),
+        times: usize,
+        values: usize,
         interpolation: &str,
     ) {
-        self.animations.push(json!({
-            "samplers": [{ "input": input, "output": output, "interpolation": interpolation }],
+        let clip = json!({
+            "samplers": [{ "input": times, "output": values, "interpolation": interpolation }],
             "channels": [{ "sampler": 0, "target": { "node": node, "path": path } }],
-        }));
+        });
+        self.gltf.add("animations", clip.into());
+        self.animations += 1;
     }
 
-    /// What is seen in the middle of every card's place.
+    /// Renders the sheet at time 0; returns the colour at the centre of every slot.
     pub(crate) fn look(self) -> Vec<[f32; 3]> {
         self.look_at(0.0)
     }
 
-    /// The same at a time.
+    /// Renders the sheet at a time; returns the colour at the centre of every slot.
     pub(crate) fn look_at(mut self, time_seconds: f64) -> Vec<[f32; 3]> {
         let cards = self.cards as f32;
-        let camera = json!({ "camera": 0, "translation": [(cards - 1.0) * 0.5, 0, 5] });
-        self.nodes.push(camera);
-        let uri = format!("data:application/octet-stream;base64,{}", STANDARD.encode(&self.blob));
-        let mut file = json!({
-            "asset": { "version": "2.0" },
-            "scene": 0,
-            "scenes": [{ "nodes": (0..self.nodes.len()).collect::<Vec<_>>() }],
-            "cameras": [{ "type": "orthographic", "orthographic": { "xmag": cards * 0.5, "ymag": 0.5, "znear": 0.0, "zfar": 20.0 } }],
-            "buffers": [{ "byteLength": self.blob.len(), "uri": uri }],
-            "extensionsUsed": self.extensions_used,
-        });
-        let lists = [
-            ("nodes", self.nodes),
-            ("meshes", self.meshes),
-            ("materials", self.materials),
-            ("accessors", self.accessors),
-            ("bufferViews", self.views),
-            ("images", self.images),
-            ("textures", self.textures),
-            ("samplers", self.samplers),
-            ("animations", self.animations),
-        ];
-        for (name, list) in lists.into_iter().filter(|(_, list)| !list.is_empty()) {
-            file[name] = list.into();
-        }
-        if !self.extensions.is_empty() {
-            file["extensions"] = self.extensions.into();
-        }
+        let lens = json!({ "xmag": cards * 0.5, "ymag": 0.5, "znear": 0.0, "zfar": 20.0 });
+        let camera = self.gltf.add("cameras", json!({ "type": "orthographic", "orthographic": lens }).into());
+        self.node(json!({ "camera": camera, "translation": [(cards - 1.0) * 0.5, 0, 5] }));
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("sheet.gltf");
-        std::fs::write(&path, file.to_string()).unwrap();
+        std::fs::write(&path, self.gltf.to_file_text()).unwrap();
         let shot = shot_job(&ShotRequest { path: &path, suite: None, overrides: &[] }).unwrap();
         assert_eq!(shot.warnings, []);
         let job = shot.sequence;
-        // Nor did any clip give way to another.
-        assert_eq!(job.selection.clips.len(), job.scene.animations.len());
+        // All clips play; none replaces another.
+        assert_eq!(job.selection.clips.len(), self.animations);
         let size = (self.cards as u32 * PIXELS, PIXELS);
         let window = PixelWindow::full(size.0, size.1);
         let settings = RenderSettings { resolution: size, window, samples: 1, ..job.render.clone() };
         let frame = Frame::at(&job.scene, &job.selection, time_seconds);
         let (film, _) = film_of(&job, &frame, &settings, &CancelFlag::new()).unwrap();
-        let middle = |card: usize| {
-            let place = (PIXELS / 2 * size.0 + card as u32 * PIXELS + PIXELS / 2) as usize;
-            let [red, green, blue, _] = film.pixels[place];
+        let center = |card: usize| {
+            let pixel = (PIXELS / 2 * size.0 + card as u32 * PIXELS + PIXELS / 2) as usize;
+            let [red, green, blue, _] = film.pixels[pixel];
             [red, green, blue]
         };
-        (0..self.cards).map(middle).collect()
+        (0..self.cards).map(center).collect()
     }
 }
 
-/// Asserts that cards look alike, two by two.
+/// Asserts that cards have equal colours, two by two.
 #[track_caller]
 pub(crate) fn assert_pairs(seen: &[[f32; 3]]) {
     assert!(seen.len().is_multiple_of(2) && !seen.is_empty());
@@ -240,13 +197,14 @@ pub(crate) fn assert_pairs(seen: &[[f32; 3]]) {
     }
 }
 
+/// Asserts that the colour of a card is `expected` within 0.002.
 #[track_caller]
 pub(crate) fn assert_close(seen: [f32; 3], expected: [f32; 3], card: usize) {
     let apart = seen.iter().zip(expected).any(|(seen, expected)| (seen - expected).abs() > 2.0e-3);
     assert!(!apart, "card {card}: {seen:?} is not {expected:?}");
 }
 
-/// The linear value of an sRGB one (IEC 61966-2-1).
+/// The linear value of an sRGB byte (IEC 61966-2-1).
 pub(crate) fn linear(value: u8) -> f32 {
     let value = f64::from(value) / 255.0;
     let linear = if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) };

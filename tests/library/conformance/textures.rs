@@ -66,7 +66,7 @@ fn texture_settings_filters_and_sides() {
         let mut material = unlit(&json!({ "baseColorFactor": [1, 1, 0, 1] }));
         material["doubleSided"] = double_sided.into();
         let material = sheet.material(material);
-        sheet.behind(&Card::default(), behind, -1.0);
+        sheet.card_at(&Card::default(), behind, -1.0);
         sheet.card(&turned, material);
     }
     let seen = sheet.look();

@@ -87,9 +87,14 @@ impl Gltf {
 
     /// Sets the `extensions` object of an element of a top-level array.
     pub fn extend(&mut self, section: &str, index: usize, extensions: Json) {
+        self.set(section, index, "extensions", extensions);
+    }
+
+    /// Sets a property of an element of a top-level array.
+    pub fn set(&mut self, section: &str, index: usize, key: &str, value: impl Into<Json>) {
         let written = self.sections.iter_mut().find(|(name, _)| *name == section);
         if let Some(element) = written.and_then(|(_, values)| values.get_mut(index)) {
-            element.set("extensions", extensions);
+            element.set(key, value);
         }
     }
 
@@ -355,4 +360,22 @@ fn set_unless_empty(root: &mut Json, key: &str, value: Json) {
     if !value.is_empty() {
         root.set(key, value);
     }
+}
+
+/// A GLB container of a JSON chunk and a binary chunk.
+pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+    let padded = |bytes: &[u8], padding: u8| {
+        let mut bytes = bytes.to_vec();
+        bytes.resize(bytes.len().next_multiple_of(4), padding);
+        bytes
+    };
+    let chunks = [(*b"JSON", padded(json.as_bytes(), b' ')), (*b"BIN\0", padded(binary, 0))];
+    let length: usize = 12 + chunks.iter().map(|(_, content)| 8 + content.len()).sum::<usize>();
+    let mut file = [&b"glTF"[..], &2_u32.to_le_bytes(), &(length as u32).to_le_bytes()].concat();
+    for (kind, content) in chunks {
+        file.extend((content.len() as u32).to_le_bytes());
+        file.extend(kind);
+        file.extend(content);
+    }
+    file
 }

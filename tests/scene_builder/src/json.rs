@@ -152,9 +152,29 @@ from! {
     &str => |value| Json::Text(value.to_owned());
     String => |value| Json::Text(value);
     Vec<Json> => |value| Json::List(value);
+    &serde_json::Value => |value| from_value(value);
+    serde_json::Value => |value| from_value(&value);
     glam::Vec2 => |value| list(value.to_array());
     glam::Vec3 => |value| list(value.to_array());
     glam::Vec4 => |value| list(value.to_array());
     glam::Quat => |value| list(value.to_array());
     glam::Mat4 => |value| list(value.to_cols_array());
+}
+
+/// Numbers become integers where they are, else the nearest `f32`; `null` is not supported and becomes an empty string.
+fn from_value(value: &serde_json::Value) -> Json {
+    use serde_json::Value;
+    match value {
+        Value::Null => Json::Text(String::new()),
+        Value::Bool(value) => Json::Bool(*value),
+        Value::Number(number) => match number.as_u64() {
+            Some(integer) => Json::Integer(integer as usize),
+            None => Json::Number(number.as_f64().unwrap_or_default() as f32),
+        },
+        Value::String(text) => Json::Text(text.clone()),
+        Value::Array(items) => Json::List(items.iter().map(from_value).collect()),
+        Value::Object(entries) => {
+            Json::Object(entries.iter().map(|(key, value)| (key.clone(), from_value(value))).collect())
+        }
+    }
 }

@@ -6,5 +6,7 @@ mod conformance;
 mod corruptions;
 mod known_answers;
 mod motion_blur;
+mod references;
 mod scenes;
 mod sequence;
+mod stage;

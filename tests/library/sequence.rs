@@ -3,55 +3,27 @@
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use crate::stage::sequence_job;
 use glam::Vec3;
-use rayframe::bvh::{BuildSettings, BuilderKind, Split};
+use rayframe::bvh::{BuilderKind, Split};
 use rayframe::cancel::CancelFlag;
-use rayframe::color::ToneCurve;
 use rayframe::film::PixelWindow;
-use rayframe::output::ExrOutput;
-use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter, RenderSettings};
-use rayframe::scene::{Environment, Scene, SelectedCamera, Selection};
+use rayframe::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, PixelFilter};
+use rayframe::scene::{Environment, Scene, SelectedCamera};
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, Presentation, SequenceEvent, SequenceJob,
-    Shutter, Summary, render_hash, run,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Plan, SequenceEvent, SequenceJob, Shutter, Summary,
+    render_hash, run,
 };
 
-/// An empty scene in even light, written to `folder/name`.
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+/// A job that renders an empty scene in a constant environment to `folder/name`.
 fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
-    SequenceJob {
-        scene: Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() },
-        selection: Selection {
-            roots: Vec::new(),
-            clips: Vec::new(),
-            camera: SelectedCamera::Auto,
-            image_light: None,
-            variant: None,
-        },
-        environment: Environment::Constant(Vec3::splat(0.5)),
-        environment_key: "constant 0.5".to_owned(),
-        frames: frames.to_vec(),
-        rate: FrameRate::FILM,
-        shutter: Shutter::default(),
-        render: RenderSettings {
-            resolution: (40, 30),
-            window: PixelWindow::full(40, 30),
-            samples: 1,
-            max_depth: 1,
-            ..RenderSettings::default()
-        },
-        build: BuildSettings::default(),
-        output: OutputPattern::parse(folder.join(name).as_os_str()).unwrap(),
-        exr: ExrOutput::default(),
-        preview: false,
-        presentation: Presentation::default(),
-        exposure: Exposure::Auto,
-        tone: ToneCurve::Standard,
-        existing: ExistingFiles::Protect,
-        keep_going: false,
-        strict: false,
-        max_memory_bytes: 1 << 30,
-    }
+    let scene = Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() };
+    let mut job = sequence_job(scene, SelectedCamera::Auto, (40, 30), &folder.join(name));
+    job.environment = Environment::Constant(Vec3::splat(0.5));
+    job.environment_key = "constant 0.5".to_owned();
+    job.frames = frames.to_vec();
+    job.render.max_depth = 1;
+    job
 }
 
 fn render(job: &SequenceJob) -> Result<Summary, rayframe::error::Error> {

@@ -1,4 +1,4 @@
-//! A square in front of a camera, either of which moves.
+//! A square in front of a camera; tests move either.
 
 use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
 use rayframe::bvh::{BuildSettings, Builder};
@@ -7,26 +7,27 @@ use rayframe::film::{AovFlags, Film, PixelCenterSample, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::render::{AdjacentFrames, SceneView, render_pixel_centers};
 use rayframe::scene::{
-    Animation, AnimationIndex, AnimationTarget, Camera, CameraIndex, Channel, Environment, Interpolation,
-    Keyframes, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Scene,
-    SelectedCamera, Selection,
+    Camera, CameraIndex, Environment, Material, Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection,
+    Scene, SelectedCamera,
 };
 
-/// The picture, pixels.
+use crate::stage::{rectangle, select_all};
+
+/// Resolution, pixels.
 pub(crate) const SIZE: (u32, u32) = (40, 20);
-/// Seconds from one frame to the next.
+/// Time from one frame to the next, seconds.
 pub(crate) const STEP: f64 = 0.25;
 
-/// The square's node, the camera's, and a spare one.
+/// Nodes of the square and the camera, and a spare one.
 pub(crate) const SQUARE: NodeIndex = NodeIndex(0);
 pub(crate) const CAMERA: NodeIndex = NodeIndex(1);
 pub(crate) const SPARE: NodeIndex = NodeIndex(2);
 
-/// Shows 10 pixels a metre.
+/// Orthographic, 10 pixels a metre.
 pub(crate) const PARALLEL: Projection =
     Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.0, z_far: 100.0 };
 
-/// Half the picture's height is as high as it is far away: 10 pixels a metre at one metre.
+/// A field of view of 90°: 10 pixels a metre at a distance of one metre.
 pub(crate) const PINHOLE: Projection = Projection::Perspective {
     fov_y_radians: std::f32::consts::FRAC_PI_2,
     aspect_ratio: None,
@@ -34,16 +35,12 @@ pub(crate) const PINHOLE: Projection = Projection::Perspective {
     z_far: None,
 };
 
-/// The camera at the origin looks along −Z at a square with edges of two metres, `distance` metres away, which does not
-/// fill the picture.
+/// A camera at the origin that looks along −Z at a square with edges of two metres, `distance` metres away. The square does
+/// not fill the image.
 pub(crate) fn square(projection: Projection, distance: f32) -> Scene {
-    let at = |x: f32, y: f32| Vec3::new(x, y, -distance);
     let primitive = Primitive {
-        positions: vec![at(-1.0, -1.0), at(1.0, -1.0), at(1.0, 1.0), at(-1.0, 1.0)],
         uvs: vec![[(0.0, 1.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)].map(|(u, v)| Vec2::new(u, v)).to_vec()],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        material: MaterialIndex(0),
-        ..Primitive::default()
+        ..rectangle(Vec3::NEG_Z * distance, Vec3::X, Vec3::Y)
     };
     Scene {
         nodes: vec![
@@ -59,32 +56,15 @@ pub(crate) fn square(projection: Projection, distance: f32) -> Scene {
     }
 }
 
-/// Adds a clip whose only channel goes from `from` at 0 s to `to` at 1 s.
-pub(crate) fn animate(scene: &mut Scene, target: AnimationTarget, from: &[f32], to: &[f32]) {
-    let keyframes = Keyframes {
-        times_seconds: vec![0.0, 1.0],
-        values: [from, to].concat(),
-        width: from.len(),
-        interpolation: Interpolation::Linear,
-    };
-    scene.animations.push(Animation { name: None, channels: vec![Channel { target, keyframes }] });
-}
-
-/// A turn around +Y.
-pub(crate) fn turned(angle: f32) -> [f32; 4] {
+/// A rotation around +Y as a quaternion.
+pub(crate) fn rotation_y(angle: f32) -> [f32; 4] {
     Quat::from_xyzw(0.0, libm::sinf(angle * 0.5), 0.0, libm::cosf(angle * 0.5)).to_array()
 }
 
-/// What the middles of pixels show of frame `frame`.
+/// Pixel-centre samples of frame `frame`.
 #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
-pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<PixelCenterSample> {
-    let selection = Selection {
-        roots: scene.node_order.clone(),
-        clips: (0..scene.animations.len() as u32).map(AnimationIndex).collect(),
-        camera: SelectedCamera::Node(CAMERA),
-        image_light: None,
-        variant: None,
-    };
+pub(crate) fn pixel_centers(scene: &Scene, frame: i32) -> Vec<PixelCenterSample> {
+    let selection = select_all(scene, SelectedCamera::Node(CAMERA));
     let at = |frame: i32| Frame::at(scene, &selection, f64::from(frame) * STEP);
     let (before, now, after) = (at(frame - 1), at(frame), at(frame + 1));
     let cancel = CancelFlag::new();
@@ -98,17 +78,17 @@ pub(crate) fn centres(scene: &Scene, frame: i32) -> Vec<PixelCenterSample> {
     film.aovs.centers.unwrap()
 }
 
-/// Each pixel's middle on the plane one metre in front of a pinhole (or of parallel rays), +Y up, with its sample.
+/// The samples with the centres of their pixels on the plane one metre in front of the camera, +Y up.
 pub(crate) fn on_plane(samples: &[PixelCenterSample]) -> impl Iterator<Item = (Vec2, &PixelCenterSample)> {
-    samples.iter().enumerate().map(|(subscript, sample)| {
-        let (x, y) = (subscript as u32 % SIZE.0, subscript as u32 / SIZE.0);
+    samples.iter().enumerate().map(|(index, sample)| {
+        let (x, y) = (index as u32 % SIZE.0, index as u32 / SIZE.0);
         let right = (x as f32 + 0.5) / 10.0 - 2.0;
         let up = 1.0 - (y as f32 + 0.5) / 10.0;
         (Vec2::new(right, up), sample)
     })
 }
 
-/// A matrix that places something.
-pub(crate) fn placed(x: f32, y: f32, z: f32) -> Mat4 {
+/// A translation matrix.
+pub(crate) fn translation(x: f32, y: f32, z: f32) -> Mat4 {
     Mat4::from_translation(Vec3::new(x, y, z))
 }

@@ -1,15 +1,14 @@
 //! A glTF file of cards in a row, and the colour at the centre of each.
 
-use glam::Vec3;
-use scene_builder::accessor::{Accessor, Component, Use, bounds_of, float_bytes};
-use scene_builder::document::Gltf;
-use scene_builder::image::Image;
 use rayframe::cancel::CancelFlag;
 use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
 use rayframe::render::RenderSettings;
 use rayframe::sequence::film_of;
+use scene_builder::accessor::{Accessor, Component, Use, bounds_of, float_bytes};
+use scene_builder::document::Gltf;
+use scene_builder::image::Image;
 use serde_json::{Map, Value, json};
 
 /// Width and height of a slot, pixels. A slot is one square metre with a card in its centre.

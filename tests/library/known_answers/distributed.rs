@@ -7,7 +7,7 @@ use rayframe::film::PixelWindow;
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, LightSize, PixelFilter};
 use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission};
 
-use super::stage::{Stage, lambert, rectangle, unlit};
+use crate::stage::{Stage, lambert, rectangle, unlit};
 
 /// Share of a disk beyond a line at half its radius: 1/3 − √3 / 4π.
 const BEYOND_HALF: f32 = 0.195_501;
@@ -179,7 +179,7 @@ fn square() -> Stage {
 
 #[test]
 fn edges_take_more_samples_and_nothing_else_changes() {
-    let look = |stage: &Stage| stage.picture(Vec3::ZERO, Vec3::NEG_Z).pixels;
+    let look = |stage: &Stage| stage.render(Vec3::ZERO, Vec3::NEG_Z).pixels;
     let base = look(&square());
     let mut adaptive = square();
     adaptive.settings.adaptive = Some(Adaptive { most_samples: 64, threshold: 0.05 });
@@ -207,10 +207,10 @@ fn a_crop_decides_on_edges_as_the_whole_picture() {
     stage.settings.adaptive = Some(Adaptive { most_samples: 16, threshold: 0.05 });
     stage.settings.filter = PixelFilter::BlackmanHarris;
     stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Metres(1.5) });
-    let whole = stage.picture(Vec3::ZERO, Vec3::NEG_Z);
+    let whole = stage.render(Vec3::ZERO, Vec3::NEG_Z);
     let window = PixelWindow { x0: 4, y0: 3, x1: 11, y1: 5 };
     stage.settings.window = window;
-    let crop = stage.picture(Vec3::ZERO, Vec3::NEG_Z);
+    let crop = stage.render(Vec3::ZERO, Vec3::NEG_Z);
     for y in window.y0..window.y1 {
         for x in window.x0..window.x1 {
             let inside = ((y - window.y0) * window.width() + x - window.x0) as usize;

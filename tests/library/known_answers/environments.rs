@@ -6,7 +6,7 @@ use rayframe::scene::{
     Specular, Texels, Texture, TextureIndex, TextureRef, Transmission, UvTransform, Volume, mip_levels,
 };
 
-use super::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 /// A floor of a kilometre whose black and white squares of half a metre are a texture with mip maps.
 fn chequered_floor() -> Stage {

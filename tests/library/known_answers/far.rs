@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rayframe::scene::{Environment, LightKind, Material, Transmission, Volume};
 
-use super::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 /// Half edges of a square whose normal leans in all three axes.
 fn slanted() -> (Vec3, Vec3, Vec3) {

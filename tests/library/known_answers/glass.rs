@@ -5,7 +5,7 @@ use rayframe::film::PixelWindow;
 use rayframe::integrator::GlassShadows;
 use rayframe::scene::{Environment, LightKind, Material, Projection, Transmission, Volume};
 
-use super::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 fn glass(ior: f32, volume: Option<Volume>) -> Material {
     Material {

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use rayframe::scene::{Environment, LightKind};
 
-use super::stage::{Stage, assert_close, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, lambert, rectangle, unlit};
 
 const ALBEDO: Vec3 = Vec3::new(0.8, 0.4, 0.2);
 

@@ -5,7 +5,7 @@ use rayframe::film::{AovFlags, LightPass, PixelWindow};
 use rayframe::render::PixelFilter;
 use rayframe::scene::{AlphaMode, Environment, LightKind, Material, Projection, Transmission};
 
-use super::stage::{Stage, lambert, rectangle, unlit};
+use crate::stage::{Stage, lambert, rectangle, unlit};
 
 const EYE: Vec3 = Vec3::new(0.0, 0.0, 4.0);
 
@@ -34,7 +34,7 @@ fn mirror() -> Material {
 #[expect(clippy::unwrap_used, reason = "the stage records everything")]
 #[track_caller]
 fn assert_parts(stage: &Stage, eye: Vec3, expected: &[(LightPass, Vec3)]) {
-    let film = stage.picture(eye, Vec3::ZERO);
+    let film = stage.render(eye, Vec3::ZERO);
     let light = film.aovs.light.unwrap()[0];
     for part in LightPass::ALL {
         let seen = Vec3::from_array(light[part.index()]);
@@ -138,7 +138,7 @@ fn a_shadow_catcher_is_not_looked_through() {
     stage.add(across(0.0), Material { is_shadow_catcher: true, ..lambert(Vec3::ONE) });
     stage.add_light(LightKind::Point, 1.0, Vec3::Z * 2.0, Vec3::NEG_Z);
     assert_parts(&stage, EYE, &[(LightPass::Environment, Vec3::splat(0.5))]);
-    let film = stage.picture(EYE, Vec3::ZERO);
+    let film = stage.render(EYE, Vec3::ZERO);
     assert_eq!(film.aovs.coverage, Some(vec![vec![]]));
     assert_eq!(film.aovs.centers.unwrap()[0].instance, None);
 }
@@ -154,7 +154,7 @@ fn wide(samples: u32, filter: PixelFilter) -> Stage {
 
 #[expect(clippy::unwrap_used, reason = "the stage records everything")]
 fn coverage(stage: &Stage) -> Vec<(u32, f32)> {
-    stage.picture(EYE, Vec3::ZERO).aovs.coverage.unwrap()[0].clone()
+    stage.render(EYE, Vec3::ZERO).aovs.coverage.unwrap()[0].clone()
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn see_through_surfaces_share_with_what_is_behind_them() {
     stage.add(across(-1.0), unlit(Vec3::ONE));
     assert_eq!(coverage(&stage), [(0, 0.75), (1, 0.25)]);
     // The middle shows what has at least half.
-    let instance = |stage: &Stage| stage.picture(EYE, Vec3::ZERO).aovs.centers.unwrap()[0].instance;
+    let instance = |stage: &Stage| stage.render(EYE, Vec3::ZERO).aovs.centers.unwrap()[0].instance;
     assert_eq!(instance(&stage), Some(0));
     stage.add(across(2.0), blended(unlit(Vec3::ONE), 0.5));
     assert_eq!(instance(&stage), Some(3));

@@ -5,7 +5,7 @@ use rayframe::scene::{
     Anisotropy, ClearCoat, DiffuseTransmission, Environment, LightKind, Material, Sheen, Transmission, Volume,
 };
 
-use super::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
 /// Unpolarised Fresnel of index n, by Snell's law.
 fn fresnel(cos_i: f64, n: f64) -> f32 {

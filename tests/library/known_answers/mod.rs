@@ -11,5 +11,4 @@ mod light_passes;
 mod material_extensions;
 mod normals;
 mod reflection;
-mod stage;
 mod surface;

@@ -5,7 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3, Vec4};
 use rayframe::scene::{LightKind, Material, NormalTexture, Primitive};
 
-use super::stage::{Stage, assert_close, lambert, rectangle};
+use crate::stage::{Stage, assert_close, lambert, rectangle};
 
 /// A normal that leans to +X and more to +Y.
 const TEXEL: [u8; 4] = [166, 204, 217, 255];

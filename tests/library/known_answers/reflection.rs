@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 use rayframe::scene::{Environment, Material};
 
-use super::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
 
 /// The unpolarised Fresnel factor, written out with Snell's law from textbooks in f64.
 fn fresnel(cos_i: f64, n: f64) -> f32 {

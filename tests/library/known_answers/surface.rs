@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 use rayframe::scene::{AlphaMode, LightKind, Material};
 
-use super::stage::{Stage, assert_close, lambert, rectangle, unlit};
+use crate::stage::{Stage, assert_close, lambert, rectangle, unlit};
 
 fn card(z: f32, color: Vec4, alpha_mode: AlphaMode) -> (rayframe::scene::Primitive, Material) {
     let material = Material { alpha_mode, base_color: color, ..unlit(Vec3::ONE) };

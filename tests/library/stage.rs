@@ -1,18 +1,28 @@
-//! A scene put together in code and looked at through one pixel.
+//! Scenes in memory that several subjects share: a stage of one pixel, meshes, materials, clips and sequence jobs.
+//!
+//! Tests of glTF files build theirs with the crate `scene_builder`.
+
+use std::path::Path;
 
 use glam::{Mat4, Quat, Vec3, Vec4};
 use rayframe::bvh::{BuildSettings, Builder};
 use rayframe::cancel::CancelFlag;
+use rayframe::color::ToneCurve;
 use rayframe::film::{Film, PixelWindow};
 use rayframe::frame::Frame;
+use rayframe::output::ExrOutput;
 use rayframe::render::{RenderSettings, SceneView, render_frame};
 use rayframe::scene::{
-    Environment, Image, ImageIndex, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex,
-    Mesh, MeshIndex, Node, NodeIndex, Primitive, Projection, Sampler, Scene, SelectedCamera, Selection,
-    Texels, Texture, TextureIndex, TextureRef, UvTransform,
+    Animation, AnimationIndex, AnimationTarget, Channel, Environment, Image, ImageIndex, Interpolation,
+    Keyframes, Light, LightIndex, LightKind, LocalTransform, Material, MaterialIndex, Mesh, MeshIndex, Node,
+    NodeIndex, Primitive, Projection, Sampler, Scene, SelectedCamera, Selection, Texels, Texture,
+    TextureIndex, TextureRef, UvTransform,
+};
+use rayframe::sequence::{
+    ExistingFiles, Exposure, FrameRate, OutputPattern, Presentation, SequenceJob, Shutter,
 };
 
-/// Objects and lights, and how they are rendered.
+/// A scene, its environment and its render settings.
 pub(crate) struct Stage {
     pub(crate) scene: Scene,
     pub(crate) environment: Environment,
@@ -38,7 +48,7 @@ impl Stage {
         self.scene.nodes.push(node);
     }
 
-    /// Adds a mesh primitive in world space.
+    /// Adds a mesh of one primitive in world space.
     pub(crate) fn add(&mut self, primitive: Primitive, material: Material) {
         let material_index = MaterialIndex(self.scene.materials.len() as u32);
         self.scene.materials.push(material);
@@ -48,7 +58,7 @@ impl Stage {
         self.push_node(Node { mesh: Some(mesh), ..Default::default() });
     }
 
-    /// Adds a picture of one texel.
+    /// Adds a texture of one texel.
     pub(crate) fn add_texel(&mut self, texel: [u8; 4]) -> TextureRef {
         let image = ImageIndex(self.scene.images.len() as u32);
         let texels = Texels::Rgba8(vec![texel]);
@@ -67,26 +77,20 @@ impl Stage {
         self.push_node(Node { light: Some(index), local, ..Default::default() });
     }
 
-    /// Radiance and coverage that a camera at `eye` sees towards `target`.
+    /// Radiance and coverage of the first pixel, seen from `eye` towards `target`.
     pub(crate) fn look(&self, eye: Vec3, target: Vec3) -> Vec4 {
-        Vec4::from_array(self.picture(eye, target).pixels[0])
+        Vec4::from_array(self.render(eye, target).pixels[0])
     }
 
-    /// The picture of a camera at `eye` that looks towards `target`.
+    /// Renders the view from `eye` towards `target`.
     #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
-    pub(crate) fn picture(&self, eye: Vec3, target: Vec3) -> Film {
+    pub(crate) fn render(&self, eye: Vec3, target: Vec3) -> Film {
         let backward = (eye - target).normalize();
         let (right, up) = backward.any_orthonormal_pair();
         let world_from_camera =
             Mat4::from_cols(right.extend(0.0), up.extend(0.0), backward.extend(0.0), eye.extend(1.0));
         let projection = self.projection;
-        let selection = Selection {
-            roots: self.scene.node_order.clone(),
-            clips: Vec::new(),
-            camera: SelectedCamera::Fixed { world_from_camera, projection },
-            image_light: None,
-            variant: None,
-        };
+        let selection = select_all(&self.scene, SelectedCamera::Fixed { world_from_camera, projection });
         let frame = Frame::at(&self.scene, &selection, 0.0);
         let cancel = CancelFlag::new();
         let bvh = Builder::default()
@@ -107,7 +111,7 @@ pub(crate) fn rectangle(center: Vec3, u: Vec3, v: Vec3) -> Primitive {
     )
 }
 
-/// A closed box with faces outwards.
+/// A closed box around `center` with outward faces.
 pub(crate) fn cuboid(center: Vec3, half: Vec3) -> Primitive {
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
@@ -132,24 +136,83 @@ fn primitive(positions: Vec<Vec3>, triangles: Vec<[u32; 3]>) -> Primitive {
     Primitive { positions, triangles, material: MaterialIndex(0), ..Primitive::default() }
 }
 
-/// Pure Lambert: an index of refraction of one leaves no specular lobe.
+/// A Lambertian material: with an index of refraction of one there is no specular lobe.
 pub(crate) fn lambert(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), metallic: 0.0, ior: 1.0, ..Material::default() }
 }
 
-/// Sends the same radiance everywhere.
+/// A material of the same radiance in all directions.
 pub(crate) fn unlit(color: Vec3) -> Material {
     Material { base_color: color.extend(1.0), unlit: true, double_sided: true, ..Material::default() }
 }
 
-/// A black, smooth dielectric: all that is seen is its specular reflection.
+/// A black, smooth dielectric, which shows its specular reflection alone.
 pub(crate) fn black_gloss(ior: f32) -> Material {
     let base_color = Vec4::new(0.0, 0.0, 0.0, 1.0);
     Material { base_color, metallic: 0.0, roughness: 0.0, ior, ..Material::default() }
 }
 
+/// Asserts that the radiance is `expected` within `tolerance`.
 #[track_caller]
 pub(crate) fn assert_close(actual: Vec4, expected: Vec3, tolerance: f32) {
     let difference = (actual.truncate() - expected).abs().max_element();
     assert!(difference <= tolerance, "{actual} is not {expected} within {tolerance}");
+}
+
+/// Adds a clip of one linear channel from `from` at 0 s to `to` at 1 s.
+pub(crate) fn animate(scene: &mut Scene, target: AnimationTarget, from: &[f32], to: &[f32]) {
+    let keyframes = Keyframes {
+        times_seconds: vec![0.0, 1.0],
+        values: [from, to].concat(),
+        width: from.len(),
+        interpolation: Interpolation::Linear,
+    };
+    scene.animations.push(Animation { name: None, channels: vec![Channel { target, keyframes }] });
+}
+
+/// All nodes and clips of a scene, seen by `camera`.
+pub(crate) fn select_all(scene: &Scene, camera: SelectedCamera) -> Selection {
+    Selection {
+        roots: scene.node_order.clone(),
+        clips: (0..scene.animations.len() as u32).map(AnimationIndex).collect(),
+        camera,
+        image_light: None,
+        variant: None,
+    }
+}
+
+/// A job of one sample a pixel that renders all of `scene` to the frame pattern `output`.
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+pub(crate) fn sequence_job(
+    scene: Scene,
+    camera: SelectedCamera,
+    resolution: (u32, u32),
+    output: &Path,
+) -> SequenceJob {
+    SequenceJob {
+        selection: select_all(&scene, camera),
+        scene,
+        environment: Environment::None,
+        environment_key: String::new(),
+        frames: vec![1],
+        rate: FrameRate::FILM,
+        shutter: Shutter::default(),
+        render: RenderSettings {
+            resolution,
+            window: PixelWindow::full(resolution.0, resolution.1),
+            samples: 1,
+            ..RenderSettings::default()
+        },
+        build: BuildSettings::default(),
+        output: OutputPattern::parse(output.as_os_str()).unwrap(),
+        exr: ExrOutput::default(),
+        preview: false,
+        presentation: Presentation::default(),
+        exposure: Exposure::Auto,
+        tone: ToneCurve::Standard,
+        existing: ExistingFiles::Protect,
+        keep_going: false,
+        strict: false,
+        max_memory_bytes: 1 << 30,
+    }
 }

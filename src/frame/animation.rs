@@ -1,4 +1,4 @@
-//! Keyframes evaluated at a time: steps, straight lines, arcs and Hermite splines (glTF 2.0, appendix C).
+//! Keyframe interpolation: step, linear, spherical linear and cubic Hermite (glTF 2.0, appendix C).
 
 use std::ops::RangeInclusive;
 
@@ -9,18 +9,18 @@ use crate::scene::{
     LocalTransform, Material, Projection, Scene, Selection, set_camera, set_light, set_material,
 };
 
-/// Everything that clips move, at one time.
+/// All animatable properties of a scene at one time.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ScenePose {
-    /// One a node.
+    /// Local transforms, by [`crate::scene::NodeIndex`].
     pub(super) local: Vec<LocalTransform>,
-    /// Whether each node is hidden by itself.
+    /// Whether the node itself is hidden, by [`crate::scene::NodeIndex`].
     pub(super) hidden: Vec<bool>,
-    /// Weights that an animation sets on nodes; `None` leaves the node's or mesh's own.
+    /// Animated morph weights of nodes; `None` keeps the node's or mesh's own.
     pub(super) weights: Vec<Option<Vec<f32>>>,
-    /// Weights that an animation sets on meshes; `None` leaves the mesh's own.
+    /// Animated morph weights of meshes; `None` keeps the mesh's own.
     pub(super) mesh_weights: Vec<Option<Vec<f32>>>,
-    /// Weights that are set one by one; the others stay what they are.
+    /// Morph weights that are animated individually.
     single_weights: Vec<(AnimationTarget, f32)>,
     /// By [`crate::scene::ImageLightIndex`].
     pub(super) image_lights: Vec<ImageLightPose>,
@@ -31,7 +31,7 @@ pub(super) struct ScenePose {
 }
 
 impl ScenePose {
-    /// Sets everything to rest, then plays the selected clips; `materials` are those of the frame.
+    /// Resets all properties, then plays the selected clips. Animated materials are written to `materials`.
     pub(super) fn play(
         &mut self,
         scene: &Scene,
@@ -59,27 +59,27 @@ impl ScenePose {
                 self.apply(channel.target, &channel.keyframes, time_seconds, materials);
             }
         }
-        self.weigh_singly(scene);
+        self.apply_single_weights(scene);
     }
 
-    /// Sets single weights of meshes, then those of nodes, over what else is said of them.
-    fn weigh_singly(&mut self, scene: &Scene) {
+    /// Applies individually animated weights of meshes, then of nodes, on top of the other weights.
+    fn apply_single_weights(&mut self, scene: &Scene) {
         for &(target, value) in &self.single_weights {
-            if let AnimationTarget::MeshWeight(mesh, place) = target {
+            if let AnimationTarget::MeshWeight(mesh, target_index) = target {
                 let rest = &scene.meshes[mesh.index()].weights;
                 let weights = self.mesh_weights[mesh.index()].get_or_insert_with(|| rest.clone());
-                weights[place as usize] = value;
+                weights[target_index as usize] = value;
             }
         }
         for &(target, value) in &self.single_weights {
-            if let AnimationTarget::Weight(node, place) = target
+            if let AnimationTarget::Weight(node, target_index) = target
                 && let Some(mesh) = scene.nodes[node.index()].mesh
             {
                 let own = scene.nodes[node.index()].weights.as_ref();
                 let rest = own.or(self.mesh_weights[mesh.index()].as_ref());
                 let rest = rest.unwrap_or(&scene.meshes[mesh.index()].weights);
                 let weights = self.weights[node.index()].get_or_insert_with(|| rest.clone());
-                weights[place as usize] = value;
+                weights[target_index as usize] = value;
             }
         }
     }
@@ -126,40 +126,43 @@ impl ScenePose {
                 self.hidden[node.index()] = component_at(keyframes, time_seconds, 0) == 0.0;
             }
             AnimationTarget::Material(material, property) => {
-                let values = within(values(), &property.range());
+                let values = clamped(values(), &property.range());
                 set_material(&mut materials[material.index()], property, &values);
             }
             AnimationTarget::Light(light, property) => {
-                let values = within(values(), &property.range());
+                let values = clamped(values(), &property.range());
                 set_light(&mut self.lights[light.index()], property, &values);
             }
             AnimationTarget::Camera(camera, property) => {
-                let values = within(values(), &property.range());
+                let values = clamped(values(), &property.range());
                 set_camera(&mut self.projections[camera.index()], property, values[0]);
             }
         }
     }
 }
 
-/// Keys lie in the range of their property, but splines between them may leave it.
-fn within(mut values: Vec<f32>, range: &RangeInclusive<f32>) -> Vec<f32> {
+/// Clamps values to the range of a property. Keys lie in the range, but splines between them may leave it.
+fn clamped(mut values: Vec<f32>, range: &RangeInclusive<f32>) -> Vec<f32> {
     for value in &mut values {
         *value = value.clamp(*range.start(), *range.end());
     }
     values
 }
 
-/// Where a time falls among keys: the key before it, the seconds to the next one, and the share of them that has passed.
+/// The interval between two keys that contains a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct KeySpan {
+    /// Index of the key before the time.
     key: usize,
+    /// Duration up to the next key.
     seconds: f32,
+    /// Fraction of the duration that has passed.
     share: f32,
 }
 
-/// Times before the first key and after the last clamp to those keys.
+/// The span of a time. Times before the first key and after the last one clamp to those keys.
 ///
-/// The time is rounded as the keys are, so that a frame which falls on a key meets it.
+/// The time is rounded to `f32` as the keys are, so that a frame at the time of a key matches it exactly.
 fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
     let time_seconds = f64::from(time_seconds as f32);
     let after = times_seconds.partition_point(|&key_time| f64::from(key_time) <= time_seconds);
@@ -175,7 +178,7 @@ fn span_at(times_seconds: &[f32], time_seconds: f64) -> KeySpan {
     KeySpan { key, seconds: seconds as f32, share: share as f32 }
 }
 
-/// One component of a value that is interpolated component by component.
+/// One component of a value, interpolated independently of the others.
 fn component_at(keyframes: &Keyframes, time_seconds: f64, component: usize) -> f32 {
     let span = span_at(&keyframes.times_seconds, time_seconds);
     let width = keyframes.width;
@@ -190,7 +193,7 @@ fn component_at(keyframes: &Keyframes, time_seconds: f64, component: usize) -> f
             a + (b - a) * span.share
         }
         Interpolation::CubicSpline => {
-            // Each key stores in-tangent, value, out-tangent.
+            // Each key stores in-tangent, value and out-tangent.
             let stored = |key: usize, part: usize| keyframes.values[(key * 3 + part) * width + component];
             let v0 = stored(span.key, 1);
             if span.share == 0.0 {
@@ -215,7 +218,7 @@ fn vec3_at(keyframes: &Keyframes, time_seconds: f64) -> Vec3 {
     Vec3::from_array([0, 1, 2].map(|i| component_at(keyframes, time_seconds, i)))
 }
 
-/// Straight lines become arcs on the shorter way; splines are normalised and never flipped.
+/// A rotation. Linear interpolation follows the shorter arc; splines are normalised and never flipped.
 fn rotation_at(keyframes: &Keyframes, time_seconds: f64) -> Quat {
     let span = span_at(&keyframes.times_seconds, time_seconds);
     if keyframes.interpolation == Interpolation::Linear && span.share > 0.0 {
@@ -232,7 +235,7 @@ fn normalized(q: Quat) -> Quat {
 
 /// Spherical interpolation of unit quaternions along the shorter arc.
 fn slerp(q0: Quat, q1: Quat, share: f32) -> Quat {
-    /// Above this cosine the sine that divides loses its digits, and the chord is as good as the arc.
+    /// Above this cosine the sine in the divisor loses precision, and the chord is as accurate as the arc.
     const NEARLY_PARALLEL: f32 = 0.9999;
     let dot = q0.dot(q1);
     let cosine = dot.abs();
@@ -270,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_on_a_key_meets_it_though_the_key_was_rounded_up() {
+    fn a_frame_on_a_key_matches_it_though_the_key_was_rounded_up() {
         let times_seconds: Vec<f32> = (0..100).map(|frame| frame as f32 / 24.0).collect();
         let values = (0..100).map(|frame| frame as f32).collect();
         let step = Keyframes { times_seconds, values, width: 1, interpolation: Interpolation::Step };
@@ -288,14 +291,14 @@ mod tests {
         // The in-tangent of the second key: (s³ − s²) · td · in1 = −1/8 · 2 · 4 = −1.
         let cubic = keyframes(1, vec![0.0, 0.0, 0.0, 4.0, 0.0, 0.0], Interpolation::CubicSpline);
         assert_eq!(component_at(&cubic, 2.0, 0), -1.0);
-        // Equal values and no slopes stay: 2s³ − 3s² + 1 + 3s² − 2s³ = 1.
+        // Equal values with zero tangents are constant: 2s³ − 3s² + 1 + 3s² − 2s³ = 1.
         let cubic = keyframes(1, vec![0.0, 5.0, 0.0, 0.0, 5.0, 0.0], Interpolation::CubicSpline);
         assert_eq!(component_at(&cubic, 1.7, 0), 5.0);
     }
 
     #[test]
     fn linear_rotations_take_the_shorter_arc() {
-        // From no turn to −(90° about Y) stored with the opposite sign: half way is 45°, not 45° + 180°.
+        // From no rotation to −90° about Y, stored with the opposite sign: half way is 45°, not 45° + 180°.
         let half = std::f32::consts::FRAC_PI_4;
         let q1 = [0.0, -libm::sinf(half), 0.0, -libm::cosf(half)];
         let values = [[0.0, 0.0, 0.0, 1.0], q1].concat();
@@ -306,7 +309,7 @@ mod tests {
 
     #[test]
     fn cubic_rotations_are_normalised_and_not_flipped() {
-        // Values q and −q with no slopes meet at 0 half way along the straight line; a quarter of the way
+        // Values q and −q with zero tangents cancel half way; a quarter of the way
         // 2s³ − 3s² + 1 = 27/32, so the sum is (27/32 − 5/32) q, which normalises to q.
         let q = [0.0, 0.6, 0.0, 0.8];
         let zero = [0.0; 4];

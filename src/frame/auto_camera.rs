@@ -1,33 +1,35 @@
-//! The camera of scenes that have none: it looks along −Z and frames everything over the whole animation.
+//! Automatic camera for scenes without one: looks along −Z and frames the bounds of the whole animation.
 
 use glam::{Mat4, Vec3};
 
-use super::{Frame, PosedCamera};
+use super::posed_nodes::PosedCamera;
+use super::surfaces::Frame;
 use crate::bvh::TriangleFlags;
 use crate::geometry::Aabb;
 use crate::scene::{Projection, Scene, SelectedCamera, Selection};
 
-/// Times at which the bounds are taken, evenly over the selected clips, ends included.
+/// Times at which the bounds are sampled, evenly over the selected clips, both ends included.
 const TIMES: usize = 65;
-/// Share of the picture's half size that stays empty around the bounds.
+/// Empty margin around the bounds, as a fraction of half the image size.
 const MARGIN: f32 = 0.05;
 
-/// Frames the scene's bounds over 65 even times of the selected clips for a picture of `aspect_ratio` (width over height).
+/// A camera that frames the scene's bounds over 65 evenly spaced times of the selected clips, for an image of `aspect_ratio`
+/// (width over height).
 ///
-/// The result depends on the clips only, never on which frames are asked for.
+/// The result depends on the clips only, never on the frames that are rendered.
 pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> PosedCamera {
     let mut bounds = Aabb::EMPTY;
     let mut frame = Frame::default();
     for time in sample_times(scene, selection) {
         frame.pose_surfaces(scene, selection, time);
-        let shown =
+        let visible =
             frame.triangles.iter().zip(&frame.flags).filter(|(_, flags)| !flags.has(TriangleFlags::HIDDEN));
-        bounds = shown.fold(bounds, |bounds, (triangle, _)| bounds.union(triangle.bounds()));
+        bounds = visible.fold(bounds, |bounds, (triangle, _)| bounds.union(triangle.bounds()));
     }
     frame_bounds(bounds, aspect_ratio)
 }
 
-/// The selection with automatic framing settled for pictures of `aspect_ratio`; other cameras stay as they are.
+/// Replaces an automatic camera by a fixed one for images of `aspect_ratio`; other cameras remain unchanged.
 pub fn resolve_auto_camera(scene: &Scene, selection: Selection, aspect_ratio: f32) -> Selection {
     if selection.camera != SelectedCamera::Auto {
         return selection;
@@ -36,7 +38,7 @@ pub fn resolve_auto_camera(scene: &Scene, selection: Selection, aspect_ratio: f3
     Selection { camera: SelectedCamera::Fixed { world_from_camera, projection }, ..selection }
 }
 
-/// One time where nothing moves, else [`TIMES`] of them.
+/// [`TIMES`] times, or one if the clips have no duration.
 fn sample_times(scene: &Scene, selection: &Selection) -> Vec<f64> {
     let durations = selection.clips.iter().map(|&clip| scene.animations[clip.index()].duration_seconds());
     let duration = f64::from(durations.fold(0.0, |a, b| if b > a { b } else { a }));
@@ -55,7 +57,7 @@ fn frame_bounds(bounds: Aabb, aspect_ratio: f32) -> PosedCamera {
     let tan_y = libm::tanf(fov_y_radians * 0.5) * (1.0 - MARGIN);
     let tan_x = tan_y * aspect_ratio;
 
-    // The front face of the bounds is the widest in perspective; it must fit both ways.
+    // The front face of the bounds appears largest in perspective. It must fit in both directions.
     let fit = (half.y / tan_y).max(half.x / tan_x);
     let distance = if fit > 0.0 { fit } else { half.max_element().max(1.0) };
     let position = Vec3::new(center.x, center.y, bounds.max.z + distance);
@@ -68,17 +70,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_front_of_the_bounds_fills_the_picture_but_for_the_margin() {
+    fn the_front_of_the_bounds_fills_the_image_up_to_the_margin() {
         let camera =
             frame_bounds(Aabb { min: Vec3::new(-2.0, -1.0, -5.0), max: Vec3::new(2.0, 1.0, 5.0) }, 1.0);
-        // Square picture, half width 2: distance · tan 22.5° · 0.95 = 2.
+        // Square image, half width 2: distance · tan 22.5° · 0.95 = 2.
         let distance = 2.0 / (libm::tanf(std::f32::consts::FRAC_PI_8) * 0.95);
         let position = camera.world_from_camera.w_axis.truncate();
         assert!(position.abs_diff_eq(Vec3::new(0.0, 0.0, 5.0 + distance), 1e-4), "{position}");
     }
 
     #[test]
-    fn nothing_and_a_point_still_give_a_camera() {
+    fn empty_and_point_bounds_give_a_finite_camera() {
         for bounds in [Aabb::EMPTY, Aabb::from_point(Vec3::ONE)] {
             assert!(frame_bounds(bounds, 1.0).world_from_camera.is_finite());
         }

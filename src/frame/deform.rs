@@ -1,4 +1,5 @@
-//! Vertices of one primitive in world space: morph first, then skin or transform (glTF 2.0, sections 3.7.2.2 and 3.7.3).
+//! Deformation of one primitive: morph targets, then skinning or a rigid transform to world space (glTF 2.0, sections 3.7.2.2
+//! and 3.7.3).
 
 use glam::{Mat3, Mat4, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -6,60 +7,60 @@ use rayon::prelude::*;
 use super::transform::SurfaceMap;
 use crate::scene::{MorphTarget, Primitive};
 
-/// Vertices handed to one task.
-const VERTICES_A_TASK: usize = 4096;
+/// Vertices of one parallel task.
+const VERTICES_PER_TASK: usize = 4096;
 
 /// A vertex in world space.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PosedVertex {
     /// Metres.
     pub position: Vec3,
-    /// Unit shading normal; zero where the surface is shaded flat.
+    /// Unit shading normal; zero for flat shading.
     pub normal: Vec3,
-    /// Unit tangent and the sign of the bitangent; zero where there is none.
+    /// Unit tangent, and the sign of the bitangent in w; zero without a tangent.
     pub tangent: Vec4,
 }
 
-/// How the vertices of a primitive get from mesh space to the world.
+/// Transform of a primitive's vertices from mesh space to world space.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Placement<'a> {
-    /// By the node's matrix.
+pub(super) enum VertexTransform<'a> {
+    /// The node's matrix.
     Rigid(&'a Mat4),
-    /// By joint matrices, and by the node's matrix where no joint holds a vertex.
+    /// Joint matrices, and the node's matrix for vertices that no joint influences.
     Skinned {
-        /// One a joint: world from mesh space.
+        /// World from mesh space, one for each joint.
         joint_matrices: &'a [Mat4],
-        /// The node's own matrix.
+        /// The node's matrix.
         world_from_node: &'a Mat4,
     },
 }
 
-/// Poses every vertex of `primitive` into `vertices`, which has as many entries.
+/// Writes the posed vertices of `primitive` to `vertices`, which has the same length.
 pub(super) fn pose_vertices(
     primitive: &Primitive,
     weights: &[f32],
-    placement: Placement<'_>,
+    transform: VertexTransform<'_>,
     vertices: &mut [PosedVertex],
 ) {
     let active = active_targets(primitive, weights);
-    let rigid = match placement {
-        Placement::Rigid(matrix) => Some((matrix, SurfaceMap::new(Mat3::from_mat4(*matrix)))),
-        Placement::Skinned { .. } => None,
+    let rigid = match transform {
+        VertexTransform::Rigid(matrix) => Some((matrix, SurfaceMap::new(Mat3::from_mat4(*matrix)))),
+        VertexTransform::Skinned { .. } => None,
     };
-    vertices.par_iter_mut().enumerate().with_min_len(VERTICES_A_TASK).for_each(|(index, vertex)| {
+    vertices.par_iter_mut().enumerate().with_min_len(VERTICES_PER_TASK).for_each(|(index, vertex)| {
         let local = morphed(primitive, &active, index);
-        *vertex = match (&rigid, placement) {
-            (Some((matrix, map)), _) => placed(&local, matrix, map),
-            (None, Placement::Skinned { joint_matrices, world_from_node }) => {
+        *vertex = match (&rigid, transform) {
+            (Some((matrix, map)), _) => transformed(&local, matrix, map),
+            (None, VertexTransform::Skinned { joint_matrices, world_from_node }) => {
                 let matrix = skin_matrix(primitive, index, joint_matrices).unwrap_or(*world_from_node);
-                placed(&local, &matrix, &SurfaceMap::new(Mat3::from_mat4(matrix)))
+                transformed(&local, &matrix, &SurfaceMap::new(Mat3::from_mat4(matrix)))
             }
-            (None, Placement::Rigid(_)) => local,
+            (None, VertexTransform::Rigid(_)) => local,
         };
     });
 }
 
-/// Targets whose weight is not zero.
+/// Morph targets with a weight other than zero.
 fn active_targets<'a>(primitive: &'a Primitive, weights: &[f32]) -> Vec<(&'a MorphTarget, f32)> {
     let weighted = primitive.targets.iter().zip(weights.iter().copied());
     weighted.filter(|&(_, weight)| weight != 0.0).collect()
@@ -83,7 +84,7 @@ fn morphed(primitive: &Primitive, active: &[(&MorphTarget, f32)], index: usize) 
     PosedVertex { position, normal, tangent }
 }
 
-fn placed(local: &PosedVertex, matrix: &Mat4, map: &SurfaceMap) -> PosedVertex {
+fn transformed(local: &PosedVertex, matrix: &Mat4, map: &SurfaceMap) -> PosedVertex {
     let tangent = map.tangent(local.tangent.truncate());
     PosedVertex {
         position: matrix.transform_point3(local.position),
@@ -92,30 +93,30 @@ fn placed(local: &PosedVertex, matrix: &Mat4, map: &SurfaceMap) -> PosedVertex {
     }
 }
 
-/// Σ wᵢ Jᵢ, or `None` where all weights are zero.
+/// Skinning matrix Σ wᵢ Jᵢ; `None` if all weights are zero.
 fn skin_matrix(primitive: &Primitive, index: usize, joint_matrices: &[Mat4]) -> Option<Mat4> {
     let influences = primitive.influences.as_ref()?;
     let range = index * influences.per_vertex..(index + 1) * influences.per_vertex;
     let pairs = influences.joints[range.clone()].iter().zip(&influences.weights[range]);
-    let mut held = false;
+    let mut is_influenced = false;
     let mut sum = Mat4::ZERO;
     for (&joint, &weight) in pairs.filter(|&(_, &weight)| weight != 0.0) {
-        held = true;
+        is_influenced = true;
         sum += joint_matrices[joint as usize] * weight;
     }
-    held.then_some(sum)
+    is_influenced.then_some(sum)
 }
 
-/// Texture coordinates and colours that morph targets change; the primitive's own are used where `None`.
+/// Texture coordinates and colours after morphing; `None` for attributes that morphing leaves alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct MorphedAttributes {
-    /// All sets, with the changed ones changed.
+    /// All sets of texture coordinates.
     pub(super) uvs: Option<Vec<Vec<Vec2>>>,
-    /// Clamped to 0..1.
+    /// Linear colours, clamped to 0..1.
     pub(super) colors: Option<Vec<Vec4>>,
 }
 
-/// Adds texture coordinate and colour differences; costs nothing where no active target has any.
+/// Morphs texture coordinates and colours. Copies nothing unless an active target changes them.
 pub(super) fn morph_attributes(primitive: &Primitive, weights: &[f32]) -> MorphedAttributes {
     let active = active_targets(primitive, weights);
     let mut morphed = MorphedAttributes::default();
@@ -137,12 +138,12 @@ pub(super) fn morph_attributes(primitive: &Primitive, weights: &[f32]) -> Morphe
     morphed
 }
 
-/// Whether the placement turns the surface inside out, so that corners must be listed the other way round.
-pub(super) fn mirrors(placement: Placement<'_>) -> bool {
+/// Whether the transform mirrors the surface, so that the winding of triangles must be reversed.
+pub(super) fn mirrors(transform: VertexTransform<'_>) -> bool {
     let negative = |matrix: &Mat4| SurfaceMap::new(Mat3::from_mat4(*matrix)).handedness < 0.0;
-    match placement {
-        Placement::Rigid(matrix) => negative(matrix),
-        Placement::Skinned { joint_matrices, .. } => {
+    match transform {
+        VertexTransform::Rigid(matrix) => negative(matrix),
+        VertexTransform::Skinned { joint_matrices, .. } => {
             !joint_matrices.is_empty() && joint_matrices.iter().all(negative)
         }
     }
@@ -162,44 +163,46 @@ mod tests {
         }
     }
 
-    fn posed(primitive: &Primitive, weights: &[f32], placement: Placement<'_>) -> PosedVertex {
+    fn posed(primitive: &Primitive, weights: &[f32], transform: VertexTransform<'_>) -> PosedVertex {
         let mut vertices = [PosedVertex::default()];
-        pose_vertices(primitive, weights, placement, &mut vertices);
+        pose_vertices(primitive, weights, transform, &mut vertices);
         vertices[0]
     }
 
     #[test]
     fn a_two_bone_strip_bends_by_the_weighted_sum_of_its_joints() {
-        // Joint 0 stays, joint 1 moves up by 2. A vertex held 1/4 : 3/4 rises by 3/4 · 2 = 1.5.
+        // Joint 0 rests, joint 1 moves up by 2. A vertex with weights 1/4 and 3/4 rises by 3/4 · 2 = 1.5.
         let mut strip = one_vertex(Vec3::new(1.0, 0.0, 0.0));
         strip.influences =
             Some(SkinInfluences { per_vertex: 2, joints: vec![0, 1], weights: vec![0.25, 0.75] });
         let joints = [Mat4::IDENTITY, Mat4::from_translation(Vec3::new(0.0, 2.0, 0.0))];
-        // The node's own matrix must have no say.
+        // The node's own matrix must have no effect.
         let node = Mat4::from_translation(Vec3::new(100.0, 0.0, 0.0));
-        let placement = Placement::Skinned { joint_matrices: &joints, world_from_node: &node };
-        assert_eq!(posed(&strip, &[], placement).position, Vec3::new(1.0, 1.5, 0.0));
+        let transform = VertexTransform::Skinned { joint_matrices: &joints, world_from_node: &node };
+        assert_eq!(posed(&strip, &[], transform).position, Vec3::new(1.0, 1.5, 0.0));
     }
 
     #[test]
-    fn a_vertex_that_no_joint_holds_follows_its_node() {
+    fn a_vertex_without_influences_follows_its_node() {
         let mut strip = one_vertex(Vec3::ZERO);
         strip.influences = Some(SkinInfluences { per_vertex: 1, joints: vec![0], weights: vec![0.0] });
         let node = Mat4::from_translation(Vec3::X);
-        let placement = Placement::Skinned { joint_matrices: &[Mat4::IDENTITY], world_from_node: &node };
-        assert_eq!(posed(&strip, &[], placement).position, Vec3::X);
+        let transform =
+            VertexTransform::Skinned { joint_matrices: &[Mat4::IDENTITY], world_from_node: &node };
+        assert_eq!(posed(&strip, &[], transform).position, Vec3::X);
     }
 
     #[test]
     fn morphing_comes_before_skinning() {
-        // Morph adds 0.5 · (2, 0, 0) = (1, 0, 0); the joint then turns X into Y (90° about Z).
+        // Morph adds 0.5 · (2, 0, 0) = (1, 0, 0); the joint then rotates X to Y (90° about Z).
         let mut strip = one_vertex(Vec3::ZERO);
         strip.targets =
             vec![MorphTarget { positions: Some(vec![Vec3::new(2.0, 0.0, 0.0)]), ..Default::default() }];
         strip.influences = Some(SkinInfluences { per_vertex: 1, joints: vec![0], weights: vec![1.0] });
-        let turn = Mat4::from_cols(Vec4::Y, -Vec4::X, Vec4::Z, Vec4::W);
-        let placement = Placement::Skinned { joint_matrices: &[turn], world_from_node: &Mat4::IDENTITY };
-        let vertex = posed(&strip, &[0.5], placement);
+        let rotation = Mat4::from_cols(Vec4::Y, -Vec4::X, Vec4::Z, Vec4::W);
+        let transform =
+            VertexTransform::Skinned { joint_matrices: &[rotation], world_from_node: &Mat4::IDENTITY };
+        let vertex = posed(&strip, &[0.5], transform);
         assert_eq!(vertex.position, Vec3::new(0.0, 1.0, 0.0));
         assert!(vertex.normal.abs_diff_eq(Vec3::NEG_X, 1e-6), "{}", vertex.normal);
     }
@@ -209,7 +212,7 @@ mod tests {
         let mut primitive = one_vertex(Vec3::ZERO);
         let target = |delta| MorphTarget { positions: Some(vec![delta]), ..Default::default() };
         primitive.targets = vec![target(Vec3::X), target(Vec3::Y), MorphTarget::default()];
-        let vertex = posed(&primitive, &[1.5, -1.0, 7.0], Placement::Rigid(&Mat4::IDENTITY));
+        let vertex = posed(&primitive, &[1.5, -1.0, 7.0], VertexTransform::Rigid(&Mat4::IDENTITY));
         assert_eq!(vertex.position, Vec3::new(1.5, -1.0, 0.0));
     }
 
@@ -220,9 +223,9 @@ mod tests {
         let mut primitive = one_vertex(Vec3::ZERO);
         primitive.tangents = Some(vec![Vec4::new(1.0, 0.0, 0.0, 1.0)]);
         let mirror = Mat4::from_scale(Vec3::new(-1.0, 1.0, 1.0));
-        let vertex = posed(&primitive, &[], Placement::Rigid(&mirror));
+        let vertex = posed(&primitive, &[], VertexTransform::Rigid(&mirror));
         assert_eq!(vertex.tangent, Vec4::new(-1.0, 0.0, 0.0, -1.0));
-        assert!(mirrors(Placement::Rigid(&mirror)));
+        assert!(mirrors(VertexTransform::Rigid(&mirror)));
     }
 
     #[test]

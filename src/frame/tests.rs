@@ -1,9 +1,13 @@
-//! A frame as a whole: ids, winding, flags.
+//! Tests of whole frames: triangle ids, winding and flags.
 
 use glam::{Quat, Vec3};
 
 use super::*;
-use crate::scene::{LocalTransform, Mesh, Node, SelectedCamera, Transmission, Volume};
+use crate::bvh::TriangleFlags;
+use crate::scene::{
+    LocalTransform, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene,
+    SelectedCamera, Selection,
+};
 
 fn triangle_primitive() -> Primitive {
     Primitive {
@@ -14,7 +18,7 @@ fn triangle_primitive() -> Primitive {
     }
 }
 
-/// One triangle under one node for each scale.
+/// A scene of one triangle under one node for each scale.
 fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
     let local = |scale| LocalTransform::Trs { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale };
     let nodes = scales.iter().map(|&scale| Node {
@@ -46,7 +50,7 @@ fn a_mirrored_triangle_keeps_its_front() {
 }
 
 #[test]
-fn triangles_that_overflow_keep_their_id_and_are_hidden() {
+fn overflowing_triangles_keep_their_id_and_are_hidden() {
     let (scene, selection) = scene_with_scales(&[Vec3::splat(1e30), Vec3::splat(f32::MAX), Vec3::ONE]);
     let mut scene = scene;
     scene.meshes[0].primitives[0].positions[1] = Vec3::splat(2.0);
@@ -57,7 +61,7 @@ fn triangles_that_overflow_keep_their_id_and_are_hidden() {
 }
 
 #[test]
-fn posing_again_gives_what_a_new_frame_gives() {
+fn posing_again_equals_a_new_frame() {
     let (scene, selection) = scene_with_scales(&[Vec3::ONE, Vec3::splat(2.0)]);
     let (other, other_selection) = scene_with_scales(&[Vec3::splat(3.0); 5]);
     let mut frame = Frame::at(&other, &other_selection, 0.0);
@@ -67,19 +71,4 @@ fn posing_again_gives_what_a_new_frame_gives() {
     assert_eq!(frame.vertices, fresh.vertices);
     assert_eq!(frame.instances, fresh.instances);
     assert_eq!(frame.camera, fresh.camera);
-}
-
-#[test]
-fn flags_follow_the_material() {
-    let transmission = Some(Transmission { factor: 1.0, texture: None });
-    let volume = Some(Volume::CLEAR);
-    let solid = Material::default();
-    assert_eq!(flags_of(&solid), TriangleFlags::SINGLE_SIDED);
-    let glass = Material { transmission, volume, ..Material::default() };
-    assert_eq!(flags_of(&glass), TriangleFlags::FILTERED);
-    // A volume needs transmission to be seen.
-    let inert = Material { volume, ..Material::default() };
-    assert_eq!(flags_of(&inert), TriangleFlags::SINGLE_SIDED);
-    let card = Material { alpha_mode: AlphaMode::Blend, double_sided: true, ..Material::default() };
-    assert_eq!(flags_of(&card), TriangleFlags::FILTERED);
 }

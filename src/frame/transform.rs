@@ -1,11 +1,11 @@
-//! World matrices of nodes, and what they do to normals.
+//! World matrices of nodes, inherited visibility, and the transform of normals.
 
 use glam::{Mat3, Mat4, Vec3};
 
 use crate::geometry::unit;
 use crate::scene::{LocalTransform, NodeIndex, Scene, Selection};
 
-/// Multiplies local transforms down the hierarchy, parents first.
+/// Computes world matrices from local transforms, parents first.
 pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mut Vec<Mat4>) {
     world.clear();
     world.resize(scene.nodes.len(), Mat4::IDENTITY);
@@ -23,7 +23,7 @@ pub(super) fn world_matrices(scene: &Scene, local: &[LocalTransform], world: &mu
     }
 }
 
-/// Whether each node is hidden by itself or by one above it; `hidden` says so of each alone and becomes the answer.
+/// Hides the descendants of hidden nodes. On entry, `hidden` tells for each node whether the node itself is hidden.
 pub(super) fn inherit_hidden(scene: &Scene, hidden: &mut [bool]) {
     for &node in &scene.node_order {
         if let Some(parent) = scene.nodes[node.index()].parent {
@@ -32,36 +32,36 @@ pub(super) fn inherit_hidden(scene: &Scene, hidden: &mut [bool]) {
     }
 }
 
-/// All nodes under the selected roots, depth first in the file's order.
-pub(super) fn drawn_nodes(scene: &Scene, selection: &Selection) -> Vec<NodeIndex> {
-    let mut drawn = Vec::new();
+/// All nodes under the selected roots, depth first in the order of the file.
+pub(super) fn selected_nodes(scene: &Scene, selection: &Selection) -> Vec<NodeIndex> {
+    let mut selected = Vec::new();
     let mut pending: Vec<NodeIndex> = selection.roots.iter().rev().copied().collect();
     while let Some(node) = pending.pop() {
-        drawn.push(node);
+        selected.push(node);
         pending.extend(scene.nodes[node.index()].children.iter().rev());
     }
-    drawn
+    selected
 }
 
-/// What a linear map does to surfaces: points by the map, normals by its inverse transpose.
+/// A linear map of surfaces: tangents transform by the map, normals by its inverse transpose.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceMap {
     linear: Mat3,
     cofactors: Mat3,
-    /// −1 where the map mirrors, else 1.
+    /// −1 if the map mirrors, else 1.
     pub(super) handedness: f32,
 }
 
 impl SurfaceMap {
     pub(super) fn new(linear: Mat3) -> Self {
-        // The cofactor matrix is det · inverse transpose, and exists for singular maps too.
+        // The cofactor matrix is det · inverse transpose. It exists for singular maps as well.
         let [x, y, z] = [linear.x_axis, linear.y_axis, linear.z_axis];
         let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
         let determinant = x.dot(cofactors.x_axis);
         Self { linear, cofactors, handedness: if determinant < 0.0 { -1.0 } else { 1.0 } }
     }
 
-    /// A unit normal, or zero where the map flattens the surface.
+    /// A unit normal, or zero if the map collapses the surface.
     pub(super) fn normal(&self, normal: Vec3) -> Vec3 {
         unit(self.cofactors * normal * self.handedness).unwrap_or(Vec3::ZERO)
     }
@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn normals_stay_perpendicular_under_uneven_and_negative_scale() {
+    fn normals_stay_perpendicular_under_non_uniform_and_negative_scale() {
         let map = SurfaceMap::new(Mat3::from_diagonal(Vec3::new(-2.0, 1.0, 1.0)));
         // The plane through (1, 0, 0) and (0, 1, 0) along z has normal (1, 1, 0); scaled by (−2, 1, 1) it runs
         // through (−2, 0, 0) and (0, 1, 0), whose outward normal is (−1, 2, 0).
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn flattened_and_tiny_maps_give_no_nan() {
+    fn singular_and_tiny_maps_give_no_nan() {
         assert_eq!(SurfaceMap::new(Mat3::ZERO).normal(Vec3::Y), Vec3::ZERO);
         let tiny = SurfaceMap::new(Mat3::from_diagonal(Vec3::splat(1e-18)));
         assert!(tiny.normal(Vec3::Y).abs_diff_eq(Vec3::Y, 1e-6));

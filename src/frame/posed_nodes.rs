@@ -1,10 +1,9 @@
-//! Lights and cameras in world space.
+//! Lights and cameras of nodes in world space.
 
 use glam::{Mat4, Vec3, Vec4};
 
-use super::auto_camera;
 use crate::geometry::unit;
-use crate::scene::{Light, NodeIndex, Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{Light, NodeIndex, Projection, Scene};
 
 /// A light in world space.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,7 +12,7 @@ pub struct PosedLight {
     pub position: Vec3,
     /// Unit vector in which the light shines.
     pub direction: Vec3,
-    /// Its colour, intensity and kind.
+    /// Colour, intensity and kind.
     pub light: Light,
 }
 
@@ -22,7 +21,7 @@ pub struct PosedLight {
 pub struct PosedCamera {
     /// Rotation and translation; columns are right, up, backward, position.
     pub world_from_camera: Mat4,
-    /// Its projection.
+    /// The projection.
     pub projection: Projection,
 }
 
@@ -41,37 +40,34 @@ impl Default for PosedCamera {
     }
 }
 
-/// The light of `node`, if it has one; `lights` and `projections` are those of the time.
-pub(super) fn light(scene: &Scene, lights: &[Light], node: NodeIndex, world: &[Mat4]) -> Option<PosedLight> {
+/// The light of `node`, if it has one. `lights` holds the scene's lights at the time, `world` the world matrices of all nodes.
+pub(super) fn posed_light(
+    scene: &Scene,
+    lights: &[Light],
+    node: NodeIndex,
+    world: &[Mat4],
+) -> Option<PosedLight> {
     let light = lights[scene.nodes[node.index()].light?.index()].clone();
     let matrix = &world[node.index()];
     let direction = unit(-matrix.z_axis.truncate()).unwrap_or(Vec3::NEG_Z);
     Some(PosedLight { position: matrix.w_axis.truncate(), direction, light })
 }
 
-/// The selected camera.
-pub(super) fn camera(
+/// The camera of `node`, if it has one. `projections` holds those of the scene's cameras at the time.
+pub(super) fn posed_camera(
     scene: &Scene,
-    selection: &Selection,
     projections: &[Projection],
+    node: NodeIndex,
     world: &[Mat4],
-) -> PosedCamera {
-    match selection.camera {
-        SelectedCamera::Auto => auto_camera(scene, selection, 1.0),
-        SelectedCamera::Fixed { world_from_camera, projection } => {
-            PosedCamera { world_from_camera, projection }
-        }
-        SelectedCamera::Node(node) => match scene.nodes[node.index()].camera {
-            Some(camera) => PosedCamera {
-                world_from_camera: without_scale(&world[node.index()]),
-                projection: projections[camera.index()],
-            },
-            None => auto_camera(scene, selection, 1.0),
-        },
-    }
+) -> Option<PosedCamera> {
+    let camera = scene.nodes[node.index()].camera?;
+    Some(PosedCamera {
+        world_from_camera: without_scale(&world[node.index()]),
+        projection: projections[camera.index()],
+    })
 }
 
-/// The nearest rotation and translation: scale never changes what a camera sees.
+/// The nearest rotation and translation. glTF cameras ignore scale.
 fn without_scale(matrix: &Mat4) -> Mat4 {
     let backward = unit(matrix.z_axis.truncate()).unwrap_or(Vec3::Z);
     let up = matrix.y_axis.truncate();
@@ -86,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cameras_scale_is_ignored_even_when_negative() {
+    fn a_camera_ignores_scale_even_if_negative() {
         let rotation = glam::Quat::from_xyzw(0.0, 0.6, 0.0, 0.8);
         let position = Vec3::new(1.0, 2.0, 3.0);
         let expected = Mat4::from_rotation_translation(rotation, position);

@@ -1,0 +1,51 @@
+//! Mesh instances: one primitive of a mesh under one node.
+
+use glam::{Vec2, Vec4};
+
+use crate::scene::{MaterialIndex, MeshIndex, NodeIndex, Primitive, Scene};
+
+use super::deform::MorphedAttributes;
+
+/// One mesh primitive under one node, or under one of the node's GPU instances.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshInstance {
+    /// The node of the mesh.
+    pub node: NodeIndex,
+    /// Index of the node's GPU instances (`EXT_mesh_gpu_instancing`); 0 for a node without any.
+    pub node_instance: u32,
+    /// The mesh.
+    pub mesh: MeshIndex,
+    /// Index of the mesh's primitives.
+    pub primitive: usize,
+    /// The material in the selected variant.
+    pub material: MaterialIndex,
+    /// Id of the first triangle, an index of [`super::Frame::triangles`].
+    pub first_triangle: u32,
+    /// Index of the first vertex in [`super::Frame::vertices`].
+    pub first_vertex: usize,
+    /// Whether the transform mirrors, which swaps the second and third corner of each triangle.
+    pub mirrored: bool,
+    pub(super) morphed: MorphedAttributes,
+}
+
+impl MeshInstance {
+    /// The mesh primitive in mesh space.
+    pub fn primitive<'s>(&self, scene: &'s Scene) -> &'s Primitive {
+        &scene.meshes[self.mesh.index()].primitives[self.primitive]
+    }
+
+    /// Texture coordinates of set `set` at three vertices; zero if the primitive has no such set.
+    pub fn uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> [Vec2; 3] {
+        let sets = self.morphed.uvs.as_ref().unwrap_or(&self.primitive(scene).uvs);
+        match sets.get(set) {
+            Some(uvs) => corners.map(|corner| uvs[corner as usize]),
+            None => [Vec2::ZERO; 3],
+        }
+    }
+
+    /// Linear vertex colours at three vertices; `None` if the primitive has none.
+    pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
+        let colors = self.morphed.colors.as_ref().or(self.primitive(scene).colors.as_ref())?;
+        Some(corners.map(|corner| colors[corner as usize]))
+    }
+}

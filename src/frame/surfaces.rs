@@ -1,0 +1,205 @@
+//! The surfaces of a frame: world-space triangles, vertices and materials, with the lights.
+
+use glam::{Mat4, Vec3};
+use rayon::prelude::*;
+
+use crate::bvh::TriangleFlags;
+use crate::geometry::Triangle;
+use crate::scene::{
+    ImageLightPose, Material, Node, NodeIndex, Primitive, Scene, Selection, Skin, VariantIndex,
+};
+
+use super::animation::ScenePose;
+use super::deform::{self, MorphedAttributes, PosedVertex, VertexTransform};
+use super::material_flags::material_flags;
+use super::mesh_instance::MeshInstance;
+use super::posed_nodes::{PosedCamera, PosedLight, posed_light};
+use super::transform;
+
+/// Triangles of one parallel task.
+const TRIANGLES_PER_TASK: usize = 4096;
+
+/// The scene at one time.
+#[derive(Clone, Debug, Default)]
+pub struct Frame {
+    /// Seconds since the start of the animation.
+    pub time_seconds: f64,
+    /// World-space triangles, by triangle id. Mirroring transforms keep their winding.
+    pub triangles: Vec<Triangle>,
+    /// Traversal flags, by triangle id.
+    pub flags: Vec<TriangleFlags>,
+    /// Index of `instances`, by triangle id.
+    pub instance_of_triangle: Vec<u32>,
+    /// Mesh instances in the order of their triangle ids.
+    pub instances: Vec<MeshInstance>,
+    /// World-space vertices of all instances.
+    pub vertices: Vec<PosedVertex>,
+    /// Materials at this time, by [`crate::scene::MaterialIndex`].
+    pub materials: Vec<Material>,
+    /// Lights at this time.
+    pub lights: Vec<PosedLight>,
+    /// The image-based light at this time, if clips animate it.
+    pub image_light: Option<ImageLightPose>,
+    /// The camera at this time.
+    pub camera: PosedCamera,
+    pub(super) scratch: Scratch,
+}
+
+/// Memory that is only used while posing.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    pub(super) pose: ScenePose,
+    /// World matrices, by [`NodeIndex`].
+    pub(super) world: Vec<Mat4>,
+    joint_matrices: Vec<Mat4>,
+}
+
+/// The triangles of one instance and their flags.
+struct InstanceTriangles<'a> {
+    triangles: &'a mut [Triangle],
+    flags: &'a mut [TriangleFlags],
+}
+
+impl Frame {
+    /// World-space origin of a node, metres; `None` for an index that the posed scene does not have.
+    pub fn node_position(&self, node: NodeIndex) -> Option<Vec3> {
+        self.scratch.world.get(node.index()).map(|matrix| matrix.w_axis.truncate())
+    }
+
+    /// The instance of a triangle.
+    pub fn instance(&self, triangle: u32) -> &MeshInstance {
+        &self.instances[self.instance_of_triangle[triangle as usize] as usize]
+    }
+
+    /// Poses everything except the camera.
+    pub(super) fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        self.time_seconds = time_seconds;
+        let Scratch { pose, world, .. } = &mut self.scratch;
+        pose.play(scene, selection, time_seconds, &mut self.materials);
+        transform::inherit_hidden(scene, &mut pose.hidden);
+        transform::world_matrices(scene, &pose.local, world);
+        let nodes = transform::selected_nodes(scene, selection);
+        self.lights.clear();
+        let visible = nodes.iter().filter(|node| !pose.hidden[node.index()]);
+        self.lights.extend(visible.filter_map(|&node| posed_light(scene, &pose.lights, node, world)));
+        let animated = selection.image_light.filter(|_| selection.moves_image_light(scene));
+        self.image_light = animated.map(|light| pose.image_lights[light.index()]);
+        self.list_instances(scene, &nodes, selection.variant);
+        self.pose_instances(scene);
+    }
+
+    /// Lists the mesh instances and assigns their ranges of triangles and vertices.
+    fn list_instances(&mut self, scene: &Scene, nodes: &[NodeIndex], variant: Option<VariantIndex>) {
+        self.instances.clear();
+        let (mut triangles, mut vertices) = (0_usize, 0_usize);
+        for &node in nodes {
+            let Some(mesh) = scene.nodes[node.index()].mesh else {
+                continue;
+            };
+            let count = scene.nodes[node.index()].instances.as_ref().map_or(1, Vec::len);
+            let primitives = &scene.meshes[mesh.index()].primitives;
+            let pairs =
+                (0..count).flat_map(|instance| primitives.iter().enumerate().map(move |p| (instance, p)));
+            for (node_instance, (index, primitive)) in pairs {
+                self.instances.push(MeshInstance {
+                    node,
+                    node_instance: node_instance as u32,
+                    mesh,
+                    primitive: index,
+                    material: primitive.material_in(variant),
+                    first_triangle: triangles as u32,
+                    first_vertex: vertices,
+                    mirrored: false,
+                    morphed: MorphedAttributes::default(),
+                });
+                triangles += primitive.triangles.len();
+                vertices += primitive.positions.len();
+            }
+        }
+        let corner = Triangle { vertices: [Vec3::ZERO; 3] };
+        self.triangles.resize(triangles, corner);
+        self.flags.resize(triangles, TriangleFlags::default());
+        self.instance_of_triangle.resize(triangles, 0);
+        self.vertices.resize(vertices, PosedVertex::default());
+    }
+
+    fn pose_instances(&mut self, scene: &Scene) {
+        let Scratch { pose, world, joint_matrices } = &mut self.scratch;
+        for (index, instance) in self.instances.iter_mut().enumerate() {
+            let primitive = instance.primitive(scene);
+            let node = &scene.nodes[instance.node.index()];
+            let weights = morph_weights(scene, pose, instance);
+            instance.morphed = deform::morph_attributes(primitive, weights);
+
+            // Transform the vertices
+            let world_from_node = &instance_matrix(node, instance, world);
+            let transform = match (node.skin, &primitive.influences) {
+                (Some(skin), Some(_)) => {
+                    fill_joint_matrices(&scene.skins[skin.index()], world, joint_matrices);
+                    VertexTransform::Skinned { joint_matrices, world_from_node }
+                }
+                _ => VertexTransform::Rigid(world_from_node),
+            };
+            instance.mirrored = deform::mirrors(transform);
+            let vertices = &mut self.vertices[instance.first_vertex..][..primitive.positions.len()];
+            deform::pose_vertices(primitive, weights, transform, vertices);
+
+            // Gather the triangles
+            let mut flags = material_flags(&self.materials[instance.material.index()]);
+            if pose.hidden[instance.node.index()] {
+                flags = flags.with(TriangleFlags::HIDDEN);
+            }
+            let first = instance.first_triangle as usize;
+            let range = first..first + primitive.triangles.len();
+            self.instance_of_triangle[range.clone()].fill(index as u32);
+            let output = InstanceTriangles {
+                triangles: &mut self.triangles[range.clone()],
+                flags: &mut self.flags[range],
+            };
+            gather_triangles(primitive, vertices, instance.mirrored, flags, output);
+        }
+    }
+}
+
+/// Morph target weights. The node's precede the mesh's, and animated ones precede those at rest.
+fn morph_weights<'a>(scene: &'a Scene, pose: &'a ScenePose, instance: &MeshInstance) -> &'a [f32] {
+    pose.weights[instance.node.index()]
+        .as_ref()
+        .or(scene.nodes[instance.node.index()].weights.as_ref())
+        .or(pose.mesh_weights[instance.mesh.index()].as_ref())
+        .unwrap_or(&scene.meshes[instance.mesh.index()].weights)
+}
+
+/// World from mesh space, without skinning.
+fn instance_matrix(node: &Node, instance: &MeshInstance, world: &[Mat4]) -> Mat4 {
+    let world_from_node = world[instance.node.index()];
+    match &node.instances {
+        Some(node_from_instance) => world_from_node * node_from_instance[instance.node_instance as usize],
+        None => world_from_node,
+    }
+}
+
+/// Joint matrix = world from joint · inverse bind matrix.
+fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat4>) {
+    let pairs = skin.joints.iter().zip(&skin.inverse_bind_matrices);
+    joint_matrices.clear();
+    joint_matrices.extend(pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind));
+}
+
+/// Writes triangles in world space. Mirrored instances swap the last two corners, so that counter-clockwise remains the front.
+fn gather_triangles(
+    primitive: &Primitive,
+    vertices: &[PosedVertex],
+    mirrored: bool,
+    flags: TriangleFlags,
+    output: InstanceTriangles<'_>,
+) {
+    let outputs = output.triangles.par_iter_mut().zip(output.flags).zip(&primitive.triangles);
+    outputs.with_min_len(TRIANGLES_PER_TASK).for_each(|((triangle, triangle_flags), corners)| {
+        let [a, b, c] = corners.map(|corner| vertices[corner as usize].position);
+        triangle.vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+        // A triangle whose corners overflowed cannot be hit. Hiding it keeps it out of the bounding boxes.
+        let finite = triangle.vertices.iter().all(|vertex| vertex.is_finite());
+        *triangle_flags = if finite { flags } else { flags.with(TriangleFlags::HIDDEN) };
+    });
+}

@@ -1,7 +1,7 @@
-//! Linear Rec.709 light, the sRGB transfer function both ways, luminance, exposure and the tone curves of previews ([`ToneCurve`]).
+//! Colour: Rec.709 primaries, luminance, the sRGB transfer function, exposure and tone curves ([`ToneCurve`]).
 //!
 //! Sources: ITU-R BT.709-6 (primaries, luminance), IEC 61966-2-1:1999 (sRGB transfer function).
-//! EXR pixels never pass through here: they stay scene-linear.
+//! EXR pixels are scene-linear and use none of these transforms.
 
 mod tone;
 
@@ -11,7 +11,7 @@ use glam::{Vec2, Vec3};
 
 pub use tone::ToneCurve;
 
-/// CIE xy coordinates of three primaries and of white.
+/// CIE xy chromaticities of three primaries and a white point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chromaticities {
     /// Red primary.
@@ -24,7 +24,7 @@ pub struct Chromaticities {
     pub white: Vec2,
 }
 
-/// The colour space of every radiance in the program: Rec.709 primaries, white D65.
+/// Rec.709 primaries with white point D65: the colour space of all radiance.
 pub const REC709: Chromaticities = Chromaticities {
     red: Vec2::new(0.64, 0.33),
     green: Vec2::new(0.30, 0.60),
@@ -32,7 +32,7 @@ pub const REC709: Chromaticities = Chromaticities {
     white: Vec2::new(0.3127, 0.3290),
 };
 
-/// What each linear Rec.709 channel adds to luminance; their sum is one.
+/// Weights of the linear Rec.709 channels in luminance; their sum is one.
 const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Luminance of a linear Rec.709 colour, in the units of the colour.
@@ -40,12 +40,12 @@ pub fn luminance(color: Vec3) -> f32 {
     color.x * LUMINANCE_WEIGHTS.x + color.y * LUMINANCE_WEIGHTS.y + color.z * LUMINANCE_WEIGHTS.z
 }
 
-/// The factor that an exposure of `stops` (EV) multiplies light with: two to that power.
+/// Factor of an exposure of `stops` (EV): two to that power.
 pub fn exposure_scale(stops: f32) -> f32 {
     libm::exp2f(stops)
 }
 
-/// Encodes linear light for an sRGB display; 0 to 1 both ways, numbers outside follow the same two pieces.
+/// Encodes linear light with the sRGB transfer function. Values outside 0 to 1 continue its two pieces.
 fn linear_to_srgb(linear: f32) -> f32 {
     let linear = f64::from(linear);
     let encoded =
@@ -63,17 +63,17 @@ pub fn srgb8_to_linear(encoded: u8) -> f32 {
     srgb8_table()[usize::from(encoded)]
 }
 
-/// The linear values of all eight-bit sRGB values, for those who look up many.
+/// Linear values of all eight-bit sRGB values.
 pub fn srgb8_table() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
     TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))
 }
 
-/// [`linear_to_srgb8`] by table, for many values: the last code whose lower edge is not above `linear`.
+/// [`linear_to_srgb8`] by table: the last code whose lower edge does not exceed `linear`.
 pub fn linear_to_srgb8_by_table(linear: f32) -> u8 {
-    /// Equal cells of the unit interval; no code is so narrow that a cell holds more than two edges.
+    /// Equal cells of the unit interval. No cell contains more than two edges.
     const CELLS: usize = 4096;
-    /// Lower edges of all codes, and the code at the beginning of each cell.
+    /// Lower edges of all codes, and the code at the start of each cell.
     struct Codes {
         edges: [f32; 256],
         first: [u8; CELLS],
@@ -103,7 +103,7 @@ pub fn srgb16_to_linear(encoded: u16) -> f32 {
         [usize::from(encoded)]
 }
 
-/// Encodes linear light to the sixteen-bit sRGB value of the nearest light.
+/// Encodes linear light to the sixteen-bit sRGB value whose linear value is nearest.
 pub fn linear_to_srgb16(linear: f32) -> u16 {
     let decoded = |code: u32| srgb16_to_linear(code as u16);
     let (mut low, mut high) = (0_u32, 65535_u32);
@@ -114,7 +114,7 @@ pub fn linear_to_srgb16(linear: f32) -> u16 {
     if linear - decoded(low) < decoded(high) - linear { low as u16 } else { high as u16 }
 }
 
-/// Encodes linear light to the nearest eight-bit sRGB value; below 0 and NaN give 0, above 1 gives 255.
+/// Encodes linear light to the nearest eight-bit sRGB value. Values below 0 and NaN give 0, values above 1 give 255.
 pub fn linear_to_srgb8(linear: f32) -> u8 {
     // The float-to-integer cast saturates and takes NaN to zero.
     (linear_to_srgb(linear) * 255.0 + 0.5) as u8

@@ -1,28 +1,31 @@
-//! Tone curves: how scene-linear light becomes something that a display can show.
+//! Tone curves: scene-linear light to display-linear light.
 
 mod aces;
 mod agx;
+mod channels;
 mod neutral;
 mod standard;
 
 use glam::Vec3;
 
-/// How scene-linear light, exposed, is squeezed into what a display can show.
+use channels::positive;
+
+/// Tone curve of display images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
-    /// The program's own: natural contrast around mid-grey, which stays where it is, and a long shoulder.
+    /// Rayframe's own: natural contrast around mid-grey, which it keeps, and a long shoulder.
     #[default]
     Standard,
-    /// `AgX`: low contrast, with room for bright and coloured light.
+    /// AgX: low contrast, with headroom for bright and saturated light.
     Agx,
     /// The look of ACES 1.0: high contrast.
     Aces,
-    /// Khronos PBR Neutral: base colours come out as they are.
+    /// Khronos PBR Neutral: reproduces base colours unchanged.
     Neutral,
 }
 
 impl ToneCurve {
-    /// The name typed on the command line.
+    /// The name in settings.
     pub fn name(self) -> &'static str {
         match self {
             Self::Standard => "standard",
@@ -45,20 +48,6 @@ impl ToneCurve {
     }
 }
 
-fn positive(value: f32) -> f32 {
-    if value > 0.0 { value } else { 0.0 }
-}
-
-fn largest(color: Vec3) -> f32 {
-    let larger = if color.x > color.y { color.x } else { color.y };
-    if larger > color.z { larger } else { color.z }
-}
-
-fn smallest(color: Vec3) -> f32 {
-    let smaller = if color.x < color.y { color.x } else { color.y };
-    if smaller < color.z { smaller } else { color.z }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -67,7 +56,7 @@ mod tests {
     const CURVES: [ToneCurve; 4] = [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral];
 
     #[test]
-    fn brighter_greys_are_shown_brighter_up_to_white() {
+    fn curves_increase_with_grey_up_to_white() {
         for curve in CURVES {
             let mut last = 0.0;
             for step in 1..400 {
@@ -80,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn coloured_light_keeps_its_order_and_bleaches() {
+    fn saturated_light_keeps_its_channel_order_and_desaturates() {
         for curve in CURVES {
             let light = Vec3::new(0.8, 0.2, 0.02);
             let shown = curve.apply(light);
@@ -91,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn curves_take_anything() {
+    fn curves_accept_any_value() {
         for curve in CURVES {
             assert_eq!(curve.apply(Vec3::new(f32::NAN, -1.0, 0.0)), curve.apply(Vec3::ZERO));
             for light in [

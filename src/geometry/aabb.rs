@@ -1,8 +1,8 @@
-//! Axis-aligned boxes.
+//! Axis-aligned bounding boxes.
 
 use glam::Vec3;
 
-/// An axis-aligned box; empty while any `min` component exceeds its `max`.
+/// Axis-aligned bounding box; empty if any component of `min` exceeds that of `max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Aabb {
@@ -13,7 +13,7 @@ pub struct Aabb {
 }
 
 impl Aabb {
-    /// The box that holds nothing and is neutral under [`Aabb::union`].
+    /// The empty box, the neutral element of [`Aabb::union`].
     pub const EMPTY: Self = Self { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
     /// The smallest box around one point.
@@ -38,12 +38,12 @@ impl Aabb {
         Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
-    /// Whether the box holds no point.
+    /// Whether the box contains no point.
     pub fn is_empty(&self) -> bool {
         self.min.x > self.max.x || self.min.y > self.max.y || self.min.z > self.max.z
     }
 
-    /// The middle, computed so that it cannot overflow.
+    /// The centre, computed without overflow.
     pub fn center(&self) -> Vec3 {
         self.min * 0.5 + self.max * 0.5
     }
@@ -53,7 +53,7 @@ impl Aabb {
         self.max - self.min
     }
 
-    /// The surface area, computed so that it cannot overflow; zero for an empty box.
+    /// The surface area, computed without overflow; zero for an empty box.
     pub fn area(&self) -> f64 {
         if self.is_empty() {
             return 0.0;
@@ -68,7 +68,7 @@ impl Aabb {
         Self { min: self.min - distance, max: self.max + distance }
     }
 
-    /// Whether `other` lies wholly inside (touching counts).
+    /// Whether `other` lies entirely inside; faces may touch.
     pub fn contains(&self, other: &Self) -> bool {
         self.min.cmple(other.min).all() && self.max.cmpge(other.max).all()
     }

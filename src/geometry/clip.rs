@@ -1,16 +1,16 @@
-//! Parts of a triangle between axis-aligned planes, and where they reach.
+//! Triangle clipping by axis-aligned planes, for early split clipping (see [`crate::bvh`]).
 //!
-//! Source: the clipping is Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, computed in `f64`; it
-//! serves early split clipping (see [`crate::bvh`]). A part's box is rounded outward to `f32`. Its corners are off by
-//! some 2⁻⁵³ of the triangle's largest coordinate a cut, which [`super::BOX_PADDING`] covers many times over.
+//! Source: Sutherland and Hodgman, "Reentrant Polygon Clipping", CACM 17(1), 1974, computed in `f64`. The box of a part is
+//! rounded outward to `f32`. Each cut moves corners by about 2⁻⁵³ of the triangle's largest coordinate, far less than
+//! [`super::BOX_PADDING`].
 
 use super::{Aabb, Triangle};
 
-/// A triangle cut by the six planes of a box has at most nine corners; rounding may bend a side and so add a few at the
-/// same place.
-const MOST_CORNERS: usize = 16;
+/// Limit of a part's corners. A triangle clipped by the six planes of a box has at most nine. Rounding may bend a side and add
+/// coincident ones.
+const MAX_CORNERS: usize = 16;
 
-/// The part of a triangle that some cuts have left.
+/// Part of a triangle that remains after cuts.
 #[derive(Clone, Copy, Debug)]
 pub struct TrianglePart {
     polygon: Polygon,
@@ -19,12 +19,12 @@ pub struct TrianglePart {
 
 #[derive(Clone, Copy, Debug)]
 struct Polygon {
-    corners: [[f64; 3]; MOST_CORNERS],
+    corners: [[f64; 3]; MAX_CORNERS],
     len: usize,
 }
 
 impl TrianglePart {
-    /// All of a triangle.
+    /// The whole triangle.
     pub fn whole(triangle: &Triangle) -> Self {
         let mut polygon = Polygon::EMPTY;
         for vertex in &triangle.vertices {
@@ -33,12 +33,13 @@ impl TrianglePart {
         Self { polygon, bounds: triangle.bounds() }
     }
 
-    /// The box of this part.
+    /// Bounding box of the part.
     pub fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
-    /// The parts below and above `plane`, a coordinate of `axis` inside the bounds; each lies inside its half of these bounds.
+    /// Splits at the coordinate `plane` of `axis`, which lies inside the bounds. Returns the parts below and above it; each lies
+    /// inside its half of the bounds.
     pub fn cut(&self, axis: usize, plane: f32) -> [Option<Self>; 2] {
         let (mut low, mut high) = (self.bounds, self.bounds);
         low.max[axis] = plane;
@@ -49,9 +50,9 @@ impl TrianglePart {
 }
 
 impl Polygon {
-    const EMPTY: Self = Self { corners: [[0.0; 3]; MOST_CORNERS], len: 0 };
+    const EMPTY: Self = Self { corners: [[0.0; 3]; MAX_CORNERS], len: 0 };
 
-    /// The parts below and above a plane; corners on it belong to both.
+    /// Splits at a plane. Corners on the plane belong to both parts.
     fn cut(&self, axis: usize, plane: f64) -> [Self; 2] {
         let [mut below, mut above] = [Self::EMPTY; 2];
         for i in 0..self.len {
@@ -67,27 +68,27 @@ impl Polygon {
             }
             if (from_height > 0.0 && to_height < 0.0) || (from_height < 0.0 && to_height > 0.0) {
                 let s = from_height / (from_height - to_height);
-                let mut crossing = [0.0; 3];
+                let mut corner = [0.0; 3];
                 for k in 0..3 {
-                    crossing[k] = from[k] + (to[k] - from[k]) * s;
+                    corner[k] = from[k] + (to[k] - from[k]) * s;
                 }
-                crossing[axis] = plane;
-                below.push(crossing);
-                above.push(crossing);
+                corner[axis] = plane;
+                below.push(corner);
+                above.push(corner);
             }
         }
         [below, above]
     }
 
     fn push(&mut self, corner: [f64; 3]) {
-        debug_assert!(self.len < MOST_CORNERS);
-        if self.len < MOST_CORNERS {
+        debug_assert!(self.len < MAX_CORNERS);
+        if self.len < MAX_CORNERS {
             self.corners[self.len] = corner;
             self.len += 1;
         }
     }
 
-    /// The part with its box, rounded outward but not beyond `region`; `None` if there is none.
+    /// The part with its box, rounded outward but clamped to `region`; `None` for an empty part.
     fn within(self, region: &Aabb) -> Option<TrianglePart> {
         let (first, rest) = self.corners[..self.len].split_first()?;
         let (mut min, mut max) = (*first, *first);
@@ -149,7 +150,7 @@ mod tests {
             let scale = [1.0, 1.0e30, 1.0e-30][i % 3];
             let vertices = [0; 3].map(|_| Vec3::new(random(), random(), random()) * scale);
             let triangle = Triangle { vertices };
-            // Cut everything four times, at the middle and elsewhere.
+            // Cut all parts four times, at the centre and off it.
             let mut parts = vec![TrianglePart::whole(&triangle)];
             for round in 0..4 {
                 let axis = (i + round) % 3;
@@ -166,7 +167,7 @@ mod tests {
             let all = parts.iter().fold(Aabb::EMPTY, |all, part| all.union(*part.bounds()));
             assert_eq!(all, triangle.bounds());
             assert!(parts.len() > 3 && parts.iter().all(|part| part.polygon.len <= 9));
-            // A point of the triangle lies in one of them, up to its own rounding.
+            // A point of the triangle lies in one of the parts, up to its own rounding.
             let (u, v) = (0.5 + 0.5 * random(), 0.5 + 0.5 * random());
             let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
             let point = vertices[0] * (1.0 - u - v) + vertices[1] * u + vertices[2] * v;

@@ -1,9 +1,9 @@
-//! Points of a disk from points of the unit square.
+//! Sampling of a disk.
 
 use glam::Vec2;
 
-/// Moves the unit square onto the unit disk so that areas keep their proportions and neighbours stay neighbours (Shirley and
-/// Chiu, "A Low Distortion Map Between Disk and Square", 1997).
+/// Concentric map from the unit square to the unit disk. It preserves relative areas and adjacency (Shirley and Chiu, "A Low
+/// Distortion Map Between Disk and Square", 1997).
 pub fn concentric_disk_point(u: Vec2) -> Vec2 {
     const QUARTER: f32 = std::f32::consts::FRAC_PI_4;
     let centred = u * 2.0 - Vec2::ONE;
@@ -23,8 +23,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn areas_keep_their_proportions() {
-        // Of evenly spread points, a quarter lies within half the radius, and the mean is the middle.
+    fn relative_areas_are_preserved() {
+        // A quarter of evenly spread points lies within half the radius, and their mean is the centre.
         let side = 256;
         let points = (0..side * side).map(|i| {
             let cell = Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5);
@@ -42,7 +42,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_and_the_corners() {
+    fn the_centre_and_the_corners_map_exactly() {
         assert_eq!(concentric_disk_point(Vec2::splat(0.5)), Vec2::ZERO);
         let corner = concentric_disk_point(Vec2::ONE);
         assert!((corner - Vec2::splat(std::f32::consts::FRAC_1_SQRT_2)).length() < 1e-6);

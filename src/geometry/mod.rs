@@ -1,12 +1,12 @@
-//! Rays, boxes and triangles, and the one definition of what a hit is.
+//! Rays, boxes and triangles, and the one ray-triangle intersection test.
 //!
-//! Everything here is a pure function of its arguments in a fixed sequence of IEEE 754 operations, so that every caller on
-//! every machine gets the same bits: no approximate reciprocal, and a fused multiply-add only where the rounding error of a
-//! product is asked for.
+//! Every function is a fixed sequence of IEEE 754 operations on its arguments, so that all machines compute the same bits. No
+//! function uses an approximate reciprocal or a fused multiply-add.
 
 mod aabb;
 mod clip;
 mod disk;
+mod hit;
 mod ray;
 mod triangle;
 mod unit;
@@ -15,7 +15,8 @@ mod watertight;
 pub use aabb::Aabb;
 pub use clip::{TrianglePart, rounded_down, rounded_up};
 pub use disk::concentric_disk_point;
+pub use hit::{Facing, TriangleHit};
 pub use ray::Ray;
-pub use triangle::{Facing, Triangle, TriangleHit};
+pub use triangle::Triangle;
 pub use unit::unit;
 pub use watertight::{BOX_PADDING, ShearedRay, dominant_axes};

@@ -1,7 +1,8 @@
-//! Triangles: what a hit is, and where a clipped triangle reaches.
+//! Triangles: bounds, degeneracy and intersection.
 
 use glam::{DVec3, Vec3};
 
+use super::hit::TriangleHit;
 use super::watertight::ShearedRay;
 use super::{Aabb, Ray};
 
@@ -13,30 +14,8 @@ pub struct Triangle {
     pub vertices: [Vec3; 3],
 }
 
-/// Which side of a triangle a ray meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Facing {
-    /// The counter-clockwise side.
-    Front,
-    /// The clockwise side.
-    Back,
-}
-
-/// Where a ray meets a triangle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TriangleHit {
-    /// Ray parameter.
-    pub t: f32,
-    /// Barycentric weight of the second vertex.
-    pub u: f32,
-    /// Barycentric weight of the third vertex; the first one's is `1 − u − v`.
-    pub v: f32,
-    /// The side that was met.
-    pub facing: Facing,
-}
-
 impl Triangle {
-    /// The smallest box around the corners.
+    /// Bounding box of the corners.
     pub fn bounds(&self) -> Aabb {
         Aabb::from_points(&self.vertices)
     }
@@ -47,26 +26,26 @@ impl Triangle {
         (b - a).cross(c - a)
     }
 
-    /// The hit of `ray`, whichever side it meets; `t` is positive and lies inside the ray's open interval. Degenerate
-    /// triangles are never hit.
+    /// The hit of `ray` on either side. `t` is positive and lies inside the ray's open interval. Degenerate triangles are never
+    /// hit.
     pub fn intersect(&self, ray: &Ray) -> Option<TriangleHit> {
         if self.is_degenerate() {
             return None;
         }
-        ShearedRay::new(ray).meet(&self.vertices)
+        ShearedRay::new(ray).intersect(&self.vertices)
     }
 
-    /// Whether no ray can hit it: its area is zero (repeated or collinear corners) or a coordinate is not finite.
+    /// Whether no ray can hit the triangle: its area is zero (repeated or collinear corners) or a coordinate is not finite.
     #[inline]
     pub fn is_degenerate(&self) -> bool {
-        !self.is_plainly_proper() && self.is_exactly_degenerate()
+        !self.is_clearly_regular() && self.is_exactly_degenerate()
     }
 
-    /// A quick test that ordinary triangles pass and degenerate ones never do: a component of the normal is finite
-    /// and larger by far than what rounding to `f32` can make of zero.
+    /// Conservative quick test: ordinary triangles pass, degenerate ones never do. It requires a finite component of the normal
+    /// that is far larger than the rounding error of zero in `f32`.
     #[inline]
-    fn is_plainly_proper(&self) -> bool {
-        // Three roundings of 2⁻²⁴ each make up a product; below the second number they are not relative.
+    fn is_clearly_regular(&self) -> bool {
+        // Three roundings of 2⁻²⁴ each contribute to a product. Below the second constant they are not relative.
         const RELATIVE: f32 = 1.0 / (1 << 20) as f32;
         const ABSOLUTE: f32 = 1.0e-36;
         let [a, b, c] = self.vertices;
@@ -75,20 +54,20 @@ impl Triangle {
         let minus = Vec3::new(ab.z * ac.y, ab.x * ac.z, ab.y * ac.x);
         let normal = (plus - minus).abs();
         let rounding = (plus.abs() + minus.abs()) * RELATIVE + Vec3::splat(ABSOLUTE);
-        // Infinite and undefined coordinates make the sum so.
+        // Infinite and NaN coordinates propagate to the sum.
         normal.cmpgt(rounding).any() && normal.element_sum() < f32::INFINITY
     }
 
     fn is_exactly_degenerate(&self) -> bool {
         let [a, b, c] = self.vertices.map(as_f64);
         let (ab, ac) = (b - a, c - a);
-        // Rounded products of exactly collinear edges are equal, so that their difference is exactly zero.
+        // Rounded products of exactly collinear edges are equal, so their difference is exactly zero.
         let normal = [ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x];
         !normal.iter().any(|component| *component != 0.0)
             || !normal.iter().all(|component| component.is_finite())
     }
 
-    /// The largest absolute coordinate of any corner, metres.
+    /// Largest absolute coordinate of the corners, metres.
     pub fn magnitude(&self) -> f32 {
         let [a, b, c] = self.vertices.map(Vec3::abs);
         a.max(b).max(c).max_element()
@@ -104,17 +83,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_quick_test_passes_no_degenerate_triangle() {
+    fn the_quick_test_rejects_all_degenerate_triangles() {
         let mut state = 1_u32;
         let mut random = || {
             state = state.wrapping_mul(747796405).wrapping_add(2891336453);
             (state >> 8) as f32 / (1 << 23) as f32 - 1.0
         };
-        let mut proper = 0;
+        let mut regular = 0;
         for i in 0..20_000 {
             let scale = [1.0, 1.0e-20, 1.0e-38, 1.0e19, 3.0e38][i % 5];
             let [a, b] = [0; 2].map(|_| Vec3::new(random(), random(), random()));
-            // A third corner in line with the others but for rounding, or anywhere, or no number.
+            // A third corner collinear with the others up to rounding, or anywhere, or not finite.
             let c = match i % 4 {
                 0 => a + (b - a) * 0.5,
                 1 => b + (b - a) * random(),
@@ -122,19 +101,19 @@ mod tests {
                 _ => Vec3::new(random(), [f32::NAN, f32::INFINITY][i % 2], random()),
             };
             let triangle = Triangle { vertices: [a, b, c].map(|p| p * scale) };
-            if triangle.is_plainly_proper() {
-                proper += 1;
+            if triangle.is_clearly_regular() {
+                regular += 1;
                 assert!(!triangle.is_exactly_degenerate(), "{triangle:?}");
             }
         }
-        assert!(proper > 2000, "{proper}");
+        assert!(regular > 2000, "{regular}");
     }
 
     #[test]
-    fn degenerate_means_no_area_or_not_finite() {
+    fn triangles_without_area_or_with_infinite_corners_are_degenerate() {
         let corner = Vec3::new(0.1, 0.2, 0.3);
-        let proper = [corner, corner + Vec3::X * 1.0e-6, corner + Vec3::Y * 1.0e-6];
-        assert!(!Triangle { vertices: proper }.is_degenerate());
+        let regular = [corner, corner + Vec3::X * 1.0e-6, corner + Vec3::Y * 1.0e-6];
+        assert!(!Triangle { vertices: regular }.is_degenerate());
         for scale in [1.0, 1.0e30, 1.0e-30] {
             let vertices = [Vec3::ONE, Vec3::splat(2.0), Vec3::splat(5.0)].map(|p| p * scale);
             assert!(!Triangle { vertices: [Vec3::ZERO, Vec3::X * scale, Vec3::Y * scale] }.is_degenerate());

@@ -1,14 +1,14 @@
-//! Vectors of length one.
+//! Normalisation of vectors.
 
 use glam::Vec3;
 
-/// `v` at unit length; `None` where it is zero or not finite. Right for any finite length, subnormal ones included.
+/// Normalises `v`; `None` if it is zero or not finite. Accurate for every finite length, subnormal ones included.
 pub fn unit(v: Vec3) -> Option<Vec3> {
     let largest = v.abs().max_element();
     if !(largest > 0.0 && largest.is_finite()) {
         return None;
     }
-    // Components of at most one have squares that neither overflow nor vanish together.
+    // Squares of components of at most one neither overflow nor all underflow.
     let scaled = v / largest;
     Some(scaled / libm::sqrtf(scaled.dot(scaled)))
 }
@@ -29,7 +29,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_direction_has_none() {
+    fn zero_and_infinite_vectors_have_no_direction() {
         for v in [Vec3::ZERO, Vec3::INFINITY, Vec3::new(f32::NEG_INFINITY, 1.0, 0.0)] {
             assert_eq!(unit(v), None);
         }

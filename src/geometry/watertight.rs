@@ -1,43 +1,44 @@
-//! What a hit is: the one place that decides whether, and how far away, a ray meets a triangle.
+//! Watertight ray-triangle intersection: the one definition of a hit.
 //!
-//! Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The vertices are moved to
-//! the ray's origin and sheared so that the ray runs along an axis; three 2D edge functions then tell inside from outside.
+//! Source: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013. The vertices are translated to
+//! the ray's origin and sheared so that the ray runs along an axis. Three 2D edge functions then tell inside from outside.
 //!
-//! Departures: only the moved and sheared vertices are `f32`; what is made of them is `f64`. A ray through an edge meets one of
-//! the two neighbours, not both.
+//! Departures: only the translated and sheared vertices are `f32`; all later values are `f64`. A ray through an edge hits one
+//! of the two adjacent triangles, not both.
 //!
 //! # Watertight, and each surface once
 //!
-//! A vertex is sheared by the same operations whichever triangle it belongs to, so neighbours see the same 2D
-//! points. An edge function is a difference of two products of `f32` numbers, which `f64` holds exactly: its sign is the exact
-//! one. A zero lies on the edge, and is judged as if the ray were moved by (ε, ε²) with ε beyond all
-//! small numbers (Edelsbrunner and Mücke, "Simulation of Simplicity", 1990). So every ray meets what exact arithmetic says a
-//! ray beside it meets: a closed surface has no gap, and a blended or refracting one is not met twice along its edges.
-//! Whoever computes the edge functions in `f32` has the exact sign as well where it is not zero, because rounding is monotone:
-//! the larger of two products does not round to the smaller number.
+//! A vertex is sheared by the same operations for every triangle that shares it, so adjacent triangles have the same 2D
+//! points. An edge function is a difference of two products of `f32` numbers. `f64` holds these products exactly, so the sign is
+//! exact. Zero means that the ray passes through the edge. Such a ray is treated as if it were moved by (ε, ε²) with an
+//! infinitesimal ε (Edelsbrunner and Mücke, "Simulation of Simplicity", 1990). Every ray therefore hits what a ray next to it hits
+//! in exact arithmetic: a closed surface has no gap, and a blended or refracting surface is not hit twice along its edges.
+//! Edge functions computed in `f32` have the exact sign as well, except at zero, because rounding is monotone:
+//! the larger of two products never rounds to the smaller number.
 //!
 //! # Any hierarchy finds the same hits
 //!
-//! Let `X = |origin|∞ + |vertices|∞`, a vertex `v` relative to the origin and rounded `z'` along the depth and `x'` sheared. The
-//! weights `w = (U, V, W) / (U + V + W)` have one sign, so `P = Σ wᵢ·vᵢ` is a point of the triangle, and `Σ wᵢ·x'ᵢ = 0` but for
-//! roundings of `f64`. With a shear of at most one, `x'` is off by `2⁻²⁴` of the difference to the origin, of the shear, of
-//! its product with `z'` and, twice as large, of the last difference: at most `5·2⁻²⁴·X`. The ray passes `P`'s plane of equal
-//! depth as far from it as the mean of these errors, and `z'` is off by `2⁻²⁴·X`. So `P` lies within `0.63·2⁻²¹·X` of the
-//! point `origin + t·direction` in each coordinate, `t` before it is rounded to `f32`, however thin the triangle is or how flat it is
-//! seen. `P` lies in every box that holds its part of the triangle, and boxes are grown by
-//! [`BOX_PADDING`] times the triangle's largest coordinate and [`BOX_PADDING`] times the largest of the origin,
-//! `2⁻²¹·X` together. So the slab test finds the ray inside all of these boxes at `t`, up to the relative error of its own
-//! arithmetic and of `t`'s last rounding, which it allows for. No box that holds the hit is missed, or entered
-//! after it, however the triangles are split and the boxes are nested.
+//! Let `X = |origin|∞ + |vertices|∞`. Relative to the origin, a vertex `v` has the rounded depth `z'` and the sheared coordinates
+//! `x'`. The weights `w = (U, V, W) / (U + V + W)` have one sign, so `P = Σ wᵢ·vᵢ` is a point of the triangle, and `Σ wᵢ·x'ᵢ = 0`
+//! up to roundings of `f64`. With a shear of at most one, `x'` has errors of `2⁻²⁴` of the difference to the origin, of the shear, of
+//! its product with `z'` and, twice as large, of the last difference: at most `5·2⁻²⁴·X`. The ray passes the plane of `P`'s
+//! depth at a distance of at most the weighted mean of these errors, and the error of `z'` is `2⁻²⁴·X`. So `P` lies within `0.63·2⁻²¹·X` of the
+//! point `origin + t·direction` in each coordinate, with `t` before it is rounded to `f32`, for any thin triangle and any grazing
+//! angle. `P` lies in every box that contains its part of the triangle. Boxes are grown by [`BOX_PADDING`] times the triangle's
+//! largest coordinate and [`BOX_PADDING`] times the largest coordinate of the origin, `2⁻²¹·X` together. The slab test
+//! therefore finds the ray inside all of these boxes at `t`, up to the relative error of its own arithmetic and of the last
+//! rounding of `t`, which it allows for. No box that contains the hit is missed or entered after the hit, for every split of the
+//! triangles and every nesting of the boxes.
 
 use glam::Vec3;
 
-use super::{Facing, Ray, TriangleHit};
+use super::Ray;
+use super::hit::{Facing, TriangleHit};
 
-/// How far boxes must be grown for hits to be found, in units of the largest coordinate.
+/// Growth of bounding boxes that makes the slab test conservative, relative to the largest coordinate.
 pub const BOX_PADDING: f32 = 1.0 / (1 << 21) as f32;
 
-/// What the triangle test needs of a ray, computed once. Coordinates are in the order of `axes`.
+/// Ray prepared for triangle tests. Coordinates are in the order of `axes`.
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedRay {
     axes: [usize; 3],
@@ -48,7 +49,7 @@ pub struct ShearedRay {
     t_max: f32,
 }
 
-/// The axis order in which the ray's direction has its largest component last and the winding of triangles is kept.
+/// Axis order with the largest component of the direction last that keeps the winding of triangles.
 pub fn dominant_axes(direction: Vec3) -> [usize; 3] {
     let [x, y, z] = direction.abs().to_array();
     let kz = if x > y {
@@ -79,9 +80,9 @@ impl ShearedRay {
         }
     }
 
-    /// The hit with the triangle of these corners, which must not be degenerate.
+    /// Tests the triangle of these corners, which must not be degenerate.
     #[inline]
-    pub fn meet(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
+    pub fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
         let [kx, ky, kz] = self.axes;
         let [a, b, c] = *corners;
         let [a, b, c] = [
@@ -90,7 +91,7 @@ impl ShearedRay {
             self.sheared([c[kx], c[ky], c[kz]]),
         ];
 
-        // Edge functions; mixed signs are outside.
+        // Edge functions: mixed signs are outside
         let [u, v, w] = edge_functions([a, b, c]);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
@@ -102,32 +103,32 @@ impl ShearedRay {
             }
         }
 
-        // Seen edge-on, or beyond what numbers hold; denormal distances count as zero.
+        // Reject edge-on and overflowing triangles; subnormal distances count as zero
         let det = u + v + w;
         if det == 0.0 || !det.is_finite() {
             return None;
         }
-        let hit = self.place([a, b, c], [u, v, w]);
+        let hit = self.hit([a, b, c], [u, v, w]);
         (hit.t > self.t_min && hit.t < self.t_max && hit.t >= f32::MIN_POSITIVE).then_some(hit)
     }
 
-    /// The axes that corners are given in to [`ShearedRay::meet_surely`]: two lateral ones and the depth.
+    /// Axis order of the corners for [`ShearedRay::intersect_known`]: two lateral axes and the depth.
     #[inline(always)]
     pub fn axes(&self) -> [usize; 3] {
         self.axes
     }
 
-    /// The hit with a triangle that [`ShearedRay::meet`] is known to accept, to the same bits. The coordinates of
-    /// the corners are in the order of [`ShearedRay::axes`].
+    /// The hit with a triangle that [`ShearedRay::intersect`] is known to accept, with the same bits. The coordinates of the
+    /// corners are in the order of [`ShearedRay::axes`].
     #[inline(always)]
-    pub fn meet_surely(&self, [a, b, c]: [[f32; 3]; 3]) -> TriangleHit {
+    pub fn intersect_known(&self, [a, b, c]: [[f32; 3]; 3]) -> TriangleHit {
         let corners = [self.sheared(a), self.sheared(b), self.sheared(c)];
-        self.place(corners, edge_functions(corners))
+        self.hit(corners, edge_functions(corners))
     }
 
-    /// Where the line meets a triangle of these sheared corners and edge functions. The distance is rounded once.
+    /// The hit for given sheared corners and edge functions. The distance is rounded once.
     #[inline(always)]
-    fn place(&self, [a, b, c]: [[f64; 3]; 3], [u, v, w]: [f64; 3]) -> TriangleHit {
+    fn hit(&self, [a, b, c]: [[f64; 3]; 3], [u, v, w]: [f64; 3]) -> TriangleHit {
         let det = u + v + w;
         TriangleHit {
             t: ((u * a[2] + v * b[2] + w * c[2]) / (det * f64::from(self.direction_z))) as f32,
@@ -137,7 +138,7 @@ impl ShearedRay {
         }
     }
 
-    /// The point relative to the origin, sheared in `f32` so that the ray runs along z.
+    /// Translates a point to the origin and shears it in `f32`, so that the ray runs along z.
     #[inline(always)]
     fn sheared(&self, point: [f32; 3]) -> [f64; 3] {
         let x = point[0] - self.origin[0];
@@ -147,13 +148,13 @@ impl ShearedRay {
     }
 }
 
-/// The edge functions of sheared corners, which are `f32` numbers, so that the signs are exact.
+/// Edge functions of sheared corners. The corners are `f32` numbers, so the signs are exact.
 #[inline(always)]
 fn edge_functions([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
 }
 
-/// The sign of the edge function p₀ q₁ − p₁ q₀, with ties broken: moving the ray by (ε, ε²) adds ε (p₁ − q₁) − ε² (p₀ − q₀).
+/// Whether the edge function p₀ q₁ − p₁ q₀ is positive. At zero the ray is moved by (ε, ε²), which adds ε (p₁ − q₁) − ε² (p₀ − q₀).
 fn is_left_of(p: [f64; 3], q: [f64; 3], edge_function: f64) -> bool {
     if edge_function != 0.0 {
         edge_function > 0.0
@@ -167,13 +168,13 @@ fn is_left_of(p: [f64; 3], q: [f64; 3], edge_function: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Triangle;
+    use crate::geometry::{Facing, Triangle};
 
     #[test]
     fn winding_is_kept_for_every_dominant_axis() {
         for axis in 0..3 {
             for sign in [1.0_f32, -1.0] {
-                // Counter-clockwise seen from where the ray starts: the normal points against the direction.
+                // Counter-clockwise seen from the origin of the ray: the normal points against the direction.
                 let mut direction = Vec3::splat(0.125);
                 direction[axis] = sign;
                 let normal = -Vec3::AXES[axis] * sign;
@@ -209,14 +210,13 @@ mod tests {
         assert!(triangle.intersect(&ray).is_some());
         ray.t_min = 2.0;
         assert!(triangle.intersect(&ray).is_none());
-        // Behind the origin.
+        // The triangle lies behind the origin.
         assert!(triangle.intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::Z)).is_none());
     }
 
     #[test]
-    fn a_ray_through_an_edge_or_a_vertex_meets_one_triangle_of_a_plane() {
-        // A plane cut into a fan around the origin and an outer ring; rays go straight and slanted through all its edges
-        // and vertices.
+    fn a_ray_through_an_edge_or_a_vertex_hits_one_triangle_of_a_plane() {
+        // A plane of a fan around the origin and an outer ring. Perpendicular and slanted rays pass through all edges and vertices.
         let around = |i: usize, radius: f32| {
             let angle = (i % 7) as f32 * 0.9;
             Vec3::new(libm::cosf(angle) * radius, libm::sinf(angle) * radius, 0.25)
@@ -232,10 +232,10 @@ mod tests {
                 for share in [0.0, 0.25, 0.5, 0.75, 1.0] {
                     for target in [around(i, share), around(i, 1.0).lerp(around(i + 1, 1.0), share)] {
                         let ray = Ray::new(target - direction * 4.0, direction);
-                        let met = triangles
+                        let hits = triangles
                             .iter()
                             .filter(|&&vertices| Triangle { vertices }.intersect(&ray).is_some());
-                        assert_eq!(met.count(), 1, "{ray:?}");
+                        assert_eq!(hits.count(), 1, "{ray:?}");
                     }
                 }
             }
@@ -243,8 +243,8 @@ mod tests {
     }
 
     #[test]
-    fn a_silhouette_edge_is_met_by_both_neighbours_or_by_none() {
-        // A roof whose ridge points at the ray from the side: front and back share the ridge.
+    fn a_ray_at_a_silhouette_edge_hits_both_adjacent_triangles_or_none() {
+        // A roof seen from the side: its front and back share the ridge.
         let (a, b) = (Vec3::new(0.0, 1.0, -1.0), Vec3::new(0.0, 1.0, 1.0));
         let front = Triangle { vertices: [a, Vec3::new(1.0, 0.0, 0.0), b] };
         let back = Triangle { vertices: [b, Vec3::new(-1.0, 0.0, 0.0), a] };
@@ -258,7 +258,7 @@ mod tests {
     fn edge_on_and_degenerate_triangles_are_never_hit() {
         let flat = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::Y] };
         assert!(flat.intersect(&Ray::new(Vec3::new(-1.0, 0.25, 0.0), Vec3::X)).is_none());
-        // Collinear and repeated corners, aimed at from many directions.
+        // Collinear and repeated corners, with rays from many directions.
         let line = Triangle { vertices: [Vec3::ONE, Vec3::splat(3.0), Vec3::splat(2.0)] };
         let point = Triangle { vertices: [Vec3::ONE, Vec3::ONE, Vec3::splat(2.0)] };
         for i in 0..1000 {
@@ -269,30 +269,30 @@ mod tests {
         }
     }
 
-    /// The bound that boxes rely on.
+    /// Asserts the error bound that bounding boxes rely on.
     fn assert_is_near(triangle: &Triangle, ray: &Ray, hit: &TriangleHit) {
         let weights = [1.0 - f64::from(hit.u) - f64::from(hit.v), hit.u.into(), hit.v.into()];
         let scale = f64::from(ray.origin.abs().max_element()) + f64::from(triangle.magnitude());
         for axis in 0..3 {
             let on_triangle: f64 = (0..3).map(|k| weights[k] * f64::from(triangle.vertices[k][axis])).sum();
             let on_ray = f64::from(ray.origin[axis]) + f64::from(hit.t) * f64::from(ray.direction[axis]);
-            // 0.63 of it for the bound, and the rounding of t, u and v to f32.
+            // The bound is 0.63 of this; the rest allows for rounding t, u and v to f32.
             assert!((on_triangle - on_ray).abs() <= 2.0_f64.powi(-21) * scale, "{triangle:?} {ray:?}");
         }
     }
 
     #[test]
-    fn hits_from_within_the_plane_are_points_near_the_ray_too() {
-        // Whole numbers with x = 3 y: everything is exactly in one plane, but a third is not exact in the shear, so the
-        // edge functions are rounding noise and often have one sign. What is left of these hits obeys the bound.
+    fn hits_of_coplanar_rays_obey_the_error_bound() {
+        // Integers with x = 3 y: all points lie exactly in one plane. One third is not exact in the shear, so the edge
+        // functions are rounding noise and often have one sign. Such hits obey the bound.
         let mut state = 5_u32;
-        let mut whole = || {
+        let mut integer = || {
             state = state.wrapping_mul(747796405).wrapping_add(2891336453);
             (state >> 25) as f32 - 64.0
         };
         let mut point = || {
-            let y = whole();
-            Vec3::new(3.0 * y, y, whole())
+            let y = integer();
+            Vec3::new(3.0 * y, y, integer())
         };
         for _ in 0..100_000 {
             let [a, b, c] = [point(), point(), point()];
@@ -308,8 +308,8 @@ mod tests {
     }
 
     #[test]
-    fn a_hit_is_a_point_of_the_triangle_near_the_ray() {
-        // Slivers of growing aspect, seen from random sides: the accepted hits obey the bound the boxes rely on.
+    fn hits_of_slivers_obey_the_error_bound() {
+        // Slivers of increasing aspect ratio, seen from random directions.
         let mut state = 1_u32;
         let mut random = || {
             state = state.wrapping_mul(747796405).wrapping_add(2891336453);
@@ -321,7 +321,7 @@ mod tests {
             let across = Vec3::new(random(), random(), random()) * libm::powf(10.0, -((i % 9) as f32));
             let a = Vec3::new(random(), random(), random());
             let triangle = Triangle { vertices: [a, a + along, a + along * 0.5 + across] };
-            // Every other ray starts in line with the long edge, so that it sees the sliver edge-on but for rounding.
+            // Every second ray starts in line with the long edge and sees the sliver edge-on up to rounding.
             let origin =
                 if i % 2 == 0 { Vec3::new(random(), random(), random()) * 2.0 } else { a - along * 0.7 };
             let ray = Ray::new(origin, a + along * 0.4 + across * 0.3 - origin);

@@ -1,6 +1,6 @@
 //! Exact hits of a packet's rays with their closest triangles, by the definition of a hit in lanes.
 //!
-//! Performs the operations of [`crate::geometry::ShearedRay::meet_surely`] in the same order, so both give the same bits.
+//! Performs the operations of [`crate::geometry::ShearedRay::intersect_known`] in the same order, so both give the same bits.
 
 use fearless_simd::{Simd, f32x16, f64x8, mask64x8, prelude::*, u32x16};
 

@@ -71,7 +71,7 @@ impl LeafIntersector<'_> {
     /// Hit with the triangle in a slot.
     pub(super) fn intersect(&self, TriangleSlot { leaf, lane }: TriangleSlot) -> Option<Hit> {
         let triangles = self.tree.triangles(leaf);
-        let hit = ShearedRay::new(self.ray).meet(&triangles.corners(lane as usize))?;
+        let hit = ShearedRay::new(self.ray).intersect(&triangles.corners(lane as usize))?;
         Some(Hit::of(hit, triangles.tag(lane as usize).triangle()))
     }
 
@@ -81,6 +81,6 @@ impl LeafIntersector<'_> {
         let triangles = self.tree.triangles(leaf);
         let ray = ShearedRay::new(self.ray);
         let corners = triangles.corners_in_order(lane as usize, ray.axes());
-        Hit::of(ray.meet_surely(corners), triangles.tag(lane as usize).triangle())
+        Hit::of(ray.intersect_known(corners), triangles.tag(lane as usize).triangle())
     }
 }

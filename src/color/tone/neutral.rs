@@ -1,20 +1,20 @@
-//! The curve for true product colours.
+//! Khronos PBR Neutral, for accurate product colours.
 //!
-//! Source: Khronos, "PBR Neutral Tone Mapper" (2024). Colours up to about 0.8 are shown as they are but for the reflection of a
-//! common dielectric, 0.04, which is taken off; brighter ones are squeezed towards white.
+//! Source: Khronos, "PBR Neutral Tone Mapper" (2024). It subtracts the reflection of a common dielectric, 0.04. Colours up
+//! to about 0.8 are otherwise unchanged; brighter ones are compressed towards white.
 
 use glam::Vec3;
 
-use super::{largest, smallest};
+use super::channels::{largest, smallest};
 
-/// The reflectance along the normal that is taken off.
+/// Normal reflectance that is subtracted.
 const REFLECTANCE: f32 = 0.04;
-/// Largest channel from which colours are squeezed.
+/// Value of the largest channel above which colours are compressed.
 const COMPRESSED_FROM: f32 = 0.8 - REFLECTANCE;
-/// How fast squeezed colours bleach.
+/// Rate at which compressed colours desaturate.
 const DESATURATION: f32 = 0.15;
 
-/// Light without negative channels to what is shown.
+/// Applies the curve to light without negative channels.
 pub(super) fn apply(light: Vec3) -> Vec3 {
     let least = smallest(light);
     let offset =
@@ -27,8 +27,8 @@ pub(super) fn apply(light: Vec3) -> Vec3 {
     if peak == f32::INFINITY {
         return Vec3::ONE;
     }
-    let room = 1.0 - COMPRESSED_FROM;
-    let shown_peak = 1.0 - room * room / (peak + room - COMPRESSED_FROM);
+    let headroom = 1.0 - COMPRESSED_FROM;
+    let shown_peak = 1.0 - headroom * headroom / (peak + headroom - COMPRESSED_FROM);
     let share = 1.0 - 1.0 / (DESATURATION * (peak - shown_peak) + 1.0);
     let color = color * (shown_peak / peak);
     color + (Vec3::splat(shown_peak) - color) * share
@@ -39,15 +39,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn base_colours_come_out_as_they_are() {
-        // Lit by white light, a base colour c of a dielectric sends back c + 0.04.
+    fn base_colours_are_unchanged() {
+        // Lit by white light, a dielectric of base colour c reflects c + 0.04.
         for base in [Vec3::new(0.6, 0.3, 0.1), Vec3::new(0.05, 0.7, 0.4)] {
             assert!((apply(base + REFLECTANCE) - base).abs().max_element() < 1e-6);
         }
     }
 
     #[test]
-    fn bright_light_is_squeezed() {
+    fn bright_light_is_compressed() {
         // White: 0.96 after the reflection; 1 − 0.24² / (0.96 + 0.24 − 0.76) = 0.86909.
         assert!((apply(Vec3::ONE) - Vec3::splat(0.869_09)).abs().max_element() < 1e-4);
         let red = apply(Vec3::new(1e6, 0.0, 0.0));

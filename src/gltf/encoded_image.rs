@@ -6,7 +6,9 @@ use super::accessor::Data;
 use super::context::Context;
 use super::resources::Resources;
 use crate::error::Result;
-use crate::image_file::{ImageHeader, ImageKind, image_header, image_kind, oversized_png, unjustified};
+use crate::image_file::{
+    ImageFormat, ImageHeader, decompression_bomb, image_format, image_header, png_decompression_bomb,
+};
 
 /// Encoded image file in memory, with its parsed header.
 pub(super) struct EncodedImage<'a> {
@@ -39,24 +41,24 @@ pub(super) fn fetch<'a>(
     let file_name = image.uri.as_ref().filter(|uri| !uri.starts_with("data:"));
     let name = image.name.clone().or_else(|| file_name.cloned());
     let quoted = in_quotes(name.as_deref());
-    match image_kind(&bytes) {
-        ImageKind::Png | ImageKind::Jpeg | ImageKind::WebP | ImageKind::Ktx2 => {}
-        ImageKind::Other(kind) => {
+    match image_format(&bytes) {
+        ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP | ImageFormat::Ktx2 => {}
+        ImageFormat::Other(kind) => {
             let message =
                 format!("the image{quoted} is {kind}, which is not supported; convert it to PNG or JPEG");
             return Err(context.unsupported(pointer, message));
         }
-        ImageKind::Unknown => {
+        ImageFormat::Unknown => {
             let message = format!("the image{quoted} is neither PNG, JPEG, WebP nor KTX2");
             return Err(context.invalid(pointer, message));
         }
     }
-    if let Some(why) = oversized_png(&bytes) {
+    if let Some(why) = png_decompression_bomb(&bytes) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
     let header =
         image_header(&bytes).map_err(|why| context.invalid(&pointer, format!("the image{quoted} {why}")))?;
-    if let Some(why) = unjustified(&header, bytes.len()) {
+    if let Some(why) = decompression_bomb(&header, bytes.len()) {
         return Err(context.refused(pointer, format!("the image{quoted} {why}")));
     }
     Ok(EncodedImage { name, pointer, bytes, header })

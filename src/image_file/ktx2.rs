@@ -1,52 +1,51 @@
-//! KTX2 files with Basis Universal data (`KHR_texture_basisu`) to texels: the first level, face and layer.
+//! KTX2 decoding: files with Basis Universal data (`KHR_texture_basisu`) to the texels of the first level, face and layer.
 //!
 //! Sources: *KTX File Format Specification 2.0* (Khronos Group, 2021), sections 3 and 4; the text of `KHR_texture_basisu`.
-//! The crate `basisu` decodes blocks; sizes are checked here before it allocates.
+//! The crate `basisu` decodes the blocks. Sizes are checked here before it allocates memory.
 
 use std::panic::catch_unwind;
 
 use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
 
-use super::texture_decode::ImageHeader;
+use super::texture_format::ImageHeader;
 
 const TEXEL_BYTES: u64 = 4;
-/// The decoder counts bytes in 32 bits.
-const MOST_TEXELS: u64 = 1 << 28;
-/// What is said where the decoder gave up.
+/// Largest number of texels: the decoder counts bytes in 32 bits.
+const MAX_TEXELS: u64 = 1 << 28;
+/// Message after a panic of the decoder.
 const PANICKED: &str = "cannot be decoded";
 const LEVEL_INDEX_START: usize = 80;
 const LEVEL_INDEX_ENTRY: usize = 24;
-/// Supercompression schemes.
-const BASIS_LZ: u32 = 1;
+/// Supercompression scheme.
 const ZSTANDARD: u32 = 2;
 /// Colour models of the data format descriptor.
 const MODEL_ETC1S: u32 = 163;
 const MODEL_UASTC: u32 = 166;
 
-/// What is needed of a file before its levels are touched.
+/// Parsed header of a file.
 #[derive(Clone, Copy, Debug)]
 struct Header {
     size: (u32, u32),
-    /// Bytes of the first level once decompressed; 0 where the scheme does not say.
+    /// Bytes of the decompressed first level; 0 if the compression scheme does not state them.
     level_bytes: u64,
-    /// Whether red and green lie in the colours and in alpha.
+    /// Whether the colour holds red and alpha holds green.
     is_red_green: bool,
 }
 
-/// The size of the first level, and the memory that decoding it takes.
+/// Reads the size of the first level and the memory that decoding it takes.
 pub(super) fn header(bytes: &[u8]) -> Result<ImageHeader, String> {
-    let header = understand(bytes)?;
+    let header = parse_header(bytes)?;
     let (width, height) = header.size;
     let texels = u64::from(width).saturating_mul(u64::from(height));
-    // A decompressed copy lies beside the texels.
+    // A decompressed copy exists at the same time as the texels.
     let decoded_bytes = texels.saturating_mul(TEXEL_BYTES).saturating_add(header.level_bytes);
     Ok(ImageHeader { width, height, texel_bytes: TEXEL_BYTES, decoded_bytes })
 }
 
 /// Decodes the first level.
 pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
-    let header = understand(bytes)?;
-    // The decoder is someone else's: what it cannot cope with must not end the program.
+    let header = parse_header(bytes)?;
+    // The third-party decoder may panic. Turn that into an error.
     let decoded = catch_unwind(|| {
         let transcoder = Transcoder::new(bytes)?;
         match transcoder.source_format() {
@@ -63,7 +62,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
     let (texels, _) = channels.as_chunks::<4>();
     let expected = u64::from(header.size.0) * u64::from(header.size.1);
     if texels.len() as u64 != expected {
-        return Err(format!("holds {} texels where its header says {expected}", texels.len()));
+        return Err(format!("has {} texels, but its header states {expected}", texels.len()));
     }
     let mut texels = texels.to_vec();
     if header.is_red_green {
@@ -74,13 +73,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
     Ok(texels)
 }
 
-fn understand(bytes: &[u8]) -> Result<Header, String> {
-    let field = |start: usize| -> Result<u32, String> {
-        let field = bytes.get(start..).and_then(|rest| rest.first_chunk::<4>());
-        field.map(|field| u32::from_le_bytes(*field)).ok_or_else(|| "ends inside its header".to_owned())
-    };
-    let wide =
-        |start: usize| Ok::<u64, String>(u64::from(field(start)?) | u64::from(field(start + 4)?) << 32);
+fn parse_header(bytes: &[u8]) -> Result<Header, String> {
+    let field = |start: usize| read_u32(bytes, start);
     let format = field(12)?;
     let (width, height, depth) = (field(20)?, field(24)?, field(28)?);
     let (layers, faces, levels, scheme) = (field(32)?, field(36)?, field(40)?, field(44)?);
@@ -96,33 +90,19 @@ fn understand(bytes: &[u8]) -> Result<Header, String> {
     }
     if width == 0 || height == 0 || depth != 0 || layers > 1 || faces != 1 {
         return Err(format!(
-            "is KTX2 of {width}x{height}x{depth}, {layers} layers and {faces} faces, not a picture"
+            "is KTX2 of {width}x{height}x{depth}, {layers} layers and {faces} faces, not a 2D image"
         ));
     }
-    if u64::from(width) * u64::from(height) > MOST_TEXELS {
-        return Err(format!("has {width}x{height} texels, more than the {MOST_TEXELS} that can be decoded"));
+    if u64::from(width) * u64::from(height) > MAX_TEXELS {
+        return Err(format!("has {width}x{height} texels, more than the {MAX_TEXELS} that can be decoded"));
     }
     if !(1..=32).contains(&levels) {
-        return Err(format!("says that it has {levels} levels"));
+        return Err(format!("has {levels} levels, which is out of range"));
     }
 
-    // Every level is read where it says, and the first is unpacked to no more than its blocks.
     let blocks = u64::from(width.div_ceil(4)).saturating_mul(u64::from(height.div_ceil(4)));
-    let most = if scheme == ZSTANDARD && model == MODEL_UASTC { blocks.saturating_mul(16) } else { 0 };
-    let mut level_bytes = 0;
-    for level in 0..levels as usize {
-        let entry = LEVEL_INDEX_START + level * LEVEL_INDEX_ENTRY;
-        let (start, length, unpacked) = (wide(entry)?, wide(entry + 8)?, wide(entry + 16)?);
-        if start.checked_add(length).is_none_or(|end| end > bytes.len() as u64) {
-            return Err(format!("ends before level {level}; the file is truncated"));
-        }
-        if level == 0 && scheme != BASIS_LZ {
-            level_bytes = if scheme == ZSTANDARD { unpacked } else { 0 };
-        }
-    }
-    if level_bytes > most {
-        return Err(format!("unpacks its first level to {level_bytes} bytes, of which {most} are texels"));
-    }
+    let max_bytes = if model == MODEL_UASTC { blocks.saturating_mul(16) } else { 0 };
+    let level_bytes = check_levels(bytes, levels, scheme, max_bytes)?;
     let is_red_green = match model {
         MODEL_ETC1S => first_channel == 3 && second_channel == 4,
         _ => first_channel == 5,
@@ -130,7 +110,39 @@ fn understand(bytes: &[u8]) -> Result<Header, String> {
     Ok(Header { size: (width, height), level_bytes, is_red_green })
 }
 
-/// What Vulkan calls a format, of those that textures have.
+/// Checks that every level lies inside the file and that the first decompresses to at most `max_bytes`. Returns the
+/// bytes of the decompressed first level, or 0 if the compression scheme does not state them.
+fn check_levels(bytes: &[u8], levels: u32, scheme: u32, max_bytes: u64) -> Result<u64, String> {
+    let mut level_bytes = 0;
+    for level in 0..levels as usize {
+        let entry = LEVEL_INDEX_START + level * LEVEL_INDEX_ENTRY;
+        let (start, length) = (read_u64(bytes, entry)?, read_u64(bytes, entry + 8)?);
+        let decompressed = read_u64(bytes, entry + 16)?;
+        if start.checked_add(length).is_none_or(|end| end > bytes.len() as u64) {
+            return Err(format!("ends before level {level}; the file is truncated"));
+        }
+        if level == 0 && scheme == ZSTANDARD {
+            level_bytes = decompressed;
+        }
+    }
+    if level_bytes > max_bytes {
+        return Err(format!(
+            "decompresses its first level to {level_bytes} bytes, more than the {max_bytes} of its texels"
+        ));
+    }
+    Ok(level_bytes)
+}
+
+fn read_u32(bytes: &[u8], start: usize) -> Result<u32, String> {
+    let field = bytes.get(start..).and_then(|rest| rest.first_chunk::<4>());
+    field.map(|field| u32::from_le_bytes(*field)).ok_or_else(|| "ends inside its header".to_owned())
+}
+
+fn read_u64(bytes: &[u8], start: usize) -> Result<u64, String> {
+    Ok(u64::from(read_u32(bytes, start)?) | u64::from(read_u32(bytes, start + 4)?) << 32)
+}
+
+/// Vulkan name of a texture format.
 fn format_name(format: u32) -> String {
     let name = match format {
         9 => "R8_UNORM",
@@ -161,21 +173,21 @@ mod tests {
     const ETC1S: &[u8] = include_bytes!("../../tests/make_scenes/streams/chequer_etc1s.ktx2");
 
     #[test]
-    fn both_kinds_of_blocks_are_decoded() {
+    fn both_block_formats_are_decoded() {
         for file in [UASTC, ETC1S] {
             let header = header(file).unwrap();
             assert_eq!((header.width, header.height), (32, 16));
             let texels = decode(file).unwrap();
             assert_eq!((texels.len(), texels[0], texels[4]), (512, [233, 200, 125, 255], [59, 92, 142, 255]));
         }
-        // Zstandard unpacks 8 x 4 blocks of 16 bytes beside the 512 texels.
+        // Zstandard decompresses 8 x 4 blocks of 16 bytes in addition to the 512 texels.
         assert_eq!(header(UASTC).unwrap().decoded_bytes, 512 * 4 + 32 * 16);
         assert_eq!(header(ETC1S).unwrap().decoded_bytes, 512 * 4);
     }
 
     #[test]
-    fn red_and_green_come_back_from_colour_and_alpha() {
-        // The channel of the first sample: 3 is RGBA without alpha in this file, 5 is red and green.
+    fn red_and_green_are_restored_from_colour_and_alpha() {
+        // Channel type of the first sample: 3 is RGB, 5 is red and green.
         let mut file = UASTC.to_vec();
         let descriptor = u32::from_le_bytes(file[48..52].try_into().unwrap()) as usize;
         file[descriptor + 31] = (file[descriptor + 31] & 0xf0) | 5;
@@ -183,27 +195,27 @@ mod tests {
     }
 
     #[test]
-    fn headers_that_lie_are_told() {
-        let spoiled = |place: usize, value: u32| {
+    fn invalid_headers_are_errors() {
+        let header_error = |offset: usize, value: u32| {
             let mut file = UASTC.to_vec();
-            file[place..place + 4].copy_from_slice(&value.to_le_bytes());
+            file[offset..offset + 4].copy_from_slice(&value.to_le_bytes());
             header(&file).unwrap_err()
         };
-        assert!(spoiled(12, 37).contains("only Basis Universal"), "R8G8B8A8");
-        assert!(spoiled(20, 0).contains("not a picture"));
-        assert!(spoiled(36, 6).contains("6 faces"));
-        assert!(spoiled(40, 0).contains("0 levels"));
-        // The first level unpacks to more than its blocks, or lies behind the end.
-        assert!(spoiled(80 + 16, 1 << 30).contains("unpacks its first level"));
-        assert!(spoiled(80 + 8, 1 << 20).contains("truncated"));
+        assert!(header_error(12, 37).contains("only Basis Universal"), "R8G8B8A8");
+        assert!(header_error(20, 0).contains("not a 2D image"));
+        assert!(header_error(36, 6).contains("6 faces"));
+        assert!(header_error(40, 0).contains("0 levels"));
+        // The first level decompresses to more than its blocks, or lies past the end.
+        assert!(header_error(80 + 16, 1 << 30).contains("decompresses its first level"));
+        assert!(header_error(80 + 8, 1 << 20).contains("truncated"));
         for length in 0..UASTC.len() {
             assert!(decode(&UASTC[..length]).is_err(), "{length}");
         }
     }
 
     #[test]
-    fn damaged_files_are_errors_and_end_no_decoder() {
-        // A fixed sequence of numbers decides which bytes are spoiled.
+    fn corrupted_files_are_errors_without_panics() {
+        // A fixed pseudo-random sequence decides which bytes are corrupted.
         let mut state = 1_u64;
         let mut next = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -213,8 +225,8 @@ mod tests {
             for _ in 0..2000 {
                 let mut bytes = file.to_vec();
                 for _ in 0..=next() % 4 {
-                    let place = next() % bytes.len();
-                    bytes[place] = next() as u8;
+                    let index = next() % bytes.len();
+                    bytes[index] = next() as u8;
                 }
                 if let Err(why) = decode(&bytes) {
                     assert!(why != PANICKED, "{:?}", &bytes[..80]);
@@ -224,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn other_data_is_refused_by_name() {
+    fn other_formats_are_refused_by_name() {
         for (format, name) in
             [(43, "R8G8B8A8_SRGB"), (145, "BC7"), (97, "R16G16B16A16_SFLOAT"), (999, "VkFormat 999")]
         {

@@ -20,6 +20,7 @@ mod png_text;
 mod png_write;
 mod stored_frame;
 mod texture_decode;
+mod texture_format;
 
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
 pub use display::{DisplayImage, decode_png, decode_png_values};
@@ -35,7 +36,7 @@ pub use movie::{MOVIE_ENDINGS, MovieFormat, MovieWriter, has_ffmpeg};
 pub use png_text::inspect_png;
 pub use png_write::encode_png;
 pub use stored_frame::{StoredFrame, inspect_exr};
-pub use texture_decode::{
-    DecodedTexels, ImageHeader, ImageKind, decode_texels, image_header, image_kind, oversized_png,
-    unjustified,
+pub(crate) use texture_decode::{
+    DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,
 };
+pub(crate) use texture_format::{ImageFormat, ImageHeader, image_format};

@@ -1,4 +1,4 @@
-//! PNG, JPEG, WebP and KTX2 files to texels, with the size known before anything is decoded.
+//! Texture decoding: PNG, JPEG, WebP and KTX2 files to texels. Headers give the size before anything is decoded.
 
 use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -7,92 +7,37 @@ use image::codecs::{jpeg::JpegDecoder, png::PngDecoder, webp::WebPDecoder};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageError, Limits};
 
 use super::ktx2;
+use super::texture_format::{ImageFormat, ImageHeader, image_format};
 
-const PNG_MAGIC: &[u8] = b"\x89PNG\r\n\x1a\n";
-const JPEG_MAGIC: &[u8] = &[0xff, 0xd8, 0xff];
+/// Images up to this many texels are decoded whatever the size of their file.
+const UNCHECKED_TEXELS: u64 = 8192 * 8192;
+/// Largest number of texels per byte of the file for larger images.
+const MAX_TEXELS_PER_BYTE: u64 = 64;
 
-/// Images up to this many texels need no justification by the size of their file.
-const FREE_TEXELS: u64 = 8192 * 8192;
-/// Texels that each byte of a larger image's file justifies.
-const TEXELS_PER_BYTE: u64 = 64;
-
-/// What the first bytes of an image file say it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ImageKind {
-    /// Portable network graphics.
-    Png,
-    /// JPEG, baseline or progressive.
-    Jpeg,
-    /// WebP, lossless or not; of an animation the first picture.
-    WebP,
-    /// KTX2; only Basis Universal data can be decoded.
-    Ktx2,
-    /// Recognized, by name, but not supported.
-    Other(&'static str),
-    /// Nothing that is known.
-    Unknown,
-}
-
-/// Row-major RGBA texels, top row first, as the file stores them: not yet decoded from sRGB.
+/// Row-major RGBA texels, top row first, as stored in the file: sRGB values are not decoded.
 #[derive(Clone, Debug, PartialEq)]
-pub enum DecodedTexels {
-    /// Eight bits a channel.
+pub(crate) enum DecodedTexels {
+    /// Eight bits per channel.
     Rgba8(Vec<[u8; 4]>),
-    /// Sixteen bits a channel.
+    /// Sixteen bits per channel.
     Rgba16(Vec<[u16; 4]>),
 }
 
-/// What the header of an image says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ImageHeader {
-    /// Texels a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// Bytes of a texel once decoded: 4, or 8 with sixteen bits a channel.
-    pub texel_bytes: u64,
-    /// Bytes that decoding takes.
-    pub decoded_bytes: u64,
-}
-
-/// Tells what `bytes` are from their beginning; declared media types are often wrong.
-pub fn image_kind(bytes: &[u8]) -> ImageKind {
-    let at = |start: usize, magic: &[u8]| bytes.get(start..).is_some_and(|rest| rest.starts_with(magic));
-    if at(0, PNG_MAGIC) {
-        ImageKind::Png
-    } else if at(0, JPEG_MAGIC) {
-        ImageKind::Jpeg
-    } else if at(0, b"RIFF") && at(8, b"WEBP") {
-        ImageKind::WebP
-    } else if at(0, b"\xabKTX 20\xbb\r\n\x1a\n") {
-        ImageKind::Ktx2
-    } else if at(0, b"DDS ") {
-        ImageKind::Other("DDS")
-    } else if at(4, b"ftypavif") {
-        ImageKind::Other("AVIF")
-    } else if at(0, b"GIF8") {
-        ImageKind::Other("GIF")
-    } else if at(0, b"BM") {
-        ImageKind::Other("BMP")
-    } else {
-        ImageKind::Unknown
-    }
-}
-
-/// Why `bytes` are not even opened: the decoder's own limit would otherwise tell it less clearly.
-pub fn oversized_png(bytes: &[u8]) -> Option<String> {
-    // The header chunk is always the first: 8 bytes of magic, length and name, then width and height.
+/// Error message for a PNG that is refused as a decompression bomb before its decoder is opened. The decoder's own limit would give a less
+/// clear message.
+pub(crate) fn png_decompression_bomb(bytes: &[u8]) -> Option<String> {
+    // The first chunk is the header: 8 bytes of magic, length and name, then width and height.
     let field = |start: usize| -> Option<u32> {
         let bytes = bytes.get(start..)?.first_chunk::<4>()?;
         Some(u32::from_be_bytes(*bytes))
     };
     let header = ImageHeader { width: field(16)?, height: field(20)?, texel_bytes: 4, decoded_bytes: 0 };
-    if image_kind(bytes) == ImageKind::Png { unjustified(&header, bytes.len()) } else { None }
+    if image_format(bytes) == ImageFormat::Png { decompression_bomb(&header, bytes.len()) } else { None }
 }
 
 /// Reads the header of a PNG, JPEG, WebP or KTX2.
-pub fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
-    if image_kind(bytes) == ImageKind::Ktx2 {
+pub(crate) fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
+    if image_format(bytes) == ImageFormat::Ktx2 {
         return ktx2::header(bytes);
     }
     let (size, color) = with_decoder(bytes, |decoder| Ok((decoder.dimensions(), decoder.color_type())))?;
@@ -105,40 +50,40 @@ pub fn image_header(bytes: &[u8]) -> Result<ImageHeader, String> {
     Ok(ImageHeader { width, height, texel_bytes, decoded_bytes: texels.saturating_mul(texel_bytes) })
 }
 
-/// Why an image of this size is not decoded, if its file is too small to justify it.
-pub fn unjustified(header: &ImageHeader, file_bytes: usize) -> Option<String> {
+/// Error message for an image that is refused as a decompression bomb: it is large, and its file is very small in comparison.
+pub(crate) fn decompression_bomb(header: &ImageHeader, file_bytes: usize) -> Option<String> {
     let texels = u64::from(header.width).saturating_mul(u64::from(header.height));
-    let justified = (file_bytes as u64).saturating_mul(TEXELS_PER_BYTE);
-    (texels > FREE_TEXELS && texels > justified).then(|| {
+    let max_texels = (file_bytes as u64).saturating_mul(MAX_TEXELS_PER_BYTE);
+    (texels > UNCHECKED_TEXELS && texels > max_texels).then(|| {
         format!(
-            "unpacks {file_bytes} bytes to {}x{} texels, which looks like an attack on memory; store it smaller",
+            "unpacks {file_bytes} bytes to {}x{} texels, which looks like a decompression bomb; store a smaller image",
             header.width, header.height
         )
     })
 }
 
-/// Decodes a PNG, JPEG, WebP or KTX2 completely; a file that ends early is an error.
-pub fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
-    if image_kind(bytes) == ImageKind::Ktx2 {
+/// Decodes a PNG, JPEG, WebP or KTX2. A truncated file is an error.
+pub(crate) fn decode_texels(bytes: &[u8]) -> Result<DecodedTexels, String> {
+    if image_format(bytes) == ImageFormat::Ktx2 {
         return ktx2::decode(bytes).map(DecodedTexels::Rgba8);
     }
-    let is_whole = match image_kind(bytes) {
-        ImageKind::Jpeg => jpeg_is_whole(bytes),
-        ImageKind::WebP => webp_is_whole(bytes),
+    let is_complete = match image_format(bytes) {
+        ImageFormat::Jpeg => jpeg_is_complete(bytes),
+        ImageFormat::WebP => webp_is_complete(bytes),
         _ => true,
     };
-    if !is_whole {
+    if !is_complete {
         return Err("ends early; the file is truncated".to_owned());
     }
-    let picture = with_decoder(bytes, |decoder| match decoder {
+    let image = with_decoder(bytes, |decoder| match decoder {
         Decoder::Png(png) => DynamicImage::from_decoder(*png),
         Decoder::Jpeg(jpeg) => DynamicImage::from_decoder(*jpeg),
         Decoder::WebP(webp) => DynamicImage::from_decoder(*webp),
     })?;
-    Ok(if is_deep(picture.color()) {
-        DecodedTexels::Rgba16(into_texels(&picture.into_rgba16()))
+    Ok(if is_deep(image.color()) {
+        DecodedTexels::Rgba16(into_texels(&image.into_rgba16()))
     } else {
-        DecodedTexels::Rgba8(into_texels(&picture.into_rgba8()))
+        DecodedTexels::Rgba8(into_texels(&image.into_rgba8()))
     })
 }
 
@@ -176,11 +121,11 @@ fn with_decoder<'a, T>(
     use_decoder: impl FnOnce(Decoder<'a>) -> Result<T, ImageError>,
 ) -> Result<T, String> {
     let open = || {
-        if image_kind(bytes) == ImageKind::Png {
+        if image_format(bytes) == ImageFormat::Png {
             let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits())?;
             return Ok(Decoder::Png(Box::new(decoder)));
         }
-        if image_kind(bytes) == ImageKind::WebP {
+        if image_format(bytes) == ImageFormat::WebP {
             let mut decoder = WebPDecoder::new(Cursor::new(bytes))?;
             decoder.set_limits(limits())?;
             return Ok(Decoder::WebP(Box::new(decoder)));
@@ -189,7 +134,7 @@ fn with_decoder<'a, T>(
         decoder.set_limits(limits())?;
         Ok(Decoder::Jpeg(Box::new(decoder)))
     };
-    // Decoders are someone else's: what they cannot cope with must not end the program.
+    // Third-party decoders may panic. Turn that into an error.
     match catch_unwind(AssertUnwindSafe(|| open().and_then(use_decoder))) {
         Ok(decoded) => decoded.map_err(|error: ImageError| {
             let text = error.to_string();
@@ -199,7 +144,7 @@ fn with_decoder<'a, T>(
     }
 }
 
-/// Sizes are checked by the caller from the header; these bound what decoders do besides.
+/// Limits of the decoders. Callers have checked the image size in the header; these bound all other memory.
 fn limits() -> Limits {
     let mut limits = Limits::default();
     limits.max_alloc = Some(4 << 30);
@@ -220,13 +165,13 @@ fn is_deep(color: ColorType) -> bool {
     )
 }
 
-/// Whether the entropy-coded data of a JPEG is followed by its end marker; decoders forgive a missing one and fill up
+/// Whether an end marker follows the entropy-coded data of a JPEG. Decoders accept a file without one and fill the rest
 /// with grey.
-fn jpeg_is_whole(bytes: &[u8]) -> bool {
+fn jpeg_is_complete(bytes: &[u8]) -> bool {
     const START_OF_SCAN: u8 = 0xda;
     const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
     let mut position = 2_usize;
-    // Step over the marker segments in front of the first scan; thumbnails in them have end markers of their own.
+    // Skip the marker segments before the first scan. Thumbnails in them have their own end markers.
     while let Some(&[0xff, marker, high, low]) =
         bytes.get(position..).and_then(|rest| rest.first_chunk::<4>())
     {
@@ -244,8 +189,8 @@ fn jpeg_is_whole(bytes: &[u8]) -> bool {
     scan.windows(2).any(|pair| pair == END_OF_IMAGE)
 }
 
-/// Whether a WebP is as long as it says; the last byte may be missing, which only pads.
-fn webp_is_whole(bytes: &[u8]) -> bool {
+/// Whether a WebP has the length that its header states. The last byte, which is padding, may be missing.
+fn webp_is_complete(bytes: &[u8]) -> bool {
     let length = bytes.get(4..).and_then(|rest| rest.first_chunk::<4>());
     let length = length.map_or(u32::MAX, |length| u32::from_le_bytes(*length)) as usize;
     length.saturating_add(8) <= bytes.len().saturating_add(1)
@@ -271,10 +216,10 @@ mod tests {
     }
 
     #[test]
-    fn eight_and_sixteen_bits_keep_their_depth() {
+    fn eight_and_sixteen_bit_images_keep_their_depth() {
         let file = png(2, 1, &[1, 2, 3, 4, 5, 6, 7, 8], ExtendedColorType::Rgba8);
         assert_eq!(decode_texels(&file), Ok(DecodedTexels::Rgba8(vec![[1, 2, 3, 4], [5, 6, 7, 8]])));
-        // One 16-bit grey texel; opaque.
+        // One opaque 16-bit grey texel.
         let file = png(1, 1, &0x1234_u16.to_ne_bytes(), ExtendedColorType::L16);
         assert_eq!(decode_texels(&file), Ok(DecodedTexels::Rgba16(vec![[0x1234, 0x1234, 0x1234, 0xffff]])));
         let file = png(1, 1, &[9], ExtendedColorType::L8);
@@ -293,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn webp_is_decoded_with_and_without_loss() {
+    fn lossless_and_lossy_webp_are_decoded() {
         let lossless = include_bytes!("../../tests/make_scenes/streams/chequer.webp");
         let header = image_header(lossless).unwrap();
         assert_eq!((header.width, header.height, header.decoded_bytes), (32, 16, 2048));
@@ -324,16 +269,7 @@ mod tests {
         let header = image_header(&file).unwrap();
         assert_eq!((header.width, header.height, header.decoded_bytes), (3, 2, 24));
         let bomb = ImageHeader { width: 16000, height: 8000, texel_bytes: 4, decoded_bytes: 512_000_000 };
-        assert!(unjustified(&bomb, 500_000).is_some());
-        assert!(unjustified(&bomb, 5_000_000).is_none());
-    }
-
-    #[test]
-    fn kinds_come_from_the_first_bytes() {
-        assert_eq!(image_kind(b"RIFF\x10\0\0\0WEBPVP8 "), ImageKind::WebP);
-        assert_eq!(image_kind(b"GIF89a"), ImageKind::Other("GIF"));
-        assert_eq!(image_kind(&[0xff, 0xd8, 0xff, 0xe0]), ImageKind::Jpeg);
-        assert_eq!(image_kind(b""), ImageKind::Unknown);
-        assert_eq!(image_kind(b"<svg"), ImageKind::Unknown);
+        assert!(decompression_bomb(&bomb, 500_000).is_some());
+        assert!(decompression_bomb(&bomb, 5_000_000).is_none());
     }
 }

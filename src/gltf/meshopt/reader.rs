@@ -1,6 +1,6 @@
 //! Byte reader over a compressed stream, and its error.
 
-/// Reason why a stream cannot be decoded. The text continues a sentence about the stream.
+/// Decoding error. The text continues a sentence about the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Malformed(pub(super) &'static str);
 

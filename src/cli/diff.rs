@@ -1,4 +1,4 @@
-//! `rayframe diff`: two pictures, or two sequences, against the limits of a preset.
+//! `rayframe diff`: compares two images or two sequences within the limits of a preset.
 
 mod maps;
 mod page;
@@ -22,23 +22,23 @@ use report::{FrameReport, Report};
 /// Options of `rayframe diff`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct DiffArgs {
-    /// What is judged: a picture (.exr, .png, .hdr), a sequence (shot.####.exr, shot.%04d.exr) or a folder
+    /// The image (.exr, .png, .hdr), sequence (shot.####.exr, shot.%04d.exr) or folder to check
     actual: PathBuf,
-    /// What it is judged by: the same kind; frames are matched by number
+    /// The reference, of the same kind; frames are matched by number
     reference: PathBuf,
-    /// What may differ: exact, strict, visual or noisy (docs/regression.md says every limit)
+    /// Limits on differences: exact, strict, visual or noisy (docs/regression.md lists every limit)
     #[arg(long, value_name = "PRESET", default_value = "visual", value_parser = preset)]
     preset: Preset,
     /// Compare only these layers: names between commas, such as beauty,depth, or light, data, crypto, all
     #[arg(long, value_name = "LIST", default_value = "all")]
     layers: String,
-    /// Write FLIP of every pixel as colours; for sequences a name with a place for the frame, such as heat.####.png
+    /// Write FLIP of every pixel as colours; for sequences a name with the frame number, such as heat.####.png
     #[arg(long, value_name = "FILE.png", value_parser = clap::value_parser!(std::ffi::OsString))]
     heat_map: Option<std::ffi::OsString>,
     /// Write FLIP of every pixel as numbers, in a channel Y of floats
     #[arg(long, value_name = "FILE.exr", value_parser = clap::value_parser!(std::ffi::OsString))]
     flip_map: Option<std::ffi::OsString>,
-    /// Write DIR/index.html: both pictures with a slider, flicker, exposure, heat map, graph and all numbers, in one file
+    /// Write DIR/index.html: both images with a slider, flicker, exposure, heat map, graph and all measures, in one file
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
     /// Print JSON
@@ -46,7 +46,7 @@ pub(super) struct DiffArgs {
     json: bool,
 }
 
-/// Compares, prints, and gives whether all is the same within the limits.
+/// Compares, prints, and returns whether everything is within the limits.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     let paired = pair_files(&args.actual, &args.reference)?;
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
@@ -60,7 +60,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
             match &map {
                 Some(map) => write_atomically(&pattern.path(pair.frame), &pattern.encoded(map)?)?,
                 None => print_warning(&format!(
-                    "{} and {}: no map, for they have other sizes or no colours",
+                    "{} and {}: no map, because their sizes differ or they have no colours",
                     pair.actual.display(),
                     pair.reference.display()
                 )),
@@ -98,9 +98,8 @@ fn compared(
     if let (Some(page), Some(whole)) = (page, kept) {
         page.add(pair, [&whole.0, &whole.1], &comparison, map.as_ref());
     }
-    let exposures = map.as_ref().and_then(|map| map.exposures);
-    let hashes = (pixel_hash(&actual), pixel_hash(&reference));
-    Ok((FrameReport::new(pair, comparison, exposures, hashes), map))
+    let hashes = [pixel_hash(&actual), pixel_hash(&reference)];
+    Ok((FrameReport::new(pair, comparison, hashes), map))
 }
 
 fn preset(text: &str) -> std::result::Result<Preset, String> {

@@ -1,21 +1,32 @@
-//! How far the values of a channel are apart, and how many of them too far.
+//! Differences between the values of two channels, and counts of those beyond limits.
 
 use serde::Serialize;
 
 use super::Samples;
 
-/// The differences of one channel. Values that are not finite are left to [`super::NonFinite`].
+/// The differences of one EXR layer.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct LayerDifference {
+    /// The layer's name.
+    pub layer: String,
+    /// Pixels with a value beyond the limits.
+    pub different_pixels: usize,
+    /// The differences of each channel.
+    pub channels: Vec<ChannelDifference>,
+}
+
+/// The differences of one channel. [`super::NonFinite`] reports values that are not finite; they are skipped here.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ChannelDifference {
-    /// The channel.
+    /// The channel's name.
     pub channel: String,
-    /// Values whose bits are not the same.
+    /// Values whose bits differ.
     pub different: usize,
     /// Values beyond the absolute limit.
     pub beyond_absolute: usize,
     /// Values beyond the relative limit, as a share of the reference's magnitude.
     pub beyond_relative: usize,
-    /// The largest absolute difference; of ids 1 where they differ.
+    /// The largest absolute difference. Ids differ by 1 or by 0.
     pub largest: f64,
     /// Column and row of the largest difference.
     pub largest_at: (u32, u32),
@@ -23,16 +34,16 @@ pub struct ChannelDifference {
     pub largest_relative: f64,
 }
 
-/// How far a value may be from its reference. It is too far when it is beyond both.
+/// Limits on the difference of a value from its reference. A value is too far off when it is beyond both.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ValueLimits {
-    /// Units of the value.
+    /// Limit in units of the value.
     pub absolute: f64,
-    /// A share of the reference's magnitude.
+    /// Limit as a share of the reference's magnitude.
     pub relative: f64,
 }
 
-/// Compares two channels of pictures `width` pixels wide. Sets `is_beyond` of every pixel that is beyond both limits.
+/// Compares two channels of images `width` pixels wide, and sets `is_beyond` for each pixel beyond both limits.
 pub fn channel_difference(
     name: &str,
     values: (&Samples, &Samples),

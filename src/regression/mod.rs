@@ -1,17 +1,19 @@
-//! Pictures against pictures: measures of how they differ, limits on them, and a folder of scenes against references.
+//! Image comparison and regression suites.
 //!
-//! [`compare`] compares two [`Image`]s and gives every measure with its [limit](Limits): [identity](are_identical),
-//! [values](ChannelDifference), [mean squares](RootMeanSquare), [FLIP](FlipMap) and its [pools](PooledErrors), what is
-//! [not finite](NonFinite), and the likely [cause](Cause).
+//! [`compare`] compares an [`Image`] with its reference. A [`Comparison`] holds every measure with its [limit](Limits):
+//! [identity](are_identical), [differences of values](ChannelDifference), [root mean square error](RootMeanSquare),
+//! [FLIP](FlipMap) and its [pooled errors](PooledErrors), values that are [not finite](NonFinite), and the likely [cause](Cause).
 //!
-//! A [`suite`] is a folder of shots with references, which are rendered as on the command line, compared, and settled by a person.
+//! A [`suite`] is a folder of shots with reference images. Its shots are rendered as by `rayframe render` and compared; a person
+//! accepts or rejects the differences. [`SuiteResult`] is the tree of results from which page, JSON and JUnit are written.
 //!
-//! Nothing is printed here.
+//! Nothing here prints.
 
 mod cause;
 mod channel_difference;
+mod compare;
 mod comparison;
-mod comparison_text;
+mod encoded_image;
 mod exact;
 mod flip;
 mod heat_map;
@@ -19,6 +21,7 @@ mod non_finite;
 mod pooling;
 mod presets;
 mod report_page;
+mod result;
 mod root_mean_square;
 mod sequence_files;
 mod shift;
@@ -26,8 +29,10 @@ pub mod suite;
 
 pub use crate::image::{BEAUTY, Channel, ColorEncoding, Image, Samples, layer_of};
 pub use cause::{Cause, likely_cause};
-pub use channel_difference::{ChannelDifference, ValueLimits, channel_difference};
-pub use comparison::{Check, Comparison, LayerDifference, Mismatch, compare};
+pub use channel_difference::{ChannelDifference, LayerDifference, ValueLimits, channel_difference};
+pub use compare::compare;
+pub use comparison::{Check, Comparison, Mismatch};
+pub use encoded_image::EncodedImage;
 pub use exact::{are_identical, pixel_hash};
 pub use flip::{ExposureRange, FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
 pub use heat_map::{heat_map, magma};
@@ -35,9 +40,10 @@ pub use non_finite::{NonFinite, non_finite};
 pub use pooling::{PooledErrors, pool};
 pub use presets::{Limits, Preset};
 pub use report_page::{
-    EncodedImage, FolderSummary, FrameCommands, FrameStatus, IMAGE_BUDGET_BYTES, ImageBudget, ReportPage,
-    ReportedFrame, ReportedShot, check_report_place, write_report,
+    FolderSummary, FrameCommands, IMAGE_BUDGET_BYTES, ImageBudget, NamedCommand, ReportPage,
+    check_report_place, write_report,
 };
+pub use result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 pub use root_mean_square::{RootMeanSquare, root_mean_square};
 pub use sequence_files::{FilePair, PairedFiles, frame_number, is_sequence, pair_files};
 pub use shift::{Shift, best_shift};

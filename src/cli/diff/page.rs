@@ -1,4 +1,4 @@
-//! The page that a comparison writes: its pictures, and the commands that make its numbers again.
+//! The report page of `rayframe diff`: the compared images, and commands that repeat the comparison.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,44 +8,44 @@ use crate::error::{Error, Result};
 use crate::regression::suite::shell_word;
 use crate::regression::{
     Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, Image,
-    ImageBudget, PairedFiles, ReportPage, ReportedFrame, ReportedShot, check_report_place, frame_number,
+    FrameResult, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, check_report_place, frame_number,
     is_sequence, write_report,
 };
 
-/// A page that is being made.
+/// A report page under construction.
 pub(super) struct DiffPage {
     path: PathBuf,
-    frames: Vec<ReportedFrame>,
-    room: ImageBudget,
+    frames: Vec<FrameResult>,
+    image_budget: ImageBudget,
 }
 
 impl DiffPage {
-    /// Makes sure that the page can be written.
+    /// Checks that the page can be written.
     pub(super) fn new(folder: &Path) -> Result<Self> {
         if folder.as_os_str().is_empty() {
             return Err(Error::usage("--report: name a folder"));
         }
         let path = folder.join("index.html");
         check_report_place(&path)?;
-        Ok(Self { path, frames: Vec::new(), room: ImageBudget::new() })
+        Ok(Self { path, frames: Vec::new(), image_budget: ImageBudget::new() })
     }
 
-    /// Adds two files that were compared; pictures are kept where they differ.
+    /// Adds two compared files. Images are kept where they differ.
     pub(super) fn add(
         &mut self,
         pair: &FilePair,
-        pictures: [&Image; 2],
+        images: [&Image; 2],
         comparison: &Comparison,
         map: Option<&FlipMap>,
     ) {
         let passes = comparison.passes();
         let [actual, expected] =
-            pictures.map(|picture| if passes { None } else { EncodedImage::new(picture) });
+            images.map(|image| if passes { None } else { EncodedImage::new(image) });
         let actual = match map {
-            Some(map) => actual.map(|picture| picture.with_errors(map)),
+            Some(map) => actual.map(|image| image.with_errors(map)),
             None => actual,
         };
-        let frame = ReportedFrame {
+        let frame = FrameResult {
             name: stem(&pair.actual),
             frame: pair.frame,
             status: if passes { FrameStatus::Passed } else { FrameStatus::Different },
@@ -58,85 +58,84 @@ impl DiffPage {
         self.push(frame);
     }
 
-    /// Adds the files that have no counterpart, and writes the page.
+    /// Adds the files without a counterpart, and writes the page.
     pub(super) fn finish(mut self, args: &DiffArgs, paired: &PairedFiles) -> Result<()> {
         for file in &paired.only_in_actual {
-            self.add_lonely(file, FrameStatus::Missing)?;
+            self.add_unpaired(file, FrameStatus::Missing)?;
         }
         for file in &paired.only_in_reference {
-            self.add_lonely(file, FrameStatus::Orphaned)?;
+            self.add_unpaired(file, FrameStatus::Orphaned)?;
         }
         if self.frames.iter().all(|frame| frame.frame.is_some()) {
             self.frames.sort_by_key(|frame| frame.frame);
         }
-        let failed = self.frames.iter().filter(|frame| frame.status != FrameStatus::Passed).count();
+        let failed = self.frames.iter().filter(|frame| !frame.passes()).count();
         let passed = self.frames.len() - failed;
         let mut page = ReportPage {
             title: format!("{} against {}", shown(&args.actual), shown(&args.reference)),
             command: command(args, &args.actual, &args.reference, &["--report", &folder(args)]),
             folders: vec![FolderSummary { name: String::new(), passed, failed, seconds: 0.0 }],
             shots: Vec::new(),
-            accept_command: String::new(),
+            shot_commands: BTreeMap::new(),
             frame_commands: frame_commands(args, paired, &self.frames),
+            accept_command: String::new(),
         };
         if failed > 0 {
-            page.shots.push(ReportedShot {
-                name: shown(&args.actual),
+            let name = shown(&args.actual);
+            page.shot_commands.insert(name.clone(), commands(args, paired, &self.frames));
+            page.shots.push(ShotResult {
+                name,
+                path: args.actual.clone(),
                 preset: args.preset.name().to_owned(),
                 limits: args.preset.limits(),
-                commands: commands(args, paired, &self.frames),
                 frames: self.frames,
+                warnings: Vec::new(),
+                not_kept: Vec::new(),
+                seconds: 0.0,
             });
         }
         write_report(&page, &self.path)
     }
 
-    fn add_lonely(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
-        let picture = EncodedImage::new(&Image::read(file)?);
+    fn add_unpaired(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
+        let image = EncodedImage::new(&Image::read(file)?);
         let is_missing = status == FrameStatus::Missing;
         let message =
-            if is_missing { "has no reference" } else { "is a reference of nothing that was judged" };
-        let (actual, expected) = if is_missing { (picture, None) } else { (None, picture) };
-        self.push(ReportedFrame {
-            name: stem(file),
-            frame: frame_number(file),
-            status,
-            messages: vec![format!("{} {message}", shown(file))],
-            comparison: None,
-            expected,
-            actual,
-            actual_hash: None,
-        });
+            if is_missing { "has no reference" } else { "is a reference without an image" };
+        let (actual, expected) = if is_missing { (image, None) } else { (None, image) };
+        let message = format!("{} {message}", shown(file));
+        let result = FrameResult::new(stem(file), frame_number(file), status, message);
+        self.push(FrameResult { expected, actual, ..result });
         Ok(())
     }
 
-    fn push(&mut self, mut frame: ReportedFrame) {
-        self.room.admit(&mut frame);
+    fn push(&mut self, mut frame: FrameResult) {
+        self.image_budget.admit(&mut frame);
         self.frames.push(frame);
     }
 }
 
-/// What to type for the numbers again, for one frame, and for a heat map.
-fn commands(args: &DiffArgs, paired: &PairedFiles, frames: &[ReportedFrame]) -> Vec<(String, String)> {
+/// Commands that repeat the comparison as JSON, for one frame, as a heat map and as a page.
+fn commands(args: &DiffArgs, paired: &PairedFiles, frames: &[FrameResult]) -> Vec<NamedCommand> {
     let again = |options: &[&str]| command(args, &args.actual, &args.reference, options);
     let mut commands = Vec::new();
     if is_sequence(&args.actual)
         && let Some(pair) = worst_pair(paired, frames)
     {
-        commands.push(("One frame alone, here the worst".to_owned(), alone(args, pair)));
+        commands.push(NamedCommand("One frame alone, here the worst".to_owned(), alone(args, pair)));
     }
-    commands.push(("All numbers as JSON".to_owned(), again(&["--json"])));
+    commands.push(NamedCommand("All measures as JSON".to_owned(), again(&["--json"])));
     let heat_map = if is_sequence(&args.actual) { "heat.####.png" } else { "heat.png" };
-    commands.push(("The heat map as a picture".to_owned(), again(&["--heat-map", heat_map])));
-    commands.push(("This page again".to_owned(), again(&["--report", &folder(args)])));
+    commands.push(NamedCommand("The heat map as an image".to_owned(), again(&["--heat-map", heat_map])));
+    commands.push(NamedCommand("This page again".to_owned(), again(&["--report", &folder(args)])));
     commands
 }
 
-/// What shows a pair whose pictures have no room on this page. Where no FLIP was measured there is no heat map either.
+/// Commands that show pairs whose images are omitted from this page. A pair without FLIP has no heat map.
 fn frame_commands(
     args: &DiffArgs,
     paired: &PairedFiles,
-    frames: &[ReportedFrame],
+    frames: &[FrameResult],
 ) -> BTreeMap<String, FrameCommands> {
     let pairs: BTreeMap<_, _> = paired.pairs.iter().map(|pair| (stem(&pair.actual), pair)).collect();
     let failed = frames.iter().filter(|frame| frame.status == FrameStatus::Different);
@@ -159,7 +158,7 @@ fn alone(args: &DiffArgs, pair: &FilePair) -> String {
     command(args, &pair.actual, &pair.reference, &["--report", &shown(&folder)])
 }
 
-fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[ReportedFrame]) -> Option<&'a FilePair> {
+fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[FrameResult]) -> Option<&'a FilePair> {
     let tile = |pair: &FilePair| {
         let name = stem(&pair.actual);
         let frame =

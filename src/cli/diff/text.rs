@@ -1,11 +1,11 @@
-//! What `rayframe diff` prints for people.
+//! The text that `rayframe diff` prints.
 
 use std::fmt::Write as _;
 
 use super::report::{FrameReport, Report};
 use crate::progress::one_line;
 
-/// Heights of the columns of a graph.
+/// Columns of a graph, from low to high.
 const COLUMNS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
 
 /// The whole report, without a line end.
@@ -15,54 +15,54 @@ pub(super) fn text(report: &Report, is_sequence: bool) -> String {
         table(&mut text, report);
     } else {
         for frame in &report.frames {
-            picture(&mut text, frame, report.preset.name());
+            image(&mut text, frame, report.preset.name());
         }
     }
     text.trim_end().to_owned()
 }
 
-/// Every measure with its limit.
-fn picture(text: &mut String, frame: &FrameReport, preset: &str) {
+/// The outcome, and every measure with its limit.
+fn image(text: &mut String, frame: &FrameReport, preset: &str) {
     let names = format!("{} and {}", one_line(&frame.actual), one_line(&frame.reference));
-    if frame.same && frame.identical {
+    if frame.same && frame.comparison.is_identical {
         let _ = writeln!(text, "identical: {names}");
         return;
     }
-    let verdict = if frame.same { "same within" } else { "different by" };
-    let _ = writeln!(text, "{verdict} preset {preset}: {names}");
+    let outcome = if frame.same { "same within" } else { "different by" };
+    let _ = writeln!(text, "{outcome} preset {preset}: {names}");
     details(text, frame);
 }
 
 fn details(text: &mut String, frame: &FrameReport) {
-    for mismatch in &frame.mismatches {
+    for mismatch in &frame.comparison.mismatches {
         let _ = writeln!(text, "  FAIL {}", one_line(&mismatch.to_string()));
     }
-    for check in &frame.checks {
+    for check in &frame.comparison.checks {
         let mark = if check.passes { "ok  " } else { "FAIL" };
         let _ = writeln!(text, "  {mark} {}", one_line(&check.to_string()));
     }
-    if let Some(found) = frame.root_mean_square {
+    if let Some(found) = frame.comparison.root_mean_square {
         let _ = writeln!(text, "       RMSE {:.3e}, PSNR {:.1} dB", found.error, found.peak_ratio_decibels);
     }
-    if let Some(cause) = &frame.cause {
+    if let Some(cause) = &frame.comparison.cause {
         let _ = writeln!(text, "  likely {}", one_line(&cause.to_string()));
     }
 }
 
-/// A line a frame, a graph, what is missing, and what fails.
+/// One line a frame, graphs, missing frames, and the details of failures.
 fn table(text: &mut String, report: &Report) {
-    let _ = writeln!(text, " frame  mean FLIP  worst tile  RMSE       verdict");
+    let _ = writeln!(text, " frame  mean FLIP  worst tile  RMSE       result");
     for frame in &report.frames {
         let number = frame.frame.map_or_else(|| "-".to_owned(), |frame| frame.to_string());
         let flip = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         let error =
-            frame.root_mean_square.map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
+            frame.comparison.root_mean_square.map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
         let _ = writeln!(
             text,
             "{number:>6}  {:>9}  {:>10}  {error:<9}  {}",
-            flip(frame.flip.map(|flip| flip.mean)),
-            flip(frame.flip.map(|flip| flip.tile)),
-            verdict(frame)
+            flip(frame.comparison.flip.map(|flip| flip.mean)),
+            flip(frame.comparison.flip.map(|flip| flip.tile)),
+            outcome(frame)
         );
     }
     for (name, series) in [("mean FLIP ", &report.series.mean_flip), ("worst tile", &report.series.tile_flip)]
@@ -93,16 +93,16 @@ fn table(text: &mut String, report: &Report) {
     );
 }
 
-fn verdict(frame: &FrameReport) -> String {
+fn outcome(frame: &FrameReport) -> String {
     match frame.failures.as_slice() {
-        [] if frame.identical => "identical".to_owned(),
+        [] if frame.comparison.is_identical => "identical".to_owned(),
         [] => "same".to_owned(),
         [only] => one_line(only),
         [first, rest @ ..] => format!("{} (and {} more)", one_line(first), rest.len()),
     }
 }
 
-/// A column a frame, from 0 to `largest`; a blank where there is no number.
+/// One column a frame, from 0 to `largest`. A frame without a number is blank.
 fn graph(series: &[Option<f64>], largest: f64) -> String {
     let column = |value: &Option<f64>| match value {
         None => ' ',

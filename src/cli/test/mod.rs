@@ -16,8 +16,8 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
 use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
-use crate::regression::suite::{self, RunOptions, Suite, SuiteResult};
-use crate::regression::{check_report_place, write_report};
+use crate::regression::suite::{self, RunOptions, Suite};
+use crate::regression::{SuiteResult, check_report_place, write_report};
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]

@@ -4,13 +4,15 @@
 //! with the ACES curve of K. Narkowicz in units that the published tool (1.7) uses, and its rule for the median: the upper
 //! one of two.
 
+use serde::Serialize;
+
 /// Numerator and denominator of the tone curve, (a x² + b x + c) / (d x² + e x + f), light first scaled by 0.6.
 const ACES: [f32; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
 /// What the curve makes of the brightest light at the first exposure and of the median at the last.
 const SHOWN: f32 = 0.85;
 
 /// Exposures from `start` to `stop`, in stops.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExposureRange {
     /// Shows the brightest light of the reference.
     pub start: f32,

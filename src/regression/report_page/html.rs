@@ -1,18 +1,18 @@
-//! The text of the page. Parts come from files of this room; what others named is escaped by where it goes.
+//! The text of the page: a template filled with data, images and script. Names from outside are escaped for their context.
 
 use std::fmt::Write as _;
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use sha2::{Digest as _, Sha256};
 
-use super::data::{PageData, status};
+use super::data::PageData;
+use super::page::ReportPage;
 use super::page_images::PageImages;
-use super::{FrameStatus, ReportPage};
 use crate::error::{Error, Result};
 
 const PAGE: &str = include_str!("page/page.html");
 const STYLE: &str = concat!(include_str!("page/page.css"), include_str!("page/viewer.css"),);
-/// One function, so that nothing of it is global.
+/// All scripts in one function, so that none of their names are global.
 const SCRIPT: &str = concat!(
     "(() => {\n\"use strict\";\n",
     include_str!("page/elements.js"),
@@ -31,35 +31,35 @@ const SCRIPT: &str = concat!(
     "})();\n",
 );
 
-/// The page.
+/// The text of `page`, with images up to `budget_bytes`.
 pub(super) fn html(page: &ReportPage, budget_bytes: usize) -> Result<String> {
     html_of([PAGE, STYLE, SCRIPT], page, budget_bytes)
 }
 
 fn html_of(sources: [&str; 3], page: &ReportPage, budget_bytes: usize) -> Result<String> {
-    // Browsers hash what they have read, without carriage returns, which a checkout may have added.
+    // Browsers remove carriage returns before they hash; a checkout may have added some.
     let [template, style, script] = sources.map(|source| source.replace('\r', ""));
-    let places = PageImages::new(page, budget_bytes);
-    let json = serde_json::to_string(&PageData::new(page, &places, budget_bytes))
+    let images = PageImages::new(page, budget_bytes);
+    let json = serde_json::to_string(&PageData::new(page, &images, budget_bytes))
         .map_err(|error| Error::Internal { message: error.to_string() })?;
-    // Within a script element only `<` could end it or begin a comment; in JSON it stands in texts alone.
+    // In a script element, only `<` can end the element or begin a comment. In JSON it occurs in strings only.
     let json = json.replace('<', "\\u003c");
     let others = template.len() + style.len() + script.len() + json.len();
-    let mut text = String::with_capacity(others + places.text_bytes() + 65536);
+    let mut text = String::with_capacity(others + images.text_bytes() + 65536);
     fill(&mut text, &template, |text, name| match name {
         "policy" => text.push_str(&policy(&script, &style)),
         "title" => text.push_str(&escaped(&page.title)),
         "style" => text.push_str(&style),
         "list" => plain_list(text, page),
         "data" => text.push_str(&json),
-        "pictures" => picture_elements(text, &places),
+        "images" => image_elements(text, &images),
         "script" => text.push_str(&script),
         _ => {}
     });
     Ok(text)
 }
 
-/// Writes each part where the template has its name in double braces. Parts are not looked into.
+/// Replaces each name in double braces by its part. Parts are not searched for further names.
 fn fill(text: &mut String, template: &str, write_part: impl Fn(&mut String, &str)) {
     let mut rest = template;
     while let Some((before, (name, after))) =
@@ -72,7 +72,7 @@ fn fill(text: &mut String, template: &str, write_part: impl Fn(&mut String, &str
     text.push_str(rest);
 }
 
-/// Nothing may be loaded, and nothing may run but this script.
+/// The Content Security Policy: loads nothing, runs this script only.
 fn policy(script: &str, style: &str) -> String {
     let hash = |text: &str| STANDARD.encode(Sha256::digest(text.as_bytes()));
     format!(
@@ -83,14 +83,14 @@ fn policy(script: &str, style: &str) -> String {
     )
 }
 
-/// The failures for somebody without scripts.
+/// The list of failures for browsers without JavaScript.
 fn plain_list(text: &mut String, page: &ReportPage) {
     let failed: usize = page.folders.iter().map(|folder| folder.failed).sum();
     let passed: usize = page.folders.iter().map(|folder| folder.passed).sum();
     let _ = write!(text, "<p>{failed} failed, {passed} passed.</p>\n<ul>");
     for frame in page.shots.iter().flat_map(|shot| &shot.frames) {
-        if frame.status != FrameStatus::Passed {
-            let _ = write!(text, "\n<li>{}: {}", escaped(&frame.name), status(frame.status));
+        if !frame.passes() {
+            let _ = write!(text, "\n<li>{}: {}", escaped(&frame.name), frame.status.name());
             for message in &frame.messages {
                 let _ = write!(text, "<br>{}", escaped(message));
             }
@@ -100,11 +100,11 @@ fn plain_list(text: &mut String, page: &ReportPage) {
     text.push_str("\n</ul>");
 }
 
-/// Each in an element of its own, so that only those that are looked at are unpacked.
-fn picture_elements(text: &mut String, places: &PageImages<'_>) {
-    for (index, picture) in places.pictures.iter().enumerate() {
-        let _ = write!(text, "<script type=\"text/plain\" id=\"picture-{index}\">");
-        STANDARD.encode_string(picture, text);
+/// Writes each image as an element of its own, so that the script unpacks only those that are shown.
+fn image_elements(text: &mut String, images: &PageImages<'_>) {
+    for (index, image) in images.packed.iter().enumerate() {
+        let _ = write!(text, "<script type=\"text/plain\" id=\"image-{index}\">");
+        STANDARD.encode_string(image, text);
         text.push_str("</script>\n");
     }
 }

@@ -1,16 +1,19 @@
-//! How many packed pictures may wait for a page.
+//! A limit on the memory of images that wait for the report page.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::page_images::IMAGE_BUDGET_BYTES;
-use super::{EncodedImage, ReportedFrame};
+use crate::regression::encoded_image::EncodedImage;
+use crate::regression::result::FrameResult;
 
-/// Bytes for pictures that wait in memory until the page chooses among them. Threads may share it.
+/// Bytes of packed images, as base64, on one page. Browsers open such a page within seconds.
+pub const IMAGE_BUDGET_BYTES: usize = 64 << 20;
+
+/// A budget of bytes for images that wait in memory until the page selects among them. Threads may share it.
 ///
-/// Which frames have their pictures depends on the order in which they come only where all of them take more than four pages.
+/// The order in which frames arrive decides which of them keep their images only when all of them exceed four pages.
 #[derive(Debug)]
 pub struct ImageBudget {
-    bytes: AtomicUsize,
+    free_bytes: AtomicUsize,
 }
 
 impl Default for ImageBudget {
@@ -20,66 +23,65 @@ impl Default for ImageBudget {
 }
 
 impl ImageBudget {
-    /// Room for four times what a page holds.
+    /// A budget of four times what a page holds.
     pub fn new() -> Self {
         Self::of_bytes(4 * IMAGE_BUDGET_BYTES)
     }
 
     fn of_bytes(bytes: usize) -> Self {
-        Self { bytes: AtomicUsize::new(bytes) }
+        Self { free_bytes: AtomicUsize::new(bytes) }
     }
 
-    /// Makes `frame` as small as it can wait: its FLIP map is packed, and where there is no room all its pictures are
-    /// [left out](EncodedImage::left_out).
-    pub fn admit(&self, frame: &mut ReportedFrame) {
+    /// Packs the FLIP map of `frame` and reserves memory for its images. Where the budget is exceeded, all of its images lose
+    /// their [pixels](EncodedImage::without_pixels).
+    pub fn admit(&self, frame: &mut FrameResult) {
         let map = frame.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         let colors = size_bytes(frame);
-        // What is too large for a page by itself need not wait.
-        if colors > IMAGE_BUDGET_BYTES || !self.take(colors) {
-            return leave_out(frame);
+        // Images too large for a page are not kept.
+        if colors > IMAGE_BUDGET_BYTES || !self.reserve(colors) {
+            return drop_pixels(frame);
         }
         if let Some(map) = map {
-            frame.actual = frame.actual.take().map(|picture| picture.with_errors(&map));
+            frame.actual = frame.actual.take().map(|image| image.with_errors(&map));
         }
-        // Maps take a sixth of what colours do, so that taking their room afterwards is seldom in vain.
+        // Maps take a sixth of the bytes of colours, so that this second reservation seldom fails.
         let errors = size_bytes(frame).saturating_sub(colors);
-        if !self.take(errors) {
-            self.bytes.fetch_add(colors, Ordering::Relaxed);
-            leave_out(frame);
+        if !self.reserve(errors) {
+            self.free_bytes.fetch_add(colors, Ordering::Relaxed);
+            drop_pixels(frame);
         }
     }
 
-    fn take(&self, bytes: usize) -> bool {
-        let less = |room: usize| room.checked_sub(bytes);
-        self.bytes.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less).is_ok()
+    fn reserve(&self, bytes: usize) -> bool {
+        let less = |free: usize| free.checked_sub(bytes);
+        self.free_bytes.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less).is_ok()
     }
 }
 
-fn size_bytes(frame: &ReportedFrame) -> usize {
+fn size_bytes(frame: &FrameResult) -> usize {
     [&frame.expected, &frame.actual].into_iter().flatten().map(EncodedImage::size_bytes).sum()
 }
 
-fn leave_out(frame: &mut ReportedFrame) {
-    for picture in [&mut frame.expected, &mut frame.actual] {
-        *picture = picture.take().map(EncodedImage::left_out);
+fn drop_pixels(frame: &mut FrameResult) {
+    for image in [&mut frame.expected, &mut frame.actual] {
+        *image = image.take().map(EncodedImage::without_pixels);
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::FrameStatus;
     use super::*;
-    use crate::regression::{ColorEncoding, Image, Preset, compare};
+    use crate::regression::{FrameStatus, Image, Preset, ColorEncoding, compare};
 
-    fn frame() -> ReportedFrame {
-        let picture = |value: f32| {
+    fn frame() -> FrameResult {
+        let image = |value: f32| {
             let pixel = |at: u32| [value, (at % 7) as f32 * 0.1, value * 2.0, 1.0];
             Image::from_rgba((24, 16), ColorEncoding::Linear, &(0..384).map(pixel).collect::<Vec<_>>())
         };
-        let (actual, expected) = (picture(0.5), picture(0.25));
+        let (actual, expected) = (image(0.5), image(0.25));
         let comparison = compare(&actual, &expected, &Preset::Visual.limits());
         assert!(comparison.flip_map.is_some());
-        ReportedFrame {
+        FrameResult {
             name: "a".to_owned(),
             frame: None,
             status: FrameStatus::Different,
@@ -91,44 +93,44 @@ mod tests {
         }
     }
 
-    fn admitted(room: &ImageBudget) -> ReportedFrame {
+    fn admitted(budget: &ImageBudget) -> FrameResult {
         let mut frame = frame();
-        room.admit(&mut frame);
+        budget.admit(&mut frame);
         assert!(frame.comparison.as_ref().unwrap().flip_map.is_none());
         assert!(frame.expected.is_some() && frame.actual.is_some());
         frame
     }
 
     #[test]
-    fn frames_have_all_their_pictures_or_none() {
+    fn frames_have_all_their_images_or_none() {
         let whole = admitted(&ImageBudget::new());
         let bytes = size_bytes(&whole);
         assert!(whole.actual.as_ref().unwrap().errors.is_some() && bytes > size_bytes(&frame()));
-        let room = ImageBudget::of_bytes(2 * bytes + bytes - 1);
-        let sizes = [(); 3].map(|()| size_bytes(&admitted(&room)));
+        let budget = ImageBudget::of_bytes(2 * bytes + bytes - 1);
+        let sizes = [(); 3].map(|()| size_bytes(&admitted(&budget)));
         assert_eq!(sizes, [bytes, bytes, 0]);
-        // What was in vain is given back: colours fit, and the map did not.
-        assert_eq!(room.bytes.into_inner(), bytes - 1);
+        // The third reserved its colours, and returned them when its map did not fit.
+        assert_eq!(budget.free_bytes.into_inner(), bytes - 1);
     }
 
     #[test]
-    fn threads_take_no_more_than_there_is() {
+    fn threads_do_not_exceed_the_budget() {
         let bytes = size_bytes(&admitted(&ImageBudget::new()));
-        let room = ImageBudget::of_bytes(5 * bytes);
+        let budget = ImageBudget::of_bytes(5 * bytes);
         let count = std::thread::scope(|scope| {
             let taken =
-                [(); 4].map(|()| scope.spawn(|| (0..4).filter(|_| size_bytes(&admitted(&room)) > 0).count()));
+                [(); 4].map(|()| scope.spawn(|| (0..4).filter(|_| size_bytes(&admitted(&budget)) > 0).count()));
             taken.into_iter().map(|thread| thread.join().unwrap()).sum::<usize>()
         });
-        // A thread that waits to give colours back may turn another away, and never lets more in.
+        // A thread that is about to return its colours may turn another one away; the budget is never exceeded.
         assert!((1..=5).contains(&count), "{count}");
-        assert!(room.bytes.into_inner() <= (5 - count) * bytes);
+        assert!(budget.free_bytes.into_inner() <= (5 - count) * bytes);
     }
 
     #[test]
-    fn frames_without_pictures_need_no_room() {
-        let mut lonely = ReportedFrame { expected: None, actual: None, ..frame() };
-        ImageBudget::of_bytes(0).admit(&mut lonely);
-        assert!(lonely.actual.is_none() && lonely.expected.is_none());
+    fn frames_without_images_need_no_budget() {
+        let mut without_images = FrameResult { expected: None, actual: None, ..frame() };
+        ImageBudget::of_bytes(0).admit(&mut without_images);
+        assert!(without_images.actual.is_none() && without_images.expected.is_none());
     }
 }

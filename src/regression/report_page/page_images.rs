@@ -1,25 +1,43 @@
-//! Which pictures a page has room for.
+//! The images of a page, chosen within its budget.
 
 use std::borrow::Cow;
 
-use super::data::{FrameImages, LeftOut};
-use super::encoded_image::{pack_errors, text_bytes};
-use super::{EncodedImage, FrameStatus, ReportPage, ReportedFrame};
+use serde::Serialize;
 
-/// Bytes of pictures, packed and as text, that a page holds. Browsers open such a page within seconds.
-pub const IMAGE_BUDGET_BYTES: usize = 64 << 20;
+use super::page::ReportPage;
+use crate::regression::encoded_image::{EncodedImage, base64_bytes, pack_errors};
+use crate::regression::result::FrameResult;
 
-/// The packed pictures of a page, and where those of each frame are among them.
+/// Why the images of a frame are not on the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Omission {
+    /// They exceed the budget of a page, so that no other page can show them either.
+    TooLarge,
+    /// Images of other frames used up the budget.
+    NoSpace,
+}
+
+/// Indices of a frame's images among those of the page.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct FrameImages {
+    pub(super) expected: Option<usize>,
+    pub(super) actual: Option<usize>,
+    pub(super) errors: Option<usize>,
+    pub(super) omission: Option<Omission>,
+}
+
+/// The packed images of a page, and their indices by shot and frame.
 #[derive(Debug, Default)]
 pub(super) struct PageImages<'a> {
-    pub(super) pictures: Vec<Cow<'a, [u8]>>,
-    /// One a frame of each shot.
+    pub(super) packed: Vec<Cow<'a, [u8]>>,
+    /// One entry for each frame of each shot.
     pub(super) shots: Vec<Vec<FrameImages>>,
 }
 
 impl<'a> PageImages<'a> {
-    /// Takes pictures as long as there is room: first the worst frame of each shot, then the next worst. A frame has all its pictures
-    /// or none.
+    /// Takes images until the budget is used up: first the worst frame of each shot, then the second worst. A frame has all of its
+    /// images or none.
     pub(super) fn new(page: &'a ReportPage, budget_bytes: usize) -> Self {
         let mut order = Vec::new();
         for (shot_index, shot) in page.shots.iter().enumerate() {
@@ -32,68 +50,60 @@ impl<'a> PageImages<'a> {
         }
         order.sort_unstable();
         let shots = page.shots.iter().map(|shot| vec![FrameImages::default(); shot.frames.len()]).collect();
-        let mut places = Self { pictures: Vec::new(), shots };
-        let mut room = budget_bytes;
+        let mut images = Self { packed: Vec::new(), shots };
+        let mut free_bytes = budget_bytes;
         for (_, shot, index) in order {
             let frame = &page.shots[shot].frames[index];
-            places.shots[shot][index] = places.take(frame, budget_bytes, &mut room);
+            images.shots[shot][index] = images.take(frame, budget_bytes, &mut free_bytes);
         }
-        places
+        images
     }
 
-    /// What the pictures take as text.
+    /// Bytes of all images as base64 in their elements.
     pub(super) fn text_bytes(&self) -> usize {
-        let around = "<script type=\"text/plain\" id=\"picture-99999\"></script>\n".len();
-        self.pictures.iter().map(|part| text_bytes(part.len()) + around).sum()
+        let around = "<script type=\"text/plain\" id=\"image-99999\"></script>\n".len();
+        self.packed.iter().map(|image| base64_bytes(image.len()) + around).sum()
     }
 
-    fn take(&mut self, frame: &'a ReportedFrame, budget_bytes: usize, room: &mut usize) -> FrameImages {
-        let left_out = |bytes| {
-            let why = if bytes > budget_bytes { LeftOut::TooLarge } else { LeftOut::NoRoom };
-            FrameImages { left_out: Some(why), ..FrameImages::default() }
+    fn take(&mut self, frame: &'a FrameResult, budget_bytes: usize, free_bytes: &mut usize) -> FrameImages {
+        let omitted = |bytes| {
+            let why = if bytes > budget_bytes { Omission::TooLarge } else { Omission::NoSpace };
+            FrameImages { omission: Some(why), ..FrameImages::default() }
         };
-        let pictures = [&frame.expected, &frame.actual].map(Option::as_ref);
-        let known_bytes = pictures.into_iter().flatten().map(EncodedImage::needed_bytes).sum();
-        if known_bytes > *room || pictures.into_iter().flatten().any(|picture| picture.colors.is_none()) {
-            return left_out(known_bytes);
+        let images = [&frame.expected, &frame.actual].map(Option::as_ref);
+        let known_bytes = images.into_iter().flatten().map(EncodedImage::needed_bytes).sum();
+        if known_bytes > *free_bytes || images.into_iter().flatten().any(|image| image.colors.is_none()) {
+            return omitted(known_bytes);
         }
         let [expected, actual] =
-            pictures.map(|picture| picture.and_then(|picture| picture.colors.as_deref()).map(Cow::from));
+            images.map(|image| image.and_then(|image| image.colors.as_deref()).map(Cow::from));
         let map = frame.comparison.as_ref().and_then(|comparison| comparison.flip_map.as_ref());
-        let packed = || frame.actual.as_ref().and_then(|picture| picture.errors.as_deref()).map(Cow::from);
+        let packed = || frame.actual.as_ref().and_then(|image| image.errors.as_deref()).map(Cow::from);
         let errors = map.map(|map| Cow::from(pack_errors(map))).or_else(packed);
         let parts = [&expected, &actual, &errors].into_iter().flatten();
-        let bytes: usize = parts.map(|part| text_bytes(part.len())).sum();
-        if bytes > *room {
-            return left_out(bytes);
+        let bytes: usize = parts.map(|part| base64_bytes(part.len())).sum();
+        if bytes > *free_bytes {
+            return omitted(bytes);
         }
-        *room -= bytes;
-        let mut place = |part: Option<Cow<'a, [u8]>>| {
+        *free_bytes -= bytes;
+        let mut push = |part: Option<Cow<'a, [u8]>>| {
             part.map(|part| {
-                self.pictures.push(part);
-                self.pictures.len() - 1
+                self.packed.push(part);
+                self.packed.len() - 1
             })
         };
-        FrameImages {
-            expected: place(expected),
-            actual: place(actual),
-            errors: place(errors),
-            left_out: None,
-        }
+        FrameImages { expected: push(expected), actual: push(actual), errors: push(errors), omission: None }
     }
 }
 
-/// The indices of `frames` by what to show first: failures by their worst tiles, then those without a number, then what passes.
-pub(super) fn worst_first(frames: &[ReportedFrame]) -> Vec<usize> {
+/// Indices of `frames`, most relevant first: failures by FLIP of their worst tile, failures without FLIP, passing frames.
+pub(super) fn worst_first(frames: &[FrameResult]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..frames.len()).collect();
-    order.sort_by(|a, b| badness(&frames[*b]).total_cmp(&badness(&frames[*a])));
+    order.sort_by(|a, b| severity(&frames[*b]).total_cmp(&severity(&frames[*a])));
     order
 }
 
-fn badness(frame: &ReportedFrame) -> f64 {
+fn severity(frame: &FrameResult) -> f64 {
     let tile = frame.comparison.as_ref().and_then(|comparison| comparison.flip).map(|flip| flip.tile);
-    match frame.status {
-        FrameStatus::Passed => -1.0,
-        _ => tile.unwrap_or(0.0),
-    }
+    if frame.passes() { -1.0 } else { tile.unwrap_or(0.0) }
 }

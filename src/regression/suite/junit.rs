@@ -1,14 +1,12 @@
-//! Results in the form that build servers read: JUnit's XML, a suite for each folder and a case for each picture.
+//! JUnit XML of a result, for build servers: one test suite for each folder, one test case for each frame.
 
 use std::time::Duration;
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
-use super::super::{FrameStatus, ReportedFrame};
 use super::page::folders;
-use super::result::folder_of;
-use super::{ShotResult, SuiteResult};
 use crate::error::{Error, Result};
+use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 
 /// The XML of a result.
 ///
@@ -21,44 +19,43 @@ pub fn junit_xml(result: &SuiteResult) -> Result<String> {
         let mut suite = TestSuite::new(if folder.name.is_empty() { "." } else { &folder.name });
         suite.set_time(Duration::from_secs_f64(folder.seconds));
         for shot in result.shots.iter().filter(|shot| shot.folder() == folder.name) {
-            suite.add_test_cases(shot.pictures.iter().map(|picture| case_of_shot(shot, picture)));
+            suite.add_test_cases(shot.frames.iter().map(|frame| case_of_shot(shot, frame)));
         }
-        let orphaned = result.orphaned.iter().filter(|picture| folder_of(&picture.name) == folder.name);
+        let orphaned = result.orphaned.iter().filter(|frame| frame.folder() == folder.name);
         suite.add_test_cases(orphaned.map(case));
         report.add_test_suite(suite);
     }
     report.to_string().map_err(|error| Error::Internal { message: format!("JUnit's XML: {error}") })
 }
 
-/// The time of a shot is shared by its pictures.
-fn case_of_shot(shot: &ShotResult, picture: &ReportedFrame) -> TestCase {
-    let mut case = case(picture);
-    case.set_time(Duration::from_secs_f64(shot.seconds / shot.pictures.len() as f64));
+/// A test case of a shot. The seconds of the shot are divided among its frames.
+fn case_of_shot(shot: &ShotResult, frame: &FrameResult) -> TestCase {
+    let mut case = case(frame);
+    case.set_time(Duration::from_secs_f64(shot.seconds / shot.frames.len() as f64));
     if !shot.warnings.is_empty() {
         case.set_system_err(shot.warnings.join("\n"));
     }
     case
 }
 
-fn case(picture: &ReportedFrame) -> TestCase {
-    let status = match picture.status {
+fn case(frame: &FrameResult) -> TestCase {
+    let status = match frame.status {
         FrameStatus::Passed => TestCaseStatus::success(),
-        FrameStatus::Broken => failed(NonSuccessKind::Error, "broken", picture),
-        FrameStatus::Different => failed(NonSuccessKind::Failure, "different", picture),
-        FrameStatus::Missing => failed(NonSuccessKind::Failure, "missing", picture),
-        FrameStatus::Orphaned => failed(NonSuccessKind::Failure, "orphaned", picture),
+        FrameStatus::Broken => failed(NonSuccessKind::Error, frame),
+        FrameStatus::Different | FrameStatus::Missing | FrameStatus::Orphaned => {
+            failed(NonSuccessKind::Failure, frame)
+        }
     };
-    let mut case = TestCase::new(picture.name.as_str(), status);
-    case.set_classname(folder_of(&picture.name).replace('/', "."));
+    let mut case = TestCase::new(frame.name.as_str(), status);
+    case.set_classname(frame.folder().replace('/', "."));
     case
 }
 
-fn failed(kind: NonSuccessKind, kind_name: &str, picture: &ReportedFrame) -> TestCaseStatus {
+fn failed(kind: NonSuccessKind, frame: &FrameResult) -> TestCaseStatus {
     let mut status = TestCaseStatus::non_success(kind);
-    let cause = picture.comparison.as_ref().and_then(|comparison| comparison.cause.as_ref());
-    let cause = cause.map(|cause| format!("likely {cause}"));
-    let lines: Vec<&str> = picture.messages.iter().map(String::as_str).chain(cause.as_deref()).collect();
-    status.set_type(kind_name);
+    let cause = frame.likely_cause().map(|cause| format!("likely {cause}"));
+    let lines: Vec<&str> = frame.messages.iter().map(String::as_str).chain(cause.as_deref()).collect();
+    status.set_type(frame.status.name());
     status.set_message(lines.first().copied().unwrap_or_default());
     status.set_description(lines.join("\n"));
     status

@@ -1,17 +1,18 @@
-//! What no shot of a run asked for: references without a picture, and what earlier runs kept.
+//! Orphaned references, and pending images of earlier runs that no longer apply.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::super::{EncodedImage, FrameStatus, Image, ReportedFrame};
 use super::filter::Filter;
 use super::names::{ReferenceFile, image_name, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
-use super::test_shot::reported;
-use super::{ShotReader, ShotResult, Suite, SuiteShot};
+use super::{ShotReader, Suite, SuiteShot};
 use crate::error::{Error, Result};
+use crate::regression::encoded_image::EncodedImage;
+use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
+use crate::regression::Image;
 
-/// The references of a suite that no shot asks for, without rendering anything.
+/// References of a suite that no shot renders. Renders nothing.
 ///
 /// # Errors
 /// Those of reading the references, and of opening the shots.
@@ -20,18 +21,19 @@ pub fn orphaned_references(
     reader: &dyn ShotReader,
     shots: &[SuiteShot],
 ) -> Result<Vec<String>> {
-    let mut asked = BTreeSet::new();
+    let mut rendered = BTreeSet::new();
     for shot in shots {
         let (job, _) = reader.job(suite, &shot.path)?;
-        asked.extend(job.frames.iter().map(|&frame| image_name(&shot.name, frame, job.frames.len())));
+        rendered.extend(job.frames.iter().map(|&frame| image_name(&shot.name, frame, job.frames.len())));
     }
     let files = reference_files(&suite.references)?;
     let references = files.iter().filter(|file| matches!(file, ReferenceFile::Reference(_)));
-    Ok(references.map(|file| file.name().to_owned()).filter(|name| !asked.contains(name)).collect())
+    Ok(references.map(|file| file.name().to_owned()).filter(|name| !rendered.contains(name)).collect())
 }
 
-/// What is left after all shots: gives the references that no shot asks for, and why what waits beside them could not be changed; forgets
-/// what earlier runs kept and this one would not. `shots` are all of the suite, `results` those that `word` means and that were tested.
+/// Finds orphaned references after all shots were tested, and updates pending images: marks the orphaned references for removal, and
+/// discards pending images and removals of earlier runs that no longer apply. Returns the orphaned references, and errors of the
+/// update. `shots` are all shots of the suite; `results` those that `filter` selects.
 ///
 /// # Errors
 /// When the references cannot be read.
@@ -39,33 +41,33 @@ pub fn finish(
     suite: &Suite,
     shots: &[SuiteShot],
     results: &[ShotResult],
-    word: &str,
+    filter: &str,
     keeps_pending: bool,
-) -> Result<(Vec<ReportedFrame>, Vec<Error>)> {
+) -> Result<(Vec<FrameResult>, Vec<Error>)> {
     let files = reference_files(&suite.references)?;
-    let filter = Filter::new(word, shots, files.iter().map(ReferenceFile::name));
-    let asked: BTreeSet<&str> =
-        results.iter().flat_map(|shot| &shot.pictures).map(|picture| picture.name.as_str()).collect();
-    // A shot that was not tested, or could not be opened, may ask for any frame.
+    let filter = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
+    let rendered: BTreeSet<&str> =
+        results.iter().flat_map(|shot| &shot.frames).map(|frame| frame.name.as_str()).collect();
+    // A shot that was not tested, or could not be opened, may render any frame.
     let is_known = |shot: &str| results.iter().any(|result| result.name == shot && !is_unopened(result));
-    let is_settled = |name: &str| filter.owner(name).is_none_or(is_known);
+    let is_decided = |name: &str| filter.owner(name).is_none_or(is_known);
     let mut orphaned = Vec::new();
     let mut not_kept = Vec::new();
     for file in &files {
         let name = file.name();
-        let is_asked_for = asked.contains(name);
-        let is_over = !is_asked_for && is_settled(name) && filter.matches_image(name);
+        let is_rendered = rendered.contains(name);
+        let is_orphaned = !is_rendered && is_decided(name) && filter.matches_image(name);
         match file {
-            ReferenceFile::Reference(_) if is_over => {
+            ReferenceFile::Reference(_) if is_orphaned => {
                 orphaned.push(without_shot(suite, name));
                 if keeps_pending {
                     not_kept.extend(store_removal(suite, name, filter.owner(name)).err());
                 }
             }
-            ReferenceFile::Pending(_) if is_over && keeps_pending => {
+            ReferenceFile::Pending(_) if is_orphaned && keeps_pending => {
                 not_kept.extend(discard_image(suite, name).err());
             }
-            ReferenceFile::Removal(_) if keeps_pending && (is_asked_for || !is_settled(name)) => {
+            ReferenceFile::Removal(_) if keeps_pending && (is_rendered || !is_decided(name)) => {
                 not_kept.extend(discard_removal(suite, name).err());
             }
             _ => {}
@@ -74,18 +76,18 @@ pub fn finish(
     Ok((orphaned, not_kept))
 }
 
-/// Whether nothing is known of what the shot asks for.
+/// Whether the shot could not be opened, so that its frames are unknown.
 fn is_unopened(result: &ShotResult) -> bool {
-    matches!(&*result.pictures, [only] if only.status == FrameStatus::Broken && only.name == result.name)
+    matches!(&*result.frames, [only] if only.status == FrameStatus::Broken && only.name == result.name)
 }
 
-fn without_shot(suite: &Suite, name: &str) -> ReportedFrame {
+fn without_shot(suite: &Suite, name: &str) -> FrameResult {
     let scenes = ["glb", "gltf"].map(|ending| suite.scenes.join(format!("{name}.{ending}")));
     let is_excluded = |scene: &Path| suite.excluded.iter().any(|excluded| scene.starts_with(excluded));
     let has_scene = scenes.iter().any(|scene| scene.exists() && !is_excluded(scene));
-    let why = if has_scene { ", for a shot file names the scene of this name" } else { "" };
-    let message = format!("no shot asks for this reference{why}");
+    let why = if has_scene { ", because a shot file names the scene of this name" } else { "" };
+    let message = format!("no shot renders this reference{why}");
     let expected = Image::read(&reference_path(&suite.references, name));
     let expected = expected.ok().as_ref().and_then(EncodedImage::new);
-    ReportedFrame { expected, ..reported(name.to_owned(), None, FrameStatus::Orphaned, message) }
+    FrameResult { expected, ..FrameResult::new(name.to_owned(), None, FrameStatus::Orphaned, message) }
 }

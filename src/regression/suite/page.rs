@@ -1,32 +1,40 @@
-//! The report of a suite: which of its results the page shows, and with which commands.
+//! The report page of a suite: its failures, and commands for them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::{FolderSummary, FrameStatus, Preset, ReportPage, ReportedFrame, ReportedShot};
+use super::Suite;
 use super::names::{pending_path, reference_path};
-use super::result::{folder_of, is_passed};
 use super::shell::shell_word;
-use super::{ShotResult, Suite, SuiteResult};
+use crate::regression::report_page::{FolderSummary, NamedCommand, ReportPage};
+use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
+use crate::regression::Preset;
 
-/// What the page of `result` shows; the pictures of failures move there. `command` made it. Where nothing is kept, no command says how to
-/// accept it.
+/// The page of `result`, into which the images of failures move. `command` is the command that ran the suite. Without pending images
+/// (`keeps_pending`), the page has no commands that accept or reject them.
 pub fn report_page(suite: &Suite, result: SuiteResult, command: &str, keeps_pending: bool) -> ReportPage {
     let folders = folders(&result);
-    let failed = result.shots.into_iter().filter(|shot| !shot.passes());
-    let mut shots: Vec<ReportedShot> = failed.map(|shot| reported(suite, shot, keeps_pending)).collect();
-    shots.extend(result.orphaned.into_iter().map(|picture| orphaned(suite, picture, keeps_pending)));
+    let mut shots: Vec<ShotResult> = result.shots.into_iter().filter(|shot| !shot.passes()).collect();
+    let mut shot_commands: BTreeMap<_, _> =
+        shots.iter().map(|shot| (shot.name.clone(), commands(suite, shot, keeps_pending))).collect();
+    for frame in result.orphaned {
+        if keeps_pending {
+            shot_commands.insert(frame.name.clone(), vec![removal_command(suite, &frame)]);
+        }
+        shots.push(orphaned(suite, frame));
+    }
     shots.sort_by(|a, b| a.name.cmp(&b.name));
-    // Where nothing is kept, it is accepted elsewhere, in another folder.
-    let whole_path = suite.file.canonicalize().ok().filter(|_| keeps_pending);
-    let suite_path = whole_path.as_deref().unwrap_or(&suite.file);
+    // Without pending images, approvals are accepted on another machine, where the absolute path would be wrong.
+    let absolute_path = suite.file.canonicalize().ok().filter(|_| keeps_pending);
+    let suite_path = absolute_path.as_deref().unwrap_or(&suite.file);
     ReportPage {
         title: title(suite),
         command: command.to_owned(),
         folders,
         shots,
-        accept_command: format!("rayframe accept --approvals approvals.json --suite {}", file(suite_path)),
+        shot_commands,
         frame_commands: BTreeMap::new(),
+        accept_command: format!("rayframe accept --approvals approvals.json --suite {}", quoted(suite_path)),
     }
 }
 
@@ -37,67 +45,68 @@ fn title(suite: &Suite) -> String {
     name.display().to_string()
 }
 
-/// How each folder did, in the order of names.
+/// Counts of each folder, sorted by name.
 pub fn folders(result: &SuiteResult) -> Vec<FolderSummary> {
     let mut folders = BTreeMap::<&str, FolderSummary>::new();
-    let mut count = |folder, picture: &ReportedFrame| {
+    let mut count = |folder, frame: &FrameResult| {
         let summary = folders.entry(folder).or_default();
-        *if is_passed(picture) { &mut summary.passed } else { &mut summary.failed } += 1;
+        *if frame.passes() { &mut summary.passed } else { &mut summary.failed } += 1;
     };
     for shot in &result.shots {
-        shot.pictures.iter().for_each(|picture| count(shot.folder(), picture));
+        shot.frames.iter().for_each(|frame| count(shot.folder(), frame));
     }
-    result.orphaned.iter().for_each(|picture| count(folder_of(&picture.name), picture));
+    result.orphaned.iter().for_each(|frame| count(frame.folder(), frame));
     for shot in &result.shots {
         folders.entry(shot.folder()).or_default().seconds += shot.seconds;
     }
     folders.into_iter().map(|(name, summary)| FolderSummary { name: name.to_owned(), ..summary }).collect()
 }
 
-fn reported(suite: &Suite, shot: ShotResult, keeps_pending: bool) -> ReportedShot {
+fn commands(suite: &Suite, shot: &ShotResult, keeps_pending: bool) -> Vec<NamedCommand> {
     let command =
-        |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), file(&suite.file));
-    let mut commands = vec![("Test again".to_owned(), command("test"))];
-    let is = |status| shot.pictures.iter().find(|picture| picture.status == status);
-    // Limits of its own are nothing that diff can be told.
-    if let (Some(picture), Some(preset), true) =
-        (is(FrameStatus::Different), Preset::of_name(&shot.preset), keeps_pending)
+        |verb: &str| format!("rayframe {verb} {} --suite {}", shell_word(&shot.name), quoted(&suite.file));
+    let mut commands = vec![NamedCommand("Test again".to_owned(), command("test"))];
+    let first_of = |status| shot.frames.iter().find(|frame| frame.status == status);
+    // `rayframe diff` takes presets only, no single limits.
+    if let (Some(frame), Some(preset), true) =
+        (first_of(FrameStatus::Different), Preset::of_name(&shot.preset), keeps_pending)
     {
-        let (new, old) = (
-            pending_path(&suite.references, &picture.name),
-            reference_path(&suite.references, &picture.name),
-        );
-        let which = if shot.pictures.len() > 1 { format!(", here {}", picture.name) } else { String::new() };
-        commands.push((
+        let (new, old) =
+            (pending_path(&suite.references, &frame.name), reference_path(&suite.references, &frame.name));
+        let which = if shot.frames.len() > 1 { format!(", here {}", frame.name) } else { String::new() };
+        commands.push(NamedCommand(
             format!("Compare in numbers{which}"),
-            format!("rayframe diff {} {} --preset {}", file(&new), file(&old), preset.name()),
+            format!("rayframe diff {} {} --preset {}", quoted(&new), quoted(&old), preset.name()),
         ));
     }
-    if keeps_pending && (is(FrameStatus::Different).is_some() || is(FrameStatus::Missing).is_some()) {
-        commands.push(("Accept".to_owned(), command("accept")));
-        commands.push(("Reject".to_owned(), command("reject")));
+    if keeps_pending
+        && (first_of(FrameStatus::Different).is_some() || first_of(FrameStatus::Missing).is_some())
+    {
+        commands.push(NamedCommand("Accept".to_owned(), command("accept")));
+        commands.push(NamedCommand("Reject".to_owned(), command("reject")));
     }
-    ReportedShot {
-        commands,
-        name: shot.name,
-        preset: shot.preset,
-        limits: shot.limits,
-        frames: shot.pictures,
-    }
+    commands
 }
 
-fn orphaned(suite: &Suite, picture: ReportedFrame, keeps_pending: bool) -> ReportedShot {
-    let word = shell_word(&format!("{}.exr", picture.name));
-    let accept = format!("rayframe accept {word} --suite {}", file(&suite.file));
-    ReportedShot {
-        name: picture.name.clone(),
+/// An orphaned reference as a shot of its own.
+fn orphaned(suite: &Suite, frame: FrameResult) -> ShotResult {
+    ShotResult {
+        name: frame.name.clone(),
+        path: reference_path(&suite.references, &frame.name),
         preset: suite.limits.name(),
         limits: suite.limits.limits,
-        frames: vec![picture],
-        commands: if keeps_pending { vec![("Remove it".to_owned(), accept)] } else { Vec::new() },
+        frames: vec![frame],
+        warnings: Vec::new(),
+        not_kept: Vec::new(),
+        seconds: 0.0,
     }
 }
 
-fn file(path: &Path) -> String {
+fn removal_command(suite: &Suite, frame: &FrameResult) -> NamedCommand {
+    let word = shell_word(&format!("{}.exr", frame.name));
+    NamedCommand("Remove it".to_owned(), format!("rayframe accept {word} --suite {}", quoted(&suite.file)))
+}
+
+fn quoted(path: &Path) -> String {
     shell_word(&path.display().to_string())
 }

@@ -1,4 +1,4 @@
-//! All shots of a suite, several at once.
+//! Tests all shots of a suite, several at a time.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -6,47 +6,46 @@ use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
 
-use super::super::ImageBudget;
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
-use super::{
-    ShotReader, ShotResult, Suite, SuiteResult, SuiteShot, TestContext, discover, finish, test_shot,
-};
+use super::{ShotReader, Suite, SuiteShot, TestContext, discover, finish, test_shot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
+use crate::regression::report_page::ImageBudget;
+use crate::regression::result::{ShotResult, SuiteResult};
 
-/// How a suite is run.
+/// Options of a run.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
-    /// Which shots: the one of this name, or the one of the picture of this name, or all whose names contain it. Empty for all.
+    /// Selects shots: the shot or image of exactly this name, or else all whose names contain it. Empty selects all.
     pub filter: String,
-    /// Whether pictures without reference, and those that differ, are kept beside the references for [`super::accept`].
+    /// Whether images that differ or have no reference are stored as pending images, for [`super::accept`].
     pub keeps_pending: bool,
-    /// Threads in all; 0 for as many as there are cores.
+    /// Number of threads; 0 for one a core.
     pub threads: usize,
 }
 
-/// Tells how far a run is: the shots that there are, and one that is finished. Comes from any thread.
+/// Progress callback: the number of selected shots, and the result of a finished one. Called from any thread.
 pub type OnShot<'a> = dyn Fn(usize, &ShotResult) + Sync + 'a;
 
-/// The shots that `word` means.
+/// The shots that `filter` selects.
 ///
 /// # Errors
-/// Those of reading the suite, and [`Error::Usage`] when there is no such shot.
-pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<SuiteShot>> {
+/// Errors of reading the suite, and [`Error::Usage`] when no shot is selected.
+pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<SuiteShot>> {
     let files = reference_files(&suite.references)?;
-    let filter = Filter::new(word, shots, files.iter().map(ReferenceFile::name));
-    let chosen: Vec<_> = shots.iter().filter(|shot| filter.matches_shot(&shot.name)).cloned().collect();
+    let selection = Filter::new(filter, shots, files.iter().map(ReferenceFile::name));
+    let chosen: Vec<_> = shots.iter().filter(|shot| selection.matches_shot(&shot.name)).cloned().collect();
     let is_reference = |file: &ReferenceFile| {
-        matches!(file, ReferenceFile::Reference(_)) && filter.matches_image(file.name())
+        matches!(file, ReferenceFile::Reference(_)) && selection.matches_image(file.name())
     };
     if chosen.is_empty() && !files.iter().any(is_reference) {
-        return Err(if word.is_empty() {
+        return Err(if filter.is_empty() {
             let folder = suite.file.parent().filter(|folder| !folder.as_os_str().is_empty());
-            let message = "there is neither a shot file (.toml) nor a scene (.glb, .gltf) in the suite; docs/suites.md tells how to begin";
+            let message = "the suite has neither a shot file (.toml) nor a scene (.glb, .gltf); docs/suites.md explains how to begin";
             Error::invalid(folder.unwrap_or(".".as_ref()), "", message)
         } else {
-            nothing_called(word)
+            nothing_called(filter)
         });
     }
     Ok(chosen)
@@ -54,14 +53,14 @@ pub fn chosen_shots(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Ve
 
 fn nothing_called(word: &str) -> Error {
     let word = word.escape_debug();
-    Error::usage(format!("no shot's name contains \"{word}\"; rayframe test --list names all of them"))
+    Error::usage(format!("no shot's name contains \"{word}\"; rayframe test --list prints all names"))
 }
 
-/// Renders and compares the shots of a suite, several at once. Each is told when it is finished.
+/// Renders and compares the shots of a suite, several at a time. Calls `on_shot` for each finished shot.
 ///
 /// # Errors
-/// When the suite itself cannot be read, when the filter fits nothing, and on cancellation; what goes wrong with one shot is one
-/// of the failures.
+/// When the suite cannot be read, when the filter selects nothing, and on cancellation. An error of one shot becomes a failure of that
+/// shot.
 pub fn run(
     suite: &Suite,
     reader: &dyn ShotReader,
@@ -77,12 +76,12 @@ pub fn run(
         threads => threads,
     };
     let workers = threads.min(chosen.len()).max(1);
-    let room = ImageBudget::new();
+    let image_budget = ImageBudget::new();
     let context = TestContext {
         suite,
         reader,
         keeps_pending: options.keeps_pending,
-        room: &room,
+        image_budget: &image_budget,
         shots_at_once: workers,
         cancel,
     };
@@ -94,7 +93,7 @@ pub fn run(
     Ok(SuiteResult { shots: results, orphaned, not_kept, seconds: start.elapsed().as_secs_f64() })
 }
 
-/// As many shots at once as the context says, each with so many threads.
+/// Tests `context.shots_at_once` shots at a time, each with `threads` threads.
 fn test_shots(
     context: &TestContext<'_>,
     shots: &[SuiteShot],
@@ -117,11 +116,11 @@ fn test_shots(
     };
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..context.shots_at_once).map(|_| scope.spawn(work)).collect();
-        let ended = workers
+        let joined = workers
             .into_iter()
             .map(|worker| worker.join().unwrap_or_else(|payload| std::panic::resume_unwind(payload)));
-        // All are waited for before the first failure counts.
-        ended.collect::<Vec<_>>().into_iter().collect::<Result<()>>()
+        // Wait for all workers before returning the first error.
+        joined.collect::<Vec<_>>().into_iter().collect::<Result<()>>()
     })?;
     let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.sort_by(|a, b| a.name.cmp(&b.name));

@@ -1,32 +1,34 @@
-//! One shot: rendered, compared, and kept where it differs.
+//! Renders one shot, compares its frames, and stores pending images.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
-use super::super::{
-    Comparison, EncodedImage, FrameStatus, Image, ImageBudget, Limits, ReportedFrame, compare, pixel_hash,
-};
 use super::limits::PresetLimits;
 use super::names::{image_name, reference_path};
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
-use super::{ShotReader, ShotResult, Suite, SuiteShot};
+use super::{ShotReader, Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
+use crate::regression::compare::compare;
+use crate::regression::encoded_image::EncodedImage;
+use crate::regression::report_page::ImageBudget;
+use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
+use crate::regression::{Image, Limits, pixel_hash};
 
-/// What all shots of a run have in common.
+/// Settings shared by all shots of a run.
 #[derive(Clone, Copy)]
 pub struct TestContext<'a> {
     /// The suite.
     pub suite: &'a Suite,
-    /// Understands its shots.
+    /// Reads its shots.
     pub reader: &'a dyn ShotReader,
-    /// Whether pictures without reference, and those that differ, are kept beside the references.
+    /// Whether images that differ or have no reference are stored as pending images.
     pub keeps_pending: bool,
-    /// For the pictures of failures, until the report is written.
-    pub room: &'a ImageBudget,
-    /// Shots that are tested at the same time, which share the memory.
+    /// Memory for the images of failures, until the report is written.
+    pub image_budget: &'a ImageBudget,
+    /// Shots that are tested at the same time and share the memory.
     pub shots_at_once: usize,
     /// Raised to stop.
     pub cancel: &'a CancelFlag,
@@ -35,7 +37,7 @@ pub struct TestContext<'a> {
 /// Renders and compares one shot.
 ///
 /// # Errors
-/// [`Error::Interrupted`] when cancelled; all else is in the result.
+/// [`Error::Interrupted`] when cancelled. Other errors become part of the result.
 pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResult> {
     context.cancel.check()?;
     let start = Instant::now();
@@ -52,14 +54,14 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
     };
     let mut not_kept = Vec::new();
     if context.keeps_pending {
-        not_kept.extend(tested.pictures.iter().filter_map(|picture| settle(context.suite, picture).err()));
+        not_kept.extend(tested.frames.iter().filter_map(|frame| update_pending(context.suite, frame).err()));
     }
     Ok(ShotResult {
         name: shot.name.clone(),
         path: shot.path.clone(),
         preset: passing.name(),
         limits: passing.limits,
-        pictures: tested.pictures.into_iter().map(|picture| picture.reported).collect(),
+        frames: tested.frames.into_iter().map(|frame| frame.result).collect(),
         warnings: tested.warnings,
         not_kept,
         seconds: start.elapsed().as_secs_f64(),
@@ -67,45 +69,26 @@ pub fn test_shot(context: &TestContext<'_>, shot: &SuiteShot) -> Result<ShotResu
 }
 
 struct TestedShot {
-    pictures: Vec<TestedFrame>,
+    frames: Vec<TestedFrame>,
     warnings: Vec<String>,
 }
 
-/// A picture, and the file that may become its reference.
+/// A frame, and the file that may become its reference.
 struct TestedFrame {
-    reported: ReportedFrame,
+    result: FrameResult,
     file: Option<Vec<u8>>,
 }
 
 fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
-    let reported = reported(shot.name.clone(), None, FrameStatus::Broken, message);
-    TestedShot { pictures: vec![TestedFrame { reported, file: None }], warnings: Vec::new() }
+    let result = FrameResult::new(shot.name.clone(), None, FrameStatus::Broken, message);
+    TestedShot { frames: vec![TestedFrame { result, file: None }], warnings: Vec::new() }
 }
 
-/// A picture of which only this is known.
-pub(super) fn reported(
-    name: String,
-    frame: Option<i64>,
-    status: FrameStatus,
-    message: String,
-) -> ReportedFrame {
-    ReportedFrame {
-        name,
-        frame,
-        status,
-        messages: vec![message],
-        comparison: None,
-        expected: None,
-        actual: None,
-        actual_hash: None,
-    }
-}
-
-/// Keeps a picture that somebody has to look at, and forgets what earlier runs kept where it passes. What cannot be tested says
-/// nothing about that.
-fn settle(suite: &Suite, picture: &TestedFrame) -> Result<()> {
-    let name = &picture.reported.name;
-    match (picture.reported.status, &picture.file) {
+/// Stores a pending image for a frame that differs or has no reference, and discards pending images of frames that pass. Broken
+/// frames leave pending images as they are.
+fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
+    let name = &frame.result.name;
+    match (frame.result.status, &frame.file) {
         (FrameStatus::Passed, _) => discard_image(suite, name)?,
         (FrameStatus::Missing | FrameStatus::Different, Some(bytes)) => store_image(suite, name, bytes)?,
         _ => return Ok(()),
@@ -118,79 +101,79 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
     let rendered = render_shot(job, context.cancel)?;
     let count = rendered.frames.len();
-    let pictures = rendered.frames.iter().map(|(frame, file)| {
-        let name = image_name(&shot.name, *frame, count);
-        let number = (count > 1).then_some(*frame);
-        let mut picture = match file {
-            Ok(file) => compared(context.suite, &limits.limits, (name, number), file)?,
-            Err(error) => {
-                let reported = reported(name, number, FrameStatus::Broken, error.to_string());
-                TestedFrame { reported, file: None }
-            }
+    let frames = rendered.frames.iter().map(|(frame, file)| {
+        let id = FrameId { name: image_name(&shot.name, *frame, count), frame: (count > 1).then_some(*frame) };
+        let mut tested = match file {
+            Ok(file) => test_frame(context.suite, &limits.limits, id, file)?,
+            Err(error) => TestedFrame { result: id.result(FrameStatus::Broken, error.to_string()), file: None },
         };
-        context.room.admit(&mut picture.reported);
-        Ok(picture)
+        context.image_budget.admit(&mut tested.result);
+        Ok(tested)
     });
     Ok(TestedShot {
-        pictures: pictures.collect::<Result<_>>()?,
+        frames: frames.collect::<Result<_>>()?,
         warnings: warnings.iter().map(ToString::to_string).collect(),
     })
 }
 
-/// Compares the picture in `file` with the reference of its name.
-fn compared(
-    suite: &Suite,
-    limits: &Limits,
-    (name, frame): (String, Option<i64>),
-    file: &Path,
-) -> Result<TestedFrame> {
-    let reference = reference_path(&suite.references, &name);
+/// The name of a frame's reference, and the frame number in shots of several frames.
+struct FrameId {
+    name: String,
+    frame: Option<i64>,
+}
+
+impl FrameId {
+    fn result(self, status: FrameStatus, message: String) -> FrameResult {
+        FrameResult::new(self.name, self.frame, status, message)
+    }
+}
+
+/// Compares the image in `file` with its reference.
+fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Result<TestedFrame> {
+    let reference = reference_path(&suite.references, &id.name);
     let bytes = std::fs::read(file).map_err(Error::missing(file))?;
     let actual = Image::decode(file, &bytes)?;
-    let mut picture = if reference.exists() {
+    let mut result = if reference.exists() {
         match Image::read(&reference) {
-            Ok(expected) => against_reference((name, frame), &actual, &expected, limits),
-            Err(error) => reported(name, frame, FrameStatus::Different, error.to_string()),
+            Ok(expected) => compare_frame(id, &actual, &expected, limits),
+            Err(error) => id.result(FrameStatus::Different, error.to_string()),
         }
     } else {
-        let message = format!("there is no reference {}", reference.display());
-        reported(name, frame, FrameStatus::Missing, message)
+        id.result(FrameStatus::Missing, format!("there is no reference {}", reference.display()))
     };
-    let is_passed = picture.status == FrameStatus::Passed;
-    let stored = if is_passed { size_of(&reference) } else { bytes.len() as u64 };
+    let stored = if result.passes() { size_of(&reference) } else { bytes.len() as u64 };
     if let Some(message) = suite.too_large(stored) {
-        picture.status = FrameStatus::Broken;
-        picture.messages.insert(0, message);
+        result.status = FrameStatus::Broken;
+        result.messages.insert(0, message);
     }
-    if picture.status != FrameStatus::Passed {
-        let errors = picture.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
-        picture.actual = EncodedImage::new(&actual).map(|packed| match &errors {
+    if !result.passes() {
+        let errors = result.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
+        result.actual = EncodedImage::new(&actual).map(|packed| match &errors {
             Some(map) => packed.with_errors(map),
             None => packed,
         });
-        picture.actual_hash = Some(pixel_hash(&actual));
+        result.actual_hash = Some(pixel_hash(&actual));
     }
-    Ok(TestedFrame { reported: picture, file: Some(bytes) })
+    Ok(TestedFrame { result, file: Some(bytes) })
 }
 
-fn against_reference(
-    (name, frame): (String, Option<i64>),
+fn compare_frame(
+    id: FrameId,
     actual: &Image,
     expected: &Image,
     limits: &Limits,
-) -> ReportedFrame {
-    let mut comparison: Comparison = compare(actual, expected, limits);
-    let passes = comparison.passes();
-    let mut picture = reported(name, frame, FrameStatus::Passed, String::new());
-    picture.messages = comparison.failures();
-    if passes {
+) -> FrameResult {
+    let mut comparison = compare(actual, expected, limits);
+    let mut result = id.result(FrameStatus::Passed, String::new());
+    result.messages = comparison.failures();
+    if comparison.passes() {
         comparison.flip_map = None;
     } else {
-        picture.status = FrameStatus::Different;
-        picture.expected = EncodedImage::new(expected);
+        result.status = FrameStatus::Different;
+        result.expected = EncodedImage::new(expected);
     }
-    picture.comparison = Some(comparison);
-    picture
+    result.comparison = Some(comparison);
+    result
 }
 
 fn size_of(file: &Path) -> u64 {

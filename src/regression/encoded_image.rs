@@ -1,74 +1,74 @@
-//! Pictures packed for a page: half floats that a script unpacks and shows at any exposure.
+//! Images packed for a report page, as half floats that a script unpacks and shows at any exposure.
 //!
-//! Three planes of 16 bits, green, red − green and blue − green as whole numbers that wrap, each value as the difference from its
-//! left neighbour (the first of a row from the one above). First the high bytes of all, then the low ones, as a zlib stream. Smooth
-//! pictures take a quarter of their halves this way, and a browser unpacks them without a library.
+//! Three planes of 16-bit integers hold green, red − green and blue − green with wrapping. Each value is stored as the difference
+//! from its left neighbour, the first of a row as the difference from the one above. High bytes of all planes precede low bytes, in
+//! one zlib stream. Smooth images take a quarter of the bytes of their halves, and browsers unpack them without a library.
 
 use std::io::Write as _;
 
 use flate2::{Compression, write::ZlibEncoder};
 use half::f16;
 
-use super::super::{ColorEncoding, FlipMap, Image};
+use super::{FlipMap, Image, ColorEncoding};
 
-/// The colours of a picture, packed to be shown by a page at any exposure.
+/// The colours of an image, packed for a report page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EncodedImage {
     /// Columns and rows.
     pub(super) size: (u32, u32),
     /// What the colours mean.
     pub(super) encoding: ColorEncoding,
-    /// The packed halves; `None` where there is no room for them.
+    /// The packed halves; `None` when the image was too large to keep.
     pub(super) colors: Option<Vec<u8>>,
-    /// FLIP of every pixel in 255 steps, packed alike.
+    /// FLIP of every pixel in 255 steps, packed likewise.
     pub(super) errors: Option<Vec<u8>>,
-    /// What it would take on the page if it were not left out.
-    left_out_bytes: usize,
+    /// Bytes on the page before the pixels were dropped.
+    dropped_bytes: usize,
 }
 
 impl EncodedImage {
-    /// Packs the colours as they are seen over black; `None` for a picture without any. Finite values beyond halves become the
-    /// largest half.
-    pub fn new(picture: &Image) -> Option<Self> {
-        let colors = pack_colors(&picture.colors()?, picture.size().0 as usize);
+    /// Packs the colours of an image over black; `None` for an image without colours. Finite values beyond the range of halves
+    /// become the largest half.
+    pub fn new(image: &Image) -> Option<Self> {
+        let colors = pack_colors(&image.colors()?, image.size().0 as usize);
         Some(Self {
-            size: picture.size(),
-            encoding: picture.encoding,
+            size: image.size(),
+            encoding: image.encoding,
             colors: Some(colors),
             errors: None,
-            left_out_bytes: 0,
+            dropped_bytes: 0,
         })
     }
 
-    /// With the map that makes the heat map, for a comparison that does not keep its own.
+    /// Adds the FLIP map from which the page makes the heat map.
     #[must_use]
     pub fn with_errors(self, map: &FlipMap) -> Self {
         Self { errors: (map.size == self.size).then(|| pack_errors(map)), ..self }
     }
 
-    /// Without its pixels: the page says that there is a picture, and that there was no room for it.
+    /// Drops the pixels and keeps their size. The page then says that the image is omitted.
     #[must_use]
-    pub fn left_out(self) -> Self {
-        Self { colors: None, errors: None, left_out_bytes: self.needed_bytes(), ..self }
+    pub fn without_pixels(self) -> Self {
+        Self { colors: None, errors: None, dropped_bytes: self.needed_bytes(), ..self }
     }
 
-    /// Bytes that it takes on the page, or would take if it were not left out.
+    /// Bytes on the page, including those of dropped pixels.
     pub(super) fn needed_bytes(&self) -> usize {
-        self.left_out_bytes + self.size_bytes()
+        self.dropped_bytes + self.size_bytes()
     }
 
-    /// Bytes that it takes on the page.
+    /// Bytes on the page.
     pub fn size_bytes(&self) -> usize {
-        [&self.colors, &self.errors].into_iter().flatten().map(|bytes| text_bytes(bytes.len())).sum()
+        [&self.colors, &self.errors].into_iter().flatten().map(|bytes| base64_bytes(bytes.len())).sum()
     }
 }
 
-/// Bytes of so many as base64.
-pub(super) fn text_bytes(bytes: usize) -> usize {
+/// Length of `bytes` bytes as base64.
+pub(super) fn base64_bytes(bytes: usize) -> usize {
     bytes.div_ceil(3) * 4
 }
 
-/// FLIP of every pixel, packed.
+/// Packs FLIP of every pixel.
 pub(super) fn pack_errors(map: &FlipMap) -> Vec<u8> {
     let steps: Vec<u8> = map.errors.iter().map(|error| (error * 255.0 + 0.5) as u8).collect();
     let width = map.size.0 as usize;
@@ -97,13 +97,13 @@ fn pack_colors(colors: &[[f32; 3]], width: usize) -> Vec<u8> {
     deflated(&bytes)
 }
 
-/// The value that a value is told from.
+/// The neighbour from which a value is predicted.
 fn before<T: Copy>(plane: &[T], at: usize, width: usize) -> Option<T> {
     let distance = if at.is_multiple_of(width) { width } else { 1 };
     at.checked_sub(distance).map(|before| plane[before])
 }
 
-/// The nearest half; only what is infinite becomes infinite.
+/// The nearest half. Only infinite values become infinite.
 fn half_bits(value: f32) -> u16 {
     let value = if value.is_infinite() { value } else { value.clamp(-65504.0, 65504.0) };
     f16::from_f32(value).to_bits()
@@ -111,7 +111,7 @@ fn half_bits(value: f32) -> u16 {
 
 fn deflated(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(6));
-    // Writing to memory does not fail.
+    // Writing to memory cannot fail.
     let _ = encoder.write_all(bytes);
     encoder.finish().unwrap_or_default()
 }
@@ -128,7 +128,7 @@ pub(super) mod tests {
         bytes
     }
 
-    /// What the script does.
+    /// Unpacks colours as the script does.
     pub(crate) fn unpacked(packed: &[u8], width: usize) -> Vec<[u16; 3]> {
         let bytes = inflated(packed);
         let count = bytes.len() / 6;
@@ -153,13 +153,13 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn colours_come_back_as_halves() {
+    fn colours_round_trip_as_halves() {
         let values =
             [0.0, -1.5, 1e-7, 0.18, 1.0, 2047.0, 1e30, f32::INFINITY, f32::NEG_INFINITY, 3e-3, 7.0, 0.5];
         let pixel = |at: usize| [values[at % 12], values[(at * 5 + 1) % 12], values[(at * 7 + 3) % 12], 1.0];
         let pixels: Vec<_> = (0..5 * 7).map(pixel).collect();
-        let picture = Image::from_rgba((5, 7), ColorEncoding::Linear, &pixels);
-        let packed = EncodedImage::new(&picture).unwrap();
+        let image = Image::from_rgba((5, 7), ColorEncoding::Linear, &pixels);
+        let packed = EncodedImage::new(&image).unwrap();
         let back = unpacked(packed.colors.as_ref().unwrap(), 5);
         let halves = |[r, g, b, _]: [f32; 4]| {
             [r, g, b].map(|value| f16::from_f32(if value == 1e30 { 65504.0 } else { value }).to_bits())
@@ -174,27 +174,27 @@ pub(super) mod tests {
     fn eight_bits_of_a_display_survive_halves() {
         let pixels: Vec<_> = (0..=255).map(|step: u8| [f32::from(step) / 255.0; 4]).collect();
         let opaque = pixels.iter().map(|[v, ..]| [*v, *v, *v, 1.0]).collect::<Vec<_>>();
-        let picture = Image::from_rgba((16, 16), ColorEncoding::Srgb, &opaque);
-        let back = unpacked(&EncodedImage::new(&picture).unwrap().colors.unwrap(), 16);
+        let image = Image::from_rgba((16, 16), ColorEncoding::Srgb, &opaque);
+        let back = unpacked(&EncodedImage::new(&image).unwrap().colors.unwrap(), 16);
         for (step, [r, ..]) in back.into_iter().enumerate() {
             assert_eq!((f16::from_bits(r).to_f32() * 255.0 + 0.5) as usize, step);
         }
     }
 
     #[test]
-    fn smooth_pictures_take_a_quarter_and_errors_come_back() {
+    fn smooth_images_take_a_quarter_and_errors_round_trip() {
         let pixel = |at: u32| {
             let (x, y) = ((at % 320) as f32, (at / 320) as f32);
             [0.2 + x * 1e-3, 0.3 + y * 2e-3, 0.1 + (x + y) * 5e-4, 1.0]
         };
         let pixels: Vec<_> = (0..320 * 180).map(pixel).collect();
-        let picture = Image::from_rgba((320, 180), ColorEncoding::Linear, &pixels);
+        let image = Image::from_rgba((320, 180), ColorEncoding::Linear, &pixels);
         let map = FlipMap {
             size: (320, 180),
             errors: (0..320 * 180).map(|at| at as f32 / 57599.0).collect(),
             exposures: None,
         };
-        let packed = EncodedImage::new(&picture).unwrap();
+        let packed = EncodedImage::new(&image).unwrap();
         assert!(packed.size_bytes() < 320 * 180 * 6 / 4, "{}", packed.size_bytes());
         let with_errors = packed.clone().with_errors(&map);
         assert!(with_errors.size_bytes() > packed.size_bytes());
@@ -202,14 +202,14 @@ pub(super) mod tests {
         let last_row: u8 = (0..180).map(|row| deltas[row * 320]).fold(0, u8::wrapping_add);
         let last = deltas[179 * 320 + 1..].iter().fold(last_row, |sum, delta| sum.wrapping_add(*delta));
         assert_eq!(last, 255);
-        assert_eq!(packed.left_out().size_bytes(), 0);
+        assert_eq!(packed.without_pixels().size_bytes(), 0);
     }
 
     #[test]
-    fn pictures_without_colours_are_none_and_empty_ones_empty() {
-        let mut picture = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.0; 4]]);
-        picture.channels.retain(|channel| channel.name == "A");
-        assert_eq!(EncodedImage::new(&picture), None);
+    fn images_without_colours_are_none_and_empty_ones_empty() {
+        let mut image = Image::from_rgba((1, 1), ColorEncoding::Linear, &[[0.0; 4]]);
+        image.channels.retain(|channel| channel.name == "A");
+        assert_eq!(EncodedImage::new(&image), None);
         let empty = Image::from_rgba((0, 0), ColorEncoding::Linear, &[]);
         assert_eq!(unpacked(&EncodedImage::new(&empty).unwrap().colors.unwrap(), 0), [[0; 3]; 0]);
     }

@@ -1,0 +1,269 @@
+//! Compares two images: every measure with its value and its limit.
+
+use super::cause::likely_cause;
+use super::channel_difference::{LayerDifference, ValueLimits, channel_difference};
+use super::comparison::{Check, Comparison, Mismatch};
+use super::exact::are_identical;
+use super::flip::{FlipMap, PIXELS_PER_DEGREE, flip_display, flip_light};
+use super::non_finite::non_finite;
+use super::pooling::pool;
+use super::presets::Limits;
+use super::root_mean_square::root_mean_square;
+use super::{Image, ColorEncoding};
+use crate::color::luminance;
+use crate::output::Aov;
+
+/// Compares an image with its reference.
+///
+/// Where one image holds linear light and the other display values, both are compared in linear light. Images whose sizes or
+/// windows differ are not compared further.
+pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison {
+    if actual.encoding != reference.encoding {
+        let [actual, reference] = [actual, reference].map(|image| image.clone().into_linear());
+        return compare(&actual, &reference, limits);
+    }
+    let mut comparison = Comparison { mismatches: mismatches(actual, reference), ..Comparison::default() };
+    if comparison.mismatches.iter().any(|mismatch| matches!(mismatch, Mismatch::Size { .. })) {
+        return comparison;
+    }
+    comparison.is_identical = are_identical(actual, reference);
+    compare_layers(&mut comparison, actual, reference, limits);
+    if let (Some(ours), Some(theirs)) = (actual.colors(), reference.colors()) {
+        compare_colors(&mut comparison, &Colors { actual: &ours, reference: &theirs }, reference, limits);
+    }
+    if !comparison.passes() {
+        comparison.cause =
+            likely_cause(actual, reference, &beyond_limits(&comparison.layers, reference, limits));
+    }
+    comparison
+}
+
+/// The layers, with no different pixels where the share of them is within the limits.
+fn beyond_limits(
+    layers: &[LayerDifference],
+    reference: &Image,
+    limits: &Limits,
+) -> Vec<LayerDifference> {
+    let pixels = reference.data_window.pixel_count() as f64;
+    let limited = layers.iter().map(|layer| {
+        let share = if is_light(&layer.layer, reference) { limits.light_share } else { limits.data_share };
+        let passes = layer.different_pixels as f64 <= share * pixels;
+        LayerDifference { different_pixels: if passes { 0 } else { layer.different_pixels }, ..layer.clone() }
+    });
+    limited.collect()
+}
+
+fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
+    let windows = |image: &Image| {
+        let data = image.data_window;
+        [image.display_window.size(), (data.x0, data.y0), data.size()]
+    };
+    let [ours, theirs] = [actual, reference].map(windows);
+    let mut mismatches = Vec::new();
+    if ours != theirs {
+        mismatches.push(Mismatch::Size { actual: ours, reference: theirs });
+    }
+    for (image, other, is_reference) in [(actual, reference, false), (reference, actual, true)] {
+        for channel in &image.channels {
+            if other.channel(&channel.name).is_none() {
+                let channel = channel.name.clone();
+                mismatches.push(Mismatch::Channel { channel, missing_in_reference: !is_reference });
+            }
+            if let Some(values) = non_finite(channel, image.size().0) {
+                mismatches.push(Mismatch::NotFinite { in_reference: is_reference, values });
+            }
+        }
+    }
+    mismatches
+}
+
+fn compare_layers(
+    comparison: &mut Comparison,
+    actual: &Image,
+    reference: &Image,
+    limits: &Limits,
+) {
+    let pixels = reference.data_window.pixel_count();
+    for layer in reference.layers() {
+        let (values, share) = if is_light(layer, reference) {
+            (&limits.light, limits.light_share)
+        } else {
+            (&limits.data, limits.data_share)
+        };
+        let difference = layer_difference(layer, actual, reference, values);
+        if share < f64::INFINITY {
+            let measured = difference.different_pixels as f64 / pixels.max(1) as f64;
+            let worst = difference.channels.iter().filter(|channel| channel.different > 0);
+            let worst = worst.max_by(|a, b| a.largest.total_cmp(&b.largest));
+            comparison.checks.push(Check {
+                measure: format!(
+                    "share of pixels with {layer} off by more than {} and {} %",
+                    values.absolute,
+                    values.relative * 100.0
+                ),
+                measured,
+                limit: share,
+                at: worst.map(|channel| channel.largest_at),
+                passes: measured <= share,
+            });
+        }
+        comparison.layers.push(difference);
+    }
+    let channels = comparison.layers.iter().flat_map(|layer| &layer.channels);
+    let measured = channels.map(|channel| channel.different as f64).sum();
+    let limit = limits.different_values;
+    if limit < f64::INFINITY {
+        let measure = "values whose bits differ".to_owned();
+        comparison.checks.insert(0, Check { measure, measured, limit, at: None, passes: measured <= limit });
+    }
+}
+
+fn layer_difference(
+    layer: &str,
+    actual: &Image,
+    reference: &Image,
+    limits: &ValueLimits,
+) -> LayerDifference {
+    let width = reference.size().0;
+    let mut is_beyond = vec![false; reference.data_window.pixel_count()];
+    let mut channels = Vec::new();
+    for channel in reference.channels_of(layer) {
+        if let Some(ours) = actual.channel(&channel.name) {
+            let values = (&ours.samples, &channel.samples);
+            channels.push(channel_difference(&channel.name, values, limits, width, &mut is_beyond));
+        }
+    }
+    let different_pixels = is_beyond.iter().filter(|beyond| **beyond).count();
+    LayerDifference { layer: layer.to_owned(), different_pixels, channels }
+}
+
+/// Whether a layer holds light. Rayframe's own AOVs are known by name; any other layer with colour channels counts as light.
+fn is_light(layer: &str, image: &Image) -> bool {
+    match Aov::ALL.into_iter().find(|known| known.name() == layer) {
+        Some(known) => known.is_light(),
+        None => image.channels_of(layer).any(|channel| channel.name.strip_suffix(".R").is_some()),
+    }
+}
+
+/// The colours of both images, row by row.
+struct Colors<'a> {
+    actual: &'a [[f32; 3]],
+    reference: &'a [[f32; 3]],
+}
+
+fn compare_colors(
+    comparison: &mut Comparison,
+    &Colors { actual, reference }: &Colors<'_>,
+    image: &Image,
+    limits: &Limits,
+) {
+    let is_display = image.encoding == ColorEncoding::Srgb;
+    comparison.root_mean_square = Some(root_mean_square(actual, reference, is_display.then_some(1.0)));
+    let flip = if is_display { flip_display } else { flip_light };
+    // Equal images have no error; FLIP need not run.
+    let map = if actual == reference {
+        FlipMap { size: image.size(), errors: vec![0.0; actual.len()], exposures: None }
+    } else {
+        flip(reference, actual, image.size(), PIXELS_PER_DEGREE)
+    };
+    let pooled = pool(&map);
+    let brightness = brightness_difference(actual, reference);
+    for (measure, measured, limit, at) in [
+        ("mean FLIP", pooled.mean, limits.mean_flip, None),
+        ("FLIP of the worst tile", pooled.tile, limits.tile_flip, Some(pooled.tile_at)),
+        ("difference of mean brightness", brightness, limits.brightness, None),
+    ] {
+        let at = at.filter(|_| measured > 0.0);
+        comparison.checks.push(Check {
+            measure: measure.to_owned(),
+            measured,
+            limit,
+            at,
+            passes: measured <= limit,
+        });
+    }
+    comparison.flip = Some(pooled);
+    comparison.exposures = map.exposures;
+    comparison.flip_map = Some(map);
+}
+
+/// Absolute difference of mean luminance, as a share of the reference's.
+fn brightness_difference(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    let sum = |colors: &[[f32; 3]]| -> f64 {
+        let light = colors.iter().map(|color| f64::from(luminance(glam::Vec3::from_array(*color))));
+        light.filter(|light| light.is_finite()).sum()
+    };
+    let (ours, theirs) = (sum(actual), sum(reference));
+    if ours == theirs { 0.0 } else { ((ours - theirs) / theirs).abs() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::{Samples, Channel, Preset};
+
+    fn flat(size: (u32, u32), value: f32) -> Image {
+        let pixels = vec![[value, value, value, 1.0]; (size.0 * size.1) as usize];
+        Image::from_rgba(size, ColorEncoding::Linear, &pixels)
+    }
+
+    fn red(image: &mut Image) -> &mut Vec<f32> {
+        let channel = image.channels.iter_mut().find(|channel| channel.name == "R");
+        match channel.map(|channel| &mut channel.samples) {
+            Some(Samples::Float(values)) => values,
+            _ => panic!("no red"),
+        }
+    }
+
+    #[test]
+    fn equal_images_pass_every_preset() {
+        let image = flat((20, 20), 0.5);
+        for preset in Preset::ALL {
+            let comparison = compare(&image, &image, &preset.limits());
+            assert!(comparison.is_identical && comparison.passes() && comparison.cause.is_none());
+        }
+    }
+
+    #[test]
+    fn exact_fails_for_one_bit_and_reports_value_and_limit() {
+        let (mut actual, reference) = (flat((20, 20), 0.5), flat((20, 20), 0.5));
+        red(&mut actual)[47] = f32::from_bits(0.5_f32.to_bits() + 1);
+        let comparison = compare(&actual, &reference, &Preset::Exact.limits());
+        let failures = comparison.failures().join("\n");
+        assert!(
+            failures.contains("share of pixels with beauty off by more than 0 and 0 %: 0.0025 > 0"),
+            "{failures}"
+        );
+        assert!(failures.contains("worst at column 7, row 2"), "{failures}");
+        assert!(!comparison.is_identical);
+        assert!(compare(&actual, &reference, &Preset::Strict.limits()).passes());
+    }
+
+    #[test]
+    fn non_finite_values_fail_under_every_preset() {
+        let mut broken = flat((20, 20), 0.5);
+        red(&mut broken)[21] = f32::NAN;
+        for (actual, reference) in [(&broken, &broken), (&broken, &flat((20, 20), 0.5))] {
+            let comparison = compare(actual, reference, &Preset::Noisy.limits());
+            assert!(!comparison.passes());
+            let failures = comparison.failures().join("\n");
+            assert!(
+                failures.contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
+            );
+        }
+    }
+
+    #[test]
+    fn sizes_and_channels_are_compared_before_values() {
+        let limits = Preset::Noisy.limits();
+        let failures = compare(&flat((20, 20), 0.5), &flat((20, 10), 0.5), &limits).failures();
+        assert_eq!(failures, ["the size is 20x20, the reference's 20x10"]);
+        let mut layered = flat((20, 20), 0.5);
+        let ids = Samples::Uint(vec![1; 400]);
+        layered.channels.push(Channel { name: "node_id".to_owned(), samples: ids });
+        let failures = compare(&flat((20, 20), 0.5), &layered, &limits).failures();
+        assert_eq!(failures, ["lacks the channel node_id of the reference"]);
+        let failures = compare(&layered, &flat((20, 20), 0.5), &limits).failures();
+        assert_eq!(failures, ["has the channel node_id, which the reference lacks"]);
+    }
+}

@@ -1,0 +1,53 @@
+//! The contents of a report page, as plain data.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::regression::result::ShotResult;
+
+/// The contents of a report page.
+#[derive(Debug, Default)]
+pub struct ReportPage {
+    /// What was compared: the suite's folder, or the two sides of a comparison.
+    pub title: String,
+    /// The command that made the page, quoted for a shell.
+    pub command: String,
+    /// Counts of each folder of shots.
+    pub folders: Vec<FolderSummary>,
+    /// Shots with a failure, sorted by name.
+    pub shots: Vec<ShotResult>,
+    /// Commands for each shot, by the shot's name.
+    pub shot_commands: BTreeMap<String, Vec<NamedCommand>>,
+    /// Commands that show a frame whose images are omitted, by the frame's name.
+    pub frame_commands: BTreeMap<String, FrameCommands>,
+    /// The command that accepts the exported `approvals.json`, quoted for a shell. Empty where nothing can be approved; the page
+    /// then has no tick boxes.
+    pub accept_command: String,
+}
+
+/// A command and its purpose: `("Test again", "rayframe test …")`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct NamedCommand(pub String, pub String);
+
+/// Commands that show one frame of a shot, quoted for a shell.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FrameCommands {
+    /// Makes a page of this frame alone. For frames whose images do not fit beside those of other frames.
+    pub alone: Option<String>,
+    /// Writes the heat map as an image file. For frames that are too large for any page.
+    pub heat_map: Option<String>,
+}
+
+/// Counts of a folder of shots.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FolderSummary {
+    /// The folder below the suite's; empty for the suite's own.
+    pub name: String,
+    /// Frames that pass.
+    pub passed: usize,
+    /// Frames that fail, and orphaned references.
+    pub failed: usize,
+    /// Seconds spent rendering and comparing.
+    pub seconds: f64,
+}

@@ -1,0 +1,222 @@
+//! The results of a run: suite → shot → frame → comparison.
+//!
+//! The command line's JSON, JUnit's XML and the HTML page are all written from this tree. Its JSON form is that of
+//! `schema/test.schema.json`.
+
+use std::path::PathBuf;
+
+use serde::ser::SerializeStruct as _;
+use serde::{Serialize, Serializer};
+
+use super::comparison::Comparison;
+use super::encoded_image::EncodedImage;
+use super::presets::Limits;
+use crate::error::Error;
+
+/// The result of a suite.
+#[derive(Debug, Default, Serialize)]
+pub struct SuiteResult {
+    /// Wall-clock seconds.
+    pub seconds: f64,
+    /// Tested shots, sorted by name.
+    pub shots: Vec<ShotResult>,
+    /// References that no shot renders.
+    #[serde(rename = "dangling", serialize_with = "names")]
+    pub orphaned: Vec<FrameResult>,
+    /// Errors of updating pending images after the last shot.
+    #[serde(skip)]
+    pub not_kept: Vec<Error>,
+}
+
+/// The result of one shot.
+#[derive(Debug)]
+pub struct ShotResult {
+    /// The shot's name, such as `light/point`.
+    pub name: String,
+    /// The shot file or scene.
+    pub path: PathBuf,
+    /// The preset's name, with a suffix where single limits were changed.
+    pub preset: String,
+    /// The limits.
+    pub limits: Limits,
+    /// All frames in order. A shot that cannot be opened has a single broken frame.
+    pub frames: Vec<FrameResult>,
+    /// Features of the scene that are not honoured.
+    pub warnings: Vec<String>,
+    /// Errors of storing pending images beside the references.
+    pub not_kept: Vec<Error>,
+    /// Seconds spent rendering and comparing.
+    pub seconds: f64,
+}
+
+/// The result of one frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrameResult {
+    /// The name of the reference without extension: `light/point`, `light/point.0012`.
+    pub name: String,
+    /// The frame number, for shots of several frames.
+    pub frame: Option<i64>,
+    /// The outcome.
+    pub status: FrameStatus,
+    /// Failures, one line each.
+    pub messages: Vec<String>,
+    /// Hash of the rendered pixels ([`super::pixel_hash`]), which approvals name. `None` for frames that pass.
+    #[serde(rename = "hash")]
+    pub actual_hash: Option<String>,
+    /// The comparison with the reference. `None` where there was nothing to compare.
+    #[serde(flatten, serialize_with = "comparison_or_empty")]
+    pub comparison: Option<Comparison>,
+    /// The reference, for frames that fail.
+    #[serde(skip)]
+    pub expected: Option<EncodedImage>,
+    /// The rendered image, for frames that fail.
+    #[serde(skip)]
+    pub actual: Option<EncodedImage>,
+}
+
+/// The outcome of one frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameStatus {
+    /// The image is within the limits of its reference.
+    Passed,
+    /// The image differs from its reference.
+    Different,
+    /// There is no reference yet.
+    Missing,
+    /// A reference that no shot renders. An approval removes it.
+    Orphaned,
+    /// The frame could not be rendered, or its image cannot become a reference.
+    Broken,
+}
+
+impl FrameStatus {
+    /// The name in JSON, JUnit and the page.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Different => "different",
+            Self::Missing => "missing",
+            Self::Orphaned => "orphaned",
+            Self::Broken => "broken",
+        }
+    }
+}
+
+impl FrameResult {
+    /// A result of a single message, without images.
+    pub fn new(name: String, frame: Option<i64>, status: FrameStatus, message: String) -> Self {
+        Self {
+            name,
+            frame,
+            status,
+            messages: vec![message],
+            comparison: None,
+            expected: None,
+            actual: None,
+            actual_hash: None,
+        }
+    }
+
+    /// Whether the frame passes.
+    pub fn passes(&self) -> bool {
+        self.status == FrameStatus::Passed
+    }
+
+    /// The likely cause as a sentence.
+    pub fn likely_cause(&self) -> Option<String> {
+        self.comparison.as_ref()?.cause.as_ref().map(ToString::to_string)
+    }
+
+    /// The folder of the reference; empty for the suite's own.
+    pub fn folder(&self) -> &str {
+        folder_of(&self.name)
+    }
+}
+
+impl ShotResult {
+    /// Whether every frame passes.
+    pub fn passes(&self) -> bool {
+        self.frames.iter().all(FrameResult::passes)
+    }
+
+    /// Failures, one line each, with the names of their frames.
+    pub fn failures(&self) -> Vec<String> {
+        failures_of(self.frames.iter())
+    }
+
+    /// The folder of the shot; empty for the suite's own.
+    pub fn folder(&self) -> &str {
+        folder_of(&self.name)
+    }
+}
+
+impl SuiteResult {
+    /// Whether every frame passes and no reference is orphaned.
+    pub fn passes(&self) -> bool {
+        self.orphaned.is_empty() && self.shots.iter().all(ShotResult::passes)
+    }
+
+    /// Errors of storing and discarding pending images.
+    pub fn not_kept(&self) -> impl Iterator<Item = &Error> {
+        self.shots.iter().flat_map(|shot| &shot.not_kept).chain(&self.not_kept)
+    }
+
+    /// All frames, then the orphaned references.
+    pub fn frames(&self) -> impl Iterator<Item = &FrameResult> {
+        self.shots.iter().flat_map(|shot| &shot.frames).chain(&self.orphaned)
+    }
+
+    /// Failures, one line each, with the names of their frames.
+    pub fn failures(&self) -> Vec<String> {
+        failures_of(self.frames())
+    }
+
+    /// Counts of frames that pass and of frames that fail.
+    pub fn counts(&self) -> (usize, usize) {
+        let passed = self.frames().filter(|frame| frame.passes()).count();
+        (passed, self.frames().count() - passed)
+    }
+}
+
+impl Serialize for ShotResult {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut shot = serializer.serialize_struct("ShotResult", 8)?;
+        shot.serialize_field("name", &self.name)?;
+        shot.serialize_field("file", &self.path.display().to_string())?;
+        shot.serialize_field("passes", &self.passes())?;
+        shot.serialize_field("preset", &self.preset)?;
+        shot.serialize_field("limits", &self.limits)?;
+        shot.serialize_field("seconds", &self.seconds)?;
+        shot.serialize_field("warnings", &self.warnings)?;
+        shot.serialize_field("pictures", &self.frames)?;
+        shot.end()
+    }
+}
+
+/// Serialises a frame without a comparison with the fields of an empty one.
+#[expect(clippy::ref_option, reason = "serde passes a reference to the field")]
+fn comparison_or_empty<S: Serializer>(
+    comparison: &Option<Comparison>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match comparison {
+        Some(comparison) => comparison.serialize(serializer),
+        None => Comparison::default().serialize(serializer),
+    }
+}
+
+fn names<S: Serializer>(frames: &[FrameResult], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(frames.iter().map(|frame| &frame.name))
+}
+
+fn failures_of<'a>(frames: impl Iterator<Item = &'a FrameResult>) -> Vec<String> {
+    let lines =
+        frames.flat_map(|frame| frame.messages.iter().map(|message| format!("{}: {message}", frame.name)));
+    lines.collect()
+}
+
+/// The folder of a name; empty where there is none.
+pub(super) fn folder_of(name: &str) -> &str {
+    name.rsplit_once('/').map_or("", |(folder, _)| folder)
+}

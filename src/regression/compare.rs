@@ -9,7 +9,7 @@ use super::non_finite::non_finite;
 use super::pooling::pool;
 use super::presets::Limits;
 use super::root_mean_square::root_mean_square;
-use super::{Image, ColorEncoding};
+use super::{ColorEncoding, Image};
 use crate::color::luminance;
 use crate::output::Aov;
 
@@ -39,11 +39,7 @@ pub fn compare(actual: &Image, reference: &Image, limits: &Limits) -> Comparison
 }
 
 /// The layers, with no different pixels where the share of them is within the limits.
-fn beyond_limits(
-    layers: &[LayerDifference],
-    reference: &Image,
-    limits: &Limits,
-) -> Vec<LayerDifference> {
+fn beyond_limits(layers: &[LayerDifference], reference: &Image, limits: &Limits) -> Vec<LayerDifference> {
     let pixels = reference.data_window.pixel_count() as f64;
     let limited = layers.iter().map(|layer| {
         let share = if is_light(&layer.layer, reference) { limits.light_share } else { limits.data_share };
@@ -77,12 +73,7 @@ fn mismatches(actual: &Image, reference: &Image) -> Vec<Mismatch> {
     mismatches
 }
 
-fn compare_layers(
-    comparison: &mut Comparison,
-    actual: &Image,
-    reference: &Image,
-    limits: &Limits,
-) {
+fn compare_layers(comparison: &mut Comparison, actual: &Image, reference: &Image, limits: &Limits) {
     let pixels = reference.data_window.pixel_count();
     for layer in reference.layers() {
         let (values, share) = if is_light(layer, reference) {
@@ -118,12 +109,7 @@ fn compare_layers(
     }
 }
 
-fn layer_difference(
-    layer: &str,
-    actual: &Image,
-    reference: &Image,
-    limits: &ValueLimits,
-) -> LayerDifference {
+fn layer_difference(layer: &str, actual: &Image, reference: &Image, limits: &ValueLimits) -> LayerDifference {
     let width = reference.size().0;
     let mut is_beyond = vec![false; reference.data_window.pixel_count()];
     let mut channels = Vec::new();
@@ -200,7 +186,7 @@ fn brightness_difference(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::{Samples, Channel, Preset};
+    use crate::regression::{Channel, Preset, Samples};
 
     fn flat(size: (u32, u32), value: f32) -> Image {
         let pixels = vec![[value, value, value, 1.0]; (size.0 * size.1) as usize];
@@ -248,7 +234,8 @@ mod tests {
             assert!(!comparison.passes());
             let failures = comparison.failures().join("\n");
             assert!(
-                failures.contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
+                failures
+                    .contains("1 values of R are not a number and 0 infinite, the first at column 1, row 1")
             );
         }
     }

@@ -9,7 +9,7 @@ use std::io::Write as _;
 use flate2::{Compression, write::ZlibEncoder};
 use half::f16;
 
-use super::{FlipMap, Image, ColorEncoding};
+use super::{ColorEncoding, FlipMap, Image};
 
 /// The colours of an image, packed for a report page.
 #[derive(Clone, Debug, PartialEq, Eq)]

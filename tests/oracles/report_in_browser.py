@@ -268,29 +268,29 @@ def check_too_large(browser, folder):
 
 
 def check_left_out(browser, path, target):
-    """The same page as if there had been no room: for the worst frame because it is too large, for another because of others."""
-    text = re.sub(r'(<script type="text/plain" id="picture-\d+">).*?(</script>)', "", path.read_text(), flags=re.S)
+    """The same page with omitted images: the worst frame exceeds the budget, another one comes after others."""
+    text = re.sub(r'(<script type="text/plain" id="image-\d+">).*?(</script>)', "", path.read_text(), flags=re.S)
     found = re.search(r'(<script type="application/json" id="data">)(.*?)(</script>)', text, re.S)
     data = json.loads(found[2])
     for frame in data["shots"][0]["frames"]:
         if frame["actual"] or frame["expected"]:
-            left_out = {"why": "no_room", "command": "rayframe diff alone"} if frame["frame"] == 3 else {"why": "too_large", "command": None}
+            omitted = {"why": "no_space", "command": "rayframe diff alone"} if frame["frame"] == 3 else {"why": "too_large", "command": None}
             if frame["frame"] == 4:
-                left_out["command"] = "rayframe diff --heat-map heat.png"
-            frame.update(left_out=left_out, actual=None, expected=None, errors=None)
-            data["left_out"] += 1
+                omitted["command"] = "rayframe diff --heat-map heat.png"
+            frame.update(omitted=omitted, actual=None, expected=None, errors=None)
+            data["omitted"] += 1
     target.write_text(text[: found.start(2)] + json.dumps(data).replace("<", "\\u003c") + text[found.end(2) :])
-    page = Page(browser, target, "left out", color_scheme="light")
-    told = page.text("#no-pictures")
-    check("a frame that is too large says so and names the heat map", "they alone take more than the 64 MiB" in told and "--heat-map" in told, told)
+    page = Page(browser, target, "omitted", color_scheme="light")
+    told = page.text("#no-images")
+    check("a frame that is too large says so and names the heat map", "they alone exceed the 64 MiB" in told and "--heat-map" in told, told)
     page.press("ArrowLeft")
-    told = page.text("#no-pictures")
-    check("a frame without room names what shows it alone", "those of other frames" in told and "rayframe diff alone" in told, told)
+    told = page.text("#no-images")
+    check("an omitted frame names what shows it alone", "those of other frames" in told and "rayframe diff alone" in told, told)
     page.press("Shift+ArrowRight", "Shift+ArrowRight")
-    told = page.text("#no-pictures")
-    check("where nothing shows it no command is named", "they alone" in told and page.page.locator("#no-pictures code").count() == 0, told)
+    told = page.text("#no-images")
+    check("where nothing shows it no command is named", "they alone" in told and page.page.locator("#no-images code").count() == 0, told)
     page.press("g")
-    check("the overview counts it", "3 frames are left out" in page.text("#overview-note"), page.text("#overview-note"))
+    check("the overview counts it", "3 frames are omitted" in page.text("#overview-note"), page.text("#overview-note"))
     page.close()
 
 
@@ -371,7 +371,7 @@ def check_sequence(browser, folder):
     page.press("ArrowLeft")
     check("the left key goes to frame 3", page.text(".graph-shown").startswith("frame 3"))
     page.press("ArrowLeft")
-    check("a frame that passes has numbers alone", page.page.locator("#no-pictures").is_visible() and page.page.locator("#measures tbody tr").count() > 0)
+    check("a frame that passes has numbers alone", page.page.locator("#no-images").is_visible() and page.page.locator("#measures tbody tr").count() > 0)
     page.press("Shift+ArrowRight", "Shift+ArrowRight", "Shift+ArrowRight")
     check("Shift and right go from failure to failure", page.text(".graph-shown").startswith("frame 6"))
     check("failing frames are marked", page.page.locator(".point.fails").count() == 4 and page.page.locator(".absent").count() == 2)
@@ -538,7 +538,7 @@ def check_phone(browser, path):
 
 def check_plain(browser, folder):
     page = Page(browser, folder / "same/index.html", "all pass", color_scheme="light")
-    check("a page without failures says so", "All 8 pictures are as their references" in page.text("#overview"))
+    check("a page without failures says so", "All 8 images match their references" in page.text("#overview"))
     page.page.screenshot(path=SHOTS / "same_light.png")
     page.close()
     page = Page(browser, folder / "sequence/index.html", "no script", java_script_enabled=False)

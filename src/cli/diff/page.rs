@@ -7,8 +7,8 @@ use super::{DiffArgs, shown};
 use crate::error::{Error, Result};
 use crate::regression::suite::shell_word;
 use crate::regression::{
-    Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameStatus, Image,
-    FrameResult, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, check_report_place, frame_number,
+    Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameResult, FrameStatus,
+    Image, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, check_report_place, frame_number,
     is_sequence, write_report,
 };
 
@@ -39,8 +39,7 @@ impl DiffPage {
         map: Option<&FlipMap>,
     ) {
         let passes = comparison.passes();
-        let [actual, expected] =
-            images.map(|image| if passes { None } else { EncodedImage::new(image) });
+        let [actual, expected] = images.map(|image| if passes { None } else { EncodedImage::new(image) });
         let actual = match map {
             Some(map) => actual.map(|image| image.with_errors(map)),
             None => actual,
@@ -100,8 +99,7 @@ impl DiffPage {
     fn add_unpaired(&mut self, file: &Path, status: FrameStatus) -> Result<()> {
         let image = EncodedImage::new(&Image::read(file)?);
         let is_missing = status == FrameStatus::Missing;
-        let message =
-            if is_missing { "has no reference" } else { "is a reference without an image" };
+        let message = if is_missing { "has no reference" } else { "is a reference without an image" };
         let (actual, expected) = if is_missing { (image, None) } else { (None, image) };
         let message = format!("{} {message}", shown(file));
         let result = FrameResult::new(stem(file), frame_number(file), status, message);

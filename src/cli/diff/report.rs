@@ -50,7 +50,11 @@ pub(super) struct FrameReport {
 }
 
 impl FrameReport {
-    pub(super) fn new(pair: &FilePair, comparison: Comparison, [actual_hash, reference_hash]: [String; 2]) -> Self {
+    pub(super) fn new(
+        pair: &FilePair,
+        comparison: Comparison,
+        [actual_hash, reference_hash]: [String; 2],
+    ) -> Self {
         Self {
             frame: pair.frame,
             actual: shown(&pair.actual),
@@ -75,7 +79,10 @@ impl Report {
             frame: frames.iter().map(|frame| frame.frame).collect(),
             mean_flip: flip(|flip| flip.mean),
             tile_flip: flip(|flip| flip.tile),
-            rmse: frames.iter().map(|frame| frame.comparison.root_mean_square.map(|found| found.error)).collect(),
+            rmse: frames
+                .iter()
+                .map(|frame| frame.comparison.root_mean_square.map(|found| found.error))
+                .collect(),
         };
         Self {
             schema: SCHEMA,

@@ -55,8 +55,10 @@ fn table(text: &mut String, report: &Report) {
     for frame in &report.frames {
         let number = frame.frame.map_or_else(|| "-".to_owned(), |frame| frame.to_string());
         let flip = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
-        let error =
-            frame.comparison.root_mean_square.map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
+        let error = frame
+            .comparison
+            .root_mean_square
+            .map_or_else(|| "-".to_owned(), |found| format!("{:.2e}", found.error));
         let _ = writeln!(
             text,
             "{number:>6}  {:>9}  {:>10}  {error:<9}  {}",

@@ -30,7 +30,8 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: boo
     let (passed, failed) = result.counts();
     let images = counted((passed + failed) as u64, "image");
     if failed == 0 {
-        let _ = write!(text, "{images} as their references, {:.1} s", result.seconds);
+        let outcome = if passed == 1 { "matches its reference" } else { "match their references" };
+        let _ = write!(text, "{images} {outcome}, {:.1} s", result.seconds);
         return if is_quiet { String::new() } else { text };
     }
     let _ = writeln!(
@@ -45,7 +46,10 @@ pub(super) fn text(result: &SuiteResult, page: &Path, suite: &str, is_quiet: boo
     if is_ci() {
         text.push_str("CI is set: no pending images are stored");
     } else if result.frames().any(can_accept) {
-        let _ = write!(text, "look at the report, then: rayframe review{suite}, or rayframe accept|reject [NAME]{suite}");
+        let _ = write!(
+            text,
+            "look at the report, then: rayframe review{suite}, or rayframe accept|reject [NAME]{suite}"
+        );
     }
     text
 }

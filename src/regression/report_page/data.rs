@@ -4,11 +4,11 @@ use serde::Serialize;
 
 use super::page::{FolderSummary, NamedCommand, ReportPage};
 use super::page_images::{FrameImages, Omission, PageImages, worst_first};
+use crate::regression::ColorEncoding;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::heat_map::magma;
 use crate::regression::presets::Limits;
 use crate::regression::result::{FrameResult, ShotResult};
-use crate::regression::ColorEncoding;
 
 /// The whole of it. Numbers that are not finite are `null`.
 #[derive(Serialize)]

@@ -71,7 +71,7 @@ fn drop_pixels(frame: &mut FrameResult) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::{FrameStatus, Image, Preset, ColorEncoding, compare};
+    use crate::regression::{ColorEncoding, FrameStatus, Image, Preset, compare};
 
     fn frame() -> FrameResult {
         let image = |value: f32| {
@@ -118,8 +118,8 @@ mod tests {
         let bytes = size_bytes(&admitted(&ImageBudget::new()));
         let budget = ImageBudget::of_bytes(5 * bytes);
         let count = std::thread::scope(|scope| {
-            let taken =
-                [(); 4].map(|()| scope.spawn(|| (0..4).filter(|_| size_bytes(&admitted(&budget)) > 0).count()));
+            let taken = [(); 4]
+                .map(|()| scope.spawn(|| (0..4).filter(|_| size_bytes(&admitted(&budget)) > 0).count()));
             taken.into_iter().map(|thread| thread.join().unwrap()).sum::<usize>()
         });
         // A thread that is about to return its colours may turn another one away; the budget is never exceeded.

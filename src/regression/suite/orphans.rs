@@ -8,9 +8,9 @@ use super::names::{ReferenceFile, image_name, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
 use super::{ShotReader, Suite, SuiteShot};
 use crate::error::{Error, Result};
+use crate::regression::Image;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
-use crate::regression::Image;
 
 /// References of a suite that no shot renders. Renders nothing.
 ///

@@ -6,9 +6,9 @@ use std::path::Path;
 use super::Suite;
 use super::names::{pending_path, reference_path};
 use super::shell::shell_word;
+use crate::regression::Preset;
 use crate::regression::report_page::{FolderSummary, NamedCommand, ReportPage};
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
-use crate::regression::Preset;
 
 /// The page of `result`, into which the images of failures move. `command` is the command that ran the suite. Without pending images
 /// (`keeps_pending`), the page has no commands that accept or reject them.

@@ -102,10 +102,13 @@ fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> 
     let rendered = render_shot(job, context.cancel)?;
     let count = rendered.frames.len();
     let frames = rendered.frames.iter().map(|(frame, file)| {
-        let id = FrameId { name: image_name(&shot.name, *frame, count), frame: (count > 1).then_some(*frame) };
+        let id =
+            FrameId { name: image_name(&shot.name, *frame, count), frame: (count > 1).then_some(*frame) };
         let mut tested = match file {
             Ok(file) => test_frame(context.suite, &limits.limits, id, file)?,
-            Err(error) => TestedFrame { result: id.result(FrameStatus::Broken, error.to_string()), file: None },
+            Err(error) => {
+                TestedFrame { result: id.result(FrameStatus::Broken, error.to_string()), file: None }
+            }
         };
         context.image_budget.admit(&mut tested.result);
         Ok(tested)
@@ -157,12 +160,7 @@ fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Resul
     Ok(TestedFrame { result, file: Some(bytes) })
 }
 
-fn compare_frame(
-    id: FrameId,
-    actual: &Image,
-    expected: &Image,
-    limits: &Limits,
-) -> FrameResult {
+fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
     let mut comparison = compare(actual, expected, limits);
     let mut result = id.result(FrameStatus::Passed, String::new());
     result.messages = comparison.failures();

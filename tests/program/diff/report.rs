@@ -94,7 +94,7 @@ fn a_report_of_a_sequence_has_all_frames_and_those_without_a_counterpart() {
     let has = |frame: usize, side: &str| !frames[frame][side].is_null();
     let pictures = [0, 1, 2, 3].map(|frame| (has(frame, "expected"), has(frame, "actual")));
     assert_eq!(pictures, [(false, false), (true, true), (true, false), (false, true)]);
-    assert_eq!((has(0, "comparison"), has(1, "errors"), has(3, "comparison")), (true, true, false));
+    assert_eq!((has(0, "flip"), has(1, "errors"), has(3, "flip")), (true, true, false));
     assert!(page["shots"][0]["commands"][0][1].as_str().unwrap().contains("a.0002.exr"));
 }
 

@@ -15,7 +15,7 @@ fn a_new_folder_becomes_a_suite_that_guards_a_scene() {
     stage.scene("point.gltf", POINT.1, "", "");
     stage.run(&["test"]).ends(1, &["there is no reference references/point.exr", "report/index.html"]);
     stage.run(&["accept"]).ends(0, &["added references/point.exr"]);
-    stage.run(&["test"]).ends(0, &["1 picture as their references"]);
+    stage.run(&["test"]).ends(0, &["1 image matches its reference"]);
     assert!(std::fs::read_to_string(stage.path(".gitignore")).unwrap().contains("*.new"));
     // From a folder below, too.
     std::fs::create_dir(stage.path("below")).unwrap();
@@ -36,7 +36,7 @@ fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_reje
     let ran = stage.run(&["test"]);
     ran.ends(
         1,
-        &["FAIL light/point (preset visual)", "mean FLIP: 0.", " > 0.08", "likely light", "1 of 1 picture"],
+        &["FAIL light/point (preset visual)", "mean FLIP: 0.", " > 0.08", "likely light", "1 of 1 image"],
     );
     assert_eq!(stage.references(), ["light/point.exr", "light/point.exr.new"]);
     // Looking never settles anything.
@@ -66,12 +66,12 @@ fn a_reference_without_a_shot_fails_and_its_removal_can_be_accepted() {
     let stage = Stage::accepted(SUITE, &[POINT, ("light/spot.gltf", "light/spot.gltf")]);
     std::fs::rename(stage.path("light/spot.gltf"), stage.path("light/lamp.gltf")).unwrap();
     // A filter looks at its own part.
-    stage.run(&["test", "light/point"]).ends(0, &["1 picture as"]);
+    stage.run(&["test", "light/point"]).ends(0, &["1 image matches"]);
     stage
         .run(&["test", "light"])
         .ends(1, &["FAIL light/lamp", "FAIL light/spot", "no shot asks for this reference"]);
     stage.run(&["accept"]).ends(0, &["added references/light/lamp.exr", "removed references/light/spot.exr"]);
-    stage.run(&["test"]).ends(0, &["2 pictures as"]);
+    stage.run(&["test"]).ends(0, &["2 images match"]);
     assert_eq!(stage.references(), ["light/lamp.exr", "light/point.exr"]);
 }
 
@@ -149,7 +149,7 @@ fn what_is_not_honoured_is_told_and_fails_where_that_is_wanted() {
 fn a_mistake_in_a_shot_file_is_told_as_that_shots_failure() {
     let stage = Stage::accepted(SUITE, &[("point.gltf", POINT.1), ("spot.gltf", "light/spot.gltf")]);
     stage.write("point.toml", "scene = 'point.gltf\n");
-    stage.run(&["test"]).ends(1, &["FAIL point\n", "point.toml: line 1", "1 of 2 pictures failed"]);
+    stage.run(&["test"]).ends(1, &["FAIL point\n", "point.toml: line 1", "1 of 2 images failed"]);
     // Its scene is no shot meanwhile, and another suite's file is none at all.
     stage.write("point.toml", "scene = 'point.gltf'");
     stage.write("fast.toml", "[shot]\nsamples = 1");
@@ -157,7 +157,7 @@ fn a_mistake_in_a_shot_file_is_told_as_that_shots_failure() {
     // A shot file with a table that belongs to suites, or with a scene that is not there, is still one.
     stage.write("point.toml", "scene = 'pint.gltf'");
     stage.write("spot.toml", "scene = 'spot.gltf'\n[shot]\nsamples = 2");
-    let words = ["FAIL point\n", "pint.gltf", "FAIL spot\n", "line 2", "2 of 2 pictures failed"];
+    let words = ["FAIL point\n", "pint.gltf", "FAIL spot\n", "line 2", "2 of 2 images failed"];
     stage.run(&["test"]).ends(1, &words);
     stage.run(&["test", "--list", "--suite", "fast.toml"]).ends(0, &["point\nspot\n"]);
 }
@@ -171,7 +171,7 @@ fn reports_go_where_they_are_wanted_and_replace_nothing_else() {
     assert!(stage.path("pages/index.html").exists());
     stage.write("site/index.html", "<html>mine</html>");
     stage.run(&["test", "--report", "site"]).ends(73, &["site/index.html: is there already and no report"]);
-    stage.run(&["test", "--report", "."]).ends(0, &["1 picture as"]);
+    stage.run(&["test", "--report", "."]).ends(0, &["1 image matches"]);
 }
 
 #[cfg(target_os = "linux")]
@@ -212,7 +212,7 @@ fn a_part_of_a_name_tests_the_shots_of_its_pictures() {
         &[("walk.gltf", "animation/hierarchy.gltf")],
     );
     for word in ["12", "walk.00", "."] {
-        stage.run(&["test", word]).ends(0, &["2 pictures as their references"]);
+        stage.run(&["test", word]).ends(0, &["2 images match their references"]);
     }
     stage.run(&["test", "7"]).ends(2, &["no shot's name contains"]);
 }

@@ -16,7 +16,7 @@ fn waiting() -> Stage {
     for (name, scene) in SCENES {
         stage.scene(name, scene, "", "");
     }
-    stage.run(&["test"]).ends(1, &["3 of 3 pictures failed"]);
+    stage.run(&["test"]).ends(1, &["3 of 3 images failed"]);
     stage
 }
 
@@ -125,7 +125,7 @@ fn a_word_that_names_something_never_means_something_else() {
     }
     assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
     stage.run(&["accept", "sun.exr"]).ends(0, &["added references/sun.exr"]);
-    stage.run(&["test", "point.gltf"]).ends(0, &["1 picture as"]);
+    stage.run(&["test", "point.gltf"]).ends(0, &["1 image matches"]);
     assert_eq!(stage.run(&["test", "--list", "point"]).stdout, "point\n");
     stage.run(&["test", "--list", "moon"]).ends(2, &["no shot's name contains \"moon\""]);
 }

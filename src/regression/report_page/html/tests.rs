@@ -6,8 +6,8 @@ use super::*;
 use crate::regression::encoded_image::tests::unpacked;
 use crate::regression::encoded_image::{base64_bytes, pack_errors};
 use crate::regression::{
-    EncodedImage, FolderSummary, FrameCommands, FrameResult, FrameStatus, IMAGE_BUDGET_BYTES, Image,
-    NamedCommand, Preset, ShotResult, ColorEncoding, compare,
+    ColorEncoding, EncodedImage, FolderSummary, FrameCommands, FrameResult, FrameStatus, IMAGE_BUDGET_BYTES,
+    Image, NamedCommand, Preset, ShotResult, compare,
 };
 
 const SIZE: (u32, u32) = (24, 16);

@@ -1,11 +1,11 @@
-// What somebody approves, and the file that says so.
+// Approvals, and their export.
 
-/** Names of approved pictures, each with what was seen. */
+/** Names of approved images, each with the fingerprint of what was shown. */
 const approved = new Map();
-/** Ticks are this page's own: suites of one name lie in several places. */
+/** The key under which ticks are stored. It includes the address, because several suites may share a name. */
 const MEMORY = "approved:" + JSON.stringify([location.href.split("#")[0], report.title, report.accept_command]);
 
-/** Whether a picture can be approved: one that was rendered, or a reference that nothing asks for. */
+/** Whether a frame can be approved: its image was rendered, or it is an orphaned reference. */
 function canApprove(frame) {
   if (!report.can_approve) return false;
   if (frame.status === "orphaned") return true;
@@ -14,22 +14,22 @@ function canApprove(frame) {
 const isApproved = (frame) => approved.has(frame.name);
 const approvable = (shot) => shot.frames.filter(canApprove);
 
-/** What a tick was given for. A reference that nothing asks for has no hash, so it is told by its packed pixels. */
-function seen(frame) {
+/** The fingerprint of what a tick approves: the hash, or for an orphaned reference a hash of its packed pixels. */
+function fingerprint(frame) {
   if (frame.status !== "orphaned") return frame.hash;
-  const text = frame.expected ? byId("picture-" + frame.expected.picture).textContent : "";
+  const text = frame.expected ? byId("image-" + frame.expected.index).textContent : "";
   let sum = 0x811c9dc5;
   // FNV-1a.
   for (let at = 0; at < text.length; at++) sum = Math.imul(sum ^ text.charCodeAt(at), 0x01000193) >>> 0;
   return `${text.length} ${sum}`;
 }
 
-/** Ticks of before, where the pictures are still those that were seen; the others are forgotten. */
+/** Restores stored ticks whose images have not changed, and discards the others. */
 function recallApprovals() {
   const stored = memory.read(MEMORY);
   if (!stored) return;
   for (const frame of report.shots.flatMap(approvable)) {
-    if (Object.hasOwn(stored, frame.name) && stored[frame.name] === seen(frame)) approved.set(frame.name, seen(frame));
+    if (Object.hasOwn(stored, frame.name) && stored[frame.name] === fingerprint(frame)) approved.set(frame.name, fingerprint(frame));
   }
   remember();
 }
@@ -38,7 +38,7 @@ const remember = () => memory.write(MEMORY, Object.fromEntries(approved));
 
 function approve(frames, on) {
   for (const frame of frames.filter(canApprove)) {
-    if (on) approved.set(frame.name, seen(frame));
+    if (on) approved.set(frame.name, fingerprint(frame));
     else approved.delete(frame.name);
   }
   remember();
@@ -47,7 +47,7 @@ function approve(frames, on) {
   say(byId("approved-count").textContent);
 }
 
-/** One tick for several pictures: on, off or between. */
+/** One tick for several frames: on, off or indeterminate. */
 function showTick(box, frames) {
   const count = frames.filter(isApproved).length;
   box.checked = frames.length > 0 && count === frames.length;
@@ -58,14 +58,14 @@ function showTick(box, frames) {
 function showApprovals() {
   const all = report.shots.flatMap(approvable);
   byId("approvals").hidden = !report.can_approve || report.shots.length === 0;
-  byId("approved-count").textContent = `${approved.size} of ${plural(all.length, "picture")} approved`;
+  byId("approved-count").textContent = `${approved.size} of ${plural(all.length, "image")} approved`;
   byId("export").disabled = approved.size === 0;
   const [shot, frame] = [shownShot(), shownFrame()];
   byId("approve").hidden = !report.can_approve || !frame || (!fails(frame) && approvable(shot).length === 0);
   if (!frame) return;
   showTick(byId("approve-frame"), canApprove(frame) ? [frame] : []);
   byId("approve-frame").nextElementSibling.textContent =
-    frame.status === "orphaned" ? "Approve removing it" : frame.status === "broken" ? "Cannot be approved" : "Approve this picture";
+    frame.status === "orphaned" ? "Approve removing it" : frame.status === "broken" ? "Cannot be approved" : "Approve this image";
   showTick(byId("approve-shot"), approvable(shot));
   byId("approve-shot").nextElementSibling.textContent = `the whole shot (${approvable(shot).length})`;
   byId("approve-shot-label").hidden = shot.frames.length < 2;

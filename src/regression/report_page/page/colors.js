@@ -1,4 +1,4 @@
-// From halves to what a display shows, and to colours of errors.
+// Conversion of halves to display colours, and of errors to colours of the heat map.
 
 /** The value of each half. */
 const VALUES = (() => {
@@ -16,7 +16,7 @@ const encoded = (light) => (light <= 0.0031308 ? light * 12.92 : 1.055 * light *
 const decoded = (value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4);
 const byteOf = (light) => (light > 0 ? Math.floor(encoded(Math.min(light, 1)) * 255 + 0.5) : 0);
 
-/** Linear light of each half of a picture for displays. */
+/** Linear light of each half of an image of display values. */
 let displayLight = null;
 function lightTable(isLight) {
   if (isLight) return VALUES;
@@ -24,7 +24,7 @@ function lightTable(isLight) {
   return displayLight;
 }
 
-/** What is shown for each half at an exposure. */
+/** The display value of each half at an exposure. */
 const exposed = { key: "", tables: {} };
 function byteTable(isLight, stops) {
   if (exposed.key !== String(stops)) Object.assign(exposed, { key: String(stops), tables: {} });
@@ -37,26 +37,26 @@ function byteTable(isLight, stops) {
   return exposed.tables[isLight];
 }
 
-/** The last image that was made of something, made anew where it is asked for otherwise. */
+/** The last canvas image made from a source, remade when `key` changes. */
 const images = new WeakMap();
 function lastImage(source, key, make) {
   if (images.get(source)?.key !== key) images.set(source, { key, image: make() });
   return images.get(source).image;
 }
 
-const shownPicture = (picture, stops) => lastImage(picture, stops, () => exposedPicture(picture, stops));
+const shownImage = (source, stops) => lastImage(source, stops, () => exposedImage(source, stops));
 
-/** A picture as it is shown; what is not finite is magenta. */
-function exposedPicture(picture, stops) {
-  const image = new ImageData(picture.width, picture.height);
-  const [table, [r, g, b], data] = [byteTable(picture.isLight, stops), picture.planes, image.data];
+/** An image as it is displayed. Pixels that are not finite are magenta. */
+function exposedImage(source, stops) {
+  const image = new ImageData(source.width, source.height);
+  const [table, [r, g, b], data] = [byteTable(source.isLight, stops), source.planes, image.data];
   for (let at = 0, to = 0; at < r.length; at++, to += 4) {
     data[to] = table[r[at]];
     data[to + 1] = table[g[at]];
     data[to + 2] = table[b[at]];
     data[to + 3] = 255;
   }
-  if (!picture.isFinite) {
+  if (!source.isFinite) {
     const isBroken = (half) => (half & 0x7c00) === 0x7c00;
     for (let at = 0; at < r.length; at++) {
       if (isBroken(r[at]) || isBroken(g[at]) || isBroken(b[at])) data.set([255, 0, 255, 255], at * 4);
@@ -65,10 +65,10 @@ function exposedPicture(picture, stops) {
   return image;
 }
 
-/** Light to bytes, for sums that are no halves. */
+/** Display values of linear light in 65536 steps, for differences, which are no halves. */
 const BYTES = Uint8ClampedArray.from({ length: 65536 }, (_, at) => byteOf(at / 65535));
 
-/** How far two pictures of one size are apart in linear light. */
+/** The absolute difference of two images of one size, in linear light. */
 function shownDifference(expected, actual, stops) {
   const image = new ImageData(actual.width, actual.height);
   const [ours, theirs, scale] = [lightTable(actual.isLight), lightTable(expected.isLight), 2 ** stops * 65535];

@@ -1,14 +1,16 @@
-// The report, and pictures unpacked when they are looked at.
+// The report, and its images, which are unpacked when they are shown.
 
 const report = JSON.parse(byId("data").textContent);
 
-// A shot of which nothing is known has a frame that says so.
+// A shot without frames gets one that says so.
 for (const shot of report.shots) {
-  const nothing = { frame: null, hash: null, expected: null, actual: null, errors: null, left_out: null, comparison: null };
-  if (shot.frames.length === 0) shot.frames.push({ name: shot.name, status: "broken", messages: ["has no frames"], ...nothing });
+  const images = { expected: null, actual: null, errors: null, omitted: null };
+  const comparison = { identical: false, checks: [], layers: [], root_mean_square: null, flip: null, likely: null };
+  const frame = { name: shot.name, frame: null, status: "broken", messages: ["has no frames"], hash: null };
+  if (shot.frames.length === 0) shot.frames.push({ ...frame, ...images, ...comparison });
 }
 
-/** Pictures that are unpacked, the latest last. */
+/** Unpacked images, the latest last. */
 const unpacked = new Map();
 const KEPT = 12;
 
@@ -22,20 +24,20 @@ function kept(key, make) {
 
 async function inflated(index) {
   if (typeof DecompressionStream === "undefined") {
-    throw new Error("This browser cannot unpack the pictures; one of 2023 or later can.");
+    throw new Error("This browser cannot unpack the images; one of 2023 or later can.");
   }
-  const text = atob(byId("picture-" + index).textContent);
+  const text = atob(byId("image-" + index).textContent);
   const packed = new Uint8Array(text.length);
   for (let at = 0; at < packed.length; at++) packed[at] = text.charCodeAt(at);
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The colours of a picture: three planes of halves. The packing is described in encoded_image.rs. */
-function unpackedPicture(picture) {
-  return kept("colors " + picture.picture, async () => {
-    const { width, height, is_light: isLight } = picture;
-    const bytes = await inflated(picture.picture);
+/** The colours of an image: three planes of halves. encoded_image.rs describes the packing. */
+function unpackedImage(image) {
+  return kept("colors " + image.index, async () => {
+    const { width, height, is_light: isLight } = image;
+    const bytes = await inflated(image.index);
     const count = width * height;
     const [g, r, b] = [0, 1, 2].map((plane) => {
       const values = new Uint16Array(count);

@@ -1,4 +1,4 @@
-// What is known about the failure: messages, measures, layers, commands.
+// Details of a failure: messages, measures, layers, commands.
 
 function showDetails() {
   const [shot, frame] = [shownShot(), shownFrame()];
@@ -6,16 +6,16 @@ function showDetails() {
   byId("status").textContent = frame.status;
   byId("status").className = "status " + frame.status;
   byId("preset").textContent = "preset " + shot.preset;
-  const places = listed();
-  byId("previous").disabled = places.indexOf(state.shot) <= 0;
-  byId("next").disabled = places.indexOf(state.shot) === places.length - 1;
-  byId("position").textContent = `${places.indexOf(state.shot) + 1 || "–"} of ${places.length}`;
+  const indices = listed();
+  byId("previous").disabled = indices.indexOf(state.shot) <= 0;
+  byId("next").disabled = indices.indexOf(state.shot) === indices.length - 1;
+  byId("position").textContent = `${indices.indexOf(state.shot) + 1 || "–"} of ${indices.length}`;
   byId("messages").replaceChildren(...frame.messages.map((message) => element("li", {}, message)));
-  const cause = frame.comparison?.cause;
+  const cause = frame.likely;
   byId("cause").hidden = !cause;
   byId("cause").replaceChildren(element("span", { className: "quiet" }, "Likely cause: "), element("strong", {}, cause || ""));
-  byId("measures").replaceChildren(...measures(frame.comparison));
-  byId("layers").replaceChildren(...layers(frame.comparison));
+  byId("measures").replaceChildren(...measures(frame));
+  byId("layers").replaceChildren(...layers(frame));
   byId("commands").replaceChildren(...commands(shot));
 }
 
@@ -28,38 +28,49 @@ function commands(shot) {
 const heading = (...names) => element("thead", {}, element("tr", {}, ...names.map(([name, isNumber]) => element("th", { scope: "col", className: isNumber ? "number" : "" }, name))));
 const number = (text) => element("td", { className: "number" }, text);
 
-/** A place as a button that goes there. */
-function place(at) {
+/** A pixel position as a button that shows it. */
+function position(at) {
   if (!at) return element("td", {});
   const button = element("button", { type: "button", className: "link numbers", title: "Inspect this pixel", disabled: byId("viewer").hidden }, `${at[0]}, ${at[1]}`);
   button.addEventListener("click", () => goTo(at));
   return element("td", { className: "number" }, button);
 }
 
-function measures(comparison) {
-  if (!comparison) return [];
-  const rows = comparison.checks.map((check) => {
+/** A number with four significant digits; `null` stands for infinite numbers. */
+function shortText(value) {
+  if (value === null) return "inf";
+  const size = Math.abs(value);
+  if (Number.isInteger(value) && size < 1e9) return String(value);
+  return size < 1e-4 || size >= 1e4 ? value.toExponential(1) : String(Number(value.toPrecision(4)));
+}
+
+function measures(frame) {
+  const rows = frame.checks.map((check) => {
     const bar = element("i");
-    // The limit is in the middle; what is not a number is beyond.
-    bar.style.width = Math.min(100, (check.share ?? (check.passes ? 0 : 2)) * 50) + "%";
+    const share = check.limit === null ? 0 : check.measured === null ? NaN : check.measured / check.limit;
+    // The limit is in the middle of the bar. A share without a value fills it, if the check fails.
+    bar.style.width = Math.min(100, (Number.isNaN(share) ? (check.passes ? 0 : 2) : share) * 50) + "%";
     return element(
       "tr",
       { className: check.passes ? "" : "fails" },
       element("th", { scope: "row" }, check.measure),
-      number(check.measured),
-      number(check.limit === "inf" ? "none" : check.limit),
+      number(shortText(check.measured)),
+      number(check.limit === null ? "none" : shortText(check.limit)),
       element("td", {}, element("span", { className: "share" + (check.passes ? "" : " fails"), "aria-hidden": "true" }, bar)),
       element("td", { className: check.passes ? "good" : "bad" }, check.passes ? "ok" : "FAIL"),
-      place(check.at),
+      position(check.at),
     );
   });
-  const squares = comparison.rmse === null ? [] : [element("p", { className: "quiet numbers" }, `RMSE ${comparison.rmse}, PSNR ${comparison.psnr}`)];
-  const table = element("table", {}, heading(["measure"], ["measured", 1], ["limit", 1], [""], ["verdict"], ["worst at", 1]), element("tbody", {}, ...rows));
+  const square = frame.root_mean_square;
+  const decibels = square?.peak_ratio_decibels?.toFixed(1) ?? "inf";
+  const squares = square ? [element("p", { className: "quiet numbers" }, `RMSE ${shortText(square.error)}, PSNR ${decibels} dB`)] : [];
+  if (rows.length === 0 && squares.length === 0) return [];
+  const table = element("table", {}, heading(["measure"], ["measured", 1], ["limit", 1], [""], ["result"], ["worst at", 1]), element("tbody", {}, ...rows));
   return [element("h3", {}, "Measures"), ...(rows.length > 0 ? [element("div", { className: "scroll" }, table)] : []), ...squares];
 }
 
-function layers(comparison) {
-  const rows = (comparison?.layers || []).flatMap((layer) =>
+function layers(frame) {
+  const rows = frame.layers.flatMap((layer) =>
     layer.channels.map((channel, at) =>
       element(
         "tr",
@@ -70,7 +81,7 @@ function layers(comparison) {
         number(String(channel.different)),
         number(valueText(channel.largest)),
         number(channel.largest_relative === null ? "∞" : valueText(channel.largest_relative * 100) + " %"),
-        place(channel.different > 0 ? channel.largest_at : null),
+        position(channel.different > 0 ? channel.largest_at : null),
       ),
     ),
   );

@@ -1,8 +1,8 @@
-// The errors of a sequence by frame, with their limits.
+// A graph of the errors of a sequence by frame, with their limits.
 
 const PLOTS = [
-  { name: "mean FLIP", value: "mean", limit: "mean_limit" },
-  { name: "worst tile", value: "tile", limit: "tile_limit" },
+  { name: "mean FLIP", value: "mean", limit: "mean_flip" },
+  { name: "worst tile", value: "tile", limit: "tile_flip" },
 ];
 const [LEFT, RIGHT, PLOT_HEIGHT, PLOT_STEP] = [52, 8, 56, 66];
 
@@ -12,8 +12,8 @@ function showGraph() {
   if (!shot || shot.frames.length < 2) return holder.replaceChildren();
   const frame = shownFrame();
   const box = holder.firstElementChild || makeGraph(holder);
-  const told = frame.comparison?.flip;
-  const numbers = told ? `: mean FLIP ${told.mean.toFixed(4)}, worst tile ${told.tile.toFixed(4)}` : "";
+  const flip = frame.flip;
+  const numbers = flip ? `: mean FLIP ${flip.mean.toFixed(4)}, worst tile ${flip.tile.toFixed(4)}` : "";
   box.querySelector(".graph-shown").textContent = frameLabel(frame) + numbers;
   const count = failing(shot).length;
   box.querySelector(".graph-count").textContent = `${count} of ${plural(shot.frames.length, "frame")} failed`;
@@ -21,7 +21,7 @@ function showGraph() {
   slider.setAttribute("aria-valuemax", shot.frames.length);
   slider.setAttribute("aria-valuenow", state.frame + 1);
   slider.setAttribute("aria-valuetext", `${frameLabel(frame)}, ${frame.status}${numbers}`);
-  slider.replaceChildren(drawn(shot, Math.max(240, slider.clientWidth)));
+  slider.replaceChildren(graphImage(shot, Math.max(240, slider.clientWidth)));
 }
 
 function makeGraph(holder) {
@@ -47,7 +47,7 @@ function makeGraph(holder) {
   return box;
 }
 
-function drawn(shot, width) {
+function graphImage(shot, width) {
   const step = (width - LEFT - RIGHT) / shot.frames.length;
   const x = (index) => LEFT + (index + 0.5) * step;
   const bottom = PLOT_STEP + PLOT_HEIGHT + 4;
@@ -70,8 +70,8 @@ function drawn(shot, width) {
 
 /** One curve over its axis. */
 function plotted(shot, plot, { x, top, step, width }) {
-  const values = shot.frames.map((frame) => frame.comparison?.flip?.[plot.value] ?? null);
-  const limit = shot[plot.limit];
+  const values = shot.frames.map((frame) => frame.flip?.[plot.value] ?? null);
+  const limit = shot.limits[plot.limit];
   const highest = Math.max(...values, limit ?? 0) * 1.1 || 1;
   const y = (value) => top + PLOT_HEIGHT * (1 - value / highest);
   const base = top + PLOT_HEIGHT;

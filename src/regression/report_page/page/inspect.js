@@ -1,4 +1,4 @@
-// Pointers on pictures: panning, the slider, and the values under a pixel.
+// Pointer events on images: panning, the slider, and the values under a pixel.
 
 function listen(pane) {
   const { port, canvas } = pane;
@@ -38,7 +38,7 @@ function inspectAt(pane, event) {
   );
 }
 
-/** Chooses the pixel whose values are told. */
+/** Selects the pixel whose values are shown. */
 function inspect(x, y) {
   if (view.panes.length === 0) return;
   // Of two sizes the larger can be inspected; the other has no values there.
@@ -48,7 +48,7 @@ function inspect(x, y) {
   tell();
 }
 
-/** Moves the pixel by keys and keeps it in sight. */
+/** Moves the inspected pixel by keys and scrolls it into view. */
 function moveInspected(right, down) {
   const pane = view.panes[0];
   if (!pane) return;
@@ -97,9 +97,9 @@ function tell() {
     return;
   }
   const [x, y] = state.pixel;
-  const values = (picture) => {
-    if (!picture || x >= picture.width || y >= picture.height) return null;
-    return picture.planes.map((plane) => VALUES[plane[y * picture.width + x]]);
+  const values = (image) => {
+    if (!image || x >= image.width || y >= image.height) return null;
+    return image.planes.map((plane) => VALUES[plane[y * image.width + x]]);
   };
   const text = (list) => list.map((value) => valueText(value).padStart(9)).join("").slice(1);
   const [expected, actual] = [values(view.expected), values(view.actual)];

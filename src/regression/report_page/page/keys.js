@@ -1,4 +1,4 @@
-// Everything by keys, and the table that tells them.
+// Keyboard shortcuts, and the table that lists them.
 
 const KEYS = [
   { keys: ["j", "n"], does: "next failure", act: () => step(1) },
@@ -18,9 +18,9 @@ const KEYS = [
   { keys: ["-"], shown: "−", does: "exposure one stop down", act: () => setStops(state.stops - 1) },
   { keys: ["0"], does: "exposure as rendered", act: () => setStops(0) },
   { keys: ["z"], does: "zoom: fit, 1, 2, 4, 8", act: () => setZoom(ZOOMS[(ZOOMS.indexOf(state.zoom) + 1) % ZOOMS.length]) },
-  { keys: ["m"], does: "mark the worst place", act: () => setMarker(!state.marker) },
-  { keys: ["i"], does: "inspect the worst place; arrow keys move on, with Shift by ten", act: () => inspectWorst() },
-  { keys: ["a"], approves: true, does: "approve the picture, or not", act: () => toggleApproval([shownFrame()]) },
+  { keys: ["m"], does: "mark the worst location", act: () => setMarker(!state.marker) },
+  { keys: ["i"], does: "inspect the worst location; arrow keys move on, with Shift by ten", act: () => inspectWorst() },
+  { keys: ["a"], approves: true, does: "approve the image, or not", act: () => toggleApproval([shownFrame()]) },
   { keys: ["A"], approves: true, does: "approve the shot, or not", act: () => toggleApproval(shownShot()?.frames) },
   { keys: ["x"], approves: true, does: "export approvals", act: () => exportApprovals() },
   { keys: ["t"], does: "theme: automatic, light, dark", act: () => nextTheme() },
@@ -35,7 +35,7 @@ function toggleApproval(frames) {
 }
 
 function inspectWorst() {
-  const [worst] = worstPlaces();
+  const [worst] = worstLocations();
   byId("stage").focus();
   if (worst) goTo([worst.x + (worst.side >> 1), worst.y + (worst.side >> 1)]);
   else moveInspected(0, 0);

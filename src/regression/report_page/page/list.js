@@ -2,13 +2,13 @@
 
 const KINDS = ["different", "missing", "orphaned", "broken"];
 
-/** The kind that a shot is listed as: that of its first failing frame. */
+/** The statuses of a shot's failing frames. */
 const kindsOf = (shot) => new Set(failing(shot).map((frame) => frame.status));
 
 function isListed(shot) {
   if (state.kinds.size > 0 && ![...kindsOf(shot)].some((kind) => state.kinds.has(kind))) return false;
   const words = state.filter.toLowerCase().split(/\s+/).filter(Boolean);
-  const text = [shot.name, ...failing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.comparison?.cause || ""])].join("\n");
+  const text = [shot.name, ...failing(shot).flatMap((frame) => [frame.name, ...frame.messages, frame.likely || ""])].join("\n");
   return words.every((word) => text.toLowerCase().includes(word));
 }
 const listed = () => report.shots.map((_, index) => index).filter((index) => isListed(report.shots[index]));
@@ -83,12 +83,12 @@ const total = (key) => report.folders.reduce((sum, folder) => sum + folder[key],
 function showOverview() {
   const [failed, passed] = [total("failed"), total("passed")];
   byId("overview-title").textContent =
-    failed > 0 ? `${failed} of ${plural(failed + passed, "picture")} failed` : passed === 1 ? "The picture is as its reference" : `All ${passed} pictures are as their references`;
+    failed > 0 ? `${failed} of ${plural(failed + passed, "image")} failed` : passed === 1 ? "The image matches its reference" : `All ${passed} images match their references`;
   byId("overview-title").className = failed > 0 ? "" : "good";
-  byId("overview-note").hidden = report.left_out === 0;
+  byId("overview-note").hidden = report.omitted === 0;
   byId("overview-note").textContent =
-    `The pictures of ${plural(report.left_out, "frame")} are left out: a page has ${report.budget_mebibytes} MiB for all pictures. ` +
-    "Those frames say what shows them, where there is something.";
+    `The images of ${plural(report.omitted, "frame")} are omitted: a page holds at most ${report.budget_mebibytes} MiB of images. ` +
+    "Where a command can show them, the frame names it.";
   byId("overview-command").replaceChildren(commandBox(report.command, "the command of this report"));
   byId("folders").replaceChildren(...(report.folders.length > 0 ? [folderTable()] : []));
   byId("failures").replaceChildren(...(report.shots.length > 0 ? [failureTable()] : []));
@@ -122,12 +122,12 @@ function failureTable() {
     const link = element("button", { type: "button", className: "link" }, ...nameParts(shot.name));
     link.addEventListener("click", () => go(index, worstFrame(shot)));
     const largest = (key) => {
-      const values = shot.frames.flatMap((frame) => frame.comparison?.flip?.[key] ?? []);
+      const values = shot.frames.flatMap((frame) => frame.flip?.[key] ?? []);
       return element("td", { className: "number" }, values.length > 0 ? Math.max(...values).toFixed(4) : "");
     };
-    const why = worst?.comparison?.cause || worst?.messages[0] || "";
+    const why = worst?.likely || worst?.messages[0] || "";
     return element("tr", {}, element("th", { scope: "row", className: "path" }, link), element("td", {}, [...kindsOf(shot)].join(", ")), largest("mean"), largest("tile"), element("td", { className: "why" }, why));
   });
-  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause, or what is wrong"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
+  const head = ["failure", "kind", "mean FLIP", "worst tile", "likely cause or message"].map((name, at) => element("th", { scope: "col", className: at === 2 || at === 3 ? "number" : "" }, name));
   return element("div", { className: "scroll" }, element("table", {}, element("thead", {}, element("tr", {}, ...head)), element("tbody", {}, ...rows)));
 }

@@ -1,4 +1,4 @@
-// What happens when something is chosen, and how the page begins.
+// Navigation, settings and start of the page.
 
 /** Shows a frame of a shot, or the overview. */
 function go(shot, frame) {
@@ -41,12 +41,12 @@ function goByHash() {
   go(shot, report.shots[shot].frames.findIndex((frame) => frame.name === name));
 }
 
-/** The next failure of the list, or the one before. */
+/** Goes to the next or the previous failure of the list. */
 function step(direction) {
-  const places = listed();
-  const at = places.indexOf(state.shot);
-  const next = at < 0 ? (direction > 0 ? 0 : places.length - 1) : at + direction;
-  if (next >= 0 && next < places.length) go(places[next], worstFrame(report.shots[places[next]]));
+  const indices = listed();
+  const at = indices.indexOf(state.shot);
+  const next = at < 0 ? (direction > 0 ? 0 : indices.length - 1) : at + direction;
+  if (next >= 0 && next < indices.length) go(indices[next], worstFrame(report.shots[indices[next]]));
 }
 
 function stepFrame(direction, onlyFailing) {
@@ -161,7 +161,7 @@ function begin() {
   byId("accept-command").replaceChildren(commandBox(report.accept_command, "accept"));
   byId("keys-on").checked = keysAreOn;
   setTheme(THEMES.includes(memory.read("theme")) ? memory.read("theme") : "auto");
-  // Without anything to choose from there is no list.
+  // A single shot without approvals needs no list.
   const isAlone = report.shots.length < 2 && !report.can_approve;
   document.body.classList.toggle("alone", isAlone);
   byId("home").hidden = !isAlone || report.shots.length === 0;
@@ -173,7 +173,7 @@ function begin() {
   setStops(0);
   showOverview();
   showList();
-  // A comparison of two things has one failure, and nothing to choose from.
+  // A page of one failure shows it at once.
   if (!location.hash && report.shots.length === 1) go(0, worstFrame(report.shots[0]));
   else goByHash();
 }

@@ -1,4 +1,4 @@
-// What is looked at and how; everything else is drawn from it.
+// The state of the page; everything else is rendered from it.
 
 /** Swaps a second. Web Content Accessibility Guidelines 2.2, criterion 2.3.1, allow three flashes a second. */
 const FASTEST_SWAPS = 3;
@@ -28,7 +28,7 @@ const shownFrame = () => shownShot()?.frames[state.frame];
 const fails = (frame) => frame.status !== "passed";
 const failing = (shot) => shot.frames.filter(fails);
 
-/** The frame to begin with: that of the worst tile, or the first failure if none has a number. */
+/** The frame that is shown first: the one with the worst tile, or else the first failure. */
 const worstFrame = (shot) => shot.worst;
 
 function frameLabel(frame) {

@@ -1,4 +1,4 @@
-// The controls above the pictures, which follow the mode.
+// The controls above the images, which depend on the mode.
 
 /** Buttons of which one is pressed. */
 function segment(name, isPressed, isPossible, title, act) {
@@ -38,7 +38,7 @@ function range(id, name, [min, max, by], value, act, title) {
   return [element("label", { htmlFor: id }, name), input, output];
 }
 
-/** What the mode has of its own: the slider's place, the rate, the gain, the legend. */
+/** The controls of a mode: slider, rate, gain or legend. */
 function showModeTools(mode) {
   const holder = byId("mode-tools");
   if (holder.dataset.mode === mode && (mode === "wipe" || mode === "difference")) return;
@@ -80,7 +80,7 @@ function legend() {
     label.style.left = at * 100 + "%";
     return label;
   };
-  const limit = shownShot().tile_limit;
+  const limit = shownShot().limits.tile_flip;
   const ticks = [tick(0, limit > 0.08 ? "0" : "0 as expected"), tick(1, "1")];
   if (limit > 0.03 && limit < 0.75) {
     ticks.splice(1, 0, tick(limit, `▴ limit of the worst tile ${limit}`));

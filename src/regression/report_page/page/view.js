@@ -1,4 +1,4 @@
-// The pictures: which are shown where, at what size, and what is painted.
+// The image panes: what they show, at what size.
 
 const MODES = [
   ["side", "Side by side", "1"],
@@ -9,7 +9,7 @@ const MODES = [
 ];
 const ZOOMS = [0, 1, 2, 4, 8];
 
-/** What is unpacked of the frame that is shown, and the panes that show it. */
+/** The unpacked images of the shown frame, and its panes. */
 const view = { expected: null, actual: null, errors: null, panes: [], loaded: null, ticket: 0 };
 
 function canShow(mode) {
@@ -21,13 +21,13 @@ function canShow(mode) {
 }
 const shownMode = () => (canShow(state.mode) ? state.mode : "side");
 
-/** Unpacks the pictures of the frame that is shown. */
+/** Unpacks the images of a frame and shows them. */
 async function load(frame) {
   const ticket = ++view.ticket;
   const size = frame.actual || frame.expected;
   const parts = [
-    frame.expected && unpackedPicture(frame.expected),
-    frame.actual && unpackedPicture(frame.actual),
+    frame.expected && unpackedImage(frame.expected),
+    frame.actual && unpackedImage(frame.actual),
     frame.errors !== null && size && unpackedErrors(frame.errors, size.width),
   ];
   let [expected, actual, errors, problem] = [null, null, null, ""];
@@ -39,25 +39,25 @@ async function load(frame) {
   if (ticket !== view.ticket) return;
   Object.assign(view, { expected, actual, errors, loaded: frame });
   byId("viewer").hidden = !expected && !actual;
-  byId("no-pictures").hidden = Boolean(expected || actual);
-  byId("no-pictures").replaceChildren(...missingPictures(frame, problem));
+  byId("no-images").hidden = Boolean(expected || actual);
+  byId("no-images").replaceChildren(...missingImages(frame, problem));
   arrange();
 }
 
-function missingPictures(frame, problem) {
+function missingImages(frame, problem) {
   if (problem) return [problem];
-  if (frame.left_out) {
-    const { why, command } = frame.left_out;
-    const limit = `${report.budget_mebibytes} MiB that a page has for pictures`;
+  if (frame.omitted) {
+    const { why, command } = frame.omitted;
+    const limit = `${report.budget_mebibytes} MiB that a page holds`;
     const isTooLarge = why === "too_large";
-    const reason = isTooLarge ? `they alone take more than the ${limit}` : `those of other frames come first and leave too little of the ${limit}`;
-    const text = `The pictures of this frame are left out: ${reason}. `;
-    if (command) return [text + (isTooLarge ? "The heat map as a picture has no such limit:" : "A page of this frame alone has room:"), commandBox(command)];
+    const reason = isTooLarge ? `they alone exceed the ${limit}` : `those of other frames come first and leave too little of the ${limit}`;
+    const text = `The images of this frame are omitted: ${reason}. `;
+    if (command) return [text + (isTooLarge ? "The heat map as an image file has no such limit:" : "A page of this frame alone shows them:"), commandBox(command)];
     const leavesMore = !isTooLarge && report.can_approve && report.shots.length > 1 && frame.status !== "orphaned";
-    return [text + (leavesMore ? "A test of this shot alone leaves it more room; its worst frames come first." : "")];
+    return [text + (leavesMore ? "A test of this shot alone leaves more of it; the worst frames come first." : "")];
   }
-  if (!fails(frame)) return ["This frame passes; a report has numbers and no pictures of such."];
-  if (frame.status === "broken") return ["There is no picture."];
+  if (!fails(frame)) return ["This frame passes; a report shows its measures, not its images."];
+  if (frame.status === "broken") return ["There is no image."];
   return ["There are no colours to show."];
 }
 
@@ -78,8 +78,8 @@ function arrange() {
 }
 
 function makePane(name) {
-  const sizes = [view.expected, view.actual].filter((picture) => picture && (!view[name] || picture === view[name]));
-  const [width, height] = ["width", "height"].map((side) => Math.max(...sizes.map((picture) => picture[side])));
+  const sizes = [view.expected, view.actual].filter((image) => image && (!view[name] || image === view[name]));
+  const [width, height] = ["width", "height"].map((side) => Math.max(...sizes.map((image) => image[side])));
   const canvas = element("canvas", { width, height, role: "img" });
   const sheet = element("div", { className: "sheet" }, canvas);
   const port = element("div", { className: "port", tabIndex: -1 }, sheet);
@@ -125,28 +125,28 @@ function paint() {
   tell();
 }
 
-/** Whether what was painted is there: beyond a browser's limit a canvas stays empty without a word. Pictures are opaque. */
+/** Whether the canvas holds pixels. Beyond a browser's limit it stays empty without an error. Images are opaque. */
 const holdsPixels = ({ canvas }) => canvas.getContext("2d").getImageData(0, 0, 1, 1).data[3] === 255;
 
-/** Says in words what cannot be shown. */
+/** Replaces a pane that cannot be shown by a message. */
 function darken(pane) {
   pane.isDark = true;
   pane.label.textContent = TITLES[pane.name] || pane.name;
   const count = `${pane.width} by ${pane.height} pixels`;
-  const why = pane.width * pane.height === 0 ? "The picture is empty" : `This browser cannot show a picture of ${count}; one of a desktop computer may, or a picture of a part`;
+  const why = pane.width * pane.height === 0 ? "The image is empty" : `This browser cannot show an image of ${count}; one of a desktop computer may, or a crop of the image`;
   pane.port.replaceChildren(element("p", { className: "note" }, why + "."));
 }
 
 function paintPane(pane) {
   const context = pane.canvas.getContext("2d", { willReadFrequently: true });
-  const show = (picture) => context.putImageData(shownPicture(picture, state.stops), 0, 0);
+  const show = (image) => context.putImageData(shownImage(image, state.stops), 0, 0);
   context.clearRect(0, 0, pane.width, pane.height);
   pane.label.textContent = TITLES[pane.name] || "";
   pane.note.textContent = "";
   if (pane.name === "wipe") {
     const column = Math.round(state.wipe * pane.width);
     show(view.expected);
-    const image = shownPicture(view.actual, state.stops);
+    const image = shownImage(view.actual, state.stops);
     context.clearRect(column, 0, pane.width - column, pane.height);
     context.putImageData(image, 0, 0, column, 0, Math.max(0, image.width - column), image.height);
     pane.line.style.left = (column / pane.width) * 100 + "%";
@@ -168,11 +168,11 @@ function paintPane(pane) {
   pane.canvas.setAttribute("aria-label", `${shown}, ${pane.width} by ${pane.height} pixels`);
 }
 
-/** Frames of the worst places on a pane. */
+/** Draws boxes around the worst locations on a pane. */
 function mark(pane) {
   pane.sheet.querySelectorAll(".mark").forEach((old) => old.remove());
   if (!state.marker) return;
-  for (const { x, y, side, title } of worstPlaces()) {
+  for (const { x, y, side, title } of worstLocations()) {
     const size = Math.max(side * pane.scale, 16);
     const box = element("div", { className: "mark", title });
     box.style.width = box.style.height = size + "px";
@@ -182,21 +182,20 @@ function mark(pane) {
   }
 }
 
-function worstPlaces() {
-  const comparison = view.loaded?.comparison;
-  if (!comparison || comparison.is_identical) return [];
-  const { flip } = comparison;
-  const places = flip && flip.tile > 0 ? [{ x: flip.tile_at[0], y: flip.tile_at[1], side: 8, title: "worst tile" }] : [];
-  const isTile = (at) => places.length > 0 && at[0] === places[0].x && at[1] === places[0].y;
-  for (const check of comparison.checks) {
+function worstLocations() {
+  if (!view.loaded || view.loaded.identical) return [];
+  const { flip, checks } = view.loaded;
+  const locations = flip && flip.tile > 0 ? [{ x: flip.tile_at[0], y: flip.tile_at[1], side: 8, title: "worst tile" }] : [];
+  const isTile = (at) => locations.length > 0 && at[0] === locations[0].x && at[1] === locations[0].y;
+  for (const check of checks) {
     if (!check.passes && check.at && !isTile(check.at)) {
-      places.push({ x: check.at[0], y: check.at[1], side: 1, title: check.measure });
+      locations.push({ x: check.at[0], y: check.at[1], side: 1, title: check.measure });
     }
   }
-  return places;
+  return locations;
 }
 
-/** Lets pictures alternate while that is asked for. */
+/** Alternates the images while flicker runs. */
 let beating = 0;
 function beat() {
   clearTimeout(beating);

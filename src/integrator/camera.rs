@@ -1,7 +1,7 @@
-//! Rays from the camera through a picture, from a point or from a lens.
+//! Camera rays, from a pinhole or from a thin lens.
 //!
-//! Source for the lens: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984: rays through one point of the picture
-//! start all over the lens and meet at the distance that is in focus.
+//! Source of the lens: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Rays through one point of the image start
+//! all over the lens and meet at the focus distance.
 
 use glam::{Vec2, Vec3};
 
@@ -12,30 +12,30 @@ use crate::geometry::{Ray, concentric_disk_point};
 use crate::interaction::RayDifferential;
 use crate::scene::Projection;
 
-/// A camera with a picture in front of it.
+/// Generator of the rays of one camera and image size.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraRays {
     camera: PosedCamera,
     resolution: Vec2,
-    /// Half the picture at distance one (perspective) or in metres (orthographic).
+    /// Half the image at distance one (perspective) or in metres (orthographic).
     half_size: Vec2,
-    /// From one sample to the next along rows and columns, at distance one or in metres.
+    /// World-space steps from one sample to the next along rows and columns, at distance one or in metres.
     sample_steps: [Vec3; 2],
     time_seconds: f32,
     lens: Option<ThinLens>,
 }
 
-/// A lens that is thin, round and without faults.
+/// A thin, round, ideal lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinLens {
     /// Metres.
     pub radius: f32,
-    /// How far in front of the lens, along its axis, everything is sharp, metres; may be infinite.
+    /// Distance of the focal plane along the axis of the lens, metres; may be infinite.
     pub focus_distance: f32,
 }
 
 impl CameraRays {
-    /// Prepares rays through a picture of `resolution` pixels; without a lens all is sharp.
+    /// Prepares rays through an image of `resolution` pixels. Without a lens everything is in focus.
     pub fn new(
         camera: &PosedCamera,
         resolution: (u32, u32),
@@ -51,14 +51,14 @@ impl CameraRays {
         Self { camera: *camera, resolution, half_size, sample_steps, time_seconds, lens }
     }
 
-    /// The same rays, `samples` of which share a pixel.
+    /// The same rays with the spacing of `samples` samples per pixel.
     #[must_use]
     pub fn sharing_pixels(self, samples: u32) -> Self {
         let scale = 1.0 / libm::sqrtf(samples as f32);
         Self { sample_steps: self.sample_steps.map(|step| step * scale), ..self }
     }
 
-    /// The ray of a sample through `position`, in pixels from the picture's top left corner.
+    /// The ray through `position`, in pixels from the top left corner of the image.
     pub fn ray(&self, position: Vec2, seed: Seed) -> Ray {
         let ndc = (position / self.resolution) * 2.0 - Vec2::ONE;
         let on_plane = Vec2::new(ndc.x, -ndc.y) * self.half_size;
@@ -72,10 +72,10 @@ impl CameraRays {
             }
         };
         let (origin, direction) = match self.lens {
-            Some(lens) => lens.bend(origin, direction, seed),
+            Some(lens) => lens.refocus(origin, direction, seed),
             None => (origin, direction),
         };
-        // Planes at z_near and z_far are this much farther along the slanted ray.
+        // Distances along the slanted ray exceed those along the axis by this factor.
         let slant = direction.length();
         let world_from_camera = &self.camera.world_from_camera;
         Ray {
@@ -86,7 +86,7 @@ impl CameraRays {
         }
     }
 
-    /// What a camera ray stands for: its share of the pixel.
+    /// The differential of a camera ray: the steps to the neighbouring samples.
     pub fn differential(&self, ray: &Ray) -> RayDifferential {
         match self.camera.projection {
             Projection::Orthographic { .. } => {
@@ -96,13 +96,13 @@ impl CameraRays {
                 // D = d / |d| for the d that reaches distance one along the axis: D' = (d' − D (D·d')) / |d|.
                 let direction = ray.direction;
                 let per_length = -direction.dot(self.camera.world_from_camera.z_axis.truncate());
-                let turn = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
-                RayDifferential { origin: [Vec3::ZERO; 2], direction: self.sample_steps.map(turn) }
+                let derivative = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
+                RayDifferential { origin: [Vec3::ZERO; 2], direction: self.sample_steps.map(derivative) }
             }
         }
     }
 
-    /// The path of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
+    /// The state of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
     pub fn ray_state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
         RayState {
             time_seconds: self.time_seconds,
@@ -126,11 +126,11 @@ impl CameraRays {
 }
 
 impl ThinLens {
-    /// The ray from a point of the lens to where the ray from its middle is in focus. The direction is (…, …, −1) before and
-    /// after.
-    fn bend(self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
-        let aside = (concentric_disk_point(seed.point(Purpose::Lens)) * self.radius).extend(0.0);
-        (origin + aside, direction - aside / self.focus_distance)
+    /// Moves the origin of a ray from the lens centre to another point of the lens, and turns it to the same point in focus. The
+    /// direction is (…, …, −1) before and after.
+    fn refocus(self, origin: Vec3, direction: Vec3, seed: Seed) -> (Vec3, Vec3) {
+        let offset = (concentric_disk_point(seed.point(Purpose::Lens)) * self.radius).extend(0.0);
+        (origin + offset, direction - offset / self.focus_distance)
     }
 }
 
@@ -152,12 +152,12 @@ mod tests {
         assert!(corner.direction.abs_diff_eq(Vec3::new(-2.0, 1.0, -1.0).normalize(), 1e-6));
         // The near plane at 0.1 is 0.1 · |(−2, 1, −1)| along this ray.
         assert!((corner.t_min - 0.1 * libm::sqrtf(6.0)).abs() < 1e-6);
-        let middle = rays.ray(Vec2::new(2.0, 1.0), Seed::default());
-        assert_eq!(middle.direction, Vec3::NEG_Z);
+        let center = rays.ray(Vec2::new(2.0, 1.0), Seed::default());
+        assert_eq!(center.direction, Vec3::NEG_Z);
     }
 
     #[test]
-    fn footprints_are_the_difference_of_neighbours() {
+    fn differentials_are_the_differences_of_neighbouring_rays() {
         let rotation = glam::Quat::from_xyzw(0.0, 0.6, 0.0, 0.8);
         let world_from_camera = glam::Mat4::from_rotation_translation(rotation, Vec3::new(1.0, 2.0, 3.0));
         let orthographic = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.1, z_far: 9.0 };
@@ -179,8 +179,9 @@ mod tests {
             }
         }
     }
+
     #[test]
-    fn rays_from_all_over_the_lens_meet_in_focus_and_begin_at_the_near_plane() {
+    fn rays_from_all_over_the_lens_cross_in_focus_and_start_at_the_near_plane() {
         let orthographic = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.1, z_far: 50.0 };
         for projection in [perspective(None), orthographic] {
             let camera = PosedCamera { projection, ..PosedCamera::default() };

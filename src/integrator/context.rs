@@ -1,7 +1,8 @@
 //! One frame prepared for an integrator: the view, its lights and its volumes.
 
+use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
-use super::media::{Interiors, MediaStack, Medium};
+use super::media::{MediaStack, Medium};
 use super::settings::IntegratorSettings;
 use crate::geometry::{Aabb, Ray};
 use crate::scene::Projection;

@@ -1,5 +1,4 @@
-//! Punctual lights: which direction they shine from, how strongly, and the ray that asks what is in between
-//! (`KHR_lights_punctual`).
+//! Punctual lights (`KHR_lights_punctual`) and the environment's key light: direction, irradiance and shadow ray at a point.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +8,7 @@ use crate::frame::{Frame, PosedLight};
 use crate::geometry::{Ray, concentric_disk_point};
 use crate::scene::{Environment, LightKind};
 
-/// A light with everything computed that does not depend on the point it shines on.
+/// A light with everything precomputed that does not depend on the lit point.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PreparedLight {
     color: Vec3,
@@ -18,32 +17,32 @@ pub(super) struct PreparedLight {
     size: LightSize,
 }
 
-/// Where light comes from.
+/// Geometry of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Emitter {
-    /// Parallel light from the direction of a unit vector.
+    /// Parallel light from the unit vector `wi`.
     Distant { wi: Vec3 },
-    /// A point, with the cone of a spot.
-    Placed { position: Vec3, range: Option<f32>, cone: Option<Cone> },
+    /// A point light, or a spot light with its cone.
+    Point { position: Vec3, range: Option<f32>, cone: Option<Cone> },
 }
 
-/// The cone of a spot, by the cosine of the angle from its axis: 1 inside the inner cone, 0 outside the outer one, the
-/// squared ramp of the cosine in between.
+/// The cone of a spot light. By the cosine of the angle from its axis, the falloff is 1 inside the inner cone, 0 outside the outer
+/// one, and the square of a linear ramp in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Cone {
-    /// Unit vector in which the light shines.
+    /// Unit vector of the light's direction.
     axis: Vec3,
     cos_outer: f32,
-    /// What the ramp grows for each unit of the cosine.
+    /// Slope of the ramp over the cosine.
     slope: f32,
 }
 
-/// Light that arrives at a point if nothing is in between.
+/// Unoccluded light at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Incidence {
     /// Unit vector towards the light.
     pub(super) wi: Vec3,
-    /// Irradiance on a surface that faces the light.
+    /// Irradiance of a surface that faces the light.
     pub(super) irradiance: Vec3,
 }
 
@@ -66,23 +65,23 @@ pub(super) fn gather(
 impl PreparedLight {
     fn new(posed: &PosedLight, settings: &IntegratorSettings) -> Self {
         let PosedLight { position, direction, ref light } = *posed;
-        let placed = |cone| Emitter::Placed { position, range: light.range, cone };
+        let point = |cone| Emitter::Point { position, range: light.range, cone };
         let emitter = match light.kind {
             LightKind::Directional => Emitter::Distant { wi: -direction },
-            LightKind::Point => placed(None),
+            LightKind::Point => point(None),
             LightKind::Spot { inner_cone_radians, outer_cone_radians } => {
-                placed(Some(Cone::new(direction, inner_cone_radians, outer_cone_radians)))
+                point(Some(Cone::new(direction, inner_cone_radians, outer_cone_radians)))
             }
         };
         let intensity = light.intensity * settings.light_scale;
         Self { color: light.color, intensity, emitter, size: settings.light_size }
     }
 
-    /// What the light sends to `point`; `None` where that is nothing.
+    /// Unoccluded light at `point`; `None` where it is zero.
     pub(super) fn incidence(&self, point: Vec3) -> Option<Incidence> {
         let (wi, strength) = match self.emitter {
             Emitter::Distant { wi } => (wi, 1.0),
-            Emitter::Placed { position, range, cone } => {
+            Emitter::Point { position, range, cone } => {
                 let (wi, strength) = towards(position, range, point)?;
                 (wi, strength * cone.map_or(1.0, |cone| cone.falloff(-cone.axis.dot(wi))))
             }
@@ -91,34 +90,35 @@ impl PreparedLight {
         (irradiance.max_element() > 0.0).then_some(Incidence { wi, irradiance })
     }
 
-    /// What a shadow ray of the light reaches over to end at `point`; zero where it starts there.
+    /// Vector from the start of a shadow ray to `point`; zero for distant lights, whose shadow rays start at the point.
     pub(super) fn shadow_span(&self, point: Vec3) -> Vec3 {
         match self.emitter {
             Emitter::Distant { .. } => Vec3::ZERO,
-            Emitter::Placed { position, .. } => point - position,
+            Emitter::Point { position, .. } => point - position,
         }
     }
 
-    /// The ray between `end`, just off the surface, and the light. It starts at the light where the light has a place, so
-    /// that rays of many points share their origin. Of a light that has a size, each sample sees another point; what
-    /// arrives, and from where, is reckoned for its middle.
-    pub(super) fn shadow_ray(&self, end: Vec3, seed: Seed, subscript: usize) -> Ray {
-        let aside = || concentric_disk_point(seed.point(Purpose::Light(subscript as u32)));
+    /// The shadow ray between `end`, just off the surface, and the light with the given index.
+    ///
+    /// Rays of point and spot lights start at the light, so that rays of many surface points share their origin. On a light that
+    /// has a size, each sample takes another point. Irradiance and direction are those of the light's centre.
+    pub(super) fn shadow_ray(&self, end: Vec3, seed: Seed, index: usize) -> Ray {
+        let disk_point = || concentric_disk_point(seed.point(Purpose::Light(index as u32)));
         match self.emitter {
             Emitter::Distant { wi } if self.size.sun_angle_radians > 0.0 => {
                 let radius = libm::tanf(self.size.sun_angle_radians * 0.5);
-                Ray::new(end, (wi + across(wi, aside()) * radius).normalize())
+                Ray::new(end, (wi + across(wi, disk_point()) * radius).normalize())
             }
             Emitter::Distant { wi } => Ray::new(end, wi),
-            Emitter::Placed { position, .. } => {
+            Emitter::Point { position, .. } => {
                 let mut origin = position;
                 let span = end - position;
                 let distance = span.length();
                 if self.size.radius > 0.0 && distance > 0.0 {
-                    // A lamp ends before what it shines on.
+                    // The light does not reach the surface that it lights.
                     let radius =
                         if self.size.radius < 0.5 * distance { self.size.radius } else { 0.5 * distance };
-                    origin += across(span / distance, aside()) * radius;
+                    origin += across(span / distance, disk_point()) * radius;
                 }
                 Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 }
             }
@@ -126,13 +126,13 @@ impl PreparedLight {
     }
 }
 
-/// A point of the disk across a unit vector.
+/// A point of the disk perpendicular to a unit vector.
 fn across(axis: Vec3, point: Vec2) -> Vec3 {
     let (u, v) = axis.any_orthonormal_pair();
     u * point.x + v * point.y
 }
 
-/// Direction to a light at `position`, and 1/d² with the fade-out of its range.
+/// Direction from `point` to a light at `position`, and 1/d² with the fade-out of its range.
 fn towards(position: Vec3, range: Option<f32>, point: Vec3) -> Option<(Vec3, f32)> {
     let to_light = position - point;
     let distance_squared = to_light.dot(to_light);
@@ -175,14 +175,14 @@ mod tests {
     }
 
     #[test]
-    fn a_point_light_falls_off_with_the_square() {
+    fn point_lights_fall_off_with_the_squared_distance() {
         // 8 cd at 2 m: 8 / 4 = 2 lux.
         let arriving = light(LightKind::Point, None).incidence(Vec3::ZERO).unwrap();
         assert_eq!(arriving, Incidence { wi: Vec3::Y, irradiance: Vec3::new(2.0, 1.0, 0.0) });
     }
 
     #[test]
-    fn the_range_fades_smoothly_to_nothing() {
+    fn lights_fade_to_zero_at_their_range() {
         // d / range = 1/2: 1 − 1/16 = 15/16.
         let arriving = light(LightKind::Point, Some(4.0)).incidence(Vec3::ZERO).unwrap();
         assert!((arriving.irradiance.x - 2.0 * 15.0 / 16.0).abs() < 1e-6);
@@ -190,19 +190,19 @@ mod tests {
     }
 
     #[test]
-    fn a_spot_is_full_inside_dark_outside_and_squared_between() {
+    fn spot_falloff_is_one_inside_zero_outside_and_a_squared_ramp_between() {
         let (inner, outer) = (0.3_f32, 0.8_f32);
         let cone = Cone::new(Vec3::NEG_Y, inner, outer);
         assert_eq!(cone.falloff(libm::cosf(0.2)), 1.0);
         assert_eq!(cone.falloff(libm::cosf(0.9)), 0.0);
-        let middle = f32::midpoint(libm::cosf(inner), libm::cosf(outer));
-        assert!((cone.falloff(middle) - 0.25).abs() < 1e-5);
-        // Equal angles make a hard edge, never a division by zero.
+        let halfway = f32::midpoint(libm::cosf(inner), libm::cosf(outer));
+        assert!((cone.falloff(halfway) - 0.25).abs() < 1e-5);
+        // Equal angles make a hard edge and no division by zero.
         assert_eq!(Cone::new(Vec3::NEG_Y, 0.5, 0.5).falloff(0.99), 1.0);
     }
 
     #[test]
-    fn a_point_at_the_light_receives_nothing_rather_than_infinity() {
+    fn a_point_at_the_light_receives_nothing() {
         assert_eq!(light(LightKind::Point, None).incidence(Vec3::new(0.0, 2.0, 0.0)), None);
     }
 }

@@ -7,6 +7,7 @@
 mod camera;
 mod color_channels;
 mod context;
+mod interiors;
 mod light_pass;
 mod lights;
 mod media;

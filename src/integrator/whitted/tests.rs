@@ -1,4 +1,4 @@
-//! What a sample sees does not depend on what it is traced with.
+//! A sample's value does not depend on its batch.
 
 use std::path::Path;
 
@@ -16,19 +16,19 @@ use crate::scene_view::SceneView;
 const SIZE: (u32, u32) = (16, 12);
 const SAMPLES: usize = (SIZE.0 * SIZE.1) as usize;
 
-/// Traces the samples at the pixels' middles that `subscripts` names, in that order, as one batch.
-fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, subscripts: &[usize]) -> Vec<SampleValue> {
-    for (sample, subscript) in subscripts.iter().enumerate() {
-        let pixel = Vec2::new((*subscript as u32 % SIZE.0) as f32, (*subscript as u32 / SIZE.0) as f32);
-        let ray = camera.ray(pixel + Vec2::splat(0.5), Seed::default());
+/// Traces the samples at the centres of the given pixels, in that order, as one batch.
+fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, pixels: &[usize]) -> Vec<SampleValue> {
+    for (sample, pixel) in pixels.iter().enumerate() {
+        let corner = Vec2::new((*pixel as u32 % SIZE.0) as f32, (*pixel as u32 / SIZE.0) as f32);
+        let ray = camera.ray(corner + Vec2::splat(0.5), Seed::default());
         let media = tracer.context.media_around_start(&ray);
         let state = camera.ray_state(&ray, media, sample as u32, Seed::default());
         tracer.push(ray, state);
     }
-    tracer.trace(subscripts.len()).to_vec()
+    tracer.trace(pixels.len()).to_vec()
 }
 
-/// Calls `check` with the world that `scene` shows one second after its start.
+/// Calls `check` with the context of `scene` one second after its start.
 pub(in crate::integrator) fn with_context(
     scene: &str,
     environment: &Environment,
@@ -48,9 +48,9 @@ pub(in crate::integrator) fn with_context(
 }
 
 #[test]
-fn samples_are_the_same_alone_and_among_others() {
+fn samples_are_the_same_alone_and_in_batches() {
     for (scene, environment) in [
-        // Mirrors and glass; volumes in volumes; surfaces that are passed through; several lights; the studio's light.
+        // Mirrors and glass; nested volumes; transparent surfaces; several lights; the studio environment.
         ("demo/whitted_1980", Environment::None),
         ("material/nested_glass", Environment::Studio),
         ("material/alpha_blend_stack", Environment::None),
@@ -67,19 +67,19 @@ fn samples_are_the_same_alone_and_among_others() {
             assert!(together == alone, "{scene}: one by one");
 
             let backwards: Vec<usize> = all.iter().rev().copied().collect();
-            let mut turned = trace(tracer, camera, &backwards);
-            turned.reverse();
-            assert!(together == turned, "{scene}: backwards");
+            let mut reversed = trace(tracer, camera, &backwards);
+            reversed.reverse();
+            assert!(together == reversed, "{scene}: backwards");
 
-            // 7 and 192 have no common factor: far pixels stand together, each once.
+            // 7 and 192 have no common factor: each pixel comes once, next to distant ones.
             let scattered: Vec<usize> = all.iter().map(|i| i * 7 % SAMPLES).collect();
             let mut values = vec![SampleValue::default(); SAMPLES];
             for chunk in scattered.chunks(50) {
-                for (subscript, value) in chunk.iter().zip(trace(tracer, camera, chunk)) {
-                    values[*subscript] = value;
+                for (pixel, value) in chunk.iter().zip(trace(tracer, camera, chunk)) {
+                    values[*pixel] = value;
                 }
             }
-            assert!(together == values, "{scene}: in far flung batches");
+            assert!(together == values, "{scene}: in scattered batches");
         });
     }
 }

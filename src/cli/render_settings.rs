@@ -60,7 +60,7 @@ fn adaptive(args: &RenderArgs) -> Result<Option<Adaptive>> {
             "--max-samples: {most} are fewer than the {} of --samples",
             args.samples
         ))),
-        most => Ok(most.map(|most_samples| Adaptive { most_samples, threshold: args.aa_threshold })),
+        max => Ok(max.map(|max_samples| Adaptive { max_samples, threshold: args.aa_threshold })),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Camera rays, from a pinhole or from a thin lens.
 //!
 //! Source of the lens: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Rays through one point of the image start
-//! all over the lens and meet at the focus distance.
+//! all over the lens and converge at the focus distance.
 
 use glam::{Vec2, Vec3};
 

@@ -1,31 +1,31 @@
-//! Which pixels take more samples than the others: those on edges.
+//! Adaptive sampling: pixels on edges take more samples.
 //!
-//! Source: Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980, section 4, compares the corners of a pixel and
-//! divides it where they differ. Here the samples of a pixel are compared with each other and with the means of its eight
-//! neighbours, which sees small things that a pixel's own samples miss; and in values as a display shows them, since that is
-//! where edges are seen. What is decided depends on base samples of this neighbourhood alone, so crops decide alike.
+//! Source: Whitted, "An Improved Illumination Model for Shaded Display", CACM 1980, section 4: the corners of a pixel are compared,
+//! and the pixel is divided where they differ. Departure: the samples of a pixel are compared with each other and with the means of
+//! the eight neighbours, which finds small objects that a pixel's own samples miss. Values are compared as a display shows
+//! them, where edges are visible. The decision depends only on the base samples of this neighbourhood, so crops decide alike.
 
-/// More samples where they show.
+/// Settings of adaptive sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// Samples that pixels on edges have in all.
-    pub most_samples: u32,
-    /// Differences of display values, between 0 and 1, above this are edges.
+    /// Samples of pixels on edges, base samples included.
+    pub max_samples: u32,
+    /// Difference of display values, 0 to 1, above which a pixel is on an edge.
     pub threshold: f32,
 }
 
-/// What the base samples of a pixel have shown.
+/// Range of the display values of a pixel's samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spread {
+pub(super) struct SampleRange {
     low: [f32; 4],
     high: [f32; 4],
 }
 
-impl Spread {
-    /// Of no samples.
-    pub(super) const NONE: Self = Self { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
+impl SampleRange {
+    /// The range of no samples.
+    pub(super) const EMPTY: Self = Self { low: [f32::INFINITY; 4], high: [f32::NEG_INFINITY; 4] };
 
-    /// Adds linear radiance and coverage.
+    /// Extends the range by a sample: linear radiance and coverage.
     pub(super) fn add(&mut self, value: [f32; 4]) {
         for (channel, shown) in displayed(value).into_iter().enumerate() {
             if shown < self.low[channel] {
@@ -43,7 +43,7 @@ impl Spread {
     }
 }
 
-/// About what a display makes of linear values: the square root of Reinhard's curve, and coverage as it is.
+/// Approximate display values of linear values: the square root of Reinhard's curve, and coverage as it is.
 fn displayed([red, green, blue, coverage]: [f32; 4]) -> [f32; 4] {
     let shown = |x: f32| {
         let x = if x > 0.0 { x } else { 0.0 };
@@ -56,32 +56,32 @@ fn displayed([red, green, blue, coverage]: [f32; 4]) -> [f32; 4] {
 mod tests {
     use super::*;
 
-    fn spread(values: &[[f32; 4]]) -> Spread {
-        let mut spread = Spread::NONE;
+    fn range(values: &[[f32; 4]]) -> SampleRange {
+        let mut range = SampleRange::EMPTY;
         for &value in values {
-            spread.add(value);
+            range.add(value);
         }
-        spread
+        range
     }
 
     #[test]
-    fn equal_samples_are_no_edge() {
-        assert!(!Spread::NONE.exceeds(0.0));
-        assert!(!spread(&[[0.3, 0.2, 0.1, 1.0]; 4]).exceeds(0.0));
+    fn equal_samples_make_no_edge() {
+        assert!(!SampleRange::EMPTY.exceeds(0.0));
+        assert!(!range(&[[0.3, 0.2, 0.1, 1.0]; 4]).exceeds(0.0));
     }
 
     #[test]
-    fn differences_count_as_a_display_shows_them() {
+    fn differences_are_measured_in_display_values() {
         // √(1/2) − √(1/3) = 0.13 in the dark, √(100/101) − √(50/51) = 0.005 where both are white.
-        let dark = spread(&[[0.5, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]]);
+        let dark = range(&[[0.5, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 1.0]]);
         assert!(dark.exceeds(0.12) && !dark.exceeds(0.14));
-        let bright = spread(&[[50.0, 0.0, 0.0, 1.0], [100.0, 0.0, 0.0, 1.0]]);
+        let bright = range(&[[50.0, 0.0, 0.0, 1.0], [100.0, 0.0, 0.0, 1.0]]);
         assert!(bright.exceeds(0.004) && !bright.exceeds(0.006));
     }
 
     #[test]
     fn coverage_alone_is_an_edge_and_infinity_is_white() {
-        assert!(spread(&[[0.0; 4], [0.0, 0.0, 0.0, 1.0]]).exceeds(0.9));
-        assert!(!spread(&[[f32::INFINITY, 0.0, 0.0, 1.0], [1.0e35, 0.0, 0.0, 1.0]]).exceeds(0.01));
+        assert!(range(&[[0.0; 4], [0.0, 0.0, 0.0, 1.0]]).exceeds(0.9));
+        assert!(!range(&[[f32::INFINITY, 0.0, 0.0, 1.0], [1.0e35, 0.0, 0.0, 1.0]]).exceeds(0.01));
     }
 }

@@ -1,4 +1,4 @@
-//! The lens of a picture: how large it is and what is in focus.
+//! Lens settings of a camera: aperture and focus.
 
 use glam::Vec2;
 
@@ -9,40 +9,40 @@ use crate::interaction::alpha_at;
 use crate::scene::{NodeIndex, Projection};
 use crate::scene_view::SceneView;
 
-/// Half the height of the picture on 35 mm film, metres; f-numbers are of lenses for it.
+/// Half the image height on 35 mm film, metres. F-numbers refer to this format.
 const HALF_FILM_HEIGHT: f32 = 0.012;
 
-/// A lens that does not show everything sharp.
+/// A lens with a finite depth of field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// Its size.
+    /// Size of the lens.
     pub aperture: Aperture,
-    /// What is sharp.
+    /// Focus distance.
     pub focus: Focus,
 }
 
-/// How large a lens is.
+/// Size of a lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aperture {
-    /// Its radius, metres.
+    /// Radius, metres.
     Radius(f32),
-    /// The focal length over the diameter, for a picture 24 mm high. Perspective cameras only; others show everything sharp.
+    /// Focal length over diameter, for an image 24 mm high. Orthographic cameras ignore it and have everything in focus.
     FNumber(f32),
 }
 
-/// What is sharp.
+/// The focus distance of a lens.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Focus {
-    /// What lies so far in front of the camera, along its axis, metres.
+    /// A fixed distance along the camera's axis, metres.
     Metres(f32),
-    /// What lies as far as the origin of this node at each time; at infinity where it is not in front of the camera.
+    /// The distance of this node's origin at each time; infinity where it is not in front of the camera.
     Node(NodeIndex),
-    /// What is seen in the middle of the picture, at each time; at infinity where nothing is.
+    /// The distance of the surface in the image centre at each time; infinity where there is none.
     Center,
 }
 
 impl Lens {
-    /// The lens at the frame's time; `None` where it has no size.
+    /// The lens at the frame's time; `None` where its radius is 0.
     pub(super) fn at(&self, view: &SceneView<'_>, resolution: (u32, u32)) -> Option<ThinLens> {
         let camera = &view.frame.camera;
         let radius = self.aperture.radius(camera);
@@ -70,10 +70,10 @@ impl Focus {
             Self::Metres(distance) => return distance,
             Self::Node(node) => view.frame.node_position(node),
             Self::Center => {
-                let middle = Vec2::new(resolution.0 as f32, resolution.1 as f32) * 0.5;
-                let ray = CameraRays::new(camera, resolution, 0.0, None).ray(middle, Seed::default());
-                let seen = |hit: &_| alpha_at(*view, hit) > 0.0;
-                let hit = view.bvh.closest_hit(&ray, None, seen, &mut TraversalCounters::default());
+                let center = Vec2::new(resolution.0 as f32, resolution.1 as f32) * 0.5;
+                let ray = CameraRays::new(camera, resolution, 0.0, None).ray(center, Seed::default());
+                let is_visible = |hit: &_| alpha_at(*view, hit) > 0.0;
+                let hit = view.bvh.closest_hit(&ray, None, is_visible, &mut TraversalCounters::default());
                 hit.map(|hit| ray.at(hit.t))
             }
         };

@@ -1,14 +1,13 @@
-//! What the middle of each pixel shows, for layers that must not be blended: one ray a pixel, at one time and without a lens.
+//! Pixel-centre samples, for AOVs that must not be blended: one ray per pixel, at the frame's time and without a lens.
 //!
-//! Motion is that of the point that is seen: the same place on the same triangle, posed in the frames before and after and seen
-//! by the cameras there. It is worked out in f64, since it is a small difference of large numbers.
+//! The motion of a pixel is that of the surface point that it shows: the same point of the same triangle, posed in the adjacent
+//! frames and seen by their cameras. It is computed in f64, since it is a small difference of large numbers.
 
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
 use super::projector::Projector;
-use super::tile::pixels_in_z_order;
-use super::tiles;
+use super::tile_grid::{pixels_in_morton_order, tiles};
 use crate::bvh::{Hit, TraversalCounters};
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{Film, FilmAovs, PixelCenterSample, PixelWindow};
@@ -18,10 +17,10 @@ use crate::integrator::{CameraRays, Seed};
 use crate::interaction::{SurfacePoint, alpha_at, catches_shadows, surface_at};
 use crate::scene_view::SceneView;
 
-/// Surfaces that cover less are looked through.
-const LEAST_ALPHA: f32 = 0.5;
+/// Surfaces of a lower alpha are ignored.
+const MIN_ALPHA: f32 = 0.5;
 
-/// The same scene posed one frame earlier and one later.
+/// The same scene posed one frame earlier and one frame later.
 #[derive(Clone, Copy, Debug)]
 pub struct AdjacentFrames<'a> {
     /// The frame before.
@@ -34,81 +33,83 @@ pub struct AdjacentFrames<'a> {
 pub fn render_pixel_centers(
     film: &mut Film,
     view: &SceneView<'_>,
-    neighbours: AdjacentFrames<'_>,
+    adjacent: AdjacentFrames<'_>,
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     if film.aovs.centers.is_none() {
         return Ok(());
     }
-    let centres = Centres::new(*view, neighbours, film.resolution);
+    let renderer = CenterRenderer::new(*view, adjacent, film.resolution);
     let tiles = tiles(film.window);
     let rendered: Vec<FilmAovs> = tiles
         .par_iter()
         .map(|tile| {
             cancel.check()?;
-            Ok(FilmAovs { centers: Some(centres.of_tile(*tile)), ..FilmAovs::default() })
+            Ok(FilmAovs { centers: Some(renderer.render(*tile)), ..FilmAovs::default() })
         })
         .collect::<Result<_, Cancelled>>()?;
-    for (tile, layers) in tiles.iter().zip(&rendered) {
-        film.write_aov_tile(*tile, layers);
+    for (tile, aovs) in tiles.iter().zip(&rendered) {
+        film.write_aov_tile(*tile, aovs);
     }
     Ok(())
 }
 
-/// What all tiles share.
-struct Centres<'a> {
+/// Renders the pixel-centre samples of tiles.
+struct CenterRenderer<'a> {
     view: SceneView<'a>,
     rays: CameraRays,
-    now: Moment<'a>,
-    before: Moment<'a>,
-    after: Moment<'a>,
+    current: ProjectedFrame<'a>,
+    before: ProjectedFrame<'a>,
+    after: ProjectedFrame<'a>,
 }
 
-/// A frame with its picture.
-struct Moment<'a> {
+/// A frame with the projection of its camera.
+struct ProjectedFrame<'a> {
     frame: &'a Frame,
     projector: Projector,
 }
 
-impl<'a> Centres<'a> {
-    fn new(view: SceneView<'a>, neighbours: AdjacentFrames<'a>, resolution: (u32, u32)) -> Self {
+impl<'a> CenterRenderer<'a> {
+    fn new(view: SceneView<'a>, adjacent: AdjacentFrames<'a>, resolution: (u32, u32)) -> Self {
         let frame = view.frame;
-        let moment =
-            |frame: &'a Frame| Moment { frame, projector: Projector::new(&frame.camera, resolution) };
+        let projected = |frame: &'a Frame| {
+            let projector = Projector::new(&frame.camera, resolution);
+            ProjectedFrame { frame, projector }
+        };
         Self {
             view,
             rays: CameraRays::new(&frame.camera, resolution, frame.time_seconds as f32, None),
-            now: moment(frame),
-            before: moment(neighbours.before),
-            after: moment(neighbours.after),
+            current: projected(frame),
+            before: projected(adjacent.before),
+            after: projected(adjacent.after),
         }
     }
 
     /// The samples of a tile, row by row.
-    fn of_tile(&self, tile: PixelWindow) -> Vec<PixelCenterSample> {
-        let pixels = pixels_in_z_order(tile);
-        let middle = |&(x, y): &(u32, u32)| Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+    fn render(&self, tile: PixelWindow) -> Vec<PixelCenterSample> {
+        let pixels = pixels_in_morton_order(tile);
+        let center = |&(x, y): &(u32, u32)| Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let rays: Vec<Ray> =
-            pixels.iter().map(|pixel| self.rays.ray(middle(pixel), Seed::default())).collect();
+            pixels.iter().map(|pixel| self.rays.ray(center(pixel), Seed::default())).collect();
         let mut hits = vec![None; rays.len()];
         let view = self.view;
-        let is_met = |_, hit: &Hit| alpha_at(view, hit) >= LEAST_ALPHA && !catches_shadows(view, hit);
-        view.bvh.closest_hits(&rays, is_met, &mut hits, &mut TraversalCounters::default());
+        let is_visible = |_, hit: &Hit| alpha_at(view, hit) >= MIN_ALPHA && !catches_shadows(view, hit);
+        view.bvh.closest_hits(&rays, is_visible, &mut hits, &mut TraversalCounters::default());
 
         let mut samples = vec![PixelCenterSample::default(); rays.len()];
         for ((&(x, y), ray), hit) in pixels.iter().zip(&rays).zip(&hits) {
             samples[((y - tile.y0) * tile.width() + x - tile.x0) as usize] = match hit {
-                Some(hit) => self.of_surface(ray, hit),
-                None => self.of_background(ray),
+                Some(hit) => self.surface_sample(ray, hit),
+                None => self.background_sample(ray),
             };
         }
         samples
     }
 
-    fn of_surface(&self, ray: &Ray, hit: &Hit) -> PixelCenterSample {
+    fn surface_sample(&self, ray: &Ray, hit: &Hit) -> PixelCenterSample {
         let frame = self.view.frame;
         let (point, material) = surface_at(self.view, ray, hit, &self.rays.differential(ray));
-        let to = |moment| self.surface_motion(&point, moment);
+        let motion_to = |other| self.surface_motion(&point, other);
         PixelCenterSample {
             instance: Some(frame.instance_of_triangle[hit.triangle as usize]),
             depth: depth(&frame.camera, &point),
@@ -117,38 +118,38 @@ impl<'a> Centres<'a> {
             shading_normal: point.shading_normal,
             albedo: material.base_color,
             uv: point.texture_coordinates(self.view.scene, 0),
-            motion_forward: to(&self.after),
-            motion_back: to(&self.before),
+            motion_forward: motion_to(&self.after),
+            motion_back: motion_to(&self.before),
         }
     }
 
-    fn of_background(&self, ray: &Ray) -> PixelCenterSample {
+    fn background_sample(&self, ray: &Ray) -> PixelCenterSample {
         let direction = ray.direction.as_dvec3();
-        let pixel_at = |moment: &Moment<'_>| moment.projector.pixel_of_direction(direction);
-        let to = |moment| difference(pixel_at(&self.now), pixel_at(moment));
+        let pixel_in = |frame: &ProjectedFrame<'_>| frame.projector.pixel_of_direction(direction);
+        let motion_to = |other| difference(pixel_in(&self.current), pixel_in(other));
         PixelCenterSample {
-            motion_forward: to(&self.after),
-            motion_back: to(&self.before),
+            motion_forward: motion_to(&self.after),
+            motion_back: motion_to(&self.before),
             ..PixelCenterSample::default()
         }
     }
 
-    fn surface_motion(&self, point: &SurfacePoint<'_>, to: &Moment<'_>) -> Vec2 {
-        let pixel_at = |moment: &Moment<'_>| {
-            point.position_in(moment.frame).and_then(|point| moment.projector.pixel_of_point(point))
+    fn surface_motion(&self, point: &SurfacePoint<'_>, to: &ProjectedFrame<'_>) -> Vec2 {
+        let pixel_in = |other: &ProjectedFrame<'_>| {
+            point.position_in(other.frame).and_then(|point| other.projector.pixel_of_point(point))
         };
-        difference(pixel_at(&self.now), pixel_at(to))
+        difference(pixel_in(&self.current), pixel_in(to))
     }
 }
 
-/// Along the camera's axis, metres.
+/// Distance of a point along the camera's axis, metres.
 fn depth(camera: &PosedCamera, point: &SurfacePoint<'_>) -> f32 {
     let (backward, eye) = (camera.world_from_camera.z_axis, camera.world_from_camera.w_axis);
     (eye.truncate() - point.position).dot(backward.truncate())
 }
 
-/// From here to there; zero where one of them is nowhere.
-fn difference(here: Option<DVec2>, there: Option<DVec2>) -> Vec2 {
-    let moved = here.zip(there).map(|(here, there)| (there - here).as_vec2());
-    moved.filter(|moved| moved.is_finite()).unwrap_or(Vec2::ZERO)
+/// The step between two positions; zero where one of them is unknown.
+fn difference(from: Option<DVec2>, to: Option<DVec2>) -> Vec2 {
+    let motion = from.zip(to).map(|(from, to)| (to - from).as_vec2());
+    motion.filter(|motion| motion.is_finite()).unwrap_or(Vec2::ZERO)
 }

@@ -1,17 +1,17 @@
-//! Where points and directions appear in a camera's picture: the way of a camera ray backwards, without its lens.
+//! Projection of points and directions into the image of a camera: the inverse of a pinhole camera ray.
 
 use glam::{DMat4, DVec2, DVec3};
 
 use crate::frame::PosedCamera;
 use crate::scene::Projection;
 
-/// A camera with a picture in front of it.
+/// Projection of one camera and image size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Projector {
     camera_from_world: DMat4,
     is_perspective: bool,
     resolution: DVec2,
-    /// Half the picture at distance one (perspective) or in metres (orthographic).
+    /// Half the image at distance one (perspective) or in metres (orthographic).
     half_size: DVec2,
 }
 
@@ -25,7 +25,7 @@ impl Projector {
         }
     }
 
-    /// Pixels from the picture's top left corner; `None` for points that are not in front of the camera.
+    /// Position of a point in pixels from the top left corner; `None` for points that are not in front of the camera.
     pub(super) fn pixel_of_point(&self, point: DVec3) -> Option<DVec2> {
         let point = self.camera_from_world.transform_point3(point);
         let depth = -point.z;
@@ -33,8 +33,8 @@ impl Projector {
         (depth > 0.0).then(|| self.pixel(point.truncate() / distance))
     }
 
-    /// The same for what is infinitely far away in a direction; `None` under parallel rays, too, since all of these see the
-    /// same of it.
+    /// Position of an infinitely distant point in the given direction. `None` behind the camera, and for orthographic cameras, whose
+    /// parallel rays all see the same distant point.
     pub(super) fn pixel_of_direction(&self, direction: DVec3) -> Option<DVec2> {
         let direction = self.camera_from_world.transform_vector3(direction);
         let is_ahead = self.is_perspective && direction.z < 0.0;
@@ -55,7 +55,7 @@ mod tests {
     use crate::integrator::{CameraRays, Seed};
 
     #[test]
-    fn points_on_a_camera_ray_appear_where_it_starts() {
+    fn points_on_a_camera_ray_project_to_its_pixel() {
         let rotation = Quat::from_xyzw(0.6, 0.0, 0.0, 0.8);
         let world_from_camera = Mat4::from_rotation_translation(rotation, Vec3::new(1.0, -2.0, 3.0));
         for projection in [

@@ -77,7 +77,7 @@ fn sampling_key(job: &SequenceJob) -> serde_json::Value {
     let settings = &job.render;
     json!({
         "filter": settings.filter.name(),
-        "adaptive": settings.adaptive.map(|adaptive| json!([adaptive.most_samples, adaptive.threshold.to_bits()])),
+        "adaptive": settings.adaptive.map(|adaptive| json!([adaptive.max_samples, adaptive.threshold.to_bits()])),
         "lens": settings.lens.map(|lens| {
             let aperture = match lens.aperture {
                 Aperture::Radius(radius) => json!({ "radius": radius.to_bits() }),

@@ -350,7 +350,7 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
         &|job| job.shutter = Shutter { open: 0.5, time_samples: 2 },
         &|job| job.shutter = Shutter { open: 0.5, time_samples: 3 },
         &|job| job.render.filter = PixelFilter::Mitchell,
-        &|job| job.render.adaptive = Some(Adaptive { most_samples: 16, threshold: 0.1 }),
+        &|job| job.render.adaptive = Some(Adaptive { max_samples: 16, threshold: 0.1 }),
         &|job| job.render.light_size.radius = 0.1,
         &|job| job.render.light_size.sun_angle_radians = 0.1,
         &|job| job.render.lens = lens(Aperture::Radius(2.0), Focus::Center),

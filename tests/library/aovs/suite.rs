@@ -122,7 +122,7 @@ fn without_a_background_shares_sum_to_the_coverage() {
 /// Everything at once: samples beyond the tile, negative weights, a lens, rough mirrors.
 fn elaborate(job: &SequenceJob) -> RenderSettings {
     RenderSettings {
-        adaptive: Some(Adaptive { most_samples: 6, threshold: 0.05 }),
+        adaptive: Some(Adaptive { max_samples: 6, threshold: 0.05 }),
         filter: PixelFilter::Mitchell,
         lens: Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Center }),
         glossy_samples: 2,

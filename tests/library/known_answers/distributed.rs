@@ -182,7 +182,7 @@ fn edges_take_more_samples_and_nothing_else_changes() {
     let look = |stage: &Stage| stage.render(Vec3::ZERO, Vec3::NEG_Z).pixels;
     let base = look(&square());
     let mut adaptive = square();
-    adaptive.settings.adaptive = Some(Adaptive { most_samples: 64, threshold: 0.05 });
+    adaptive.settings.adaptive = Some(Adaptive { max_samples: 64, threshold: 0.05 });
     let refined = look(&adaptive);
     let mut many = square();
     many.settings.samples = 1024;
@@ -204,7 +204,7 @@ fn edges_take_more_samples_and_nothing_else_changes() {
 #[test]
 fn a_crop_decides_on_edges_as_the_whole_picture() {
     let mut stage = square();
-    stage.settings.adaptive = Some(Adaptive { most_samples: 16, threshold: 0.05 });
+    stage.settings.adaptive = Some(Adaptive { max_samples: 16, threshold: 0.05 });
     stage.settings.filter = PixelFilter::BlackmanHarris;
     stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.02), focus: Focus::Metres(1.5) });
     let whole = stage.render(Vec3::ZERO, Vec3::NEG_Z);

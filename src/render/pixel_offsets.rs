@@ -1,33 +1,33 @@
-//! Where samples lie inside a pixel.
+//! Sample positions inside a pixel.
 
 use glam::Vec2;
 
 use crate::integrator::R2;
 
-/// `count` positions in the unit square: the same in every pixel and every frame, one in each of `count` columns and, for
-/// powers of two, one in each of `count` rows (a Hammersley set). One sample lies in the middle.
+/// `count` positions in the unit square, the same in every pixel and every frame: a Hammersley set, with one position in each of
+/// `count` columns and, for powers of two, one in each of `count` rows. A single position is the centre.
 ///
-/// Each `pass` has a set of its own: the same one, moved around the square so that all passes together fill it evenly (by
-/// Roberts' R₂ sequence, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018). Pass 0 is not moved.
-pub(super) fn pixel_offsets(count: u32, pass: u32) -> Vec<Vec2> {
+/// Each set `set` is the first one, rotated around the square so that all sets together fill it evenly (by the R₂ sequence of
+/// Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018). Set 0 is not rotated.
+pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     let half_step = 0.5 / count as f32;
     let column = |i: u32| (i as f32 + 0.5) / count as f32;
     let row = |i: u32| wrapped(radical_inverse(i) + half_step);
-    let shift = Vec2::new(fraction(pass.wrapping_mul(R2[0])), fraction(pass.wrapping_mul(R2[1])));
+    let shift = Vec2::new(fraction(set.wrapping_mul(R2[0])), fraction(set.wrapping_mul(R2[1])));
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
 
-/// A number of [0, 2) on the circle of circumference one.
+/// Wraps a number in [0, 2) to [0, 1).
 fn wrapped(x: f32) -> f32 {
     if x < 1.0 { x } else { x - 1.0 }
 }
 
-/// The upper 24 bits, which fit a float exactly, behind the point.
+/// The upper 24 bits, which a float holds exactly, as a fraction in [0, 1).
 fn fraction(bits: u32) -> f32 {
     (bits >> 8) as f32 / (1 << 24) as f32
 }
 
-/// The bits of `i` mirrored at the binary point.
+/// The radical inverse of `i` in base 2.
 fn radical_inverse(i: u32) -> f32 {
     fraction(i.reverse_bits())
 }
@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_sample_is_the_middle() {
+    fn one_sample_is_the_center() {
         assert_eq!(pixel_offsets(1, 0), [Vec2::splat(0.5)]);
     }
 
@@ -56,21 +56,21 @@ mod tests {
     }
 
     #[test]
-    fn any_count_and_pass_stays_inside_the_pixel() {
+    fn positions_of_any_count_and_set_stay_inside_the_pixel() {
         for count in 1..70 {
-            for pass in [0, 1, 2, 77] {
-                let offsets = pixel_offsets(count, pass);
+            for set in [0, 1, 2, 77] {
+                let offsets = pixel_offsets(count, set);
                 assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
             }
         }
     }
 
     #[test]
-    fn single_samples_of_many_passes_fill_the_pixel() {
-        // Of 64 passes each sixteenth of the pixel gets 4, give or take 2.
+    fn single_samples_of_many_sets_fill_the_pixel() {
+        // Of 64 sets each sixteenth of the pixel gets 4 ± 2 samples.
         let mut cells = [0; 16];
-        for pass in 0..64 {
-            let p = pixel_offsets(1, pass)[0];
+        for set in 0..64 {
+            let p = pixel_offsets(1, set)[0];
             cells[(p.x * 4.0) as usize * 4 + (p.y * 4.0) as usize] += 1;
         }
         assert!(cells.iter().all(|count| (2..=6).contains(count)), "{cells:?}");

@@ -1,0 +1,59 @@
+//! Settings of a render.
+
+use super::adaptive::Adaptive;
+use super::filter::PixelFilter;
+use super::lens::Lens;
+use crate::film::{AovFlags, PixelWindow};
+use crate::integrator::{GlassShadows, LightSize};
+
+/// What decides an image besides the frame itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Size of the whole image, pixels.
+    pub resolution: (u32, u32),
+    /// The part of the image that is rendered.
+    pub window: PixelWindow,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Additional samples for pixels on edges.
+    pub adaptive: Option<Adaptive>,
+    /// Reconstruction filter.
+    pub filter: PixelFilter,
+    /// Lens of the camera. Without one everything is in focus.
+    pub lens: Option<Lens>,
+    /// Deepest reflection or refraction; 0 shows only what the camera sees directly.
+    pub max_depth: u32,
+    /// Shadows of glass.
+    pub glass_shadows: GlassShadows,
+    /// Multiplies punctual lights.
+    pub light_scale: f32,
+    /// Size of the lights.
+    pub light_size: LightSize,
+    /// Rays that follow a rough lobe of the first surface; 0 looks up the prefiltered environment instead.
+    pub glossy_samples: u32,
+    /// Whether camera rays that leave the scene see the environment; otherwise they are transparent.
+    pub show_background: bool,
+    /// AOVs besides colour and coverage. They change neither of these.
+    pub aovs: AovFlags,
+}
+
+impl Default for RenderSettings {
+    /// The defaults of `rayframe render`.
+    fn default() -> Self {
+        Self {
+            resolution: (1280, 720),
+            window: PixelWindow::full(1280, 720),
+            samples: 4,
+            adaptive: None,
+            filter: PixelFilter::Box,
+            lens: None,
+            max_depth: 8,
+            glass_shadows: GlassShadows::Straight,
+            light_scale: 1.0,
+            light_size: LightSize::default(),
+            glossy_samples: 0,
+            show_background: true,
+            aovs: AovFlags::NONE,
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Pixels of a tile while their samples are summed, and the search for edges among them.
+
+use super::adaptive::SampleRange;
+use crate::film::PixelWindow;
+
+/// The sums of one pixel.
+#[derive(Clone, Copy)]
+pub(super) struct PixelSum {
+    /// Column and row in the image.
+    pub(super) position: (u32, u32),
+    sum: [f32; 4],
+    pub(super) weight: f32,
+    /// Filled only for adaptive sampling.
+    pub(super) range: SampleRange,
+}
+
+impl PixelSum {
+    pub(super) fn new(position: (u32, u32)) -> Self {
+        Self { position, sum: [0.0; 4], weight: 0.0, range: SampleRange::EMPTY }
+    }
+
+    pub(super) fn add(&mut self, value: [f32; 4], weight: f32) {
+        for (sum, value) in self.sum.iter_mut().zip(value) {
+            *sum += value * weight;
+        }
+        self.weight += weight;
+    }
+
+    /// The filtered value. Negative lobes of a filter leave neither negative light nor a coverage above one.
+    pub(super) fn mean(&self) -> [f32; 4] {
+        if self.weight <= 0.0 {
+            return [0.0; 4];
+        }
+        let scale = 1.0 / self.weight;
+        let [red, green, blue, coverage] = self.sum.map(|channel| channel * scale);
+        let positive = |x: f32| if x < 0.0 { 0.0 } else { x };
+        [
+            positive(red),
+            positive(green),
+            positive(blue),
+            if coverage > 1.0 { 1.0 } else { positive(coverage) },
+        ]
+    }
+}
+
+/// Grid of indices into a list of pixels: a tile and the border of one pixel around it.
+pub(super) struct PixelGrid {
+    /// Column and row of the grid's first cell.
+    corner: (i64, i64),
+    stride: usize,
+    indices: Vec<Option<usize>>,
+}
+
+impl PixelGrid {
+    /// The grid of the tile and the border that `pixels` holds in any order.
+    pub(super) fn new(tile: PixelWindow, pixels: &[PixelSum]) -> Self {
+        let stride = tile.width() as usize + 2;
+        let corner = (i64::from(tile.x0) - 1, i64::from(tile.y0) - 1);
+        let mut grid = Self { corner, stride, indices: vec![None; stride * (tile.height() as usize + 2)] };
+        for (index, pixel) in pixels.iter().enumerate() {
+            let cell = grid.cell(pixel.position);
+            grid.indices[cell] = Some(index);
+        }
+        grid
+    }
+
+    fn cell(&self, (x, y): (u32, u32)) -> usize {
+        (i64::from(y) - self.corner.1) as usize * self.stride + (i64::from(x) - self.corner.0) as usize
+    }
+
+    /// Whether the samples of a pixel differ from each other, or from the mean of one of its eight neighbours.
+    pub(super) fn is_edge(&self, pixels: &[PixelSum], index: usize, threshold: f32) -> bool {
+        let mut range = pixels[index].range;
+        let cell = self.cell(pixels[index].position);
+        for row in [cell - self.stride, cell, cell + self.stride] {
+            for neighbour in self.indices[row - 1..=row + 1].iter().flatten() {
+                range.add(pixels[*neighbour].mean());
+            }
+        }
+        range.exceeds(threshold)
+    }
+}

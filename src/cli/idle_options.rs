@@ -11,7 +11,8 @@ pub(super) fn idle_options(args: &RenderArgs, job: &SequenceJob) -> Vec<Warning>
     let lights = light_kinds(&job.scene, &job.selection);
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();
-    let is_seen = job.preview || job.output.format() == OutputFormat::Png || job.presentation.needs_look();
+    let is_seen =
+        job.preview || job.output.format() == OutputFormat::Png || job.sequence_outputs.needs_tone_mapping();
     let idle = [
         (
             args.env_intensity != 1.0 && is_dark(&job.environment),

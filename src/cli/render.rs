@@ -47,7 +47,7 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
     inputs.extend(meant.shot.clone());
     settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
-    job.presentation.check()?;
+    job.sequence_outputs.check()?;
     let plan = Plan::new(&job)?;
     let others = other_files(&job, args);
     refuse_collisions(&plan, &others, &inputs)?;
@@ -93,7 +93,7 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
 pub(super) fn other_files<'a>(job: &'a SequenceJob, args: &'a RenderArgs) -> Vec<(&'a Path, &'static str)> {
     let reports = [(&args.stats, "--stats"), (&args.manifest, "--manifest")];
     let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
-    job.presentation.files().chain(reports).collect()
+    job.sequence_outputs.files().chain(reports).collect()
 }
 
 /// Makes sure that all files can be written, and removes what dead runs left of them half written.
@@ -117,7 +117,7 @@ pub(super) fn perform(
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
-    let audience = Audience::new(job, plan, cancel)?;
+    let audience = Audience::new(job, plan);
     let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
     let summary = sequence::run(job, plan, cancel, &|event| {
         if let Some(manifest) = &manifest {

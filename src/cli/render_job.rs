@@ -14,8 +14,8 @@ use crate::scene::{
     NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, Presentation, SequenceJob, Shutter,
-    check_picture, duration_seconds,
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputPattern, SequenceJob, SequenceOutputs, Shutter,
+    check_image_memory, duration_seconds,
 };
 
 use super::choices::choices;
@@ -64,7 +64,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
     let exr = exr_output(args);
     if let Some(window) = known_window(args)? {
-        check_picture(&args.scene, window, shutter, &exr, max_memory_bytes)?;
+        check_image_memory(&args.scene, window, shutter, &exr, max_memory_bytes)?;
     }
     let images = if args.dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
     let options = ImportOptions { max_memory_bytes, images };
@@ -109,7 +109,7 @@ pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
         output,
         exr,
         preview: args.preview.is_some(),
-        presentation: Presentation {
+        sequence_outputs: SequenceOutputs {
             movie: args.movie.clone(),
             contact_sheet: args.contact_sheet.clone(),
             shows_frames: args.show,

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::accept::{NOTHING, RejectArgs, done, refuse_in_ci, rejected, waiting};
 use crate::color::ToneCurve;
 use crate::error::{Error, Result};
-use crate::output::{PreviewLook, display_picture};
+use crate::output::{PreviewLook, display_image};
 use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
 use crate::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
 use crate::regression::{Comparison, Image, pixel_hash};
@@ -133,7 +133,7 @@ fn described(comparison: &Comparison) -> String {
 fn drawn(terminal: TerminalPictures, picture: &Image) -> Option<String> {
     let colors = picture.clone().into_linear().colors()?;
     let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
-    Some(terminal.text(&display_picture(
+    Some(terminal.text(&display_image(
         picture.size(),
         &pixels,
         PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard },

@@ -61,7 +61,7 @@ impl ContactSheet {
     }
 
     /// The sheet as it is.
-    pub fn picture(&self) -> &DisplayImage {
+    pub fn image(&self) -> &DisplayImage {
         &self.sheet
     }
 
@@ -132,7 +132,7 @@ mod tests {
             sheet.add(i64::from(frame) - 1, &plain(40 + frame * 40));
         }
         // Three columns and two rows; the last place stays empty.
-        let picture = sheet.picture();
+        let picture = sheet.image();
         assert_eq!(picture.size, (4 + 3 * 68, 4 + 2 * 40));
         let at = |x: u32, y: u32| picture.pixels[(y * picture.size.0 + x) as usize];
         assert_eq!(at(4 + 60, 4 + 30), [40, 40, 40, 255]);
@@ -148,6 +148,6 @@ mod tests {
     fn sheets_of_many_frames_stay_small() {
         assert_eq!(ContactSheet::new(400, (1920, 1080)).tile, (192, 108));
         assert_eq!(ContactSheet::new(1, (16, 9)).tile, (16, 9));
-        assert!(ContactSheet::new(9999, (1920, 1080)).picture().size.0 < 8000);
+        assert!(ContactSheet::new(9999, (1920, 1080)).image().size.0 < 8000);
     }
 }

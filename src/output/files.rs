@@ -92,7 +92,7 @@ pub fn png_file(
 }
 
 /// Linear pixels as a display shows them.
-pub fn display_picture(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayImage {
+pub fn display_image(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayImage {
     DisplayImage { size, pixels: display_pixels(pixels, look) }
 }
 

@@ -92,7 +92,7 @@ impl<'a> Manifest<'a> {
 
     fn written(&self, report: &FrameReport) -> Value {
         let mut files = vec![file_json(&report.path, Some((&report.sha256, report.bytes)))];
-        let layers = report.layers.iter();
+        let layers = report.aov_files.iter();
         files.extend(layers.map(|layer| file_json(&layer.path, Some((&layer.sha256, layer.bytes)))));
         let planned = self.plan.frames.iter().find(|planned| planned.frame == report.frame);
         files.extend(planned.and_then(|planned| planned.preview_path.as_ref()).map(file_on_disk));

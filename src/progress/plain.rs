@@ -98,7 +98,7 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
         ("split", seconds.split),
         ("sort", seconds.sort),
         ("tree", seconds.tree),
-        ("widen", seconds.widen),
+        ("widen", seconds.collapse),
         ("wait", seconds.wait),
         ("trace", seconds.trace),
         ("write", seconds.write),

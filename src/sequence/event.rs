@@ -1,41 +1,41 @@
-//! What a run tells while it works.
+//! Events of a run, for progress output.
 
 use crate::error::{Error, Warning};
 
 use super::{FrameReport, PlannedFrame, Summary};
 
-/// One thing that happened.
+/// Event of a run.
 ///
 /// The last event of a frame (kept, written or failed) comes in the order of frames. It may come while the next frame is
-/// under way, and then from another thread.
+/// rendered, and then from another thread.
 #[derive(Clone, Copy, Debug)]
 pub enum SequenceEvent<'a> {
-    /// Work begins.
+    /// The run starts.
     Started {
-        /// Frames that will be rendered.
+        /// Number of frames to render.
         to_render: usize,
-        /// Frames that are there already.
+        /// Number of frames that exist already.
         kept: usize,
     },
-    /// The exposure of all tone-mapped files is known.
+    /// The exposure of all tone-mapped files is computed.
     ExposureFound {
         /// Stops.
         ev: f32,
-        /// Whether it was found by looking at the animation.
+        /// Whether it is automatic.
         is_automatic: bool,
     },
-    /// A frame that was there already stays.
+    /// An existing frame is kept.
     FrameKept(&'a PlannedFrame),
-    /// A frame begins.
+    /// A frame starts.
     FrameStarted(&'a PlannedFrame),
-    /// A share of a frame's picture is finished, 0 to 1. Comes from worker threads.
+    /// Finished share of a frame's pixels, 0 to 1. Comes from worker threads.
     FrameProgress(&'a PlannedFrame, f32),
     /// A frame is on disk.
     FrameWritten(&'a FrameReport),
-    /// A frame could not be made.
+    /// A frame failed.
     FrameFailed(&'a PlannedFrame, &'a Error),
-    /// Something about the picture is not as asked for.
+    /// A warning about the rendered frames.
     Warned(&'a Warning),
-    /// Nothing more will happen.
+    /// The run is over; no event follows.
     Finished(&'a Summary),
 }

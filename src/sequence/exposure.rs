@@ -1,4 +1,4 @@
-//! The exposure of tone-mapped files, fixed over the animation whatever frames are asked for.
+//! Exposure of tone-mapped files: one value for the whole animation, whatever frames are rendered.
 
 use crate::bvh::TriangleFlags;
 use crate::cancel::{CancelFlag, Cancelled};
@@ -8,17 +8,18 @@ use crate::output::{auto_exposure_ev, covers_enough};
 use crate::render::RenderSettings;
 
 use super::job::duration_seconds;
-use super::{Exposure, SequenceJob, film_of};
+use super::{Exposure, SequenceJob, render_single_frame};
 
-/// Size of the renders that are looked at.
-const LOOK_SIZE: (u32, u32) = (64, 36);
-/// Times that are looked at, from the animation's first to its last.
-const LOOK_TIMES: u32 = 5;
+/// Columns and rows of the renders that are measured.
+const SIZE: (u32, u32) = (64, 36);
+/// Number of measured times, from the animation's first to its last.
+const TIMES: u32 = 5;
 
-/// The exposure of tone-mapped files in stops.
+/// Exposure of tone-mapped files in stops. Automatic exposure renders a few small frames; [`super::run`] computes it once
+/// and hands it on.
 ///
 /// # Errors
-/// [`Cancelled`] when `cancel` was raised.
+/// [`Cancelled`] when `cancel` is raised.
 pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     match job.exposure {
         Exposure::Ev(ev) => Ok(ev),
@@ -26,38 +27,41 @@ pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancel
     }
 }
 
-/// What is drawn decides, whatever is behind it, unless that is most of what there is to see.
+/// Measures the scene's surfaces without the background; with it where surfaces cover next to nothing.
 fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
-    let drawn = look(job, false, cancel)?;
-    if covers_enough(&drawn) || !job.render.show_background {
-        return Ok(auto_exposure_ev(&drawn));
+    let surfaces = small_renders(job, false, cancel)?;
+    if covers_enough(&surfaces) || !job.render.show_background {
+        return Ok(auto_exposure_ev(&surfaces));
     }
-    Ok(auto_exposure_ev(&look(job, true, cancel)?))
+    Ok(auto_exposure_ev(&small_renders(job, true, cancel)?))
 }
 
-/// Small pictures of the animation.
-fn look(job: &SequenceJob, show_background: bool, cancel: &CancelFlag) -> Result<Vec<Film>, Cancelled> {
+fn small_renders(
+    job: &SequenceJob,
+    show_background: bool,
+    cancel: &CancelFlag,
+) -> Result<Vec<Film>, Cancelled> {
     let settings = RenderSettings {
-        resolution: LOOK_SIZE,
-        window: PixelWindow::full(LOOK_SIZE.0, LOOK_SIZE.1),
+        resolution: SIZE,
+        window: PixelWindow::full(SIZE.0, SIZE.1),
         samples: 1,
         aovs: AovFlags::NONE,
         show_background,
         ..job.render.clone()
     };
     let duration = f64::from(duration_seconds(&job.scene, &job.selection));
-    let times = if duration > 0.0 { LOOK_TIMES } else { 1 };
+    let times = if duration > 0.0 { TIMES } else { 1 };
     let mut films = Vec::new();
     for step in 0..times {
-        let time_seconds = duration * f64::from(step) / f64::from(LOOK_TIMES - 1);
+        let time_seconds = duration * f64::from(step) / f64::from(TIMES - 1);
         let mut frame = Frame::at(&job.scene, &job.selection, time_seconds);
         hide_shadow_catchers(&mut frame);
-        films.push(film_of(job, &frame, &settings, cancel)?.0);
+        films.push(render_single_frame(job, &frame, &settings, cancel)?.0);
     }
     Ok(films)
 }
 
-/// Catchers have no light of their own to measure, and stand in nobody's way.
+/// Hides shadow catchers, which reflect no light of their own to measure and would block the view of what does.
 fn hide_shadow_catchers(frame: &mut Frame) {
     for (flags, &instance) in frame.flags.iter_mut().zip(&frame.instance_of_triangle) {
         let material = frame.instances[instance as usize].material;

@@ -6,7 +6,7 @@ use crate::output::ExrOutput;
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
-use super::{ExistingFiles, FrameRate, OutputPattern, Presentation, Shutter};
+use super::{ExistingFiles, FrameRate, OutputPattern, SequenceOutputs, Shutter};
 
 /// How bright previews are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,8 +44,8 @@ pub struct SequenceJob {
     pub exr: ExrOutput,
     /// Whether a tone-mapped PNG lies beside every EXR.
     pub preview: bool,
-    /// What is made of all frames together.
-    pub presentation: Presentation,
+    /// Movie, contact sheet and frames on the terminal.
+    pub sequence_outputs: SequenceOutputs,
     /// Brightness of tone-mapped files.
     pub exposure: Exposure,
     /// Curve of tone-mapped files.

@@ -1,40 +1,44 @@
-//! Many frames: which ones, under which names, in which order, and what happens when one fails.
+//! Rendering of frame sequences: frame ranges, file names, the frame loop, and files that exist already.
 //!
-//! A [`SequenceJob`] says what is meant. [`Plan::new`] finds everything that can go wrong without rendering, [`run`]
-//! renders. The terminal is unknown here: progress leaves as [`SequenceEvent`]s.
+//! A [`SequenceJob`] holds all inputs. [`Plan::new`] checks everything that can be checked without rendering, and [`run`]
+//! renders. Progress leaves as [`SequenceEvent`]s; nothing is printed here.
 
+mod assemble;
 mod event;
 mod existing;
 mod exposure;
-mod film_of;
 mod frame_loop;
+mod frame_warnings;
 mod frames;
 mod job;
 mod memory;
-mod notes;
+mod panic;
 mod pattern;
 mod plan;
 mod posed_frames;
-mod presentation;
 mod rate;
 mod render_hash;
+mod resume;
+mod sequence_outputs;
 mod shutter;
+mod single_frame;
 mod statistics;
 mod writer;
 
+pub use assemble::{display_frame, write_sequence_outputs};
 pub use event::SequenceEvent;
 pub use existing::ExistingFiles;
 pub use exposure::exposure_ev;
-pub use film_of::film_of;
 pub use frame_loop::run;
 pub use frames::FrameSpec;
 pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
-pub use memory::check_picture;
+pub use memory::check_image_memory;
 pub use pattern::{OutputFormat, OutputPattern};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
-pub use presentation::{Presentation, find_look, present, shown};
 pub use rate::FrameRate;
 pub(crate) use render_hash::hex;
 pub use render_hash::render_hash;
+pub use sequence_outputs::SequenceOutputs;
 pub use shutter::Shutter;
+pub use single_frame::render_single_frame;
 pub use statistics::{AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};

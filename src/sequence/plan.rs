@@ -1,4 +1,4 @@
-//! Everything that can be known, and go wrong, before the first frame.
+//! The plan of a run: frames, file names and existing files, with all checks that need no rendering.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,51 +9,51 @@ use crate::error::{Error, Result};
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
 
-use super::existing::{Decision, decide, preview_in_the_way};
+use super::resume::{Decision, decide, preview_in_the_way};
 use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
 
-/// One frame and its files.
+/// A frame to render, and its files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlannedFrame {
     /// Frame number.
     pub frame: i64,
-    /// What it shows, seconds.
+    /// Scene time, seconds.
     pub time_seconds: f64,
-    /// The file.
+    /// The frame's main file.
     pub path: PathBuf,
-    /// The files of the layers that are not in it, in the order of [`crate::output::ExrOutput::split_aovs`].
+    /// Files of split AOVs, in the order of [`crate::output::ExrOutput::split_aovs`].
     pub aov_paths: Vec<PathBuf>,
-    /// The tone-mapped PNG beside it.
+    /// Tone-mapped PNG preview.
     pub preview_path: Option<PathBuf>,
-    /// What it is made from.
+    /// Hash of the scene, the settings and the version.
     pub render_hash: String,
-    /// Whether all files but the preview are there already and whole.
+    /// Whether all files but the preview exist and are complete.
     pub is_done: bool,
 }
 
 impl PlannedFrame {
-    /// All files of the frame.
+    /// Paths of all files of the frame.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let others = self.aov_paths.iter().chain(&self.preview_path);
         std::iter::once(&self.path).chain(others).map(PathBuf::as_path)
     }
 }
 
-/// All frames in the order of rendering.
+/// Frames of a run in the order of rendering.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The frames.
     pub frames: Vec<PlannedFrame>,
-    /// Files made from something else that frames and previews will replace, as resuming allows.
+    /// Existing files with other content that frames and previews replace.
     pub replaced: Vec<ReplacedFile>,
 }
 
-/// A file that is there before the run and is not what its name will hold.
+/// An existing file that the run replaces by other content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReplacedFile {
-    /// The file.
+    /// Path of the file.
     pub path: PathBuf,
-    /// What it is instead, to be read after "is".
+    /// What it is now, to be read after "is".
     pub why: String,
 }
 
@@ -62,13 +62,13 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Usage`] when frames would share a name, [`Error::Refused`] when memory does not suffice, and
-    /// [`Error::CannotCreate`] when a file made from something else has a frame's name.
+    /// [`Error::CannotCreate`] when a file with other content has a frame's name.
     pub fn new(job: &SequenceJob) -> Result<Self> {
         memory::check(job)?;
         check_names(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
         let (frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
-        refuse_to_share(&frames)?;
+        refuse_shared_names(&frames)?;
         let replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
@@ -76,7 +76,7 @@ impl Plan {
         Ok(Self { frames, replaced })
     }
 
-    /// Creates the folders, makes sure that files can be written there, and removes what dead runs left half written.
+    /// Creates the folders, checks that files can be written there, and removes temporary files of ended runs.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] with the folder and the reason.
@@ -87,7 +87,7 @@ impl Plan {
             paths.extend(frame.paths().map(Path::to_owned));
         }
         for path in &paths {
-            // One file a folder tells about the folder.
+            // One file probes its whole folder.
             check_name(path)?;
             if folders.insert(path.parent().map(Path::to_owned)) {
                 probe_folder(path)?;
@@ -97,7 +97,7 @@ impl Plan {
         Ok(())
     }
 
-    /// Frames that are still to be rendered.
+    /// Number of frames to render.
     pub fn remaining(&self) -> usize {
         self.frames.iter().filter(|frame| !frame.is_done).count()
     }
@@ -115,21 +115,21 @@ fn check_names(job: &SequenceJob) -> Result<()> {
     }
     if job.preview && job.output.format() == OutputFormat::Png {
         return Err(Error::usage(
-            "--preview png lies beside EXR files, but -o asks for PNG files already; leave --preview out",
+            "--preview png adds previews to EXR files, but -o names PNG files already; leave --preview out",
         ));
     }
-    check_layers(job)
+    check_aovs(job)
 }
 
-fn check_layers(job: &SequenceJob) -> Result<()> {
+fn check_aovs(job: &SequenceJob) -> Result<()> {
     if job.output.format() == OutputFormat::Png && job.exr != ExrOutput::default() {
         return Err(Error::usage(
-            "--layers, --exr, --split-aovs and --stamp are about EXR files, but -o asks for PNG files; end it with .exr",
+            "--aovs, --exr, --split-aovs and --stamp apply to EXR files, but -o names PNG files; end it with .exr",
         ));
     }
     if job.output.has_layer_place() && !job.exr.is_split {
         return Err(Error::usage(
-            "--output: {layer} stands for the names of layers with files of their own; add --split-aovs or leave {layer} out",
+            "--output: {layer} is the name of an AOV with a file of its own; add --split-aovs or leave {layer} out",
         ));
     }
     if job.render.aovs != job.exr.aov_flags() {
@@ -138,8 +138,8 @@ fn check_layers(job: &SequenceJob) -> Result<()> {
     job.exr.contradiction().map_or(Ok(()), |why| Err(Error::usage(format!("--exr: {why}"))))
 }
 
-/// No two files of a run may have one name.
-fn refuse_to_share(frames: &[PlannedFrame]) -> Result<()> {
+/// Refuses two files of one name.
+fn refuse_shared_names(frames: &[PlannedFrame]) -> Result<()> {
     let mut names = BTreeSet::new();
     match frames.iter().flat_map(PlannedFrame::paths).find(|path| !names.insert(*path)) {
         None => Ok(()),
@@ -150,15 +150,15 @@ fn refuse_to_share(frames: &[PlannedFrame]) -> Result<()> {
     }
 }
 
-/// The frame, and the file that is in its way and why.
+/// The planned frame, and an existing file with other content under one of its names.
 fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFile>) {
     let path = job.output.path(frame);
-    let layers = job.exr.split_aovs().iter();
-    let aov_paths: Vec<_> = layers.map(|layer| job.output.layer_path(frame, layer.name())).collect();
+    let aovs = job.exr.split_aovs().iter();
+    let aov_paths: Vec<_> = aovs.map(|aov| job.output.layer_path(frame, aov.name())).collect();
     let preview_path = job.preview.then(|| path.with_extension("png"));
     let render_hash = render_hash(job, frame);
 
-    // The frame is there when all its files are.
+    // A frame is done when all its files are.
     let files = std::iter::once(&path).chain(&aov_paths);
     let decisions: Vec<_> = files.map(|path| (path, decide(job, path, &render_hash))).collect();
     let is_done = decisions.iter().all(|(_, decision)| *decision == Decision::Keep);
@@ -186,7 +186,7 @@ fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {
     Err(Error::CannotCreate {
         path: path.clone(),
         message: format!(
-            "the file is there{others} and is {why}; --resume replaces only such frames, --overwrite replaces all"
+            "the file exists{others} and is {why}; --resume replaces only such frames, --overwrite replaces all"
         ),
     })
 }

@@ -1,4 +1,4 @@
-//! The scene at one time with a hierarchy that fits it, made from what the last frame left.
+//! The posed scene and its BVH, which take over memory and trees from the previous frame.
 
 use std::time::Instant;
 
@@ -12,22 +12,22 @@ use crate::render::{AdjacentFrames, RenderSettings, SceneView, render_pixel_cent
 
 use super::{Phases, PlannedFrame, SequenceJob};
 
-/// Reflected and refracted rays that a sample takes on average in an ordinary scene.
+/// Reflected and refracted rays a sample in a typical scene.
 const TYPICAL_BOUNCES: u32 = 1;
 
-/// The frame at hand, the one before, and the hierarchy over the one before.
+/// The current and the previous pose, and the BVH of the current one.
 #[derive(Default)]
 pub(super) struct PosedFrames {
     pub(super) current: Frame,
     previous: Frame,
     builder: Builder,
     pub(super) bvh: Option<Bvh>,
-    /// The frame before the one at hand and the one after, where motion is recorded.
-    neighbours: [Frame; 2],
+    /// Poses at the previous and the next frame number, where motion vectors are recorded.
+    adjacent: [Frame; 2],
 }
 
 impl PosedFrames {
-    /// The camera at a time, which may be another than that of the frame at hand.
+    /// The camera at `time_seconds`, which may differ from the time of the current pose.
     pub(super) fn camera_at(&self, job: &SequenceJob, time_seconds: f64) -> PosedCamera {
         if self.current.time_seconds == time_seconds {
             return self.current.camera;
@@ -35,7 +35,7 @@ impl PosedFrames {
         Frame::camera_at(&job.scene, &job.selection, time_seconds)
     }
 
-    /// Poses the scene and makes `bvh` fit it; tells whether the last hierarchy still did.
+    /// Poses the scene and builds or refits the BVH. Returns whether the BVH is reused unchanged.
     pub(super) fn advance(
         &mut self,
         job: &SequenceJob,
@@ -63,41 +63,41 @@ impl PosedFrames {
         Ok(false)
     }
 
-    /// Records what the middles of pixels show at the frame's own time, and how that moves.
-    pub(super) fn record_centres(
+    /// Records the pixel-centre samples at the frame's own time, with motion vectors.
+    pub(super) fn record_pixel_centers(
         &mut self,
         job: &SequenceJob,
         planned: &PlannedFrame,
         film: &mut Film,
         cancel: &CancelFlag,
     ) -> Result<Phases> {
-        // The open shutter may have seen another time last.
+        // The last shutter sample may be of another time.
         let mut phases = Phases::default();
         if self.current.time_seconds != planned.time_seconds {
             self.advance(job, planned.time_seconds, cancel, &mut phases)?;
         }
 
         let posing = Instant::now();
-        let [before, after] = &mut self.neighbours;
-        for (neighbour, step) in [(&mut *before, -1), (&mut *after, 1)] {
+        let [before, after] = &mut self.adjacent;
+        for (frame, step) in [(&mut *before, -1), (&mut *after, 1)] {
             let time_seconds = job.rate.time_seconds(planned.frame.saturating_add(step));
-            neighbour.pose(&job.scene, &job.selection, time_seconds);
+            frame.pose(&job.scene, &job.selection, time_seconds);
         }
         phases.pose += posing.elapsed().as_secs_f64();
 
         let tracing = Instant::now();
         if let Some(bvh) = &self.bvh {
             let (scene, frame, environment) = (&job.scene, &self.current, &job.environment);
-            let input = SceneView { scene, frame, bvh, environment };
-            render_pixel_centers(film, &input, AdjacentFrames { before, after }, cancel)?;
+            let view = SceneView { scene, frame, bvh, environment };
+            render_pixel_centers(film, &view, AdjacentFrames { before, after }, cancel)?;
         }
         phases.trace += tracing.elapsed().as_secs_f64();
         Ok(phases)
     }
 }
 
-/// About how many rays one time of a frame takes: for each sample the camera's, one to each light from what it meets, and those of
-/// one reflection or refraction where these are asked for.
+/// Estimated rays of one shutter sample: for each pixel sample a camera ray, a shadow ray to each light, and one reflection or
+/// refraction ray unless the depth is 0.
 fn expected_rays(render: &RenderSettings, time_samples: u32, lights: usize) -> u64 {
     let pixels = u64::from(render.window.width()) * u64::from(render.window.height());
     let bounces = u64::from(render.max_depth.min(TYPICAL_BOUNCES));
@@ -106,7 +106,7 @@ fn expected_rays(render: &RenderSettings, time_samples: u32, lights: usize) -> u
     pixels.saturating_mul(samples).saturating_mul(rays_a_sample)
 }
 
-/// Whether both frames have the same triangles to the last bit.
+/// Whether both frames have bitwise equal triangles.
 fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
     let bits = |triangle: &Triangle| triangle.vertices.map(|v| v.to_array().map(f32::to_bits));
     a.flags == b.flags
@@ -132,7 +132,7 @@ mod tests {
         // 20 x 10 pixels of 4 samples: camera, three lights, one bounce; without bounces a ray less.
         assert_eq!(expected_rays(&render, 1, 3), 800 * 5);
         assert_eq!(expected_rays(&RenderSettings { max_depth: 0, ..render.clone() }, 1, 3), 800 * 4);
-        // Two times of a frame share its samples.
+        // Two shutter samples share the samples of a pixel.
         assert_eq!(expected_rays(&render, 2, 3), 400 * 5);
     }
 

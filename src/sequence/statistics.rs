@@ -1,4 +1,4 @@
-//! What each frame cost, in a form that can be stored.
+//! Reports of a run: times, BVH, rays and files of each frame, as written by `--stats` and progress output.
 
 use std::path::PathBuf;
 
@@ -7,43 +7,45 @@ use serde::Serialize;
 use crate::bvh::{BuildKind, BuildStatistics, BuilderKind, RebuildReason};
 use crate::cancel::Cancelled;
 use crate::error::{Error, Result};
+use crate::output::PreviewLook;
 use crate::render::RenderStatistics;
 
-/// Seconds of each phase of a frame. Phases share the machine with the writing of the frame before.
+/// Seconds of each phase of a frame. The previous frame is written at the same time on the same machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "each of the first fields is the phase of its name")]
 pub struct Phases {
     pub pose: f64,
-    /// Fitting the last frame's hierarchy to this one, also where it came to nothing.
+    /// Refitting of the previous frame's BVH, including attempts that were given up.
     pub refit: f64,
-    /// Boxes of triangles.
+    /// Bounding boxes of triangles.
     pub bounds: f64,
     pub split: f64,
-    /// Morton codes and their order.
+    /// Computing and sorting Morton codes.
     pub sort: f64,
     /// The binary tree.
     pub tree: f64,
-    /// The collapse to the tree that rays walk.
-    pub widen: f64,
-    /// Waiting until the frame before the last was written.
+    /// Collapse of the binary tree to the wide tree.
+    #[serde(rename = "widen")]
+    pub collapse: f64,
+    /// Waiting for the frame before the previous one to be written.
     pub wait: f64,
     pub trace: f64,
-    /// Encoding this frame and writing it, beside the frame after it.
+    /// Encoding and writing, while the next frame is rendered.
     pub write: f64,
-    /// From the frame's beginning until it was on disk.
+    /// From the start of the frame until it is on disk.
     pub total: f64,
-    /// What the frame added to the run: from the end of the frame before, or its own beginning, until it was on disk.
+    /// Time that the frame adds to the run: from the end of the previous frame, or its own start if later, until it is on disk.
     pub period: f64,
 }
 
 impl Phases {
-    /// Seconds in which the frame was made, without waiting and writing.
-    pub(super) fn of_making(&self) -> f64 {
-        let Self { pose, refit, bounds, split, sort, tree, widen, trace, .. } = self;
-        pose + refit + bounds + split + sort + tree + widen + trace
+    /// Seconds of posing, building and tracing.
+    pub(super) fn render_seconds(&self) -> f64 {
+        let Self { pose, refit, bounds, split, sort, tree, collapse, trace, .. } = self;
+        pose + refit + bounds + split + sort + tree + collapse + trace
     }
 
-    /// Adds the phases of another time of the same frame.
+    /// Adds the phases of another shutter sample of the same frame.
     pub(super) fn add(&mut self, other: &Self) {
         self.pose += other.pose;
         self.refit += other.refit;
@@ -51,18 +53,18 @@ impl Phases {
         self.split += other.split;
         self.sort += other.sort;
         self.tree += other.tree;
-        self.widen += other.widen;
+        self.collapse += other.collapse;
     }
 }
 
-/// The hierarchy of a frame.
+/// BVH of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TreeReport {
     /// Triangles that are not hidden.
     pub triangles: usize,
-    /// Boxes after splitting.
+    /// Triangle references after splitting.
     pub references: usize,
-    /// Area beyond which boxes were split, square metres; none unless `--split AREA` asked for one.
+    /// Area above which boxes were split, square metres; `None` unless `--split AREA` sets one.
     pub sa_max: Option<f32>,
     /// Levels of the binary tree.
     pub depth: u32,
@@ -70,21 +72,23 @@ pub struct TreeReport {
     pub sah_cost: f32,
     /// Bytes of the traversal structure.
     pub bytes: usize,
-    /// The same over the number of triangles.
+    /// Bytes of the traversal structure a triangle.
     pub bytes_per_triangle: f64,
-    /// Which hierarchy it is: `lbvh`, `ploc`, `karras` or `brute`.
+    /// Builder that built it: `lbvh`, `ploc`, `karras` or `brute`.
     pub builder: &'static str,
-    /// Which one was asked for; `auto` leaves it to the number of rays and the triangles' sizes.
-    pub asked_for: &'static str,
-    /// How it came to fit the frame: `built`, `refitted`, or `reused` as it was.
+    /// Requested builder; `auto` decides by the number of rays and the triangles' sizes.
+    #[serde(rename = "asked_for")]
+    pub requested: &'static str,
+    /// Whether it was `built`, `refitted` or `reused` unchanged.
     pub made: &'static str,
-    /// Why, in words.
+    /// The reason, as a text.
     pub why: &'static str,
-    /// For a refitted tree, its SAH cost over the least since it was built.
-    pub decay: Option<f32>,
+    /// SAH cost of a refitted tree over the least since it was built.
+    #[serde(rename = "decay")]
+    pub cost_ratio: Option<f32>,
 }
 
-/// The rays of a frame.
+/// Rays of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[expect(missing_docs, reason = "the first four count rays of the kind of their name")]
 pub struct RayReport {
@@ -92,23 +96,23 @@ pub struct RayReport {
     pub reflection: u64,
     pub refraction: u64,
     pub shadow: u64,
-    /// Rays of all kinds a second of tracing and shading.
+    /// Rays of all kinds per second of tracing and shading.
     pub per_second: f64,
-    /// Seconds inside the hierarchy's batch queries, summed over threads.
+    /// Seconds inside BVH queries, summed over threads.
     pub query_seconds: f64,
     /// Wide nodes visited a ray.
     pub nodes_per_ray: f64,
     /// Triangles tested a ray.
     pub triangles_per_ray: f64,
-    /// Sample weight lost to the depth limit and the cut-off, in whole samples.
+    /// Sample weight lost to the depth limit and the weight cut-off, in whole samples.
     pub dropped_weight: f64,
-    /// Samples that met too many see-through surfaces.
+    /// Samples that hit more transparent surfaces than the limit.
     pub pass_through_limit_reached: u64,
-    /// Pixels that were not finite and became black.
+    /// Pixels that were not finite and are black.
     pub non_finite_pixels: u64,
 }
 
-/// A file of one layer that was written.
+/// Written file of a split AOV.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AovFileReport {
     /// The file.
@@ -120,12 +124,12 @@ pub struct AovFileReport {
     pub bytes: usize,
 }
 
-/// A frame that was written.
+/// Report of a written frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FrameReport {
     /// Frame number.
     pub frame: i64,
-    /// What it shows, seconds.
+    /// Scene time, seconds.
     pub time_seconds: f64,
     /// The file.
     #[serde(serialize_with = "lossy_path")]
@@ -134,50 +138,52 @@ pub struct FrameReport {
     pub sha256: String,
     /// Bytes of the file.
     pub bytes: usize,
-    /// The files of layers that are not in it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub layers: Vec<AovFileReport>,
+    /// Files of split AOVs.
+    #[serde(rename = "layers", skip_serializing_if = "Vec::is_empty")]
+    pub aov_files: Vec<AovFileReport>,
     /// Seconds of each phase.
     pub seconds: Phases,
-    /// The hierarchy.
+    /// The BVH.
     pub tree: TreeReport,
     /// The rays.
     pub rays: RayReport,
-    /// Most memory that the process ever used, where the system tells.
+    /// Peak memory of the process, where the system reports it.
     pub peak_memory_bytes: Option<u64>,
 }
 
-/// A frame that could not be made.
+/// A frame that failed.
 #[derive(Debug)]
 pub struct FailedFrame {
     /// Frame number.
     pub frame: i64,
-    /// Why.
+    /// The error.
     pub error: Error,
 }
 
-/// A whole run.
+/// Summary of a run.
 #[derive(Debug, Default)]
 pub struct Summary {
     /// Frames written, in order.
     pub written: Vec<FrameReport>,
-    /// Frames that were there already.
+    /// Existing frames that were kept.
     pub kept: Vec<i64>,
-    /// Previews written beside frames that were there already.
+    /// Number of previews written for kept frames.
     pub previews: usize,
-    /// Frames that could not be made.
+    /// Frames that failed.
     pub failed: Vec<FailedFrame>,
-    /// Whether the run was stopped.
+    /// Whether the run was cancelled.
     pub is_interrupted: bool,
+    /// Tone mapping of the run, where anything was tone-mapped.
+    pub look: Option<PreviewLook>,
     /// Wall-clock seconds.
     pub seconds: f64,
 }
 
 impl Summary {
-    /// Nothing, when all that was asked for is there; else the interruption, or the worst failure.
+    /// Success when all frames exist.
     ///
     /// # Errors
-    /// As said; of several failures the one whose exit code is the most permanent.
+    /// [`Error::Interrupted`] when the run was cancelled, or else the failure whose exit code is the most permanent.
     pub fn outcome(self) -> Result<()> {
         if self.is_interrupted {
             return Err(Error::Interrupted(Cancelled));
@@ -187,7 +193,7 @@ impl Summary {
     }
 }
 
-/// How little another try would help: a bug most, a full disk less.
+/// Rank of an error by how permanent it is: highest for a bug, low for a full disk.
 fn permanence(error: &Error) -> u8 {
     match error.exit_code() {
         70 => 4,
@@ -198,13 +204,13 @@ fn permanence(error: &Error) -> u8 {
 }
 
 impl TreeReport {
-    pub(super) fn new(statistics: &BuildStatistics, asked_for: BuilderKind, is_reused: bool) -> Self {
-        let (made, why, decay) = match statistics.kind {
+    pub(super) fn new(statistics: &BuildStatistics, requested: BuilderKind, is_reused: bool) -> Self {
+        let (made, why, cost_ratio) = match statistics.kind {
             _ if is_reused => ("reused", "no triangle moved", None),
             BuildKind::Refitted { cost_ratio } => {
-                ("refitted", "the rays pay less for a worn tree than for a new one", Some(cost_ratio))
+                ("refitted", "a refit costs less than a rebuild would save", Some(cost_ratio))
             }
-            BuildKind::Built(reason) => ("built", why_built(reason), None),
+            BuildKind::Built(reason) => ("built", rebuild_reason_text(reason), None),
         };
         Self {
             triangles: statistics.triangles,
@@ -215,16 +221,16 @@ impl TreeReport {
             bytes: statistics.bytes,
             bytes_per_triangle: statistics.bytes as f64 / statistics.triangles.max(1) as f64,
             builder: builder_name(statistics.builder),
-            asked_for: builder_name(asked_for),
+            requested: builder_name(requested),
             made,
             why,
-            decay,
+            cost_ratio,
         }
     }
 }
 
 impl Phases {
-    /// What building or refitting took.
+    /// Phases of building or refitting.
     pub(super) fn of_build(pose: f64, statistics: &BuildStatistics) -> Self {
         Self {
             pose,
@@ -233,22 +239,22 @@ impl Phases {
             split: statistics.split_seconds,
             sort: statistics.sort_seconds,
             tree: statistics.tree_seconds,
-            widen: statistics.collapse_seconds,
+            collapse: statistics.collapse_seconds,
             ..Self::default()
         }
     }
 }
 
-fn why_built(reason: RebuildReason) -> &'static str {
+fn rebuild_reason_text(reason: RebuildReason) -> &'static str {
     match reason {
-        RebuildReason::NoPreviousTree => "there was none that may be refitted",
-        RebuildReason::OtherTriangles => "other triangles take part, or some are split",
-        RebuildReason::CostRatioTooHigh => "refitted it would cost the rays more",
-        RebuildReason::Pausing => "refitting has not paid lately",
+        RebuildReason::NoPreviousTree => "no previous tree to refit",
+        RebuildReason::OtherTriangles => "the set of triangles changed, or some are split",
+        RebuildReason::CostRatioTooHigh => "a refitted tree would cost the rays more",
+        RebuildReason::Pausing => "refitting did not pay recently",
     }
 }
 
-/// As `--bvh` calls it.
+/// Name in `--bvh`.
 fn builder_name(builder: BuilderKind) -> &'static str {
     match builder {
         BuilderKind::Auto => "auto",
@@ -285,7 +291,7 @@ impl RayReport {
     }
 }
 
-/// Most memory that this process ever used (`VmHWM` of Linux).
+/// Peak memory of this process (`VmHWM` of Linux).
 pub(super) fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -307,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn the_worst_frame_decides() {
+    fn the_most_permanent_failure_decides_the_outcome() {
         let full_disk =
             || Error::WriteFailed { path: "a".into(), source: std::io::ErrorKind::StorageFull.into() };
         let bug = Error::Internal { message: "x".to_owned() };

@@ -1,10 +1,9 @@
-//! The far end of the loop: files of frames that are traced, while the next frame is under way.
+//! Encoding and writing of traced frames, while the next frame is rendered.
 //!
-//! Encoding is a task of the rayon pool, started by the loop as soon as a frame is traced. Waiting for the disk is left to
-//! one thread, which also settles every frame, in the loop's order: it tells the event that ends the frame and keeps the
-//! summary. So of several failures the first frame's comes first, whatever happened first.
+//! Encoding is a task of the rayon pool, which the frame loop starts as soon as a frame is traced. One thread waits for the
+//! disk. It also completes every frame in the loop's order: it sends the event that ends the frame and keeps the summary. So
+//! of several failures the first frame's comes first, whatever happened first.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -16,10 +15,11 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
+use crate::image::RgbaImage;
 use crate::image_file::{FrameAttributes, decode_exr_rgba, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, exr_files, png_file};
 
-use super::frame_loop::panic_error;
+use super::panic::catch_panic;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
 use super::{
@@ -27,20 +27,20 @@ use super::{
     SequenceJob, Summary, TreeReport,
 };
 
-/// How long a thread sleeps that has nothing to do but wait.
+/// Sleep of a waiting thread between checks for work in the pool.
 const NAP: Duration = Duration::from_millis(1);
 
-/// What the loop hands over about each frame.
-pub(super) enum HandedOver<'a> {
-    /// It is traced; its files are being encoded.
+/// Result of the frame loop for one frame.
+pub(super) enum LoopResult<'a> {
+    /// The frame is traced, and its files are being encoded.
     Traced(Box<TracedFrame<'a>>),
-    /// It was there already. Its preview is made anew if a look is given.
+    /// The frame exists. Its preview is written anew if a tone mapping is given.
     Kept(&'a PlannedFrame, Option<PreviewLook>),
-    /// It could not be made.
+    /// The frame failed.
     Failed(&'a PlannedFrame, Error),
 }
 
-/// A frame without its files.
+/// A traced frame whose files are being encoded.
 pub(super) struct TracedFrame<'a> {
     pub(super) planned: &'a PlannedFrame,
     pub(super) started: Instant,
@@ -50,18 +50,18 @@ pub(super) struct TracedFrame<'a> {
     pub(super) encoded: Receiver<Result<EncodedFrame>>,
 }
 
-/// What a frame's files are made from.
-pub(super) struct Picture<'a> {
+/// Input of the encoding of a frame's files.
+pub(super) struct FrameEncoder<'a> {
     pub(super) planned: &'a PlannedFrame,
     pub(super) film: Film,
     pub(super) attributes: FrameAttributes,
     pub(super) look: PreviewLook,
     pub(super) format: OutputFormat,
     pub(super) exr: &'a ExrOutput,
-    pub(super) shapes: Arc<InstanceIds>,
+    pub(super) instance_ids: Arc<InstanceIds>,
 }
 
-/// A frame's files before they are written.
+/// Encoded files of a frame.
 pub(super) struct EncodedFrame {
     film: Film,
     files: ExrFiles,
@@ -70,33 +70,31 @@ pub(super) struct EncodedFrame {
     seconds: f64,
 }
 
-/// Writes and settles frames.
+/// Writes and completes frames.
 pub(super) struct Writer<'a> {
     pub(super) job: &'a SequenceJob,
     /// The user's flag.
     pub(super) cancel: &'a CancelFlag,
-    /// The loop's flag, raised when a frame's failure ends the run.
+    /// The frame loop's flag, raised when a frame's failure ends the run.
     pub(super) stop: &'a CancelFlag,
     pub(super) on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
-    /// Films whose frames are on disk.
-    pub(super) spent_films: Sender<Film>,
+    /// Takes back films whose frames are written.
+    pub(super) free_films: Sender<Film>,
 }
 
-impl<'a> Picture<'a> {
-    /// Encodes the files as a task of `pool`, beside whatever else it has to do.
-    pub(super) fn encode_in<'s>(self, pool: &Scope<'s>) -> Receiver<Result<EncodedFrame>>
+impl<'a> FrameEncoder<'a> {
+    /// Encodes the files as a task of `pool`.
+    pub(super) fn spawn<'s>(self, pool: &Scope<'s>) -> Receiver<Result<EncodedFrame>>
     where
         'a: 's,
     {
         let (sender, receiver) = channel();
         let work = move || {
             let frame = self.planned.frame;
-            let encoded = catch_unwind(AssertUnwindSafe(|| self.encode()));
-            let encoded = encoded.unwrap_or_else(|payload| Err(panic_error(frame, payload.as_ref())));
-            // A run that has ended wants no more files.
-            let _ = sender.send(encoded);
+            // The receiver is gone when the run has ended.
+            let _ = sender.send(catch_panic(frame, || self.encode()));
         };
-        // A pool of one would not come to it before the next frame is traced.
+        // A pool of one thread would not start the task before the next frame is traced.
         if rayon::current_num_threads() == 1 {
             work();
         } else {
@@ -107,12 +105,12 @@ impl<'a> Picture<'a> {
 
     fn encode(self) -> Result<EncodedFrame> {
         let start = Instant::now();
-        let Self { planned, film, attributes, look, format, exr, shapes } = self;
-        let size = (film.window.width(), film.window.height());
+        let Self { planned, film, attributes, look, format, exr, instance_ids } = self;
+        let size = film.window.size();
         let png = || png_file(size, &film.pixels, look, &planned.render_hash);
         let file = || match format {
             OutputFormat::Png => png().map(|main| ExrFiles { main, aovs: Vec::new() }),
-            OutputFormat::Exr => exr_files(&film, &attributes, exr, &shapes),
+            OutputFormat::Exr => exr_files(&film, &attributes, exr, &instance_ids),
         };
         let (files, preview) = rayon::join(file, || planned.preview_path.is_some().then(png).transpose());
         let (files, preview) = (files?, preview?);
@@ -122,26 +120,26 @@ impl<'a> Picture<'a> {
 }
 
 impl Writer<'_> {
-    /// Settles frames until the loop ends or the run is stopped.
-    pub(super) fn settle(self, frames: Receiver<HandedOver<'_>>) -> Summary {
+    /// Completes frames until the loop ends or the run is cancelled.
+    pub(super) fn complete_all(self, frames: Receiver<LoopResult<'_>>) -> Summary {
         let mut summary = Summary::default();
-        let mut last_settled = None;
+        let mut last_completed = None;
         for frame in frames {
             if self.cancel.is_raised() {
                 summary.is_interrupted = true;
                 break;
             }
-            let (planned, settled) = match frame {
-                HandedOver::Kept(planned, look) => {
+            let (planned, completed) = match frame {
+                LoopResult::Kept(planned, look) => {
                     let kept = self.keep(planned, look);
                     summary.previews += usize::from(look.is_some() && kept.is_ok());
                     (planned, kept.map(|()| None))
                 }
-                HandedOver::Failed(planned, error) => (planned, Err(error)),
-                HandedOver::Traced(frame) => (frame.planned, self.write(frame, last_settled).map(Some)),
+                LoopResult::Failed(planned, error) => (planned, Err(error)),
+                LoopResult::Traced(frame) => (frame.planned, self.write(frame, last_completed).map(Some)),
             };
-            last_settled = Some(Instant::now());
-            match settled {
+            last_completed = Some(Instant::now());
+            match completed {
                 Ok(Some(report)) => {
                     (self.on_event)(SequenceEvent::FrameWritten(&report));
                     summary.written.push(report);
@@ -167,23 +165,25 @@ impl Writer<'_> {
         summary
     }
 
-    /// Writes a frame's files. The picture comes last: where it is, all is.
-    fn write(&self, frame: Box<TracedFrame<'_>>, last_settled: Option<Instant>) -> Result<FrameReport> {
+    /// Writes a frame's files, the main file last: where it exists, all of them do.
+    fn write(&self, frame: Box<TracedFrame<'_>>, last_completed: Option<Instant>) -> Result<FrameReport> {
         let TracedFrame { planned, started, mut seconds, tree, rays, encoded } = *frame;
         let encoded = encoded.recv().unwrap_or_else(|_| {
-            Err(Error::Internal { message: format!("frame {}: the encoder is gone", planned.frame) })
+            Err(Error::Internal {
+                message: format!("frame {}: the encoder ended without a result", planned.frame),
+            })
         });
-        // Whatever becomes of the frame, the loop gets a film back.
+        // The loop gets a film back in every case.
         let EncodedFrame { film, files, preview, sha256, seconds: encode_seconds } = match encoded {
             Ok(encoded) => encoded,
             Err(error) => {
-                let _ = self.spent_films.send(empty_film(self.job));
+                let _ = self.free_films.send(empty_film(self.job));
                 return Err(error);
             }
         };
         let writing = Instant::now();
         let written = self.cancel.check().map_err(Error::from).and_then(|()| {
-            guarded(planned, || {
+            catch_panic(planned.frame, || {
                 if let (Some(path), Some(preview)) = (&planned.preview_path, &preview) {
                     write_atomically(path, preview)?;
                 }
@@ -193,20 +193,20 @@ impl Writer<'_> {
                 write_atomically(&planned.path, &files.main)
             })
         });
-        let _ = self.spent_films.send(film);
+        let _ = self.free_films.send(film);
         written?;
 
         seconds.write = encode_seconds + writing.elapsed().as_secs_f64();
         seconds.total = started.elapsed().as_secs_f64();
         seconds.period =
-            last_settled.map_or(seconds.total, |last| last.elapsed().as_secs_f64().min(seconds.total));
+            last_completed.map_or(seconds.total, |last| last.elapsed().as_secs_f64().min(seconds.total));
         Ok(FrameReport {
             frame: planned.frame,
             time_seconds: planned.time_seconds,
             path: planned.path.clone(),
             sha256,
             bytes: files.main.len(),
-            layers: layer_reports(planned, &files.aovs),
+            aov_files: aov_reports(planned, &files.aovs),
             seconds,
             tree,
             rays,
@@ -214,25 +214,25 @@ impl Writer<'_> {
         })
     }
 
-    /// Makes the preview of a frame that is kept, from its file.
+    /// Writes the preview of a kept frame from its file.
     fn keep(&self, planned: &PlannedFrame, look: Option<PreviewLook>) -> Result<()> {
         let (Some(preview_path), Some(look)) = (&planned.preview_path, look) else {
             return Ok(());
         };
-        guarded(planned, || {
-            let (size, pixels) = read_frame(&planned.path, self.job.max_memory_bytes)?;
+        catch_panic(planned.frame, || {
+            let RgbaImage { size, pixels } = read_frame(&planned.path, self.job.max_memory_bytes)?;
             write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
         })
     }
 }
 
-/// A film for a frame with all of its layers.
+/// A film with the AOVs of `job`.
 pub(super) fn empty_film(job: &SequenceJob) -> Film {
     let settings = &job.render;
     Film::with_aovs(settings.resolution, settings.window, settings.aovs)
 }
 
-fn layer_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<AovFileReport> {
+fn aov_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<AovFileReport> {
     let report = |(path, file): (&PathBuf, &Vec<u8>)| AovFileReport {
         path: path.clone(),
         sha256: hex(&Sha256::digest(file)),
@@ -241,8 +241,8 @@ fn layer_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<AovFileReport
     planned.aov_paths.iter().zip(files).map(report).collect()
 }
 
-/// Waits for `channel` and does the pool's work meanwhile; `None` when nothing will come.
-pub(super) fn receive_working<T>(channel: &Receiver<T>) -> Option<T> {
+/// Waits for a value and runs tasks of the pool meanwhile; `None` when the channel is closed.
+pub(super) fn receive_while_working<T>(channel: &Receiver<T>) -> Option<T> {
     loop {
         match channel.try_recv() {
             Ok(value) => return Some(value),
@@ -257,15 +257,8 @@ pub(super) fn receive_working<T>(channel: &Receiver<T>) -> Option<T> {
     }
 }
 
-fn guarded(planned: &PlannedFrame, work: impl FnOnce() -> Result<()>) -> Result<()> {
-    catch_unwind(AssertUnwindSafe(work))
-        .unwrap_or_else(|payload| Err(panic_error(planned.frame, payload.as_ref())))
-}
-
-type SizedPixels = ((u32, u32), Vec<[f32; 4]>);
-
-pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<SizedPixels> {
+/// Reads the colours of a frame's EXR file.
+pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<RgbaImage> {
     let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-    let image = decode_exr_rgba(path, &bytes, max_memory_bytes)?;
-    Ok((image.size, image.pixels))
+    decode_exr_rgba(path, &bytes, max_memory_bytes)
 }

@@ -19,7 +19,7 @@ use rayframe::scene::{
     TextureIndex, TextureRef, UvTransform,
 };
 use rayframe::sequence::{
-    ExistingFiles, Exposure, FrameRate, OutputPattern, Presentation, SequenceJob, Shutter,
+    ExistingFiles, Exposure, FrameRate, OutputPattern, SequenceJob, SequenceOutputs, Shutter,
 };
 
 /// A scene, its environment and its render settings.
@@ -207,7 +207,7 @@ pub(crate) fn sequence_job(
         output: OutputPattern::parse(output.as_os_str()).unwrap(),
         exr: ExrOutput::default(),
         preview: false,
-        presentation: Presentation::default(),
+        sequence_outputs: SequenceOutputs::default(),
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,

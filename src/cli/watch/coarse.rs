@@ -9,7 +9,7 @@ use crate::frame::Frame;
 use crate::image_file::{inspect_exr, inspect_png, write_atomically};
 use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
 use crate::render::{PixelFilter, RenderSettings};
-use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, film_of};
+use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, render_single_frame};
 
 /// Pixels of the whole picture along a side of a coarse one.
 const COARSENESS: u32 = 8;
@@ -85,7 +85,7 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
         aovs: AovFlags::NONE,
         ..job.render.clone()
     };
-    Ok(film_of(job, frame, &settings, cancel)?.0)
+    Ok(render_single_frame(job, frame, &settings, cancel)?.0)
 }
 
 /// Each pixel of the window with the colour of the coarse one over it.

@@ -103,7 +103,7 @@ impl Watch<'_> {
         self.files.replace(inputs.iter().cloned());
         refuse_many(&job)?;
         job.existing = ExistingFiles::Overwrite;
-        job.presentation.check()?;
+        job.sequence_outputs.check()?;
         let plan = Plan::new(&job)?;
         let others = other_files(&job, args);
         refuse_collisions(&plan, &others, &inputs)?;

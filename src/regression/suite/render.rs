@@ -7,7 +7,7 @@ use tempfile::TempDir;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
 use crate::sequence::{
-    ExistingFiles, OutputPattern, Plan, Presentation, SequenceJob, Summary, run as run_sequence,
+    ExistingFiles, OutputPattern, Plan, SequenceJob, SequenceOutputs, Summary, run as run_sequence,
 };
 
 /// Pictures of a shot; they are gone when this is dropped.
@@ -29,7 +29,7 @@ pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<R
     })?;
     job.output = pattern_in(folder.path())?;
     job.preview = false;
-    job.presentation = Presentation::default();
+    job.sequence_outputs = SequenceOutputs::default();
     job.exr.is_split = false;
     job.exr.is_stamped = false;
     job.existing = ExistingFiles::Overwrite;

@@ -8,7 +8,7 @@ use rayframe::film::{AovFlags, Film, LightPass, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::regression::suite::{Suite, discover};
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, PixelFilter, RenderSettings};
-use rayframe::sequence::{SequenceJob, film_of};
+use rayframe::sequence::{SequenceJob, render_single_frame};
 
 const ALL: AovFlags = AovFlags { light: true, centers: true, coverage: true };
 
@@ -47,7 +47,7 @@ fn settings(job: &SequenceJob, resolution: (u32, u32), samples: u32) -> RenderSe
 #[expect(clippy::unwrap_used, reason = "nothing raises the cancel flag")]
 fn film(job: &SequenceJob, time_seconds: f64, settings: &RenderSettings) -> Film {
     let frame = Frame::at(&job.scene, &job.selection, time_seconds);
-    film_of(job, &frame, settings, &CancelFlag::new()).unwrap().0
+    render_single_frame(job, &frame, settings, &CancelFlag::new()).unwrap().0
 }
 
 /// The distance of halves around `value`: 11 significant bits, down to 2⁻²⁴.

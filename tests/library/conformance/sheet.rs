@@ -5,7 +5,7 @@ use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
 use rayframe::render::RenderSettings;
-use rayframe::sequence::film_of;
+use rayframe::sequence::render_single_frame;
 use scene_builder::accessor::{Accessor, Component, Use, bounds_of, float_bytes};
 use scene_builder::document::Gltf;
 use scene_builder::image::Image;
@@ -177,7 +177,7 @@ impl Sheet {
         let window = PixelWindow::full(size.0, size.1);
         let settings = RenderSettings { resolution: size, window, samples: 1, ..job.render.clone() };
         let frame = Frame::at(&job.scene, &job.selection, time_seconds);
-        let (film, _) = film_of(&job, &frame, &settings, &CancelFlag::new()).unwrap();
+        let (film, _) = render_single_frame(&job, &frame, &settings, &CancelFlag::new()).unwrap();
         let center = |card: usize| {
             let pixel = (PIXELS / 2 * size.0 + card as u32 * PIXELS + PIXELS / 2) as usize;
             let [red, green, blue, _] = film.pixels[pixel];

@@ -8,7 +8,7 @@ use rayframe::error::Result;
 use rayframe::frame::Frame;
 use rayframe::regression::{ColorEncoding, Image};
 use rayframe::scene::{AnimationTarget, NodeIndex, Scene};
-use rayframe::sequence::film_of;
+use rayframe::sequence::render_single_frame;
 
 use super::images::{changed_on_display, gaussian};
 
@@ -76,7 +76,7 @@ fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<Image
     let mut job = shot_job(&ShotRequest { path: &path, suite: None, overrides: &overrides })?.sequence;
     edit(&mut job.scene);
     let frame = Frame::at(&job.scene, &job.selection, TIME_SECONDS);
-    let (film, _) = film_of(&job, &frame, &job.render, &CancelFlag::new())?;
+    let (film, _) = render_single_frame(&job, &frame, &job.render, &CancelFlag::new())?;
     Ok(film.to_image().rounded_to_halves())
 }
 

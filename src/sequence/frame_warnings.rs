@@ -1,4 +1,4 @@
-//! What people should hear about frames that came out, but perhaps not as they were meant.
+//! Warnings about rendered frames that may not look as intended.
 
 use crate::bvh::BuildStatistics;
 use crate::error::{Error, Result, Warning};
@@ -7,19 +7,19 @@ use crate::render::RenderStatistics;
 
 use super::{PlannedFrame, SequenceJob, Summary};
 
-/// What was said already; nothing is said twice.
+/// Warnings of the frames of a run, each given once.
 #[derive(Debug, Default)]
-pub(super) struct Notes {
-    said: Vec<Warning>,
-    /// Whether it was said that the camera sees nothing.
-    has_seen_nothing: bool,
+pub(super) struct FrameWarnings {
+    given: Vec<Warning>,
+    /// Whether the warning that the camera sees nothing was given.
+    warned_of_empty_view: bool,
 }
 
-impl Notes {
-    /// What a frame's statistics say that was not said before.
+impl FrameWarnings {
+    /// Warnings from a frame's statistics that were not given before.
     ///
     /// # Errors
-    /// [`Error::Internal`] for pixels that are no numbers where `job.strict`.
+    /// [`Error::Internal`] for pixels that are not finite if `job.strict`.
     pub(super) fn of_frame(
         &mut self,
         job: &SequenceJob,
@@ -28,57 +28,57 @@ impl Notes {
         rays: &RenderStatistics,
     ) -> Result<Vec<Warning>> {
         let frame = planned.frame;
-        let mut notes = Vec::new();
+        let mut messages = Vec::new();
         match rays.non_finite_pixels {
             0 => {}
             count if job.strict => {
                 let message = format!("frame {frame}: {count} pixels are infinite or not a number");
                 return Err(Error::Internal { message });
             }
-            count => notes.push(format!(
+            count => messages.push(format!(
                 "frame {frame}: {count} pixels were infinite or not a number and are black; this is a bug worth reporting"
             )),
         }
         let window = job.render.window;
-        let is_whole = (window.width(), window.height()) == job.render.resolution;
-        if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.has_seen_nothing {
-            self.has_seen_nothing = true;
-            notes.push(format!(
-                "{} sees nothing in frame {frame}: the scene lies behind it, beside it, or shows it its back",
+        let is_whole = window.size() == job.render.resolution;
+        if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.warned_of_empty_view {
+            self.warned_of_empty_view = true;
+            messages.push(format!(
+                "{} sees nothing in frame {frame}: the scene lies behind or beside the camera, or faces away from it",
                 job.selection.camera_label(&job.scene)
             ));
         }
         if rays.integrator.transparency_limit_reached > 0 {
-            notes.push(format!(
-                "some samples met more than {TRANSPARENCY_LIMIT} see-through surfaces; what lies behind them is missing"
+            messages.push(format!(
+                "some samples hit more than {TRANSPARENCY_LIMIT} transparent surfaces; what lies behind them is missing"
             ));
         }
         if tree.budget_reached {
-            notes.push(format!(
+            messages.push(format!(
                 "--split: the area would make more than {} references a triangle and was raised",
                 job.build.reference_budget
             ));
         }
-        let mut notes: Vec<_> = notes.into_iter().map(noted).collect();
-        notes.retain(|note| !self.said.contains(note));
-        self.said.extend_from_slice(&notes);
-        Ok(notes)
+        let mut warnings: Vec<_> = messages.into_iter().map(warning).collect();
+        warnings.retain(|warning| !self.given.contains(warning));
+        self.given.extend_from_slice(&warnings);
+        Ok(warnings)
     }
 }
 
-/// What is said when the depth limit took more than a hundredth of the light.
-pub(super) fn depth_note(summary: &Summary, max_depth: u32) -> Option<Warning> {
+/// Warning that the depth limit cut off more than a hundredth of the light.
+pub(super) fn depth_warning(summary: &Summary, max_depth: u32) -> Option<Warning> {
     let (dropped, samples) = summary.written.iter().fold((0.0, 0), |(dropped, samples), frame| {
         (dropped + frame.rays.dropped_weight, samples + frame.rays.camera)
     });
     let share = dropped / samples as f64;
     (share > 0.01).then(|| {
         let percent = share * 100.0;
-        noted(format!("{percent:.0} % of the light was cut off at depth {max_depth}: raise --depth"))
+        warning(format!("{percent:.0} % of the light was cut off at depth {max_depth}: raise --depth"))
     })
 }
 
-fn noted(message: String) -> Warning {
+fn warning(message: String) -> Warning {
     Warning { pointer: String::new(), message }
 }
 
@@ -94,7 +94,7 @@ mod tests {
             path: "a.exr".into(),
             sha256: String::new(),
             bytes: 0,
-            layers: Vec::new(),
+            aov_files: Vec::new(),
             seconds: Phases::default(),
             tree: TreeReport::default(),
             rays: RayReport { camera, dropped_weight, ..RayReport::default() },
@@ -103,14 +103,14 @@ mod tests {
     }
 
     #[test]
-    fn light_that_the_depth_limit_takes_is_named_beyond_a_hundredth() {
-        let told = |written: Vec<FrameReport>| {
-            depth_note(&Summary { written, ..Summary::default() }, 8).map(|note| note.message)
+    fn cut_off_light_is_a_warning_beyond_a_hundredth() {
+        let message = |written: Vec<FrameReport>| {
+            depth_warning(&Summary { written, ..Summary::default() }, 8).map(|warning| warning.message)
         };
         // 8 of 200 samples over both frames.
-        let note = told(vec![frame(100, 0.5), frame(100, 7.5)]).unwrap();
-        assert_eq!(note, "4 % of the light was cut off at depth 8: raise --depth");
-        assert_eq!(told(vec![frame(100, 1.0)]), None);
-        assert_eq!(told(Vec::new()), None);
+        let text = message(vec![frame(100, 0.5), frame(100, 7.5)]).unwrap();
+        assert_eq!(text, "4 % of the light was cut off at depth 8: raise --depth");
+        assert_eq!(message(vec![frame(100, 1.0)]), None);
+        assert_eq!(message(Vec::new()), None);
     }
 }

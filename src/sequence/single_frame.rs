@@ -1,4 +1,4 @@
-//! A posed scene as a film in memory.
+//! One posed frame rendered to a film in memory, outside the frame loop.
 
 use crate::bvh::Builder;
 use crate::cancel::{CancelFlag, Cancelled};
@@ -8,18 +8,18 @@ use crate::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
 
 use super::SequenceJob;
 
-/// Renders `frame`, the scene of `job` at one time, with `settings` in place of the job's own. No shutter is open, and what the
-/// middles of pixels show is not recorded.
+/// Renders `frame`, the scene of `job` at one time, with `settings` instead of the job's own. There is no shutter, and
+/// pixel-centre samples are not recorded.
 ///
 /// # Errors
-/// [`Cancelled`] when `cancel` was raised.
-pub fn film_of(
+/// [`Cancelled`] when `cancel` is raised.
+pub fn render_single_frame(
     job: &SequenceJob,
     frame: &Frame,
     settings: &RenderSettings,
     cancel: &CancelFlag,
 ) -> Result<(Film, RenderStatistics), Cancelled> {
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &job.build, cancel, None)?;
-    let input = SceneView { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
-    render_frame(&input, settings, cancel, &|_| ())
+    let view = SceneView { scene: &job.scene, frame, bvh: &bvh, environment: &job.environment };
+    render_frame(&view, settings, cancel, &|_| ())
 }

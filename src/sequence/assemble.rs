@@ -1,0 +1,117 @@
+//! Movie and contact sheet of a finished sequence.
+//!
+//! Both are made from the frames' files, so that they include frames of earlier runs.
+
+use std::path::PathBuf;
+
+use rayon::prelude::*;
+
+use crate::cancel::CancelFlag;
+use crate::error::{Error, Result};
+use crate::image_file::{DisplayImage, MovieFormat, MovieWriter, decode_png, encode_png, write_atomically};
+use crate::output::{ContactSheet, PreviewLook, display_image};
+
+use super::writer::read_frame;
+use super::{OutputFormat, Plan, PlannedFrame, SequenceJob, SequenceOutputs};
+
+/// Writes the movie and the contact sheet of `job` from the frames of `plan`, in the order of their numbers. All frames must
+/// exist. Returns the paths.
+///
+/// # Errors
+/// Those of reading the frames and writing the files; [`Error::Interrupted`] when `cancel` is raised.
+pub fn write_sequence_outputs(
+    job: &SequenceJob,
+    plan: &Plan,
+    look: PreviewLook,
+    cancel: &CancelFlag,
+) -> Result<Vec<PathBuf>> {
+    let mut frames: Vec<&PlannedFrame> = plan.frames.iter().collect();
+    frames.sort_by_key(|planned| planned.frame);
+    let SequenceOutputs { movie, contact_sheet, .. } = &job.sequence_outputs;
+    if frames.is_empty() || (movie.is_none() && contact_sheet.is_none()) {
+        return Ok(Vec::new());
+    }
+    let size = job.render.window.size();
+    let count = frames.len() as u32;
+    let mut movie_writer = match movie {
+        Some(path) => {
+            let format = MovieFormat::of_path(path).unwrap_or(MovieFormat::AnimatedPng);
+            let (numerator, denominator) = job.rate.as_exr_rational();
+            let rate = (numerator.unsigned_abs(), denominator);
+            Some(MovieWriter::begin(path, format, size, rate, count)?)
+        }
+        None => None,
+    };
+    let mut sheet = contact_sheet.as_ref().map(|_| ContactSheet::new(count, size));
+
+    let at_once = frames_at_once(frame_bytes(job), job.max_memory_bytes, rayon::current_num_threads());
+    for group in frames.chunks(at_once) {
+        cancel.check()?;
+        let images: Vec<_> =
+            group.par_iter().map(|planned| display_frame(job, planned, look)).collect::<Result<_>>()?;
+        for (planned, image) in group.iter().zip(images) {
+            if let Some(writer) = &mut movie_writer {
+                writer.add(&image.pixels)?;
+            }
+            if let Some(sheet) = &mut sheet {
+                sheet.add(planned.frame, &image);
+            }
+        }
+    }
+
+    if let Some(writer) = movie_writer {
+        writer.finish()?;
+    }
+    if let (Some(path), Some(sheet)) = (contact_sheet, sheet) {
+        let DisplayImage { size, pixels } = sheet.image();
+        write_atomically(path, &encode_png(*size, pixels, "contact sheet")?)?;
+    }
+    Ok(job.sequence_outputs.files().map(|(path, _)| path.to_owned()).collect())
+}
+
+/// Number of frames read at a time: one a thread, but no more than fit into memory together.
+fn frames_at_once(frame_bytes: u64, max_memory_bytes: u64, threads: usize) -> usize {
+    let fitting = max_memory_bytes / frame_bytes.max(1);
+    usize::try_from(fitting).map_or(threads, |fitting| fitting.min(threads)).max(1)
+}
+
+/// Bytes that reading a frame needs.
+fn frame_bytes(job: &SequenceJob) -> u64 {
+    /// Linear pixel, and display pixel.
+    const BYTES_A_PIXEL: u64 = 16 + 4;
+    let (width, height) = job.render.window.size();
+    // The file and its decoded channels.
+    let channels = 2 * job.exr.bytes_a_pixel();
+    (u64::from(width) * u64::from(height)).saturating_mul(BYTES_A_PIXEL + channels)
+}
+
+/// Reads the frame's file as a display image.
+///
+/// # Errors
+/// Those of reading the file.
+pub fn display_frame(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Result<DisplayImage> {
+    match job.output.format() {
+        OutputFormat::Exr => {
+            let image = read_frame(&planned.path, job.max_memory_bytes)?;
+            Ok(display_image(image.size, &image.pixels, look))
+        }
+        OutputFormat::Png => {
+            let bytes = std::fs::read(&planned.path).map_err(Error::missing(&planned.path))?;
+            decode_png(&planned.path, &bytes)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_frames_are_read_at_once_than_fit_into_memory() {
+        assert_eq!(frames_at_once(100, 1000, 8), 8);
+        assert_eq!(frames_at_once(300, 1000, 8), 3);
+        // One is read in any case. Reading it checks memory by itself.
+        assert_eq!(frames_at_once(2000, 1000, 8), 1);
+        assert_eq!(frames_at_once(0, u64::MAX, 8), 8);
+    }
+}

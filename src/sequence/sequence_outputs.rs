@@ -1,0 +1,57 @@
+//! Outputs of a sequence as a whole: movie, contact sheet, frames on the terminal.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::image_file::{MOVIE_ENDINGS, MovieFormat, has_ffmpeg};
+
+/// Outputs made of all frames together.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SequenceOutputs {
+    /// Movie of all frames.
+    pub movie: Option<PathBuf>,
+    /// PNG image with small versions of all frames.
+    pub contact_sheet: Option<PathBuf>,
+    /// Whether finished frames are shown on the terminal.
+    pub shows_frames: bool,
+}
+
+impl SequenceOutputs {
+    /// Whether any of them tone-maps frames.
+    pub fn needs_tone_mapping(&self) -> bool {
+        self.movie.is_some() || self.contact_sheet.is_some() || self.shows_frames
+    }
+
+    /// The files, each with the option that requests it.
+    pub fn files(&self) -> impl Iterator<Item = (&Path, &'static str)> {
+        let movie = self.movie.as_deref().map(|path| (path, "--movie"));
+        movie.into_iter().chain(self.contact_sheet.as_deref().map(|path| (path, "--contact-sheet")))
+    }
+
+    /// Checks names and tools before the first frame.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a name with an unknown ending, and for a film format where `ffmpeg` is not installed.
+    pub fn check(&self) -> Result<()> {
+        if let Some(path) = &self.movie {
+            match MovieFormat::of_path(path) {
+                None => {
+                    let message = format!("--movie: \"{}\" does not end in {MOVIE_ENDINGS}", path.display());
+                    return Err(Error::usage(message));
+                }
+                Some(MovieFormat::Film { .. }) if !has_ffmpeg() => {
+                    return Err(Error::usage(
+                        "--movie: this format needs ffmpeg, which is not installed here; .apng and .gif need no other program",
+                    ));
+                }
+                Some(_) => {}
+            }
+        }
+        match &self.contact_sheet {
+            Some(path) if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) => {
+                Err(Error::usage(format!("--contact-sheet: \"{}\" does not end in .png", path.display())))
+            }
+            _ => Ok(()),
+        }
+    }
+}

@@ -44,12 +44,13 @@ pub mod render;
 
 pub mod output;
 
+pub mod settings;
+
 pub mod sequence;
+
+#[cfg(feature = "cli")]
+pub mod shot;
 
 pub mod merge;
 
 pub mod regression;
-
-pub mod progress;
-
-pub mod cli;

@@ -2,7 +2,10 @@
 
 use std::process::ExitCode;
 
-use rayframe::cli::{Ending, run};
+mod cli;
+mod progress;
+
+use cli::{Ending, run};
 
 fn main() -> ExitCode {
     match run(std::env::args_os()) {

@@ -4,10 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::suite_options::{ShotFiles, SuiteOption};
-use crate::error::{Error, Result};
+use super::suite_options::SuiteOption;
 use crate::progress::print_output;
-use crate::regression::suite::{self, Approval, Pending, PendingKind, Suite};
+use rayframe::error::{Error, Result};
+use rayframe::regression::suite::{self, Approval, Pending, PendingKind, Suite};
+use rayframe::shot::ShotFiles;
 
 /// What is said where nothing waits.
 pub(super) const NOTHING: &str = "nothing waits; rayframe test finds what differs";

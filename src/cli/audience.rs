@@ -2,11 +2,11 @@
 
 use std::sync::OnceLock;
 
-use crate::cancel::CancelFlag;
-use crate::error::Result;
-use crate::output::PreviewLook;
 use crate::progress::{Reporter, TerminalPictures, print_note, print_warning};
-use crate::sequence::{Plan, SequenceEvent, SequenceJob, Summary, display_frame, write_sequence_outputs};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::Result;
+use rayframe::output::PreviewLook;
+use rayframe::sequence::{Plan, SequenceEvent, SequenceJob, Summary, display_frame, write_sequence_outputs};
 
 /// Who looks at the frames of one run.
 pub(super) struct Audience<'a> {

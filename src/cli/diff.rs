@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::error::{Error, Result};
-use crate::image_file::write_atomically;
 use crate::progress::{print_output, print_warning};
-use crate::regression::{FilePair, Image, PairedFiles, Preset, compare, pair_files, pixel_hash};
+use rayframe::error::{Error, Result};
+use rayframe::image_file::write_atomically;
+use rayframe::regression::{FilePair, Image, PairedFiles, Preset, compare, pair_files, pixel_hash};
 
-use super::layer_options;
 use maps::MapPattern;
 use page::DiffPage;
+use rayframe::shot::layer_options;
 use report::{FrameReport, Report};
 
 /// Options of `rayframe diff`.
@@ -52,7 +52,7 @@ pub(super) fn run(args: &DiffArgs) -> Result<bool> {
     let heat_map = args.heat_map.as_deref().map(|name| MapPattern::heat_map(name, &paired)).transpose()?;
     let flip_map = args.flip_map.as_deref().map(|name| MapPattern::flip_map(name, &paired)).transpose()?;
     let mut page = args.report.as_deref().map(DiffPage::new).transpose()?;
-    let is_sequence = crate::regression::is_sequence(&args.actual);
+    let is_sequence = rayframe::regression::is_sequence(&args.actual);
     let mut frames = Vec::with_capacity(paired.pairs.len());
     for pair in &paired.pairs {
         let (report, map) = compared(args, pair, page.as_mut())?;
@@ -86,7 +86,7 @@ fn compared(
     args: &DiffArgs,
     pair: &FilePair,
     page: Option<&mut DiffPage>,
-) -> Result<(FrameReport, Option<crate::regression::FlipMap>)> {
+) -> Result<(FrameReport, Option<rayframe::regression::FlipMap>)> {
     let whole = (Image::read(&pair.actual)?, Image::read(&pair.reference)?);
     let layers = layer_options::layers_in_files(&args.layers, &[whole.0.layers(), whole.1.layers()].concat())
         .map_err(Error::usage)?;

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::error::Result;
-use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::progress::print_output;
-use crate::scene::{Selection, SelectionRequest};
+use rayframe::error::Result;
+use rayframe::gltf::{self, ImageLoading, ImportOptions};
+use rayframe::scene::{Selection, SelectionRequest};
 
-use super::memory_limit::default_max_memory_bytes;
-use super::options;
+use rayframe::shot::memory_limit::default_max_memory_bytes;
+use rayframe::shot::options;
 
 /// Options of `rayframe info`.
 #[derive(Clone, Debug, Args)]
@@ -37,7 +37,7 @@ pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let report = report::Report::new(&scene, &selection, &warnings);
     if args.json {
         let json = serde_json::to_string_pretty(&report)
-            .map_err(|error| crate::error::Error::Internal { message: error.to_string() })?;
+            .map_err(|error| rayframe::error::Error::Internal { message: error.to_string() })?;
         print_output(&json);
     } else {
         print_output(&text::text(&report));

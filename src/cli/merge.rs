@@ -6,15 +6,16 @@ use std::path::PathBuf;
 use clap::Args;
 use rayon::ThreadPoolBuilder;
 
-use crate::cancel::CancelFlag;
-use crate::error::{Error, Result};
-use crate::merge::{MergePlan, MergedFrame, merge_frame};
 use crate::progress::print_note;
-use crate::sequence::OutputPattern;
+use rayframe::cancel::CancelFlag;
+use rayframe::error::{Error, Result};
+use rayframe::merge::{MergePlan, MergedFrame, merge_frame};
+use rayframe::sequence::OutputPattern;
 
-use super::memory_limit::default_max_memory_bytes;
 use super::understood::counted;
-use super::{Ending, ending, options, signals};
+use super::{Ending, ending, signals};
+use rayframe::shot::memory_limit::default_max_memory_bytes;
+use rayframe::shot::options;
 
 /// Options of `rayframe merge`.
 #[derive(Clone, Debug, Args)]

@@ -2,41 +2,28 @@
 
 mod accept;
 mod audience;
-mod choices;
 mod diff;
-mod environment;
-mod idle_options;
 mod info;
-mod layer_options;
-mod memory_limit;
 mod merge;
-mod nearest;
-mod options;
 mod outcome;
 mod render;
-mod render_args;
-mod render_job;
-mod render_settings;
 mod review;
-mod shot;
 mod signals;
 mod suite_options;
 mod test;
 mod understood;
 mod watch;
 
-pub use shot::{ShotJob, ShotRequest, scene_of_shot, shot_job};
-pub use suite_options::ShotFiles;
-
 use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
-use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
-use crate::error::{Error, Result, Warning};
 use crate::progress::{print_error, print_warning};
+use rayframe::error::{Result, Warning};
+use rayframe::shot::{GivenOptions, parse_error_text, refusal};
 
 /// What was typed.
 #[derive(Debug, Parser)]
@@ -49,7 +36,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Render a glTF scene (.glb, .gltf) or a shot file (.toml) to an image sequence
-    Render(shot::GivenOptions),
+    Render(GivenOptions),
     /// Join crops into what one machine would have written
     Merge(merge::MergeArgs),
     /// Show what is in a file, what will be rendered, and what is not supported
@@ -65,12 +52,12 @@ enum Command {
     /// Look at pictures that rayframe test kept, one by one, and accept or reject each
     Review(accept::RejectArgs),
     /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
-    Watch(shot::GivenOptions),
+    Watch(GivenOptions),
 }
 
 /// How a program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ending {
+pub(crate) enum Ending {
     /// With this exit code.
     Code(u8),
     /// By this signal, as if it had not been caught.
@@ -78,7 +65,7 @@ pub enum Ending {
 }
 
 /// Parses `arguments` (the program's name first), runs what they say, and prints what went wrong in one line.
-pub fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
+pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let panic_place = note_panics();
     let ran = catch_unwind(AssertUnwindSafe(|| {
@@ -136,28 +123,6 @@ fn not_understood(error: &clap::Error) -> Ending {
     Ending::Code(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// The message and its tip, without the usage that follows.
-fn parse_error_text(error: &clap::Error) -> String {
-    if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
-        && [".glb", ".gltf", ".toml"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
-    {
-        return format!("what to do with \"{word}\"? Write: rayframe render {word}");
-    }
-    let rendered = error.render().to_string();
-    let lines = rendered.lines().map(str::trim).filter(|line| !line.is_empty());
-    let mut text = String::new();
-    for line in lines.take_while(|line| !line.starts_with("Usage: ") && !line.starts_with("For more")) {
-        let (separator, line) = match (line.strip_prefix("tip: "), text.is_empty()) {
-            (Some(tip), _) => ("; ", tip),
-            (None, true) => ("", line.strip_prefix("error: ").unwrap_or(line)),
-            (None, false) => (" ", line),
-        };
-        text.push_str(separator);
-        text.push_str(line);
-    }
-    text
-}
-
 fn ending(result: Result<()>) -> Ending {
     match result {
         Ok(()) => Ending::Code(0),
@@ -181,11 +146,19 @@ fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool
     }
 }
 
-/// What `--strict` says of the warnings: the first one, and how many there are.
-fn refusal(path: &std::path::Path, warnings: &[Warning]) -> Option<Error> {
-    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
-    let first = unique.first()?;
-    let count = understood::counted(unique.len() as u64, "warning");
-    let message = format!("{} (--strict refuses {count})", first.message);
-    Some(Error::unsupported(path, first.pointer.clone(), message))
+#[cfg(test)]
+mod tests {
+    use clap::{CommandFactory as _, Parser as _};
+
+    use super::Cli;
+
+    #[test]
+    fn both_commands_take_the_same_options() {
+        Cli::command().debug_assert();
+        for command in ["render", "watch"] {
+            assert!(Cli::try_parse_from(["rayframe", command, "a.glb", "-D", "samples=1"]).is_ok());
+            assert!(Cli::try_parse_from(["rayframe", command]).is_err());
+            assert!(Cli::try_parse_from(["rayframe", command, "--config", "a.toml"]).is_ok());
+        }
+    }
 }

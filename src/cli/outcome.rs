@@ -1,11 +1,11 @@
 //! How a run went: what is still to be said, and the exit code.
 
-use crate::error::{Error, Result};
 use crate::progress::{print_error, print_openjd_failure};
-use crate::sequence::Summary;
+use rayframe::error::{Error, Result};
+use rayframe::sequence::Summary;
 
 use super::Ending;
-use super::render_args::{ProgressArg, RenderArgs};
+use rayframe::shot::render_args::{ProgressArg, RenderArgs};
 
 /// How a run went.
 pub(super) struct Outcome {
@@ -62,8 +62,8 @@ mod tests {
     use clap::{Args as _, Command, FromArgMatches as _};
 
     use super::*;
-    use crate::cancel::Cancelled;
-    use crate::sequence::FailedFrame;
+    use rayframe::cancel::Cancelled;
+    use rayframe::sequence::FailedFrame;
 
     fn code(failed: Option<Error>, beside: Vec<Error>, signal: Option<i32>) -> Ending {
         let matches = RenderArgs::augment_args(Command::new("render")).get_matches_from(["render", "a.glb"]);

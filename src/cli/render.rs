@@ -6,20 +6,20 @@ use std::path::{Component, Path, PathBuf};
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
 
-use crate::cancel::CancelFlag;
-use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
-use crate::output::SOFTWARE;
 use crate::progress::{Manifest, Reporter, Verbosity, print_note, print_output, print_warning};
-use crate::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::{Error, Result};
+use rayframe::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
+use rayframe::output::SOFTWARE;
+use rayframe::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::audience::Audience;
 use super::outcome::{Outcome, finish, tell_failure};
-use super::render_args::{ProgressArg, RenderArgs};
-use super::render_job::{RenderJob, render_job};
-use super::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
 use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
+use rayframe::shot::render_args::{ProgressArg, RenderArgs};
+use rayframe::shot::render_job::{RenderJob, render_job};
+use rayframe::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
 
 /// Renders what is asked for.
 pub(super) fn run(given: &GivenOptions) -> Ending {

@@ -4,12 +4,12 @@ use std::io::BufRead;
 use std::path::Path;
 
 use super::accept::{NOTHING, RejectArgs, done, refuse_in_ci, rejected, waiting};
-use crate::color::ToneCurve;
-use crate::error::{Error, Result};
-use crate::output::{PreviewLook, display_image};
 use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
-use crate::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
-use crate::regression::{Comparison, Image, pixel_hash};
+use rayframe::color::ToneCurve;
+use rayframe::error::{Error, Result};
+use rayframe::output::{PreviewLook, display_image};
+use rayframe::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
+use rayframe::regression::{Comparison, Image, pixel_hash};
 
 /// What somebody decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use crate::cancel::CancelFlag;
+use rayframe::cancel::CancelFlag;
 
 /// The signal that was caught, if any.
 #[derive(Clone, Debug, Default)]

@@ -4,11 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::shot::check_suite_settings;
-use super::{ShotRequest, scene_of_shot, shot_job};
-use crate::error::{Error, Result, Warning};
-use crate::regression::suite::{SUITE_FILE, ShotReader, Suite, shell_word};
-use crate::sequence::SequenceJob;
+use rayframe::error::{Error, Result};
+use rayframe::regression::suite::{SUITE_FILE, Suite, shell_word};
+use rayframe::shot::check_suite_settings;
 
 /// Which suite is meant.
 #[derive(Clone, Debug, Args)]
@@ -54,20 +52,5 @@ impl SuiteOption {
     /// The folder that is named, or the current one.
     pub(super) fn folder(&self) -> &Path {
         self.suite.as_deref().unwrap_or(Path::new(""))
-    }
-}
-
-/// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ShotFiles;
-
-impl ShotReader for ShotFiles {
-    fn scene(&self, shot: &Path) -> Result<PathBuf> {
-        scene_of_shot(shot)
-    }
-
-    fn job(&self, suite: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)> {
-        let job = shot_job(&ShotRequest { path: shot, suite: Some(&suite.file), overrides: &[] })?;
-        Ok((job.sequence, job.warnings))
     }
 }

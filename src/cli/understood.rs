@@ -1,7 +1,7 @@
 //! The first line of a run: what was understood.
 
-use crate::scene::{Scene, Selection};
-use crate::sequence::{SequenceJob, duration_seconds, triangle_count};
+use rayframe::scene::{Scene, Selection};
+use rayframe::sequence::{SequenceJob, duration_seconds, frames_text, triangle_count};
 
 /// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
 pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
@@ -58,32 +58,6 @@ pub(super) fn quoted(name: Option<&str>, index: usize) -> String {
     name.map_or_else(|| format!("#{index}"), |name| format!("\"{name}\""))
 }
 
-/// `frame 7`, `frames 0-60`, `frames 1-9x2` or `frames 1,5,8-12`, in the form that `-f` takes.
-pub(super) fn frames_text(frames: &[i64]) -> String {
-    if let [frame] = frames {
-        return format!("frame {frame}");
-    }
-    let mut parts = Vec::new();
-    let mut rest = frames;
-    while let [first, tail @ ..] = rest {
-        let step = tail.first().map_or(0, |second| second - first);
-        let run = if step > 0 {
-            1 + tail.iter().zip(1..).take_while(|&(&f, i)| f == first + step * i).count()
-        } else {
-            1
-        };
-        // Two frames with a gap between them read better as two numbers.
-        let run = if run == 2 && step > 1 { 1 } else { run };
-        parts.push(match (run, step) {
-            (1, _) => first.to_string(),
-            (_, 1) => format!("{first}-{}", rest[run - 1]),
-            _ => format!("{first}-{}x{step}", rest[run - 1]),
-        });
-        rest = &rest[run..];
-    }
-    format!("frames {}", parts.join(","))
-}
-
 /// With three decimals at most.
 pub(super) fn short(number: f32) -> String {
     let text = format!("{number:.3}");
@@ -111,17 +85,6 @@ pub(super) fn counted(count: u64, what: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sequence::FrameSpec;
-
-    #[test]
-    fn frames_are_shown_as_they_are_typed() {
-        assert_eq!(frames_text(&[7]), "frame 7");
-        for text in ["0-60", "1-9x2", "1,5,8-12", "3-1", "-3--1", "1,9", "9,8,1-3"] {
-            if let Ok(FrameSpec::Listed(frames)) = FrameSpec::parse(text) {
-                assert_eq!(frames_text(&frames), format!("frames {text}"));
-            }
-        }
-    }
 
     #[test]
     fn long_numbers_are_grouped() {

@@ -26,6 +26,10 @@ mod component;
 mod container;
 mod context;
 mod document;
+#[cfg(feature = "draco")]
+mod draco;
+#[cfg(not(feature = "draco"))]
+#[path = "draco_missing.rs"]
 mod draco;
 mod encoded_image;
 mod extensions;

@@ -3,16 +3,13 @@
 //! Sources: *KTX File Format Specification 2.0* (Khronos Group, 2021), sections 3 and 4; the text of `KHR_texture_basisu`.
 //! The crate `basisu` decodes the blocks. Sizes are checked here before it allocates memory.
 
-use std::panic::catch_unwind;
-
-use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
-
 use super::texture_format::ImageHeader;
 
 const TEXEL_BYTES: u64 = 4;
 /// Largest number of texels: the decoder counts bytes in 32 bits.
 const MAX_TEXELS: u64 = 1 << 28;
 /// Message after a panic of the decoder.
+#[cfg(any(test, feature = "basis"))]
 const PANICKED: &str = "cannot be decoded";
 const LEVEL_INDEX_START: usize = 80;
 const LEVEL_INDEX_ENTRY: usize = 24;
@@ -45,20 +42,7 @@ pub(super) fn header(bytes: &[u8]) -> Result<ImageHeader, String> {
 /// Decodes the first level.
 pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
     let header = parse_header(bytes)?;
-    // The third-party decoder may panic. Turn that into an error.
-    let decoded = catch_unwind(|| {
-        let transcoder = Transcoder::new(bytes)?;
-        match transcoder.source_format() {
-            SourceFormat::Etc1s | SourceFormat::UastcLdr => {}
-            source => return Err(basisu::Error::Unsupported { source, target: TargetFormat::Rgba32 }),
-        }
-        transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
-    });
-    let channels = match decoded {
-        Ok(Ok(channels)) => channels,
-        Ok(Err(error)) => return Err(format!("cannot be decoded: {error:?}")),
-        Err(_) => return Err(PANICKED.to_owned()),
-    };
+    let channels = transcode(bytes)?;
     let (texels, _) = channels.as_chunks::<4>();
     let expected = u64::from(header.size.0) * u64::from(header.size.1);
     if texels.len() as u64 != expected {
@@ -71,6 +55,30 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<[u8; 4]>, String> {
         }
     }
     Ok(texels)
+}
+
+/// Channels of the texels of the first level, as RGBA. A panic of the third-party decoder is an error.
+#[cfg(feature = "basis")]
+fn transcode(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    use basisu::{DecodeFlags, SourceFormat, TargetFormat, Transcoder};
+    let decoded = std::panic::catch_unwind(|| {
+        let transcoder = Transcoder::new(bytes)?;
+        match transcoder.source_format() {
+            SourceFormat::Etc1s | SourceFormat::UastcLdr => {}
+            source => return Err(basisu::Error::Unsupported { source, target: TargetFormat::Rgba32 }),
+        }
+        transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE)
+    });
+    match decoded {
+        Ok(Ok(channels)) => Ok(channels),
+        Ok(Err(error)) => Err(format!("cannot be decoded: {error:?}")),
+        Err(_) => Err(PANICKED.to_owned()),
+    }
+}
+
+#[cfg(not(feature = "basis"))]
+fn transcode(_: &[u8]) -> Result<Vec<u8>, String> {
+    Err("is Basis Universal data, which this build of Rayframe does not decode; build it with the feature \"basis\"".to_owned())
 }
 
 fn parse_header(bytes: &[u8]) -> Result<Header, String> {

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::sequence::SequenceEvent;
+use rayframe::sequence::SequenceEvent;
 
 use super::Verbosity;
 use super::eta::{Eta, duration_text};

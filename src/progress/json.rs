@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use percent_encoding::{NON_ALPHANUMERIC, percent_encode};
 use serde_json::{Value, json};
 
-use crate::sequence::{PlannedFrame, SequenceEvent, Summary};
+use rayframe::sequence::{PlannedFrame, SequenceEvent, Summary};
 
 const SCHEMA: u32 = 1;
 /// Shortest time between two lines about the same frame.

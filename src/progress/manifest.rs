@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
-use crate::error::Result;
-use crate::image_file::write_atomically;
-use crate::output::SOFTWARE;
-use crate::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, hex};
+use rayframe::error::Result;
+use rayframe::image_file::write_atomically;
+use rayframe::output::SOFTWARE;
+use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, hex};
 
 use super::json::add_percent_path;
 
@@ -24,7 +24,7 @@ const INTERVAL: Duration = Duration::from_secs(1);
 
 /// The manifest of one run.
 #[derive(Debug)]
-pub struct Manifest<'a> {
+pub(crate) struct Manifest<'a> {
     path: &'a Path,
     job: &'a SequenceJob,
     plan: &'a Plan,
@@ -40,13 +40,13 @@ struct State {
 
 impl<'a> Manifest<'a> {
     /// The manifest of a run of `plan` that will be the file `path`.
-    pub fn new(path: &'a Path, job: &'a SequenceJob, plan: &'a Plan) -> Self {
+    pub(crate) fn new(path: &'a Path, job: &'a SequenceJob, plan: &'a Plan) -> Self {
         Self { path, job, plan, state: Mutex::default() }
     }
 
     /// Notes an event and brings the file up to date, unless that was done a moment ago. What goes wrong with that is told
     /// when the run is over, by [`Self::write`].
-    pub fn tell(&self, event: SequenceEvent<'_>) {
+    pub(crate) fn tell(&self, event: SequenceEvent<'_>) {
         let ended = match event {
             SequenceEvent::Started { .. } => None,
             SequenceEvent::FrameKept(frame) => Some((frame.frame, kept(frame))),
@@ -69,7 +69,7 @@ impl<'a> Manifest<'a> {
     ///
     /// # Errors
     /// Those of [`write_atomically`].
-    pub fn write(&self) -> Result<()> {
+    pub(crate) fn write(&self) -> Result<()> {
         self.write_state(&self.state.lock().unwrap_or_else(PoisonError::into_inner))
     }
 

@@ -13,52 +13,35 @@ mod print;
 mod suite;
 mod terminal_picture;
 
-use crate::sequence::SequenceEvent;
+use rayframe::sequence::SequenceEvent;
+use rayframe::settings::ProgressStyle;
 
 use bars::Bars;
 use json::JsonLines;
 use openjd::OpenJdLines;
 use plain::PlainLines;
 
-pub use manifest::Manifest;
-pub use openjd::print_openjd_failure;
-pub use plain::exposure_text;
-pub use print::{one_line, print_error, print_note, print_output, print_raw, print_warning};
-pub use suite::SuiteProgress;
-pub use terminal_picture::TerminalPictures;
-
-/// How progress is told.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ProgressStyle {
-    /// Bars on a terminal, plain lines elsewhere.
-    #[default]
-    Auto,
-    /// Bars.
-    Bar,
-    /// One line a frame.
-    Plain,
-    /// One JSON object a line, on the standard output.
-    Json,
-    /// The lines that Open Job Description knows, on the standard output.
-    OpenJd,
-    /// Not at all.
-    None,
-}
+pub(crate) use manifest::Manifest;
+pub(crate) use openjd::print_openjd_failure;
+pub(crate) use plain::exposure_text;
+pub(crate) use print::{one_line, print_error, print_note, print_output, print_raw, print_warning};
+pub(crate) use suite::SuiteProgress;
+pub(crate) use terminal_picture::TerminalPictures;
 
 /// How much is told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Verbosity {
+pub(crate) struct Verbosity {
     /// Only warnings and errors.
-    pub is_quiet: bool,
+    pub(crate) is_quiet: bool,
     /// Also the phases of each frame, and frames that are kept.
-    pub is_verbose: bool,
+    pub(crate) is_verbose: bool,
     /// Name each failed frame at once, because the run goes on after it.
-    pub names_failures: bool,
+    pub(crate) names_failures: bool,
 }
 
 /// Tells the events of one run.
 #[derive(Debug)]
-pub struct Reporter {
+pub(crate) struct Reporter {
     form: Form,
     verbosity: Verbosity,
 }
@@ -74,7 +57,7 @@ enum Form {
 
 impl Reporter {
     /// A reporter for one run whose files are called `output`, with `####` for the frame number.
-    pub fn new(style: ProgressStyle, verbosity: Verbosity, output: &str) -> Self {
+    pub(crate) fn new(style: ProgressStyle, verbosity: Verbosity, output: &str) -> Self {
         let form = match style {
             ProgressStyle::Json => Form::Json(JsonLines::default()),
             ProgressStyle::OpenJd => Form::OpenJd(OpenJdLines::new(output)),
@@ -95,7 +78,7 @@ impl Reporter {
     }
 
     /// Tells one event; may be called from any thread.
-    pub fn tell(&self, event: SequenceEvent<'_>) {
+    pub(crate) fn tell(&self, event: SequenceEvent<'_>) {
         match &self.form {
             Form::Bars(bars) => bars.tell(event),
             Form::Plain(lines) => lines.tell(event),
@@ -112,7 +95,7 @@ impl Reporter {
     }
 
     /// Writes characters that are a picture, above the bars where there are any.
-    pub fn show(&self, picture: &str) {
+    pub(crate) fn show(&self, picture: &str) {
         match &self.form {
             Form::Bars(bars) => bars.suspended(|| print_raw(picture)),
             Form::Plain(_) | Form::Json(_) | Form::OpenJd(_) | Form::Silent => print_raw(picture),

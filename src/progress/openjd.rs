@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use crate::sequence::SequenceEvent;
+use rayframe::sequence::SequenceEvent;
 
 use super::eta::Eta;
 use super::one_line;
@@ -104,7 +104,7 @@ impl State {
 }
 
 /// Tells why a run failed before its first frame.
-pub fn print_openjd_failure(message: &str) {
+pub(crate) fn print_openjd_failure(message: &str) {
     print_lines(&[failure(message)]);
 }
 
@@ -127,7 +127,7 @@ fn print_lines(lines: &[String]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sequence::Summary;
+    use rayframe::sequence::Summary;
 
     #[test]
     fn progress_never_goes_back_and_ends_at_a_hundred() {

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use crate::sequence::{FrameReport, SequenceEvent, Summary};
+use rayframe::sequence::{FrameReport, SequenceEvent, Summary};
 
 use super::eta::{Eta, duration_text};
 use super::{Verbosity, print_error, print_note, print_warning};
@@ -68,7 +68,7 @@ pub(super) fn kept_text(kept: usize, to_render: usize) -> Option<String> {
 }
 
 /// `exposure 0.3 stops, chosen automatically (…)`.
-pub fn exposure_text(ev: f32) -> String {
+pub(crate) fn exposure_text(ev: f32) -> String {
     format!("exposure {ev} stops, chosen automatically (--exposure {ev} keeps it)")
 }
 

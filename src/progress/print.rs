@@ -3,28 +3,28 @@
 use std::io::Write as _;
 
 /// `rayframe: error: …` on the standard error stream.
-pub fn print_error(message: &str) {
+pub(crate) fn print_error(message: &str) {
     to_stderr(&format!("rayframe: error: {}", one_line(message)));
 }
 
 /// `rayframe: warning: …` on the standard error stream.
-pub fn print_warning(message: &str) {
+pub(crate) fn print_warning(message: &str) {
     to_stderr(&format!("rayframe: warning: {}", one_line(message)));
 }
 
 /// A line for people on the standard error stream.
-pub fn print_note(message: &str) {
+pub(crate) fn print_note(message: &str) {
     to_stderr(&one_line(message));
 }
 
 /// Text that was asked for, on the standard output; it may have several lines.
-pub fn print_output(text: &str) {
+pub(crate) fn print_output(text: &str) {
     let mut stdout = std::io::stdout().lock();
     let _ = writeln!(stdout, "{}", text.trim_end_matches('\n')).and_then(|()| stdout.flush());
 }
 
 /// Characters as they are, to the standard error stream.
-pub fn print_raw(text: &str) {
+pub(crate) fn print_raw(text: &str) {
     let mut stderr = std::io::stderr().lock();
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
 }
@@ -34,7 +34,7 @@ fn to_stderr(line: &str) {
 }
 
 /// The message with control characters made visible: names in files must not move the cursor or fake a second line.
-pub fn one_line(message: &str) -> String {
+pub(crate) fn one_line(message: &str) -> String {
     message
         .chars()
         .map(|c| if c.is_control() { c.escape_default().to_string() } else { c.to_string() })

@@ -8,14 +8,14 @@ use super::print::one_line;
 
 /// The line; it is gone at the end.
 #[derive(Debug)]
-pub struct SuiteProgress {
+pub(crate) struct SuiteProgress {
     line: ProgressBar,
     failed: AtomicUsize,
 }
 
 impl SuiteProgress {
     /// A line on the standard error stream, where that is a terminal and the line is wanted.
-    pub fn new(is_wanted: bool) -> Self {
+    pub(crate) fn new(is_wanted: bool) -> Self {
         let target = if is_wanted { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let line = ProgressBar::with_draw_target(None, target);
         if let Ok(style) = ProgressStyle::with_template("{pos} {msg}") {
@@ -25,7 +25,7 @@ impl SuiteProgress {
     }
 
     /// One of `count` shots is finished; may be called from any thread.
-    pub fn tell(&self, count: usize, name: &str, passes: bool) {
+    pub(crate) fn tell(&self, count: usize, name: &str, passes: bool) {
         let failed = self.failed.fetch_add(usize::from(!passes), Ordering::Relaxed) + usize::from(!passes);
         self.line.inc(1);
         let failures = if failed > 0 { format!(", {failed} failed") } else { String::new() };
@@ -33,7 +33,7 @@ impl SuiteProgress {
     }
 
     /// Shots that are finished.
-    pub fn finished(&self) -> usize {
+    pub(crate) fn finished(&self) -> usize {
         self.line.position() as usize
     }
 }

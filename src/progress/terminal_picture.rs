@@ -9,7 +9,7 @@ use std::io::IsTerminal as _;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::image_file::{DisplayImage, encode_png};
+use rayframe::image_file::{DisplayImage, encode_png};
 
 /// Widest picture that is sent, pixels.
 const WIDEST: u32 = 480;
@@ -20,7 +20,7 @@ const CHUNK: usize = 4096;
 
 /// What a terminal understands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TerminalPictures {
+pub(crate) enum TerminalPictures {
     /// Kitty's protocol.
     Kitty,
     /// That of iTerm2.
@@ -32,7 +32,7 @@ pub enum TerminalPictures {
 impl TerminalPictures {
     /// What the terminal of the standard error stream understands, as far as its environment tells; `None` where it is none, or
     /// has few colours.
-    pub fn of_stderr() -> Option<Self> {
+    pub(crate) fn of_stderr() -> Option<Self> {
         if !std::io::stderr().is_terminal() {
             return None;
         }
@@ -56,7 +56,7 @@ impl TerminalPictures {
     }
 
     /// The characters that show a picture, with a line's end; nothing for one that cannot be encoded.
-    pub fn text(self, picture: &DisplayImage) -> String {
+    pub(crate) fn text(self, picture: &DisplayImage) -> String {
         match self {
             Self::HalfBlocks => half_blocks(&narrowed(picture, COLUMNS)),
             Self::Kitty | Self::Iterm => {

@@ -146,9 +146,45 @@ fn too_many(count: usize) -> String {
     format!("{count} frames are more than the {MAX_FRAMES} that one run takes; ask for part of them with -f")
 }
 
+/// `frame 7`, `frames 0-60`, `frames 1-9x2` or `frames 1,5,8-12`, in the form that `-f` takes.
+pub fn frames_text(frames: &[i64]) -> String {
+    if let [frame] = frames {
+        return format!("frame {frame}");
+    }
+    let mut parts = Vec::new();
+    let mut rest = frames;
+    while let [first, tail @ ..] = rest {
+        let step = tail.first().map_or(0, |second| second - first);
+        let run = if step > 0 {
+            1 + tail.iter().zip(1..).take_while(|&(&f, i)| f == first + step * i).count()
+        } else {
+            1
+        };
+        // Two frames with a gap between them read better as two numbers.
+        let run = if run == 2 && step > 1 { 1 } else { run };
+        parts.push(match (run, step) {
+            (1, _) => first.to_string(),
+            (_, 1) => format!("{first}-{}", rest[run - 1]),
+            _ => format!("{first}-{}x{step}", rest[run - 1]),
+        });
+        rest = &rest[run..];
+    }
+    format!("frames {}", parts.join(","))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn frames_are_shown_as_they_are_typed() {
+        assert_eq!(frames_text(&[7]), "frame 7");
+        for text in ["0-60", "1-9x2", "1,5,8-12", "3-1", "-3--1", "1,9", "9,8,1-3"] {
+            if let Ok(FrameSpec::Listed(frames)) = FrameSpec::parse(text) {
+                assert_eq!(frames_text(&frames), format!("frames {text}"));
+            }
+        }
+    }
 
     fn listed(text: &str) -> Vec<i64> {
         match FrameSpec::parse(text) {

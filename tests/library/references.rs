@@ -7,10 +7,10 @@
 use std::path::{Path, PathBuf};
 
 use rayframe::cancel::CancelFlag;
-use rayframe::cli::ShotFiles;
 use rayframe::error::Result;
 use rayframe::regression::suite::{RunOptions, Suite, is_ci, report_page, run};
 use rayframe::regression::write_report;
+use rayframe::shot::ShotFiles;
 
 #[test]
 fn all_shots_match_their_references() {

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
-use crate::error::{Error, Result};
-use crate::image::{Channel, ColorEncoding, Image, PixelWindow, Samples};
-use crate::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
-use crate::regression::{FlipMap, PairedFiles, heat_map};
-use crate::sequence::{OutputFormat, OutputPattern};
+use rayframe::error::{Error, Result};
+use rayframe::image::{Channel, ColorEncoding, Image, PixelWindow, Samples};
+use rayframe::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_png};
+use rayframe::regression::{FlipMap, PairedFiles, heat_map};
+use rayframe::sequence::{OutputFormat, OutputPattern};
 
 /// Where maps go.
 pub(super) struct MapPattern {

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use super::{DiffArgs, shown};
-use crate::error::{Error, Result};
-use crate::regression::suite::shell_word;
-use crate::regression::{
+use rayframe::error::{Error, Result};
+use rayframe::regression::suite::shell_word;
+use rayframe::regression::{
     Comparison, EncodedImage, FilePair, FlipMap, FolderSummary, FrameCommands, FrameResult, FrameStatus,
     Image, ImageBudget, NamedCommand, PairedFiles, ReportPage, ShotResult, check_report_place, frame_number,
     is_sequence, write_report,

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::{missing, shown};
-use crate::regression::{Comparison, FilePair, Limits, PairedFiles, PooledErrors, Preset};
+use rayframe::regression::{Comparison, FilePair, Limits, PairedFiles, PooledErrors, Preset};
 
 const SCHEMA: u32 = 1;
 

@@ -2,15 +2,15 @@
 
 use serde::Serialize;
 
-use crate::error::Warning;
-use crate::gltf::{Support, extension_support};
-use crate::scene::{
+use rayframe::error::Warning;
+use rayframe::gltf::{Support, extension_support};
+use rayframe::scene::{
     AlphaMode, Filter, Image, LightKind, Material, MipFilter, Node, Projection, Scene, Selection, Texels,
     Texture, WrapMode,
 };
-use crate::sequence::{FrameRate, duration_seconds, triangle_count};
+use rayframe::sequence::{FrameRate, duration_seconds, triangle_count};
 
-use super::super::environment::has_lights;
+use rayframe::shot::environment::has_lights;
 
 /// The support state of what is shown as the file means it.
 const SUPPORTED: &str = "supported";
@@ -185,7 +185,7 @@ impl Report {
 }
 
 fn scenes(scene: &Scene) -> Vec<SceneReport> {
-    let report = |(index, roots): (usize, &crate::scene::SceneRoots)| SceneReport {
+    let report = |(index, roots): (usize, &rayframe::scene::SceneRoots)| SceneReport {
         name: roots.name.clone(),
         is_default: index == scene.default_scene,
         triangles: triangle_count(scene, &roots.roots),
@@ -206,7 +206,7 @@ fn holding_nodes(scene: &Scene) -> Vec<NodeReport> {
     scene.nodes.iter().enumerate().filter_map(report).collect()
 }
 
-fn mesh(mesh: &crate::scene::Mesh) -> MeshReport {
+fn mesh(mesh: &rayframe::scene::Mesh) -> MeshReport {
     let primitives = &mesh.primitives;
     MeshReport {
         name: mesh.name.clone(),
@@ -304,7 +304,7 @@ fn wrap(mode: WrapMode) -> &'static str {
 }
 
 fn clips(scene: &Scene) -> Vec<ClipReport> {
-    let report = |(index, clip): (usize, &crate::scene::Animation)| {
+    let report = |(index, clip): (usize, &rayframe::scene::Animation)| {
         let ignored_channels = scene.ignored_channels.get(index).copied().unwrap_or(0);
         ClipReport {
             name: clip.name.clone(),
@@ -323,7 +323,7 @@ fn clips(scene: &Scene) -> Vec<ClipReport> {
 
 fn cameras(scene: &Scene) -> Vec<CameraReport> {
     let holds = |node: &Node, index| node.camera.is_some_and(|camera| camera.index() == index);
-    let report = |(index, camera): (usize, &crate::scene::Camera)| CameraReport {
+    let report = |(index, camera): (usize, &rayframe::scene::Camera)| CameraReport {
         name: camera.name.clone().or_else(|| holder_name(scene, |node| holds(node, index))),
         kind: match camera.projection {
             Projection::Perspective { .. } => "perspective",
@@ -337,7 +337,7 @@ fn cameras(scene: &Scene) -> Vec<CameraReport> {
 
 fn lights(scene: &Scene) -> Vec<LightReport> {
     let holds = |node: &Node, index| node.light.is_some_and(|light| light.index() == index);
-    let report = |(index, light): (usize, &crate::scene::Light)| LightReport {
+    let report = |(index, light): (usize, &rayframe::scene::Light)| LightReport {
         name: light.name.clone().or_else(|| holder_name(scene, |node| holds(node, index))),
         kind: match light.kind {
             LightKind::Directional => "directional",
@@ -354,7 +354,7 @@ fn image_lights(scene: &Scene) -> Vec<ImageLightReport> {
     let asks = |index: usize| {
         scene.scenes.iter().any(|roots| roots.image_light.is_some_and(|light| light.index() == index))
     };
-    let report = |(index, light): (usize, &crate::scene::ImageLight)| ImageLightReport {
+    let report = |(index, light): (usize, &rayframe::scene::ImageLight)| ImageLightReport {
         name: light.name.clone(),
         size: light.levels.first().map_or(0, |level| level.size),
         levels: light.levels.len(),

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use super::super::suite_options::SuiteOption;
-use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
 use crate::progress::print_output;
-use crate::regression::suite::SUITE_FILE;
+use rayframe::error::{Error, Result};
+use rayframe::image_file::{probe_folder, write_atomically};
+use rayframe::regression::suite::SUITE_FILE;
 
 const SUITE_TEXT: &str = r#"# A suite: `rayframe test` renders what is here and compares it with the pictures in references/.
 # Every scene (.glb, .gltf) is a shot, and every shot file (.toml) that names one; a scene that a shot file names is none by itself.

@@ -1,6 +1,7 @@
 //! `rayframe test`: the shots of a suite against their references.
 
 mod init;
+mod junit;
 mod report;
 mod text;
 
@@ -9,15 +10,17 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::suite_options::{ShotFiles, SuiteOption};
+use super::suite_options::SuiteOption;
 use super::understood::counted;
-use super::{Ending, ending, options, signals};
-use crate::cancel::CancelFlag;
-use crate::error::{Error, Result};
-use crate::image_file::{probe_folder, write_atomically};
+use super::{Ending, ending, signals};
 use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
-use crate::regression::suite::{self, RunOptions, Suite};
-use crate::regression::{SuiteResult, check_report_place, write_report};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::{Error, Result};
+use rayframe::image_file::{probe_folder, write_atomically};
+use rayframe::regression::suite::{self, RunOptions, Suite};
+use rayframe::regression::{SuiteResult, check_report_place, write_report};
+use rayframe::shot::ShotFiles;
+use rayframe::shot::options;
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]
@@ -93,7 +96,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         print_warning(&format!("what was found cannot be kept to be accepted: {error}"));
     }
     if let Some(file) = &args.junit {
-        write_atomically(file, suite::junit_xml(&result)?.as_bytes())?;
+        write_atomically(file, junit::junit_xml(&result)?.as_bytes())?;
     }
     let text = if args.json {
         report::json(&suite, &result, &page)?

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::error::{Error, Result};
-use crate::regression::SuiteResult;
-use crate::regression::suite::Suite;
+use rayframe::error::{Error, Result};
+use rayframe::regression::SuiteResult;
+use rayframe::regression::suite::Suite;
 
 const SCHEMA: u32 = 1;
 

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use crate::progress::one_line;
-use crate::regression::suite::{folders, is_ci};
-use crate::regression::{FolderSummary, FrameResult, FrameStatus, ShotResult, SuiteResult};
+use rayframe::regression::suite::{folders, is_ci};
+use rayframe::regression::{FolderSummary, FrameResult, FrameStatus, ShotResult, SuiteResult};
 
 use super::super::understood::counted;
 

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use crate::cancel::CancelFlag;
-use crate::error::Result;
-use crate::film::{AovFlags, Film, PixelWindow};
-use crate::frame::Frame;
-use crate::image_file::{inspect_exr, inspect_png, write_atomically};
-use crate::output::{PreviewLook, exr_file, frame_attributes, png_file};
-use crate::render::{PixelFilter, RenderSettings};
-use crate::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, render_single_frame};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::Result;
+use rayframe::film::{AovFlags, Film, PixelWindow};
+use rayframe::frame::Frame;
+use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
+use rayframe::output::{PreviewLook, exr_file, frame_attributes, png_file};
+use rayframe::render::{PixelFilter, RenderSettings};
+use rayframe::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, render_single_frame};
 
 /// Pixels of the whole picture along a side of a coarse one.
 const COARSENESS: u32 = 8;

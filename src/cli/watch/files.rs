@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant, SystemTime};
 
-use crate::cancel::CancelFlag;
+use rayframe::cancel::CancelFlag;
 
 use super::TICK;
 

@@ -14,18 +14,18 @@ use std::time::Duration;
 
 use rayon::ThreadPoolBuilder;
 
-use crate::cancel::CancelFlag;
-use crate::error::{Error, Result, Warning};
-use crate::image_file::{inspect_exr, inspect_png, write_atomically};
 use crate::progress::{print_error, print_note};
-use crate::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::{Error, Result, Warning};
+use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
+use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
 use super::render::{other_files, perform, prepare, refuse_collisions};
-use super::render_args::{ProgressArg, RenderArgs};
-use super::render_job::{RenderJob, render_job};
-use super::shot::{GivenOptions, MeantOptions};
 use super::understood::understood;
 use super::{Ending, ending, settle_warnings, signals};
+use rayframe::shot::render_args::{ProgressArg, RenderArgs};
+use rayframe::shot::render_job::{RenderJob, render_job};
+use rayframe::shot::{GivenOptions, MeantOptions};
 
 use files::WatchedFiles;
 

@@ -14,7 +14,7 @@
 //!
 //! ```no_run
 //! use rayframe::cancel::CancelFlag;
-//! use rayframe::cli::ShotFiles;
+//! use rayframe::shot::ShotFiles;
 //! use rayframe::regression::suite::{RunOptions, Suite, is_ci, run};
 //!
 //! # fn main() -> rayframe::error::Result<()> {
@@ -29,7 +29,6 @@
 mod approvals;
 mod discover;
 mod filter;
-mod junit;
 mod limits;
 mod names;
 mod orphans;
@@ -43,7 +42,6 @@ mod test_shot;
 
 pub use approvals::{Approval, read_approvals};
 pub use discover::{ShotReader, SuiteShot, discover};
-pub use junit::junit_xml;
 pub use orphans::{finish, orphaned_references};
 pub use page::{folders, report_page};
 pub use pending::{Pending, PendingKind, accept, check_acceptable, compare_pending, is_ci, pending, reject};

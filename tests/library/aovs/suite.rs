@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use rayframe::cancel::CancelFlag;
-use rayframe::cli::{ShotFiles, ShotRequest, shot_job};
 use rayframe::film::{AovFlags, Film, LightPass, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::regression::suite::{Suite, discover};
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, PixelFilter, RenderSettings};
 use rayframe::sequence::{SequenceJob, render_single_frame};
+use rayframe::shot::{ShotFiles, ShotRequest, shot_job};
 
 const ALL: AovFlags = AovFlags { light: true, centers: true, coverage: true };
 

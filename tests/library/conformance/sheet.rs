@@ -1,11 +1,11 @@
 //! A glTF file of cards in a row, and the colour at the centre of each.
 
 use rayframe::cancel::CancelFlag;
-use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::film::PixelWindow;
 use rayframe::frame::Frame;
 use rayframe::render::RenderSettings;
 use rayframe::sequence::render_single_frame;
+use rayframe::shot::{ShotRequest, shot_job};
 use scene_builder::accessor::{Accessor, Component, Use, bounds_of, float_bytes};
 use scene_builder::document::Gltf;
 use scene_builder::image::Image;

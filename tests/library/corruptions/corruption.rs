@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use rayframe::cancel::CancelFlag;
-use rayframe::cli::{ShotRequest, shot_job};
 use rayframe::error::Result;
 use rayframe::frame::Frame;
 use rayframe::regression::{ColorEncoding, Image};
 use rayframe::scene::{AnimationTarget, NodeIndex, Scene};
 use rayframe::sequence::render_single_frame;
+use rayframe::shot::{ShotRequest, shot_job};
 
 use super::images::{changed_on_display, gaussian};
 

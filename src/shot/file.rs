@@ -70,7 +70,7 @@ impl Source<'_> {
 /// # Errors
 /// [`Error::Missing`] when it cannot be read, [`Error::Refused`] when it is too large, and [`Error::Invalid`] with the
 /// line and the setting that is wrong.
-pub(super) fn read_shot(path: &Path, command: &Command) -> Result<Vec<Setting>> {
+pub fn read_shot(path: &Path, command: &Command) -> Result<Vec<Setting>> {
     let text = read_text(path)?;
     let source = Source { path, text: &text };
     let mut table = source.table()?;
@@ -84,7 +84,7 @@ pub(super) fn read_shot(path: &Path, command: &Command) -> Result<Vec<Setting>> 
 ///
 /// # Errors
 /// Those of [`read_shot`].
-pub(super) fn read_scene(path: &Path, command: &Command) -> Result<Option<Setting>> {
+pub fn read_scene(path: &Path, command: &Command) -> Result<Option<Setting>> {
     let text = read_text(path)?;
     let source = Source { path, text: &text };
     let table = source.table()?;
@@ -98,7 +98,7 @@ pub(super) fn read_scene(path: &Path, command: &Command) -> Result<Option<Settin
 ///
 /// # Errors
 /// Those of [`read_shot`].
-pub(super) fn read_suite(path: &Path, command: &Command) -> Result<Vec<Setting>> {
+pub fn read_suite(path: &Path, command: &Command) -> Result<Vec<Setting>> {
     let text = read_text(path)?;
     let source = Source { path, text: &text };
     let Some((key, shot)) = source.table()?.remove_entry(SHOT) else { return Ok(Vec::new()) };

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Result, Warning};
+use crate::regression::suite::{ShotReader, Suite};
 use crate::sequence::SequenceJob;
 
-use super::super::refusal;
-use super::super::render_job::{RenderJob, render_job};
+use super::render_job::{RenderJob, render_job};
 use super::setting::{Origin, Setting, Value};
-use super::{MeantOptions, check_alone, defined_by, file, is_shot, no_scene, options, put_together};
+use super::{MeantOptions, check_alone, defined_by, file, is_shot, no_scene, options, put_together, refusal};
 
 /// Which shot is meant, and what is said about it elsewhere.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +84,7 @@ const NOT_FOR_SUITES: [&str; 16] = [
 /// Those of reading the file, and [`Error::Invalid`] with the line for a setting that is wrong or has no effect.
 ///
 /// [`Error::Invalid`]: crate::error::Error::Invalid
-pub(in super::super) fn check_suite_settings(path: &Path) -> Result<()> {
+pub fn check_suite_settings(path: &Path) -> Result<()> {
     let command = options();
     for setting in file::read_suite(path, &command)? {
         check_alone(&command, &setting)?;
@@ -111,6 +111,21 @@ fn meant(request: &ShotRequest<'_>) -> Result<MeantOptions> {
         origin: Origin::Typed,
     };
     put_together(&command, None, [vec![scene], overrides, suite])
+}
+
+/// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ShotFiles;
+
+impl ShotReader for ShotFiles {
+    fn scene(&self, shot: &Path) -> Result<PathBuf> {
+        scene_of_shot(shot)
+    }
+
+    fn job(&self, suite: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)> {
+        let job = shot_job(&ShotRequest { path: shot, suite: Some(&suite.file), overrides: &[] })?;
+        Ok((job.sequence, job.warnings))
+    }
 }
 
 #[cfg(test)]

@@ -12,20 +12,20 @@ const NUMBERS_OR_TEXTS: [&str; 4] = ["EV", "RATE", "SIZE", "SPEC"];
 
 /// How the value of an option can be written in a shot file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Form {
+pub struct Form {
     /// A single value.
-    pub(super) single: Single,
+    pub single: Single,
     /// An array, whose elements the option takes with this between them.
-    pub(super) separator: Option<&'static str>,
+    pub separator: Option<&'static str>,
     /// An array of values for an option that may be given more than once.
-    pub(super) is_repeated: bool,
+    pub is_repeated: bool,
     /// How the text names files.
-    pub(super) path: PathForm,
+    pub path: PathForm,
 }
 
 /// What a single value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Single {
+pub enum Single {
     /// `true` or `false`.
     Flag,
     /// A number.
@@ -38,7 +38,7 @@ pub(super) enum Single {
 
 /// How a text names files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum PathForm {
+pub enum PathForm {
     /// Not at all.
     None,
     /// As it stands.
@@ -51,7 +51,7 @@ pub(super) enum PathForm {
 
 impl Form {
     /// The form of `arg`.
-    pub(super) fn of(arg: &Arg) -> Self {
+    pub fn of(arg: &Arg) -> Self {
         let name = value_name(arg);
         let alternatives: Vec<&str> = name.split('|').collect();
         let is_number = alternatives.iter().any(|name| NUMBERS.contains(name));
@@ -82,22 +82,22 @@ impl Form {
     }
 
     /// Whether it is there or not.
-    pub(super) fn is_flag(self) -> bool {
+    pub fn is_flag(self) -> bool {
         self.single == Single::Flag
     }
 
     /// Whether a number will do.
-    pub(super) fn takes_number(self) -> bool {
+    pub fn takes_number(self) -> bool {
         matches!(self.single, Single::Number | Single::NumberOrText)
     }
 
     /// Whether a text will do.
-    pub(super) fn takes_text(self) -> bool {
+    pub fn takes_text(self) -> bool {
         matches!(self.single, Single::Text | Single::NumberOrText)
     }
 
     /// What is expected, in words.
-    pub(super) fn expected(self) -> String {
+    pub fn expected(self) -> String {
         let single = match self.single {
             Single::Flag => "true or false",
             Single::Number => "a number",

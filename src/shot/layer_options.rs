@@ -17,7 +17,7 @@ const GROUPS: [(&str, Holds); 4] = [
 ];
 
 /// `depth,normal,light`.
-pub(super) fn layers(text: &str) -> Result<AovSet, String> {
+pub fn layers(text: &str) -> Result<AovSet, String> {
     let mut layers = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
@@ -36,7 +36,7 @@ pub(super) fn layers(text: &str) -> Result<AovSet, String> {
 }
 
 /// The names of the layers that the words stand for, of those that are in files, whoever wrote them.
-pub(super) fn layers_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String> {
+pub fn layers_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String> {
     let mut names: Vec<String> = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
@@ -57,7 +57,7 @@ pub(super) fn layers_in_files(text: &str, present: &[&str]) -> Result<Vec<String
 }
 
 /// `half,zip`, either word alone, in any order.
-pub(super) fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
+pub fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
     const SAMPLES: [LightSamples; 2] = [LightSamples::Half, LightSamples::Float];
     let (mut samples, mut compression) = (None, None);
     for word in words(text) {

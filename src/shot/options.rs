@@ -11,7 +11,7 @@ use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 
 /// Where the light from all around comes from.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum EnvironmentSource {
+pub enum EnvironmentSource {
     /// Nowhere.
     None,
     /// The built-in gradient and key light.
@@ -23,7 +23,7 @@ pub(super) enum EnvironmentSource {
 }
 
 /// `1280x720`, or the name of a common size.
-pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
+pub fn resolution(text: &str) -> Result<(u32, u32), String> {
     match text.to_ascii_lowercase().as_str() {
         "720p" => return Ok((1280, 720)),
         "1080p" => return Ok((1920, 1080)),
@@ -39,7 +39,7 @@ pub(super) fn resolution(text: &str) -> Result<(u32, u32), String> {
 }
 
 /// A whole number from `least` to `most`.
-pub(super) fn whole<T: TryFrom<i64>>(text: &str, least: i64, most: i64) -> Result<T, String> {
+pub fn whole<T: TryFrom<i64>>(text: &str, least: i64, most: i64) -> Result<T, String> {
     let number = text.parse().ok().filter(|number| (least..=most).contains(number));
     number
         .and_then(|number: i64| T::try_from(number).ok())
@@ -47,17 +47,17 @@ pub(super) fn whole<T: TryFrom<i64>>(text: &str, least: i64, most: i64) -> Resul
 }
 
 /// A number of pixels, samples or frames; at least 1.
-pub(super) fn count(text: &str) -> Result<u32, String> {
+pub fn count(text: &str) -> Result<u32, String> {
     whole(text, 1, i32::MAX.into())
 }
 
 /// A frame number.
-pub(super) fn frame(text: &str) -> Result<i32, String> {
+pub fn frame(text: &str) -> Result<i32, String> {
     whole(text, i32::MIN.into(), i32::MAX.into())
 }
 
 /// `50%` or `0.5`, as a factor. What is meant by a bare number above 1 would be a guess.
-pub(super) fn scale(text: &str) -> Result<f64, String> {
+pub fn scale(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(number) => (number, 0.01),
         None => (text, 1.0),
@@ -73,7 +73,7 @@ pub(super) fn scale(text: &str) -> Result<f64, String> {
 }
 
 /// `X0,Y0,X1,Y1`.
-pub(super) fn crop(text: &str) -> Result<PixelWindow, String> {
+pub fn crop(text: &str) -> Result<PixelWindow, String> {
     let corners: Vec<u32> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
     match (corners.as_slice(), text.split(',').count()) {
         (&[x0, y0, x1, y1], 4) if x0 < x1 && y0 < y1 => Ok(PixelWindow { x0, y0, x1, y1 }),
@@ -83,7 +83,7 @@ pub(super) fn crop(text: &str) -> Result<PixelWindow, String> {
 }
 
 /// `4G`, `512MiB`, `2.5GB`, in bytes. Letters alone and with B are decimal, with iB binary.
-pub(super) fn memory_size(text: &str) -> Result<u64, String> {
+pub fn memory_size(text: &str) -> Result<u64, String> {
     let number_length = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(number_length);
     let unit: f64 = match unit.trim().to_ascii_lowercase().as_str() {
@@ -105,7 +105,7 @@ pub(super) fn memory_size(text: &str) -> Result<u64, String> {
 }
 
 /// `auto`, `off` or an area in square metres.
-pub(super) fn split(text: &str) -> Result<Split, String> {
+pub fn split(text: &str) -> Result<Split, String> {
     match text {
         "auto" => Ok(Split::Auto),
         "off" => Ok(Split::Off),
@@ -117,7 +117,7 @@ pub(super) fn split(text: &str) -> Result<Split, String> {
 }
 
 /// `auto`, `off` or a factor.
-pub(super) fn refit(text: &str) -> Result<Refit, String> {
+pub fn refit(text: &str) -> Result<Refit, String> {
     match text {
         "auto" => Ok(Refit::Auto),
         "off" => Ok(Refit::Off),
@@ -129,7 +129,7 @@ pub(super) fn refit(text: &str) -> Result<Refit, String> {
 }
 
 /// `0.5` frames or `180deg` of the shutter's turn, in frames.
-pub(super) fn shutter(text: &str) -> Result<f64, String> {
+pub fn shutter(text: &str) -> Result<f64, String> {
     let frames = match text.strip_suffix("deg") {
         Some(degrees) => degrees.trim().parse().map(|degrees: f64| degrees / 360.0),
         None => text.parse(),
@@ -147,7 +147,7 @@ pub(super) fn shutter(text: &str) -> Result<f64, String> {
 }
 
 /// `0.01` metres or `f/2.8`.
-pub(super) fn aperture(text: &str) -> Result<Aperture, String> {
+pub fn aperture(text: &str) -> Result<Aperture, String> {
     let (number, of): (_, fn(f32) -> Aperture) = match text.strip_prefix("f/") {
         Some(number) => (number, Aperture::FNumber),
         None => (text, Aperture::Radius),
@@ -159,7 +159,7 @@ pub(super) fn aperture(text: &str) -> Result<Aperture, String> {
 }
 
 /// Degrees.
-pub(super) fn sun_angle(text: &str) -> Result<f32, String> {
+pub fn sun_angle(text: &str) -> Result<f32, String> {
     match finite(text) {
         Ok(degrees) if (0.0..=90.0).contains(&degrees) => Ok(degrees),
         _ => Err("write degrees from 0 to 90".to_owned()),
@@ -167,7 +167,7 @@ pub(super) fn sun_angle(text: &str) -> Result<f32, String> {
 }
 
 /// A finite number.
-pub(super) fn finite(text: &str) -> Result<f32, String> {
+pub fn finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err("write a number".to_owned()),
@@ -175,7 +175,7 @@ pub(super) fn finite(text: &str) -> Result<f32, String> {
 }
 
 /// A finite number that is not negative.
-pub(super) fn factor(text: &str) -> Result<f32, String> {
+pub fn factor(text: &str) -> Result<f32, String> {
     match finite(text) {
         Ok(value) if value >= 0.0 => Ok(value),
         _ => Err("write a number that is not negative".to_owned()),
@@ -183,7 +183,7 @@ pub(super) fn factor(text: &str) -> Result<f32, String> {
 }
 
 /// A number from 0 to 1.
-pub(super) fn share(text: &str) -> Result<f32, String> {
+pub fn share(text: &str) -> Result<f32, String> {
     match finite(text) {
         Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
         _ => Err("write a number from 0 to 1".to_owned()),
@@ -191,7 +191,7 @@ pub(super) fn share(text: &str) -> Result<f32, String> {
 }
 
 /// `auto`, or stops; `None` is automatic.
-pub(super) fn exposure(text: &str) -> Result<Option<f32>, String> {
+pub fn exposure(text: &str) -> Result<Option<f32>, String> {
     match text {
         "auto" => Ok(None),
         _ => match finite(text) {
@@ -202,7 +202,7 @@ pub(super) fn exposure(text: &str) -> Result<Option<f32>, String> {
 }
 
 /// `#2` is the third, anything else a name.
-pub(super) fn choice(text: &str) -> NameOrIndex {
+pub fn choice(text: &str) -> NameOrIndex {
     match text.strip_prefix('#').and_then(|digits| digits.parse().ok()) {
         Some(index) => NameOrIndex::Index(index),
         None => NameOrIndex::Name(text.to_owned()),
@@ -210,7 +210,7 @@ pub(super) fn choice(text: &str) -> NameOrIndex {
 }
 
 /// `auto`, `#2` or a name.
-pub(super) fn camera(text: &str) -> CameraRequest {
+pub fn camera(text: &str) -> CameraRequest {
     match text {
         "auto" => CameraRequest::Auto,
         _ => CameraRequest::Placed(choice(text)),
@@ -218,7 +218,7 @@ pub(super) fn camera(text: &str) -> CameraRequest {
 }
 
 /// `all`, `none`, `#2` or a name.
-pub(super) fn clips(text: &str) -> ClipSelection {
+pub fn clips(text: &str) -> ClipSelection {
     match text {
         "all" => ClipSelection::All,
         "none" => ClipSelection::None,
@@ -227,7 +227,7 @@ pub(super) fn clips(text: &str) -> ClipSelection {
 }
 
 /// `none`, `studio`, `R,G,B`, or a file with `@degrees` behind it or not.
-pub(super) fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
+pub fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
     match text.to_str() {
         Some("none") => return Ok(EnvironmentSource::None),
         Some("studio") => return Ok(EnvironmentSource::Studio),
@@ -268,7 +268,7 @@ fn meant_environment(text: &str) -> Option<String> {
 }
 
 /// What `environment` takes, or `env` for the light itself, which is `None`.
-pub(super) fn background(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
+pub fn background(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
     if text == "env" {
         return Ok(None);
     }

@@ -3,41 +3,49 @@
 //! Every setting becomes the option of its name and is parsed as such, so that there is one definition of each, and none
 //! is left out. See docs/shots.md for the form of the file.
 
+mod choices;
+pub mod environment;
 mod file;
 mod form;
+mod idle_options;
 mod job;
+pub mod layer_options;
+pub mod memory_limit;
+mod nearest;
+pub mod options;
 mod plan;
+pub mod render_args;
+pub mod render_job;
+mod render_settings;
 mod setting;
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command, FromArgMatches};
 
 use crate::error::{Error, Result};
 
-use super::parse_error_text;
-use super::render_args::RenderArgs;
+use render_args::RenderArgs;
 
 use setting::{Origin, Setting, Value, arg_of, argument_list, excludes, is_setting};
 
-pub(super) use job::check_suite_settings;
-pub use job::{ShotJob, ShotRequest, scene_of_shot, shot_job};
-pub(super) use plan::{plan_json, plan_text};
+pub use job::{ShotFiles, ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job};
+pub use plan::{plan_json, plan_text};
 
 /// The options that were typed, before anything else is taken into account.
 #[derive(Clone, Debug)]
-pub(super) struct GivenOptions(ArgMatches);
+pub struct GivenOptions(ArgMatches);
 
 /// The options that are meant.
 #[derive(Debug)]
-pub(super) struct MeantOptions {
+pub struct MeantOptions {
     /// All of them.
-    pub(super) args: RenderArgs,
+    pub args: RenderArgs,
     /// The shot file that was read.
-    pub(super) shot: Option<PathBuf>,
+    pub shot: Option<PathBuf>,
     matches: ArgMatches,
     settings: Vec<Setting>,
 }
@@ -71,7 +79,7 @@ fn options() -> Command {
 
 impl GivenOptions {
     /// The shot file that is named, whether it can be read or not.
-    pub(super) fn shot(&self) -> Option<PathBuf> {
+    pub fn shot(&self) -> Option<PathBuf> {
         let path = |id| self.0.get_one::<PathBuf>(id).cloned();
         path("config").or_else(|| path("scene").filter(|scene| is_shot(scene)))
     }
@@ -80,7 +88,7 @@ impl GivenOptions {
     ///
     /// # Errors
     /// [`Error::Usage`] for what was typed; [`Error::Missing`], [`Error::Refused`] and [`Error::Invalid`] for the shot file.
-    pub(super) fn meant(&self) -> Result<MeantOptions> {
+    pub fn meant(&self) -> Result<MeantOptions> {
         let command = options();
         let shot = self.shot();
         let mut layers = vec![self.typed(&command)?, self.defined(&command)?];
@@ -160,14 +168,14 @@ fn put_together(
 
 impl MeantOptions {
     /// Whether a setting was typed, as an option or with `-D`.
-    pub(super) fn is_typed(&self, key: &str) -> bool {
+    pub fn is_typed(&self, key: &str) -> bool {
         self.settings
             .iter()
             .any(|setting| setting.key == key && !matches!(setting.origin, Origin::File { .. }))
     }
 
     /// The error with the line of the shot file, where one of its settings is at fault.
-    pub(super) fn explained(&self, error: Error) -> Error {
+    pub fn explained(&self, error: Error) -> Error {
         let Error::Usage { message } = &error else { return error };
         let Some(rest) = message.strip_prefix("--") else { return error };
         let length = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '-').unwrap_or(rest.len());
@@ -226,6 +234,48 @@ fn blamed(command: &Command, settings: &[Setting], error: &clap::Error) -> Error
         Some(setting) => setting.error(&why),
         None => Error::usage(why),
     }
+}
+
+/// The message and its tip, without the usage that follows.
+pub fn parse_error_text(error: &clap::Error) -> String {
+    if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
+        && [".glb", ".gltf", ".toml"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
+    {
+        return format!("what to do with \"{word}\"? Write: rayframe render {word}");
+    }
+    let rendered = error.render().to_string();
+    let lines = rendered.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut text = String::new();
+    for line in lines.take_while(|line| !line.starts_with("Usage: ") && !line.starts_with("For more")) {
+        let (separator, line) = match (line.strip_prefix("tip: "), text.is_empty()) {
+            (Some(tip), _) => ("; ", tip),
+            (None, true) => ("", line.strip_prefix("error: ").unwrap_or(line)),
+            (None, false) => (" ", line),
+        };
+        text.push_str(separator);
+        text.push_str(line);
+    }
+    text
+}
+
+/// What `--strict` says of the warnings: the first one, and how many there are.
+pub fn refusal(path: &Path, warnings: &[crate::error::Warning]) -> Option<Error> {
+    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
+    let first = unique.first()?;
+    let count = match unique.len() {
+        1 => "1 warning".to_owned(),
+        count => format!("{count} warnings"),
+    };
+    let message = format!("{} (--strict refuses {count})", first.message);
+    Some(Error::unsupported(path, first.pointer.clone(), message))
+}
+
+/// The message with control characters made visible.
+fn one_line(message: &str) -> String {
+    message
+        .chars()
+        .map(|c| if c.is_control() { c.escape_default().to_string() } else { c.to_string() })
+        .collect()
 }
 
 #[cfg(test)]

@@ -9,22 +9,22 @@ use clap::{Arg, Command};
 use serde_json::json;
 use toml::de::DeValue;
 
+use super::one_line;
 use crate::output::SOFTWARE;
-use crate::progress::one_line;
 use crate::scene::SelectedCamera;
 use crate::sequence::{OutputPattern, Plan, PlannedFrame, SequenceJob};
 
-use super::super::environment::has_lights;
-use super::super::understood::frames_text;
+use super::environment::has_lights;
 use super::form::{Form, Single};
 use super::setting::{Origin, Setting, Value, is_setting, rebased};
 use super::{MeantOptions, options, parse};
+use crate::sequence::frames_text;
 
 /// Raised when a field changes its meaning.
 const SCHEMA: u32 = 1;
 
 /// A shot file that makes the same frames wherever it lies, with the plan as comments at its end.
-pub(in super::super) fn plan_text(meant: &MeantOptions, job: &SequenceJob, plan: &Plan) -> String {
+pub fn plan_text(meant: &MeantOptions, job: &SequenceJob, plan: &Plan) -> String {
     let command = options();
     let mut lines = vec![format!("# {SOFTWARE}")];
     let mut heading = None;
@@ -41,7 +41,7 @@ pub(in super::super) fn plan_text(meant: &MeantOptions, job: &SequenceJob, plan:
 }
 
 /// The same as one JSON object.
-pub(in super::super) fn plan_json(meant: &MeantOptions, job: &SequenceJob, plan: &Plan) -> String {
+pub fn plan_json(meant: &MeantOptions, job: &SequenceJob, plan: &Plan) -> String {
     let command = options();
     let settings: serde_json::Map<String, serde_json::Value> = resolved(&command, meant, job)
         .into_iter()

@@ -7,7 +7,7 @@ use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 use super::render_args::RenderArgs;
 
 /// One line for each option that does nothing for this job.
-pub(super) fn idle_options(args: &RenderArgs, job: &SequenceJob) -> Vec<Warning> {
+pub fn idle_options(args: &RenderArgs, job: &SequenceJob) -> Vec<Warning> {
     let lights = light_kinds(&job.scene, &job.selection);
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const FALLBACK: u64 = 4 << 30;
 
 /// Four fifths of the least of all limits.
-pub(super) fn default_max_memory_bytes() -> u64 {
+pub fn default_max_memory_bytes() -> u64 {
     let limits = [
         physical_bytes(&read("/proc/meminfo")),
         control_group_bytes(&read("/proc/self/cgroup"), Path::new("/sys/fs/cgroup")),

@@ -28,17 +28,17 @@ use super::render_settings::{known_window, render_settings};
 
 /// A job, and what is to be said about it.
 #[derive(Debug)]
-pub(super) struct RenderJob {
+pub struct RenderJob {
     /// What to do.
-    pub(super) sequence: SequenceJob,
+    pub sequence: SequenceJob,
     /// What was left out by choice, which `--strict` has nothing against.
-    pub(super) choices: Vec<Warning>,
+    pub choices: Vec<Warning>,
     /// What is not honoured.
-    pub(super) warnings: Vec<Warning>,
+    pub warnings: Vec<Warning>,
     /// The environment in words; empty when there is none.
-    pub(super) environment: String,
+    pub environment: String,
     /// Files that are read and must not be written over: the scene, the files it names, and the environment's picture.
-    pub(super) inputs: Vec<PathBuf>,
+    pub inputs: Vec<PathBuf>,
 }
 
 /// What can be understood without the scene.
@@ -57,7 +57,7 @@ struct Wishes {
 /// # Errors
 /// [`Error::Usage`] for options that make no sense, found before anything is loaded where that is possible; and all that
 /// loading can meet.
-pub(super) fn render_job(args: &RenderArgs) -> Result<RenderJob> {
+pub fn render_job(args: &RenderArgs) -> Result<RenderJob> {
     let wishes = understand(args)?;
     let max_memory_bytes = wishes.max_memory_bytes;
     let shutter =
@@ -218,7 +218,7 @@ fn existing_files(args: &RenderArgs) -> ExistingFiles {
     }
 }
 
-pub(super) fn exr_output(args: &RenderArgs) -> ExrOutput {
+pub fn exr_output(args: &RenderArgs) -> ExrOutput {
     let (samples, compression) = args.exr.unwrap_or_default();
     ExrOutput {
         aovs: args.layers.clone().unwrap_or_default(),

@@ -14,11 +14,7 @@ use super::render_job::exr_output;
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
 
 /// The settings, without the choice of a background.
-pub(super) fn render_settings(
-    args: &RenderArgs,
-    scene: &Scene,
-    selection: &Selection,
-) -> Result<RenderSettings> {
+pub fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<RenderSettings> {
     let resolution = picture_size(args, camera_aspect(scene, selection))?;
     let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
     if window.x1 > resolution.0 || window.y1 > resolution.1 {
@@ -97,7 +93,7 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
 }
 
 /// What will be rendered, where that does not depend on the scene's camera.
-pub(super) fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
+pub fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
     if args.width.is_some() != args.height.is_some() {
         return Ok(None);
     }

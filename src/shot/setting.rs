@@ -8,27 +8,27 @@ use clap::{Arg, Command};
 use crate::error::{Error, Result};
 use crate::sequence::OutputPattern;
 
-use super::super::nearest::nearest;
-use super::super::options;
 use super::form::{Form, PathForm};
+use super::nearest::nearest;
+use super::options;
 
 /// Options that make no sense among the settings of a shot: those that name it, and the one that prints it.
 const NOT_SETTINGS: [&str; 3] = ["config", "set", "dry_run"];
 
 /// A setting that was given.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Setting {
+pub struct Setting {
     /// Its name.
-    pub(super) key: String,
+    pub key: String,
     /// Its value.
-    pub(super) value: Value,
+    pub value: Value,
     /// Who says so.
-    pub(super) origin: Origin,
+    pub origin: Origin,
 }
 
 /// What an option takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Value {
+pub enum Value {
     /// Whether it is there.
     Flag(bool),
     /// What follows it, each time it is given.
@@ -37,7 +37,7 @@ pub(super) enum Value {
 
 /// Where a setting comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Origin {
+pub enum Origin {
     /// An option.
     Typed,
     /// `-D` with this text.
@@ -53,7 +53,7 @@ pub(super) enum Origin {
 
 impl Origin {
     /// The line in the shot file, or 0.
-    pub(super) fn line(&self) -> usize {
+    pub fn line(&self) -> usize {
         match self {
             Self::File { line, .. } => *line,
             Self::Typed | Self::Defined(_) => 0,
@@ -63,7 +63,7 @@ impl Origin {
 
 impl Value {
     /// Adds the texts of `other`.
-    pub(super) fn extend(&mut self, other: Self) {
+    pub fn extend(&mut self, other: Self) {
         if let (Self::Texts(texts), Self::Texts(more)) = (self, other) {
             texts.extend(more);
         }
@@ -80,7 +80,7 @@ impl Value {
 
 impl Setting {
     /// What is wrong with the setting, said to whoever gave it.
-    pub(super) fn error(&self, why: &str) -> Error {
+    pub fn error(&self, why: &str) -> Error {
         match &self.origin {
             Origin::Typed => Error::usage(why),
             Origin::Defined(text) => Error::usage(format!("-D {text}: {why}")),
@@ -92,17 +92,17 @@ impl Setting {
 }
 
 /// Whether the option can be set by name.
-pub(super) fn is_setting(arg: &Arg) -> bool {
+pub fn is_setting(arg: &Arg) -> bool {
     !NOT_SETTINGS.contains(&arg.get_id().as_str())
 }
 
 /// The option of a setting.
-pub(super) fn arg_of<'a>(command: &'a Command, key: &str) -> Option<&'a Arg> {
+pub fn arg_of<'a>(command: &'a Command, key: &str) -> Option<&'a Arg> {
     command.get_arguments().find(|arg| is_setting(arg) && arg.get_id() == key)
 }
 
 /// Why nothing can be set by the name `key`.
-pub(super) fn unknown(command: &Command, key: &str) -> String {
+pub fn unknown(command: &Command, key: &str) -> String {
     if NOT_SETTINGS.contains(&key) {
         return "is no setting of a shot; it belongs on the command line".to_owned();
     }
@@ -122,7 +122,7 @@ pub(super) fn unknown(command: &Command, key: &str) -> String {
 }
 
 /// `KEY=VALUE`, as typed.
-pub(super) fn defined(command: &Command, text: &str) -> Result<Setting> {
+pub fn defined(command: &Command, text: &str) -> Result<Setting> {
     let usage = |why: &str| Error::usage(format!("-D {text}: {why}"));
     let (key, value) = text.split_once('=').ok_or_else(|| usage("write KEY=VALUE, such as samples=16"))?;
     let key = key.trim().replace('-', "_");
@@ -138,7 +138,7 @@ pub(super) fn defined(command: &Command, text: &str) -> Result<Setting> {
 }
 
 /// Whether `higher` leaves no room for `lower`: it sets the same, or what cannot be set beside it.
-pub(super) fn excludes(command: &Command, higher: &Setting, lower: &Setting) -> bool {
+pub fn excludes(command: &Command, higher: &Setting, lower: &Setting) -> bool {
     if higher.key == lower.key {
         return true;
     }
@@ -151,7 +151,7 @@ pub(super) fn excludes(command: &Command, higher: &Setting, lower: &Setting) -> 
 }
 
 /// The settings as they would be typed, with a scene in any case.
-pub(super) fn argument_list<'a>(
+pub fn argument_list<'a>(
     command: &Command,
     settings: impl IntoIterator<Item = &'a Setting>,
 ) -> Vec<OsString> {
@@ -181,7 +181,7 @@ pub(super) fn argument_list<'a>(
 }
 
 /// The value with files that are named from `folder`.
-pub(super) fn rebased(arg: &Arg, folder: &Path, text: OsString) -> OsString {
+pub fn rebased(arg: &Arg, folder: &Path, text: OsString) -> OsString {
     let joined = |text: OsString| folder.join(text).into_os_string();
     if text.is_empty() {
         return text;

@@ -16,31 +16,31 @@ use super::options::EnvironmentSource;
 
 /// An environment and what it was made from.
 #[derive(Debug)]
-pub(super) struct LoadedEnvironment {
+pub struct LoadedEnvironment {
     /// The light.
-    pub(super) environment: Environment,
+    pub environment: Environment,
     /// Differs whenever the light does.
-    pub(super) key: String,
+    pub key: String,
     /// For the first line of a run; empty when there is no environment.
-    pub(super) description: String,
+    pub description: String,
     /// What was changed to make it usable.
-    pub(super) warnings: Vec<Warning>,
+    pub warnings: Vec<Warning>,
 }
 
 /// What the command line asks for around the scene.
 #[derive(Debug)]
-pub(super) struct EnvironmentWishes {
+pub struct EnvironmentWishes {
     /// What lights the scene, if that was said.
-    pub(super) light: Option<EnvironmentSource>,
+    pub light: Option<EnvironmentSource>,
     /// Multiplies it.
-    pub(super) intensity: f32,
+    pub intensity: f32,
     /// What is seen behind the scene; `None` is the light.
-    pub(super) background: Option<EnvironmentSource>,
+    pub background: Option<EnvironmentSource>,
 }
 
 impl EnvironmentWishes {
     /// The picture files that will be read.
-    pub(super) fn files(&self) -> impl Iterator<Item = &Path> {
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
         [&self.light, &self.background].into_iter().flatten().filter_map(|source| match source {
             EnvironmentSource::File(path, _) => Some(path.as_path()),
             _ => None,
@@ -48,13 +48,13 @@ impl EnvironmentWishes {
     }
 
     /// Whether camera rays that leave the scene see anything.
-    pub(super) fn shows_background(&self) -> bool {
+    pub fn shows_background(&self) -> bool {
         self.background != Some(EnvironmentSource::None)
     }
 }
 
 /// Loads what was asked for; without a wish the studio lights scenes that have no light of their own.
-pub(super) fn load(
+pub fn load(
     wishes: &EnvironmentWishes,
     scene: &Scene,
     selection: &Selection,
@@ -190,7 +190,7 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 }
 
 /// Whether any light is placed below the selected roots.
-pub(super) fn has_lights(scene: &Scene, selection: &Selection) -> bool {
+pub fn has_lights(scene: &Scene, selection: &Selection) -> bool {
     let mut pending = selection.roots.clone();
     while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
         if node.light.is_some() {

@@ -1,16 +1,15 @@
-use super::super::Cli;
 use super::form::Form;
 use super::setting::{excludes, unknown};
 use super::*;
-use clap::{Arg, CommandFactory as _, Parser as _};
+use clap::Arg;
 
 /// What was typed after `rayframe render`.
-pub(super) fn given(arguments: &[&str]) -> GivenOptions {
+pub fn given(arguments: &[&str]) -> GivenOptions {
     let matches = options().try_get_matches_from(arguments).unwrap();
     GivenOptions::from_arg_matches(&matches).unwrap()
 }
 
-pub(super) fn shot(text: &str) -> (tempfile::TempDir, String) {
+pub fn shot(text: &str) -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.toml");
     std::fs::write(&path, text).unwrap();
@@ -49,7 +48,7 @@ fn example(arg: &Arg) -> String {
 #[test]
 fn every_option_can_be_set_in_a_file_and_by_name() {
     let command = options();
-    let manual = include_str!("../../../docs/shots.md");
+    let manual = include_str!("../../docs/shots.md");
     for arg in command.get_arguments() {
         let key = arg.get_id().as_str();
         if ["config", "set", "dry_run"].contains(&key) {
@@ -236,14 +235,4 @@ fn settings_exclude_what_they_replace() {
     assert!(!excludes(&command, &setting("width=4"), &setting("height=4")));
     assert!(!excludes(&command, &setting("resume=false"), &setting("overwrite=true")));
     assert!(unknown(&command, "").starts_with("is no setting"));
-}
-
-#[test]
-fn both_commands_take_the_same_options() {
-    Cli::command().debug_assert();
-    for command in ["render", "watch"] {
-        assert!(Cli::try_parse_from(["rayframe", command, "a.glb", "-D", "samples=1"]).is_ok());
-        assert!(Cli::try_parse_from(["rayframe", command]).is_err());
-        assert!(Cli::try_parse_from(["rayframe", command, "--config", "a.toml"]).is_ok());
-    }
 }

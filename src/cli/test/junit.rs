@@ -4,15 +4,15 @@ use std::time::Duration;
 
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
-use super::page::folders;
-use crate::error::{Error, Result};
-use crate::regression::result::{FrameResult, FrameStatus, ShotResult, SuiteResult};
+use rayframe::error::{Error, Result};
+use rayframe::regression::suite::folders;
+use rayframe::regression::{FrameResult, FrameStatus, ShotResult, SuiteResult};
 
 /// The XML of a result.
 ///
 /// # Errors
 /// [`Error::Internal`] when it cannot be written.
-pub fn junit_xml(result: &SuiteResult) -> Result<String> {
+pub(super) fn junit_xml(result: &SuiteResult) -> Result<String> {
     let mut report = Report::new("rayframe test");
     report.set_time(Duration::from_secs_f64(result.seconds));
     for folder in folders(result) {
@@ -59,4 +59,9 @@ fn failed(kind: NonSuccessKind, frame: &FrameResult) -> TestCaseStatus {
     status.set_message(lines.first().copied().unwrap_or_default());
     status.set_description(lines.join("\n"));
     status
+}
+
+/// The folder of a name, empty where there is none.
+fn folder_of(name: &str) -> &str {
+    name.rsplit_once('/').map_or("", |(folder, _)| folder)
 }

@@ -1,0 +1,30 @@
+//! Refuses Draco streams: the feature `draco` is off.
+
+use gltf::json;
+
+use super::accessor::{Data, Replaced};
+use super::attributes::Attributes;
+use super::context::Context;
+use super::raw::Raw;
+use crate::error::Result;
+
+/// The geometry of one stream.
+#[derive(Debug)]
+pub(super) struct Unpacked {
+    /// Content of the accessors of the attributes.
+    pub(super) replaced: Replaced,
+    /// Corners of each triangle.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// Always an error that names the feature.
+pub(super) fn unpack(
+    context: &mut Context,
+    _: &Data,
+    _: &Attributes,
+    _: &json::mesh::Primitive,
+    raw: &Raw,
+) -> Result<Unpacked> {
+    let message = "this build of Rayframe decodes no Draco meshes; build it with the feature \"draco\"";
+    Err(context.unsupported(&raw.pointer, message))
+}

@@ -1,4 +1,4 @@
-//! From triangles to a hierarchy, phase by phase.
+//! Builder: runs the phases of a build and measures them.
 
 use std::time::Instant;
 
@@ -19,7 +19,7 @@ use super::wide_tree::WideTree;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Triangle;
 
-/// Builds hierarchies and keeps its scratch memory between frames.
+/// Builds hierarchies. Keeps its scratch memory between frames.
 #[derive(Debug, Default)]
 pub struct Builder {
     split: split::Scratch,
@@ -31,14 +31,15 @@ pub struct Builder {
     collapse: collapse::Scratch,
 }
 
-/// Measures the seconds of one phase after the other.
+/// Stopwatch of successive phases.
 struct Lap(Instant);
 
 impl Builder {
     /// Builds the hierarchy of `triangles`, in parallel on the current rayon pool.
     ///
-    /// `flags` has one entry a triangle. Hidden and degenerate triangles are left out; ids are places in `triangles`,
-    /// of which there are fewer than 2²⁸. Memory of `recycled`, the last frame's hierarchy, is used again.
+    /// `flags` has one entry per triangle; there are at most [`crate::bvh::MAX_TRIANGLES`]. Hidden and degenerate triangles are
+    /// left out; hits name triangles by their index in `triangles`. The last frame's hierarchy is `recycled`: it is refitted where
+    /// that pays, and otherwise its memory is reused.
     pub fn build(
         &mut self,
         triangles: &[Triangle],
@@ -59,7 +60,7 @@ impl Builder {
         }
     }
 
-    /// Fits the recycled tree to triangles that moved, or builds another in its place.
+    /// Refits the recycled tree to the moved triangles, or builds a new one in its memory.
     fn refit_or_build(
         &mut self,
         input: Input,
@@ -118,16 +119,16 @@ impl Builder {
         let Self { references, order, tree, .. } = self;
         match builder {
             BuilderKind::Karras => {
-                karras::build(tree, order, references, &mut self.karras, (scale, cancel))?;
+                karras::build(tree, order, references, &mut self.karras, scale, cancel)?;
             }
             BuilderKind::Ploc => {
-                ploc::build(tree, order, references, &mut self.ploc, (scale, cancel))?;
+                ploc::build(tree, order, references, &mut self.ploc, scale, cancel)?;
             }
             _ => lbvh::build(tree, order, references, scale, cancel)?,
         }
         let tree_seconds = lap.seconds();
 
-        // The tree that rays walk.
+        // The wide tree.
         let has_copies = measures.count != gathered.triangles;
         let source = CollapseInput { tree, input, scale, has_copies };
         wide.collapse(source, &mut self.collapse)?;

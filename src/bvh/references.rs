@@ -1,7 +1,7 @@
-//! The boxes that a hierarchy is built over, one for each triangle that takes part.
+//! References: the boxes that a hierarchy is built over, one for each traced triangle.
 //!
-//! Every box is output by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit asks
-//! ([`crate::geometry::ShearedRay`]). Splitting makes more boxes: [`super::split`].
+//! Every box is grown by [`BOX_PADDING`] of its triangle's largest coordinate, as the definition of a hit requires
+//! ([`crate::geometry::ShearedRay`]). Splitting adds boxes: [`super::split`].
 
 use fearless_simd::{Level, Simd, dispatch};
 use rayon::prelude::*;
@@ -12,41 +12,41 @@ use super::triangle_flags::TriangleFlags;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
 
-/// Sums of areas that single precision cannot have spoiled.
+/// Range of area sums whose terms neither overflow nor underflow in single precision.
 const ORDINARY_AREAS: std::ops::Range<f64> = 1.0e-20..1.0e30;
 
-/// Triangles, or references, that a task works on.
+/// Triangles, or references, per task.
 pub(super) const CHUNK: usize = 1 << 11;
 
-/// A box that a triangle, or a part of one, lies in. One cache line holds two.
+/// Box of a triangle or of a part of one. A cache line holds two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Reference {
-    /// The box.
+    /// Padded box.
     pub(super) bounds: Aabb,
     /// Index of the triangle.
     pub(super) triangle_id: u32,
 }
 
-/// The triangles to build over.
+/// Triangles of a build.
 #[derive(Clone, Copy)]
 pub(super) struct Input<'a> {
     /// All triangles of the frame.
     pub(super) triangles: &'a [Triangle],
     /// Their flags.
     pub(super) flags: &'a [TriangleFlags],
-    /// Polled.
+    /// Cancels the build when raised.
     pub(super) cancel: &'a CancelFlag,
 }
 
-/// Sums over references.
+/// Count, bounds and area sums of references.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Measures {
-    /// How many there are.
+    /// Number of references.
     pub(super) count: usize,
-    /// The box around all of them.
+    /// Box around all references.
     pub(super) bounds: Aabb,
-    /// The box around their centres.
+    /// Box around their centres.
     pub(super) centers: Aabb,
     /// Sum of their surface areas, square metres.
     pub(super) area_sum: f64,
@@ -55,10 +55,10 @@ pub(super) struct Measures {
 }
 
 impl Reference {
-    /// A place that is not yet filled.
+    /// Placeholder of an unfilled entry.
     pub(super) const NONE: Self = Self { bounds: Aabb::EMPTY, triangle_id: u32::MAX };
 
-    /// The box of a whole triangle.
+    /// Reference with the box of a whole triangle.
     #[inline(always)]
     fn of(triangle: &Triangle, triangle_id: u32) -> Self {
         Self { bounds: triangle.bounds().grown(padding(triangle)), triangle_id }
@@ -66,7 +66,7 @@ impl Reference {
 }
 
 impl<'a> Input<'a> {
-    /// The visible triangles of a chunk, with their indices.
+    /// Traced triangles of a chunk, with their indices.
     pub(super) fn chunk(&self, chunk: usize) -> impl Iterator<Item = (u32, &'a Triangle)> + use<'a> {
         let first = chunk * CHUNK;
         let last = self.triangles.len().min(first + CHUNK);
@@ -78,18 +78,18 @@ impl<'a> Input<'a> {
             .map(move |(i, (triangle, _))| ((first + i) as u32, triangle))
     }
 
-    /// How many chunks there are.
+    /// Number of chunks.
     pub(super) fn chunks(&self) -> usize {
         self.triangles.len().div_ceil(CHUNK)
     }
 }
 
 impl Measures {
-    /// Of no references.
+    /// Measures of no references.
     pub(super) const NONE: Self =
         Self { count: 0, bounds: Aabb::EMPTY, centers: Aabb::EMPTY, area_sum: 0.0, area_square_sum: 0.0 };
 
-    /// Takes in one more.
+    /// Adds a reference with this box.
     #[inline(always)]
     fn add(&mut self, bounds: &Aabb) {
         self.count += 1;
@@ -104,7 +104,7 @@ impl Measures {
         self.area_square_sum += area * area;
     }
 
-    /// Of all `references`, measured in chunks.
+    /// Sum over the chunks of `references`.
     fn total(chunks: &[Self], references: &[Reference]) -> Self {
         let mut total = Self::NONE;
         for chunk in chunks {
@@ -114,7 +114,7 @@ impl Measures {
             total.area_sum += chunk.area_sum;
             total.area_square_sum += chunk.area_square_sum;
         }
-        // Areas beyond the reach of f32 are added once more, slowly.
+        // Areas outside the range of f32 are added again in f64.
         if !ORDINARY_AREAS.contains(&total.area_sum) {
             (total.area_sum, total.area_square_sum) = (0.0, 0.0);
             for reference in references {
@@ -124,38 +124,39 @@ impl Measures {
         total
     }
 
-    /// What lengths are multiplied by so that products of two neither overflow nor underflow: the scene becomes one long.
+    /// Factor that makes the longest edge of the scene one, so that products of two scaled lengths neither overflow nor
+    /// underflow.
     pub(super) fn scale(&self) -> f32 {
         let extent = (self.bounds.max.as_dvec3() - self.bounds.min.as_dvec3()).max_element();
         if extent > 0.0 { extent.recip() as f32 } else { 1.0 }
     }
 
-    /// How uneven the areas are: the mean of their squares over the square of their mean, one if all are the same.
+    /// Unevenness of the areas: the mean of their squares over the square of their mean. It is one if all are equal.
     pub(super) fn unevenness(&self) -> f64 {
         let square = self.area_sum * self.area_sum;
         if square > 0.0 { self.count as f64 * self.area_square_sum / square } else { 1.0 }
     }
 
-    /// How many boxes a line through the box around all of them meets on average.
+    /// Average number of boxes that a line through the scene's box intersects.
     pub(super) fn overlap(&self) -> f64 {
         let scene = self.bounds.area();
         if scene > 0.0 { self.area_sum / scene } else { 0.0 }
     }
 }
 
-/// Whether a triangle takes part: it is not hidden and a ray can hit it.
+/// Whether a triangle is traced: it is not hidden and not degenerate.
 #[inline(always)]
 pub(super) fn is_traced(triangle: &Triangle, flags: TriangleFlags) -> bool {
     !flags.has(TriangleFlags::HIDDEN) && !triangle.is_degenerate()
 }
 
-/// By how much the box of a triangle, or of a part of it, is output.
+/// Padding of the box of a triangle or of a part of it.
 #[inline(always)]
 pub(super) fn padding(triangle: &Triangle) -> f32 {
     triangle.magnitude() * BOX_PADDING + f32::MIN_POSITIVE
 }
 
-/// Fills `references` with the boxes of all visible triangles, in their order, and measures them.
+/// Fills `references` with the boxes of all traced triangles, in their order, and measures them.
 pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Result<Measures, Cancelled> {
     references.resize(input.triangles.len(), Reference::NONE);
     let level = Level::new();
@@ -168,7 +169,7 @@ pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Res
         })
         .collect::<Result<_, _>>()?;
 
-    // Close the gaps that triangles left out leave.
+    // Close the gaps of triangles that are not traced.
     let mut kept = 0;
     for (chunk, measures) in chunks.iter().enumerate() {
         let first = chunk * CHUNK;
@@ -181,7 +182,7 @@ pub(super) fn gather_whole(input: Input, references: &mut Vec<Reference>) -> Res
     Ok(Measures::total(&chunks, references))
 }
 
-/// Fills `out` from its start with the boxes of the visible triangles from `first` on.
+/// Fills the front of `out` with the boxes of the traced triangles from `first` on.
 #[inline(always)]
 fn gather_chunk<S: Simd>(_: S, input: Input, first: usize, out: &mut [Reference]) -> Measures {
     let last = first + out.len();
@@ -197,7 +198,7 @@ fn gather_chunk<S: Simd>(_: S, input: Input, first: usize, out: &mut [Reference]
     measures
 }
 
-/// Measures boxes.
+/// Measures references.
 pub(super) fn measure(references: &[Reference]) -> Measures {
     let measure_chunk = |chunk: &[Reference]| {
         let mut measures = Measures::NONE;
@@ -215,7 +216,7 @@ mod tests {
     use super::*;
     use glam::Vec3;
 
-    /// Triangles of which some are hidden and some have no area.
+    /// Triangles of which some are hidden and some have zero area.
     fn with_gaps(n: usize) -> (Vec<Triangle>, Vec<TriangleFlags>) {
         let triangles = (0..n)
             .map(|i| {
@@ -229,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn leaves_out_what_takes_no_part_for_any_number_of_threads() {
+    fn hidden_and_degenerate_triangles_are_skipped_for_any_number_of_threads() {
         for n in [0, 1, 2, 100, 10_000] {
             let (triangles, flags) = with_gaps(n);
             let expected: Vec<Reference> = (0..n)
@@ -253,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn two_unit_cubes_are_measured() {
+    fn measures_of_two_unit_cubes() {
         // Each has area 6; together they are 3 x 1 x 1, area 14; their centres are 2 apart.
         let cube = |x: f32| Reference {
             bounds: Aabb { min: Vec3::X * x, max: Vec3::X * x + Vec3::ONE },

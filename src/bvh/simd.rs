@@ -1,10 +1,10 @@
-//! Instruction sets: which there are, which the machine has.
+//! SIMD instruction sets of traversal and their detection.
 //!
-//! Lane code is written once over [`fearless_simd::Simd`] and compiled for each level; a task chooses one when it starts.
+//! Lane code is written once over [`fearless_simd::Simd`] and compiled for each level. A task selects its level when it starts.
 
 use fearless_simd::Level;
 
-/// Instruction sets that traversal can use; each gives the same answers.
+/// Instruction set of traversal. All give the same answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SimdLevel {
     /// Plain Rust, on every machine.
@@ -20,21 +20,21 @@ pub enum SimdLevel {
 }
 
 impl SimdLevel {
-    /// All levels, on whatever machine.
+    /// All levels of all machines.
     pub const ALL: [Self; 5] = [Self::Scalar, Self::Sse42, Self::Avx2, Self::Avx512, Self::Neon];
 
-    /// The best level of the machine that runs.
+    /// Best level of this machine.
     pub fn best() -> Self {
         let best = Self::ALL.into_iter().rfind(|level| level.is_supported());
         best.unwrap_or(Self::Scalar)
     }
 
-    /// Whether the machine that runs has this level; queries fall back to [`SimdLevel::Scalar`] where it has not.
+    /// Whether this machine has the level. Queries fall back to [`SimdLevel::Scalar`] otherwise.
     pub fn is_supported(self) -> bool {
         self.detected().is_some()
     }
 
-    /// The proof that the machine has this level, or the one of plain Rust.
+    /// Token that proves that this machine has the level, or that of plain Rust.
     pub(super) fn level(self) -> Level {
         self.detected().unwrap_or_else(Level::fallback)
     }
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn plain_rust_is_everywhere_and_the_best_level_is_supported() {
+    fn scalar_and_the_best_level_are_supported() {
         assert!(SimdLevel::Scalar.is_supported());
         assert!(SimdLevel::best().is_supported());
         assert!(!(SimdLevel::Avx2.is_supported() && SimdLevel::Neon.is_supported()));

@@ -1,56 +1,56 @@
-//! The binary tree that builders make and [`super::collapse`] reads.
+//! Binary tree: output of the builders and input of [`super::collapse`].
 
 use crate::bvh::wide_tree::WIDTH;
 use crate::geometry::Aabb;
 
-/// Set in a child word that names references in a row, by the place of the first.
+/// Bit that marks child words of leaves: a range of positions, named by its first.
 pub(crate) const LEAF_RANGE: u32 = 1 << 31;
 /// Subtrees of at most this many references become one leaf of the wide tree.
 pub(crate) const LEAF_SIZE: u32 = WIDTH as u32;
 
-/// An inner node: the boxes of both children, what they are, and how many references each has. One cache line.
+/// Inner node: boxes, words and reference counts of both children. One cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(64))]
 pub(crate) struct Pair {
     /// Boxes of the children.
     pub(crate) bounds: [Aabb; 2],
-    /// Index of a node; or, with [`LEAF_RANGE`] set, the first of the child's places.
+    /// Index of a node or, with [`LEAF_RANGE`] set, first position of a leaf.
     pub(crate) children: [u32; 2],
-    /// References of the children.
+    /// Number of references below each child.
     pub(crate) counts: [u32; 2],
 }
 
-/// A finished subtree, without its place in the tree.
+/// Finished subtree, not yet linked to a parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Subtree {
-    /// Its box.
+    /// Box.
     pub(crate) bounds: Aabb,
-    /// Its child word.
+    /// Child word.
     pub(crate) child: u32,
-    /// Its references.
+    /// Number of references.
     pub(crate) count: u32,
     /// Levels of nodes below.
     pub(crate) height: u32,
 }
 
-/// A binary tree.
+/// Binary tree over references.
 #[derive(Debug, Default)]
 pub(crate) struct BinaryTree {
-    /// Inner nodes; some may not belong to the tree.
+    /// Inner nodes; some entries may be unused.
     pub(crate) nodes: Vec<Pair>,
-    /// The triangles at the places.
+    /// Triangle index at each position.
     pub(crate) triangle_ids: Vec<u32>,
-    /// The whole tree, unless there are no references.
+    /// Root; `None` without references.
     pub(crate) root: Option<Subtree>,
     /// Sum of the surface areas of all nodes, in units of [`scaled_half_area`].
     pub(crate) area_sum: f64,
 }
 
 impl Pair {
-    /// A place that is not yet filled.
+    /// Placeholder of an unfilled entry.
     pub(crate) const NONE: Self = Self { bounds: [Aabb::EMPTY; 2], children: [u32::MAX; 2], counts: [0; 2] };
 
-    /// The node of two subtrees.
+    /// Node with two children.
     #[inline(always)]
     pub(crate) fn of(left: &Subtree, right: &Subtree) -> Self {
         Self {
@@ -62,13 +62,13 @@ impl Pair {
 }
 
 impl Subtree {
-    /// A single reference.
+    /// Leaf of a single reference.
     #[inline(always)]
-    pub(crate) fn leaf(bounds: Aabb, place: usize) -> Self {
-        Self { bounds, child: place as u32 | LEAF_RANGE, count: 1, height: 0 }
+    pub(crate) fn leaf(bounds: Aabb, position: usize) -> Self {
+        Self { bounds, child: position as u32 | LEAF_RANGE, count: 1, height: 0 }
     }
 
-    /// Both under the node `child`.
+    /// Subtree of the node `child`, whose children are these two.
     #[inline(always)]
     pub(crate) fn joined(&self, other: &Self, child: u32) -> Self {
         Self {
@@ -81,20 +81,20 @@ impl Subtree {
 }
 
 impl BinaryTree {
-    /// Makes room for `nodes` nodes and `places` places, and forgets the last tree.
-    pub(crate) fn reset(&mut self, nodes: usize, places: usize) {
+    /// Discards the last tree and resizes to `nodes` nodes and `positions` positions.
+    pub(crate) fn reset(&mut self, nodes: usize, positions: usize) {
         self.nodes.resize(nodes, Pair::NONE);
-        self.triangle_ids.resize(places, u32::MAX);
+        self.triangle_ids.resize(positions, u32::MAX);
         (self.root, self.area_sum) = (None, 0.0);
     }
 
-    /// Levels below the root; a single reference has none.
+    /// Levels below the root; zero for a single reference.
     pub(crate) fn depth(&self) -> u32 {
         self.root.map_or(0, |root| root.height)
     }
 
-    /// Surface area heuristic cost where visiting a node and testing a reference both cost one: the areas of all boxes over
-    /// that of the root's. Where that is zero every box counts in full.
+    /// Surface area heuristic cost with unit costs for nodes and references: the areas of all boxes over that of the root. If
+    /// the root has no area, every box counts as one.
     pub(crate) fn sah_cost(&self, measures: &crate::bvh::references::Measures) -> f32 {
         let scene = measures.bounds.area();
         let metres = f64::from(measures.scale()).recip();

@@ -1,12 +1,12 @@
-//! Rounds of merging nearest neighbours in Morton order.
+//! Clusters in Morton order, merged with their nearest neighbours in rounds (PLOC).
 //!
 //! Source: Meister and Bittner, "Parallel Locally-Ordered Clustering for Bounding Volume Hierarchy Construction", TVCG
-//! 2018: of the clusters at most [`RADIUS`] places away each finds the one with which its common box is smallest, and
-//! pairs that found each other merge. Two departures make every round merge something and bound their number:
+//! 2018. Among the clusters at most [`RADIUS`] positions away, each cluster finds the one with the smallest common box. Pairs
+//! that find each other merge. Two departures make every round merge something and bound the number of rounds:
 //!
-//! * The order of neighbours is that of a number whose upper bits are the area's and whose lower five tell the two
-//!   places apart in the same way from both. So a cluster's neighbours all differ, and identical boxes merge in pairs.
-//! * After two rounds that merge few, as with boxes inside each other, one round merges neighbours without asking.
+//! * Neighbours are ordered by a key. Its upper bits are those of the area; its lower five are the exclusive or of the two
+//!   positions, which is the same from both. So the keys of a cluster's neighbours differ, and identical boxes merge in pairs.
+//! * After two rounds that merge few clusters, as with nested boxes, one round merges all adjacent pairs.
 
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
@@ -15,17 +15,17 @@ use super::binary_tree::{Pair, Subtree};
 use crate::bvh::box_area::scaled_half_area;
 use crate::geometry::Aabb;
 
-/// How many places away neighbours are looked for, to either side.
+/// Search radius to either side, in positions.
 pub(crate) const RADIUS: usize = 4;
-/// Bits of a key that tell places apart; 2⁵ exceeds twice the radius.
+/// Bits of a key that identify the other position; 2⁵ exceeds twice the radius.
 const POSITION_BITS: u32 = 5;
 const POSITION_MASK: u32 = (1 << POSITION_BITS) - 1;
-/// A round that merges less than this part of the clusters is slow.
+/// A round that merges less than one in so many clusters is slow.
 const SLOW: usize = 16;
-/// So many slow rounds in a row are followed by one that merges all.
+/// Consecutive slow rounds after which a round merges all adjacent pairs.
 const MAX_SLOW_ROUNDS: u32 = 2;
 
-/// Clusters in a row, and memory for the search.
+/// Clusters in Morton order as structure of arrays, with scratch memory of the search.
 #[derive(Debug, Default)]
 pub(crate) struct Clusters {
     /// Planes of the boxes: min x, y, z, max x, y, z.
@@ -33,26 +33,26 @@ pub(crate) struct Clusters {
     children: Vec<u32>,
     counts: Vec<u32>,
     heights: Vec<u32>,
-    /// Keys of the pairs that are some places apart.
+    /// Keys of the pairs at one distance.
     keys: Vec<u32>,
-    /// The lowest key of each cluster.
+    /// Lowest key of each cluster.
     nearest: Vec<u32>,
 }
 
-/// Where the nodes of merged clusters go.
+/// Output of the nodes of merged clusters.
 pub(crate) struct NodeSink<'a> {
-    /// Places that are still free.
+    /// Unfilled nodes.
     pub(crate) nodes: &'a mut [Pair],
-    /// Index of the first of them.
+    /// Index of the first unfilled node.
     pub(crate) first: usize,
-    /// Sum of their areas.
+    /// Sum of the areas of all nodes so far.
     pub(crate) area_sum: f64,
-    /// What edges are multiplied by before areas are taken.
+    /// Factor of lengths before areas are computed.
     pub(crate) scale: f32,
 }
 
 impl NodeSink<'_> {
-    /// Makes a node of two subtrees.
+    /// Joins two subtrees under a new node.
     #[inline(always)]
     pub(crate) fn join(&mut self, left: &Subtree, right: &Subtree) -> Subtree {
         let joined = left.joined(right, self.first as u32);
@@ -75,7 +75,7 @@ impl Clusters {
         }
     }
 
-    /// How many clusters there are.
+    /// Number of clusters.
     pub(crate) fn len(&self) -> usize {
         self.children.len()
     }
@@ -85,7 +85,7 @@ impl Clusters {
         (0..self.len()).map(|i| self.at(i))
     }
 
-    /// Merges until no more than `target` clusters are left.
+    /// Merges until at most `target` clusters are left.
     pub(crate) fn merge_down_to(&mut self, target: usize, sink: &mut NodeSink) {
         let level = Level::new();
         let mut slow_rounds = 0;
@@ -103,7 +103,7 @@ impl Clusters {
         }
     }
 
-    /// Finds for each cluster the lowest key.
+    /// Finds the lowest key of each cluster.
     #[inline(always)]
     fn find_nearest<S: Simd>(&mut self, _: S, scale: f32) {
         let Self { planes, keys, nearest, .. } = self;
@@ -123,7 +123,7 @@ impl Clusters {
         }
     }
 
-    /// Merges the pairs that are each other's nearest.
+    /// Merges the pairs of mutual nearest neighbours.
     fn merge_mutual(&mut self, sink: &mut NodeSink) {
         let count = self.len();
         let mut kept = 0;
@@ -142,7 +142,7 @@ impl Clusters {
         self.resize(kept);
     }
 
-    /// Merges the first cluster with the second, the third with the fourth, and so on.
+    /// Merges all adjacent pairs: the first cluster with the second, the third with the fourth, and so on.
     fn merge_neighbours(&mut self, sink: &mut NodeSink) {
         let count = self.len();
         for i in 0..count / 2 {
@@ -187,7 +187,7 @@ impl Clusters {
     }
 }
 
-/// Keys of all pairs that are `distance` places apart: their common area above what tells the places apart.
+/// Keys of all pairs at a `distance` of positions: area of the common box, and exclusive or of the positions.
 #[inline(always)]
 fn pair_keys(planes: &[Vec<f32>; 6], distance: usize, scale: f32, keys: &mut [u32]) {
     let n = keys.len();
@@ -200,18 +200,18 @@ fn pair_keys(planes: &[Vec<f32>; 6], distance: usize, scale: f32, keys: &mut [u3
         let y = (high(y1[i], v1[i]) - low(y0[i], v0[i])) * scale;
         let z = (high(z1[i], w1[i]) - low(z0[i], w0[i])) * scale;
         let area = x * y + y * z + z * x;
-        let places = (i ^ (i + distance)) as u32 & POSITION_MASK;
-        keys[i] = area.to_bits() & !POSITION_MASK | places;
+        let positions = (i ^ (i + distance)) as u32 & POSITION_MASK;
+        keys[i] = area.to_bits() & !POSITION_MASK | positions;
     }
 }
 
-/// The place that a key of place `i` tells apart from it.
+/// Other position of a key of position `i`.
 #[inline(always)]
 fn neighbour(i: usize, key: u32) -> usize {
     const HALF: usize = 1 << (POSITION_BITS - 1);
     let mask = POSITION_MASK as usize;
     let low = (i ^ key as usize) & mask;
-    // How far it is from the place half a period before `i`.
+    // Distance from the position half a period before `i`.
     let ahead = low.wrapping_sub(i).wrapping_add(HALF) & mask;
     (i + ahead).wrapping_sub(HALF)
 }

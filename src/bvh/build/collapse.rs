@@ -1,11 +1,10 @@
-//! From a binary tree to the wide one.
+//! Collapse of a binary tree to the wide tree.
 //!
-//! Source: the collapse by opening the child of largest area first is Wald, Benthin, Boulos, "Getting
-//! Rid of Packets", RT 2008. Subtrees of at most eight references become leaves; copies of a triangle that
-//! splitting put into one leaf are kept once.
+//! Source: Wald, Benthin, Boulos, "Getting Rid of Packets", RT 2008: a node's child of largest area is opened first. Subtrees of
+//! at most eight references become leaves. A leaf stores a triangle once, even if splitting gave it several references there.
 //!
-//! A subtree of n references owns n places of the leaves, so tasks know where to write without knowing of each other. Their
-//! nodes, whose number shows only at the end, are moved behind those of the top.
+//! A subtree of n references owns n leaf slots, so parallel tasks write leaves without synchronization. The number of nodes of
+//! a task is known only at its end; its nodes are then moved to their place after those of the top.
 
 use std::hint::black_box;
 
@@ -20,22 +19,22 @@ use crate::bvh::wide_tree::{
 use crate::cancel::Cancelled;
 use crate::geometry::Aabb;
 
-/// Subtrees of fewer references than this are one task.
-const SMALLEST_TASK: u32 = 2048;
-/// Otherwise a task is this part of all references.
+/// Smallest number of references per task.
+const MIN_TASK: u32 = 2048;
+/// Number of tasks for large inputs.
 const TASKS: u32 = 64;
 
-/// Leaves whose triangles are fetched at once.
+/// Leaves whose triangles are fetched together.
 const LEAVES_PER_BATCH: usize = 32;
 
-/// What the collapse reads.
+/// Inputs of the collapse.
 #[derive(Clone, Copy)]
 pub(crate) struct CollapseInput<'a> {
     /// The binary tree.
     pub(crate) tree: &'a BinaryTree,
     /// The triangles.
     pub(crate) input: Input<'a>,
-    /// For areas.
+    /// Factor of lengths before areas are computed.
     pub(crate) scale: f32,
     /// Whether a triangle may have several references.
     pub(crate) has_copies: bool,
@@ -48,18 +47,18 @@ pub(crate) struct Scratch {
     parts: Vec<TaskOutput>,
 }
 
-/// What a task makes.
+/// Nodes and leaves of a task.
 #[derive(Debug, Default)]
 struct TaskOutput {
-    /// Nodes with indices from zero on.
+    /// Nodes; indices start from zero.
     nodes: Vec<WideNode>,
-    /// Triangles and places of each leaf.
+    /// Number of triangles and of slots of each leaf.
     leaves: Vec<(u8, u8)>,
-    /// The triangles of all leaves.
+    /// Triangle indices of all leaves.
     triangle_ids: Vec<u32>,
 }
 
-/// What of the binary tree becomes one child.
+/// Subtree of the binary tree that becomes one child of a wide node.
 #[derive(Clone, Copy)]
 struct Branch {
     bounds: Aabb,
@@ -69,24 +68,24 @@ struct Branch {
     area: f32,
 }
 
-/// A subtree left to a task, and the node and lane that wait for it.
-struct Open {
+/// Subtree left to a task, and the node and lane of the top that refer to it.
+struct OpenBranch {
     branch: Branch,
     node: usize,
     lane: usize,
 }
 
-/// A task: a subtree, what becomes of it, and the words of its leaves.
+/// Task: a subtree, its output, and the words of its leaves.
 struct Part<'a> {
     source: CollapseInput<'a>,
     output: &'a mut TaskOutput,
     words: &'a mut [f32],
-    /// Where the next leaf goes.
-    place: usize,
+    /// First slot of the next leaf.
+    slot: usize,
 }
 
 impl WideTree {
-    /// Collapses the binary tree into this one, whose memory is used again.
+    /// Replaces this tree with the collapsed binary tree; memory is reused.
     pub(crate) fn collapse(&mut self, source: CollapseInput, scratch: &mut Scratch) -> Result<(), Cancelled> {
         self.root = NO_CHILD;
         scratch.top.clear();
@@ -96,22 +95,22 @@ impl WideTree {
             return Ok(());
         };
 
-        // The top by itself, then the subtrees below in parallel.
-        let task = (root.count / TASKS).max(SMALLEST_TASK);
+        // Collapse the top, then the subtrees below in parallel.
+        let task = (root.count / TASKS).max(MIN_TASK);
         let root = source.branch(&Pair::of(&root, &root), 0);
         let mut open = Vec::new();
         if root.count > task {
             self.root = source.open_top(root, task, &mut scratch.top, &mut open);
         } else {
-            open.push(Open { branch: root, node: 0, lane: 0 });
+            open.push(OpenBranch { branch: root, node: 0, lane: 0 });
         }
         let roots = grow_parts(source, &open, &mut self.words, scratch)?;
         self.join(&open, &roots, scratch);
         Ok(())
     }
 
-    /// Puts the nodes of all parts behind those of the top.
-    fn join(&mut self, open: &[Open], roots: &[u32], scratch: &mut Scratch) {
+    /// Appends the nodes of all parts to those of the top.
+    fn join(&mut self, open: &[OpenBranch], roots: &[u32], scratch: &mut Scratch) {
         let Scratch { top, parts } = scratch;
         let parts = &parts[..open.len()];
         let mut first = top.len();
@@ -144,29 +143,29 @@ impl WideTree {
     }
 }
 
-/// A child word after the nodes of its part have moved by `offset`.
+/// Child word after the nodes of its part have moved by `offset`.
 fn moved(child: u32, offset: u32) -> u32 {
     if child == NO_CHILD || Leaf::of(child).is_some() { child } else { child + offset }
 }
 
-/// Grows the open subtrees, whose places follow each other; gives their child words.
+/// Collapses the open subtrees, whose slots follow each other; returns their child words.
 fn grow_parts(
     source: CollapseInput,
-    open: &[Open],
+    open: &[OpenBranch],
     words: &mut [f32],
     scratch: &mut Scratch,
 ) -> Result<Vec<u32>, Cancelled> {
     if scratch.parts.len() < open.len() {
         scratch.parts.resize_with(open.len(), TaskOutput::default);
     }
-    let mut first_place = 0;
+    let mut first_slot = 0;
     let mut rest = words;
     let mut parts = Vec::with_capacity(open.len());
     for (open, output) in open.iter().zip(&mut scratch.parts) {
         let count = open.branch.count as usize;
         let (words, after) = rest.split_at_mut(count * WORDS_PER_SLOT);
-        parts.push((open.branch, Part { source, output, words, place: first_place }));
-        first_place += count;
+        parts.push((open.branch, Part { source, output, words, slot: first_slot }));
+        first_slot += count;
         rest = after;
     }
     parts
@@ -183,8 +182,8 @@ fn grow_parts(
 }
 
 impl CollapseInput<'_> {
-    /// Reads the nodes below a branch in the order of memory, which is faster than meeting them one after the other
-    /// on the way down. The linear pass puts them right before the branch's own, one for some four references.
+    /// Prefetches the nodes below a branch in memory order, which is faster than loading them one by one on the way down.
+    /// [`super::lbvh`] stores them right before the branch's own node, one per four references or so.
     fn fetch_nodes(&self, branch: &Branch) {
         if branch.child & LEAF_RANGE == 0 {
             let last = branch.child as usize;
@@ -194,7 +193,7 @@ impl CollapseInput<'_> {
         }
     }
 
-    /// One child of a node.
+    /// Child of a node.
     #[inline(always)]
     fn branch(&self, pair: &Pair, side: usize) -> Branch {
         let (bounds, count) = (pair.bounds[side], pair.counts[side]);
@@ -202,7 +201,7 @@ impl CollapseInput<'_> {
         Branch { bounds, child: pair.children[side], count, area }
     }
 
-    /// Up to eight branches that together hold what is below `branch`, which is too large for a leaf.
+    /// Up to eight branches that together hold the references of `branch`, which is too large for a leaf.
     #[inline(always)]
     fn children(&self, branch: &Branch) -> ([Branch; WIDTH], usize) {
         let mut children = [*branch; WIDTH];
@@ -224,8 +223,14 @@ impl CollapseInput<'_> {
         (children, count)
     }
 
-    /// Collapses what has more than `task` references, and lists the rest in the order of its places.
-    fn open_top(&self, branch: Branch, task: u32, nodes: &mut Vec<WideNode>, open: &mut Vec<Open>) -> u32 {
+    /// Collapses branches of more than `task` references, and lists smaller ones in the order of their slots.
+    fn open_top(
+        &self,
+        branch: Branch,
+        task: u32,
+        nodes: &mut Vec<WideNode>,
+        open: &mut Vec<OpenBranch>,
+    ) -> u32 {
         let index = nodes.len();
         nodes.push(WideNode::EMPTY);
         let (children, count) = self.children(&branch);
@@ -233,7 +238,7 @@ impl CollapseInput<'_> {
             let word = if branch.count > task {
                 self.open_top(branch, task, nodes, open)
             } else {
-                open.push(Open { branch, node: index, lane });
+                open.push(OpenBranch { branch, node: index, lane });
                 NO_CHILD
             };
             nodes[index].put(lane, word, &branch.bounds);
@@ -241,22 +246,22 @@ impl CollapseInput<'_> {
         index as u32
     }
 
-    /// Lists the triangles below a branch of at most [`LEAF_SIZE`] references, each once.
+    /// Triangles of a branch of at most [`LEAF_SIZE`] references, each once.
     #[inline(always)]
     fn triangles_of(&self, branch: &Branch) -> ([u32; WIDTH], usize) {
         let mut found = [0; WIDTH];
         let mut count = 0;
         let mut todo = [(0, 0); WIDTH];
         todo[0] = (branch.child, branch.count);
-        let mut waiting = 1;
-        while waiting > 0 {
-            waiting -= 1;
-            let (child, references) = todo[waiting];
+        let mut pending = 1;
+        while pending > 0 {
+            pending -= 1;
+            let (child, references) = todo[pending];
             if child & LEAF_RANGE == 0 {
                 let pair = &self.tree.nodes[child as usize];
-                todo[waiting] = (pair.children[1], pair.counts[1]);
-                todo[waiting + 1] = (pair.children[0], pair.counts[0]);
-                waiting += 2;
+                todo[pending] = (pair.children[1], pair.counts[1]);
+                todo[pending + 1] = (pair.children[0], pair.counts[0]);
+                pending += 2;
                 continue;
             }
             let first = (child & !LEAF_RANGE) as usize;
@@ -272,7 +277,7 @@ impl CollapseInput<'_> {
 }
 
 impl Part<'_> {
-    /// Collapses a branch; gives its child word.
+    /// Collapses a branch; returns its child word.
     fn grow(&mut self, branch: &Branch) -> u32 {
         if branch.count <= LEAF_SIZE {
             return self.leaf(branch);
@@ -287,7 +292,7 @@ impl Part<'_> {
         index as u32
     }
 
-    /// Lists a leaf; gives its child word.
+    /// Lists a leaf; returns its child word.
     fn leaf(&mut self, branch: &Branch) -> u32 {
         let count = if branch.child & LEAF_RANGE != 0 && !self.source.has_copies {
             let first = (branch.child & !LEAF_RANGE) as usize;
@@ -300,12 +305,12 @@ impl Part<'_> {
             count
         };
         self.output.leaves.push((count as u8, branch.count as u8));
-        let first = self.place;
-        self.place += branch.count as usize;
+        let first = self.slot;
+        self.slot += branch.count as usize;
         Leaf::new(first, count).word()
     }
 
-    /// Fills the words. Triangles are fetched for some leaves at once, so that the waits for them overlap.
+    /// Writes the words of all leaves. Triangles are fetched for several leaves at once, so that their cache misses overlap.
     fn write_leaves(self) {
         let Input { triangles, flags, .. } = self.source.input;
         let mut words = self.words;
@@ -314,16 +319,16 @@ impl Part<'_> {
             let count = leaves.iter().map(|&(count, _)| count as usize).sum();
             let (batch, primitives_after) = triangle_ids.split_at(count);
             triangle_ids = primitives_after;
-            // So short a loop has many reads under way at a time.
+            // A short loop keeps many reads in flight.
             let touched = batch.iter().fold(0, |sum, &triangle_id| {
                 let [a, .., c] = &triangles[triangle_id as usize].vertices;
                 sum ^ a.x.to_bits() ^ c.z.to_bits()
             });
             black_box(touched);
             let mut rest = batch;
-            for &(count, places) in leaves {
+            for &(count, slots) in leaves {
                 let (leaf, rest_after) = rest.split_at(count as usize);
-                let (out, words_after) = words.split_at_mut(places as usize * WORDS_PER_SLOT);
+                let (out, words_after) = words.split_at_mut(slots as usize * WORDS_PER_SLOT);
                 let triangle = |&triangle_id: &u32| {
                     let at = triangle_id as usize;
                     (triangles[at].vertices, Tag::new(triangle_id, flags[at]))

@@ -1,34 +1,38 @@
-//! Which hierarchy [`BuilderKind::Auto`] builds.
+//! Cost model of [`BuilderKind::Auto`]: chooses between the radix tree and PLOC.
 //!
-//! Merging ([`super::ploc`]) costs more than the linear pass for each reference, and saves a part of each ray's time. What it
-//! saves are the large boxes that Morton order, which knows only centres, puts among small ones. So it saves nothing where
-//! all are of one size, as in a finely divided mesh.
+//! PLOC costs more per reference than the radix tree ([`super::lbvh`]) and saves a part of each ray's time. Morton order knows only
+//! centres and puts large boxes among small ones; PLOC separates them. So it saves nothing where all boxes have one size, as
+//! in a finely divided mesh.
 //!
-//! Measured on Zen 4: merging takes some 30 ns a reference more, and rays visit 0.45 to 0.95 as many nodes in scenes
-//! whose areas have an unevenness of 13 and more, and as many as before in spheres of even triangles, at 1.1.
+//! Measured on Zen 4: PLOC takes some 30 ns per reference more. Rays visit 0.45 to 0.95 times as many nodes in scenes whose
+//! areas have an unevenness of 13 and more, and as many as before in spheres of even triangles, at 1.1.
 
 use crate::bvh::references::Measures;
 use crate::bvh::settings::BuilderKind;
 
-/// Nanoseconds that merging costs a reference.
+/// Nanoseconds per reference that PLOC takes beyond the radix tree.
 const PLOC_NS_PER_REFERENCE: f64 = 30.0;
-/// Nanoseconds that it saves a ray: a seventh of what one takes in batches.
+/// Nanoseconds per ray that PLOC saves: a seventh of a ray's time in batches.
 const SAVED_NS_PER_RAY: f64 = 6.0;
-/// The unevenness of areas from which on it does.
-const UNEVEN: f64 = 4.0;
+/// Unevenness of areas from which PLOC pays.
+const MIN_UNEVENNESS: f64 = 4.0;
 
-/// The hierarchy for which build and trace together are expected to take the least time.
+/// Builder with the least expected time of build and trace together.
 pub(crate) fn choose(references: &Measures, expected_rays: u64) -> BuilderKind {
     let cost = references.count as f64 * PLOC_NS_PER_REFERENCE;
     let saving = expected_rays as f64 * SAVED_NS_PER_RAY;
-    if references.unevenness() >= UNEVEN && cost < saving { BuilderKind::Ploc } else { BuilderKind::Lbvh }
+    if references.unevenness() >= MIN_UNEVENNESS && cost < saving {
+        BuilderKind::Ploc
+    } else {
+        BuilderKind::Lbvh
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Of so many references, all of area one but for a few of area 100.
+    /// Measures of `count` references, of which `large` have area 100 and the others area 1.
     fn measures(count: usize, large: usize) -> Measures {
         let [small, large] = [count - large, large].map(|count| count as f64);
         let (area_sum, area_square_sum) = (small + 100.0 * large, small + 10_000.0 * large);
@@ -36,7 +40,7 @@ mod tests {
     }
 
     #[test]
-    fn effort_grows_with_rays_and_shrinks_with_references() {
+    fn ploc_is_chosen_for_many_rays_and_few_references() {
         let uneven = |count| measures(count, count / 100);
         assert_eq!(choose(&uneven(70_000), 3 << 20), BuilderKind::Ploc);
         assert_eq!(choose(&uneven(1_000_000), 3 << 20), BuilderKind::Lbvh);
@@ -45,7 +49,7 @@ mod tests {
     }
 
     #[test]
-    fn even_meshes_need_no_effort() {
+    fn even_meshes_get_the_radix_tree() {
         assert_eq!(choose(&measures(70_000, 0), 3 << 20), BuilderKind::Lbvh);
         assert_eq!(choose(&Measures::NONE, 3 << 20), BuilderKind::Lbvh);
     }

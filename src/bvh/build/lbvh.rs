@@ -1,13 +1,13 @@
-//! Karras' tree in one pass over the sorted references, boxes included.
+//! Radix tree over sorted Morton codes (LBVH), built with its boxes in one pass.
 //!
-//! The radix tree over sorted keys is the Cartesian tree over the differences of neighbours: the node of a range stands where the
-//! difference is largest. Such a tree is built from left to right with a stack of subtrees that wait for their right
-//! sibling (Vuillemin, "A Unifying Look at Data Structures", CACM 1980). It gives what Karras 2012 finds node by node
-//! ([`super::lbvh`], [`super::fit`]), with fewer reads and without atomics.
+//! The radix tree over sorted keys is the Cartesian tree over the differences of adjacent keys: a range splits where the
+//! difference is largest. It is built from left to right with a stack of subtrees that have no right sibling yet: Vuillemin,
+//! "A Unifying Look at Data Structures", CACM 1980. The tree equals that of Karras 2012, which finds it node by node
+//! ([`crate::bvh::reference::karras`]); this pass reads less and needs no atomics.
 //!
-//! A range of n places owns the n node indices from its first place on, so that parts of it can be built in parallel
-//! without knowing of each other. Ranges of at most [`LEAF_SIZE`] references get no node: they become leaves anyway. So a
-//! task needs few of its indices, and takes the first of them, children before parents.
+//! A range of n positions owns the n node indices from its first position on, so parallel tasks write without
+//! synchronization. Ranges of at most [`LEAF_SIZE`] references become leaves and get no node. A task therefore needs only some
+//! of its indices; it uses the first ones, children before parents.
 
 use super::binary_tree::{BinaryTree, LEAF_RANGE, LEAF_SIZE, Pair, Subtree};
 use super::morton::MortonOrder;
@@ -16,34 +16,37 @@ use crate::bvh::references::Reference;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
-/// Ranges up to this size are one task.
-const SMALLEST_TASK: usize = 1 << 12;
-/// Otherwise a task is this part of all references.
+/// Smallest number of references per task.
+const MIN_TASK: usize = 1 << 12;
+/// Number of tasks for large inputs.
 const TASKS: usize = 32;
-/// Boxes fetched at once, so that their cache misses overlap.
+/// Boxes fetched together, so that their cache misses overlap.
 const BATCH: usize = 128;
-/// Differences on the stack shrink by a bit an entry: 63 of codes and 28 of places.
+/// Stack bound: each entry's difference has a lower highest bit than the one below, of 63 code bits and 28 position bits.
 const MAX_STACK: usize = 96;
 
-/// What the pass reads.
+/// Inputs of the pass.
 #[derive(Clone, Copy)]
 struct Pass<'a> {
     order: &'a MortonOrder,
     references: &'a [Reference],
-    /// For areas.
+    /// Factor of lengths before areas are computed.
     scale: f32,
     task: usize,
     leaf_size: u32,
     cancel: &'a CancelFlag,
 }
 
-/// A range's part of the nodes and of the triangles, one of each a place.
-type Slots<'a> = (&'a mut [Pair], &'a mut [u32]);
+/// Output of a range: one node and one triangle index per position.
+struct Output<'a> {
+    nodes: &'a mut [Pair],
+    triangle_ids: &'a mut [u32],
+}
 
-/// A range's tree and the sum of its nodes' areas.
+/// Subtree of a range, and the sum of its nodes' areas.
 type Built = Result<(Subtree, f64), Cancelled>;
 
-/// Fills `tree` with Karras' tree over `references` in `order`; areas are of boxes multiplied by `scale`.
+/// Fills `tree` with the radix tree over `references` in `order`; areas are of boxes multiplied by `scale`.
 pub(crate) fn build(
     tree: &mut BinaryTree,
     order: &MortonOrder,
@@ -51,58 +54,55 @@ pub(crate) fn build(
     scale: f32,
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
-    build_with(tree, order, references, (scale, LEAF_SIZE), cancel)
-}
-
-fn build_with(
-    tree: &mut BinaryTree,
-    order: &MortonOrder,
-    references: &[Reference],
-    (scale, leaf_size): (f32, u32),
-    cancel: &CancelFlag,
-) -> Result<(), Cancelled> {
-    let count = order.len();
-    tree.reset(count, count);
-    if count == 0 {
-        return Ok(());
-    }
-    let task = (count / TASKS).max(SMALLEST_TASK);
-    let pass = Pass { order, references, scale, task, leaf_size, cancel };
-    let (root, area_sum) = pass.build(0, count - 1, (&mut tree.nodes, &mut tree.triangle_ids))?;
-    (tree.root, tree.area_sum) = (Some(root), area_sum);
-    Ok(())
+    let task = (order.len() / TASKS).max(MIN_TASK);
+    Pass { order, references, scale, task, leaf_size: LEAF_SIZE, cancel }.fill(tree)
 }
 
 impl Pass<'_> {
-    /// Builds the range from `first` to `last`, whose nodes and triangles are given.
-    fn build(&self, first: usize, last: usize, (nodes, triangle_ids): Slots) -> Built {
+    /// Fills `tree` with the tree of all references.
+    fn fill(&self, tree: &mut BinaryTree) -> Result<(), Cancelled> {
+        let count = self.order.len();
+        tree.reset(count, count);
+        if count == 0 {
+            return Ok(());
+        }
+        let output = Output { nodes: &mut tree.nodes, triangle_ids: &mut tree.triangle_ids };
+        let (root, area_sum) = self.build(0, count - 1, output)?;
+        (tree.root, tree.area_sum) = (Some(root), area_sum);
+        Ok(())
+    }
+
+    /// Builds the range from `first` to `last`.
+    fn build(&self, first: usize, last: usize, Output { nodes, triangle_ids }: Output) -> Built {
         self.cancel.check()?;
         if last - first < self.task {
-            return Ok(self.scan(first, last, (nodes, triangle_ids)));
+            return Ok(self.scan(first, last, Output { nodes, triangle_ids }));
         }
         let split = self.split(first, last);
         let left_count = split + 1 - first;
         let (left_nodes, right_nodes) = nodes.split_at_mut(left_count);
-        let (left_primitives, right_primitives) = triangle_ids.split_at_mut(left_count);
+        let (left_ids, right_ids) = triangle_ids.split_at_mut(left_count);
+        let left_output = Output { nodes: left_nodes, triangle_ids: left_ids };
+        let right_output = Output { nodes: right_nodes, triangle_ids: right_ids };
         let (left, right) = rayon::join(
-            || self.build(first, split, (left_nodes, left_primitives)),
-            || self.build(split + 1, last, (right_nodes, right_primitives)),
+            || self.build(first, split, left_output),
+            || self.build(split + 1, last, right_output),
         );
         let ((left, left_area), (right, right_area)) = (left?, right?);
-        // The left part needs one node less than it has places.
+        // The left part uses at most one node less than it has positions.
         nodes[left_count - 1] = Pair::of(&left, &right);
         let joined = left.joined(&right, split as u32);
         Ok((joined, left_area + right_area + f64::from(scaled_half_area(&joined.bounds, self.scale))))
     }
 
-    /// The last place of the left part: the keys up to it have the highest differing bit clear.
+    /// Last position of the left part: the highest differing bit is clear in the keys up to it.
     fn split(&self, first: usize, last: usize) -> usize {
-        let key = |place| (self.order.code(place), place);
-        let ((low_code, low_place), (high_code, high_place)) = (key(first), key(last));
-        let (codes, places) = (low_code ^ high_code, low_place ^ high_place);
-        let is_right = |place: usize| match codes {
-            0 => place >> places.ilog2() & 1 == 1,
-            _ => self.order.code(place) >> codes.ilog2() & 1 == 1,
+        let key = |position| (self.order.code(position), position);
+        let ((low_code, low_position), (high_code, high_position)) = (key(first), key(last));
+        let (codes, positions) = (low_code ^ high_code, low_position ^ high_position);
+        let is_right = |position: usize| match codes {
+            0 => position >> positions.ilog2() & 1 == 1,
+            _ => self.order.code(position) >> codes.ilog2() & 1 == 1,
         };
         let (mut left, mut right) = (first, last);
         while right - left > 1 {
@@ -113,40 +113,40 @@ impl Pass<'_> {
     }
 
     /// Builds a range from left to right.
-    fn scan(&self, first: usize, last: usize, (nodes, triangle_ids): Slots) -> (Subtree, f64) {
+    fn scan(&self, first: usize, last: usize, Output { nodes, triangle_ids }: Output) -> (Subtree, f64) {
         let mut area_sum = 0.0;
         let mut stack = [(u64::MAX, Subtree::leaf(Aabb::EMPTY, first)); MAX_STACK];
-        let mut waiting = 0;
+        let mut depth = 0;
         let mut nodes = (first as u32..).zip(nodes);
         let mut fetched = [(Aabb::EMPTY, u64::MAX); BATCH];
         for batch in (first..=last).step_by(BATCH) {
             let end = (batch + BATCH - 1).min(last);
             let triangle_ids = &mut triangle_ids[batch - first..=end - first];
-            // So short a loop has many reads under way at a time.
-            for (place, triangle_id) in (batch..=end).zip(&mut *triangle_ids) {
-                *triangle_id = self.references[self.order.index(place) as usize].triangle_id;
+            // Short loops keep many reads in flight.
+            for (position, triangle_id) in (batch..=end).zip(&mut *triangle_ids) {
+                *triangle_id = self.references[self.order.index(position) as usize].triangle_id;
             }
-            for (place, (bounds, difference)) in (batch..=end).zip(&mut fetched) {
-                *bounds = self.references[self.order.index(place) as usize].bounds;
-                // Behind the last one everything ends.
-                *difference = if place == last { u64::MAX } else { self.order.difference(place) };
+            for (position, (bounds, difference)) in (batch..=end).zip(&mut fetched) {
+                *bounds = self.references[self.order.index(position) as usize].bounds;
+                // After the last one all subtrees are joined.
+                *difference = if position == last { u64::MAX } else { self.order.difference(position) };
             }
-            for (place, &(bounds, difference)) in (batch..=end).zip(&fetched) {
-                let mut current = Subtree::leaf(bounds, place);
-                while waiting > 0 && stack[waiting - 1].0 < difference {
-                    waiting -= 1;
-                    let left = &stack[waiting].1;
-                    current = self.join(left, &current, place, &mut nodes);
+            for (position, &(bounds, difference)) in (batch..=end).zip(&fetched) {
+                let mut current = Subtree::leaf(bounds, position);
+                while depth > 0 && stack[depth - 1].0 < difference {
+                    depth -= 1;
+                    let left = &stack[depth].1;
+                    current = self.join(left, &current, position, &mut nodes);
                     area_sum += f64::from(scaled_half_area(&current.bounds, self.scale));
                 }
-                stack[waiting] = (difference, current);
-                waiting += 1;
+                stack[depth] = (difference, current);
+                depth += 1;
             }
         }
         (stack[0].1, area_sum)
     }
 
-    /// The subtree of two neighbours, of which the right one ends at `last`; a new node is the next of `nodes`.
+    /// Joins two adjacent subtrees, of which the right one ends at `last`. A new node takes the next entry of `nodes`.
     #[inline(always)]
     fn join<'a>(
         &self,
@@ -174,7 +174,7 @@ mod tests {
     use crate::bvh::reference::radix_tree::{LEAF, MortonKey, RadixTree};
     use glam::Vec3;
 
-    /// Sorted codes and boxes at places that have nothing to do with them.
+    /// Sorted codes, and boxes unrelated to them.
     fn input(n: u64, mask: u64) -> (Vec<u64>, Vec<Reference>) {
         let scrambled = |i: u64| (i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 1;
         let mut codes: Vec<u64> = (0..n).map(|i| scrambled(i) & mask).collect();
@@ -193,7 +193,10 @@ mod tests {
     fn built(codes: &[u64], references: &[Reference], leaf_size: u32) -> BinaryTree {
         let mut tree = BinaryTree::default();
         let order = order_of(codes);
-        build_with(&mut tree, &order, references, (1.0, leaf_size), &CancelFlag::new()).unwrap();
+        let cancel = CancelFlag::new();
+        let task = (order.len() / TASKS).max(MIN_TASK);
+        let pass = Pass { order: &order, references, scale: 1.0, task, leaf_size, cancel: &cancel };
+        pass.fill(&mut tree).unwrap();
         tree
     }
 
@@ -202,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn is_the_tree_of_karras() {
+    fn equals_karras_radix_tree() {
         for n in [0, 1, 2, 3, 100, 30_000] {
             for mask in [!0 >> 1, 0xff, 0xff << 40, 0] {
                 let (codes, references) = input(n, mask);
@@ -210,9 +213,9 @@ mod tests {
                 let keys: Vec<MortonKey> =
                     (0..).zip(&codes).map(|(index, &code)| MortonKey { code, index }).collect();
                 let mut expected = RadixTree::default();
-                expected.link(&keys, &CancelFlag::new()).unwrap();
+                expected.build(&keys, &CancelFlag::new()).unwrap();
 
-                // Walk both from the root.
+                // Traverse both from the root.
                 let mut todo = if n > 1 { vec![(tree.root.unwrap().child, 0)] } else { Vec::new() };
                 let mut seen = 0;
                 while let Some((child, expected_child)) = todo.pop() {
@@ -224,7 +227,7 @@ mod tests {
                     seen += 1;
                     let (pair, node) =
                         (&tree.nodes[child as usize], &expected.nodes[expected_child as usize]);
-                    let [first, last] = node.range.map(|place| place as usize);
+                    let [first, last] = node.range.map(|position| position as usize);
                     let middle = first + pair.counts[0] as usize;
                     assert_eq!(pair.bounds[0], union_of(&references[first..middle]));
                     assert_eq!(pair.bounds[1], union_of(&references[middle..=last]));
@@ -238,28 +241,28 @@ mod tests {
     }
 
     #[test]
-    fn small_ranges_are_rows_of_places() {
+    fn small_ranges_are_leaves() {
         let (codes, references) = input(5000, !0 >> 1);
         let short = built(&codes, &references, LEAF_SIZE);
         assert_eq!(built(&codes, &references, 1).area_sum, short.area_sum);
-        // In order, rows follow each other without gaps.
+        // In order, leaves follow each other without gaps.
         let mut todo = vec![(short.root.unwrap().child, 5000)];
-        let mut next_place = 0;
+        let mut next_position = 0;
         while let Some((child, count)) = todo.pop() {
             assert_eq!(child & LEAF_RANGE != 0, count <= LEAF_SIZE);
             if child & LEAF_RANGE != 0 {
-                assert_eq!(child & !LEAF_RANGE, next_place);
-                next_place += count;
+                assert_eq!(child & !LEAF_RANGE, next_position);
+                next_position += count;
                 continue;
             }
             let pair = &short.nodes[child as usize];
             todo.extend([1, 0].map(|side| (pair.children[side], pair.counts[side])));
         }
-        assert_eq!(next_place, 5000);
+        assert_eq!(next_position, 5000);
     }
 
     #[test]
-    fn threads_do_not_matter() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let (codes, references) = input(50_000, !0 >> 1);
         let results = [1, 2, 3, 8].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -1,10 +1,10 @@
-//! References in the Morton order of their boxes' centres.
+//! Morton codes of box centres, and references sorted by them.
 //!
-//! Source: the order is Morton's (1966); its use for building hierarchies is Lauterbach et al., "Fast BVH Construction
-//! on GPUs", Eurographics 2009. Codes have 63 bits, 21 an axis, over a cubic grid.
+//! Source: Morton 1966 for the order; Lauterbach et al., "Fast BVH Construction on GPUs", Eurographics 2009 for its use in
+//! hierarchies. Codes have 63 bits, 21 per axis, over a cubic grid.
 //!
-//! A radix sort moves the upper 36 bits of a code and the 28-bit index of its reference as one word. Where codes agree in
-//! the upper bits, which is rare unless small dense objects stand in a large scene, the lower 27 bits decide afterwards.
+//! A radix sort moves the upper 36 bits of a code and the 28-bit index of its reference as one word. Runs of codes with equal
+//! upper bits are then sorted by the lower 27. Such runs are rare except for small dense objects in large scenes.
 
 use std::sync::atomic::Ordering;
 
@@ -21,13 +21,13 @@ const BITS_PER_AXIS: u32 = 21;
 /// Bits of a key that hold the index of a reference; above them are the upper bits of its code.
 const INDEX_BITS: u32 = 28;
 const INDEX_MASK: u64 = (1 << INDEX_BITS) - 1;
-/// Bits of a code that are not in its key.
+/// Lower bits of a code, which its key does not hold.
 const LOWER_BITS: u32 = 3 * BITS_PER_AXIS - (u64::BITS - INDEX_BITS);
 const LOWER_MASK: u64 = (1 << LOWER_BITS) - 1;
 /// Runs of keys with equal upper bits up to this length are sorted by insertion.
 const SHORT_RUN: usize = 24;
 
-/// A cubic grid of 2²¹ cells an axis.
+/// Cubic grid of 2²¹ cells per axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grid {
     origin: [f64; 3],
@@ -39,7 +39,7 @@ pub(crate) struct Grid {
 #[derive(Debug, Default)]
 pub(crate) struct MortonOrder {
     keys: Vec<Key>,
-    /// Codes of the references, in the references' order.
+    /// Code of each reference, in the order of the references.
     codes: Vec<u64>,
     scratch: radix_sort::Scratch,
 }
@@ -66,59 +66,60 @@ impl MortonOrder {
             },
         );
         radix_sort::sort(&mut self.keys, INDEX_BITS..u64::BITS, &mut self.scratch, cancel)?;
-        self.settle_runs(cancel)
+        self.sort_runs(cancel)
     }
 
-    /// How many references there are.
+    /// Number of references.
     pub(crate) fn len(&self) -> usize {
         self.keys.len()
     }
 
-    /// Index of the reference at a place of the order.
+    /// Index of the reference at a position.
     #[inline(always)]
-    pub(crate) fn index(&self, place: usize) -> u32 {
-        (load(&self.keys[place]) & INDEX_MASK) as u32
+    pub(crate) fn index(&self, position: usize) -> u32 {
+        (load(&self.keys[position]) & INDEX_MASK) as u32
     }
 
-    /// Code of the reference at a place of the order.
+    /// Code of the reference at a position.
     #[inline(always)]
-    pub(crate) fn code(&self, place: usize) -> u64 {
-        self.codes[self.index(place) as usize]
+    pub(crate) fn code(&self, position: usize) -> u64 {
+        self.codes[self.index(position) as usize]
     }
 
-    /// How much the keys at `place` and the next one differ: comparing these numbers compares the first bits in which codes
-    /// differ, and below all of them, for equal codes, the first bits in which places differ (Karras 2012, section 4).
+    /// Difference of the keys at `position` and the next one. Differences compare like the highest bit in which the codes differ.
+    /// Equal codes compare below all others, by the highest bit in which the positions differ (Karras 2012, section 4).
     #[inline(always)]
-    pub(crate) fn difference(&self, place: usize) -> u64 {
+    pub(crate) fn difference(&self, position: usize) -> u64 {
         const CODES: u64 = 1 << 63;
-        let upper = (load(&self.keys[place]) ^ load(&self.keys[place + 1])) >> INDEX_BITS;
+        let upper = (load(&self.keys[position]) ^ load(&self.keys[position + 1])) >> INDEX_BITS;
         if upper != 0 {
             return upper << LOWER_BITS | CODES;
         }
-        match self.code(place) ^ self.code(place + 1) {
-            0 => (place ^ (place + 1)) as u64,
+        match self.code(position) ^ self.code(position + 1) {
+            0 => (position ^ (position + 1)) as u64,
             lower => lower | CODES,
         }
     }
 
-    /// Sorts runs of keys that agree in their upper bits by the lower ones.
-    fn settle_runs(&mut self, cancel: &CancelFlag) -> Result<(), Cancelled> {
+    /// Sorts runs of keys with equal upper bits by the lower bits.
+    fn sort_runs(&mut self, cancel: &CancelFlag) -> Result<(), Cancelled> {
         let Self { keys, codes, .. } = self;
         let keys = keys.as_slice();
         (0..keys.len().div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
             cancel.check()?;
-            // A chunk settles the runs that start in it.
-            let mut place = chunk * CHUNK;
-            let end = keys.len().min(place + CHUNK);
-            if place > 0 {
-                place += keys[place - 1..end].windows(2).take_while(|pair| are_in_one_run(pair)).count();
+            // A chunk sorts the runs that start in it.
+            let mut position = chunk * CHUNK;
+            let end = keys.len().min(position + CHUNK);
+            if position > 0 {
+                position +=
+                    keys[position - 1..end].windows(2).take_while(|pair| are_in_one_run(pair)).count();
             }
-            while place < end {
-                let run = keys[place..].windows(2).take_while(|pair| are_in_one_run(pair)).count() + 1;
+            while position < end {
+                let run = keys[position..].windows(2).take_while(|pair| are_in_one_run(pair)).count() + 1;
                 if run > 1 {
-                    settle(&keys[place..place + run], codes);
+                    sort_run(&keys[position..position + run], codes);
                 }
-                place += run;
+                position += run;
             }
             Ok(())
         })
@@ -130,45 +131,46 @@ fn are_in_one_run(pair: &[Key]) -> bool {
 }
 
 /// Sorts a run by the lower bits of its codes, then by index.
-fn settle(run: &[Key], codes: &[u64]) {
+fn sort_run(run: &[Key], codes: &[u64]) {
     let upper = load(&run[0]) & !INDEX_MASK;
     let lower_first = |key: &Key| {
         let index = load(key) & INDEX_MASK;
         (codes[index as usize] & LOWER_MASK) << INDEX_BITS | index
     };
-    let put = |place: usize, sorted: u64| run[place].store(upper | sorted & INDEX_MASK, Ordering::Relaxed);
+    let put =
+        |position: usize, sorted: u64| run[position].store(upper | sorted & INDEX_MASK, Ordering::Relaxed);
     if run.len() > SHORT_RUN {
         let mut sorted: Vec<u64> = run.iter().map(lower_first).collect();
         sorted.sort_unstable();
-        sorted.into_iter().enumerate().for_each(|(place, key)| put(place, key));
+        sorted.into_iter().enumerate().for_each(|(position, key)| put(position, key));
         return;
     }
     let mut sorted = [0; SHORT_RUN];
     for (count, key) in run.iter().map(lower_first).enumerate() {
-        let mut place = count;
-        while place > 0 && sorted[place - 1] > key {
-            sorted[place] = sorted[place - 1];
-            place -= 1;
+        let mut position = count;
+        while position > 0 && sorted[position - 1] > key {
+            sorted[position] = sorted[position - 1];
+            position -= 1;
         }
-        sorted[place] = key;
+        sorted[position] = key;
     }
-    sorted[..run.len()].iter().enumerate().for_each(|(place, &key)| put(place, key));
+    sorted[..run.len()].iter().enumerate().for_each(|(position, &key)| put(position, key));
 }
 
 impl Grid {
-    /// The grid whose first cell starts at the lowest corner of `bounds` and whose cube holds all of it.
+    /// Grid whose first cell starts at the lowest corner of `bounds` and whose cube contains all of it.
     pub(crate) fn around(bounds: &Aabb) -> Self {
         let min = bounds.min.as_dvec3();
         let extent = (bounds.max.as_dvec3() - min).max_element();
         Self {
             origin: min.to_array(),
-            // Of points that are all alike, each is in the first cell.
+            // Identical points are all in the first cell.
             metres_per_cell: extent / f64::from(1_u32 << BITS_PER_AXIS),
             cells_per_metre: if extent > 0.0 { f64::from(1_u32 << BITS_PER_AXIS) / extent } else { 0.0 },
         }
     }
 
-    /// The plane between `low` and `high` on an axis that divides the grid first, and how many levels of the grid are above it.
+    /// Plane between `low` and `high` on an axis at which the grid is divided first, and its level in the grid.
     pub(crate) fn first_plane(&self, axis: usize, low: f32, high: f32) -> Option<(f32, u32)> {
         let origin = self.origin[axis];
         let cell = |x: f32| ((f64::from(x) - origin) * self.cells_per_metre) as i32;
@@ -178,10 +180,10 @@ impl Grid {
         Some((plane as f32, (BITS_PER_AXIS - 1).saturating_sub(bit)))
     }
 
-    /// The code of the cell that holds `point`: the bits of its three coordinates interleaved, x first.
+    /// Code of the cell that contains `point`: the bits of its three coordinates interleaved, x first.
     #[inline(always)]
     pub(crate) fn code(&self, point: Vec3) -> u64 {
-        // Added to a number from 0 to 2²¹, it leaves the nearest whole number in the lowest bits.
+        // Adding this to a number from 0 to 2²¹ leaves the nearest integer in the lowest bits.
         const WHOLE: f64 = (1_u64 << 52) as f64;
         const LAST: f64 = ((1 << BITS_PER_AXIS) - 1) as f64;
         let mut code = 0;
@@ -194,7 +196,7 @@ impl Grid {
     }
 }
 
-/// The low 21 bits with two zeros before each.
+/// The low 21 bits, each preceded by two zeros.
 #[inline(always)]
 fn spread(value: u64) -> u64 {
     let mut x = value & 0x1f_ffff;
@@ -209,7 +211,7 @@ fn spread(value: u64) -> u64 {
 pub(crate) mod tests {
     use super::*;
 
-    /// References in order of given codes, as they are.
+    /// Order of references with the given sorted codes.
     pub(crate) fn order_of(codes: &[u64]) -> MortonOrder {
         let key = |(i, code): (usize, &u64)| Key::new(code >> LOWER_BITS << INDEX_BITS | i as u64);
         MortonOrder {
@@ -229,9 +231,9 @@ pub(crate) mod tests {
             pool.install(|| {
                 radix_sort::sort(&mut order.keys, INDEX_BITS..u64::BITS, &mut order.scratch, &cancel)
                     .unwrap();
-                order.settle_runs(&cancel).unwrap();
+                order.sort_runs(&cancel).unwrap();
             });
-            let sorted: Vec<u32> = (0..order.len()).map(|place| order.index(place)).collect();
+            let sorted: Vec<u32> = (0..order.len()).map(|position| order.index(position)).collect();
             assert!(sorted == expected, "{threads} threads, {} codes", codes.len());
         }
     }
@@ -240,7 +242,7 @@ pub(crate) mod tests {
     fn equals_the_stable_comparison_sort() {
         let scrambled = |i: u64| (i + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 1;
         for n in [0, 1, 2, 100, 30_000] {
-            // Codes all over; codes that differ in lower bits alone; codes in long and short runs; equal ones.
+            // Codes of all bits; codes that differ in lower bits only; codes in long and short runs; equal codes.
             for mask in [!0 >> 1, LOWER_MASK, 3 << 50 | LOWER_MASK, 0xffff << 22 | 3, 1, 0] {
                 check(&(0..n).map(|i| scrambled(i) & mask).collect::<Vec<_>>());
             }
@@ -251,15 +253,15 @@ pub(crate) mod tests {
     fn differences_compare_like_first_differing_bits() {
         let codes = [0, 1, 1, 1, 5, 1 << 30, 1 << 62];
         let order = order_of(&codes);
-        let differences: Vec<u64> = (0..6).map(|place| order.difference(place)).collect();
-        // Places 1, 2, 3 have equal codes: 1 ^ 2 = 3, 2 ^ 3 = 1.
+        let differences: Vec<u64> = (0..6).map(|position| order.difference(position)).collect();
+        // Positions 1, 2, 3 have equal codes: 1 ^ 2 = 3, 2 ^ 3 = 1.
         assert_eq!(differences[1..3], [3, 1]);
         assert!(differences[2] < differences[0] && differences[0] < differences[3]);
         assert!(differences[3] < differences[4] && differences[4] < differences[5]);
     }
 
     #[test]
-    fn spreading_places_every_bit() {
+    fn spread_moves_every_bit() {
         for bit in 0..21 {
             assert_eq!(spread(1 << bit), 1 << (3 * bit));
         }
@@ -273,7 +275,7 @@ pub(crate) mod tests {
             let grid = Grid::around(&bounds);
             assert_eq!(grid.code(bounds.min), 0);
             assert_eq!(grid.code(bounds.max), (1 << 63) - 1);
-            // One step beyond the middle of x alone sets its top bit alone.
+            // The middle of x alone sets its top bit alone.
             assert_eq!(grid.code(Vec3::new(0.0, -scale, -scale)), 1 << 62);
             assert_eq!(grid.code(Vec3::new(-scale, 0.0, -scale)), 1 << 61);
             assert_eq!(grid.code(Vec3::new(-scale, -scale, 0.0)), 1 << 60);

@@ -1,10 +1,10 @@
-//! A tree from merging neighbours upward, under a top divided downward.
+//! PLOC builder: agglomerative clustering bottom-up, under a top split by the surface area heuristic.
 //!
-//! Source: the merging is PLOC ([`super::clusters`]). Its own top levels depend on chance, so that merging ends at some hundred
-//! clusters, and the surface area heuristic divides those ([`super::sweep`]).
+//! Clusters merge with their nearest neighbours in Morton order ([`super::clusters`]). Departure: the top levels of PLOC are of
+//! uneven quality, so merging ends at [`TOP`] clusters, and the surface area heuristic splits those ([`super::sweep`]).
 //!
-//! Chunks of the Morton order merge by themselves at first, in cache and in parallel, and what is left of them together. The
-//! chunks are the same for any number of threads, and so is the tree.
+//! Chunks of the Morton order are merged first, each in cache and in parallel, then their remaining clusters together. The
+//! chunks do not depend on the number of threads, so neither does the tree.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -18,22 +18,23 @@ use crate::bvh::references::Reference;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
-/// References that merge by themselves.
+/// References per chunk.
 const CHUNK: usize = 1 << 13;
-/// Until so many times fewer clusters are left.
+/// Factor by which a chunk's clusters are reduced.
 const CHUNK_REDUCTION: usize = 16;
-/// Most clusters that a chunk leaves.
-const LEFT_OF_CHUNK: usize = CHUNK / CHUNK_REDUCTION;
-/// Clusters that the heuristic divides.
+/// Maximum of clusters that a chunk leaves.
+const CLUSTERS_PER_CHUNK: usize = CHUNK / CHUNK_REDUCTION;
+/// Clusters that the surface area heuristic splits.
 const TOP: usize = 512;
 
-/// Memory of the builder.
+/// Scratch memory of the builder.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    /// One for each thread.
+    /// Clusters of the chunk of each thread.
     chunks: Vec<Mutex<Clusters>>,
-    /// What chunks leave, [`LEFT_OF_CHUNK`] places each.
+    /// Remaining clusters, [`CLUSTERS_PER_CHUNK`] entries per chunk.
     left: Vec<Subtree>,
+    /// Remaining clusters of all chunks.
     joint: Clusters,
     sweep: Sweep,
 }
@@ -44,56 +45,36 @@ pub(crate) fn build(
     order: &MortonOrder,
     references: &[Reference],
     scratch: &mut Scratch,
-    (scale, cancel): (f32, &CancelFlag),
+    scale: f32,
+    cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     let count = order.len();
     let chunks = count.div_ceil(CHUNK);
-    let Scratch { chunks: clusters, left, joint, sweep } = scratch;
-    clusters.resize_with(rayon::current_num_threads().max(clusters.len()), Mutex::default);
-    left.resize(chunks * LEFT_OF_CHUNK, Subtree::leaf(Aabb::EMPTY, 0));
-    tree.reset(count + chunks * LEFT_OF_CHUNK, count);
+    scratch.chunks.resize_with(rayon::current_num_threads().max(scratch.chunks.len()), Mutex::default);
+    scratch.left.resize(chunks * CLUSTERS_PER_CHUNK, Subtree::leaf(Aabb::EMPTY, 0));
+    tree.reset(count + chunks * CLUSTERS_PER_CHUNK, count);
     let (chunk_nodes, joint_nodes) = tree.nodes.split_at_mut(count);
 
-    // Chunks by themselves.
+    // Merge within chunks.
+    let input = ChunkInput { order, references, clusters: &scratch.chunks, scale };
     let merged: Vec<(usize, f64)> = chunk_nodes
         .par_chunks_mut(CHUNK)
         .zip(tree.triangle_ids.par_chunks_mut(CHUNK))
-        .zip(left.par_chunks_mut(LEFT_OF_CHUNK))
+        .zip(scratch.left.par_chunks_mut(CLUSTERS_PER_CHUNK))
         .enumerate()
         .map(|(chunk, ((nodes, triangle_ids), left))| {
             cancel.check()?;
-            let first = chunk * CHUNK;
-            let thread = rayon::current_thread_index().unwrap_or(0) % clusters.len();
-            let mut clusters = clusters[thread].lock().unwrap_or_else(PoisonError::into_inner);
-            let reference = |place: usize| &references[order.index(place) as usize];
-            let places = first..first + nodes.len();
-            clusters.fill(places.map(|place| Subtree::leaf(reference(place).bounds, place)));
-            let mut sink = NodeSink { nodes: &mut *nodes, first, area_sum: 0.0, scale };
-            let target = clusters.len() / CHUNK_REDUCTION;
-            clusters.merge_down_to(target, &mut sink);
-            let area_sum = sink.area_sum;
-
-            // Triangles in the order of the leaves.
-            let mut rows = Rows {
-                nodes,
-                first,
-                triangle_ids,
-                filled: 0,
-                triangle_at: |place| reference(place).triangle_id,
-            };
-            for (to, from) in left.iter_mut().zip(clusters.iter()) {
-                *to = Subtree { child: rows.arrange(from.child, from.count), ..from };
-            }
-            Ok((clusters.len(), area_sum))
+            Ok(input.merge(chunk * CHUNK, nodes, triangle_ids, left))
         })
         .collect::<Result<_, _>>()?;
 
-    // What is left of them together, then the top.
+    // Merge the remaining clusters of all chunks, and split the top.
     let mut all = Vec::with_capacity(merged.iter().map(|(count, _)| count).sum());
-    for (left, &(count, _)) in left.chunks(LEFT_OF_CHUNK).zip(&merged) {
+    for (left, &(count, _)) in scratch.left.chunks(CLUSTERS_PER_CHUNK).zip(&merged) {
         all.extend_from_slice(&left[..count]);
     }
     cancel.check()?;
+    let Scratch { joint, sweep, .. } = scratch;
     joint.fill(all.into_iter());
     let area_sum = merged.iter().map(|(_, area_sum)| area_sum).sum();
     let mut sink = NodeSink { nodes: joint_nodes, first: count, area_sum, scale };
@@ -103,20 +84,67 @@ pub(crate) fn build(
     Ok(())
 }
 
-/// A chunk's triangles, laid out so that each leaf's stand in a row.
-struct Rows<'a, F> {
+/// Inputs of the merging within chunks.
+struct ChunkInput<'a> {
+    order: &'a MortonOrder,
+    references: &'a [Reference],
+    /// Scratch memory of each thread.
+    clusters: &'a [Mutex<Clusters>],
+    scale: f32,
+}
+
+impl ChunkInput<'_> {
+    fn reference(&self, position: usize) -> &Reference {
+        &self.references[self.order.index(position) as usize]
+    }
+
+    /// Merges the chunk that starts at position `first`. Fills its `nodes` and `triangle_ids`, and `left` with the remaining
+    /// clusters; returns their number and the sum of the nodes' areas.
+    fn merge(
+        &self,
+        first: usize,
+        nodes: &mut [Pair],
+        triangle_ids: &mut [u32],
+        left: &mut [Subtree],
+    ) -> (usize, f64) {
+        let thread = rayon::current_thread_index().unwrap_or(0) % self.clusters.len();
+        let mut clusters = self.clusters[thread].lock().unwrap_or_else(PoisonError::into_inner);
+        let positions = first..first + nodes.len();
+        clusters.fill(positions.map(|position| Subtree::leaf(self.reference(position).bounds, position)));
+        let mut sink = NodeSink { nodes: &mut *nodes, first, area_sum: 0.0, scale: self.scale };
+        let target = clusters.len() / CHUNK_REDUCTION;
+        clusters.merge_down_to(target, &mut sink);
+        let area_sum = sink.area_sum;
+
+        // Store triangles in the order of the leaves.
+        let mut layout = LeafLayout {
+            nodes,
+            first,
+            triangle_ids,
+            filled: 0,
+            triangle_at: |position| self.reference(position).triangle_id,
+        };
+        for (to, from) in left.iter_mut().zip(clusters.iter()) {
+            *to = Subtree { child: layout.arrange(from.child, from.count), ..from };
+        }
+        (clusters.len(), area_sum)
+    }
+}
+
+/// Layout of a chunk's triangles, such that each leaf has consecutive positions.
+struct LeafLayout<'a, F> {
     nodes: &'a mut [Pair],
-    /// Index of the first node, and first place.
+    /// Index of the first node, which is also the first position.
     first: usize,
     triangle_ids: &'a mut [u32],
-    /// How many places are filled.
+    /// Number of filled positions.
     filled: usize,
-    /// The triangle that a place of the Morton order has.
+    /// Triangle index at a position of the Morton order.
     triangle_at: F,
 }
 
-impl<F: Fn(usize) -> u32> Rows<'_, F> {
-    /// Fills the next places with the triangles of a subtree; gives its new child word.
+impl<F: Fn(usize) -> u32> LeafLayout<'_, F> {
+    /// Fills the next positions with the triangles of a subtree; returns its new child word.
     fn arrange(&mut self, child: u32, count: u32) -> u32 {
         let start = self.filled;
         if count > LEAF_SIZE {
@@ -129,7 +157,7 @@ impl<F: Fn(usize) -> u32> Rows<'_, F> {
         (self.first + start) as u32 | LEAF_RANGE
     }
 
-    /// Fills the next places with the triangles of a small subtree.
+    /// Fills the next positions with the triangles of a subtree that becomes a leaf.
     fn append(&mut self, child: u32) {
         if child & LEAF_RANGE == 0 {
             let [left, right] = self.nodes[child as usize - self.first].children;

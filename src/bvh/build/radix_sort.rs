@@ -1,11 +1,11 @@
-//! A parallel stable radix sort of packed keys.
+//! Parallel stable radix sort of 64-bit keys.
 //!
-//! Source: least significant digit first, as in Satish, Harris, Garland, "Designing Efficient Sorting Algorithms for
-//! Manycore GPUs", IPDPS 2009: a histogram a block, a prefix sum over (digit, block), and a stable scatter. Stability makes the
-//! result independent of the number of blocks, and so of threads.
+//! Source: Satish, Harris, Garland, "Designing Efficient Sorting Algorithms for Manycore GPUs", IPDPS 2009: least significant
+//! digit first, with a histogram per block, a prefix sum over (digit, block), and a stable scatter. Stability makes the result
+//! independent of the number of blocks, and so of threads.
 //!
-//! Keys are stored as relaxed atomics: blocks write to places of one array that interleave, and a relaxed store is the
-//! plain store that it would be anyway.
+//! Keys are stored as relaxed atomics, because blocks write to interleaved positions of one array. A relaxed store compiles to
+//! a plain store.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -14,28 +14,28 @@ use rayon::prelude::*;
 
 use crate::cancel::{CancelFlag, Cancelled};
 
-/// A key in an array that several tasks write to.
+/// Key in an array that several tasks write to.
 pub(crate) type Key = AtomicU64;
 
-/// Bits a pass. More passes cost more than the longer histogram.
+/// Bits per pass. Shorter digits need more passes, which cost more than the longer histogram.
 const DIGIT_BITS: u32 = 12;
 const DIGITS: usize = 1 << DIGIT_BITS;
-/// Below this many keys a comparison sort is faster.
+/// Number of keys below which a comparison sort is faster.
 const SMALL: usize = 1024;
-/// Blocks are not smaller than this.
+/// Smallest number of keys per block.
 const SMALLEST_BLOCK: usize = 1 << 14;
 
-/// How many keys of a block have each digit; then, where the next of them goes.
+/// Number of keys of a block with each digit; after the prefix sum, the next output position of each digit.
 type Histogram = [u32; DIGITS];
 
-/// Memory of the sort.
+/// Scratch memory of the sort.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     keys: Vec<Key>,
     histograms: Vec<Histogram>,
 }
 
-/// Sorts `keys`, which differ in what lies below `bits` in ascending order, or must keep their order, by those bits.
+/// Sorts `keys` by their `bits`, stably.
 pub(crate) fn sort(
     keys: &mut Vec<Key>,
     bits: Range<u32>,
@@ -61,13 +61,13 @@ pub(crate) fn sort(
     Ok(())
 }
 
-/// The value of a key.
+/// Value of a key.
 #[inline(always)]
 pub(crate) fn load(key: &Key) -> u64 {
     key.load(Ordering::Relaxed)
 }
 
-/// Copies all keys from `from` to `to` in the order of one digit; false, and nothing, if all have the same.
+/// Copies all keys from `from` to `to` in the order of one digit. Copies nothing and returns false if all digits are equal.
 fn pass(from: &[Key], to: &[Key], shift: u32, histograms: &mut [Histogram]) -> bool {
     let block = from.len().div_ceil(histograms.len());
     from.par_chunks(block).zip(&mut *histograms).for_each(|(keys, histogram)| {
@@ -77,7 +77,7 @@ fn pass(from: &[Key], to: &[Key], shift: u32, histograms: &mut [Histogram]) -> b
         }
     });
 
-    // Where each block's keys of each digit go.
+    // Prefix sum: output positions of each block's keys of each digit.
     let mut start = 0;
     for digit in 0..DIGITS {
         let first = start;
@@ -89,12 +89,12 @@ fn pass(from: &[Key], to: &[Key], shift: u32, histograms: &mut [Histogram]) -> b
         }
     }
 
-    from.par_chunks(block).zip(histograms).for_each(|(keys, places)| {
+    from.par_chunks(block).zip(histograms).for_each(|(keys, positions)| {
         for key in keys {
             let key = load(key);
-            let place = &mut places[digit(key, shift)];
-            to[*place as usize].store(key, Ordering::Relaxed);
-            *place += 1;
+            let position = &mut positions[digit(key, shift)];
+            to[*position as usize].store(key, Ordering::Relaxed);
+            *position += 1;
         }
     });
     true
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn stops_when_asked() {
+    fn stops_when_cancelled() {
         let cancel = CancelFlag::new();
         cancel.raise();
         let mut keys: Vec<Key> = (0..10_000).map(Key::new).collect();

@@ -1,17 +1,17 @@
-//! Fitting the last frame's wide tree to triangles that moved, instead of building another.
+//! Refit of the last frame's wide tree to moved triangles, instead of a rebuild.
 //!
-//! The tree keeps its shape; leaves get the corners of now, and boxes follow from the leaves up. That is possible while the
-//! tree has exactly the triangles that take part, each in one leaf: not where triangles were split, nor where one was hidden,
-//! shown, or lost its area. It keeps being good while triangles keep their neighbours. The quality watch compares the
-//! tree's surface area heuristic cost with the least that it was since the tree was built.
+//! The topology stays. Leaves get the new corners, and boxes are updated bottom-up. This requires that the tree holds exactly
+//! the traced triangles, each in one leaf: no triangle was split, hidden, shown, or lost its area. The tree stays good while
+//! triangles keep their neighbours. Its quality is the ratio of its surface area heuristic cost to the least cost since it was
+//! built.
 //!
 //! # When refitting pays
 //!
-//! Refitting saves [`SAVED_NS_PER_TRIANGLE`], and more where a better tree was built, and costs every ray of the frame
-//! what the tree got worse. The SAH cost counts the nodes and leaves that a long ray meets, at about [`NS_PER_VISIT`]
-//! each. So a refitted tree of cost `C` over `n` triangles is kept for `r` rays if `r (C − C_least) step ≤ n saved`. A tree that fails is built anew, and the
-//! time of the attempt is lost; therefore the number of frames until the next attempt doubles with each failure, up to
-//! [`MAX_PAUSE`], and an attempt that succeeds ends that.
+//! Refitting saves [`SAVED_NS_PER_TRIANGLE`], and more for trees that are slower to build. It costs every ray the loss of
+//! quality. The SAH cost is the number of nodes and leaves that a long ray visits, at about [`NS_PER_VISIT`] each. A refitted
+//! tree of cost `C` over `n` triangles is therefore kept for `r` rays if `r (C − C_least) visit ≤ n saved`. Otherwise the tree is
+//! rebuilt and the time of the attempt is lost. The number of frames until the next attempt doubles with each failure, up to
+//! [`MAX_PAUSE`]; a success resets it.
 
 #[cfg(test)]
 mod tests;
@@ -29,51 +29,56 @@ use crate::cancel::Cancelled;
 use crate::geometry::{Aabb, BOX_PADDING, Triangle};
 use glam::Vec3;
 
-/// What building the LBVH costs beyond refitting, by measure: some 45 against 15.
+/// Nanoseconds per triangle that building the radix tree takes beyond refitting; measured, some 45 against 15.
 const SAVED_NS_PER_TRIANGLE: f64 = 30.0;
-/// What merging clusters costs beyond the LBVH.
+/// Nanoseconds per triangle that PLOC takes beyond the radix tree.
 const SAVED_PLOC_NS_PER_TRIANGLE: f64 = 30.0;
-/// What a ray's visit of a node or a leaf costs, with the shading that goes with it.
+/// Nanoseconds of a ray's visit of a node or leaf, its share of shading included.
 const NS_PER_VISIT: f64 = 12.0;
-/// Most frames that are built without an attempt to refit after attempts that failed.
+/// Maximum of frames that are rebuilt without an attempt after failures.
 const MAX_PAUSE: u32 = 64;
 
-/// Places whose triangles are one task.
+/// Leaf slots per task.
 const SLOTS_PER_TASK: usize = 1 << 12;
+/// Nodes per task.
 const NODES_PER_TASK: usize = 1 << 8;
 /// Levels of the wide tree whose children are tasks of their own.
 const PARALLEL_LEVELS: u32 = 4;
 
-/// What refitting knows of a tree, and its memory.
+/// State of refitting between frames, and its scratch memory.
 #[derive(Debug, Default)]
 pub(crate) struct Refitter {
-    /// How many triangles each leaf has, at its first place.
+    /// Number of triangles of each leaf, at its first slot.
     counts: Vec<u8>,
-    /// The box of each leaf, at its first place.
+    /// Box of each leaf, at its first slot.
     leaf_boxes: Vec<Aabb>,
+    /// Box of each node.
     boxes: Vec<NodeBox>,
-    /// The least SAH cost of the tree since it was built, which another tree would have, too; `None` until it is asked for.
+    /// Least SAH cost since the tree was built, which a new tree would have too; `None` until it is first needed.
     least_cost: Option<f64>,
-    /// Frames to be built before the next attempt.
+    /// Frames to rebuild before the next attempt.
     pause: u32,
-    /// What `pause` becomes when the next attempt fails.
+    /// Value of `pause` after the next failure.
     next_pause: u32,
 }
 
-/// What came of an attempt.
+/// Outcome of an attempt to refit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Attempt {
-    /// The tree fits; its SAH cost over the least since it was built.
-    Refitted { cost_ratio: f64 },
-    /// Another tree must be built.
+    /// The tree was refitted.
+    Refitted {
+        /// SAH cost over the least since the tree was built.
+        cost_ratio: f64,
+    },
+    /// The tree must be rebuilt.
     Rebuild(RebuildReason),
 }
 
-/// The box of a node, written by one task and read by another.
+/// Box of a node, written by one task and read by another.
 #[derive(Debug, Default)]
 struct NodeBox([AtomicU32; 6]);
 
-/// Leaves that stand together, and the places of their boxes.
+/// Consecutive leaves that one task refits.
 struct LeafTask<'a> {
     counts: &'a [u8],
     boxes: &'a mut [Aabb],
@@ -88,13 +93,14 @@ struct Fitted {
 }
 
 impl Refitter {
-    /// Another tree was built.
+    /// Resets the state after a rebuild.
     pub(crate) fn forget(&mut self) {
         self.counts.clear();
         self.least_cost = None;
     }
 
-    /// Fits `tree`, which was built as `built` tells, to the triangles of now, or tells why not. Then it is of no use.
+    /// Refits `tree`, whose build had the statistics `built`, to the new triangles. If the tree must be rebuilt, its contents are
+    /// unspecified.
     pub(crate) fn attempt(
         &mut self,
         tree: &mut WideTree,
@@ -114,14 +120,14 @@ impl Refitter {
             return Ok(Attempt::Rebuild(RebuildReason::Pausing));
         }
         let least_cost = self.cost_before(tree);
-        if !has_as_many(input, traced) || !self.move_triangles(tree, input)? {
+        if !has_count(input, traced) || !self.move_triangles(tree, input)? {
             return Ok(Attempt::Rebuild(RebuildReason::OtherTriangles));
         }
 
-        // Boxes of nodes, and what they are worth.
-        let cost = self.fit_boxes(tree).cost_a_ray();
-        // Costs that are no numbers fail, too.
-        let pays = cost <= most_cost(least_cost, built, settings);
+        // Boxes of nodes, and their cost.
+        let cost = self.fit_boxes(tree).cost_per_ray();
+        // NaN fails, too.
+        let pays = cost <= max_cost(least_cost, built, settings);
         if !pays {
             self.pause = self.next_pause;
             self.next_pause = (2 * self.next_pause).clamp(1, MAX_PAUSE);
@@ -134,21 +140,21 @@ impl Refitter {
         Ok(Attempt::Refitted { cost_ratio: cost / least_cost })
     }
 
-    /// The least SAH cost so far; measured when it is first asked for.
+    /// Least SAH cost so far; computed when it is first needed.
     fn cost_before(&mut self, tree: &WideTree) -> f64 {
         if let Some(cost) = self.least_cost {
             return cost;
         }
         self.list_leaves(tree);
         self.boxes.resize_with(tree.nodes.len(), NodeBox::default);
-        self.fit_boxes(tree).cost_a_ray()
+        self.fit_boxes(tree).cost_per_ray()
     }
 
-    /// Finds out where leaves begin, and their boxes.
+    /// Lists the first slots and boxes of all leaves.
     fn list_leaves(&mut self, tree: &WideTree) {
         self.counts.clear();
-        self.counts.resize(tree.places(), 0);
-        self.leaf_boxes.resize(tree.places(), Aabb::EMPTY);
+        self.counts.resize(tree.slots(), 0);
+        self.leaf_boxes.resize(tree.slots(), Aabb::EMPTY);
         for node in &tree.nodes {
             for (lane, &child) in node.children.iter().enumerate().filter(|&(_, &child)| child != NO_CHILD) {
                 if let Some(leaf) = Leaf::of(child) {
@@ -159,19 +165,19 @@ impl Refitter {
         }
     }
 
-    /// Gives the leaves the corners of `triangles`; false if one of theirs no longer takes part.
+    /// Writes the new corners to all leaves; false if a triangle is no longer traced.
     fn move_triangles(&mut self, tree: &mut WideTree, input: Input) -> Result<bool, Cancelled> {
         let mut tasks = Vec::new();
         let mut counts = self.counts.as_slice();
         let mut boxes = self.leaf_boxes.as_mut_slice();
         let mut words = tree.words.as_mut_slice();
         while !counts.is_empty() {
-            // A task ends where a leaf begins.
+            // Tasks end at the start of a leaf.
             let end = counts.len().min(SLOTS_PER_TASK);
             let rest = counts[end..].iter().position(|&count| count > 0);
-            let places = rest.map_or(counts.len(), |rest| end + rest);
+            let slots = rest.map_or(counts.len(), |rest| end + rest);
             let task;
-            (task, counts, boxes, words) = LeafTask::split_off(places, counts, boxes, words);
+            (task, counts, boxes, words) = LeafTask::split_off(slots, counts, boxes, words);
             tasks.push(task);
         }
         let is_possible = AtomicBool::new(true);
@@ -185,7 +191,7 @@ impl Refitter {
         Ok(is_possible.into_inner())
     }
 
-    /// Finds the boxes of all nodes from those of their leaves.
+    /// Computes the boxes of all nodes from those of the leaves.
     fn fit_boxes(&self, tree: &WideTree) -> Fitted {
         self.fit_node(tree, tree.root, 0)
     }
@@ -233,26 +239,26 @@ impl Refitter {
 }
 
 impl<'a> LeafTask<'a> {
-    /// The leaves of the first `places`, and what is left.
+    /// Task of the first `slots`, and the rest.
     fn split_off(
-        places: usize,
+        slots: usize,
         counts: &'a [u8],
         boxes: &'a mut [Aabb],
         words: &'a mut [f32],
     ) -> (Self, &'a [u8], &'a mut [Aabb], &'a mut [f32]) {
-        let (counts, other_counts) = counts.split_at(places);
-        let (boxes, other_boxes) = boxes.split_at_mut(places);
-        let (words, other_words) = words.split_at_mut(places * WORDS_PER_SLOT);
+        let (counts, other_counts) = counts.split_at(slots);
+        let (boxes, other_boxes) = boxes.split_at_mut(slots);
+        let (words, other_words) = words.split_at_mut(slots * WORDS_PER_SLOT);
         (Self { counts, boxes, words }, other_counts, other_boxes, other_words)
     }
 
-    /// Moves the triangles and finds the boxes of their leaves; false if one no longer takes part.
+    /// Writes the new corners and computes the boxes of leaves; false if a triangle is no longer traced.
     fn run(self, input: Input) -> bool {
-        for (place, &count) in self.counts.iter().enumerate().filter(|&(_, &count)| count > 0) {
+        for (slot, &count) in self.counts.iter().enumerate().filter(|&(_, &count)| count > 0) {
             let count = usize::from(count);
-            let words = &mut self.words[place * WORDS_PER_SLOT..][..count * WORDS_PER_SLOT];
+            let words = &mut self.words[slot * WORDS_PER_SLOT..][..count * WORDS_PER_SLOT];
             match move_leaf(words, count, input) {
-                Some(bounds) => self.boxes[place] = bounds,
+                Some(bounds) => self.boxes[slot] = bounds,
                 None => return false,
             }
         }
@@ -261,16 +267,16 @@ impl<'a> LeafTask<'a> {
 }
 
 impl Fitted {
-    /// Nothing.
+    /// Empty subtree.
     const NONE: Self = Self { bounds: Aabb::EMPTY, cost: 0.0 };
 
-    /// Both together.
+    /// Union with a child of this box and cost.
     fn joined(&self, bounds: &Aabb, cost: f64) -> Self {
         Self { bounds: self.bounds.union(*bounds), cost: self.cost + cost }
     }
 
-    /// The surface area heuristic cost: the nodes and leaves that a line through the root's box meets on average.
-    fn cost_a_ray(&self) -> f64 {
+    /// Surface area heuristic cost: average number of nodes and leaves that a line through the root's box visits.
+    fn cost_per_ray(&self) -> f64 {
         let area = self.bounds.area();
         if area > 0.0 { self.cost / area } else { f64::INFINITY }
     }
@@ -291,29 +297,29 @@ impl NodeBox {
     }
 }
 
-/// Whether `traced` triangles take part.
-fn has_as_many(Input { triangles, flags, .. }: Input, traced: usize) -> bool {
-    let takes_part = |(triangle, flags): &(&Triangle, &TriangleFlags)| is_traced(triangle, **flags);
-    let taking_part = triangles.par_iter().zip(flags).with_min_len(SLOTS_PER_TASK).filter(takes_part);
-    // Where all have to, the tree's own tell.
-    triangles.len() == traced || taking_part.count() == traced
+/// Whether exactly `traced` triangles are traced.
+fn has_count(Input { triangles, flags, .. }: Input, traced: usize) -> bool {
+    let is_counted = |(triangle, flags): &(&Triangle, &TriangleFlags)| is_traced(triangle, **flags);
+    let counted = triangles.par_iter().zip(flags).with_min_len(SLOTS_PER_TASK).filter(is_counted);
+    // If all must be traced, the leaves detect those that are not.
+    triangles.len() == traced || counted.count() == traced
 }
 
-/// The highest cost of a refitted tree that is kept.
-fn most_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings) -> f64 {
+/// Maximum cost of a refitted tree that is kept.
+fn max_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings) -> f64 {
     match settings.refit {
         Refit::Off => 0.0,
         Refit::UpTo(factor) => least_cost * f64::from(factor),
         Refit::Auto => {
-            let merging = if built.builder == BuilderKind::Ploc { SAVED_PLOC_NS_PER_TRIANGLE } else { 0.0 };
-            let saved = built.triangles as f64 * (SAVED_NS_PER_TRIANGLE + merging);
+            let ploc = if built.builder == BuilderKind::Ploc { SAVED_PLOC_NS_PER_TRIANGLE } else { 0.0 };
+            let saved = built.triangles as f64 * (SAVED_NS_PER_TRIANGLE + ploc);
             least_cost + saved / (settings.expected_rays.max(1) as f64 * NS_PER_VISIT)
         }
     }
 }
 
-/// New corners and flags for the triangles of a leaf, and the box around them, output as the definition of a hit asks;
-/// `None` if one of them takes no part any more.
+/// Writes new corners and flags of a leaf's triangles. Returns the box around them, grown as the definition of a hit requires;
+/// `None` if a triangle is no longer traced.
 fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
     let mut bounds = Aabb::EMPTY;
     for lane in 0..count {

@@ -1,8 +1,8 @@
-//! The top of the tree: clusters divided where the surface area heuristic is lowest.
+//! Top of the PLOC tree: clusters split top down at the lowest surface area heuristic cost.
 //!
 //! Source: the sweep over all planes between sorted centres is Wald and Havran, "On Building Fast kd-Trees for Ray
 //! Tracing, and On Doing That in O(N log N)", RT 2006, for boxes as in Wald, "On Fast Construction of SAH-Based Bounding
-//! Volume Hierarchies", RT 2007: each axis is sorted once, and the orders are divided with the clusters.
+//! Volume Hierarchies", RT 2007. Each axis is sorted once, and the orders are partitioned with the clusters.
 
 use std::ops::Range;
 
@@ -11,17 +11,17 @@ use super::clusters::NodeSink;
 use crate::bvh::box_area::scaled_half_area;
 use crate::geometry::Aabb;
 
-/// Below this depth clusters are halved, whatever it costs.
+/// Depth below which clusters are split in the middle at any cost.
 const MAX_GREEDY_DEPTH: u32 = 32;
 
-/// A cost that is less than this part of another is not just rounded otherwise.
+/// Factor below which a lower cost is more than a rounding difference.
 const NOTABLY_LESS: f32 = 1.0 - 1.0 / (1 << 14) as f32;
 
-/// Memory of the sweep.
+/// Scratch memory of the sweep.
 #[derive(Debug, Default)]
 pub(crate) struct Sweep {
     clusters: Vec<Subtree>,
-    /// The clusters in the order of their centres, by axis.
+    /// Clusters in the order of their centres, by axis.
     orders: [Vec<u32>; 3],
     /// Cost of each plane.
     costs: Vec<f32>,
@@ -29,14 +29,14 @@ pub(crate) struct Sweep {
     moved: Vec<u32>,
 }
 
-/// Where clusters are divided: how many are on the left, in the order of an axis.
+/// Split plane: number of clusters on its left, in the order of an axis.
 #[derive(Clone, Copy)]
 struct Plane {
     axis: usize,
     left: usize,
 }
 
-/// What lies on one side of a plane.
+/// Clusters on one side of a plane.
 struct Side {
     bounds: Aabb,
     count: f32,
@@ -49,7 +49,7 @@ impl Default for Side {
 }
 
 impl Side {
-    /// The cost of the side once it has one more cluster.
+    /// Adds a cluster; returns the cost of the side.
     fn cost_with(&mut self, cluster: &Subtree, scale: f32) -> f32 {
         self.bounds = self.bounds.union(cluster.bounds);
         self.count += 1.0;
@@ -58,7 +58,7 @@ impl Side {
 }
 
 impl Sweep {
-    /// Builds the tree of `clusters`; none if there are none.
+    /// Builds the tree of `clusters`; `None` without clusters.
     pub(crate) fn build(
         &mut self,
         clusters: impl Iterator<Item = Subtree>,
@@ -75,11 +75,11 @@ impl Sweep {
         }
         self.costs.resize(count, 0.0);
         self.is_left.resize(count, false);
-        (count > 0).then(|| self.divide(0, count, 0, sink))
+        (count > 0).then(|| self.split(0, count, 0, sink))
     }
 
     /// Builds the tree of the clusters from `first` up to `end` in the orders.
-    fn divide(&mut self, first: usize, end: usize, depth: u32, sink: &mut NodeSink) -> Subtree {
+    fn split(&mut self, first: usize, end: usize, depth: u32, sink: &mut NodeSink) -> Subtree {
         if end - first == 1 {
             return self.clusters[self.orders[0][first] as usize];
         }
@@ -89,19 +89,18 @@ impl Sweep {
             Plane { axis: 0, left: (end - first) / 2 }
         };
         self.partition(first, end, plane);
-        let left = self.divide(first, first + plane.left, depth + 1, sink);
-        let right = self.divide(first + plane.left, end, depth + 1, sink);
+        let left = self.split(first, first + plane.left, depth + 1, sink);
+        let right = self.split(first + plane.left, end, depth + 1, sink);
         sink.join(&left, &right)
     }
 
-    /// The plane of lowest cost: area times clusters, summed over both sides. (Counting their references instead made rays
-    /// visit more nodes.) Where costs are alike, as with boxes that are
-    /// all the same, it is one in the middle.
+    /// Plane of lowest cost: area times clusters, summed over both sides. Counting clusters rather than references makes rays
+    /// visit fewer nodes. If costs are equal, as with identical boxes, the plane is in the middle.
     fn cheapest(&mut self, first: usize, end: usize, scale: f32) -> Plane {
         let count = end - first;
         let mut best = (f32::INFINITY, Plane { axis: 0, left: count / 2 });
         for axis in 0..3 {
-            self.price(&(first..end), axis, scale);
+            self.compute_costs(&(first..end), axis, scale);
             for left in std::iter::once(count / 2).chain(1..count) {
                 if self.costs[left] < best.0 * NOTABLY_LESS {
                     best = (self.costs[left], Plane { axis, left });
@@ -112,7 +111,7 @@ impl Sweep {
     }
 
     /// Computes the costs of all planes of an axis.
-    fn price(&mut self, range: &Range<usize>, axis: usize, scale: f32) {
+    fn compute_costs(&mut self, range: &Range<usize>, axis: usize, scale: f32) {
         let order = &self.orders[axis][range.clone()];
         let mut side = Side::default();
         for i in (1..order.len()).rev() {
@@ -124,7 +123,7 @@ impl Sweep {
         }
     }
 
-    /// Moves the clusters left of a plane before the others, in all orders.
+    /// Moves the clusters left of a plane to the front, in all orders.
     fn partition(&mut self, first: usize, end: usize, plane: Plane) {
         for (i, &cluster) in self.orders[plane.axis][first..end].iter().enumerate() {
             self.is_left[cluster as usize] = i < plane.left;
@@ -148,17 +147,17 @@ mod tests {
     use crate::bvh::build::binary_tree::Pair;
     use glam::Vec3;
 
-    /// Builds over boxes at given places; gives the tree and its nodes.
+    /// Tree over boxes at given corners, and its nodes.
     fn built(corners: &[Vec3], size: f32) -> (Option<Subtree>, Vec<Pair>) {
         let mut nodes = vec![Pair::NONE; corners.len()];
         let mut sink = NodeSink { nodes: &mut nodes, first: 0, area_sum: 0.0, scale: 1.0 };
-        let leaf = |(place, &min)| Subtree::leaf(Aabb { min, max: min + Vec3::splat(size) }, place);
+        let leaf = |(position, &min)| Subtree::leaf(Aabb { min, max: min + Vec3::splat(size) }, position);
         let root = Sweep::default().build(corners.iter().enumerate().map(leaf), &mut sink);
         (root, nodes)
     }
 
     #[test]
-    fn two_groups_are_set_apart() {
+    fn two_groups_are_separated() {
         // Three cubes near the origin and two far along z, in mixed order.
         let corners = [0.0, 100.0, 2.0, 101.5, 4.0].map(|z| Vec3::Z * z);
         let (root, nodes) = built(&corners, 1.0);
@@ -170,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn none_one_and_alike() {
+    fn none_one_and_identical_clusters() {
         assert_eq!(built(&[], 1.0).0, None);
         assert_eq!(built(&[Vec3::ONE], 1.0).0.unwrap().height, 0);
         for size in [0.0, 1.0, f32::INFINITY] {
@@ -179,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chain_ends() {
+    fn depth_of_a_chain_is_bounded() {
         let corners: Vec<Vec3> = (0..512).map(|i| Vec3::X * libm::powf(1.15, i as f32)).collect();
         let (root, _) = built(&corners, 1.0e-3);
         assert!(root.unwrap().height <= MAX_GREEDY_DEPTH + 9);

@@ -1,10 +1,10 @@
-//! Boxes of the radix tree, bottom-up.
+//! Boxes of the radix tree's nodes, computed bottom-up in parallel.
 //!
-//! Source: Karras 2012, section 4: every leaf walks towards the root, and of the two walks that meet in a node the
-//! first ends and the second, which finds both children done, goes on. One atomic counter a node tells them apart.
+//! Source: Karras 2012, section 4. A thread per leaf walks towards the root. The first thread to reach a node ends; the second
+//! finds both children done and continues. One atomic counter per node distinguishes them.
 //!
-//! The numbers are stored as the bits of atomics, so that no `unsafe` is needed: the counter's acquire and release
-//! make both children visible to the walk that goes on, and plain loads and stores are what relaxed ones compile to.
+//! The numbers are stored as bits of atomics, so that no `unsafe` is needed. The counter's acquire and release make both
+//! children visible to the thread that continues. Relaxed loads and stores compile to plain ones.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
@@ -18,18 +18,18 @@ use crate::geometry::Aabb;
 
 const CHUNK: usize = 1 << 12;
 
-/// What is known of an internal node once both its children are done.
+/// Box, height and area sum of an internal node whose children are done.
 #[derive(Debug, Default)]
 struct FittedNode {
     corners: [AtomicU32; 6],
     visits: AtomicU32,
-    /// Levels below; a leaf has none.
+    /// Levels below; zero for a leaf.
     height: AtomicU32,
-    /// Sum of the surface areas of this node and all internal nodes below, as `f64` bits.
+    /// Sum of the surface areas of this node and of all internal nodes below, as `f64` bits.
     area_sum: AtomicU64,
 }
 
-/// The boxes of a tree's internal nodes.
+/// Boxes of the internal nodes of a tree.
 #[derive(Debug, Default)]
 pub(crate) struct BottomUpBoxes {
     nodes: Vec<FittedNode>,
@@ -56,11 +56,11 @@ impl BottomUpBoxes {
         self.nodes.par_iter_mut().for_each(|node| *node.visits.get_mut() = 0);
         self.nodes.resize_with(tree.nodes.len(), FittedNode::default);
 
-        let leaf = |place: u32| Subtree::leaf(references[keys[place as usize].index as usize].bounds);
+        let leaf = |position: u32| Subtree::leaf(references[keys[position as usize].index as usize].bounds);
         (0..keys.len().div_ceil(CHUNK)).into_par_iter().try_for_each(|chunk| {
             cancel.check()?;
-            for place in chunk * CHUNK..keys.len().min((chunk + 1) * CHUNK) {
-                self.walk_up(tree, place as u32, &leaf);
+            for position in chunk * CHUNK..keys.len().min((chunk + 1) * CHUNK) {
+                self.walk_up(tree, position as u32, &leaf);
             }
             Ok(())
         })
@@ -71,7 +71,7 @@ impl BottomUpBoxes {
         self.nodes[node as usize].load().bounds
     }
 
-    /// Levels below the root; a single leaf has none.
+    /// Levels below the root; zero for a single leaf.
     pub(crate) fn depth(&self) -> u32 {
         self.nodes.first().map_or(0, |root| root.load().height)
     }
@@ -81,10 +81,10 @@ impl BottomUpBoxes {
         self.nodes.first().map_or(0.0, |root| root.load().area_sum)
     }
 
-    /// Carries a leaf's box upward, up to the first node whose other child is not done.
-    fn walk_up(&self, tree: &RadixTree, place: u32, leaf: &impl Fn(u32) -> Subtree) {
-        let mut child = place | LEAF;
-        let mut below = leaf(place);
+    /// Propagates a leaf's box upward, up to the first node whose other child is not done.
+    fn walk_up(&self, tree: &RadixTree, position: u32, leaf: &impl Fn(u32) -> Subtree) {
+        let mut child = position | LEAF;
+        let mut below = leaf(position);
         loop {
             let parent = tree.parent(child);
             if parent == NO_PARENT {
@@ -110,7 +110,7 @@ impl Subtree {
         Self { bounds, height: 0, area_sum: 0.0 }
     }
 
-    /// The subtree with both under one node; which one comes first makes no difference to a bit.
+    /// Subtree of both under one node. The result does not depend on their order, to the last bit.
     fn joined(&self, other: &Self) -> Self {
         let bounds = self.bounds.union(other.bounds);
         Self {
@@ -149,7 +149,7 @@ impl FittedNode {
 mod tests {
     use super::*;
 
-    /// A tree over boxes at scrambled places, and its parts.
+    /// Tree over boxes at scrambled positions, with its inputs.
     fn fitted(
         n: u32,
         pool: &rayon::ThreadPool,
@@ -171,7 +171,7 @@ mod tests {
         let cancel = CancelFlag::new();
         pool.install(|| {
             keys.sort_by_key(|key| key.code);
-            tree.link(&keys, &cancel).unwrap();
+            tree.build(&keys, &cancel).unwrap();
             boxes.fit(&tree, &keys, &references, &cancel).unwrap();
         });
         (tree, boxes, keys, references)
@@ -183,7 +183,7 @@ mod tests {
         for n in [0, 1, 2, 3, 1000] {
             let (tree, boxes, keys, references) = fitted(n, &pool);
             for (i, node) in tree.nodes.iter().enumerate() {
-                let [first, last] = node.range.map(|place| place as usize);
+                let [first, last] = node.range.map(|position| position as usize);
                 let expected = keys[first..=last]
                     .iter()
                     .fold(Aabb::EMPTY, |all, key| all.union(references[key.index as usize].bounds));
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_do_not_matter() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let pools = [1, 2, 3, 8].map(|n| rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap());
         let results: Vec<_> = pools
             .iter()
@@ -215,7 +215,7 @@ mod tests {
         let references = [cube(0.0), cube(1.0)];
         let keys = [MortonKey { code: 0, index: 0 }, MortonKey { code: 1, index: 1 }];
         let (mut tree, mut boxes) = (RadixTree::default(), BottomUpBoxes::default());
-        tree.link(&keys, &CancelFlag::new()).unwrap();
+        tree.build(&keys, &CancelFlag::new()).unwrap();
         boxes.fit(&tree, &keys, &references, &CancelFlag::new()).unwrap();
         assert_eq!(boxes.depth(), 1);
         assert_eq!(boxes.inner_area_sum(), 10.0);

@@ -1,4 +1,4 @@
-//! The slow twin of every hierarchy: each ray tests each triangle by the definition of a hit.
+//! Brute force: each ray tests each triangle by the definition of a hit. Reference implementation of every query.
 
 use crate::bvh::hit::Hit;
 use crate::bvh::references::is_traced;
@@ -7,14 +7,14 @@ use crate::bvh::traverse::Visitor;
 use crate::bvh::triangle_flags::TriangleFlags;
 use crate::geometry::{Ray, Triangle};
 
-/// All triangles that take part, with their ids.
+/// List of all traced triangles with their indices.
 #[derive(Debug, Default)]
 pub(crate) struct TriangleList {
     entries: Vec<(u32, TriangleFlags, Triangle)>,
 }
 
 impl TriangleList {
-    /// Lists the triangles that take part.
+    /// Lists the traced triangles.
     pub(crate) fn new(triangles: &[Triangle], flags: &[TriangleFlags]) -> Self {
         let entries = (0..)
             .zip(triangles.iter().zip(flags))
@@ -24,7 +24,7 @@ impl TriangleList {
         Self { entries }
     }
 
-    /// How many there are.
+    /// Number of triangles.
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
     }
@@ -34,7 +34,7 @@ impl TriangleList {
         size_of_val(self.entries.as_slice())
     }
 
-    /// Gives every hit of `ray` to `visitor`.
+    /// Passes every hit of `ray` to `visitor`.
     pub(crate) fn traverse(&self, ray: &Ray, visitor: &mut impl Visitor, counters: &mut TraversalCounters) {
         for (triangle_id, flags, triangle) in &self.entries {
             counters.triangles += 1;

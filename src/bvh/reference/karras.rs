@@ -1,6 +1,6 @@
-//! The paper's hierarchy as a builder: [`super::radix_tree`] and [`super::bottom_up_boxes`], node by node.
+//! Karras' construction node by node, as in the paper: [`super::radix_tree`] with the boxes of [`super::bottom_up_boxes`].
 //!
-//! [`crate::bvh::build::lbvh`] gives the same tree in a fraction of the time; this one is what it is compared with.
+//! Reference implementation of [`crate::bvh::build::lbvh`], which builds the same tree in less time.
 
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ use crate::bvh::references::Reference;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::geometry::Aabb;
 
-/// Memory of the builder.
+/// Scratch memory of the builder.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     keys: Vec<MortonKey>,
@@ -26,14 +26,16 @@ pub(crate) fn build(
     order: &MortonOrder,
     references: &[Reference],
     scratch: &mut Scratch,
-    (scale, cancel): (f32, &CancelFlag),
+    scale: f32,
+    cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     let Scratch { keys, radix_tree, boxes } = scratch;
     keys.clear();
     keys.extend(
-        (0..order.len()).map(|place| MortonKey { code: order.code(place), index: order.index(place) }),
+        (0..order.len())
+            .map(|position| MortonKey { code: order.code(position), index: order.index(position) }),
     );
-    radix_tree.link(keys, cancel)?;
+    radix_tree.build(keys, cancel)?;
     boxes.fit(radix_tree, keys, references, cancel)?;
 
     let bounds = |child: u32| -> Aabb {

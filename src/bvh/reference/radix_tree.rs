@@ -1,8 +1,8 @@
-//! The radix tree over sorted Morton codes.
+//! Binary radix tree over sorted Morton codes, each node found independently of all others.
 //!
 //! Source: Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees", HPG 2012, section 3
-//! (determining ranges and splits, with δ as the length of the common prefix) and section 4 (equal codes are told apart by
-//! their place). Every internal node is found independently of all others.
+//! (ranges and splits, with δ as the length of the common prefix) and section 4 (equal codes are distinguished by their
+//! position).
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -12,12 +12,12 @@ use crate::cancel::{CancelFlag, Cancelled};
 
 const CHUNK: usize = 1 << 13;
 
-/// Set in a child index that names a leaf, the place of a key in sorted order.
+/// Bit that marks child indices of leaves; the other bits are the position of a key in sorted order.
 pub(crate) const LEAF: u32 = 1 << 31;
-/// The parent of the root.
+/// Parent of the root.
 pub(crate) const NO_PARENT: u32 = u32::MAX;
 
-/// A code and the index of the reference it belongs to.
+/// Morton code and the index of its reference.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct MortonKey {
     /// Morton code.
@@ -26,7 +26,7 @@ pub(crate) struct MortonKey {
     pub(crate) index: u32,
 }
 
-/// An internal node.
+/// Internal node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct RadixNode {
     /// Left and right child: an internal node, or a leaf if [`LEAF`] is set.
@@ -35,20 +35,20 @@ pub(crate) struct RadixNode {
     pub(crate) range: [u32; 2],
 }
 
-/// A binary radix tree; node 0 is the root, and n leaves have n − 1 internal nodes.
+/// Binary radix tree. Node 0 is the root; n leaves have n − 1 internal nodes.
 #[derive(Debug, Default)]
 pub(crate) struct RadixTree {
     /// Internal nodes.
     pub(crate) nodes: Vec<RadixNode>,
     /// Parents of the internal nodes, then of the leaves.
     pub(crate) parents: Vec<AtomicU32>,
-    /// Leaves.
+    /// Number of leaves.
     pub(crate) leaves: usize,
 }
 
 impl RadixTree {
-    /// Links the tree of `keys`, which are sorted by code.
-    pub(crate) fn link(&mut self, keys: &[MortonKey], cancel: &CancelFlag) -> Result<(), Cancelled> {
+    /// Builds the tree of `keys`, which are sorted by code.
+    pub(crate) fn build(&mut self, keys: &[MortonKey], cancel: &CancelFlag) -> Result<(), Cancelled> {
         self.leaves = keys.len();
         let internal = keys.len().saturating_sub(1);
         self.nodes.clear();
@@ -62,17 +62,17 @@ impl RadixTree {
         self.nodes.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, nodes)| {
             cancel.check()?;
             for (i, node) in nodes.iter_mut().enumerate() {
-                let place = chunk * CHUNK + i;
-                *node = node_at(keys, place);
+                let index = chunk * CHUNK + i;
+                *node = node_at(keys, index);
                 for child in node.children {
-                    parents[parent_slot(internal, child)].store(place as u32, Ordering::Relaxed);
+                    parents[parent_slot(internal, child)].store(index as u32, Ordering::Relaxed);
                 }
             }
             Ok(())
         })
     }
 
-    /// The parent of a child index.
+    /// Parent of a child index.
     pub(crate) fn parent(&self, child: u32) -> u32 {
         self.parents[parent_slot(self.nodes.len(), child)].load(Ordering::Relaxed)
     }
@@ -82,7 +82,7 @@ fn parent_slot(internal: usize, child: u32) -> usize {
     if child & LEAF == 0 { child as usize } else { internal + (child & !LEAF) as usize }
 }
 
-/// δ(i, j): how many leading bits the keys at `i` and `j` share, codes first and then places; −1 outside.
+/// δ(i, j): number of leading bits that the keys at `i` and `j` share, codes first and then positions; −1 outside.
 fn delta(keys: &[MortonKey], i: usize, j: isize) -> i32 {
     let Some(other) = usize::try_from(j).ok().and_then(|j| keys.get(j)) else {
         return -1;
@@ -95,7 +95,7 @@ fn delta(keys: &[MortonKey], i: usize, j: isize) -> i32 {
     }
 }
 
-/// The internal node that starts or ends at key `i` (Karras' figure 4).
+/// Internal node whose range starts or ends at key `i` (Karras' figure 4).
 fn node_at(keys: &[MortonKey], i: usize) -> RadixNode {
     let at = i as isize;
 
@@ -135,7 +135,7 @@ fn node_at(keys: &[MortonKey], i: usize) -> RadixNode {
 
     // Children of one key are leaves.
     let (first, last) = (at.min(end), at.max(end));
-    let child = |place: isize, is_leaf: bool| place as u32 | if is_leaf { LEAF } else { 0 };
+    let child = |position: isize, is_leaf: bool| position as u32 | if is_leaf { LEAF } else { 0 };
     RadixNode {
         children: [child(gamma, first == gamma), child(gamma + 1, last == gamma + 1)],
         range: [first as u32, last as u32],
@@ -146,7 +146,7 @@ fn node_at(keys: &[MortonKey], i: usize) -> RadixNode {
 pub(crate) mod tests {
     use super::*;
 
-    /// The slow twin: splits ranges where the highest differing bit changes, top down, one after the other.
+    /// Reference implementation: splits ranges top down where the highest differing bit changes.
     pub(crate) fn serial_tree(keys: &[MortonKey]) -> Vec<RadixNode> {
         let n = keys.len();
         let mut nodes = vec![RadixNode::default(); n.saturating_sub(1)];
@@ -174,7 +174,7 @@ pub(crate) mod tests {
         let keys: Vec<MortonKey> =
             codes.iter().enumerate().map(|(i, &code)| MortonKey { code, index: i as u32 }).collect();
         let mut tree = RadixTree::default();
-        tree.link(&keys, &CancelFlag::new()).unwrap();
+        tree.build(&keys, &CancelFlag::new()).unwrap();
         assert!(tree.nodes == serial_tree(&keys));
         for (i, node) in tree.nodes.iter().enumerate() {
             for child in node.children {
@@ -204,14 +204,14 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn equal_codes_and_chains_are_bounded() {
+    fn equals_the_serial_tree_for_equal_codes_and_chains() {
         check(&vec![0; 20_000]);
         let chain: Vec<u64> = (0..63).map(|i| (1 << i) - 1).collect();
         check(&chain);
     }
 
     #[test]
-    fn the_example_of_the_paper() {
+    fn reproduces_figure_3_of_the_paper() {
         // Karras, figure 3: eight 5-bit keys; the root splits after 00100.
         let codes = [0b00001, 0b00010, 0b00100, 0b00101, 0b10011, 0b11000, 0b11001, 0b11110];
         check(&codes);

@@ -1,4 +1,4 @@
-//! The invariants of a finished hierarchy, for tests and for doubts.
+//! Check of the invariants of a finished hierarchy.
 
 use crate::bvh::hierarchy::{Bvh, Structure};
 use crate::bvh::references::is_traced;
@@ -7,9 +7,12 @@ use crate::bvh::wide_tree::{Leaf, NO_CHILD, WIDTH, WideTree};
 use crate::geometry::{Aabb, Triangle};
 
 impl Bvh {
-    /// Walks the hierarchy and describes the first broken invariant: every node and leaf is reached once; boxes contain
-    /// those of their children; every triangle that takes part, and no other, is in at least one leaf, with its own
-    /// corners, once a leaf, and the boxes of its leaves cover its bounds.
+    /// Traverses the hierarchy and describes the first broken invariant:
+    ///
+    /// * Every node and leaf is reached once.
+    /// * Boxes contain the boxes of their children.
+    /// * Every traced triangle, and no other, is in at least one leaf, once per leaf and with its own corners.
+    /// * The boxes of a triangle's leaves cover its bounds.
     pub fn validate(&self, triangles: &[Triangle], flags: &[TriangleFlags]) -> Result<(), String> {
         match &self.structure {
             Structure::BruteForce(_) => Ok(()),
@@ -20,7 +23,7 @@ impl Bvh {
 
 fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[TriangleFlags]) -> Result<(), String> {
     let mut node_visits = vec![0_u32; tree.nodes.len()];
-    let mut place_visits = vec![0_u32; tree.places()];
+    let mut slot_visits = vec![0_u32; tree.slots()];
     let mut covered = vec![Aabb::EMPTY; triangles.len()];
     let everything = Aabb { min: glam::Vec3::NEG_INFINITY, max: glam::Vec3::INFINITY };
     let mut todo = vec![(tree.root, everything)];
@@ -32,7 +35,7 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[TriangleFlags]) ->
             let triangles_of_leaf = tree.triangles(leaf);
             check_leaf(tree, leaf, triangles)?;
             for lane in 0..leaf.count() {
-                place_visits[leaf.first() + lane] += 1;
+                slot_visits[leaf.first() + lane] += 1;
                 let covered = &mut covered[triangles_of_leaf.tag(lane).triangle() as usize];
                 *covered = covered.union(bounds);
             }
@@ -49,13 +52,13 @@ fn validate(tree: &WideTree, triangles: &[Triangle], flags: &[TriangleFlags]) ->
         }
     }
 
-    if node_visits.iter().any(|&visits| visits != 1) || place_visits.iter().any(|&visits| visits > 1) {
+    if node_visits.iter().any(|&visits| visits != 1) || slot_visits.iter().any(|&visits| visits > 1) {
         return Err("a node is not reached exactly once, or two leaves overlap".to_owned());
     }
     for (triangle_id, ((triangle, &flags), covered)) in triangles.iter().zip(flags).zip(&covered).enumerate()
     {
         if is_traced(triangle, flags) == covered.is_empty() {
-            return Err(format!("triangle {triangle_id} is missing, or there although it takes no part"));
+            return Err(format!("triangle {triangle_id} is missing, or present although it is not traced"));
         }
         if !covered.is_empty() && !covered.contains(&triangle.bounds()) {
             return Err(format!("the leaves of triangle {triangle_id} do not cover it"));

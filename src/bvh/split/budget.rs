@@ -1,22 +1,22 @@
-//! How many references splitting may make, shared by tasks that run in parallel.
+//! Budget of references, shared by parallel tasks.
 //!
-//! Whether the limit is exceeded depends on the sum alone, so it is the same for any number of threads.
+//! Whether the limit is exceeded depends only on the sum, so it does not depend on the number of threads.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::cancel::CancelFlag;
 
-/// References that a task makes before it adds them to the sum and looks whether to go on.
+/// References that a task creates between updates of the shared sum.
 const POLL_EVERY: u64 = 256;
 
-/// A limit, and how much of it is used.
+/// Limit of references and their number so far.
 pub(crate) struct Budget<'a> {
     limit: u64,
     spent: AtomicU64,
     cancel: &'a CancelFlag,
 }
 
-/// One task's access to a budget.
+/// Access of one task to a budget.
 pub(crate) struct Share<'a> {
     budget: &'a Budget<'a>,
     pending: u64,
@@ -24,7 +24,7 @@ pub(crate) struct Share<'a> {
 }
 
 impl<'a> Budget<'a> {
-    /// Nothing of `limit` is spent yet; a raised `cancel` exhausts it.
+    /// Unused budget of `limit` references; a raised `cancel` exhausts it.
     pub(crate) fn new(limit: u64, cancel: &'a CancelFlag) -> Self {
         Self { limit, spent: AtomicU64::new(0), cancel }
     }
@@ -34,34 +34,34 @@ impl<'a> Budget<'a> {
         Share { budget: self, pending: 0, exhausted: self.is_exceeded() || self.cancel.is_raised() }
     }
 
-    /// Whether more was spent than the limit; final once all shares are dropped.
+    /// Whether the limit is exceeded; final once all shares are dropped.
     pub(crate) fn is_exceeded(&self) -> bool {
         self.spent() > self.limit
     }
 
-    /// What the shares that are dropped have spent.
+    /// References counted so far; final once all shares are dropped.
     pub(crate) fn spent(&self) -> u64 {
         self.spent.load(Ordering::Relaxed)
     }
 }
 
 impl Share<'_> {
-    /// Whether there is no use in going on.
+    /// Whether the task should stop.
     pub(crate) fn is_exhausted(&self) -> bool {
         self.exhausted
     }
 
-    /// Counts one reference; false if there is no use in going on.
+    /// Counts one reference; false if the task should stop.
     pub(crate) fn spend(&mut self) -> bool {
         self.pending += 1;
         if self.pending == POLL_EVERY {
-            self.settle();
+            self.flush();
             self.exhausted = self.budget.is_exceeded() || self.budget.cancel.is_raised();
         }
         !self.exhausted
     }
 
-    fn settle(&mut self) {
+    fn flush(&mut self) {
         self.budget.spent.fetch_add(self.pending, Ordering::Relaxed);
         self.pending = 0;
     }
@@ -69,6 +69,6 @@ impl Share<'_> {
 
 impl Drop for Share<'_> {
     fn drop(&mut self) {
-        self.settle();
+        self.flush();
     }
 }

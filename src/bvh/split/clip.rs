@@ -1,11 +1,14 @@
-//! Early split clipping: boxes of triangles, several for those whose box is large.
+//! Early split clipping by area.
 //!
-//! Source: Ernst and Greiner, "Early Split Clipping for Bounding Volume Hierarchies", RT 2007, Algorithm 4: while the
-//! surface area of a box exceeds SA_max, it is cut in the middle of its longest axis and the triangle's part in each
-//! half gets its own box. Departures: the recursion is an explicit stack; each half's box is found by clipping the
-//! part of the triangle that its parent holds; a box is not cut where the plane is not strictly inside it.
+//! Source: Ernst and Greiner, "Early Split Clipping for Bounding Volume Hierarchies", RT 2007, Algorithm 4. While the surface
+//! area of a box exceeds SA_max, the box is cut in the middle of its longest axis, and the triangle's part in each half gets
+//! its own box. Departures:
 //!
-//! Which SA_max is used is decided in [`super::threshold`].
+//! * The recursion is an explicit stack.
+//! * The box of each half is found by clipping the part of the triangle in the parent's box.
+//! * A box is not cut where the plane is not strictly inside it.
+//!
+//! [`super::threshold`] chooses SA_max.
 
 use rayon::prelude::*;
 
@@ -14,14 +17,14 @@ use crate::bvh::references::{Input, Reference, padding};
 use crate::cancel::Cancelled;
 use crate::geometry::{Aabb, Triangle, TrianglePart};
 
-/// Memory kept between builds.
+/// Scratch memory kept between builds.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     chunks: Vec<Vec<Reference>>,
 }
 
-/// Fills `references` with the boxes of all visible triangles, in the triangles' order whatever the number of threads.
-/// False, and nothing of use, if there are more than `limit`; no more memory is used for them than that.
+/// Fills `references` with the boxes of all traced triangles, in the triangles' order for any number of threads.
+/// Returns false, with unspecified contents, if there are more than `limit`; memory stays within that limit.
 pub(crate) fn gather(
     input: Input,
     sa_max: f64,
@@ -63,7 +66,7 @@ pub(crate) fn gather(
     Ok(true)
 }
 
-/// Algorithm 4: gives the box of every part to `emit`, until it returns false.
+/// Algorithm 4: passes the box of every part to `emit`, until it returns false.
 pub(crate) fn split(triangle: &Triangle, sa_max: f64, mut emit: impl FnMut(&Aabb) -> bool) {
     let whole = triangle.bounds();
     let is_large = |bounds: &Aabb| bounds.area() > sa_max;
@@ -103,7 +106,7 @@ mod tests {
     use crate::cancel::CancelFlag;
     use glam::Vec3;
 
-    /// The slow twin: the recursion of the paper.
+    /// Reference implementation: the recursion of the paper.
     fn recursive(part: &TrianglePart, sa_max: f64, out: &mut Vec<Aabb>) {
         if part.bounds().area() <= sa_max {
             out.push(*part.bounds());
@@ -119,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn equals_the_recursion_and_obeys_the_threshold() {
+    fn equals_the_recursion_and_respects_the_threshold() {
         let triangle = diagonal();
         let sa_max = 0.01;
         let mut boxes = Vec::new();
@@ -137,10 +140,10 @@ mod tests {
     }
 
     #[test]
-    fn a_box_of_adjacent_numbers_is_not_cut() {
+    fn a_box_between_adjacent_floats_is_not_cut() {
         let a = Vec3::ONE;
         let b = Vec3::splat(1.0_f32.next_up());
-        // Even without a threshold splitting ends.
+        // Splitting ends even with a threshold of zero.
         let triangle = Triangle { vertices: [a, Vec3::new(b.x, a.y, a.z), Vec3::new(a.x, b.y, a.z)] };
         let mut count = 0;
         split(&triangle, 0.0, |_| {
@@ -151,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_come_in_the_triangles_order_for_any_number_of_threads() {
+    fn parts_keep_the_order_of_triangles_for_any_number_of_threads() {
         let triangles: Vec<Triangle> = (0..10_000)
             .map(|i| Triangle {
                 vertices: diagonal().vertices.map(|p| p * (1.0 + (i % 7) as f32) + Vec3::X * i as f32),

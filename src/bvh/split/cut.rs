@@ -1,29 +1,30 @@
-//! Cutting a triangle's box into parts.
+//! Cuts of one triangle's box into parts.
 //!
-//! Source: Karras and Aila, HPG 2013, section 4 (see [`super::priority`]): parts share a triangle's splits by their longest
-//! extents, and are cut at planes of the Morton grid, which the tree divides at as well.
+//! Source: Karras and Aila, HPG 2013, section 4 (see [`super::priority`]). Parts share a triangle's splits in proportion to their
+//! longest extents, and are cut at planes of the Morton grid, where the radix tree splits too.
 //!
-//! Departure: a box is cut along its longest axis alone, at the most important plane of the grid within its middle
-//! 80 %, or in the middle if there is none there: planes of other axes, or near its ends, leave slivers.
+//! Departure: a box is cut only along its longest axis, at the coarsest plane of the grid within its middle 80 %, or in the
+//! middle if there is none. Planes of other axes, or near its ends, leave slivers.
 
 use crate::bvh::build::morton::Grid;
 use crate::bvh::references::{Reference, padding};
 use crate::geometry::{Aabb, Triangle, rounded_down, rounded_up};
 
-/// The part of a box's extent at either end where it is not cut.
+/// Part of a box's extent at either end where it is not cut.
 const MARGIN: f32 = 0.1;
-/// Where a box is cut.
+
+/// Plane at which a box is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cut {
-    /// The axis.
+    /// Axis that the plane is perpendicular to.
     pub(crate) axis: usize,
-    /// Coordinate on it.
+    /// Coordinate on the axis.
     pub(crate) plane: f32,
-    /// Levels of the grid above that of the plane.
+    /// Level of the plane in the grid; zero is the coarsest.
     pub(crate) level: u32,
 }
 
-/// The most important plane along the longest axis of a box, unless the box is as thin as a number.
+/// Cut of a box along its longest axis; `None` if no float lies between its ends.
 pub(crate) fn cut_of(bounds: &Aabb, grid: &Grid) -> Option<Cut> {
     let extent = bounds.max * 0.5 - bounds.min * 0.5;
     let axis = extent.max_position();
@@ -39,12 +40,13 @@ pub(crate) fn cut_of(bounds: &Aabb, grid: &Grid) -> Option<Cut> {
     is_inside(cut.plane).then_some(cut)
 }
 
-/// Splits one triangle; gives the number of parts, at most one more than `splits`.
+/// Splits one triangle into `output`; returns the number of parts, at most `splits + 1`. `todo` is scratch memory.
 pub(crate) fn split_one(
     triangle: &Triangle,
     whole: &Reference,
     splits: u32,
-    (grid, todo): (&Grid, &mut Vec<(Aabb, u32)>),
+    grid: &Grid,
+    todo: &mut Vec<(Aabb, u32)>,
     output: &mut [Reference],
 ) -> usize {
     if splits == 0 {
@@ -63,13 +65,8 @@ pub(crate) fn split_one(
         let [low, high] = halves(triangle, &bounds, cut.axis, cut.plane);
         let low_splits = match (low.is_empty(), high.is_empty()) {
             (false, false) => share(splits - 1, &low, &high),
-            (is_empty, _) => {
-                if is_empty {
-                    0
-                } else {
-                    splits - 1
-                }
-            }
+            (true, _) => 0,
+            (false, true) => splits - 1,
         };
         for (half, splits) in [(high, splits - 1 - low_splits), (low, low_splits)] {
             if !half.is_empty() {
@@ -80,10 +77,10 @@ pub(crate) fn split_one(
     count
 }
 
-/// Boxes of the triangle's parts below and above a plane, within `bounds`; a box without any part of it may be empty.
+/// Boxes of the triangle's parts below and above a plane, within `bounds`. The box of a side without any part may be empty.
 ///
-/// The triangle is cut whole and its parts' boxes are clipped: Stich, Friedrich, Dietrich, "Spatial Splits in Bounding
-/// Volume Hierarchies", HPG 2009. Crossings are computed in `f64` and rounded outward.
+/// The whole triangle is cut, and the boxes of its parts are clipped to `bounds`: Stich, Friedrich, Dietrich, "Spatial Splits in
+/// Bounding Volume Hierarchies", HPG 2009. Intersections are computed in `f64` and rounded outward.
 fn halves(triangle: &Triangle, bounds: &Aabb, axis: usize, plane: f32) -> [Aabb; 2] {
     let (mut low, mut high) = (Aabb::EMPTY, Aabb::EMPTY);
     let [a, b, c] = triangle.vertices;
@@ -97,10 +94,10 @@ fn halves(triangle: &Triangle, bounds: &Aabb, axis: usize, plane: f32) -> [Aabb;
         }
         if (from_height < plane && plane < to_height) || (to_height < plane && plane < from_height) {
             let (from, to) = (from.as_dvec3(), to.as_dvec3());
-            let crossing = from + (to - from) * ((f64::from(plane) - from[axis]) / (to[axis] - from[axis]));
+            let point = from + (to - from) * ((f64::from(plane) - from[axis]) / (to[axis] - from[axis]));
             let around = Aabb {
-                min: crossing.to_array().map(rounded_down).into(),
-                max: crossing.to_array().map(rounded_up).into(),
+                min: point.to_array().map(rounded_down).into(),
+                max: point.to_array().map(rounded_up).into(),
             };
             (low, high) = (low.union(around), high.union(around));
         }
@@ -110,7 +107,7 @@ fn halves(triangle: &Triangle, bounds: &Aabb, axis: usize, plane: f32) -> [Aabb;
     [low, high].map(|half| Aabb { min: half.min.max(bounds.min), max: half.max.min(bounds.max) })
 }
 
-/// How many of `splits` the first of two boxes gets.
+/// Share of `splits` of the first of two boxes.
 fn share(splits: u32, low: &Aabb, high: &Aabb) -> u32 {
     let (low, high) = (low.extent().max_element(), high.extent().max_element());
     if low + high > 0.0 && low + high < f32::INFINITY {
@@ -128,12 +125,12 @@ mod tests {
     use glam::Vec3;
 
     #[test]
-    fn cuts_are_at_important_planes() {
+    fn cuts_are_at_coarse_planes() {
         let grid = Grid::around(&Aabb { min: Vec3::ZERO, max: Vec3::splat(1.0) });
         let box_of = |min: f32, max: f32| Aabb { min: Vec3::ZERO.with_y(min), max: Vec3::ZERO.with_y(max) };
         // The middle of the grid, though not of the box.
         assert_eq!(cut_of(&box_of(0.4, 0.9), &grid), Some(Cut { axis: 1, plane: 0.5, level: 0 }));
-        // It is too near the end of this one, whose next best plane is at three quarters.
+        // That plane is too near the end of this box; the next coarsest is at three quarters.
         assert_eq!(cut_of(&box_of(0.49, 0.9), &grid), Some(Cut { axis: 1, plane: 0.75, level: 1 }));
         assert_eq!(cut_of(&box_of(0.3, 0.3), &grid), None);
     }

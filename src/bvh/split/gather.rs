@@ -1,11 +1,11 @@
-//! Which boxes the hierarchy is built over: whole triangles, or parts of those that splitting helps.
+//! References of a build: boxes of whole triangles, or of parts of triangles where splitting helps.
 //!
-//! Splitting pays where boxes overlap massively, and does harm elsewhere. `E`, the sum of the boxes' areas over the
-//! area of the scene's box, is the number of boxes that a line through the scene meets on average. [`Split::Auto`]
-//! splits nothing while `E ≤ 16`, nor where the average box takes more than a quarter of the scene's area, since a few cuts then
-//! cannot set the triangles apart (identical ones, say), and otherwise aims at `R = min(budget, 1 + ((E − 16) / 118)^0.57)`
-//! references a triangle, by [`super::priority`]. [`Split::Area`] follows Ernst and Greiner:
-//! [`super::threshold`].
+//! Splitting pays where boxes overlap heavily, and does harm elsewhere. `E`, the sum of the boxes' areas over the area of the
+//! scene's box, is the average number of boxes that a line through the scene intersects. [`Split::Auto`] splits nothing while
+//! `E ≤ 16`. It splits nothing either where the average box takes more than a quarter of the scene's area, because a few cuts
+//! cannot separate such triangles (identical ones, for example). Otherwise it aims at
+//! `R = min(budget, 1 + ((E − 16) / 118)^0.57)` references per triangle ([`super::priority`]). [`Split::Area`] follows Ernst
+//! and Greiner ([`super::threshold`]).
 
 use std::time::Instant;
 
@@ -15,45 +15,45 @@ use crate::bvh::settings::{BuildSettings, Split};
 use crate::bvh::wide_tree::MAX_TRIANGLES;
 use crate::cancel::Cancelled;
 
-/// The number of boxes met by a line below which `Split::Auto` does nothing.
+/// Overlap `E` up to which `Split::Auto` splits nothing.
 const OVERLAP_WORTH_SPLITTING: f64 = 16.0;
-/// The average box's share of the scene's area above which `Split::Auto` does nothing.
+/// Share of the scene's area of the average box above which `Split::Auto` splits nothing.
 const SHARE_BEYOND_SPLITTING: f64 = 0.25;
-/// Boxes met by a line beyond [`OVERLAP_WORTH_SPLITTING`] at which `Split::Auto` aims at one reference more a triangle.
+/// Overlap beyond [`OVERLAP_WORTH_SPLITTING`] at which `Split::Auto` aims at one more reference per triangle.
 const OVERLAP_SCALE: f64 = 118.0;
-/// How the references beyond one a triangle grow with that excess.
+/// Exponent of the growth of references with that excess.
 const OVERLAP_EXPONENT: f64 = 0.57;
 
-/// Memory kept between builds.
+/// Scratch memory kept between builds.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     area: clip::Scratch,
     priority: priority::Scratch,
 }
 
-/// What is known of the references.
+/// Measures of gathered references, and how they were split.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Gathered {
-    /// Sums over the references.
+    /// Count, bounds and area sums of the references.
     pub(crate) measures: Measures,
-    /// Triangles that take part.
+    /// Number of traced triangles.
     pub(crate) triangles: usize,
-    /// The SA_max that was used, square metres; infinite for none.
+    /// SA_max that was used, square metres; infinite for none.
     pub(crate) sa_max: f64,
-    /// Whether an explicit SA_max was raised to keep within the budget.
+    /// Whether an explicit SA_max was raised to stay within the budget.
     pub(crate) budget_reached: bool,
-    /// Seconds of the boxes of whole triangles.
+    /// Seconds spent on the boxes of whole triangles.
     pub(crate) bounds_seconds: f64,
 }
 
-/// Fills `references` with the boxes that `settings` ask for.
+/// Fills `references` with boxes, split according to `settings`.
 pub(crate) fn gather(
     input: Input,
     settings: &BuildSettings,
     scratch: &mut Scratch,
     references: &mut Vec<Reference>,
 ) -> Result<Gathered, Cancelled> {
-    // The boxes of whole triangles.
+    // Boxes of whole triangles.
     let start = Instant::now();
     let whole = gather_whole(input, references)?;
     let mut gathered = Gathered {
@@ -64,7 +64,7 @@ pub(crate) fn gather(
         bounds_seconds: start.elapsed().as_secs_f64(),
     };
 
-    // Their parts.
+    // Boxes of parts.
     let budget = if settings.reference_budget >= 1.0 { f64::from(settings.reference_budget) } else { 1.0 };
     let limit = ((whole.count as f64 * budget) as u64).min(MAX_TRIANGLES as u64);
     match settings.split {
@@ -83,7 +83,7 @@ pub(crate) fn gather(
     Ok(gathered)
 }
 
-/// How many references [`Split::Auto`] aims at.
+/// Number of references that [`Split::Auto`] aims at.
 fn automatic_aim(whole: &Measures, budget: f64) -> u64 {
     let overlap = whole.overlap();
     let share = overlap / whole.count as f64;
@@ -102,7 +102,7 @@ mod tests {
     use crate::geometry::Triangle;
     use glam::Vec3;
 
-    /// Long thin diagonal triangles through a unit cube: they overlap massively.
+    /// Long thin diagonal triangles through a unit cube, whose boxes overlap heavily.
     fn bars(n: usize) -> Vec<Triangle> {
         let mut state = 3_u32;
         let mut random = || {
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_that_no_cut_sets_apart_are_not_split() {
+    fn identical_triangles_are_not_split() {
         let triangles = vec![Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::ONE] }; 1000];
         assert_eq!(chosen(&triangles, Split::Auto, 4.0), (chosen(&triangles, Split::Off, 4.0).0, 1000));
     }
@@ -154,7 +154,7 @@ mod tests {
         // The mean extents of such boxes are a third of the cube's, so E is about 2000 / 9 and the aim about 2.4.
         let ratio = count as f64 / 2000.0;
         assert!((2.0..=2.5).contains(&ratio), "{ratio}");
-        // A smaller budget is kept.
+        // A smaller budget holds.
         let ratio = chosen(&triangles, Split::Auto, 1.5).1 as f64 / 2000.0;
         assert!((1.2..=1.5).contains(&ratio), "{ratio}");
     }

@@ -1,12 +1,11 @@
-//! Splitting the triangles whose boxes waste most.
+//! Early split clipping by priority: the triangles whose boxes waste most area get most splits.
 //!
-//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", HPG 2013, section
-//! 4: a triangle's priority is the cube root of how much its box area exceeds what many parts would have, times 2⁻ⁱ for a
-//! box that the Morton grid first divides at level i, and `⌊D p⌋` splits go to priority p, D being chosen so that
-//! their sum is what is wanted.
+//! Source: Karras and Aila, "Fast Parallel Construction of High-Quality Bounding Volume Hierarchies", HPG 2013, section 4. A
+//! triangle's priority is the cube root of its wasted area times 2⁻ⁱ. The wasted area is that of its box less that of many tiny
+//! boxes; i is the level of the Morton grid that divides the box first. A triangle of priority p gets `⌊D p⌋` splits, with D
+//! such that their sum is the number wanted.
 //!
-//! Departure: D comes from a histogram of log p, not from a search over all triangles. Where boxes are cut is decided in
-//! [`super::cut`].
+//! Departure: D comes from a histogram of log p rather than from a search over all triangles. [`super::cut`] chooses the planes.
 
 use rayon::prelude::*;
 
@@ -16,23 +15,23 @@ use crate::bvh::references::{CHUNK, Input, Measures, Reference};
 use crate::cancel::Cancelled;
 use crate::geometry::Triangle;
 
-/// Bins of priorities, as a power of two, to an octave.
+/// Binary logarithm of the bins per octave of priority.
 const LOG2_BINS_PER_OCTAVE: u32 = 6;
-/// Bins, 16 octaves below one. What is lower than all of them is not split.
+/// Number of bins, 16 octaves below one. Triangles of lower priority are not split.
 const BINS: usize = 16 << LOG2_BINS_PER_OCTAVE;
 /// Steps of the search for D.
 const SEARCH_STEPS: u32 = 40;
-/// More splits than this of one triangle are not wanted.
+/// Maximum of splits of one triangle.
 const MAX_SPLITS: f32 = 4096.0;
 
-/// Memory kept between builds.
+/// Scratch memory kept between builds.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     priorities: Vec<f32>,
     parts: Vec<Reference>,
 }
 
-/// Splits `references`, the boxes of whole triangles, into at most `aim`.
+/// Splits `references`, the boxes of whole triangles, into at most `aim` references.
 pub(crate) fn split(
     input: Input,
     whole: &Measures,
@@ -42,25 +41,25 @@ pub(crate) fn split(
 ) -> Result<(), Cancelled> {
     let grid = Grid::around(&whole.bounds);
     let Scratch { priorities, parts } = scratch;
-    let histogram = prioritise(input, whole, &grid, references, priorities)?;
+    let histogram = compute_priorities(input, whole, &grid, references, priorities)?;
     let factor = splits_for_one(&histogram, aim.saturating_sub(references.len()) as u64);
     let splits = |priority: &f32| (factor * *priority).min(MAX_SPLITS) as u32;
 
-    // Room for the parts of each chunk.
-    let rooms: Vec<usize> = priorities
+    // Allocate the parts of each chunk.
+    let capacities: Vec<usize> = priorities
         .par_chunks(CHUNK)
         .map(|chunk| chunk.iter().map(|priority| 1 + splits(priority) as usize).sum())
         .collect();
-    parts.resize(rooms.iter().sum(), Reference::NONE);
-    let mut outputs = Vec::with_capacity(rooms.len());
+    parts.resize(capacities.iter().sum(), Reference::NONE);
+    let mut outputs = Vec::with_capacity(capacities.len());
     let mut rest = parts.as_mut_slice();
-    for &room in &rooms {
-        let (output, after) = rest.split_at_mut(room);
+    for &capacity in &capacities {
+        let (output, after) = rest.split_at_mut(capacity);
         outputs.push(output);
         rest = after;
     }
 
-    // The parts.
+    // Split.
     let made: Vec<usize> = outputs
         .into_par_iter()
         .zip(references.par_chunks(CHUNK).zip(priorities.par_chunks(CHUNK)))
@@ -70,33 +69,28 @@ pub(crate) fn split(
             let mut todo = Vec::new();
             for (reference, priority) in references.iter().zip(priorities) {
                 let triangle = &input.triangles[reference.triangle_id as usize];
-                count += split_one(
-                    triangle,
-                    reference,
-                    splits(priority),
-                    (&grid, &mut todo),
-                    &mut output[count..],
-                );
+                count +=
+                    split_one(triangle, reference, splits(priority), &grid, &mut todo, &mut output[count..]);
             }
             Ok(count)
         })
         .collect::<Result<_, _>>()?;
 
-    // Close the gaps that cuts left out leave.
+    // Close the gaps of triangles with fewer parts than allocated.
     let (mut from, mut to) = (0, 0);
-    for (&room, &count) in rooms.iter().zip(&made) {
+    for (&capacity, &count) in capacities.iter().zip(&made) {
         if from != to {
             parts.copy_within(from..from + count, to);
         }
-        (from, to) = (from + room, to + count);
+        (from, to) = (from + capacity, to + count);
     }
     parts.truncate(to);
     std::mem::swap(parts, references);
     Ok(())
 }
 
-/// Computes all priorities; gives how many there are by bin.
-fn prioritise(
+/// Computes all priorities and their histogram.
+fn compute_priorities(
     input: Input,
     whole: &Measures,
     grid: &Grid,
@@ -129,50 +123,50 @@ fn prioritise(
         )
 }
 
-/// The priority of a triangle, from 0 to 1; `scale` makes the scene one long.
+/// Priority of a triangle, from 0 to 1; `scale` makes the longest edge of the scene one.
 fn priority_of(triangle: &Triangle, reference: &Reference, grid: &Grid, scale: f32) -> f32 {
     let e = reference.bounds.extent() * scale;
     let area = e.x * e.y + e.y * e.z + e.z * e.x;
-    // The areas of the triangle's shadows along the axes: what tiny boxes around it come to.
+    // Projected areas of the triangle along the axes: the limit of the areas of tiny boxes around it.
     let [a, b, c] = triangle.vertices.map(|vertex| vertex * scale);
     let ideal = 0.5 * (b - a).cross(c - a).abs().element_sum();
     let waste = area - ideal;
     if waste > 0.0 && waste < f32::INFINITY {
-        // A third of the areas of a cube as long as the scene.
+        // In units of the half area of the scene's cube, which is three.
         let level = cut_of(&reference.bounds, grid).map_or(0, |cut| cut.level.min(21));
         let importance = f32::from_bits((127 - level) << 23);
-        rough_cube_root(waste * (1.0 / 3.0) * importance).min(1.0)
+        approximate_cube_root(waste * (1.0 / 3.0) * importance).min(1.0)
     } else {
         0.0
     }
 }
 
-/// Within a thousandth of the cube root; the same on every machine.
-fn rough_cube_root(x: f32) -> f32 {
-    // A third of the exponent, and one step of Newton's.
+/// Cube root within a relative error of 0.002, equal on every machine.
+fn approximate_cube_root(x: f32) -> f32 {
+    // A third of the exponent, and one Newton step.
     let guess = f32::from_bits(x.to_bits() / 3 + 0x2a51_37a0);
     guess - (guess - x / (guess * guess)) * (1.0 / 3.0)
 }
 
-/// The bin of a priority; beyond all bins for those too low.
+/// Bin of a priority; at least [`BINS`] for priorities below all bins.
 fn bin_of(priority: f32) -> usize {
     let shift = f32::MANTISSA_DIGITS - 1 - LOG2_BINS_PER_OCTAVE;
     ((1.0_f32.to_bits() >> shift) - (priority.to_bits() >> shift)) as usize
 }
 
-/// The highest priority of a bin.
+/// Highest priority of a bin.
 fn top_of(bin: usize) -> f32 {
     let shift = f32::MANTISSA_DIGITS - 1 - LOG2_BINS_PER_OCTAVE;
     f32::from_bits((((1.0_f32.to_bits() >> shift) - bin as u32 + 1) << shift) - 1)
 }
 
-/// The largest D that makes at most `wanted` splits: how many a triangle of priority 1 gets.
+/// Largest D with at most `wanted` splits: the number of splits of a triangle of priority 1.
 fn splits_for_one(histogram: &[u64], wanted: u64) -> f32 {
     let total = |factor: f32| -> u64 {
         let splits = |bin| (factor * top_of(bin)).min(MAX_SPLITS) as u64;
         histogram.iter().enumerate().map(|(bin, &count)| count * splits(bin)).sum()
     };
-    // What is beyond the last bin must get none.
+    // Priorities below the last bin must get no splits.
     let (mut low, mut high) = (0.0, top_of(BINS - 1).recip());
     for _ in 0..SEARCH_STEPS {
         let middle = 0.5 * (low + high);
@@ -217,7 +211,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn comes_near_the_aim_and_covers_every_triangle() {
+    fn parts_approach_the_aim_and_cover_every_triangle() {
         let triangles = bars(20_000);
         for aim in [20_000, 21_000, 40_000, 80_000] {
             let references = parts_of(&triangles, aim);
@@ -234,7 +228,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn threads_do_not_matter() {
+    fn results_do_not_depend_on_the_number_of_threads() {
         let triangles = bars(10_000);
         let results = [1, 2, 3, 8].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -244,15 +238,15 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_cube_root_is_near() {
+    fn cube_root_is_accurate() {
         for x in [1.0e-12_f32, 1.0e-3, 0.3, 1.0] {
-            let error = rough_cube_root(x) / libm::cbrtf(x) - 1.0;
+            let error = approximate_cube_root(x) / libm::cbrtf(x) - 1.0;
             assert!(error.abs() < 2.0e-3, "{x} {error}");
         }
     }
 
     #[test]
-    fn a_bin_holds_what_lies_below_its_top() {
+    fn bins_contain_priorities_up_to_their_top() {
         for bin in [0, 1, 100, BINS - 1] {
             assert_eq!(bin_of(top_of(bin).min(1.0)), bin);
             assert_eq!(bin_of(top_of(bin).next_up().min(1.0)), bin.saturating_sub(1));

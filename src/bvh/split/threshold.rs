@@ -1,13 +1,13 @@
-//! Which SA_max early split clipping uses.
+//! Threshold SA_max of early split clipping.
 //!
-//! [`crate::bvh::Split::Area`] is used as it is unless it makes more references than the budget; then the budget is the aim.
+//! The area of [`crate::bvh::Split::Area`] is used as it is unless it creates more references than the budget. Then the budget is
+//! the aim.
 //!
-//! An aim becomes an SA_max through an upper bound of the number of references: a box that is halved k times without
-//! clipping contains each box that k steps of Algorithm 4 make from it, so a triangle makes at most 2ᵏ references for the
-//! smallest k whose halved box does not exceed SA_max. A histogram of these areas gives the bound for all SA_max at
-//! once. Diagonal triangles fill less than the bound, so corrections by what a sample of the triangles
-//! makes follow. All counts are integers and all sums have a fixed order: the outcome does not depend on the number of
-//! threads.
+//! An upper bound of the number of references turns the aim into SA_max. A box halved k times without clipping contains each
+//! box that k steps of Algorithm 4 create from it. So a triangle creates at most 2ᵏ references, for the smallest k whose halved
+//! box does not exceed SA_max. A histogram of these areas gives the bound for all SA_max at once. Diagonal triangles stay below
+//! the bound, so it is then corrected by the references of a sample of triangles. All counts are integers and all sums have a
+//! fixed order, so the result does not depend on the number of threads.
 
 use rayon::prelude::*;
 
@@ -16,38 +16,38 @@ use super::clip::{Scratch, gather, split};
 use crate::bvh::references::{Input, Reference};
 use crate::cancel::Cancelled;
 
-/// Halvings that the histogram follows; 2⁴⁰ references are beyond any budget.
+/// Maximum of halvings in the histogram; 2⁴⁰ references exceed any budget.
 const MAX_HALVINGS: u32 = 40;
-/// How often the bound is corrected.
+/// Number of corrections of the bound.
 const CORRECTIONS: u32 = 3;
-/// The part of the references wanted that is aimed at, so that the budget is seldom missed.
+/// Part of the wanted references that is the aim, so that the budget is seldom exceeded.
 const AIM_BELOW: f64 = 0.95;
 /// Chunks of triangles in the sample.
 const SAMPLED_CHUNKS: usize = 8;
-/// The bound is not corrected by more than this factor at once.
-const LARGEST_CORRECTION: f64 = 16.0;
-/// Bins an octave of area, as a power of two.
+/// Maximum factor of one correction.
+const MAX_CORRECTION: f64 = 16.0;
+/// Binary logarithm of the bins per octave of area.
 const LOG2_BINS_PER_OCTAVE: u32 = 3;
-/// Bins, 64 octaves below the largest area.
+/// Number of bins, 64 octaves below the largest area.
 const BINS: usize = 64 << LOG2_BINS_PER_OCTAVE;
 
-/// The SA_max that was used.
+/// SA_max that was used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Threshold {
     /// Square metres; infinite for no splits.
     pub(crate) sa_max: f64,
-    /// Whether an explicit SA_max was raised to keep within the budget.
+    /// Whether an explicit SA_max was raised to stay within the budget.
     pub(crate) budget_reached: bool,
 }
 
-/// How many visible triangles there are and the area of the largest box of one.
+/// Number of traced triangles and area of the largest box of one.
 #[derive(Clone, Copy)]
 struct Measures {
     triangles: u64,
     largest_area: f64,
 }
 
-/// Fills `references` with the boxes that `sa_max` asks for, or if those are more than `limit`, with nearly so many.
+/// Fills `references` with the boxes for `sa_max` or, if those exceed `limit`, with nearly that many.
 pub(crate) fn gather_by_area(
     input: Input,
     sa_max: f64,
@@ -58,7 +58,7 @@ pub(crate) fn gather_by_area(
     if gather(input, sa_max, limit, scratch, references)? {
         return Ok(Threshold { sa_max, budget_reached: false });
     }
-    // What comes near the limit; or what is sure to keep within it.
+    // A threshold that approaches the limit, or else one that certainly stays within it.
     let explicit = sa_max;
     let mut sa_max = f64::INFINITY;
     for candidate in thresholds_for(input, &measure(input)?, limit)? {
@@ -87,7 +87,7 @@ fn measure(input: Input) -> Result<Measures, Cancelled> {
         .try_reduce(|| none, |a, b| Ok(both(a, b)))
 }
 
-/// References that `sa_max` makes and triangles, in every `stride`-th chunk; of the former at most `limit`.
+/// Numbers of references for `sa_max` (at most `limit`) and of triangles, in every `stride`-th chunk.
 fn sample(input: Input, sa_max: f64, stride: usize, limit: u64) -> Result<(u64, u64), Cancelled> {
     let budget = Budget::new(limit, input.cancel);
     let triangles = (0..input.chunks().div_ceil(stride))
@@ -103,34 +103,34 @@ fn sample(input: Input, sa_max: f64, stride: usize, limit: u64) -> Result<(u64, 
         })
         .sum();
     input.cancel.check()?;
-    // How far beyond the limit the tasks went depends on their timing.
+    // The excess over the limit depends on the timing of tasks.
     Ok((budget.spent().min(limit), triangles))
 }
 
-/// An SA_max that by a sample makes nearly `aim` references, and one that makes no more.
+/// Two thresholds: one that by a sample creates nearly `aim` references, and one that certainly creates no more.
 fn thresholds_for(input: Input, measures: &Measures, aim: u64) -> Result<Vec<f64>, Cancelled> {
     let n = measures.triangles;
     if aim <= n || measures.largest_area <= 0.0 {
         return Ok(vec![f64::INFINITY]);
     }
     let histogram = histogram(input, measures.largest_area, aim)?;
-    let sure = sa_max_of(&histogram, measures, aim);
+    let safe = sa_max_of(&histogram, measures, aim);
 
-    // Correct the bound by how much of it the sample used.
+    // Correct the bound by the references of a sample.
     let stride = (input.chunks() / SAMPLED_CHUNKS).max(1);
     let wanted = (aim - n) as f64 * AIM_BELOW;
     let mut bound = wanted;
-    let mut near = sure;
+    let mut near = safe;
     for _ in 0..CORRECTIONS {
         let (references, triangles) = sample(input, near, stride, 2 * aim)?;
         let extra = (references - triangles) as f64 * (n as f64 / triangles.max(1) as f64);
-        bound *= (wanted / extra.max(1.0)).clamp(1.0 / LARGEST_CORRECTION, LARGEST_CORRECTION);
+        bound *= (wanted / extra.max(1.0)).clamp(1.0 / MAX_CORRECTION, MAX_CORRECTION);
         near = sa_max_of(&histogram, measures, n + bound as u64);
     }
-    Ok(vec![near, sure])
+    Ok(vec![near, safe])
 }
 
-/// For each bin of area, how many references the bound gains when SA_max falls below the bin.
+/// For each bin of area, the references that the bound gains when SA_max falls below the bin.
 fn histogram(input: Input, largest_area: f64, aim: u64) -> Result<Vec<u64>, Cancelled> {
     let top = largest_area.to_bits();
     (0..input.chunks())
@@ -167,13 +167,13 @@ fn histogram(input: Input, largest_area: f64, aim: u64) -> Result<Vec<u64>, Canc
         )
 }
 
-/// The bin of an area: eighths of octaves, by bits, below the largest.
+/// Bin of an area: eighths of octaves below the largest, by its bits.
 fn bin_of(area: f64, top: u64) -> usize {
     let below = top.saturating_sub(area.to_bits()) >> (52 - LOG2_BINS_PER_OCTAVE);
     (below as usize).min(BINS - 1)
 }
 
-/// The smallest upper edge of a bin at which the bound is not above `aim`.
+/// Smallest upper edge of a bin at which the bound does not exceed `aim`.
 fn sa_max_of(histogram: &[u64], measures: &Measures, aim: u64) -> f64 {
     let mut total = measures.triangles;
     let mut bin = 0;

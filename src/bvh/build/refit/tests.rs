@@ -1,4 +1,4 @@
-//! Refitting against building anew.
+//! Tests of refitting against rebuilding.
 
 use super::*;
 use crate::bvh::hierarchy::Structure;
@@ -8,7 +8,7 @@ use crate::geometry::Ray;
 
 const ROWS: usize = 40;
 
-/// A sheet that is more and more twisted about the vertical.
+/// Sheet twisted about the vertical axis.
 fn sheet(twist: f32) -> Vec<Triangle> {
     let corner = |i: usize, j: usize| {
         let (u, v) = (i as f32 / ROWS as f32 - 0.5, j as f32 / ROWS as f32 - 0.5);
@@ -23,7 +23,7 @@ fn sheet(twist: f32) -> Vec<Triangle> {
     triangles.collect()
 }
 
-/// The triangles of the sheet in another order.
+/// Triangles of the sheet in another order.
 fn scrambled(seed: usize) -> Vec<Triangle> {
     let sheet = sheet(0.0);
     // 1009 is a prime that does not divide the count, so that every triangle is taken once.
@@ -49,13 +49,13 @@ fn plain(triangles: &[Triangle]) -> Vec<TriangleFlags> {
     vec![TriangleFlags::default(); triangles.len()]
 }
 
-fn origins(frames: &[Vec<Triangle>], settings: &BuildSettings) -> Vec<BuildKind> {
+fn build_kinds(frames: &[Vec<Triangle>], settings: &BuildSettings) -> Vec<BuildKind> {
     let mut last = None;
     let step = |triangles: &Vec<Triangle>| {
         let bvh = build(triangles, &plain(triangles), settings, last.take());
-        let origin = bvh.statistics().kind;
+        let kind = bvh.statistics().kind;
         last = Some(bvh);
-        origin
+        kind
     };
     frames.iter().map(step).collect()
 }
@@ -73,11 +73,11 @@ fn hits(bvh: &Bvh) -> Vec<Option<Hit>> {
 fn tree(bvh: &Bvh) -> &WideTree {
     match &bvh.structure {
         Structure::Wide(tree) => tree,
-        Structure::BruteForce(_) => panic!("there is a tree"),
+        Structure::BruteForce(_) => panic!("no tree"),
     }
 }
 
-/// Areas of all boxes over that of the root, walked in any order.
+/// Areas of all boxes over that of the root, summed in the order of memory.
 fn plain_cost(tree: &WideTree) -> f64 {
     let lanes = tree.nodes.iter().flat_map(|node| (0..WIDTH).map(|lane| node.bounds(lane)));
     let root = (0..WIDTH).fold(Aabb::EMPTY, |all, lane| all.union(tree.nodes[0].bounds(lane)));
@@ -96,7 +96,7 @@ fn every_builders_tree_can_be_refitted() {
 }
 
 #[test]
-fn a_refitted_tree_gives_the_hits_of_a_new_one_to_the_bit() {
+fn a_refitted_tree_gives_the_hits_of_a_new_one_bit_for_bit() {
     let always = settings(Refit::UpTo(f32::INFINITY));
     let mut last = None;
     for step in 0..8 {
@@ -113,12 +113,12 @@ fn a_refitted_tree_gives_the_hits_of_a_new_one_to_the_bit() {
 }
 
 #[test]
-fn threads_do_not_matter_and_the_cost_is_the_sum_over_all_boxes() {
+fn cost_is_the_sum_over_all_boxes_for_any_number_of_threads() {
     let frames = [sheet(0.0), sheet(0.5), sheet(2.0)];
     let always = settings(Refit::UpTo(f32::INFINITY));
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| origins(&frames, &always))
+        pool.install(|| build_kinds(&frames, &always))
     };
     let expected = run(1);
     assert!([2, 8].into_iter().all(|threads| run(threads) == expected));
@@ -127,7 +127,7 @@ fn threads_do_not_matter_and_the_cost_is_the_sum_over_all_boxes() {
     let built_cost = plain_cost(tree(&first));
     let refitted = build(&frames[2], &plain(&frames[2]), &always, Some(first));
     let BuildKind::Refitted { cost_ratio: factor } = refitted.statistics().kind else {
-        panic!("it is refitted")
+        panic!("not refitted")
     };
     let expected = plain_cost(tree(&refitted)) / built_cost;
     assert!((f64::from(factor) / expected - 1.0).abs() < 1.0e-5, "{factor} is not {expected}");
@@ -135,7 +135,7 @@ fn threads_do_not_matter_and_the_cost_is_the_sum_over_all_boxes() {
 }
 
 #[test]
-fn the_watch_sees_scrambling_and_waits_longer_each_time() {
+fn scrambled_triangles_are_rebuilt_with_growing_pauses() {
     let frames: Vec<_> = (0..8).map(scrambled).collect();
     let reasons = [
         RebuildReason::NoPreviousTree,
@@ -147,16 +147,16 @@ fn the_watch_sees_scrambling_and_waits_longer_each_time() {
         RebuildReason::Pausing,
         RebuildReason::CostRatioTooHigh,
     ];
-    assert_eq!(origins(&frames, &settings(Refit::UpTo(1.5))), reasons.map(BuildKind::Built));
-    // The same triangles moving a little stay.
+    assert_eq!(build_kinds(&frames, &settings(Refit::UpTo(1.5))), reasons.map(BuildKind::Built));
+    // The same triangles with little movement are refitted.
     let gentle: Vec<_> = (0..4).map(|i| sheet(i as f32 * 0.05)).collect();
-    let gentle = origins(&gentle, &settings(Refit::UpTo(1.5)));
-    assert!(gentle[1..].iter().all(|origin| matches!(origin, BuildKind::Refitted { .. })), "{gentle:?}");
+    let gentle = build_kinds(&gentle, &settings(Refit::UpTo(1.5)));
+    assert!(gentle[1..].iter().all(|kind| matches!(kind, BuildKind::Refitted { .. })), "{gentle:?}");
 }
 
 #[test]
-fn a_tree_is_measured_by_its_best_frame() {
-    // Triangles that shrink make the tree better than it was when it was built; growing again is seen at once.
+fn cost_ratio_is_relative_to_the_best_frame() {
+    // Shrinking triangles make the tree better than when it was built. Growing again is detected at once.
     let shrunk = |scale: f32| -> Vec<Triangle> {
         let shrink = |t: &Triangle| {
             let center = (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3.0;
@@ -165,13 +165,13 @@ fn a_tree_is_measured_by_its_best_frame() {
         sheet(0.0).iter().map(shrink).collect()
     };
     let frames = [shrunk(1.0), shrunk(0.3), shrunk(1.0)];
-    let origins = origins(&frames, &settings(Refit::UpTo(1.01)));
-    assert!(matches!(origins[1], BuildKind::Refitted { cost_ratio: factor } if factor < 1.0), "{origins:?}");
-    assert_eq!(origins[2], BuildKind::Built(RebuildReason::CostRatioTooHigh));
+    let kinds = build_kinds(&frames, &settings(Refit::UpTo(1.01)));
+    assert!(matches!(kinds[1], BuildKind::Refitted { cost_ratio: factor } if factor < 1.0), "{kinds:?}");
+    assert_eq!(kinds[2], BuildKind::Built(RebuildReason::CostRatioTooHigh));
 }
 
 #[test]
-fn other_triangles_need_another_tree() {
+fn other_triangles_are_rebuilt() {
     let always = settings(Refit::UpTo(f32::INFINITY));
     let whole = sheet(0.0);
     let mut flat = sheet(0.1);
@@ -180,7 +180,7 @@ fn other_triangles_need_another_tree() {
     flags[9] = TriangleFlags::HIDDEN;
     let other = BuildKind::Built(RebuildReason::OtherTriangles);
 
-    // A triangle loses its area, stays without while others move, and gets it back; one is hidden; one is gone.
+    // A triangle loses its area, has none while others move, and gets it back; one is hidden; one is removed.
     let bvh = build(&whole, &plain(&whole), &always, None);
     let bvh = build(&flat, &plain(&flat), &always, Some(bvh));
     assert_eq!(bvh.statistics().kind, other);
@@ -191,7 +191,7 @@ fn other_triangles_need_another_tree() {
     assert_eq!(bvh.statistics().kind, other);
     let bvh = build(&whole, &flags, &always, Some(bvh));
     assert_eq!(bvh.statistics().kind, other);
-    // As many as before, but the last of the tree's is gone.
+    // The same number of traced triangles, but the last one is removed.
     let fewer = whole.len() - 1;
     let bvh = build(&whole[..fewer], &plain(&whole)[..fewer], &always, Some(bvh));
     assert_eq!(bvh.statistics().kind, other);
@@ -206,12 +206,12 @@ fn other_triangles_need_another_tree() {
 #[test]
 fn split_triangles_are_not_refitted() {
     let split = BuildSettings { split: Split::Area(0.001), ..settings(Refit::UpTo(f32::INFINITY)) };
-    let origins = origins(&[sheet(0.0), sheet(0.1)], &split);
-    assert_eq!(origins[1], BuildKind::Built(RebuildReason::OtherTriangles));
+    let kinds = build_kinds(&[sheet(0.0), sheet(0.1)], &split);
+    assert_eq!(kinds[1], BuildKind::Built(RebuildReason::OtherTriangles));
 }
 
 #[test]
-fn flags_of_now_count() {
+fn refitting_updates_flags() {
     let always = settings(Refit::UpTo(f32::INFINITY));
     // Every second triangle shows its back.
     let mut triangles = sheet(0.0);
@@ -227,17 +227,17 @@ fn flags_of_now_count() {
 }
 
 #[test]
-fn rays_decide_what_a_refitted_tree_may_cost() {
+fn max_cost_depends_on_the_number_of_rays() {
     // 1000 triangles save 30 µs; at 12 ns a step that is 2500 steps, 25 for each of 100 rays.
     let with_rays = |expected_rays| BuildSettings { expected_rays, ..settings(Refit::Auto) };
-    // Merged clusters save twice that.
+    // PLOC saves twice that.
     let of = |builder| BuildStatistics { builder, triangles: 1000, ..BuildStatistics::default() };
-    assert_eq!(most_cost(10.0, &of(BuilderKind::Lbvh), &with_rays(100)), 35.0);
-    assert_eq!(most_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 60.0);
+    assert_eq!(max_cost(10.0, &of(BuilderKind::Lbvh), &with_rays(100)), 35.0);
+    assert_eq!(max_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 60.0);
     let frames = [sheet(0.0), sheet(1.0)];
-    assert!(matches!(origins(&frames, &with_rays(1000))[1], BuildKind::Refitted { .. }));
+    assert!(matches!(build_kinds(&frames, &with_rays(1000))[1], BuildKind::Refitted { .. }));
     assert_eq!(
-        origins(&frames, &with_rays(10_000_000))[1],
+        build_kinds(&frames, &with_rays(10_000_000))[1],
         BuildKind::Built(RebuildReason::CostRatioTooHigh)
     );
 }

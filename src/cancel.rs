@@ -1,17 +1,17 @@
-//! A flag that a signal handler raises and that building and tracing poll, so that a frame ends within a second.
+//! Cancellation flag. Building and tracing poll it, so that a frame ends within a second.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A shared flag; clones see the same state.
+/// Shared cancellation flag. Clones share its state.
 #[derive(Clone, Debug, Default)]
 pub struct CancelFlag {
     own: Arc<AtomicBool>,
-    /// A flag that counts as this one's as well.
+    /// An outer flag, which cancels this one as well.
     outer: Option<Arc<AtomicBool>>,
 }
 
-/// The work was given up because the [`CancelFlag`] was raised.
+/// Error of work that a [`CancelFlag`] cancelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("stopped before the end")]
 pub struct Cancelled;
@@ -22,22 +22,22 @@ impl CancelFlag {
         Self::default()
     }
 
-    /// A flag for part of the work: raised by itself or with this one, which it never raises.
+    /// A flag for part of the work. Raising `self` raises the inner flag as well, but not the other way round.
     #[must_use]
     pub fn inner(&self) -> Self {
         debug_assert!(self.outer.is_none(), "flags nest once");
         Self { own: Arc::default(), outer: Some(Arc::clone(&self.own)) }
     }
 
-    /// Asks the work that polls this flag to stop.
+    /// Requests cancellation.
     pub fn raise(&self) {
         self.own.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work should stop.
+    /// Whether cancellation is requested.
     pub fn is_raised(&self) -> bool {
-        let is_up = |flag: &Arc<AtomicBool>| flag.load(Ordering::Relaxed);
-        is_up(&self.own) || self.outer.as_ref().is_some_and(is_up)
+        let is_set = |flag: &Arc<AtomicBool>| flag.load(Ordering::Relaxed);
+        is_set(&self.own) || self.outer.as_ref().is_some_and(is_set)
     }
 
     /// `Err(Cancelled)` once the flag is raised, for use with `?`.
@@ -45,7 +45,7 @@ impl CancelFlag {
         if self.is_raised() { Err(Cancelled) } else { Ok(()) }
     }
 
-    /// The flag as the plain atomic that signal handlers store into.
+    /// The flag as an atomic, for signal handlers.
     pub fn as_atomic(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.own)
     }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_inner_flag_follows_the_outer_one_and_not_the_other_way_round() {
+    fn raising_an_outer_flag_raises_inner_ones_but_not_the_other_way_round() {
         let outer = CancelFlag::new();
         let (first, second) = (outer.inner(), outer.inner());
         first.raise();

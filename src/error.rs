@@ -1,130 +1,131 @@
-//! The one error type: what went wrong, where, why, and what to do, each with the exit code a shell sees.
+//! Errors and warnings of the library, with the exit code of each kind.
 
 use std::path::{Path, PathBuf};
 
 use crate::cancel::Cancelled;
 
-/// Everything that can end a command. The message is one line; [`Error::exit_code`] tells permanent from retryable.
+/// Error that ends a command. The message is one line. [`Error::exit_code`] distinguishes permanent from retryable errors.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
-    /// The command line asks for something that makes no sense, or two outputs would share a name. Exit code 2.
+    /// Invalid or conflicting settings. Exit code 2.
     #[error("{message}")]
     Usage {
-        /// What is wrong and what to type instead.
+        /// The problem and its remedy.
         message: String,
     },
 
-    /// A file was opened and its content is wrong. Exit code 65.
+    /// A file has invalid content. Exit code 65.
     #[error("{}: {}{message}", path.display(), pointer_prefix(pointer))]
     Invalid {
         /// The file.
         path: PathBuf,
-        /// JSON pointer (RFC 6901) of the offending value; empty when the whole file is meant.
+        /// JSON pointer (RFC 6901) of the invalid value; empty for the whole file.
         pointer: String,
-        /// What is wrong, and what would be right.
+        /// The problem and the valid values.
         message: String,
     },
 
-    /// A file needs a feature that is not supported, or `--strict` turned a warning into an error. Exit code 65.
+    /// A file requires an unsupported feature, or strict mode made a warning an error. Exit code 65.
     #[error("{}: {}{message}", path.display(), pointer_prefix(pointer))]
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// JSON pointer of the value that asks for the feature; empty when the whole file is meant.
+        /// JSON pointer of the value that requires the feature; empty for the whole file.
         pointer: String,
-        /// The feature by name, and what to do.
+        /// The feature and the remedy.
         message: String,
     },
 
-    /// The scene or a file it names is missing or unreadable. Exit code 66.
+    /// A file is missing or unreadable. Exit code 66.
     #[error("{}: {}cannot be read: {source}", path.display(), pointer_prefix(pointer))]
     Missing {
-        /// The file that could not be read.
+        /// The unreadable file.
         path: PathBuf,
-        /// JSON pointer of the reference to it; empty when it was named on the command line.
+        /// JSON pointer of the reference to the file; empty for a file that a setting names.
         pointer: String,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
 
-    /// A limit was reached, or a path leads outside the scene's folder. Exit code 77.
+    /// A limit was exceeded, or a path leads outside the folder of the scene. Exit code 77.
     #[error("{}: {}{message}", path.display(), pointer_prefix(pointer))]
     Refused {
-        /// The file that asked for it.
+        /// The file that made the request.
         path: PathBuf,
-        /// JSON pointer of the value; empty when the whole file is meant.
+        /// JSON pointer of the value; empty for the whole file.
         pointer: String,
-        /// What was refused, the limit, and how to raise it.
+        /// The refused request, the limit, and how to raise it.
         message: String,
     },
 
-    /// The output cannot be created. Exit code 73.
+    /// An output cannot be created. Exit code 73.
     #[error("{}: {message}", path.display())]
     CannotCreate {
         /// The file or folder.
         path: PathBuf,
-        /// Why, and what to do.
+        /// The reason and the remedy.
         message: String,
     },
 
-    /// Writing an output failed half way; nothing under its final name changed. Exit code 74.
+    /// Writing an output failed. Nothing under its final name changed. Exit code 74.
     #[error("{}: write failed: {source}", path.display())]
     WriteFailed {
-        /// The file that should have been written.
+        /// The output file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
 
-    /// A signal stopped the work; trying again is fine. Exit code 75.
+    /// A signal cancelled the work, which may be retried. Exit code 75.
     #[error(transparent)]
     Interrupted(#[from] Cancelled),
 
     /// Images differ, a reference is missing, or a test failed. Exit code 1.
     #[error("{message}")]
     Different {
-        /// What differs.
+        /// The differences.
         message: String,
     },
 
-    /// A bug in Rayframe: a worker panicked or an invariant does not hold. Exit code 70.
+    /// Bug in Rayframe: a worker panicked or an invariant does not hold. Exit code 70.
     #[error("internal error: {message}")]
     Internal {
-        /// What happened.
+        /// The failure.
         message: String,
     },
 }
 
-/// Shorthand for results of this crate.
+/// Result with an [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A wrong value at `pointer` of the file `path`.
+    /// [`Error::Invalid`] at `pointer` of the file `path`.
     pub fn invalid(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Invalid { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
     }
 
-    /// A feature that is not supported, asked for at `pointer` of the file `path`.
+    /// [`Error::Unsupported`] at `pointer` of the file `path`.
     pub fn unsupported(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Unsupported { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
     }
 
-    /// Something refused by a limit or a safety rule, asked for at `pointer` of the file `path`.
+    /// [`Error::Refused`] at `pointer` of the file `path`.
     pub fn refused(path: &Path, pointer: impl Into<String>, message: impl Into<String>) -> Self {
         Self::Refused { path: path.to_owned(), pointer: pointer.into(), message: message.into() }
     }
 
-    /// A command line that makes no sense.
+    /// [`Error::Usage`] with a message.
     pub fn usage(message: impl Into<String>) -> Self {
         Self::Usage { message: message.into() }
     }
 
-    /// That `path`, which was named on the command line, cannot be read: for `map_err`.
+    /// [`Error::Missing`] for a `path` that a setting names, as a function for `map_err`.
     pub fn missing(path: &Path) -> impl Fn(std::io::Error) -> Self + Copy + '_ {
         move |source| Self::Missing { path: path.to_owned(), pointer: String::new(), source }
     }
 
-    /// The process exit code, after `sysexits.h`: 65 is permanent, 75 is worth another try.
+    /// The process exit code, after `sysexits.h`: 65 is permanent, 75 is retryable.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Different { .. } => 1,
@@ -140,12 +141,12 @@ impl Error {
     }
 }
 
-/// Something in the input that is not honoured, named once for the user. `--strict` makes it an error.
+/// Feature of the input that is not honoured. Strict mode makes it an error.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Warning {
-    /// JSON pointer (RFC 6901) of the value that is not honoured; empty when the whole file is meant.
+    /// JSON pointer (RFC 6901) of the value that is not honoured; empty for the whole file.
     pub pointer: String,
-    /// What is not honoured and what happens instead.
+    /// The feature and the behaviour instead.
     pub message: String,
 }
 
@@ -155,12 +156,12 @@ impl std::fmt::Display for Warning {
     }
 }
 
-/// `bytes` with a decimal unit, for messages.
+/// Formats a number of bytes with a decimal unit, for messages.
 pub(crate) fn readable_bytes(bytes: u128) -> String {
     bytes_with_decimals(bytes, 1)
 }
 
-/// `1.8 GB, more than the limit of 1.0 GB`, with as many decimals as tell the two apart.
+/// Formats `1.8 GB, more than the limit of 1.0 GB`, with enough decimals to distinguish the two numbers.
 pub(crate) fn over_limit(needed: u128, limit: u128) -> String {
     let both = |decimals| [needed, limit].map(|bytes| bytes_with_decimals(bytes, decimals));
     let differing = [1, 3, 5, 7, 9].into_iter().map(both).find(|[needed, limit]| needed != limit);
@@ -186,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_need_never_reads_like_its_limit() {
+    fn a_size_and_its_limit_are_never_printed_alike() {
         assert_eq!(over_limit(1_840_000_000, 1_000_000_000), "1.8 GB, more than the limit of 1.0 GB");
         assert_eq!(over_limit(1_004_000_000, 1_000_000_000), "1.004 GB, more than the limit of 1.000 GB");
         assert_eq!(

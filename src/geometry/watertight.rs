@@ -10,7 +10,7 @@
 //!
 //! A vertex is sheared by the same operations for every triangle that shares it, so adjacent triangles have the same 2D
 //! points. An edge function is a difference of two products of `f32` numbers. `f64` holds these products exactly, so the sign is
-//! exact. Zero means that the ray passes through the edge. Such a ray is treated as if it were moved by (ε, ε²) with an
+//! exact. Zero means that the ray intersects the edge. Such a ray is treated as if it were moved by (ε, ε²) with an
 //! infinitesimal ε (Edelsbrunner and Mücke, "Simulation of Simplicity", 1990). Every ray therefore hits what a ray next to it hits
 //! in exact arithmetic: a closed surface has no gap, and a blended or refracting surface is not hit twice along its edges.
 //! Edge functions computed in `f32` have the exact sign as well, except at zero, because rounding is monotone:
@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_ray_through_an_edge_or_a_vertex_hits_one_triangle_of_a_plane() {
-        // A plane of a fan around the origin and an outer ring. Perpendicular and slanted rays pass through all edges and vertices.
+        // A plane of a fan around the origin and an outer ring. Perpendicular and slanted rays cross all edges and vertices.
         let around = |i: usize, radius: f32| {
             let angle = (i % 7) as f32 * 0.9;
             Vec3::new(libm::cosf(angle) * radius, libm::sinf(angle) * radius, 0.25)

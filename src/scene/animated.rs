@@ -1,4 +1,4 @@
-//! Properties of lights, image-based ones too, and cameras that clips can move, and setting them.
+//! Animatable properties of lights, image-based lights and cameras, and their setters.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 use std::ops::RangeInclusive;
@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::{Light, LightKind, Projection};
 
-/// A number or colour of a light.
+/// Animatable property of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum LightProperty {
     /// [`Light::color`], 3 components.
@@ -22,7 +22,7 @@ pub enum LightProperty {
     OuterCone,
 }
 
-/// A number of a camera.
+/// Animatable property of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum CameraProperty {
     /// Vertical field of view of a perspective camera, radians.
@@ -39,7 +39,7 @@ pub enum CameraProperty {
     ZFar,
 }
 
-/// A number or rotation of an image-based light.
+/// Animatable property of an image-based light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ImageLightProperty {
     /// [`super::ImageLight::intensity`].
@@ -53,16 +53,16 @@ const UNIT: RangeInclusive<f32> = 0.0..=1.0;
 const NOT_NEGATIVE: RangeInclusive<f32> = 0.0..=f32::MAX;
 const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 const RIGHT_ANGLE: RangeInclusive<f32> = 0.0..=FRAC_PI_2;
-/// Fields of view, just short of the whole half-space.
+/// Fields of view, up to just below 180°.
 const FIELD: RangeInclusive<f32> = f32::MIN_POSITIVE..=0.9999 * PI;
 
 impl LightProperty {
-    /// Components of a value.
+    /// Number of components.
     pub fn width(self) -> usize {
         if self == Self::Color { 3 } else { 1 }
     }
 
-    /// What every component must lie in.
+    /// Valid range of every component.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::Color => UNIT,
@@ -74,19 +74,19 @@ impl LightProperty {
 }
 
 impl ImageLightProperty {
-    /// Components of a value.
+    /// Number of components.
     pub fn width(self) -> usize {
         if self == Self::Rotation { 4 } else { 1 }
     }
 
-    /// What every component must lie in.
+    /// Valid range of every component.
     pub fn range(self) -> RangeInclusive<f32> {
         if self == Self::Rotation { ANY } else { NOT_NEGATIVE }
     }
 }
 
 impl CameraProperty {
-    /// What the number must lie in.
+    /// Valid range.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::FieldOfView => FIELD,
@@ -96,7 +96,7 @@ impl CameraProperty {
     }
 }
 
-/// Sets a property of a light from its components; one that the light does not have stays away.
+/// Sets a property of a light from its components. Ignores properties that the light does not have.
 pub fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
     let first = values.first().copied().unwrap_or(0.0);
     match (property, &mut light.kind) {
@@ -111,7 +111,7 @@ pub fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
     }
 }
 
-/// Sets a number of a camera; one that the camera does not have stays away.
+/// Sets a property of a camera. Ignores properties that the camera does not have.
 pub fn set_camera(projection: &mut Projection, property: CameraProperty, value: f32) {
     match projection {
         Projection::Perspective { fov_y_radians, aspect_ratio, z_near, z_far } => match property {

@@ -1,4 +1,4 @@
-//! Properties of materials that clips can move, and setting them.
+//! Animatable properties of materials, and their setter.
 
 use std::ops::RangeInclusive;
 
@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 
 use super::{AlphaMode, Material, TextureRef, UvRotation, UvTransform};
 
-/// A number or colour of a material.
+/// Animatable property of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum MaterialProperty {
     /// [`Material::base_color`], 4 components.
@@ -29,7 +29,7 @@ pub enum MaterialProperty {
     Ior,
     /// The factor of [`Material::transmission`].
     Transmission,
-    /// The thickness of [`Material::volume`], which is one or none.
+    /// The thickness of [`Material::volume`], which only switches the volume on and off.
     Thickness,
     /// The distance of [`Material::volume`], metres.
     AttenuationDistance,
@@ -69,15 +69,15 @@ pub enum MaterialProperty {
     DiffuseTransmission,
     /// The colour of [`Material::diffuse_transmission`], 3 components.
     DiffuseTransmissionColor,
-    /// Where a texture begins, 2 components.
+    /// Offset of a texture, 2 components.
     TextureOffset(TextureSlot),
-    /// How a texture is turned, radians.
+    /// Rotation of a texture, radians.
     TextureRotation(TextureSlot),
-    /// How often a texture repeats, 2 components.
+    /// Scale of a texture, 2 components.
     TextureScale(TextureSlot),
 }
 
-/// One of a material's textures.
+/// Texture slot of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TextureSlot {
     /// [`Material::base_color_texture`].
@@ -90,33 +90,33 @@ pub enum TextureSlot {
     Occlusion,
     /// [`Material::emissive_texture`].
     Emissive,
-    /// That of [`Material::transmission`].
+    /// The texture of [`Material::transmission`].
     Transmission,
-    /// That of the factor of [`Material::specular`].
+    /// The factor texture of [`Material::specular`].
     Specular,
-    /// That of the colour of [`Material::specular`].
+    /// The colour texture of [`Material::specular`].
     SpecularColor,
-    /// That of [`Material::glossiness`], whose colours are those of [`Material::specular`].
+    /// The texture shared by [`Material::glossiness`] and the colour of [`Material::specular`].
     SpecularGlossiness,
-    /// That of the factor of [`Material::clear_coat`].
+    /// The factor texture of [`Material::clear_coat`].
     ClearCoat,
-    /// That of the roughness of [`Material::clear_coat`].
+    /// The roughness texture of [`Material::clear_coat`].
     ClearCoatRoughness,
-    /// The normals of [`Material::clear_coat`].
+    /// The normal map of [`Material::clear_coat`].
     ClearCoatNormal,
-    /// That of the colour of [`Material::sheen`].
+    /// The colour texture of [`Material::sheen`].
     SheenColor,
-    /// That of the roughness of [`Material::sheen`].
+    /// The roughness texture of [`Material::sheen`].
     SheenRoughness,
-    /// That of the factor of [`Material::iridescence`].
+    /// The factor texture of [`Material::iridescence`].
     Iridescence,
-    /// That of the thickness of [`Material::iridescence`].
+    /// The thickness texture of [`Material::iridescence`].
     IridescenceThickness,
-    /// That of [`Material::anisotropy`].
+    /// The texture of [`Material::anisotropy`].
     Anisotropy,
-    /// That of the factor of [`Material::diffuse_transmission`].
+    /// The factor texture of [`Material::diffuse_transmission`].
     DiffuseTransmission,
-    /// That of the colour of [`Material::diffuse_transmission`].
+    /// The colour texture of [`Material::diffuse_transmission`].
     DiffuseTransmissionColor,
 }
 
@@ -127,7 +127,7 @@ const AT_LEAST_ONE: RangeInclusive<f32> = 1.0..=f32::MAX;
 const POSITIVE: RangeInclusive<f32> = f32::MIN_POSITIVE..=f32::MAX;
 
 impl MaterialProperty {
-    /// Components of a value.
+    /// Number of components.
     pub fn width(self) -> usize {
         match self {
             Self::BaseColor => 4,
@@ -141,7 +141,7 @@ impl MaterialProperty {
         }
     }
 
-    /// What every component must lie in.
+    /// Valid range of every component.
     pub fn range(self) -> RangeInclusive<f32> {
         match self {
             Self::BaseColor
@@ -181,7 +181,7 @@ impl MaterialProperty {
     }
 }
 
-/// Sets a property of a material from its components; one that the material does not have stays away.
+/// Sets a property of a material from its components. Ignores properties that the material does not have.
 pub fn set_material(material: &mut Material, property: MaterialProperty, values: &[f32]) {
     let first = values.first().copied().unwrap_or(0.0);
     match property {
@@ -219,7 +219,7 @@ pub fn set_material(material: &mut Material, property: MaterialProperty, values:
     }
 }
 
-/// Where a property of one component is kept.
+/// The field of a property of one component.
 fn number(material: &mut Material, property: MaterialProperty) -> Option<&mut f32> {
     let coat = material.clear_coat.as_mut();
     let film = material.iridescence.as_mut();
@@ -253,7 +253,7 @@ fn number(material: &mut Material, property: MaterialProperty) -> Option<&mut f3
     })
 }
 
-/// Where a property that is a colour is kept.
+/// The field of a colour property.
 fn color(material: &mut Material, property: MaterialProperty) -> Option<&mut Vec3> {
     match property {
         MaterialProperty::AttenuationColor => Some(&mut material.volume.as_mut()?.attenuation_color),
@@ -266,7 +266,7 @@ fn color(material: &mut Material, property: MaterialProperty) -> Option<&mut Vec
     }
 }
 
-/// Changes where a texture is looked up.
+/// Changes the coordinate transform of a texture slot.
 fn transform(material: &mut Material, slot: TextureSlot, change: impl Fn(&mut UvTransform)) {
     if let Some(texture) = texture(material, slot) {
         change(&mut texture.transform);
@@ -280,7 +280,7 @@ fn transform(material: &mut Material, slot: TextureSlot, change: impl Fn(&mut Uv
 
 fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef> {
     let coat = material.clear_coat.as_mut();
-    let through = material.diffuse_transmission.as_mut();
+    let transmission = material.diffuse_transmission.as_mut();
     match slot {
         TextureSlot::BaseColor => material.base_color_texture.as_mut(),
         TextureSlot::MetallicRoughness => material.metallic_roughness_texture.as_mut(),
@@ -300,8 +300,8 @@ fn texture(material: &mut Material, slot: TextureSlot) -> Option<&mut TextureRef
         TextureSlot::Iridescence => material.iridescence.as_mut()?.texture.as_mut(),
         TextureSlot::IridescenceThickness => material.iridescence.as_mut()?.thickness_texture.as_mut(),
         TextureSlot::Anisotropy => material.anisotropy.as_mut()?.texture.as_mut(),
-        TextureSlot::DiffuseTransmission => through?.texture.as_mut(),
-        TextureSlot::DiffuseTransmissionColor => through?.color_texture.as_mut(),
+        TextureSlot::DiffuseTransmission => transmission?.texture.as_mut(),
+        TextureSlot::DiffuseTransmissionColor => transmission?.color_texture.as_mut(),
     }
 }
 
@@ -323,7 +323,7 @@ mod tests {
     use crate::scene::{Glossiness, NormalTexture, Specular, TextureIndex, Transmission};
 
     #[test]
-    fn emission_is_the_product_of_both_whatever_comes_first() {
+    fn emission_is_the_product_of_colour_and_strength_in_either_order() {
         let mut material = Material { emissive_factor: Vec3::ONE, ..Material::default() };
         set_material(&mut material, MaterialProperty::EmissiveStrength, &[5.0]);
         assert_eq!(material.emissive, Vec3::splat(5.0));
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_stays_away() {
+    fn properties_of_absent_extensions_are_ignored() {
         let mut material = Material::default();
         let plain = material.clone();
         for property in [
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_and_glossiness_are_looked_up_in_the_same_place() {
+    fn colour_and_glossiness_share_one_transform() {
         let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
         let texture = Some(reference);
         let specular = Specular { factor: 1.0, texture: None, color: Vec3::ONE, color_texture: texture };

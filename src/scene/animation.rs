@@ -1,4 +1,4 @@
-//! Animation clips: keyframes and what they move. Evaluation is in [`crate::frame`].
+//! Animation clips: keyframes and their targets. [`crate::frame`] evaluates them.
 
 use std::collections::BTreeSet;
 
@@ -7,12 +7,12 @@ use super::{
     MaterialIndex, MaterialProperty, MeshIndex, NodeIndex,
 };
 
-/// A clip.
+/// Animation clip.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Animation {
     /// Name, when the file gives one.
     pub name: Option<String>,
-    /// One a target.
+    /// Channels, one for each target.
     pub channels: Vec<Channel>,
 }
 
@@ -26,16 +26,16 @@ impl Animation {
     }
 }
 
-/// Keyframes and what they move.
+/// Keyframes of one target.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// What is moved.
+    /// The animated property.
     pub target: AnimationTarget,
-    /// How.
+    /// The keyframes.
     pub keyframes: Keyframes,
 }
 
-/// What a channel moves. No two channels of one clip have the same target.
+/// Animated property. No two channels of one clip have the same target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum AnimationTarget {
     /// Translation of a node: 3 components.
@@ -44,15 +44,15 @@ pub enum AnimationTarget {
     Rotation(NodeIndex),
     /// Scale of a node: 3 components.
     Scale(NodeIndex),
-    /// Morph weights of a node: one component a morph target.
+    /// Morph weights of a node: one component for each morph target.
     Weights(NodeIndex),
-    /// Morph weights of a mesh, which those of nodes replace: one component a morph target.
+    /// Morph weights of a mesh, overridden by those of nodes: one component for each morph target.
     MeshWeights(MeshIndex),
     /// One of the morph weights of a node: 1 component.
     Weight(NodeIndex, u32),
     /// One of the morph weights of a mesh: 1 component.
     MeshWeight(MeshIndex, u32),
-    /// Whether a node and all below it are shown: 0 hides.
+    /// Visibility of a node and its descendants: 0 hides.
     Visibility(NodeIndex),
     /// A property of a material.
     Material(MaterialIndex, MaterialProperty),
@@ -65,7 +65,7 @@ pub enum AnimationTarget {
 }
 
 impl AnimationTarget {
-    /// Whether one of `held` moves this, too, or part of it.
+    /// Whether one of the targets `held` animates this property or part of it.
     pub fn clashes(self, held: &BTreeSet<Self>) -> bool {
         let any = |first, last| held.range(first..=last).next().is_some();
         held.contains(&self)
@@ -79,26 +79,26 @@ impl AnimationTarget {
     }
 }
 
-/// Values over time.
+/// Keyframe times and values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Keyframes {
-    /// Strictly increasing, at least one.
+    /// Strictly increasing times; at least one.
     pub times_seconds: Vec<f32>,
-    /// `width` values a key; with cubic splines `3 · width`: in-tangent, value, out-tangent.
+    /// `width` values for each key. Cubic splines have `3 · width`: in-tangent, value, out-tangent.
     pub values: Vec<f32>,
-    /// Components of one value.
+    /// Number of components of one value.
     pub width: usize,
-    /// How values between keys are found.
+    /// Interpolation between keys.
     pub interpolation: Interpolation,
 }
 
-/// How values between keyframes are found.
+/// Interpolation between keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
-    /// The last key holds.
+    /// Constant up to the next key.
     Step,
-    /// Straight lines; rotations follow the shorter arc.
+    /// Linear; rotations follow the shorter arc.
     Linear,
-    /// Hermite splines with stored tangents.
+    /// Cubic Hermite splines with stored tangents.
     CubicSpline,
 }

@@ -1,49 +1,49 @@
-//! Cameras.
+//! Cameras and projections.
 
 use glam::Vec2;
 
-/// A camera; it looks down its node's −Z with +Y up.
+/// Camera that looks along its node's −Z with +Y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
     /// Name, when the file gives one.
     pub name: Option<String>,
-    /// Its projection.
+    /// The projection.
     pub projection: Projection,
 }
 
-/// How points are projected.
+/// Camera projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// A pinhole.
+    /// Pinhole camera.
     Perspective {
         /// Vertical field of view.
         fov_y_radians: f32,
-        /// Width over height that the author had in mind.
+        /// Authored aspect ratio, width over height.
         aspect_ratio: Option<f32>,
-        /// Metres; nothing nearer is seen.
+        /// Near plane, metres.
         z_near: f32,
-        /// Metres; nothing farther is seen. `None` is infinite.
+        /// Far plane, metres; `None` is infinite.
         z_far: Option<f32>,
     },
-    /// Parallel rays.
+    /// Parallel projection.
     Orthographic {
         /// Half the width, metres.
         x_mag: f32,
         /// Half the height, metres.
         y_mag: f32,
-        /// Metres.
+        /// Near plane, metres.
         z_near: f32,
-        /// Metres.
+        /// Far plane, metres.
         z_far: f32,
     },
 }
 
 impl Projection {
-    /// Half the width and height of what a picture of `aspect_ratio` (width over height) shows: at distance one for a
-    /// pinhole, else in metres.
+    /// Half the visible width and height for an image of `aspect_ratio` (width over height): at distance one for a perspective
+    /// camera, in metres for an orthographic one.
     ///
-    /// The authored vertical field is kept in wider pictures; in narrower ones it grows until the authored horizontal
-    /// field fits, so that nothing the author framed is lost.
+    /// Images wider than authored keep the vertical field of view. In narrower ones it grows until the authored horizontal field
+    /// of view fits, so that the whole authored view remains visible.
     pub fn half_size(&self, aspect_ratio: f32) -> Vec2 {
         let (half_height, authored_aspect) = match *self {
             Self::Perspective { fov_y_radians, aspect_ratio, .. } => {
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wider_pictures_keep_the_height_and_narrower_ones_the_width() {
+    fn wider_images_keep_the_height_and_narrower_ones_the_width() {
         // tan(45°) = 1: the authored half height is one.
         let perspective = |aspect_ratio| {
             let fov_y_radians = std::f32::consts::FRAC_PI_2;

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// A light without extent; it shines from its node's origin along the node's −Z.
+/// Punctual light at its node's origin. It shines along the node's −Z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// Name, when the file gives one.
@@ -11,24 +11,24 @@ pub struct Light {
     pub color: Vec3,
     /// Lux for directional lights, candela for the others.
     pub intensity: f32,
-    /// Metres at which point and spot lights have faded to nothing; `None` never fades.
+    /// Distance at which point and spot lights have faded to zero, metres; `None` is unlimited.
     pub range: Option<f32>,
-    /// Its shape.
+    /// Distribution of the light.
     pub kind: LightKind,
 }
 
-/// The shape of a punctual light.
+/// Kind of a punctual light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Parallel light from infinitely far.
+    /// Parallel light from an infinite distance.
     Directional,
-    /// The same in all directions.
+    /// Uniform in all directions.
     Point,
-    /// A cone.
+    /// Cone of light.
     Spot {
-        /// Angle from the axis where the light begins to fade.
+        /// Angle from the axis at which the light begins to fade.
         inner_cone_radians: f32,
-        /// Angle from the axis where it has faded to nothing.
+        /// Angle from the axis at which it has faded to zero.
         outer_cone_radians: f32,
     },
 }

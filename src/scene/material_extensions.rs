@@ -1,95 +1,95 @@
-//! What the material extensions of glTF add to a surface, as numbers and textures.
+//! Lobes and modifiers of the glTF material extensions.
 
 use glam::Vec3;
 
-use super::{NormalTexture, TextureRef};
+use super::texture_ref::{NormalTexture, TextureRef};
 
-/// Strength and colour of a dielectric's reflection (`KHR_materials_specular`).
+/// Strength and colour of the dielectric reflection (`KHR_materials_specular`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specular {
-    /// Multiplies the reflection at every angle.
+    /// Factor on the reflection at every angle.
     pub factor: f32,
     /// Linear, in A; multiplies `factor`.
     pub texture: Option<TextureRef>,
-    /// Linear colour that multiplies the reflection along the normal; may exceed one.
+    /// Linear colour factor on the reflection at normal incidence; may exceed one.
     pub color: Vec3,
     /// sRGB colour that multiplies `color`.
     pub color_texture: Option<TextureRef>,
 }
 
-/// Smoothness of the specular-glossiness model, in place of a roughness (`KHR_materials_pbrSpecularGlossiness`).
+/// Glossiness of the specular-glossiness model, which replaces the roughness (`KHR_materials_pbrSpecularGlossiness`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glossiness {
-    /// 1 less the roughness.
+    /// One minus the roughness.
     pub factor: f32,
     /// Linear, in A; multiplies `factor`.
     pub texture: Option<TextureRef>,
 }
 
-/// A clear layer on top of everything else (`KHR_materials_clearcoat`).
+/// Clear coat on top of all other lobes (`KHR_materials_clearcoat`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClearCoat {
-    /// Share of the surface that is coated.
+    /// Coated fraction of the surface.
     pub factor: f32,
     /// Linear, in R; multiplies `factor`.
     pub texture: Option<TextureRef>,
-    /// 0 mirror to 1 dull; the GGX α is its square.
+    /// 0 (mirror) to 1 (rough); the GGX α is its square.
     pub roughness: f32,
     /// Linear, in G; multiplies `roughness`.
     pub roughness_texture: Option<TextureRef>,
-    /// Normals of the coat alone; without it the coat is as smooth as the mesh.
+    /// Normal map of the coat alone; without one the coat has the normals of the mesh.
     pub normal_texture: Option<NormalTexture>,
 }
 
-/// Fibres that stand on the surface, such as those of velvet (`KHR_materials_sheen`).
+/// Sheen of fibres such as velvet (`KHR_materials_sheen`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheen {
-    /// Linear colour; black is none.
+    /// Linear colour; black disables the sheen.
     pub color: Vec3,
     /// sRGB colour that multiplies `color`.
     pub color_texture: Option<TextureRef>,
-    /// How much the fibres stray from the normal: 0 not to 1 very; α is its square.
+    /// Spread of the fibres about the normal, 0 to 1; α is its square.
     pub roughness: f32,
     /// Linear, in A; multiplies `roughness`.
     pub roughness_texture: Option<TextureRef>,
 }
 
-/// A film as thin as the wavelengths of light (`KHR_materials_iridescence`).
+/// Iridescent thin film (`KHR_materials_iridescence`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iridescence {
-    /// Share of the surface that the film covers.
+    /// Fraction of the surface that the film covers.
     pub factor: f32,
     /// Linear, in R; multiplies `factor`.
     pub texture: Option<TextureRef>,
     /// Index of refraction of the film.
     pub ior: f32,
-    /// Thickness where the texture is 0, nanometres.
+    /// Thickness at texture value 0, nanometres.
     pub thickness_minimum_nm: f32,
-    /// Thickness where the texture is 1, or without one, nanometres.
+    /// Thickness at texture value 1 or without a texture, nanometres.
     pub thickness_maximum_nm: f32,
-    /// Linear, in G; where between minimum and maximum.
+    /// Linear, in G; interpolates between minimum and maximum.
     pub thickness_texture: Option<TextureRef>,
 }
 
-/// A highlight that is stretched along one direction of the surface (`KHR_materials_anisotropy`).
+/// Anisotropic highlight, elongated along one direction of the surface (`KHR_materials_anisotropy`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anisotropy {
-    /// 0 round to 1 fully stretched.
+    /// 0 (isotropic) to 1 (fully anisotropic).
     pub strength: f32,
     /// Counter-clockwise from the tangent, radians.
     pub rotation_radians: f32,
-    /// Linear; the direction in tangent space as `2c − 1` in R and G, and what multiplies `strength` in B.
+    /// Linear; the direction in tangent space as `2c − 1` in R and G, and a factor on `strength` in B.
     pub texture: Option<TextureRef>,
 }
 
-/// Light that is scattered evenly to the other side (`KHR_materials_diffuse_transmission`).
+/// Lambertian transmission to the other side (`KHR_materials_diffuse_transmission`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseTransmission {
-    /// Share of the diffuse light that goes through.
+    /// Fraction of the diffuse light that is transmitted.
     pub factor: f32,
     /// Linear, in A; multiplies `factor`.
     pub texture: Option<TextureRef>,
-    /// Linear colour of what goes through.
+    /// Linear colour of the transmitted light.
     pub color: Vec3,
     /// sRGB colour that multiplies `color`.
     pub color_texture: Option<TextureRef>,

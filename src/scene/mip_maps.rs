@@ -1,12 +1,12 @@
-//! Smaller copies of an image, each half as wide and high as the one before, down to one texel.
+//! Mip maps: copies of an image, each half as wide and high as the one before, down to one texel.
 //!
-//! Source: Williams, "Pyramidal Parametrics" (SIGGRAPH 1983). A texel is the mean of what it covers (a box filter) in linear
-//! light. Odd sizes are halved and rounded down; a texel then covers parts of up to three texels a side, each by its share.
-//! Means are carried from level to level in floats and rounded once, into the depth of the image: a level takes four bytes
-//! a texel for eight-bit images and eight for sixteen-bit ones, and all levels of one use a third of the image.
+//! Source: Williams, "Pyramidal Parametrics" (SIGGRAPH 1983). A texel is the mean of its area (a box filter) in linear
+//! light. Odd sizes are halved and rounded down. A texel then covers parts of up to three texels a side, weighted by area.
+//! Means pass from level to level as floats and are rounded once, to the bit depth of the image. A level takes four bytes
+//! a texel for eight-bit images and eight for sixteen-bit ones. All levels of one use take a third of the image's memory.
 //!
-//! What a mean is depends on the use, so there is one set of levels for each (image, use). Which level a lookup reads is not
-//! decided here.
+//! The mean depends on the encoding, so each pair of image and encoding has its own levels. This module does not select the
+//! level of a lookup.
 
 use std::sync::Arc;
 
@@ -16,57 +16,58 @@ use rayon::prelude::*;
 use super::{Encoding, Image, Texels};
 use crate::color;
 
-/// One level below the full image.
+/// One mip level below the full image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MipLevel {
-    /// Texels a row.
+    /// Texels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Row-major texels, encoded as those of the image.
+    /// Row-major texels, encoded like those of the image.
     pub texels: Texels,
 }
 
-/// The levels of one image for each of its uses.
+/// Mip levels of one image, for each encoding in use.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ImageMips {
-    of_use: [Option<Arc<[MipLevel]>>; 4],
+    by_encoding: [Option<Arc<[MipLevel]>>; 4],
 }
 
 impl ImageMips {
-    /// Levels for one use, the largest first; empty where none were made.
+    /// Levels for one encoding, the largest first; empty if none were built.
     pub fn levels(&self, encoding: Encoding) -> &[MipLevel] {
-        self.of_use[encoding as usize].as_deref().unwrap_or_default()
+        self.by_encoding[encoding as usize].as_deref().unwrap_or_default()
     }
 
-    /// Sets the levels for one use.
+    /// Sets the levels for one encoding.
     pub fn set(&mut self, encoding: Encoding, levels: Arc<[MipLevel]>) {
-        self.of_use[encoding as usize] = Some(levels);
+        self.by_encoding[encoding as usize] = Some(levels);
     }
 
-    /// The levels of one use for another one whose means are the same.
+    /// Reuses the levels of one encoding for another one with equal means.
     pub fn share(&mut self, from: Encoding, to: Encoding) {
-        let levels = self.of_use[from as usize].clone();
-        self.of_use[to as usize] = levels;
+        let levels = self.by_encoding[from as usize].clone();
+        self.by_encoding[to as usize] = levels;
     }
 }
 
-/// Bytes that all levels of one use take, for an image of so many bytes a texel.
-pub fn mip_bytes(width: u32, height: u32, bytes_a_texel: u64) -> u64 {
+/// Memory of all levels of one encoding, in bytes.
+pub fn mip_bytes(width: u32, height: u32, bytes_per_texel: u64) -> u64 {
     let (mut size, mut texels) = ((width, height), 0_u64);
     while let Some(smaller) = halved(size) {
         texels = texels.saturating_add(u64::from(smaller.0) * u64::from(smaller.1));
         size = smaller;
     }
-    texels.saturating_mul(bytes_a_texel)
+    texels.saturating_mul(bytes_per_texel)
 }
 
-/// Bytes that [`mip_levels`] needs besides while it works.
+/// Temporary memory of [`mip_levels`], in bytes.
 pub fn mip_working_bytes(width: u32, height: u32) -> u64 {
     mip_bytes(width, height, size_of::<Vec4>() as u64)
 }
 
-/// Makes all levels of `image` for one use, in parallel on the current rayon pool; the result does not depend on its size.
+/// Builds all mip levels of `image` for one encoding, in parallel on the current rayon pool. The result does not depend on the
+/// number of threads.
 pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
     let size = (image.width, image.height);
     let mut levels = Vec::new();
@@ -76,10 +77,10 @@ pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
     let width = image.width as usize;
     let mut means = match &image.texels {
         Texels::Rgba8(texels) => {
-            smaller(size, first, encoding, |x, y| decode8(texels[y * width + x], encoding))
+            downsample(size, first, encoding, |x, y| decode8(texels[y * width + x], encoding))
         }
         Texels::Rgba16(texels) => {
-            smaller(size, first, encoding, |x, y| decode16(texels[y * width + x], encoding))
+            downsample(size, first, encoding, |x, y| decode16(texels[y * width + x], encoding))
         }
     };
     let mut size = first;
@@ -97,30 +98,30 @@ pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
             return levels;
         };
         let stride = size.0 as usize;
-        means = smaller(size, next, encoding, |x, y| means[y * stride + x]);
+        means = downsample(size, next, encoding, |x, y| means[y * stride + x]);
         size = next;
     }
 }
 
-/// The size of the next level; `None` below a single texel.
+/// Size of the next level; `None` after a single texel.
 fn halved((width, height): (u32, u32)) -> Option<(u32, u32)> {
     let half = |side: u32| if side > 1 { side / 2 } else { 1 };
     (width > 1 || height > 1).then(|| (half(width), half(height)))
 }
 
-/// What one texel covers along one axis: up to three texels of the level before.
+/// Extent of one texel along one axis: up to three texels of the previous level, with their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Span {
     first: usize,
     shares: [f32; 3],
 }
 
-/// The spans of `new` equal cells over `old` equal cells. `new` is `old` halved and rounded down, or one.
+/// Spans of `new` equal cells over `old` equal cells. `new` is `old` halved and rounded down, or one.
 fn spans(old: u32, new: u32) -> Vec<Span> {
     let (old, new) = (u64::from(old), u64::from(new));
     (0..new)
         .map(|cell| {
-            // Places in units of 1 / (old · new).
+            // Positions in units of 1 / (old · new).
             let (start, end) = (cell * old, (cell + 1) * old);
             let first = start / new;
             let share = |texel: u64| {
@@ -132,8 +133,8 @@ fn spans(old: u32, new: u32) -> Vec<Span> {
         .collect()
 }
 
-/// The means of the next level's texels; `texel` gives those of the level before.
-fn smaller(
+/// Means of the next level's texels. `texel` returns a value of the previous level.
+fn downsample(
     old: (u32, u32),
     new: (u32, u32),
     encoding: Encoding,
@@ -161,7 +162,7 @@ fn mean_of(column: Span, row: Span, encoding: Encoding, texel: &impl Fn(usize, u
             }
         }
     }
-    // Where nothing is covered no colour is better than another.
+    // Without any coverage all colours count equally.
     if encoding == Encoding::CoveredSrgb && plain.w > 0.0 {
         (covered / plain.w).extend(plain.w)
     } else {
@@ -193,16 +194,16 @@ fn decode16(texel: [u16; 4], encoding: Encoding) -> Vec4 {
     }
 }
 
-/// The unit vector that a texel of a normal map stands for; zero where it stands for none.
+/// The unit vector that a texel of a normal map encodes; zero for a texel without a direction.
 fn direction([r, g, b, a]: [f32; 4]) -> Vec4 {
     (Vec3::new(r, g, b) * 2.0 - Vec3::ONE).normalize_or_zero().extend(a)
 }
 
-/// Linear numbers from 0 to 1 of a mean, ready to be rounded.
+/// Linear channels of a mean, from 0 to 1, before rounding.
 fn stored(mean: Vec4, encoding: Encoding) -> [f32; 4] {
     match encoding {
         Encoding::Normal => {
-            // A mean of directions is stored at full length, where eight bits resolve it best.
+            // A mean direction is stored at unit length, which eight bits resolve best.
             let normal = mean.truncate().normalize_or(Vec3::Z);
             (normal * 0.5 + Vec3::splat(0.5)).extend(mean.w).to_array()
         }

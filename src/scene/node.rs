@@ -4,43 +4,43 @@ use glam::{Mat4, Quat, Vec3};
 
 use super::{CameraIndex, LightIndex, MeshIndex, NodeIndex};
 
-/// A node of the transform hierarchy.
+/// Node of the transform hierarchy.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Node {
     /// Name, when the file gives one.
     pub name: Option<String>,
-    /// The node above.
+    /// Parent node.
     pub parent: Option<NodeIndex>,
-    /// The nodes below.
+    /// Child nodes.
     pub children: Vec<NodeIndex>,
     /// Transform relative to the parent, before animation.
     pub local: LocalTransform,
-    /// Geometry drawn here.
+    /// Mesh of the node.
     pub mesh: Option<MeshIndex>,
-    /// Skin that deforms `mesh`.
+    /// Skin that deforms the mesh.
     pub skin: Option<super::SkinIndex>,
-    /// Morph weights that replace the mesh's.
+    /// Morph weights that override the mesh's.
     pub weights: Option<Vec<f32>>,
-    /// Camera placed here.
+    /// Camera of the node, which looks along −Z.
     pub camera: Option<CameraIndex>,
-    /// Light placed here, looking down −Z.
+    /// Light of the node, which shines along −Z.
     pub light: Option<LightIndex>,
-    /// Where the mesh is drawn instead of once, relative to the node; `None` draws it once at the node.
+    /// Transforms of mesh instances relative to the node (`EXT_mesh_gpu_instancing`); `None` is one instance at the node.
     pub instances: Option<Vec<Mat4>>,
-    /// Whether this node and all below it are hidden while no clip says otherwise.
+    /// Whether the node and its descendants are hidden; clips may animate it.
     pub is_hidden: bool,
 }
 
-/// A transform relative to the parent.
+/// Transform relative to the parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LocalTransform {
-    /// Translation · rotation · scale; the form that can be animated.
+    /// Translation · rotation · scale, which clips can animate.
     Trs {
         /// Metres.
         translation: Vec3,
         /// Unit quaternion.
         rotation: Quat,
-        /// Factor an axis; may be negative or zero.
+        /// Factors along the axes; may be negative or zero.
         scale: Vec3,
     },
     /// Any affine matrix.
@@ -53,13 +53,13 @@ impl Default for LocalTransform {
     }
 }
 
-/// Joints that deform a mesh.
+/// Skin: joints that deform a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Skin {
     /// Name, when the file gives one.
     pub name: Option<String>,
     /// The nodes that act as joints.
     pub joints: Vec<NodeIndex>,
-    /// One matrix a joint, from mesh space to the joint's space in the bind pose.
+    /// Matrices from mesh space to the joints' spaces in the bind pose, one for each joint.
     pub inverse_bind_matrices: Vec<Mat4>,
 }

@@ -1,20 +1,20 @@
-//! Surfaces that stand for what a picture is laid over later: only the shadows on them are rendered.
+//! Shadow catchers: surfaces on which only shadows are rendered, for compositing over a plate.
 
 use super::{AlphaMode, AnimationTarget, Channel, Material, MaterialIndex, MeshIndex, NodeIndex, Scene};
 
-/// Makes everything that is called `name` a shadow catcher: the meshes of nodes, and materials. Gives how many there are.
+/// Makes all materials and all nodes' meshes named `name` shadow catchers. Returns their number.
 ///
-/// A node's mesh gets materials of its own, so that other nodes with the same mesh stay as they are.
+/// A node gets a copy of its mesh with materials of its own, so that other nodes with the same mesh remain unchanged.
 pub fn mark_shadow_catchers(scene: &mut Scene, name: &str) -> usize {
-    let is_called = |own: &Option<String>| own.as_deref() == Some(name);
+    let has_name = |own: &Option<String>| own.as_deref() == Some(name);
     let mut marked = 0;
-    for material in scene.materials.iter_mut().filter(|material| is_called(&material.name)) {
+    for material in scene.materials.iter_mut().filter(|material| has_name(&material.name)) {
         *material = catcher(material);
         marked += 1;
     }
     for index in 0..scene.nodes.len() {
         let node = &scene.nodes[index];
-        if let Some(mesh) = node.mesh.filter(|_| is_called(&node.name)) {
+        if let Some(mesh) = node.mesh.filter(|_| has_name(&node.name)) {
             scene.nodes[index].mesh = Some(catching_copy(scene, mesh));
             marked += 1;
         }
@@ -22,7 +22,7 @@ pub fn mark_shadow_catchers(scene: &mut Scene, name: &str) -> usize {
     marked
 }
 
-/// Makes the mesh of one node a shadow catcher; tells whether it has any.
+/// Makes the mesh of one node a shadow catcher. Returns whether the node has a mesh.
 pub fn mark_shadow_catching_node(scene: &mut Scene, node: NodeIndex) -> bool {
     let Some(mesh) = scene.nodes.get(node.index()).and_then(|node| node.mesh) else {
         return false;
@@ -31,7 +31,7 @@ pub fn mark_shadow_catching_node(scene: &mut Scene, node: NodeIndex) -> bool {
     true
 }
 
-/// What is left of a material when only the shadows on it count.
+/// The shadow-catching form of a material.
 fn catcher(material: &Material) -> Material {
     Material {
         name: material.name.clone(),
@@ -42,29 +42,30 @@ fn catcher(material: &Material) -> Material {
     }
 }
 
+/// Adds a copy of a mesh whose materials are shadow catchers.
 fn catching_copy(scene: &mut Scene, mesh: MeshIndex) -> MeshIndex {
     let mut copy = scene.meshes[mesh.index()].clone();
     for primitive in &mut copy.primitives {
         let material = Material { name: None, ..catcher(&scene.materials[primitive.material.index()]) };
         primitive.material = MaterialIndex(scene.materials.len() as u32);
-        // It catches in every variant.
+        // The copy catches shadows in every variant.
         primitive.variants.clear();
         scene.materials.push(material);
     }
     scene.meshes.push(copy);
     let copied = MeshIndex(scene.meshes.len() as u32 - 1);
     for clip in &mut scene.animations {
-        let moves_copy = |channel: &Channel| {
+        let channel_of_copy = |channel: &Channel| {
             let target = match channel.target {
                 AnimationTarget::MeshWeights(own) if own == mesh => AnimationTarget::MeshWeights(copied),
-                AnimationTarget::MeshWeight(own, place) if own == mesh => {
-                    AnimationTarget::MeshWeight(copied, place)
+                AnimationTarget::MeshWeight(own, weight) if own == mesh => {
+                    AnimationTarget::MeshWeight(copied, weight)
                 }
                 _ => return None,
             };
             Some(Channel { target, keyframes: channel.keyframes.clone() })
         };
-        let channels: Vec<Channel> = clip.channels.iter().filter_map(moves_copy).collect();
+        let channels: Vec<Channel> = clip.channels.iter().filter_map(channel_of_copy).collect();
         clip.channels.extend(channels);
     }
     copied
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_material_catches_wherever_it_is() {
+    fn a_named_material_catches_everywhere() {
         let mut scene = scene();
         assert_eq!(mark_shadow_catchers(&mut scene, "ground"), 1);
         assert_eq!(scene.meshes.len(), 1);
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_node_catches_and_others_with_its_mesh_do_not() {
+    fn a_named_node_catches_and_others_with_its_mesh_do_not() {
         let mut scene = scene();
         assert_eq!(mark_shadow_catchers(&mut scene, "floor"), 1);
         let catches = |scene: &Scene, node: usize| {
@@ -131,13 +132,13 @@ mod tests {
             primitives.iter().all(|primitive| scene.materials[primitive.material.index()].is_shadow_catcher)
         };
         assert!(catches(&scene, 0) && !catches(&scene, 1));
-        // Whatever variant is chosen.
+        // In every variant.
         let mesh = scene.nodes[0].mesh.unwrap();
         assert!(scene.meshes[mesh.index()].primitives.iter().all(|primitive| primitive.variants.is_empty()));
-        // And as the mesh's weights move.
+        // Animated weights of the mesh also drive the copy.
         let moved: Vec<_> = scene.animations[0].channels.iter().map(|channel| channel.target).collect();
         assert_eq!(moved, [AnimationTarget::MeshWeights(MeshIndex(0)), AnimationTarget::MeshWeights(mesh)]);
-        // A name that both a node and a material have means both.
+        // A name of both a node and a material marks both.
         assert_eq!(mark_shadow_catchers(&mut scene, "ball"), 2);
         assert_eq!(mark_shadow_catchers(&mut scene, "nobody"), 0);
         let mut other = super::tests::scene();

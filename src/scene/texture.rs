@@ -1,73 +1,73 @@
-//! Images and how they are looked up.
+//! Textures: images with samplers.
 
 use super::ImageIndex;
 
-/// An image with its sampler.
+/// Image with its sampler.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// Name, when the file gives one.
     pub name: Option<String>,
-    /// Which image.
+    /// The image.
     pub image: ImageIndex,
-    /// How it is looked up.
+    /// The sampler.
     pub sampler: Sampler,
 }
 
-/// What happens outside the unit square and between texels.
+/// Wrap modes and filters of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct Sampler {
-    /// Along u.
+    /// Wrap mode along u.
     pub wrap_u: WrapMode,
-    /// Along v.
+    /// Wrap mode along v.
     pub wrap_v: WrapMode,
-    /// Between texels, where a texel covers more than a pixel.
+    /// Filter for magnification.
     pub magnify: Filter,
-    /// Between texels of one level, where a pixel covers more than a texel.
+    /// Filter within a mip level for minification.
     pub minify: Filter,
-    /// Between levels of detail, there.
+    /// Filter between mip levels for minification.
     pub mip: MipFilter,
 }
 
-/// How smaller copies of an image are used.
+/// Filter between mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum MipFilter {
-    /// Not at all: the full image is looked up once, however much of it a pixel covers.
+    /// No mip levels: one lookup in the full image.
     None,
-    /// The closest one.
+    /// The nearest level.
     Nearest,
-    /// Linear interpolation between two.
+    /// Linear interpolation between two levels.
     #[default]
     Linear,
 }
 
-/// What happens outside the unit interval.
+/// Wrap mode outside the unit interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum WrapMode {
-    /// Starts again.
+    /// Repeats.
     #[default]
     Repeat,
-    /// Starts again, every other time mirrored.
+    /// Repeats, mirrored every second time.
     MirroredRepeat,
-    /// Continues the border texel.
+    /// Extends the border texel.
     ClampToEdge,
 }
 
-/// How a value between samples is found.
+/// Filter between texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Filter {
-    /// The closest one.
+    /// The nearest texel.
     Nearest,
     /// Linear interpolation.
     #[default]
     Linear,
 }
 
-/// A decoded image; row 0 is the top row.
+/// Decoded texture image; row 0 is the top row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Name or URI, for messages.
     pub name: Option<String>,
-    /// Texels a row.
+    /// Texels in a row.
     pub width: u32,
     /// Rows.
     pub height: u32,
@@ -75,24 +75,24 @@ pub struct Image {
     pub texels: Texels,
 }
 
-/// What the channels of a texture mean, which decides how they become numbers and what their mean is.
+/// Encoding of texture channels, which determines decoding and averaging.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Encoding {
-    /// Colours whose alpha does not matter: RGB follow the sRGB transfer function, alpha is linear.
+    /// Colours without coverage: RGB with the sRGB transfer function, alpha linear.
     Srgb,
-    /// The same where alpha is coverage: a colour counts as much as it covers.
+    /// sRGB colours whose alpha is coverage: means weight a colour by its alpha.
     CoveredSrgb,
     /// Tangent-space normals: RGB hold a direction as 2c − 1.
     Normal,
-    /// Everything else.
+    /// All other data.
     Linear,
 }
 
-/// Texel values as stored, not yet decoded from sRGB: that depends on the use.
+/// Texels as stored. Decoding depends on the [`Encoding`] of the use.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Texels {
-    /// Eight bits a channel.
+    /// Eight bits per channel.
     Rgba8(Vec<[u8; 4]>),
-    /// Sixteen bits a channel.
+    /// Sixteen bits per channel.
     Rgba16(Vec<[u16; 4]>),
 }

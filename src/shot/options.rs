@@ -213,7 +213,7 @@ pub fn choice(text: &str) -> NameOrIndex {
 pub fn camera(text: &str) -> CameraRequest {
     match text {
         "auto" => CameraRequest::Auto,
-        _ => CameraRequest::Placed(choice(text)),
+        _ => CameraRequest::Camera(choice(text)),
     }
 }
 

@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn tiny_and_odd_pictures_work() {
+    fn tiny_and_odd_images_work() {
         for (width, height) in [(1, 1), (3, 7), (65, 33)] {
             let pixels = vec![[0.25, 0.5, 1.0]; (width * height) as usize];
             let map = map(width, height, pixels, 12.0).unwrap();

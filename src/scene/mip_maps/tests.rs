@@ -1,4 +1,4 @@
-//! Levels of pictures whose means are known.
+//! Mip levels of images with known means.
 
 use super::*;
 
@@ -27,13 +27,13 @@ fn sizes_halve_down_to_one_texel() {
         assert_eq!(found, sizes);
         let texels: u64 = sizes.iter().map(|&(width, height)| u64::from(width * height)).sum();
         assert_eq!(mip_bytes(width, height, 4), 4 * texels);
-        // Whatever is cut, a constant stays itself.
+        // A constant image remains constant.
         assert!(levels.iter().all(|level| texels8(level).iter().all(|texel| *texel == [9; 4])));
     }
 }
 
 #[test]
-fn means_are_taken_in_the_light_that_is_meant() {
+fn means_are_taken_in_linear_light() {
     // Black and white squares: half the light is sRGB 188 (0.5029), half the number is 127.5, rounded up.
     let chequer = image(4, 4, |x, y| if (x + y) % 2 == 0 { [0, 0, 0, 255] } else { [255; 4] });
     for level in mip_levels(&chequer, Encoding::Srgb) {
@@ -56,8 +56,8 @@ fn rounding_does_not_add_up_over_levels() {
 }
 
 #[test]
-fn odd_sizes_give_every_texel_its_share() {
-    // Three texels become one: each counts a third. Five become two: the middle one is shared, so that the first texel of the
+fn odd_sizes_weight_all_texels_equally() {
+    // Three texels become one: each has a weight of a third. Five become two, which share the middle one: the first texel of the
     // next level is (a + b + c/2) / 2.5.
     let row = [0, 90, 180, 30, 60_u8];
     let three = mip_levels(&image(3, 1, |x, _| [row[x as usize]; 4]), Encoding::Linear);
@@ -80,14 +80,14 @@ fn odd_sizes_give_every_texel_its_share() {
 }
 
 #[test]
-fn what_is_not_there_lends_no_colour() {
-    // Three transparent black texels and one green leaf: the mean is green and a quarter there.
+fn transparent_texels_do_not_affect_the_colour() {
+    // Three transparent black texels and one green leaf: the mean is green with a coverage of a quarter.
     let leaf = image(2, 2, |x, y| if (x, y) == (1, 0) { [0, 200, 0, 255] } else { [0; 4] });
     assert_eq!(texels8(&mip_levels(&leaf, Encoding::CoveredSrgb)[0]), [[0, 200, 0, 64]]);
-    // Where alpha does not count, it does not.
+    // Without coverage, alpha does not weight the mean.
     let plain = mip_levels(&leaf, Encoding::Srgb);
     assert!(texels8(&plain[0])[0][1] < 110);
-    // Without any coverage colours count alike, here all the same.
+    // Without any coverage all colours count equally; here they are equal.
     let ghost = image(4, 4, |_, _| [10, 20, 30, 0]);
     let levels = mip_levels(&ghost, Encoding::CoveredSrgb);
     assert_eq!(texels8(&levels[1]), [[10, 20, 30, 0]]);
@@ -95,14 +95,14 @@ fn what_is_not_there_lends_no_colour() {
 
 #[test]
 fn normals_are_averaged_as_directions() {
-    // Two normals tilted by ±45° about Y cancel to +Z, at full length; two that are opposite leave +Z as well.
+    // Two normals tilted by ±45° about Y average to +Z at unit length; so do two opposite ones.
     let tilted = image(2, 1, |x, _| if x == 0 { [218, 128, 218, 255] } else { [37, 128, 218, 255] });
     assert_eq!(texels8(&mip_levels(&tilted, Encoding::Normal)[0]), [[128, 128, 255, 255]]);
     let opposite = image(2, 1, |x, _| if x == 0 { [255, 128, 128, 255] } else { [0, 128, 128, 255] });
     let levels = mip_levels(&opposite, Encoding::Normal);
     let texel = texels8(&levels[0])[0];
     assert!(texel[0].abs_diff(128) <= 1 && texel[2] >= 128, "{texel:?}");
-    // One short texel does not count less than a long one: directions are (0, 0, 1) and (1, 0, 0), their mean 45°.
+    // The length of a normal does not weight it: directions are (0, 0, 1) and (1, 0, 0), their mean 45°.
     let uneven = image(2, 1, |x, _| if x == 0 { [128, 128, 160, 255] } else { [255, 128, 128, 255] });
     let levels = mip_levels(&uneven, Encoding::Normal);
     let texel = texels8(&levels[0])[0];
@@ -110,7 +110,7 @@ fn normals_are_averaged_as_directions() {
 }
 
 #[test]
-fn sixteen_bits_stay_sixteen_bits() {
+fn sixteen_bit_images_have_sixteen_bit_levels() {
     let texels = Texels::Rgba16(vec![[0, 1000, 65535, 65535], [0, 1001, 0, 65535]]);
     let deep = Image { name: None, width: 2, height: 1, texels };
     let levels = mip_levels(&deep, Encoding::Linear);

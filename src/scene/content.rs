@@ -1,0 +1,71 @@
+//! The content of a scene file.
+
+use std::path::PathBuf;
+
+use super::{
+    Animation, Camera, Image, ImageLight, ImageLightIndex, ImageMips, Light, Material, Mesh, Node, NodeIndex,
+    Skin, Texture, Variant,
+};
+use crate::error::Warning;
+
+/// A scene of the file: a set of root nodes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneRoots {
+    /// Name, when the file gives one.
+    pub name: Option<String>,
+    /// Root nodes of the scene.
+    pub roots: Vec<NodeIndex>,
+    /// Image-based light of the scene, if the file sets one.
+    pub image_light: Option<ImageLightIndex>,
+}
+
+/// Content of an imported scene file.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// The imported file, for messages.
+    pub path: PathBuf,
+    /// External buffers and images that were read.
+    pub files: Vec<PathBuf>,
+    /// SHA-256 over the scene file and every file it names, in a fixed order.
+    pub content_hash: [u8; 32],
+    /// All nodes, in the order of the file.
+    pub nodes: Vec<Node>,
+    /// All node indices, every parent before its children.
+    pub node_order: Vec<NodeIndex>,
+    /// Sets of root nodes; at least one.
+    pub scenes: Vec<SceneRoots>,
+    /// Index of the default scene in `scenes`.
+    pub default_scene: usize,
+    /// Meshes.
+    pub meshes: Vec<Mesh>,
+    /// Skins.
+    pub skins: Vec<Skin>,
+    /// Materials. The last imported one is the default material of primitives without one.
+    pub materials: Vec<Material>,
+    /// Material variants. Without a selected one, primitives keep their own materials.
+    pub variants: Vec<Variant>,
+    /// Textures: images with samplers.
+    pub textures: Vec<Texture>,
+    /// Decoded images.
+    pub images: Vec<Image>,
+    /// Mip levels of the images, by [`ImageIndex`]; an image without an entry has none.
+    pub mips: Vec<ImageMips>,
+    /// Punctual lights, referenced by nodes.
+    pub lights: Vec<Light>,
+    /// Image-based lights, referenced by scenes.
+    pub image_lights: Vec<ImageLight>,
+    /// Cameras, referenced by nodes.
+    pub cameras: Vec<Camera>,
+    /// Animation clips.
+    pub animations: Vec<Animation>,
+    /// Number of ignored channels of each clip, whose targets are not supported.
+    pub ignored_channels: Vec<usize>,
+    /// Number of textures of the file that no material uses.
+    pub unused_textures: usize,
+    /// Extensions that the file declares as used.
+    pub extensions_used: Vec<String>,
+    /// Extensions that the file declares as required.
+    pub extensions_required: Vec<String>,
+    /// Features of the file that are not honoured.
+    pub warnings: Vec<Warning>,
+}

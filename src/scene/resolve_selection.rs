@@ -1,0 +1,311 @@
+//! Resolves a selection request against a scene.
+
+use std::collections::BTreeSet;
+
+use super::{
+    AnimationIndex, AnimationTarget, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex,
+    Scene, SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
+};
+use crate::error::{Error, Result, Warning};
+
+impl Selection {
+    /// Resolves `request` against `scene`. If all clips are requested, a clip that shares a target with an earlier clip is left
+    /// out with a warning.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Usage`] for a name or index that does not exist; the message lists the existing ones.
+    pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
+        let SceneRoots { roots, image_light, .. } = resolve_roots(request.scene.as_ref(), scene)?;
+        let (clips, warnings) = match &request.clips {
+            ClipSelection::None => (Vec::new(), Vec::new()),
+            ClipSelection::All => disjoint_clips(scene),
+            ClipSelection::One(selected) => {
+                let names = scene.animations.iter().map(|clip| clip.name.as_deref());
+                let clip = find("animation", "--animation", selected, names)?;
+                (vec![AnimationIndex(index_u32(clip))], Vec::new())
+            }
+        };
+        let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
+        let variant = resolve_variant(request.variant.as_ref(), scene)?;
+        let selection = Self { roots, clips, camera, image_light, variant };
+        Ok((selection, warnings))
+    }
+}
+
+fn resolve_roots(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<SceneRoots> {
+    let index = match selected {
+        None => scene.default_scene,
+        Some(selected) => {
+            let names = scene.scenes.iter().map(|roots| roots.name.as_deref());
+            find("scene", "--scene", selected, names)?
+        }
+    };
+    Ok(scene.scenes.get(index).cloned().unwrap_or_default())
+}
+
+fn resolve_variant(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<Option<VariantIndex>> {
+    let Some(selected) = selected else {
+        return Ok(None);
+    };
+    let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
+    let index = find("variant", "--variant", selected, names)?;
+    Ok(Some(VariantIndex(index_u32(index))))
+}
+
+/// All clips except those that share a target with an earlier selected clip.
+fn disjoint_clips(scene: &Scene) -> (Vec<AnimationIndex>, Vec<Warning>) {
+    let mut clips = Vec::new();
+    let mut warnings = Vec::new();
+    let mut held: BTreeSet<AnimationTarget> = BTreeSet::new();
+    for (i, clip) in scene.animations.iter().enumerate() {
+        if clip.channels.iter().any(|channel| channel.target.clashes(&held)) {
+            warnings.push(Warning {
+                pointer: format!("/animations/{i}"),
+                message: format!(
+                    "the clip {} animates a target of an earlier clip and is left out; select it with --animation '#{i}'",
+                    label(i, clip.name.as_deref())
+                ),
+            });
+            continue;
+        }
+        held.extend(clip.channels.iter().map(|channel| channel.target));
+        clips.push(AnimationIndex(index_u32(i)));
+    }
+    (clips, warnings)
+}
+
+fn resolve_camera(
+    request: Option<&CameraRequest>,
+    scene: &Scene,
+    roots: &[NodeIndex],
+) -> Result<SelectedCamera> {
+    let cameras = selected_cameras(scene, roots);
+    match request {
+        Some(CameraRequest::Auto) => Ok(SelectedCamera::Auto),
+        None => Ok(cameras.first().map_or(SelectedCamera::Auto, |&(_, node)| SelectedCamera::Node(node))),
+        Some(CameraRequest::Camera(selected)) => {
+            // Authoring tools show a camera under the name of its object, so the node's name is accepted as well.
+            if let NameOrIndex::Name(name) = selected {
+                let camera_name = |camera: CameraIndex| scene.cameras[camera.index()].name.as_ref();
+                let node_name = |node: NodeIndex| scene.nodes[node.index()].name.as_ref();
+                let by_camera = cameras.iter().find(|(camera, _)| camera_name(*camera) == Some(name));
+                let by_node = cameras.iter().find(|(_, node)| node_name(*node) == Some(name));
+                if let Some(&(_, node)) = by_camera.or(by_node) {
+                    return Ok(SelectedCamera::Node(node));
+                }
+            }
+            let names: Vec<_> =
+                (0..scene.cameras.len()).map(|camera| camera_or_node_name(scene, &cameras, camera)).collect();
+            let index = find("camera", "--camera", selected, names.iter().copied())?;
+            let node = cameras.iter().find(|(camera, _)| camera.index() == index);
+            match node {
+                Some(&(_, node)) => Ok(SelectedCamera::Node(node)),
+                None => Err(Error::usage(format!(
+                    "camera {} has no node in the selected scene; select another with --camera or --scene, or use --camera auto",
+                    label(index, scene.cameras[index].name.as_deref())
+                ))),
+            }
+        }
+    }
+}
+
+/// The camera's own name, or that of the first node that refers to it.
+fn camera_or_node_name<'a>(
+    scene: &'a Scene,
+    cameras: &[(CameraIndex, NodeIndex)],
+    camera: usize,
+) -> Option<&'a str> {
+    let node = cameras.iter().find(|(other, _)| other.index() == camera);
+    let node_name = || scene.nodes[node?.1.index()].name.as_deref();
+    scene.cameras[camera].name.as_deref().or_else(node_name)
+}
+
+/// The cameras of nodes below `roots`, ordered by camera, then by node.
+fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, NodeIndex)> {
+    let mut cameras = Vec::new();
+    let mut pending = roots.to_vec();
+    while let Some(index) = pending.pop() {
+        let node = &scene.nodes[index.index()];
+        cameras.extend(node.camera.map(|camera| (camera, index)));
+        pending.extend(&node.children);
+    }
+    cameras.sort_unstable();
+    cameras
+}
+
+/// The index among `names` that `selected` refers to.
+fn find<'a>(
+    what: &str,
+    option: &str,
+    selected: &NameOrIndex,
+    names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
+) -> Result<usize> {
+    let (found, label_of_request) = match selected {
+        NameOrIndex::Name(name) => {
+            // A number that is no name is an index, because shells take # for a comment.
+            let as_index = || name.parse().ok().filter(|&i: &usize| i < names.len());
+            let found = names.clone().position(|other| other == Some(name)).or_else(as_index);
+            (found, format!("\"{name}\""))
+        }
+        NameOrIndex::Index(index) => (Some(*index).filter(|&i| i < names.len()), format!("#{index}")),
+    };
+    found.ok_or_else(|| {
+        let choices: Vec<String> = names.enumerate().map(|(i, name)| label(i, name)).collect();
+        let choices = if choices.is_empty() {
+            "the file has none".to_owned()
+        } else {
+            format!("choose one of: {}", choices.join(", "))
+        };
+        Error::usage(format!("{option}: there is no {what} {label_of_request}; {choices}"))
+    })
+}
+
+fn label(index: usize, name: Option<&str>) -> String {
+    name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
+}
+
+fn index_u32(index: usize) -> u32 {
+    u32::try_from(index).unwrap_or(u32::MAX)
+}
+
+impl Scene {
+    /// The node of a name or index. Of several nodes with one name it is the first.
+    pub fn node(&self, selected: &NameOrIndex) -> Option<NodeIndex> {
+        let index = match selected {
+            NameOrIndex::Name(name) => self.nodes.iter().position(|node| node.name.as_ref() == Some(name)),
+            NameOrIndex::Index(index) => (*index < self.nodes.len()).then_some(*index),
+        };
+        index.map(|index| NodeIndex(index as u32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Animation, Camera, Channel, Interpolation, Keyframes, Node, Projection, Variant};
+
+    fn clip(name: &str, targets: &[AnimationTarget]) -> Animation {
+        let channel = |&target: &AnimationTarget| Channel {
+            target,
+            keyframes: Keyframes {
+                times_seconds: vec![0.0],
+                values: vec![0.0; 3],
+                width: 3,
+                interpolation: Interpolation::Step,
+            },
+        };
+        Animation { name: Some(name.to_owned()), channels: targets.iter().map(channel).collect() }
+    }
+
+    fn camera(name: &str) -> Camera {
+        let projection = Projection::Orthographic { x_mag: 1.0, y_mag: 1.0, z_near: 0.0, z_far: 1.0 };
+        Camera { name: Some(name.to_owned()), projection }
+    }
+
+    /// Scene "empty" has no nodes; scene "main" has node 1 with camera 1 below node 0. Node 2 with camera 0 is in no scene.
+    fn scene() -> Scene {
+        let moves = |i| AnimationTarget::Translation(NodeIndex(i));
+        let rotates = |i| AnimationTarget::Rotation(NodeIndex(i));
+        let node = |camera: Option<u32>, children: &[u32]| Node {
+            name: camera.map(|i| format!("object {i}")),
+            camera: camera.map(CameraIndex),
+            children: children.iter().copied().map(NodeIndex).collect(),
+            ..Node::default()
+        };
+        let roots = |name: &str, roots: &[u32]| SceneRoots {
+            name: Some(name.to_owned()),
+            roots: roots.iter().copied().map(NodeIndex).collect(),
+            image_light: None,
+        };
+        Scene {
+            nodes: vec![node(None, &[1]), node(Some(1), &[]), node(Some(0), &[])],
+            scenes: vec![roots("empty", &[]), roots("main", &[0])],
+            default_scene: 1,
+            cameras: vec![camera("loose"), camera("used")],
+            variants: ["green", "red"].map(|name| Variant { name: name.to_owned() }).to_vec(),
+            animations: vec![
+                clip("a", &[moves(0)]),
+                clip("b", &[moves(0), rotates(1)]),
+                clip("c", &[rotates(1)]),
+            ],
+            ..Scene::default()
+        }
+    }
+
+    #[test]
+    fn defaults_are_the_first_camera_of_the_scene_and_disjoint_clips() {
+        let (selection, warnings) = Selection::resolve(&SelectionRequest::default(), &scene()).unwrap();
+        assert_eq!(selection.roots, [NodeIndex(0)]);
+        assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
+        // "b" is left out because of "a"; "c" stays, because "b" does not play.
+        assert_eq!(selection.clips, [AnimationIndex(0), AnimationIndex(2)]);
+        assert_eq!(warnings.len(), 1);
+        assert_eq!(warnings[0].pointer, "/animations/1");
+    }
+
+    #[test]
+    fn names_and_indices_are_found() {
+        let request = SelectionRequest {
+            scene: Some(NameOrIndex::Name("main".to_owned())),
+            clips: ClipSelection::One(NameOrIndex::Index(1)),
+            camera: Some(CameraRequest::Camera(NameOrIndex::Name("object 1".to_owned()))),
+            variant: Some(NameOrIndex::Name("red".to_owned())),
+        };
+        let (selection, warnings) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.clips, [AnimationIndex(1)]);
+        assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
+        assert_eq!(selection.variant, Some(VariantIndex(1)));
+        assert!(warnings.is_empty());
+    }
+
+    #[test]
+    fn numbers_that_are_no_names_are_indices() {
+        let camera = Some(CameraRequest::Camera(NameOrIndex::Name("1".to_owned())));
+        let clips = ClipSelection::One(NameOrIndex::Name("2".to_owned()));
+        let request = SelectionRequest { clips, camera, ..SelectionRequest::default() };
+        let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.camera, SelectedCamera::Node(NodeIndex(1)));
+        assert_eq!(selection.clips, [AnimationIndex(2)]);
+        let mut named = scene();
+        named.animations[1].name = Some("2".to_owned());
+        assert_eq!(Selection::resolve(&request, &named).unwrap().0.clips, [AnimationIndex(1)]);
+    }
+
+    #[test]
+    fn a_scene_without_cameras_gets_an_automatic_one() {
+        let request = SelectionRequest { scene: Some(NameOrIndex::Index(0)), ..SelectionRequest::default() };
+        let (selection, _) = Selection::resolve(&request, &scene()).unwrap();
+        assert_eq!(selection.camera, SelectedCamera::Auto);
+        assert!(selection.roots.is_empty());
+    }
+
+    #[test]
+    fn unknown_names_list_the_existing_ones() {
+        let ask = |request: SelectionRequest| {
+            let error = Selection::resolve(&request, &scene()).unwrap_err();
+            assert_eq!(error.exit_code(), 2);
+            error.to_string()
+        };
+        let camera = |selected| SelectionRequest {
+            camera: Some(CameraRequest::Camera(selected)),
+            ..SelectionRequest::default()
+        };
+        let message = ask(camera(NameOrIndex::Name("nobody".to_owned())));
+        assert!(message.contains("#0 \"loose\", #1 \"used\""), "{message}");
+        assert!(ask(camera(NameOrIndex::Name("loose".to_owned()))).contains("no node in the selected scene"));
+        // A camera without a name is listed under the name of its node.
+        let mut unnamed = scene();
+        unnamed.cameras[1].name = None;
+        let request = camera(NameOrIndex::Name("nobody".to_owned()));
+        let message = Selection::resolve(&request, &unnamed).unwrap_err().to_string();
+        assert!(message.contains("#1 \"object 1\""), "{message}");
+        assert!(ask(camera(NameOrIndex::Index(2))).contains("no camera #2"));
+        let clips = ClipSelection::One(NameOrIndex::Name("z".to_owned()));
+        let message = ask(SelectionRequest { clips, ..SelectionRequest::default() });
+        assert!(message.contains("#2 \"c\""), "{message}");
+        let variant = Some(NameOrIndex::Name("blue".to_owned()));
+        let message = ask(SelectionRequest { variant, ..SelectionRequest::default() });
+        assert!(message.contains("--variant") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
+    }
+}

@@ -1,0 +1,44 @@
+//! Requested scene, clips, camera and variant of a file, by name or index.
+
+/// Reference to a named item of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NameOrIndex {
+    /// By name.
+    Name(String),
+    /// By index in the file, from 0.
+    Index(usize),
+}
+
+/// Requested animation clips.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum ClipSelection {
+    /// All clips whose targets no earlier clip animates.
+    #[default]
+    All,
+    /// No clip: the scene is static.
+    None,
+    /// One clip.
+    One(NameOrIndex),
+}
+
+/// Requested part of a file, before it is resolved.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SelectionRequest {
+    /// Set of root nodes; `None` is the default of the file.
+    pub scene: Option<NameOrIndex>,
+    /// Animation clips.
+    pub clips: ClipSelection,
+    /// Camera; `None` is the first camera of the selected scene, or an automatic one.
+    pub camera: Option<CameraRequest>,
+    /// Material variant; `None` keeps the primitives' own materials.
+    pub variant: Option<NameOrIndex>,
+}
+
+/// Requested camera.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CameraRequest {
+    /// Automatic camera that frames the whole scene.
+    Auto,
+    /// A camera of the file, by its name, its node's name or its index.
+    Camera(NameOrIndex),
+}

@@ -118,7 +118,7 @@ fn approved(suite: &Suite, approvals: &[Approval], waiting: &[Pending]) -> Resul
                 None => chosen.push(pending.clone()),
                 Some(contradiction) => contradictions.push(contradiction),
             },
-            None if approval.is_done(suite) => {}
+            None if approval.is_applied(suite) => {}
             None => contradictions.push(format!(
                 "{}: nothing of this name waits; run rayframe test, which keeps what can become a reference",
                 approval.name

@@ -1,7 +1,7 @@
-//! What most likely made two pictures differ, told from their layers, or from the colours alone.
+//! The likely cause of a difference between two images, inferred from their layers, or from the colours alone.
 //!
-//! A guess for people, after simple rules in this order: a displacement of the whole picture, layers of geometry, layers of
-//! materials, differences without structure, light. A thing that moves alone before an even background looks like a camera that moves.
+//! An estimate for people, by rules in this order: displacement of the whole image, layers of geometry, layers of materials, noise,
+//! light. An object that moves alone before a uniform background is taken for a camera that moves.
 
 use serde::Serialize;
 
@@ -9,60 +9,60 @@ use super::shift::best_shift;
 use super::{Image, LayerDifference};
 use crate::color::luminance;
 
-/// The share of squared differences that a displacement must explain.
+/// Share of the squared differences that a displacement must explain.
 const EXPLAINED_BY_SHIFT: f64 = 0.6;
-/// Pixels that a camera moves at least.
+/// Smallest displacement that counts as a camera move, pixels.
 const LEAST_SHIFT: f64 = 0.05;
-/// The share of squared differences that a factor on light must explain.
+/// Share of the squared differences that a factor on light must explain.
 const EXPLAINED_BY_LIGHT: f64 = 0.6;
-/// Neighbours' differences in noise correlate less.
+/// Largest correlation of adjacent differences in noise.
 const LARGEST_CORRELATION: f64 = 0.3;
-/// The share of pixels that noise reaches at least.
+/// Smallest share of pixels that differ through noise.
 const LEAST_NOISE: f64 = 0.1;
 
-/// Layers of what is where, the plainest first.
+/// Layers of geometry, the most telling first.
 const GEOMETRY: [&str; 7] =
     ["object_id", "node_id", "depth", "position", "geometric_normal", "crypto_object", "motion"];
-/// Layers of what it is made of. Normals with normal maps are here, for geometry has been looked at before.
+/// Layers of materials. Shading normals belong here because of normal maps; geometry is examined first.
 const MATERIAL: [&str; 5] = ["material_id", "albedo", "normal", "uv", "crypto_material"];
 
 /// The likely cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Cause {
-    /// All is displaced.
+    /// The whole image is displaced.
     Camera {
         /// Pixels to the right.
         right: f64,
         /// Pixels downwards.
         down: f64,
     },
-    /// Things are elsewhere, others, or of another shape.
+    /// Objects moved, appeared, disappeared or changed shape.
     Geometry {
-        /// The layer that tells.
+        /// The layer that differs.
         layer: String,
-        /// Pixels in which it differs.
+        /// Number of pixels that differ.
         pixels: usize,
     },
-    /// Surfaces are of another material.
+    /// Materials of surfaces changed.
     Material {
-        /// The layer that tells.
+        /// The layer that differs.
         layer: String,
-        /// Pixels in which it differs.
+        /// Number of pixels that differ.
         pixels: usize,
     },
-    /// Only light differs, or what a surface does with it.
+    /// Lighting changed, or reflection properties that no layer holds.
     Light {
-        /// The factors on red, green and blue, where they explain the difference.
+        /// Factors on red, green and blue, where they explain the difference.
         factors: Option<[f64; 3]>,
     },
-    /// Things are where they were; whether they have other colours or other light no layer tells.
+    /// Geometry is equal; without an albedo layer, colour and light cannot be told apart.
     MaterialOrLight,
-    /// Differences without structure.
+    /// Unstructured differences.
     Noise,
-    /// There are no layers to tell.
+    /// There are no layers from which to infer a cause.
     Unclear {
-        /// The share of pixels whose brightness differs.
+        /// Share of pixels whose brightness differs.
         share: f64,
     },
 }
@@ -75,7 +75,7 @@ impl std::fmt::Display for Cause {
                     (if *right < 0.0 { "left" } else { "right" }, if *down < 0.0 { "up" } else { "down" });
                 write!(
                     formatter,
-                    "camera: all is {:.2} pixels to the {x} and {:.2} {y}",
+                    "camera: the whole image moved {:.2} pixels to the {x} and {:.2} {y}",
                     right.abs(),
                     down.abs()
                 )
@@ -92,19 +92,19 @@ impl std::fmt::Display for Cause {
             Self::Light { factors: None } => {
                 write!(
                     formatter,
-                    "light: shapes and colours are the same; lamps, surroundings, roughness, metalness, glow or glass are not"
+                    "light: geometry and albedo are equal; lights, environment, roughness, metalness, emission or transmission changed"
                 )
             }
             Self::MaterialOrLight => write!(
                 formatter,
-                "material or light: things are where they were; a layer albedo would tell colours from light"
+                "material or light: geometry is equal; an albedo layer would tell material from light"
             ),
-            Self::Noise => write!(formatter, "noise: the differences have no structure"),
+            Self::Noise => write!(formatter, "noise: the differences are unstructured"),
             Self::Unclear { share } => {
                 let percent = share * 100.0;
                 write!(
                     formatter,
-                    "unclear: {percent:.2} % of pixels differ in brightness; layers object_id, material_id and albedo would tell why"
+                    "unclear: {percent:.2} % of pixels differ in brightness; layers object_id, material_id and albedo would tell the cause"
                 )
             }
         }
@@ -115,10 +115,10 @@ fn pixels_text(count: usize) -> String {
     format!("{count} pixel{}", if count == 1 { "" } else { "s" })
 }
 
-/// The likely cause of differences between two pictures of one size. `layers` are those that both have, and in which pixels differ
-/// beyond the limits; what the limits allow is no cause.
+/// The likely cause of the differences between two images of one size. `layers` are the layers of both images, with the numbers of
+/// pixels that differ beyond the limits.
 pub fn likely_cause(actual: &Image, reference: &Image, layers: &[LayerDifference]) -> Option<Cause> {
-    let greys = [actual, reference].map(|picture| picture.colors().map(|colors| shown(&colors)));
+    let greys = [actual, reference].map(|image| image.colors().map(|colors| tone_mapped(&colors)));
     let [actual_grey, reference_grey] = &greys;
     if let (Some(actual), Some(grey)) = (actual_grey, reference_grey)
         && let Some(shift) = best_shift(actual, grey, reference.size())
@@ -151,10 +151,10 @@ pub fn likely_cause(actual: &Image, reference: &Image, layers: &[LayerDifference
     let factors =
         light_factors(&actual.clone().into_linear().colors()?, &reference.clone().into_linear().colors()?);
     let has = |names: &[&str]| layers.iter().any(|layer| names.contains(&layer.layer.as_str()));
-    let has_things = has(&GEOMETRY) || has(&MATERIAL);
-    // One factor on all colours is a lamp; one on each may as well be paint, where no albedo tells.
+    let has_surfaces = has(&GEOMETRY) || has(&MATERIAL);
+    // One factor on all colours suggests a light; a factor on each may as well be a material, without an albedo layer.
     let is_grey = factors.is_some_and(|[r, g, b]| (r / g - 1.0).abs() < 0.02 && (b / g - 1.0).abs() < 0.02);
-    if has_things && !has(&["albedo"]) && !is_grey {
+    if has_surfaces && !has(&["albedo"]) && !is_grey {
         return Some(Cause::MaterialOrLight);
     }
     if factors.is_some() || has(&GEOMETRY) {
@@ -164,8 +164,8 @@ pub fn likely_cause(actual: &Image, reference: &Image, layers: &[LayerDifference
     Some(Cause::Unclear { share: different as f64 / differences.len() as f64 })
 }
 
-/// Luminance as an eye would weigh it, between 0 and 1; what is not finite is 0.
-fn shown(colors: &[[f32; 3]]) -> Vec<f32> {
+/// Tone-mapped luminance between 0 and 1. Values that are not finite become 0.
+fn tone_mapped(colors: &[[f32; 3]]) -> Vec<f32> {
     let grey = |color: &[f32; 3]| {
         let light = luminance(glam::Vec3::from_array(*color));
         if light.is_finite() && light > 0.0 { (light / (1.0 + light)).sqrt() } else { 0.0 }
@@ -173,7 +173,7 @@ fn shown(colors: &[[f32; 3]]) -> Vec<f32> {
     colors.iter().map(grey).collect()
 }
 
-/// Whether differences are spread over the picture, around zero, and say nothing about those of their neighbours.
+/// Whether differences spread over the image, centre on zero and do not correlate with their neighbours.
 fn is_noise(differences: &[f64], width: usize) -> bool {
     let square: f64 = differences.iter().map(|difference| difference * difference).sum();
     let sum: f64 = differences.iter().sum();
@@ -190,7 +190,7 @@ fn is_noise(differences: &[f64], width: usize) -> bool {
         && correlation(width).abs() <= LARGEST_CORRELATION
 }
 
-/// The factor on each colour with the least squared error, if they explain most of the difference.
+/// The factor on each colour with the least squared error, if the factors explain most of the difference.
 fn light_factors(actual: &[[f32; 3]], reference: &[[f32; 3]]) -> Option<[f64; 3]> {
     let (mut cross, mut square, mut before, mut actual_square) = ([0.0; 3], [0.0; 3], 0.0, [0.0; 3]);
     for (ours, theirs) in actual.iter().zip(reference) {
@@ -217,8 +217,8 @@ mod tests {
 
     const SIZE: (u32, u32) = (64, 48);
 
-    /// A lit hill, with an offset of each pixel's own.
-    fn picture(change: impl Fn(f32, f32, f32) -> f32) -> Image {
+    /// A smooth pattern, changed by a function of light and position.
+    fn image(change: impl Fn(f32, f32, f32) -> f32) -> Image {
         let pixel = |at: u32| {
             let (x, y) = ((at % SIZE.0) as f32, (at / SIZE.0) as f32);
             let light = 0.5 + 0.3 * libm::sinf(x * 0.3) * libm::cosf(y * 0.2);
@@ -234,32 +234,32 @@ mod tests {
     }
 
     #[test]
-    fn colours_alone_tell_cameras_light_noise_and_parts() {
-        let reference = picture(|light, _, _| light);
+    fn colours_alone_identify_camera_light_noise_and_unclear_causes() {
+        let reference = image(|light, _, _| light);
         let cause = |actual: &Image| likely_cause(actual, &reference, &[]);
-        let moved = picture(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
+        let moved = image(|_, x, y| 0.5 + 0.3 * libm::sinf((x - 2.0) * 0.3) * libm::cosf((y + 1.0) * 0.2));
         let found = cause(&moved);
         let Some(Cause::Camera { right, down }) = found else { panic!("{found:?}") };
         assert!((right - 2.0).abs() < 0.05 && (down + 1.0).abs() < 0.05);
-        let found = cause(&picture(|light, _, _| light * 1.1));
+        let found = cause(&image(|light, _, _| light * 1.1));
         let Some(Cause::Light { factors: Some([red, ..]) }) = found else { panic!("{found:?}") };
         assert!((red - 1.1).abs() < 1e-4);
-        // A hash of the place, between −0.01 and 0.01.
+        // A hash of the position, between −0.01 and 0.01.
         let grain = |x: f32, y: f32| {
             let mixed = (x as u32).wrapping_mul(73_856_093) ^ (y as u32).wrapping_mul(19_349_663);
             let mixed = mixed.wrapping_mul(2_654_435_761);
             ((mixed >> 16) % 1000) as f32 / 50_000.0 - 0.01
         };
-        assert_eq!(cause(&picture(|light, x, y| light + grain(x, y))), Some(Cause::Noise));
-        let part = picture(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
+        assert_eq!(cause(&image(|light, x, y| light + grain(x, y))), Some(Cause::Noise));
+        let part = image(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
         assert_eq!(cause(&part), Some(Cause::Unclear { share: 64.0 / 3072.0 }));
         assert_eq!(cause(&reference), None);
     }
 
     #[test]
-    fn layers_tell_geometry_from_material_from_light() {
-        let reference = picture(|light, _, _| light);
-        let part = picture(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
+    fn layers_distinguish_geometry_material_and_light() {
+        let reference = image(|light, _, _| light);
+        let part = image(|light, x, y| if x < 8.0 && y < 8.0 { 0.0 } else { light });
         let cause = |layers: &[LayerDifference]| likely_cause(&part, &reference, layers).unwrap();
         let (depth, albedo) = (differing("depth", 64), differing("albedo", 60));
         assert!(matches!(cause(&[albedo.clone(), depth]), Cause::Geometry { pixels: 64, .. }));
@@ -267,9 +267,9 @@ mod tests {
         assert_eq!(cause(&[differing("depth", 0), differing("albedo", 0)]), Cause::Light { factors: None });
         let ids = [differing("object_id", 0), differing("material_id", 0)];
         assert_eq!(cause(&ids), Cause::MaterialOrLight);
-        // Twice the light, and another paint.
+        // Twice the light, and another base colour.
         let of = |actual: &Image| likely_cause(actual, &reference, &ids).unwrap();
-        assert!(matches!(of(&picture(|light, _, _| light * 2.0)), Cause::Light { factors: Some(_) }));
+        assert!(matches!(of(&image(|light, _, _| light * 2.0)), Cause::Light { factors: Some(_) }));
         let mut painted = reference.clone();
         for channel in painted.channels.iter_mut().filter(|channel| channel.name == "R") {
             let Samples::Float(values) = &mut channel.samples else { continue };

@@ -1,7 +1,7 @@
-//! Whether two pictures are the same to the last bit, and a hash that says so without the other picture.
+//! Bitwise equality of images, and a hash of their pixels.
 //!
-//! Renders are deterministic (docs/architecture.md), so this is the rule between runs of one version. Halves and floats of
-//! equal value are the same; names of channels and windows count, attributes and compression do not.
+//! Renders of one version are deterministic (docs/architecture.md) and must be equal. Halves and floats of equal value are equal.
+//! Channel names and windows count; attributes and compression do not.
 
 use std::fmt::Write as _;
 
@@ -10,13 +10,13 @@ use sha2::{Digest as _, Sha256};
 use super::{Image, Samples};
 
 /// SHA-256 over windows, names and bits of all values, as hexadecimal digits.
-pub fn pixel_hash(picture: &Image) -> String {
+pub fn pixel_hash(image: &Image) -> String {
     let mut hash = Sha256::new();
-    let (whole, data) = (picture.display_window.size(), picture.data_window);
+    let (whole, data) = (image.display_window.size(), image.data_window);
     for number in [whole.0, whole.1, data.x0, data.y0, data.width(), data.height()] {
         hash.update(number.to_le_bytes());
     }
-    for channel in &picture.channels {
+    for channel in &image.channels {
         hash.update((channel.name.len() as u64).to_le_bytes());
         hash.update(channel.name.as_bytes());
         if let Samples::Uint(values) = &channel.samples {
@@ -34,7 +34,7 @@ pub fn pixel_hash(picture: &Image) -> String {
     })
 }
 
-/// Whether all bits agree; a value that is not a number equals one of the same bits.
+/// Whether all bits are equal. A NaN equals a NaN of the same bits.
 pub fn are_identical(a: &Image, b: &Image) -> bool {
     let same_samples = |a: &Samples, b: &Samples| match (a.floats(), b.floats()) {
         (Some(a), Some(b)) => {
@@ -59,16 +59,16 @@ mod tests {
 
     #[test]
     fn one_bit_changes_the_hash() {
-        let picture =
+        let image =
             |value: f32| Image::from_rgba((1, 2), ColorEncoding::Linear, &[[0.5; 4], [0.1, 0.2, value, 1.0]]);
         let next = f32::from_bits(0.3_f32.to_bits() + 1);
-        assert!(are_identical(&picture(0.3), &picture(0.3)) && !are_identical(&picture(0.3), &picture(next)));
-        assert_eq!(pixel_hash(&picture(0.3)), pixel_hash(&picture(0.3)));
-        assert_ne!(pixel_hash(&picture(0.3)), pixel_hash(&picture(next)));
+        assert!(are_identical(&image(0.3), &image(0.3)) && !are_identical(&image(0.3), &image(next)));
+        assert_eq!(pixel_hash(&image(0.3)), pixel_hash(&image(0.3)));
+        assert_ne!(pixel_hash(&image(0.3)), pixel_hash(&image(next)));
         // Zero and its negative are equal numbers and different bits.
-        assert!(!are_identical(&picture(0.0), &picture(-0.0)));
-        let turned = Image { data_window: PixelWindow::full(2, 1), ..picture(0.3) };
-        assert_ne!(pixel_hash(&picture(0.3)), pixel_hash(&turned));
+        assert!(!are_identical(&image(0.0), &image(-0.0)));
+        let turned = Image { data_window: PixelWindow::full(2, 1), ..image(0.3) };
+        assert_ne!(pixel_hash(&image(0.3)), pixel_hash(&turned));
         assert_eq!(pixel_hash(&turned).len(), 64);
     }
 }

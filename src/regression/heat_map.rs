@@ -1,11 +1,11 @@
-//! Errors as colours.
+//! The colour map of errors.
 //!
-//! Source: the colour map *magma* of N. Smith and S. van der Walt (2015, CC0), in which equal steps look equal: 18 of its colours,
-//! and straight lines between them, which are within three of 255 steps of it.
+//! Source: the perceptually uniform colour map *magma* of N. Smith and S. van der Walt (2015, CC0). 18 of its colours are interpolated
+//! linearly, which deviates from it by at most three of 255 steps.
 
 use super::FlipMap;
 
-/// Every fifteenth of its 256 colours, sRGB.
+/// Every fifteenth colour of the 256, sRGB.
 const MAGMA: [[u8; 3]; 18] = [
     [0, 0, 4],
     [9, 7, 32],

@@ -1,7 +1,7 @@
-//! From the errors of pixels to single numbers.
+//! Pooling of the errors of all pixels into single numbers.
 //!
-//! Means and weighted percentiles as in section 5 of the paper on [FLIP](super::FlipMap), and the worst tile: something small
-//! that vanished hardly moves the mean of a picture, but it moves the mean of the tile that held it.
+//! Means and weighted percentiles follow section 5 of the paper on [FLIP](super::FlipMap). The worst tile is our addition: a small object
+//! that vanishes hardly changes the mean of an image, but it changes the mean of its tile.
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -10,27 +10,27 @@ use super::FlipMap;
 
 /// Pixels on the side of a tile.
 const TILE: usize = 8;
-/// Pixels from one tile to the next, so that what is six pixels wide and high lies whole in one of them.
+/// Pixels from one tile to the next. Every square of six pixels lies within a tile.
 const STEP: usize = 2;
 
-/// The numbers of one map.
+/// Pooled errors of a FLIP map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct PooledErrors {
-    /// The mean.
+    /// The mean error.
     pub mean: f64,
-    /// The errors at which a quarter, a half and three quarters of the sum of all errors are reached, from small ones up.
+    /// Quartiles weighted by error: the errors at which the sum over the sorted errors reaches a quarter, a half and three quarters.
     pub weighted_quartiles: [f64; 3],
     /// The largest error.
     pub largest: f64,
-    /// Column and row of the largest.
+    /// Column and row of the largest error.
     pub largest_at: (u32, u32),
     /// The largest mean of a tile of 8x8 pixels.
     pub tile: f64,
-    /// Column and row of that tile's first pixel.
+    /// Column and row of the first pixel of that tile.
     pub tile_at: (u32, u32),
 }
 
-/// Pools a map.
+/// Pools the errors of a map.
 pub fn pool(map: &FlipMap) -> PooledErrors {
     let (width, errors) = (map.size.0, &map.errors);
     if errors.is_empty() {
@@ -68,7 +68,7 @@ fn weighted_percentiles(errors: &[f32], sum: f64, shares: [f64; 3]) -> [f64; 3] 
     })
 }
 
-/// The largest mean and the first pixel of its tile; of equal ones the first from the top left.
+/// The largest mean of a tile and its first pixel. Of equal means the first counts, in row-major order.
 fn worst_tile(map: &FlipMap) -> (f64, (u32, u32)) {
     let (width, height) = (map.size.0 as usize, map.size.1 as usize);
     let (tile_width, tile_height) = (TILE.min(width), TILE.min(height));
@@ -91,7 +91,7 @@ fn later_if_larger(a: (f64, (u32, u32)), b: (f64, (u32, u32))) -> (f64, (u32, u3
     if b.0 > a.0 { b } else { a }
 }
 
-/// Where tiles begin; the last one ends with the picture.
+/// First columns or rows of tiles. The last tile ends at the edge of the image.
 fn starts(length: usize, tile: usize) -> Vec<usize> {
     let mut starts: Vec<usize> = (0..=length - tile).step_by(STEP).collect();
     if starts.last() != Some(&(length - tile)) {
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_speck_moves_its_tile_and_not_the_mean() {
+    fn a_small_error_changes_its_tile_and_not_the_mean() {
         // 6x6 pixels of error 0.5 in 320x180: the mean is 18 / 57600, that of a tile 18 / 64.
         let pooled = pool(&map((320, 180), |x, y| {
             if (101..107).contains(&x) && (173..179).contains(&y) { 0.5 } else { 0.0 }

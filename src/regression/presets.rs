@@ -1,60 +1,59 @@
-//! What may differ: limits on every measure, and four sets of them.
+//! Limits on the measures of a comparison, and four presets of them.
 
 use serde::Serialize;
 
 use super::ValueLimits;
 
-/// The largest values that pass. Infinity asks for nothing.
+/// The largest values that pass. Infinity is no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limits {
-    /// Values whose bits differ, of all channels.
+    /// Number of values whose bits differ, over all channels.
     pub different_values: f64,
-    /// A value of a layer of light is too far off when it is beyond both of these: linear light, or 0 to 1 of a display.
+    /// Limits on values of layers of light, in linear light or in display values from 0 to 1.
     pub light: ValueLimits,
-    /// Pixels with such a value, as a share of all.
+    /// Share of pixels with a value of light beyond both limits.
     pub light_share: f64,
-    /// A value of a layer of data (depth, normals, albedo, …) is too far off when it is beyond both: in its own units. Ids
-    /// are either equal or too far off.
+    /// Limits on values of layers of data (depth, normals, albedo, …), in units of the layer. Ids must be equal.
     pub data: ValueLimits,
-    /// Pixels with such a value, as a share of all.
+    /// Share of pixels with a value of data beyond both limits.
     pub data_share: f64,
     /// Mean FLIP, 0 to 1.
     pub mean_flip: f64,
-    /// Mean FLIP of the worst tile of 8x8 pixels, 0 to 1. This is what notices a speck.
+    /// Mean FLIP of the worst tile of 8x8 pixels, 0 to 1. Small objects that vanish exceed this limit first.
     pub tile_flip: f64,
-    /// How far the mean luminance may be off, as a share of the reference's.
+    /// Difference of mean luminance, as a share of the reference's.
     pub brightness: f64,
 }
 
-/// The sets that have names.
+/// A named set of limits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preset {
-    /// Every bit of every value: for renders of one version, which are deterministic.
+    /// Every bit of every value must be equal. For renders of one version, which are deterministic.
     Exact,
-    /// Everything that a person could find by looking for it, and less; roundings of other programs pass.
+    /// Catches every difference that a person could find, and smaller ones. Rounding errors of other programs pass.
     Strict,
-    /// What somebody sees who flips between the pictures: an object that is lost or moved, but not a little noise or
-    /// exposure.
+    /// Catches what a person sees when flipping between the images, such as a lost or moved object. A little noise or exposure
+    /// passes.
     #[default]
     Visual,
-    /// Whether two noisy pictures could be of one scene.
+    /// Catches images that cannot show the same scene. Noise passes.
     Noisy,
 }
 
 impl Preset {
-    /// All of them, the narrowest first.
+    /// All presets, the strictest first.
     pub const ALL: [Self; 4] = [Self::Exact, Self::Strict, Self::Visual, Self::Noisy];
 
-    /// Their names, for messages.
+    /// The names, for messages.
     pub const NAMES: &'static str = "exact, strict, visual or noisy";
 
-    /// The one of this name.
+    /// The preset of this name.
     pub fn of_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|preset| preset.name() == name)
     }
 
-    /// As it is typed.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -64,7 +63,7 @@ impl Preset {
         }
     }
 
-    /// Its limits.
+    /// The limits of the preset.
     pub fn limits(self) -> Limits {
         match self {
             Self::Exact => EXACT,
@@ -86,7 +85,7 @@ const EXACT: Limits = Limits {
     brightness: 0.0,
 };
 
-/// Half a step of eight bits, or half a percent: what rounding explains. One pixel in ten thousand may be further off.
+/// Half a step of eight bits, or half a percent, which rounding explains. One pixel in ten thousand may be further off.
 const STRICT: Limits = Limits {
     different_values: f64::INFINITY,
     light: ValueLimits { absolute: 0.002, relative: 0.005 },
@@ -98,7 +97,7 @@ const STRICT: Limits = Limits {
     brightness: 0.002,
 };
 
-/// Values are not looked at one by one, but for data, which have no noise. Mean FLIP of 2 % more light is up to 0.06, of its
+/// Limits single values of data only, which have no noise. Mean FLIP of 2 % more light is up to 0.06, that of its
 /// worst tile 0.1; a speck of 6x6 pixels half as bright gives its tile 0.3 (`cargo test --test library corruptions -- --nocapture`).
 const VISUAL: Limits = Limits {
     different_values: f64::INFINITY,
@@ -111,7 +110,7 @@ const VISUAL: Limits = Limits {
     brightness: 0.03,
 };
 
-/// Wide enough for pictures of few samples, and for data of edges that other samples met; their brightness must agree.
+/// Admits images of few samples, and data of edges that other samples hit. The brightness must agree.
 const NOISY: Limits = Limits {
     different_values: f64::INFINITY,
     light: ValueLimits { absolute: 0.0, relative: 0.0 },

@@ -1,8 +1,8 @@
-//! Root mean square error, and the ratio of peak to it.
+//! Root mean square error, and the peak signal-to-noise ratio.
 
 use serde::Serialize;
 
-/// The error over all three colours of all pixels.
+/// Root mean square error over the three colours of all pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct RootMeanSquare {
     /// In units of the values.
@@ -12,8 +12,7 @@ pub struct RootMeanSquare {
     pub peak_ratio_decibels: f64,
 }
 
-/// Compares the colours of two pictures of one size. `peak` is the largest value there is; without one it is the
-/// reference's.
+/// Compares the colours of two images of one size. `peak` is the largest possible value; `None` takes the largest of the reference.
 pub fn root_mean_square(actual: &[[f32; 3]], reference: &[[f32; 3]], peak: Option<f64>) -> RootMeanSquare {
     let (mut sum, mut largest) = (0.0, 0.0);
     for (actual, reference) in actual.as_flattened().iter().zip(reference.as_flattened()) {

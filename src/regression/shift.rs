@@ -1,27 +1,27 @@
-//! Whether one picture is another one moved.
+//! Image registration: the displacement of a whole image against another one.
 //!
-//! Whole pixels are searched, then the rest is solved for as by B. Lucas and T. Kanade, *An Iterative Image Registration
-//! Technique with an Application to Stereo Vision*, IJCAI 1981, for one displacement of the whole picture.
+//! Whole pixels are searched exhaustively. Fractions are then solved for as by B. Lucas and T. Kanade, *An Iterative Image Registration
+//! Technique with an Application to Stereo Vision*, IJCAI 1981, with one displacement for the whole image.
 
-/// Pixels searched each way.
+/// Search radius, pixels.
 const REACH: i64 = 8;
-/// Pixels at the border that are not looked at, so that whatever moved here was seen before.
+/// Width of the ignored border, pixels. Everything inside it was inside the reference, too.
 const MARGIN: i64 = REACH + 2;
-/// About how many pixels are looked at.
+/// Approximate number of compared pixels.
 const SAMPLES: i64 = 40_000;
 
-/// A displacement of the whole picture.
+/// A displacement of the whole image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shift {
-    /// Pixels to the right by which the reference has to be moved.
+    /// Displacement of the image against the reference to the right, pixels.
     pub right: f64,
-    /// Pixels downwards.
+    /// Displacement downwards, pixels.
     pub down: f64,
-    /// The share of the squared difference that it explains.
+    /// Share of the squared difference that the displacement explains.
     pub explained: f64,
 }
 
-/// A picture of one value a pixel.
+/// A greyscale image.
 struct Grey<'a> {
     values: &'a [f32],
     width: i64,
@@ -32,8 +32,8 @@ impl Grey<'_> {
         f64::from(self.values[(y * self.width + x) as usize])
     }
 
-    /// Between four pixels.
-    fn between(&self, x: f64, y: f64) -> f64 {
+    /// The value between four pixels, by bilinear interpolation.
+    fn interpolated(&self, x: f64, y: f64) -> f64 {
         let (left, top) = (x.floor(), y.floor());
         let (u, v) = (x - left, y - top);
         let (left, top) = (left as i64, top as i64);
@@ -42,7 +42,7 @@ impl Grey<'_> {
     }
 }
 
-/// The displacement that leaves least of the difference; `None` when the pictures are too small or equal.
+/// The displacement with the least squared difference. `None` when the images are too small, or equal.
 pub fn best_shift(actual: &[f32], reference: &[f32], size: (u32, u32)) -> Option<Shift> {
     let (width, height) = (i64::from(size.0), i64::from(size.1));
     if width <= 4 * MARGIN || height <= 4 * MARGIN {
@@ -50,47 +50,48 @@ pub fn best_shift(actual: &[f32], reference: &[f32], size: (u32, u32)) -> Option
     }
     let (actual, reference) = (Grey { values: actual, width }, Grey { values: reference, width });
     let step = (1..width.max(height)).find(|step| width * height / (step * step) <= SAMPLES).unwrap_or(1);
-    let places: Vec<(i64, i64)> = (MARGIN..height - MARGIN)
+    let pixels: Vec<(i64, i64)> = (MARGIN..height - MARGIN)
         .step_by(step as usize)
         .flat_map(|y| (MARGIN..width - MARGIN).step_by(step as usize).map(move |x| (x, y)))
         .collect();
-    let left_over = |right: f64, down: f64| -> f64 {
+    let squared_difference = |right: f64, down: f64| -> f64 {
         let difference = |&(x, y): &(i64, i64)| {
-            let difference = actual.at(x, y) - reference.between(x as f64 - right, y as f64 - down);
+            let difference = actual.at(x, y) - reference.interpolated(x as f64 - right, y as f64 - down);
             difference * difference
         };
-        places.iter().map(difference).sum()
+        pixels.iter().map(difference).sum()
     };
-    let still = left_over(0.0, 0.0);
-    if still == 0.0 {
+    let unmoved = squared_difference(0.0, 0.0);
+    if unmoved == 0.0 {
         return None;
     }
-    let mut best = (still, 0.0, 0.0);
+    let mut best = (unmoved, 0.0, 0.0);
     for (right, down) in (-REACH..=REACH).flat_map(|right| (-REACH..=REACH).map(move |down| (right, down))) {
         let (right, down) = (right as f64, down as f64);
-        let sum = left_over(right, down);
+        let sum = squared_difference(right, down);
         if sum < best.0 {
             best = (sum, right, down);
         }
     }
     for _ in 0..4 {
-        let (right, down) = refined(&actual, &reference, &places, (best.1, best.2));
+        let (right, down) = refined(&actual, &reference, &pixels, (best.1, best.2));
         let is_near = right.abs() <= REACH as f64 && down.abs() <= REACH as f64;
-        let sum = if is_near { left_over(right, down) } else { best.0 };
+        let sum = if is_near { squared_difference(right, down) } else { best.0 };
         if sum >= best.0 {
             break;
         }
         best = (sum, right, down);
     }
-    Some(Shift { right: best.1, down: best.2, explained: 1.0 - best.0 / still })
+    Some(Shift { right: best.1, down: best.2, explained: 1.0 - best.0 / unmoved })
 }
 
-/// One step of Gauss and Newton from a displacement towards the best one near it.
-fn refined(actual: &Grey<'_>, reference: &Grey<'_>, places: &[(i64, i64)], from: (f64, f64)) -> (f64, f64) {
+/// One Gauss–Newton step from a displacement towards the nearest minimum.
+fn refined(actual: &Grey<'_>, reference: &Grey<'_>, pixels: &[(i64, i64)], from: (f64, f64)) -> (f64, f64) {
     let [mut xx, mut xy, mut yy, mut xd, mut yd] = [0.0; 5];
-    for &(x, y) in places {
-        let moved =
-            |right: f64, down: f64| reference.between(x as f64 - from.0 + right, y as f64 - from.1 + down);
+    for &(x, y) in pixels {
+        let moved = |right: f64, down: f64| {
+            reference.interpolated(x as f64 - from.0 + right, y as f64 - from.1 + down)
+        };
         let slope_x = 0.5 * (moved(1.0, 0.0) - moved(-1.0, 0.0));
         let slope_y = 0.5 * (moved(0.0, 1.0) - moved(0.0, -1.0));
         let difference = moved(0.0, 0.0) - actual.at(x, y);
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_and_broken_displacements_are_found() {
+    fn whole_and_fractional_displacements_are_found() {
         for (right, down) in [(1.0, 0.0), (-3.0, 5.0), (0.4, -0.3), (2.5, 0.25)] {
             let shift = best_shift(&waves(right, down), &waves(0.0, 0.0), SIZE).unwrap();
             assert!((shift.right - right).abs() < 0.05 && (shift.down - down).abs() < 0.05, "{shift:?}");
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_displacement_is_not_explained() {
+    fn other_differences_are_not_explained() {
         let brighter: Vec<f32> = waves(0.0, 0.0).iter().map(|value| value * 1.1 + 0.2).collect();
         let shift = best_shift(&brighter, &waves(0.0, 0.0), SIZE).unwrap();
         assert!(shift.explained < 0.5, "{shift:?}");

@@ -1,4 +1,4 @@
-//! FLIP of a band of rows, from the colours of both pictures to the error of each pixel.
+//! FLIP of a band of rows: from the colours of both images to the error of each pixel.
 //!
 //! Source: Andersson et al. 2020, sections 4.1 to 4.4, with the constants of its table 1.
 
@@ -7,22 +7,22 @@ use super::kernels::Kernels;
 
 /// Exponent of the colour difference.
 const Q_C: f32 = 0.7;
-/// The share of the largest colour difference that is spread over [0, `P_T`].
+/// Share of the largest colour difference that is mapped to [0, `P_T`].
 const P_C: f32 = 0.4;
-/// What that share becomes.
+/// Range of the result over which that share is spread.
 const P_T: f32 = 0.95;
 /// Exponent of the feature difference.
 const Q_F: f32 = 0.5;
 
-/// Rows of one picture and as many above and below as the filters reach, where the outermost rows of the picture go on.
+/// Rows of one image in the opponent space, with margins of the filter radius above and below. The outermost rows of the image repeat.
 pub(super) struct Band {
-    /// Lightness, red against green, blue against yellow.
+    /// Lightness, red–green, blue–yellow.
     planes: [Vec<f32>; 3],
 }
 
-/// What the filters made of a band.
+/// The filtered planes of a band.
 struct Filtered {
-    /// Blurred as the eye does.
+    /// Colours, blurred by the contrast sensitivity functions.
     colors: [Vec<f32>; 3],
     /// Strength of edges.
     edges: Vec<f32>,
@@ -30,28 +30,28 @@ struct Filtered {
     points: Vec<f32>,
 }
 
-/// The rows for which errors are asked.
+/// The rows whose errors are computed.
 #[derive(Clone, Copy)]
 pub(super) struct Rows {
-    /// Columns of the picture.
+    /// Width of the image.
     pub(super) width: usize,
-    /// Rows of the picture.
+    /// Height of the image.
     pub(super) height: usize,
-    /// First row asked for.
+    /// First row.
     pub(super) first: usize,
-    /// How many.
+    /// Number of rows.
     pub(super) count: usize,
 }
 
 impl Band {
-    /// The band around `rows`, whose pixel at a subscript of the picture has the linear colour `color`.
+    /// The band around `rows`. `color` gives the linear colour of the pixel at an index.
     pub(super) fn new(rows: Rows, radius: usize, color: impl Fn(usize) -> [f32; 3]) -> Self {
         let count = (rows.count + 2 * radius) * rows.width;
         let mut planes = [0; 3].map(|_| Vec::with_capacity(count));
         for row in 0..rows.count + 2 * radius {
             let y = (rows.first + row).saturating_sub(radius).min(rows.height - 1);
-            for subscript in y * rows.width..(y + 1) * rows.width {
-                let opponent = opponent_from_linear(color(subscript));
+            for index in y * rows.width..(y + 1) * rows.width {
+                let opponent = opponent_from_linear(color(index));
                 for (plane, value) in planes.iter_mut().zip(opponent) {
                     plane.push(value);
                 }
@@ -74,7 +74,7 @@ impl Band {
             both(red_green, &kernels.red_green, &kernels.red_green),
             last,
         ];
-        // Features are those of lightness between 0 and 1.
+        // Features are detected in lightness between 0 and 1.
         let light: Vec<f32> = lightness.iter().map(|value| (value + 16.0) / 116.0).collect();
         let smooth = filter_rows(&light, width, &kernels.bell);
         let strength = |derivative: &[f32]| {
@@ -106,7 +106,7 @@ pub(super) fn errors(reference: &Band, test: &Band, rows: Rows, kernels: &Kernel
     (0..rows.width * rows.count).map(error).collect()
 }
 
-/// Large colour differences share little of the range, for all of them are large to the eye.
+/// Compresses large colour differences into a small part of the range, because all of them look large.
 fn redistributed(difference: f32, largest: f32) -> f32 {
     let bend = P_C * largest;
     if difference < bend {
@@ -116,7 +116,7 @@ fn redistributed(difference: f32, largest: f32) -> f32 {
     }
 }
 
-/// Filters along rows, whose first and last values go on beyond them.
+/// Filters along rows. The first and last values repeat beyond the row.
 fn filter_rows(plane: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
     let radius = kernel.len() / 2;
     let mut filtered = vec![0.0; plane.len()];
@@ -136,7 +136,7 @@ fn filter_rows(plane: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
     filtered
 }
 
-/// Filters along columns, leaving out as many rows on either side as the filter reaches.
+/// Filters along columns. The result has no margins.
 fn filter_columns(plane: &[f32], width: usize, kernel: &[f32]) -> Vec<f32> {
     let mut filtered = vec![0.0; plane.len() - (kernel.len() - 1) * width];
     for (y, out) in filtered.chunks_exact_mut(width).enumerate() {

@@ -1,9 +1,9 @@
-//! The colour spaces of FLIP: from linear Rec.709 to the opponent space in which the eye's blur is modelled, and on to the
-//! space in which colours are compared.
+//! The colour spaces of FLIP: the opponent space in which contrast sensitivity is modelled, and the space in which colours are
+//! compared.
 //!
 //! Source: P. Andersson et al., *FLIP: A Difference Evaluator for Alternating Images*, HPG 2020, sections 4.1 and 4.2.
 
-/// CIE XYZ from linear Rec.709, with the white of D65 at the sums of its rows.
+/// CIE XYZ from linear Rec.709. The sums of its rows are the white point D65.
 const XYZ_FROM_RGB: [[f32; 3]; 3] = [
     [0.412_386_56, 0.357_591_5, 0.180_450_5],
     [0.212_636_82, 0.715_183, 0.072_180_2],
@@ -20,14 +20,14 @@ fn product(matrix: &[[f32; 3]; 3], vector: [f32; 3]) -> [f32; 3] {
     matrix.map(|row| row[0] * vector[0] + row[1] * vector[1] + row[2] * vector[2])
 }
 
-/// YyCxCz, which is linear in light: a lightness, red against green, blue against yellow.
+/// YyCxCz, which is linear in light: lightness, red–green, blue–yellow.
 pub(super) fn opponent_from_linear(rgb: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = product(&XYZ_FROM_RGB, rgb);
     let (x, z) = (x / WHITE_XYZ[0], z / WHITE_XYZ[2]);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// The way back, into the unit cube.
+/// The inverse, clamped to the unit cube.
 pub(super) fn linear_from_opponent([lightness, red_green, blue_yellow]: [f32; 3]) -> [f32; 3] {
     let y = (lightness + 16.0) / 116.0;
     let x = y + red_green / 500.0;
@@ -35,7 +35,7 @@ pub(super) fn linear_from_opponent([lightness, red_green, blue_yellow]: [f32; 3]
     product(&RGB_FROM_XYZ, [x * WHITE_XYZ[0], y, z * WHITE_XYZ[2]]).map(|value| value.clamp(0.0, 1.0))
 }
 
-/// CIELAB whose chroma shrinks with lightness, as Hunt found that the eye sees it.
+/// CIELAB with Hunt's adjustment: chroma is scaled by lightness.
 pub(super) fn hunt_lab_from_linear(rgb: [f32; 3]) -> [f32; 3] {
     const DELTA: f32 = 6.0 / 29.0;
     let [x, y, z] = product(&XYZ_FROM_RGB, rgb);
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn white_is_colourless_and_the_way_back_leads_back() {
+    fn white_is_neutral_and_conversions_round_trip() {
         // Lightness is 100 for white and −16 for black, where the others are 0.
         let [lightness, red_green, blue_yellow] = opponent_from_linear([1.0; 3]);
         assert!((lightness - 100.0).abs() < 1e-3 && red_green.abs() < 1e-3 && blue_yellow.abs() < 1e-3);

@@ -1,4 +1,4 @@
-//! The exposures at which two pictures of unbounded light are compared, and the tone curve that shows them.
+//! The exposures at which images of unbounded light are compared, and the tone curve.
 //!
 //! Source: P. Andersson et al., *Visualizing Errors in Rendered High Dynamic Range Images*, Eurographics 2021, section 3,
 //! with the ACES curve of K. Narkowicz in units that the published tool (1.7) uses, and its rule for the median: the upper
@@ -8,22 +8,22 @@ use serde::Serialize;
 
 /// Numerator and denominator of the tone curve, (a x² + b x + c) / (d x² + e x + f), light first scaled by 0.6.
 const ACES: [f32; 6] = [0.6 * 0.6 * 2.51, 0.6 * 0.03, 0.0, 0.6 * 0.6 * 2.43, 0.6 * 0.59, 0.14];
-/// What the curve makes of the brightest light at the first exposure and of the median at the last.
+/// Tone-mapped value of the brightest light at the first exposure, and of the median at the last.
 const SHOWN: f32 = 0.85;
 
 /// Exposures from `start` to `stop`, in stops.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ExposureRange {
-    /// Shows the brightest light of the reference.
+    /// The exposure for the brightest light of the reference.
     pub start: f32,
-    /// Shows its median.
+    /// The exposure for the median of the reference.
     pub stop: f32,
-    /// How many, evenly spaced, both ends included.
+    /// Number of exposures, evenly spaced, both ends included.
     pub count: u32,
 }
 
 impl ExposureRange {
-    /// The range that shows `reference`, in linear light.
+    /// The exposures for `reference`, which is in linear light.
     pub fn of(reference: &[[f32; 3]]) -> Self {
         let mut luminances: Vec<f32> = reference
             .iter()
@@ -40,28 +40,28 @@ impl ExposureRange {
             libm::log2f(light_shown_as(SHOWN) / luminance)
         };
         let (start, stop) = (stops(largest), stops(median));
-        // Where all is equally bright one exposure says it all; the published tool refuses such a picture.
+        // An image of uniform brightness needs one exposure; the published tool rejects it.
         let count = if stop > start { ((stop - start).ceil() as u32).max(2) } else { 1 };
         Self { start, stop, count }
     }
 
-    /// The factors on light, one an exposure.
+    /// The factor on light of each exposure.
     pub fn scales(&self) -> Vec<f32> {
         let step = (self.stop - self.start) / (self.count.max(2) - 1) as f32;
         (0..self.count).map(|index| libm::exp2f(self.start + index as f32 * step)).collect()
     }
 }
 
-/// The tone curve, into the unit interval.
+/// The tone curve, clamped to the unit interval.
 pub(super) fn tone_mapped(light: f32) -> f32 {
     let [a, b, c, d, e, f] = ACES;
     let light = at_least_zero(light);
-    // Beyond this it is 1 anyway, and squares stay finite.
+    // The curve is 1 beyond this value; clamping keeps squares finite.
     let light = if light < 1e9 { light } else { 1e9 };
     (((a * light + b) * light + c) / ((d * light + e) * light + f)).clamp(0.0, 1.0)
 }
 
-/// The light that the curve shows as `shown`: the larger root of the quadratic equation.
+/// The inverse of the tone curve: the larger root of the quadratic equation.
 fn light_shown_as(shown: f32) -> f32 {
     let [a, b, c, d, e, f] = ACES;
     let (a, b, c) = (shown * d - a, shown * e - b, shown * f - c);
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_range_shows_the_brightest_and_the_median() {
+    fn the_range_covers_the_brightest_light_and_the_median() {
         // Luminances 1, 2, 8, 64: the upper median is 8, three stops below 64.
         let reference = [1.0, 64.0, 8.0, 2.0].map(|value| [value; 3]);
         let range = ExposureRange::of(&reference);
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_and_black_pictures_have_one_exposure() {
+    fn flat_and_black_images_have_one_exposure() {
         for value in [0.0, 1.0, -1.0] {
             let range = ExposureRange::of(&[[value; 3]; 9]);
             assert_eq!((range.count, range.scales().len()), (1, 1));

@@ -1,7 +1,7 @@
-//! The one-dimensional filters of FLIP: how the eye blurs, and what finds edges and points.
+//! The one-dimensional filters of FLIP: contrast sensitivity of the eye, and edge and point detection.
 //!
 //! Source: Andersson et al. 2020, sections 4.1.1 (contrast sensitivity, after Johnson and Fairchild) and 4.3. All of them
-//! are products of a function of columns and one of rows, so each is applied in two passes.
+//! are separable, so each is applied in two passes.
 
 use std::f64::consts::PI;
 
@@ -11,12 +11,12 @@ type Sensitivity = [(f64, f64); 2];
 const LIGHTNESS: Sensitivity = [(1.0, 0.0047), (0.0, 1e-5)];
 const RED_GREEN: Sensitivity = [(1.0, 0.0053), (0.0, 1e-5)];
 const BLUE_YELLOW: Sensitivity = [(34.1, 0.04), (13.5, 0.025)];
-/// The width of the widest of them.
+/// The largest of these widths.
 const WIDEST: f64 = 0.04;
-/// Width in degrees of what counts as a feature.
+/// Width of a feature, degrees.
 const FEATURE_WIDTH_DEGREES: f64 = 0.082;
 
-/// All filters at one resolution, each of `2 · radius + 1` weights.
+/// The filters at one resolution, each of `2 · radius + 1` weights.
 pub(super) struct Kernels {
     /// Pixels on either side.
     pub(super) radius: usize,
@@ -26,16 +26,16 @@ pub(super) struct Kernels {
     pub(super) red_green: Vec<f32>,
     /// Blur of blue against yellow is the sum of two, each applied in both directions.
     pub(super) blue_yellow: [Vec<f32>; 2],
-    /// Gauss' bell, across features.
+    /// Gaussian, across features.
     pub(super) bell: Vec<f32>,
-    /// Its first derivative: edges.
+    /// First derivative of the Gaussian, for edges.
     pub(super) slope: Vec<f32>,
-    /// Its second derivative: points.
+    /// Second derivative of the Gaussian, for points.
     pub(super) bend: Vec<f32>,
 }
 
 impl Kernels {
-    /// For an observer who sees this many pixels in a degree.
+    /// The filters for an observer who sees this many pixels a degree.
     pub(super) fn new(pixels_per_degree: f64) -> Self {
         let blur_radius = (3.0 * (WIDEST / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil();
         let deviation = 0.5 * FEATURE_WIDTH_DEGREES * pixels_per_degree;
@@ -47,7 +47,7 @@ impl Kernels {
         };
         let blur = |amplitude: f64, width: f64| {
             let z = |x: f64| x / pixels_per_degree;
-            // The square root, because it is applied in both directions.
+            // The square root, because the filter is applied in both directions.
             let amplitude = (amplitude * (PI / width).sqrt()).sqrt();
             sampled(blur_radius, &|x| amplitude * libm::exp(-PI * PI * z(x) * z(x) / width))
         };
@@ -71,7 +71,7 @@ impl Kernels {
     }
 }
 
-/// Positive weights sum to 1 and negative ones to −1.
+/// Normalises weights so that positive ones sum to 1 and negative ones to −1.
 fn balanced(weights: &[f64]) -> Vec<f32> {
     let above: f64 = weights.iter().filter(|weight| **weight > 0.0).sum();
     let below: f64 = -weights.iter().filter(|weight| **weight < 0.0).sum::<f64>();
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn blurs_keep_a_flat_picture_and_derivatives_erase_it() {
+    fn blurs_keep_a_constant_image_and_derivatives_erase_it() {
         for pixels_per_degree in [5.0, 67.0, 120.0] {
             let kernels = Kernels::new(pixels_per_degree);
             for blur in [&kernels.lightness, &kernels.red_green, &kernels.bell] {
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn radii_are_those_of_the_paper() {
+    fn radii_match_the_paper() {
         // 3 √(0.04 / 2π²) · 67 = 9.05, up to 10; 3 · 0.041 · 67 = 8.24, up to 9.
         let kernels = Kernels::new(67.0);
         assert_eq!(kernels.radius, 10);

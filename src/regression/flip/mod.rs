@@ -1,11 +1,11 @@
-//! FLIP: how different two pictures look to somebody who flips between them, for each pixel from 0 (the same) to 1.
+//! FLIP: the perceived difference of two images that alternate, for each pixel, from 0 (equal) to 1.
 //!
 //! Source: P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. Fairchild, *FLIP: A Difference Evaluator
-//! for Alternating Images*, HPG 2020 (pictures for displays); P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller,
+//! for Alternating Images*, HPG 2020 (display images); P. Andersson, J. Nilsson, P. Shirley, T. Akenine-Möller,
 //! *Visualizing Errors in Rendered High Dynamic Range Images*, Eurographics 2021 (unbounded light); the same authors in *Ray
 //! Tracing Gems II*, chapter 19. `tests/oracles/compare_flip.py` compares the results with the published tool's.
 //!
-//! Neither picture is looked at beyond its colours: no alpha, no layers. Negative light counts as none.
+//! FLIP compares colours only: no alpha, no layers. Negative light counts as zero.
 
 mod band;
 mod color;
@@ -21,41 +21,41 @@ use crate::color::srgb_to_linear;
 
 pub use exposures::ExposureRange;
 
-/// Pixels in a degree of somebody 0.7 m from a display 0.7 m wide with 3840 columns.
+/// Pixels a degree for an observer 0.7 m from a display 0.7 m wide with 3840 columns.
 pub const PIXELS_PER_DEGREE: f64 = 3840.0 * std::f64::consts::PI / 180.0;
-/// Rows that one thread works on at a time.
+/// Rows of a band. One thread computes a band.
 const BAND_ROWS: usize = 32;
 
-/// The error of every pixel.
+/// FLIP of every pixel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlipMap {
     /// Columns and rows.
     pub size: (u32, u32),
     /// Row-major, top row first, from 0 to 1.
     pub errors: Vec<f32>,
-    /// The exposures over which the largest errors were taken; `None` for pictures for displays.
+    /// The exposures over which the maximum was taken; `None` for display images.
     pub exposures: Option<ExposureRange>,
 }
 
-/// FLIP of pictures for displays, in sRGB values between 0 and 1; both are of `size`.
+/// FLIP of display images, in sRGB values between 0 and 1. Both are of `size`.
 pub fn flip_display(
     reference: &[[f32; 3]],
     test: &[[f32; 3]],
     size: (u32, u32),
     pixels_per_degree: f64,
 ) -> FlipMap {
-    let linear = |picture: &[[f32; 3]]| -> Vec<[f32; 3]> {
-        picture.iter().map(|pixel| pixel.map(|value| srgb_to_linear(unit(value)))).collect()
+    let linear = |image: &[[f32; 3]]| -> Vec<[f32; 3]> {
+        image.iter().map(|pixel| pixel.map(|value| srgb_to_linear(unit(value)))).collect()
     };
     let (reference, test) = (linear(reference), linear(test));
     let errors = in_bands(size, pixels_per_degree, |rows, kernels| {
-        let band = |picture: &[[f32; 3]]| Band::new(rows, kernels.radius, |at| picture[at]);
+        let band = |image: &[[f32; 3]]| Band::new(rows, kernels.radius, |at| image[at]);
         band::errors(&band(&reference), &band(&test), rows, kernels)
     });
     FlipMap { size, errors, exposures: None }
 }
 
-/// FLIP of pictures of linear light: the largest of FLIP over all exposures that show something of the reference.
+/// FLIP of images of linear light: the maximum over the exposures of the reference.
 pub fn flip_light(
     reference: &[[f32; 3]],
     test: &[[f32; 3]],
@@ -67,8 +67,8 @@ pub fn flip_light(
     let errors = in_bands(size, pixels_per_degree, |rows, kernels| {
         let mut worst = vec![0.0_f32; rows.width * rows.count];
         for scale in &scales {
-            let band = |picture: &[[f32; 3]]| {
-                Band::new(rows, kernels.radius, |at| picture[at].map(|light| tone_mapped(light * scale)))
+            let band = |image: &[[f32; 3]]| {
+                Band::new(rows, kernels.radius, |at| image[at].map(|light| tone_mapped(light * scale)))
             };
             let found = band::errors(&band(reference), &band(test), rows, kernels);
             for (worst, error) in worst.iter_mut().zip(found) {
@@ -82,7 +82,7 @@ pub fn flip_light(
     FlipMap { size, errors, exposures: Some(range) }
 }
 
-/// The errors of all bands, one after the other.
+/// Computes the errors of all bands in parallel, in order.
 fn in_bands(
     size: (u32, u32),
     pixels_per_degree: f64,
@@ -100,7 +100,7 @@ fn in_bands(
     bands.collect::<Vec<_>>().concat()
 }
 
-/// A value between 0 and 1; what is not a number is 0.
+/// A value clamped to the unit interval. NaN becomes 0.
 fn unit(value: f32) -> f32 {
     if value > 0.0 { value.clamp(0.0, 1.0) } else { 0.0 }
 }
@@ -115,11 +115,11 @@ mod tests {
     }
 
     #[test]
-    fn equal_pictures_have_no_error_and_black_to_white_the_largest() {
+    fn equal_images_have_no_error_and_black_to_white_a_large_one() {
         let size = (40, 37);
-        let picture = ramp(size, 0.0);
-        assert!(flip_display(&picture, &picture, size, PIXELS_PER_DEGREE).errors.iter().all(|&e| e == 0.0));
-        assert!(flip_light(&picture, &picture, size, PIXELS_PER_DEGREE).errors.iter().all(|&e| e == 0.0));
+        let image = ramp(size, 0.0);
+        assert!(flip_display(&image, &image, size, PIXELS_PER_DEGREE).errors.iter().all(|&e| e == 0.0));
+        assert!(flip_light(&image, &image, size, PIXELS_PER_DEGREE).errors.iter().all(|&e| e == 0.0));
         // Black and white are 100 apart; 100^0.7 = 25.12. The largest, green to blue with Hunt's chroma, is 308.2^0.7 = 55.2, of
         // which 0.4 is 22.1: 0.95 + (25.12 − 22.1) / 33.1 · 0.05 = 0.9546.
         let (black, white) = (vec![[0.0; 3]; 1480], vec![[1.0; 3]; 1480]);
@@ -128,8 +128,8 @@ mod tests {
     }
 
     #[test]
-    fn bands_do_not_show() {
-        // One row more or less moves the borders between bands; only rows near the picture's end may change.
+    fn band_borders_do_not_affect_the_result() {
+        // One row more or less moves the borders between bands; only rows near the image's end may change.
         let (tall, cut) = ((24, 80), (24, 70));
         let (reference, test) = (ramp(tall, 0.0), ramp(tall, 0.05));
         let pixels = 24 * 70;
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn one_pixel_and_no_pixels_are_pictures_too() {
+    fn images_of_one_pixel_and_of_none_are_valid() {
         assert_eq!(flip_light(&[[1.0; 3]], &[[1.0; 3]], (1, 1), 67.0).errors, [0.0]);
         assert!(flip_display(&[], &[], (0, 0), 67.0).errors.is_empty());
     }

@@ -1,28 +1,28 @@
-//! The file that the report's tick boxes export: which changes somebody has looked at and approved.
+//! Approvals files, which the report page exports: the changes that a person approved.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Deserialize;
 
-use super::super::{Image, pixel_hash};
 use super::names::reference_path;
 use super::{Pending, PendingKind, Suite};
 use crate::error::{Error, Result};
+use crate::regression::{Image, pixel_hash};
 
-/// The form of the file that is understood.
+/// The supported version of the file format.
 const SCHEMA: u32 = 1;
-/// Largest file, bytes.
+/// Largest accepted file, bytes.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// What was approved about one picture.
+/// The approval of one change.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq)]
 #[serde(deny_unknown_fields)]
 pub struct Approval {
-    /// The picture.
+    /// The name of the image.
     pub name: String,
-    /// The hash of its pixels ([`pixel_hash`]); `None` approves that its reference is removed.
-    // Named so that it may be null, but not be left out.
+    /// The hash of the approved pixels ([`pixel_hash`]). `None` approves the removal of the reference.
+    // The field may be null, but not be absent.
     #[serde(deserialize_with = "Option::deserialize")]
     pub hash: Option<String>,
 }
@@ -34,37 +34,37 @@ struct ApprovalsText {
 }
 
 impl Approval {
-    /// Whether the reference is already as it was approved.
-    pub fn is_done(&self, suite: &Suite) -> bool {
+    /// Whether the reference already is as approved.
+    pub fn is_applied(&self, suite: &Suite) -> bool {
         let reference = reference_path(&suite.references, &self.name);
         match &self.hash {
-            Some(hash) => Image::read(&reference).is_ok_and(|picture| pixel_hash(&picture) == *hash),
+            Some(hash) => Image::read(&reference).is_ok_and(|image| pixel_hash(&image) == *hash),
             None => !reference.exists(),
         }
     }
 
-    /// Why this is not what waits; `None` when it is.
+    /// Why the approval does not fit a pending change; `None` when it does.
     ///
     /// # Errors
-    /// Those of reading the picture.
+    /// Errors of reading the pending image.
     pub fn contradiction(&self, pending: &Pending) -> Result<Option<String>> {
         let why = match (&self.hash, pending.kind) {
             (None, PendingKind::Remove) => return Ok(None),
-            (None, _) => "its removal was approved, but a picture waits",
-            (Some(_), PendingKind::Remove) => "a picture was approved, but its removal waits",
+            (None, _) => "its removal was approved, but an image is pending",
+            (Some(_), PendingKind::Remove) => "an image was approved, but its removal is pending",
             (Some(hash), _) if pixel_hash(&Image::read(&pending.file)?) == *hash => {
                 return Ok(None);
             }
-            (Some(_), _) => "the picture that waits is another than the one that was approved",
+            (Some(_), _) => "the pending image is not the one that was approved",
         };
         Ok(Some(format!("{}: {why}; run rayframe test and look again", self.name)))
     }
 }
 
-/// Reads an approvals file; of several approvals of one picture the last counts.
+/// Reads an approvals file. Of several approvals of one image, the last counts.
 ///
 /// # Errors
-/// [`Error::Missing`] when it cannot be read, [`Error::Invalid`] when it is not one.
+/// [`Error::Missing`] when the file cannot be read, [`Error::Invalid`] when it is not an approvals file.
 pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
     let missing = Error::missing(path);
     let length = std::fs::metadata(path).map_err(missing)?.len();
@@ -72,14 +72,14 @@ pub fn read_approvals(path: &Path) -> Result<Vec<Approval>> {
         return Err(Error::refused(
             path,
             "",
-            "is too large for a file of approvals; name what the report exported",
+            "is too large for an approvals file; name the file that the report exported",
         ));
     }
     let bytes = std::fs::read(path).map_err(missing)?;
     let text: ApprovalsText = serde_json::from_slice(&bytes)
-        .map_err(|error| Error::invalid(path, "", format!("is no file of approvals: {error}")))?;
+        .map_err(|error| Error::invalid(path, "", format!("is not an approvals file: {error}")))?;
     if text.schema != SCHEMA {
-        let message = format!("has schema {}; this version understands {SCHEMA}", text.schema);
+        let message = format!("has schema {}; this version supports {SCHEMA}", text.schema);
         return Err(Error::invalid(path, "/schema", message));
     }
     let approvals = text.approved.into_iter().map(|approval| (approval.name.clone(), approval));

@@ -1,4 +1,4 @@
-//! Which shots a suite has.
+//! Discovery of the shots of a suite.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -10,34 +10,34 @@ use super::{SUITE_FILE, Suite};
 use crate::error::{Error, Result, Warning};
 use crate::sequence::SequenceJob;
 
-/// One picture or sequence of a suite.
+/// One image or sequence of a suite.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SuiteShot {
-    /// The path below the suite's scenes without extension, with `/` on every system.
+    /// The path below the suite's scenes, without extension, with `/` on every system.
     pub name: String,
-    /// The shot file, or a scene that none names.
+    /// The shot file, or a scene that no shot file names.
     pub path: PathBuf,
 }
 
-/// Understands shots.
+/// Reads shots.
 pub trait ShotReader: Sync {
     /// The scene that a shot file names.
     ///
     /// # Errors
-    /// Those of reading the shot file.
+    /// Errors of reading the shot file.
     fn scene(&self, shot: &Path) -> Result<PathBuf>;
 
-    /// What is to be rendered for a shot file or a scene, with the settings that the suite has for all; and what is not honoured.
+    /// The job of a shot file or a scene with the shared settings of the suite, and warnings about features that are not honoured.
     ///
     /// # Errors
-    /// Those of reading the shot file and loading the scene.
+    /// Errors of reading the shot file and loading the scene.
     fn job(&self, suite: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)>;
 }
 
-/// All shots of a suite in the order of their names: its shot files, and the scenes that none of them names.
+/// All shots of a suite, sorted by name: its shot files, and the scenes that no shot file names.
 ///
 /// # Errors
-/// [`Error::Missing`] when a folder cannot be read, [`Error::Invalid`] when pictures of two shots would have one name.
+/// [`Error::Missing`] when a folder cannot be read, [`Error::Invalid`] when images of two shots would share a name.
 pub fn discover(suite: &Suite, reader: &dyn ShotReader) -> Result<Vec<SuiteShot>> {
     let (shot_files, scenes): (Vec<_>, Vec<_>) =
         own_files(suite)?.into_iter().partition(|file| has_extension(file, &["toml"]));
@@ -47,30 +47,30 @@ pub fn discover(suite: &Suite, reader: &dyn ShotReader) -> Result<Vec<SuiteShot>
             Ok(scene) if scene.exists() => {
                 named.insert(same_file(&scene));
             }
-            // What is wrong with it is said when it is rendered. It most likely names the scene beside it.
+            // The error is reported when the shot is rendered. Most likely it names the scene beside it.
             _ => {
                 named.extend(["gltf", "glb"].map(|extension| same_file(&shot.with_extension(extension))));
             }
         }
     }
-    let bare = scenes.into_iter().filter(|scene| !named.contains(&same_file(scene)));
-    let shots = shot_files.into_iter().chain(bare).filter_map(|path| {
+    let unnamed_scenes = scenes.into_iter().filter(|scene| !named.contains(&same_file(scene)));
+    let shots = shot_files.into_iter().chain(unnamed_scenes).filter_map(|path| {
         let name = name_below(&suite.scenes, &path.with_extension(""))?;
         Some(SuiteShot { name, path })
     });
     let mut shots: Vec<_> = shots.collect();
     shots.sort_by(|a, b| a.name.cmp(&b.name));
-    refuse_to_share_names(&shots)?;
+    refuse_shared_names(&shots)?;
     Ok(shots)
 }
 
-/// No two shots may ask for one reference, nor for two that some systems take for one.
-fn refuse_to_share_names(shots: &[SuiteShot]) -> Result<()> {
+/// Refuses shots that share a reference, also on file systems that ignore case.
+fn refuse_shared_names(shots: &[SuiteShot]) -> Result<()> {
     let mut names = BTreeMap::new();
     for shot in shots {
         if let Some(other) = names.insert(shot.name.to_lowercase(), shot) {
             let message = format!(
-                "and {} would have one reference, {}.exr; rename one of them",
+                "and {} would share the reference {}.exr; rename one of them",
                 other.path.display(),
                 shot.name
             );
@@ -81,14 +81,14 @@ fn refuse_to_share_names(shots: &[SuiteShot]) -> Result<()> {
         shots.iter().find_map(|shot| Some((shot, *names.get(&numbered_shot(&shot.name)?.to_lowercase())?)));
     match frame {
         Some((shot, other)) => {
-            let message = format!("is called as a frame of {}; rename one of them", other.path.display());
+            let message = format!("has the name of a frame of {}; rename one of them", other.path.display());
             Err(Error::invalid(&shot.path, "", message))
         }
         None => Ok(()),
     }
 }
 
-/// Shot files and scenes of the suite, without those of suites below it, its references and its report.
+/// Shot files and scenes of the suite, except those of suites below it, of its references and of its report.
 fn own_files(suite: &Suite) -> Result<Vec<PathBuf>> {
     let files = files_below(&suite.scenes)?;
     let (suites, mut files): (Vec<_>, Vec<_>) = files
@@ -103,10 +103,10 @@ fn own_files(suite: &Suite) -> Result<Vec<PathBuf>> {
     let results =
         [&suite.references, &suite.report].into_iter().filter_map(|folder| below(same_file(folder)));
     let excluded = suite.excluded.iter().map(|path| same_file(path));
-    let left_out: Vec<PathBuf> = others.chain(results).chain(excluded).collect();
+    let skipped: Vec<PathBuf> = others.chain(results).chain(excluded).collect();
     files.retain(|file| {
         let file = same_file(file);
-        !left_out.iter().any(|folder| file.starts_with(folder))
+        !skipped.iter().any(|folder| file.starts_with(folder))
     });
     Ok(files)
 }
@@ -115,7 +115,7 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
     path.extension().is_some_and(|found| extensions.iter().any(|known| found.eq_ignore_ascii_case(known)))
 }
 
-/// One path for all that name a file.
+/// A canonical path, by which paths to one file are equal.
 fn same_file(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
     path.canonicalize().unwrap_or_else(|_| path.to_owned())
@@ -125,7 +125,7 @@ fn same_file(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// Takes the text of a shot file for the name of its scene.
+    /// Reads the text of a shot file as the name of its scene.
     struct TextIsScene;
 
     impl ShotReader for TextIsScene {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn shots_are_files_and_scenes_that_none_names() {
+    fn shots_are_shot_files_and_unnamed_scenes() {
         let shots = discovered(&[
             ("b/close.toml", "# robot.glb"),
             ("b/far.toml", "# ./robot.glb"),
@@ -173,19 +173,19 @@ mod tests {
     }
 
     #[test]
-    fn names_stand_for_one_reference() {
+    fn shots_may_not_share_a_reference() {
         for files in [["a.glb", "a.gltf"], ["a.glb", "A.gltf"]] {
-            let told = discovered(&files.map(|name| (name, ""))).unwrap_err().to_string();
-            assert!(told.contains("would have one reference"), "{told}");
+            let error = discovered(&files.map(|name| (name, ""))).unwrap_err().to_string();
+            assert!(error.contains("would share the reference"), "{error}");
         }
-        let told = discovered(&[("walk.glb", ""), ("walk.0012.glb", "")]).unwrap_err().to_string();
-        assert!(told.contains("walk.0012.glb") && told.contains("as a frame of"), "{told}");
+        let error = discovered(&[("walk.glb", ""), ("walk.0012.glb", "")]).unwrap_err().to_string();
+        assert!(error.contains("walk.0012.glb") && error.contains("name of a frame of"), "{error}");
         assert_eq!(discovered(&[]).unwrap(), [] as [&str; 0]);
     }
 
     #[cfg(unix)]
     #[test]
-    fn links_are_followed_and_lead_to_an_end() {
+    fn links_are_followed_and_cycles_end() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::create_dir_all(at("suite/a")).unwrap();
@@ -193,7 +193,7 @@ mod tests {
         std::fs::write(at("models/m.glb"), "").unwrap();
         std::fs::write(at("suite").join(SUITE_FILE), "").unwrap();
         std::os::unix::fs::symlink(at("models"), at("suite/linked")).unwrap();
-        std::os::unix::fs::symlink(at("suite"), at("suite/a/round")).unwrap();
+        std::os::unix::fs::symlink(at("suite"), at("suite/a/cycle")).unwrap();
         let shots = discover(&Suite::read(&at("suite")).unwrap(), &TextIsScene).unwrap();
         assert_eq!(shots.iter().map(|shot| shot.name.as_str()).collect::<Vec<_>>(), ["linked/m"]);
     }

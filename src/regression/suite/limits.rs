@@ -1,10 +1,10 @@
-//! What may differ: the table `[test]` of suite and shot files.
+//! Limits of a suite or shot: the table `[test]` of suite and shot files.
 
 use serde::Deserialize;
 
 use super::super::{Limits, Preset};
 
-/// The table as it is written. What is left out stays as it was.
+/// The table `[test]` as written. Absent fields keep the previous limit.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct LimitTable {
@@ -21,7 +21,7 @@ pub(super) struct LimitTable {
     brightness: Option<f64>,
 }
 
-/// A preset, and limits that began as its own.
+/// A preset, and its limits with changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PresetLimits {
     pub(super) preset: Preset,
@@ -35,16 +35,16 @@ impl Default for PresetLimits {
 }
 
 impl PresetLimits {
-    /// The preset's name, with a word where limits are others.
+    /// The preset's name, with a suffix where limits were changed.
     pub(super) fn name(&self) -> String {
         let name = self.preset.name();
         if self.limits == self.preset.limits() { name.to_owned() } else { format!("{name} with own limits") }
     }
 
-    /// With what `table` says; a preset in it replaces all limits.
+    /// Applies `table`. A preset in it replaces all limits.
     ///
     /// # Errors
-    /// What is wrong with a value, with its name.
+    /// A message with the name of the invalid field.
     pub(super) fn with(mut self, table: &LimitTable) -> Result<Self, String> {
         if let Some(name) = &table.preset {
             let preset = Preset::of_name(name).ok_or_else(|| {
@@ -73,7 +73,7 @@ impl PresetLimits {
 
 fn set(name: &str, value: Option<f64>, limit: &mut f64) -> Result<(), String> {
     match value {
-        // What is not a number is not larger either.
+        // NaN fails this comparison.
         Some(value) if value >= 0.0 => *limit = value,
         Some(_) => return Err(format!("{name}: write a number from 0, or inf for no limit")),
         None => {}
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_out_stays() {
+    fn absent_fields_keep_their_limits() {
         let strict = PresetLimits { preset: Preset::Strict, limits: Preset::Strict.limits() };
         assert_eq!(strict.with(&table("")), Ok(strict));
         let changed = strict.with(&table("tile_flip = 1\nlight_absolute = 0.25")).unwrap();
@@ -103,11 +103,11 @@ mod tests {
     }
 
     #[test]
-    fn wrong_values_are_named() {
-        let told = |text: &str| PresetLimits::default().with(&table(text)).unwrap_err();
-        assert!(told("preset = 'lose'").contains("exact, strict, visual or noisy"));
-        assert!(told("mean_flip = -1").starts_with("mean_flip: "));
-        assert!(told("data_relative = nan").starts_with("data_relative: "));
+    fn invalid_fields_are_named() {
+        let error = |text: &str| PresetLimits::default().with(&table(text)).unwrap_err();
+        assert!(error("preset = 'lose'").contains("exact, strict, visual or noisy"));
+        assert!(error("mean_flip = -1").starts_with("mean_flip: "));
+        assert!(error("data_relative = nan").starts_with("data_relative: "));
         assert!(toml::from_str::<LimitTable>("flip = 1").is_err());
     }
 }

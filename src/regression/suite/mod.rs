@@ -1,16 +1,16 @@
-//! A folder of shots against a folder of references.
+//! Regression suites: a folder of shots and a folder of reference images.
 //!
 //! ```text
 //! suite.toml ──Suite::read──▶ Suite ──discover──▶ SuiteShot… ──run──▶ SuiteResult ──▶ page, JUnit, JSON
 //!                                                               │
-//!                                     name.exr.new beside the references ──accept, reject──▶ name.exr
+//!                                     pending images (name.exr.new) ──accept, reject──▶ references (name.exr)
 //! ```
 //!
-//! Every shot is rendered through [`crate::sequence`] into a folder of its own, so that what is compared is what `rayframe render`
-//! writes. A picture without reference, a reference without picture, another size and whatever the limits do not allow fail.
-//! Nothing here writes a reference but [`accept`], and [`run`] never calls it.
+//! Every shot is rendered through [`crate::sequence`] into a temporary folder, so that the files equal those of `rayframe render`.
+//! An image fails when it has no reference, another size, or differences beyond the limits; a reference fails when no shot renders it.
+//! Only [`accept`] writes references, and [`run`] never calls it.
 //!
-//! What a shot file means is for the command line to say: a [`ShotReader`] makes jobs of shots. A test of another project:
+//! A [`ShotReader`] makes jobs of shots. A test of another project:
 //!
 //! ```no_run
 //! use rayframe::cancel::CancelFlag;
@@ -18,7 +18,7 @@
 //! use rayframe::regression::suite::{RunOptions, Suite, is_ci, run};
 //!
 //! # fn main() -> rayframe::error::Result<()> {
-//! let suite = Suite::read("pictures".as_ref())?;
+//! let suite = Suite::read("images".as_ref())?;
 //! let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
 //! let result = run(&suite, &ShotFiles, &options, &CancelFlag::new(), &|_, _| {})?;
 //! assert!(result.passes(), "{}", result.failures().join("\n"));

@@ -1,56 +1,56 @@
-//! What belongs to a picture of a suite: its reference, what waits to become it, and the shot that asks for it.
+//! File names of a suite: references, pending images and pending removals, and their shots.
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Added to a reference's name for a picture that waits to become it.
+/// Suffix of pending images, after the name of the reference.
 const PENDING: &str = ".new";
-/// Added to a reference's name where it waits to be removed.
+/// Suffix of pending removals, after the name of the reference.
 const REMOVAL: &str = ".remove.new";
-/// The ending of references.
+/// Extension of references.
 const REFERENCE: &str = ".exr";
 
-/// A picture's name: the shot's, and the frame's number where there are several.
+/// The name of an image: that of its shot, and the frame number in shots of several frames.
 pub(super) fn image_name(shot: &str, frame: i64, frames: usize) -> String {
     if frames > 1 { format!("{shot}.{frame:04}") } else { shot.to_owned() }
 }
 
-/// The shot that a picture would be a frame of, if it is called as one: `walk` for `walk.0012`.
-pub(super) fn numbered_shot(picture: &str) -> Option<&str> {
-    let (shot, number) = picture.rsplit_once('.')?;
+/// The shot of an image whose name ends in a frame number: `walk` for `walk.0012`.
+pub(super) fn numbered_shot(image: &str) -> Option<&str> {
+    let (shot, number) = image.rsplit_once('.')?;
     let digits = number.strip_prefix('-').unwrap_or(number);
     (digits.len() >= 3 && digits.bytes().all(|byte| byte.is_ascii_digit())).then_some(shot)
 }
 
-/// The reference of the picture `name` below `references`.
+/// The path of the reference of the image `name` below `references`.
 pub(super) fn reference_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}"))
 }
 
-/// What waits to become the reference of the picture `name`.
+/// The path of the pending image `name`.
 pub(super) fn pending_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{PENDING}"))
 }
 
-/// What says that the reference of the picture `name` waits to be removed.
+/// The path of the pending removal of the reference `name`.
 pub(super) fn removal_path(references: &Path, name: &str) -> PathBuf {
     references.join(format!("{name}{REFERENCE}{REMOVAL}"))
 }
 
-/// What a file below the references is.
+/// A file below the folder of references.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum ReferenceFile {
-    /// The reference of a picture.
+    /// A reference.
     Reference(String),
-    /// What waits to become one.
+    /// A pending image.
     Pending(String),
-    /// That one waits to be removed.
+    /// A pending removal.
     Removal(String),
 }
 
 impl ReferenceFile {
-    /// The picture.
+    /// The name of the image.
     pub(super) fn name(&self) -> &str {
         match self {
             Self::Reference(name) | Self::Pending(name) | Self::Removal(name) => name,
@@ -58,7 +58,7 @@ impl ReferenceFile {
     }
 }
 
-/// All files below `references` that belong to pictures, in the order of their names; none where there is no such folder.
+/// References, pending images and pending removals below `references`, sorted by path. Empty where the folder does not exist.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read.
@@ -86,7 +86,7 @@ pub(super) fn name_below(folder: &Path, file: &Path) -> Option<String> {
     Some(parts.join("/"))
 }
 
-/// All files below `folder`, sorted; hidden ones and what lies in hidden folders are left out, links are followed.
+/// All files below `folder`, sorted. Hidden files and folders are skipped, links are followed.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read.
@@ -97,29 +97,29 @@ pub(super) fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Adds the files below `folder`, which lies in the folders `around` it.
-fn collect(folder: &Path, around: &mut Vec<PathBuf>, files: &mut Vec<PathBuf>) -> Result<()> {
-    let place = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let missing = Error::missing(place);
-    let itself = place.canonicalize().map_err(missing)?;
-    // A link that leads round in a circle.
-    if around.contains(&itself) {
+/// Adds the files below `folder`. `ancestors` are the folders above it.
+fn collect(folder: &Path, ancestors: &mut Vec<PathBuf>, files: &mut Vec<PathBuf>) -> Result<()> {
+    let directory = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let missing = Error::missing(directory);
+    let itself = directory.canonicalize().map_err(missing)?;
+    // A link to an ancestor.
+    if ancestors.contains(&itself) {
         return Ok(());
     }
-    around.push(itself);
-    for entry in std::fs::read_dir(place).map_err(missing)? {
+    ancestors.push(itself);
+    for entry in std::fs::read_dir(directory).map_err(missing)? {
         let entry = entry.map_err(missing)?;
         if entry.file_name().to_string_lossy().starts_with('.') {
             continue;
         }
         let path = folder.join(entry.file_name());
         if path.is_dir() {
-            collect(&path, around, files)?;
+            collect(&path, ancestors, files)?;
         } else {
             files.push(path);
         }
     }
-    around.pop();
+    ancestors.pop();
     Ok(())
 }
 
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_tell_what_they_are_by_their_names() {
+    fn files_are_recognised_by_their_names() {
         let references = Path::new("r");
         for name in ["light/point", "a.0012", "dots.in.name"] {
             let of = |path: PathBuf| kind_of(&name_below(references, &path).unwrap()).unwrap();
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_shots_are_called_by_number() {
+    fn frames_of_shots_are_numbered() {
         assert_eq!(image_name("walk", -3, 2), "walk.-003");
         assert_eq!(numbered_shot(&image_name("walk", -3, 2)), Some("walk"));
         assert_eq!(numbered_shot(&image_name("a/walk", 12, 9)), Some("a/walk"));

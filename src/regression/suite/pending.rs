@@ -1,57 +1,58 @@
-//! What waits beside the references until somebody has looked at it.
+//! Pending images and removals: files beside the references that a person accepts or rejects.
 
 use std::path::{Path, PathBuf};
 
-use super::super::{Comparison, Image, compare};
 use super::filter::Filter;
 use super::names::{ReferenceFile, pending_path, reference_files, reference_path, removal_path};
 use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::image_file::{probe_folder, write_atomically};
+use crate::regression::Image;
+use crate::regression::compare::compare;
+use crate::regression::comparison::Comparison;
 
-/// A change of a reference that was found and not yet accepted.
+/// A pending change of a reference.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pending {
-    /// The picture.
+    /// The name of the image.
     pub name: String,
-    /// What would be done.
+    /// The kind of change.
     pub kind: PendingKind,
-    /// The reference as it is, or will be.
+    /// The path of the reference, which may not exist yet.
     pub reference: PathBuf,
-    /// The file that waits.
+    /// The pending file.
     pub file: PathBuf,
-    /// The shot that the picture belongs to.
+    /// The shot that renders the image.
     pub shot: Option<SuiteShot>,
 }
 
-/// What accepting does.
+/// The effect of accepting a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PendingKind {
-    /// A picture becomes the first reference of its name.
+    /// Adds a reference.
     Add,
-    /// A picture replaces a reference.
+    /// Replaces a reference.
     Replace,
-    /// A reference that no shot asks for is removed.
+    /// Removes an orphaned reference.
     Remove,
 }
 
-/// Whether a build server runs this, which has nobody to look at pictures: the variable `CI` is set, and does not say no. There
-/// nothing should be kept to be accepted, and [`accept`] refuses.
+/// Whether this runs on a build server: the environment variable `CI` is set to something other than empty, `0` and `false`. No
+/// pending images should be stored there, and [`accept`] refuses.
 pub fn is_ci() -> bool {
     std::env::var_os("CI").is_some_and(|value| !value.is_empty() && value != "0" && value != "false")
 }
 
-/// All that waits, in the order of names, of the shot or picture called `word`, or else of all whose names contain it. `shots` are all of
-/// the suite.
+/// Pending changes that `filter` selects, sorted by name. `shots` are all shots of the suite.
 ///
 /// # Errors
-/// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when nothing that is meant waits, unless `word` is empty.
-pub fn pending(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<Pending>> {
+/// [`Error::Missing`] when the references cannot be read, [`Error::Usage`] when a filter selects nothing.
+pub fn pending(suite: &Suite, shots: &[SuiteShot], filter: &str) -> Result<Vec<Pending>> {
     let files = reference_files(&suite.references)?;
     let names = files.iter().map(ReferenceFile::name);
-    let filter = Filter::new(word, shots, names);
+    let selection = Filter::new(filter, shots, names);
     let mut all = Vec::new();
-    for file in files.iter().filter(|file| filter.matches_image(file.name())) {
+    for file in files.iter().filter(|file| selection.matches_image(file.name())) {
         let name = file.name().to_owned();
         let is_removal = match file {
             ReferenceFile::Pending(_) => false,
@@ -65,26 +66,26 @@ pub fn pending(suite: &Suite, shots: &[SuiteShot], word: &str) -> Result<Vec<Pen
             (false, false) => PendingKind::Add,
         };
         let file = if is_removal { removal_path } else { pending_path }(&suite.references, &name);
-        let shot = filter.owner(&name).and_then(|owner| shots.iter().find(|shot| shot.name == owner));
+        let shot = selection.owner(&name).and_then(|owner| shots.iter().find(|shot| shot.name == owner));
         all.push(Pending { name, kind, reference, file, shot: shot.cloned() });
     }
-    if all.is_empty() && !word.is_empty() {
-        let word = word.escape_debug();
-        return Err(Error::usage(if filter.is_name() {
-            format!("nothing of {word} waits; rayframe test finds what differs")
+    if all.is_empty() && !filter.is_empty() {
+        let word = filter.escape_debug();
+        return Err(Error::usage(if selection.is_name() {
+            format!("no pending images of {word}; rayframe test finds differences")
         } else {
-            format!("nothing that waits is called \"{word}\"; rayframe test finds what differs")
+            format!("no pending image's name contains \"{word}\"; rayframe test finds differences")
         }));
     }
     all.sort_by(|a, b| a.name.cmp(&b.name));
     Ok(all)
 }
 
-/// Makes the change.
+/// Applies the change.
 ///
 /// # Errors
-/// [`Error::Usage`] where `CI` is set; [`Error::Refused`] when the reference or the shots have changed since the picture was rendered, or
-/// it is larger than the suite allows; [`Error::WriteFailed`] when the system refuses.
+/// [`Error::Usage`] where `CI` is set; [`Error::Refused`] when the reference or the shots have changed since the image was rendered, or
+/// when it is larger than the suite allows; [`Error::WriteFailed`] when the file cannot be written.
 pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
     check_acceptable(suite, pending)?;
     if pending.kind == PendingKind::Remove {
@@ -95,18 +96,18 @@ pub fn accept(suite: &Suite, pending: &Pending) -> Result<()> {
         .map_err(|source| Error::WriteFailed { path: pending.reference.clone(), source })
 }
 
-/// Finds out whether [`accept`] would refuse the change.
+/// Checks whether [`accept`] would apply the change.
 ///
 /// # Errors
-/// As for [`accept`], but for what the system says to the change itself.
+/// Those of [`accept`], except [`Error::WriteFailed`].
 pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
     if is_ci() {
         return Err(Error::usage(
-            "CI is set, and references are written where somebody looks at them; accept them at home and commit them",
+            "CI is set, and references are not written on build servers; accept them on your machine and commit them",
         ));
     }
     if let Some(why) = outdated(pending)? {
-        let message = format!("{why} since this was found; run rayframe test and look again");
+        let message = format!("{why} since the change was found; run rayframe test and look again");
         return Err(Error::refused(&pending.file, "", message));
     }
     if pending.kind == PendingKind::Remove {
@@ -119,7 +120,7 @@ pub fn check_acceptable(suite: &Suite, pending: &Pending) -> Result<()> {
     }
 }
 
-/// What is not as it was when the change was found; `None` when all is.
+/// Why the change no longer applies; `None` when it does.
 fn outdated(pending: &Pending) -> Result<Option<&'static str>> {
     let modified = |path: &Path| std::fs::metadata(path).and_then(|metadata| metadata.modified());
     let found = modified(&pending.file).map_err(Error::missing(&pending.file))?;
@@ -135,18 +136,18 @@ fn outdated(pending: &Pending) -> Result<Option<&'static str>> {
     Ok(None)
 }
 
-/// Forgets the change; the reference stays as it is.
+/// Discards the change. The reference stays.
 ///
 /// # Errors
-/// [`Error::WriteFailed`] when the system refuses.
+/// [`Error::WriteFailed`] when the file cannot be removed.
 pub fn reject(pending: &Pending) -> Result<()> {
     remove_file(&pending.file)
 }
 
-/// The picture that waits judged by its reference, with the limits of its shot.
+/// Compares a pending image with its reference, within the limits of its shot.
 ///
 /// # Errors
-/// Those of reading the pictures and the shot's limits.
+/// Errors of reading the shot's limits.
 pub fn compare_pending(
     suite: &Suite,
     pending: &Pending,
@@ -157,24 +158,24 @@ pub fn compare_pending(
     Ok(compare(actual, expected, &limits.limits))
 }
 
-/// Lets `bytes` wait to become the reference of the picture `name`.
+/// Stores `bytes` as the pending image `name`.
 pub(super) fn store_image(suite: &Suite, name: &str, bytes: &[u8]) -> Result<()> {
     let file = pending_path(&suite.references, name);
     probe_folder(&file)?;
     write_atomically(&file, bytes)
 }
 
-/// Forgets what waited to become the reference of the picture `name`.
+/// Discards the pending image `name`, if any.
 pub(super) fn discard_image(suite: &Suite, name: &str) -> Result<()> {
     remove_file(&pending_path(&suite.references, name))
 }
 
-/// Forgets that the reference `name` waited for its end.
+/// Discards the pending removal of the reference `name`, if any.
 pub(super) fn discard_removal(suite: &Suite, name: &str) -> Result<()> {
     remove_file(&removal_path(&suite.references, name))
 }
 
-/// Lets the end of the reference `name` wait; `owner` is the shot that it would be of, which does not ask for it.
+/// Stores a pending removal of the reference `name`. `owner` is the shot of that name, which does not render it.
 pub(super) fn store_removal(suite: &Suite, name: &str, owner: Option<&str>) -> Result<()> {
     write_atomically(&removal_path(&suite.references, name), owner_text(owner).as_bytes())
 }
@@ -183,7 +184,7 @@ fn owner_text(owner: Option<&str>) -> String {
     owner.map_or_else(|| "no shot\n".to_owned(), |owner| format!("not asked for by {owner}\n"))
 }
 
-/// Removes a file, if it is there.
+/// Removes a file, if it exists.
 fn remove_file(path: &Path) -> Result<()> {
     match std::fs::remove_file(path) {
         Err(source) if source.kind() != std::io::ErrorKind::NotFound => {

@@ -1,4 +1,4 @@
-//! A shot's pictures, made as `rayframe render` makes them, in a folder of their own.
+//! Renders a shot into a temporary folder, as `rayframe render` does.
 
 use std::path::{Path, PathBuf};
 
@@ -10,22 +10,22 @@ use crate::sequence::{
     ExistingFiles, OutputPattern, Plan, SequenceJob, SequenceOutputs, Summary, run as run_sequence,
 };
 
-/// Pictures of a shot; they are gone when this is dropped.
+/// The rendered frames of a shot. Dropping it removes the files.
 #[derive(Debug)]
 pub(super) struct RenderedShot {
-    /// All frames in their order, each with its file or why there is none.
+    /// All frames in order, each with its file or its error.
     pub(super) frames: Vec<(i64, Result<PathBuf>)>,
     _folder: TempDir,
 }
 
-/// Renders all frames of `job`, one EXR file each; what else the job asks for (previews, films, names) is left out.
+/// Renders all frames of `job`, one EXR file each. Previews, movies and output names of the job are ignored.
 ///
 /// # Errors
-/// What fails before the first frame; [`Error::Interrupted`] when cancelled.
+/// Errors before the first frame; [`Error::Interrupted`] when cancelled.
 pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<RenderedShot> {
     let folder = tempfile::tempdir().map_err(|source| Error::CannotCreate {
         path: std::env::temp_dir(),
-        message: format!("a folder for pictures cannot be created: {source}"),
+        message: format!("a temporary folder cannot be created: {source}"),
     })?;
     job.output = pattern_in(folder.path())?;
     job.preview = false;
@@ -50,14 +50,14 @@ fn pattern_in(folder: &Path) -> Result<OutputPattern> {
 
 fn frames(summary: Summary) -> Vec<(i64, Result<PathBuf>)> {
     let written = summary.written.into_iter().map(|report| {
-        // Files hold 0 in their place, so that only the report tells.
-        let picture = match report.rays.non_finite_pixels {
+        // Files hold 0 in place of these values; only the report counts them.
+        let file = match report.rays.non_finite_pixels {
             0 => Ok(report.path),
             count => {
-                Err(Error::Different { message: format!("{count} pixels came out infinite or not a number") })
+                Err(Error::Different { message: format!("{count} pixels are infinite or not a number") })
             }
         };
-        (report.frame, picture)
+        (report.frame, file)
     });
     let failed = summary.failed.into_iter().map(|failed| (failed.frame, Err(failed.error)));
     let mut frames: Vec<_> = written.chain(failed).collect();

@@ -1,4 +1,4 @@
-//! `suite.toml`: where a suite's shots, references and report are, and what passes.
+//! Suite files (`suite.toml`): the folders of shots, references and report, and limits.
 
 use std::path::{Path, PathBuf};
 
@@ -9,30 +9,30 @@ use super::limits::{LimitTable, PresetLimits};
 use crate::error::{Error, Result};
 use crate::settings_file::{not_toml, read_text};
 
-/// The name of a suite's file.
+/// The name of suite files.
 pub const SUITE_FILE: &str = "suite.toml";
-/// Largest reference unless the suite says otherwise, KiB: room for 320x180 pixels with several layers of data.
+/// Default size limit of references, KiB. It admits 320x180 pixels with several layers of data.
 const MAX_REFERENCE_KIB: u64 = 1024;
 
-/// A suite.
+/// A suite: a folder of shots with reference images.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suite {
-    /// Its file, whose table `[shot]` holds settings of all shots.
+    /// The suite file, whose table `[shot]` holds settings of all shots.
     pub file: PathBuf,
-    /// Where shots are looked for.
+    /// The folder in which shots are discovered.
     pub scenes: PathBuf,
-    /// Files and folders below it in which none are looked for.
+    /// Files and folders below it that are skipped.
     pub excluded: Vec<PathBuf>,
-    /// References, at the paths of the shots.
+    /// The folder of references, which are named like the shots.
     pub references: PathBuf,
-    /// Where the report goes.
+    /// The folder of the report.
     pub report: PathBuf,
-    /// Largest file that becomes a reference, bytes.
+    /// Size limit of references, bytes.
     pub max_reference_bytes: u64,
     pub(super) limits: PresetLimits,
 }
 
-/// The file as it is written.
+/// The suite file as written.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct SuiteText {
@@ -46,7 +46,7 @@ struct SuiteText {
     _shot: IgnoredAny,
 }
 
-/// What tells a suite file from a shot file.
+/// The fields that distinguish suite files from shot files.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct SuiteMark {
@@ -54,7 +54,7 @@ struct SuiteMark {
     scene: Option<IgnoredAny>,
 }
 
-/// What a suite wants to know of a shot file.
+/// The part of a shot file that suites read.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct ShotText {
@@ -62,10 +62,10 @@ struct ShotText {
 }
 
 impl Suite {
-    /// Reads the suite of a folder, or of a file.
+    /// Reads a suite from its file, or from the suite file of a folder.
     ///
     /// # Errors
-    /// [`Error::Missing`] when the file is not there, [`Error::Invalid`] with the line when it is wrong.
+    /// [`Error::Missing`] when the file does not exist, [`Error::Invalid`] with the line when it is invalid.
     pub fn read(path: &Path) -> Result<Self> {
         let file = if path.is_dir() { path.join(SUITE_FILE) } else { path.to_owned() };
         let text: SuiteText = parse(&file)?;
@@ -75,11 +75,11 @@ impl Suite {
         let limits = limits.map_err(|why| Error::invalid(&file, "", format!("[test] {why}")))?;
         let scenes = below(text.scenes.filter(|path| path != Path::new(".")), "");
         let excluded: Vec<_> = text.exclude.iter().map(|path| scenes.join(path)).collect();
-        // What is not there may be made later; what looks like a pattern is meant as one.
+        // A missing path may be created later. Patterns are not supported.
         if let Some(pattern) = text.exclude.iter().find(|path| path.to_string_lossy().contains(['*', '?'])) {
             let pattern = pattern.display();
             let message =
-                format!("exclude: \"{pattern}\" is taken for a name; write whole names of files and folders");
+                format!("exclude: \"{pattern}\" is a pattern; write whole names of files and folders");
             return Err(Error::invalid(&file, "", message));
         }
         Ok(Self {
@@ -93,23 +93,23 @@ impl Suite {
         })
     }
 
-    /// The suite file of `folder` or of the nearest folder around it that has one.
+    /// The suite file of `folder`, or of its nearest ancestor that has one.
     pub fn find(folder: &Path) -> Option<PathBuf> {
         folder.ancestors().map(|folder| folder.join(SUITE_FILE)).find(|file| file.is_file())
     }
 
-    /// Why a file of so many bytes is too large for a reference; `None` when it is not.
+    /// A message for a file of `bytes` bytes that exceeds the size limit of references; `None` within the limit.
     pub(super) fn too_large(&self, bytes: u64) -> Option<String> {
         (bytes > self.max_reference_bytes).then(|| {
             format!(
-                "the file has {} KiB and a reference at most {}; ask for fewer pixels or layers, or raise max_reference_kib",
+                "the file has {} KiB and a reference at most {}; use fewer pixels or AOVs, or raise max_reference_kib",
                 bytes.div_ceil(1024),
                 self.max_reference_bytes / 1024
             )
         })
     }
 
-    /// What passes for the shot at `path`: what the suite says, and what the shot file says of itself.
+    /// The limits of the shot at `path`: those of the suite, changed by the shot file.
     pub(super) fn limits_of(&self, path: &Path) -> Result<PresetLimits> {
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
             return Ok(self.limits);
@@ -119,13 +119,13 @@ impl Suite {
     }
 }
 
-/// Whether a `.toml` file is a suite's and no shot's: by its name, or because it has a table `[shot]` and names no scene.
+/// Whether a `.toml` file is a suite file: by its name, or by a table `[shot]` without a scene.
 pub(super) fn is_suite_file(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name == SUITE_FILE)
         || parse(path).is_ok_and(|mark: SuiteMark| mark.shot.is_some() && mark.scene.is_none())
 }
 
-/// `path` from `folder`, without a way down and up again that would only be hard to read.
+/// Joins `path` to `folder`, resolving leading `..` by name.
 fn joined(folder: &Path, path: &Path) -> PathBuf {
     let name = folder.file_name().is_some() && !folder.is_symlink();
     match (path.strip_prefix(".."), folder.parent()) {
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_are_meant_from_the_suites_folder() {
+    fn paths_are_relative_to_the_suite_file() {
         let (folder, read) = suite("references = '../refs'\n[shot]\nsamples = 4\n[test]\npreset = 'exact'");
         let read = read.unwrap();
         assert_eq!(read.scenes, folder.path().join(""));
@@ -175,23 +175,23 @@ mod tests {
         let limits = read.as_ref().unwrap().limits_of(&shot).unwrap();
         assert_eq!((limits.limits.tile_flip, limits.limits.mean_flip), (0.5, 0.0));
         std::fs::write(&shot, "scene = 'a.glb'\n[test]\ntile = 0.5").unwrap();
-        let told = read.as_ref().unwrap().limits_of(&shot).unwrap_err().to_string();
-        assert!(told.contains("line 3") && told.contains("tile"), "{told}");
+        let error = read.as_ref().unwrap().limits_of(&shot).unwrap_err().to_string();
+        assert!(error.contains("line 3") && error.contains("tile"), "{error}");
         assert_eq!(read.as_ref().unwrap().limits_of(Path::new("a.glb")).unwrap(), read.unwrap().limits);
     }
 
     #[test]
-    fn mistakes_are_told_with_their_line() {
+    fn errors_name_their_line() {
         for (text, words) in [
             ("scenes = '.'\nrefs = 'r'", "line 2: unknown field `refs`"),
             ("scenes = 4", "line 1"),
-            ("exclude = ['*.glb']", "exclude: \"*.glb\" is taken for a name"),
+            ("exclude = ['*.glb']", "exclude: \"*.glb\" is a pattern"),
             ("[test]\npreset = 'lose'", "[test] preset"),
             ("max_reference_kib = -1", "line 1"),
         ] {
-            let told = suite(text).1.unwrap_err();
-            assert!(told.to_string().contains(words), "{told}");
-            assert_eq!(told.exit_code(), 65);
+            let error = suite(text).1.unwrap_err();
+            assert!(error.to_string().contains(words), "{error}");
+            assert_eq!(error.exit_code(), 65);
         }
         assert_eq!(Suite::read(Path::new("gone/suite.toml")).unwrap_err().exit_code(), 66);
     }

@@ -80,7 +80,7 @@ fn hash(stage: &Stage, name: &str) -> String {
 }
 
 #[test]
-fn approvals_are_accepted_where_they_fit_what_waits() {
+fn approvals_are_accepted_where_they_fit_pending_images() {
     let stage = waiting();
     let approvals = |approved: serde_json::Value| {
         stage.write("approvals.json", &json!({"schema": 1, "approved": approved}).to_string());
@@ -94,7 +94,7 @@ fn approvals_are_accepted_where_they_fit_what_waits() {
     approvals(json!([{"name": "gone", "hash": "0000"}]));
     stage.run(&accept).ends(1, &["gone: nothing of this name waits"]);
     approvals(json!([{"name": "sun", "hash": null}]));
-    stage.run(&accept).ends(1, &["its removal was approved, but a picture waits"]);
+    stage.run(&accept).ends(1, &["its removal was approved, but an image is pending"]);
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}]));
     stage.run(&accept).ends(0, &["added references/sun.exr"]);
     assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr"]);
@@ -107,7 +107,7 @@ fn approvals_are_accepted_where_they_fit_what_waits() {
     stage.run(&accept).ends(0, &["removed references/sun.exr"]);
 
     for (text, words) in
-        [("{", "is no file of approvals"), ("{\"schema\": 2, \"approved\": []}", "has schema 2")]
+        [("{", "is not an approvals file"), ("{\"schema\": 2, \"approved\": []}", "has schema 2")]
     {
         stage.write("approvals.json", text);
         stage.run(&accept).ends(65, &[words]);
@@ -121,7 +121,7 @@ fn a_word_that_names_something_never_means_something_else() {
     stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
     // Typed once more, it does not fall back to what contains it.
     for command in ["accept", "reject", "review"] {
-        stage.run(&[command, "point"]).ends(2, &["nothing of point waits"]);
+        stage.run(&[command, "point"]).ends(2, &["no pending images of point"]);
     }
     assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
     stage.run(&["accept", "sun.exr"]).ends(0, &["added references/sun.exr"]);
@@ -152,7 +152,7 @@ fn what_has_changed_since_it_was_found_is_not_settled() {
 }
 
 #[test]
-fn what_cannot_be_tested_leaves_what_waits() {
+fn broken_frames_keep_their_pending_images() {
     let stage = waiting();
     let references = stage.references();
     stage.write("point.gltf", "{");

@@ -1,4 +1,4 @@
-//! What can go wrong with a picture, done on purpose.
+//! Corrupted renders: edits of scenes and changes of pixels.
 
 use std::path::Path;
 
@@ -12,26 +12,26 @@ use rayframe::shot::{ShotRequest, shot_job};
 
 use super::images::{changed_on_display, gaussian};
 
-/// Pixels of all pictures: the balls of `material/metal_roughness_row` are 40x40 of them.
+/// Size of all images. The balls of `material/metal_roughness_row` have 40x40 pixels.
 const SIZE: (u32, u32) = (288, 162);
 /// Samples a pixel.
 const SAMPLES: u32 = 4;
-/// When all pictures are taken, seconds.
+/// Scene time of all images, seconds.
 const TIME_SECONDS: f64 = 0.5;
 
-/// One corruption, the scene that it is done to, and the picture before and after.
+/// One corruption, its scene, and the image before and after.
 pub(crate) struct Corruption {
     pub(crate) name: &'static str,
     pub(crate) scene: &'static str,
-    /// Whether a person would have to look for it.
+    /// Whether the corruption is hard to find.
     pub(crate) is_small: bool,
     pub(crate) intact: Image,
     pub(crate) corrupted: Image,
 }
 
-/// What is done to pixels, row by row.
+/// A change of pixels, row by row.
 type Change = fn(&mut [[f32; 4]]);
-/// What is done to a scene.
+/// An edit of a scene.
 type Edit = fn(&mut Scene);
 
 const DEMO: &str = "demo/whitted_1980";
@@ -87,14 +87,14 @@ fn lose_ball(scene: &mut Scene) {
     }
 }
 
-/// Two materials take each other's image.
+/// Swaps the textures of two materials.
 fn swap_textures(scene: &mut Scene) {
     if let [first, _, third, ..] = scene.materials.as_mut_slice() {
         std::mem::swap(&mut first.base_color_texture, &mut third.base_color_texture);
     }
 }
 
-/// The fourth joint of a tentacle is turned by 0.2 radians more, whatever moves it.
+/// Turns the fourth joint of a tentacle by a further 0.2 radians, over its animation.
 fn bend_joint(scene: &mut Scene) {
     let bend = glam::Quat::from_xyzw(0.0, 0.0, libm::sinf(0.1), libm::cosf(0.1));
     for channel in scene.animations.iter_mut().flat_map(|animation| &mut animation.channels) {
@@ -106,7 +106,7 @@ fn bend_joint(scene: &mut Scene) {
     }
 }
 
-/// A square that is half as bright.
+/// Halves the brightness of a small square.
 fn speck(pixels: &mut [[f32; 4]]) {
     let width = SIZE.0 as usize;
     for (y, x) in (101..107).flat_map(|y| (131..137).map(move |x| (y, x))) {

@@ -1,7 +1,7 @@
 //! Corrupted images against the presets of comparisons and, beside them, the limits that Blender's tests give `idiff`.
 //!
-//! `cargo test --test library corruptions -- --nocapture` prints the table. Each corruption is compared as light (what EXR
-//! files hold) and as a display shows it (PNG files of eight bits). `CAUGHT` is a preset that fails, as it should for all
+//! `cargo test --test library corruptions -- --nocapture` prints the table. Each corruption is compared as light (as in EXR
+//! files) and as display values (8-bit PNG files). `CAUGHT` is a preset that fails, as it should for all
 //! but a little noise or exposure.
 
 mod corruption;
@@ -13,7 +13,7 @@ use std::path::Path;
 use rayframe::regression::{Cause, Preset};
 
 #[test]
-fn strict_catches_all_and_visual_all_that_is_seen() {
+fn strict_catches_all_corruptions_and_visual_all_visible_ones() {
     let rows = table::rows(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")).unwrap();
     assert_eq!(rows.len(), 2 * (3 + 2 * 4));
     let text = table::text(&rows);
@@ -31,12 +31,12 @@ fn strict_catches_all_and_visual_all_that_is_seen() {
             assert_eq!(!comparison.passes(), must_catch, "{corruption}, {kind}, {}:\n{text}", preset.name());
         }
     }
-    // The widely used limits let a lost thing pass, which is why there are others.
+    // The limits of Blender's tests let a lost object pass.
     assert!(rows.iter().any(|row| row.corruption == "speck of 6x6 pixels" && !row.is_caught_by_idiff));
-    causes_are_told_from_colours_alone(&rows);
+    causes_are_inferred_from_colours_alone(&rows);
 }
 
-fn causes_are_told_from_colours_alone(rows: &[table::Row]) {
+fn causes_are_inferred_from_colours_alone(rows: &[table::Row]) {
     for row in rows {
         let [exact, ..] = &row.comparisons;
         let is_right = match row.corruption {

@@ -1,4 +1,4 @@
-//! Damages against presets.
+//! A table of corruptions and presets.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,9 +9,9 @@ use rayframe::regression::{Comparison, Image, Preset, Samples, compare};
 use super::corruption::{Corruption, all};
 use super::images::display;
 
-/// What Blender's render tests allow: a channel off by this, in display values, …
+/// Limit of Blender's render tests on the difference of a channel, in display values.
 const IDIFF_FAIL: f32 = 0.016;
-/// … in this share of pixels.
+/// Limit of Blender's render tests on the share of such pixels.
 const IDIFF_SHARE: f64 = 0.01;
 
 /// One corruption in one kind of file.
@@ -20,17 +20,17 @@ pub(crate) struct Row {
     pub(crate) scene: &'static str,
     /// `EXR` or `PNG`.
     pub(crate) kind: &'static str,
-    /// Whether a person would have to look for it.
+    /// Whether the corruption is hard to find.
     pub(crate) is_small: bool,
     /// In the order of [`Preset::ALL`].
     pub(crate) comparisons: [Comparison; 4],
     /// Whether the limits of Blender's tests catch it.
     pub(crate) is_caught_by_idiff: bool,
-    /// The share of pixels that these limits see.
+    /// Share of pixels beyond the first of these limits.
     pub(crate) idiff_share: f64,
 }
 
-/// Renders and judges everything.
+/// Renders and compares everything.
 pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for corruption in all(scenes)? {
@@ -43,8 +43,8 @@ pub(crate) fn rows(scenes: &Path) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-fn row(corruption: &Corruption, kind: &'static str, pictures: &[Image; 2], idiff_share: f64) -> Row {
-    let [corrupted, intact] = pictures;
+fn row(corruption: &Corruption, kind: &'static str, images: &[Image; 2], idiff_share: f64) -> Row {
+    let [corrupted, intact] = images;
     Row {
         corruption: corruption.name,
         scene: corruption.scene,
@@ -68,7 +68,7 @@ fn share_beyond([a, b]: &[Image; 2], limit: f32) -> f64 {
     is_beyond.iter().filter(|beyond| **beyond).count() as f64 / is_beyond.len() as f64
 }
 
-/// The table, with what was measured.
+/// The table, with measures.
 pub(crate) fn text(rows: &[Row]) -> String {
     let mut text = format!("{:<28} {:<29} {:<5}", "corruption", "scene", "file");
     for preset in Preset::ALL {
@@ -91,6 +91,6 @@ pub(crate) fn text(rows: &[Row]) -> String {
         let cause = exact.cause.as_ref().map_or_else(String::new, ToString::to_string);
         let _ = writeln!(text, "{:>9.4}  {:>10.4}  {brightness:>10.4}  {cause}", flip.mean, flip.tile);
     }
-    text.push_str("* a person would have to look for it: visual and noisy let it pass\n");
+    text.push_str("* hard to find: visual and noisy let it pass\n");
     text
 }

@@ -1,4 +1,4 @@
-//! Material values at a point: factors times textures times vertex colours (glTF 2.0, section 3.9).
+//! Material values at a hit: factors times textures times vertex colours (glTF 2.0, section 3.9).
 
 use glam::{Vec3, Vec4};
 
@@ -11,7 +11,7 @@ use crate::geometry::Ray;
 use crate::scene::{AlphaMode, Encoding, Material, TextureRef};
 use crate::scene_view::SceneView;
 
-/// The point where `ray` meets `hit`, as [`SurfacePoint::new`] describes it, and all values of the material there.
+/// The surface point of a hit (see [`SurfacePoint::new`]) and all material values there.
 pub fn surface_at<'a>(
     view: SceneView<'a>,
     ray: &Ray,
@@ -36,7 +36,7 @@ fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSamp
         * vertex_color(view, point.instance, point.corners, point.weights);
     let metallic_roughness = lookup(&material.metallic_roughness_texture, Encoding::Linear);
     let occlusion = material.occlusion_texture.map_or(1.0, |occlusion| {
-        // Both are often channels of one picture.
+        // Both are often channels of one image.
         let is_same = material.metallic_roughness_texture == Some(occlusion.texture);
         let texel =
             if is_same { metallic_roughness } else { lookup(&Some(occlusion.texture), Encoding::Linear) };
@@ -69,13 +69,13 @@ fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSamp
     sample
 }
 
-/// Whether a hit is on a surface that is invisible but for the shadows on it.
+/// Whether a hit is on a shadow catcher.
 pub fn catches_shadows(view: SceneView<'_>, hit: &Hit) -> bool {
     let instance = view.frame.instance(hit.triangle);
     view.frame.materials[instance.material.index()].is_shadow_catcher
 }
 
-/// Coverage of a hit after the alpha mode, always looked up in the full image so that shadows and pictures agree.
+/// Coverage of a hit by its alpha mode. Textures are looked up in the full image, so that camera and shadow rays agree.
 pub fn alpha_at(view: SceneView<'_>, hit: &Hit) -> f32 {
     let instance = view.frame.instance(hit.triangle);
     let material = &view.frame.materials[instance.material.index()];
@@ -111,8 +111,8 @@ fn alpha_at_corners(
         Some(reference) => {
             let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
             let uv = a * weights[0] + b * weights[1] + c * weights[2];
-            let place = || (uv, UvDifferential::ZERO);
-            texture_lookup::sample(view.scene, reference, Encoding::Linear, &mut None, place).w
+            let coordinate = || (uv, UvDifferential::ZERO);
+            texture_lookup::sample(view.scene, reference, Encoding::Linear, &mut None, coordinate).w
         }
         None => 1.0,
     };

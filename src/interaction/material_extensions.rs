@@ -1,4 +1,4 @@
-//! Values of material extensions at a point.
+//! Values of glTF material extensions at a point.
 
 use glam::{Vec2, Vec3, Vec4};
 
@@ -11,7 +11,7 @@ use crate::scene::Encoding;
 use crate::scene::{Anisotropy, ClearCoat, Iridescence, Material, TextureRef};
 use crate::scene_view::SceneView;
 
-/// Sets what the extensions of `material` say; what it has not stays as it is.
+/// Sets the values of the extensions that `material` has; other values stay as they are.
 pub(super) fn add(
     textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
@@ -26,12 +26,12 @@ pub(super) fn add(
         sample.specular_color = specular.color * colour(&specular.color_texture);
     }
     if let Some(glossiness) = &material.glossiness {
-        // It shares its texture with a colour.
+        // The texture also holds the specular colour.
         sample.roughness = 1.0 - glossiness.factor * srgb(&glossiness.texture).w;
     }
-    if let Some(layer) = &material.diffuse_transmission {
-        sample.diffuse_transmission = layer.factor * linear(&layer.texture).w;
-        sample.diffuse_transmission_color = layer.color * colour(&layer.color_texture);
+    if let Some(transmission) = &material.diffuse_transmission {
+        sample.diffuse_transmission = transmission.factor * linear(&transmission.texture).w;
+        sample.diffuse_transmission_color = transmission.color * colour(&transmission.color_texture);
     }
     if let Some(sheen) = &material.sheen {
         let color = sheen.color * colour(&sheen.color_texture);
@@ -46,7 +46,7 @@ pub(super) fn add(
         );
     }
     if let Some(anisotropy) = &material.anisotropy {
-        sample.anisotropy = stretched(textures.view(), point, anisotropy, linear(&anisotropy.texture));
+        sample.anisotropy = anisotropy_at(textures.view(), point, anisotropy, linear(&anisotropy.texture));
     }
     if let Some(coat) = &material.clear_coat {
         let factor = coat.factor * linear(&coat.texture).x;
@@ -55,16 +55,16 @@ pub(super) fn add(
     }
 }
 
-fn iridescence(film: &Iridescence, amount: f32, place: Option<f32>) -> Option<IridescenceSample> {
+fn iridescence(film: &Iridescence, amount: f32, thickness_texel: Option<f32>) -> Option<IridescenceSample> {
     let (minimum, maximum) = (film.thickness_minimum_nm, film.thickness_maximum_nm);
-    let thickness_nm = place.map_or(maximum, |place| minimum + (maximum - minimum) * place);
+    let thickness_nm = thickness_texel.map_or(maximum, |texel| minimum + (maximum - minimum) * texel);
     let factor = film.factor * amount;
     (factor > 0.0).then_some(IridescenceSample { factor, ior: film.ior, thickness_nm })
 }
 
-/// The stretch's direction in the world: the texture's, turned counter-clockwise from the tangent. `None` where nothing says
-/// which way the tangent runs.
-fn stretched(
+/// Anisotropy with its world-space direction: that of the texture, rotated counter-clockwise from the tangent. `None` where no
+/// tangent is defined.
+fn anisotropy_at(
     view: SceneView<'_>,
     point: &SurfacePoint<'_>,
     anisotropy: &Anisotropy,
@@ -81,12 +81,12 @@ fn stretched(
         None => Vec2::X,
     };
     let (sin, cos) = libm::sincosf(anisotropy.rotation_radians);
-    let turned = Vec2::new(along.x * cos - along.y * sin, along.x * sin + along.y * cos);
-    let direction = tangent * turned.x + bitangent * turned.y;
+    let rotated = Vec2::new(along.x * cos - along.y * sin, along.x * sin + along.y * cos);
+    let direction = tangent * rotated.x + bitangent * rotated.y;
     Some(AnisotropySample { strength, direction })
 }
 
-/// The coat of a volume is on its outside only.
+/// The clear coat at a point. Volumes are coated on their outside only.
 fn clear_coat(
     textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,

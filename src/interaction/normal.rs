@@ -1,15 +1,15 @@
-//! Normals at a hit: interpolated, normal-mapped, and bent where they would look away from the viewer.
+//! Shading normals and tangents: interpolated, normal-mapped, and bent towards the viewer.
 
 use glam::{Vec2, Vec3};
 
-use super::SurfacePoint;
+use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
 use crate::frame::PosedVertex;
 use crate::geometry::{Facing, Triangle, unit};
 use crate::scene::{Encoding, NormalTexture};
 use crate::scene_view::SceneView;
 
-/// Halvings of the interval that bending searches; the angle is then exact to about 2⁻²⁰.
+/// Bisection steps of [`bent_into_view`]; its angle is exact to about 2⁻²⁰.
 const BEND_STEPS: usize = 20;
 
 /// Unit normal of the front face; in f64, so that slivers and huge triangles keep a normal.
@@ -20,7 +20,7 @@ pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {
     if length > 0.0 { (normal / length).as_vec3() } else { Vec3::Y }
 }
 
-/// The front's shading normal: interpolated where vertices have normals, with the normal map applied.
+/// The shading normal of the front face: interpolated where vertices have normals, with the normal map applied.
 pub(super) fn shading_normal(
     textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
@@ -31,7 +31,7 @@ pub(super) fn shading_normal(
     front_normal_by(textures, point, map, (front_normal, vertices))
 }
 
-/// The shading normal on the viewer's side as `map` says instead of the material's own, bent into view.
+/// The shading normal on the viewer's side with `map` instead of the material's normal map, bent into view.
 pub(super) fn mapped_by(
     textures: &Lookups<'_>,
     point: &SurfacePoint<'_>,
@@ -43,7 +43,8 @@ pub(super) fn mapped_by(
     bent_into_view(point.geometric_normal, authored * side, point.wo)
 }
 
-/// Unit tangent and bitangent of the front; `None` where neither vertices nor coordinate set `uv_set` say which way they run.
+/// Unit tangent and bitangent of the front face; `None` where neither vertex tangents nor texture coordinate set `uv_set` define
+/// them.
 pub(super) fn tangent_frame(
     view: SceneView<'_>,
     point: &SurfacePoint<'_>,
@@ -70,8 +71,8 @@ fn front_normal_by(
         Some(map) => mapped(textures, point, map, normal, interpolated_tangent(point, vertices)),
         None => normal,
     };
-    // Normals that were authored inside out say which way the surface curves, not which way it faces; the map's frame
-    // was made for them, so it is the mapped normal that is turned round.
+    // Normals that were authored inside out tell the curvature of the surface, not the side it faces. The map was made for their
+    // frame, so the mapped normal is inverted.
     if normal.dot(front_normal) < 0.0 { -shading } else { shading }
 }
 
@@ -94,7 +95,7 @@ fn interpolated_normal(point: &SurfacePoint<'_>, front_normal: Vec3, vertices: &
     }
 }
 
-/// With the sign of the bitangent.
+/// The interpolated tangent, and the sign of the bitangent.
 fn interpolated_tangent(point: &SurfacePoint<'_>, vertices: &[&PosedVertex; 3]) -> (Vec3, f32) {
     (interpolated(point, vertices, |vertex| vertex.tangent.truncate()), vertices[0].tangent.w)
 }
@@ -108,7 +109,7 @@ fn mapped(
     (tangent, handedness): (Vec3, f32),
 ) -> Vec3 {
     let texel = textures.value(point, Some(&map.texture), Encoding::Normal);
-    // Without any tangent the map cannot say anything.
+    // Without a tangent the map is ignored.
     let Some((tangent, bitangent)) =
         frame_around(textures.view(), point, map.texture.uv_set, normal, (tangent, handedness))
     else {
@@ -119,7 +120,7 @@ fn mapped(
     unit(perturbed).unwrap_or(normal)
 }
 
-/// Tangent and bitangent, made orthogonal to `normal` again.
+/// Unit tangent and bitangent, orthogonal to `normal`.
 fn frame_around(
     view: SceneView<'_>,
     point: &SurfacePoint<'_>,
@@ -133,11 +134,11 @@ fn frame_around(
     Some((tangent, normal.cross(tangent) * handedness))
 }
 
-/// The direction in which u grows on this triangle, for primitives whose tangents are missing. The bitangent is the
-/// direction in which v shrinks, because v grows downwards in the picture.
+/// The direction in which u grows on this triangle, for primitives without tangents. The bitangent is the direction in which v
+/// shrinks, because v grows downwards in the image.
 fn tangent_from_uvs(view: SceneView<'_>, point: &SurfacePoint<'_>, uv_set: u32) -> (Vec3, f32) {
     let [ta, tb, tc] = point.instance.uvs(view.scene, uv_set as usize, point.corners);
-    let [a, b, c] = view.frame.triangles[point.primitive as usize].vertices;
+    let [a, b, c] = view.frame.triangles[point.triangle as usize].vertices;
     let (uv1, uv2) = (tb - ta, tc - ta);
     let determinant = uv1.perp_dot(uv2);
     if determinant == 0.0 {
@@ -147,15 +148,15 @@ fn tangent_from_uvs(view: SceneView<'_>, point: &SurfacePoint<'_>, uv_set: u32) 
     (((b - a) * uv2.y - (c - a) * uv1.y) * sign, -sign)
 }
 
-/// The shading normal turned towards the geometric one just as far as needed for the viewer to be above it and for the
-/// mirror ray to leave the surface.
+/// The shading normal, turned towards the geometric normal as little as needed for the viewer to be above it and for the mirror
+/// ray to leave the surface.
 pub(super) fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
     let cos_o = wo.dot(geometric);
-    // At grazing views even the geometric mirror ray hardly leaves the surface.
-    let least = if cos_o * 0.9 < 0.01 { cos_o * 0.9 } else { 0.01 };
+    // At grazing views even the mirror ray about the geometric normal barely leaves the surface.
+    let min_cosine = if cos_o * 0.9 < 0.01 { cos_o * 0.9 } else { 0.01 };
     let good = |normal: Vec3| {
         let cos = wo.dot(normal);
-        cos > 0.0 && (normal * (2.0 * cos) - wo).dot(geometric) >= least
+        cos > 0.0 && (normal * (2.0 * cos) - wo).dot(geometric) >= min_cosine
     };
     if good(shading) {
         return shading;
@@ -179,13 +180,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_normal_that_works_is_left_alone() {
+    fn visible_normals_are_kept() {
         let shading = Vec3::new(0.1, 0.0, 1.0).normalize();
         assert_eq!(bent_into_view(Vec3::Z, shading, Vec3::new(0.3, 0.0, 1.0).normalize()), shading);
     }
 
     #[test]
-    fn a_normal_that_looks_away_is_bent_into_view() {
+    fn normals_that_face_away_are_bent_into_view() {
         for (shading, wo) in [
             (Vec3::new(-1.0, 0.0, 0.1), Vec3::new(1.0, 0.0, 0.3)),
             (Vec3::new(-0.5, 0.0, 0.5), Vec3::new(0.3, 0.0, 0.2)),

@@ -1,35 +1,35 @@
-//! Texture lookups: transform, wrap, filter, decode (glTF 2.0, section 3.8; `KHR_texture_transform`).
+//! Texture lookups: transform, wrap, filter and decode (glTF 2.0, section 3.8; `KHR_texture_transform`).
 //!
-//! A lookup stands for a parallelogram of the picture: the area between neighbouring samples. Its ellipse has a long and a
-//! short axis. The short one chooses the level of detail, so that nothing is blurred along it, and up to 16 lookups along
-//! the long one cover the rest (McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic Texture Mapping", SIGGRAPH
-//! 1999, in its simple form with equal weights). Thinner ellipses are widened. Between two levels the share is linear in the
-//! width, but for a quarter at either end where one level is looked up alone.
+//! A lookup covers a parallelogram of the texture: the area between neighbouring samples. The ellipse of the parallelogram has a long
+//! and a short axis. The short axis selects the mip level, so that nothing is blurred along it, and up to 16 probes along the long
+//! axis cover the rest (McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic Texture Mapping", SIGGRAPH 1999, in its
+//! simple form with equal weights). Thinner ellipses are widened. Between two levels the blend is linear in the width, except for
+//! a quarter at either end where one level is looked up alone.
 //!
-//! The sampler decides what a single lookup is. One that asks for no mip maps gets the one lookup it asks for.
+//! The sampler selects the filter of a single probe. A sampler without mip maps gets one probe.
 //!
-//! Textures of a material mostly lie alike on the surface: where they are looked up ([`Placement`]) is found once.
+//! The textures of a material mostly share their layout on the surface, so a [`ProbeLayout`] is computed once and reused.
 
 mod ellipse;
+mod level_lookup;
 mod texels;
-mod walk;
 
 use std::cell::RefCell;
 
 use glam::{Vec2, Vec4};
 
-use super::SurfacePoint;
+use super::surface_point::SurfacePoint;
 use crate::scene::{Encoding, Image, MipFilter, MipLevel, Sampler, Scene, Texels, TextureRef, UvTransform};
 use crate::scene_view::SceneView;
 pub(super) use ellipse::UvDifferential;
 use ellipse::{Ellipse, blended, level_of};
-use walk::{Line, Walk};
+use level_lookup::{LevelLookup, ProbeLine};
 
-/// The lookups at one point.
+/// Texture lookups at one point.
 #[derive(Debug)]
 pub(super) struct Lookups<'a> {
     view: SceneView<'a>,
-    last: RefCell<Option<Placement>>,
+    last: RefCell<Option<ProbeLayout>>,
 }
 
 impl<'a> Lookups<'a> {
@@ -41,7 +41,7 @@ impl<'a> Lookups<'a> {
         self.view
     }
 
-    /// The value of a texture over the footprint of `point`, the same at every call; ones without a texture.
+    /// The value of a texture over the area of a sample at `point`, the same at every call; 1 without a texture.
     pub(super) fn value(
         &self,
         point: &SurfacePoint<'_>,
@@ -51,19 +51,19 @@ impl<'a> Lookups<'a> {
         let Some(reference) = reference else {
             return Vec4::ONE;
         };
-        let place = || point.uv(self.view, reference);
-        sample(self.view.scene, reference, encoding, &mut self.last.borrow_mut(), place)
+        let coordinate = || point.uv(self.view, reference);
+        sample(self.view.scene, reference, encoding, &mut self.last.borrow_mut(), coordinate)
     }
 }
 
-/// The value of a texture around `place()`, a coordinate of the set that `reference` names. It is looked up as at `last`, a
-/// placement at the same point, when that suits.
+/// The value of a texture at `coordinate()`, in the set of `reference`. Reuses `last`, the probes of another texture at the same
+/// point, if both share their layout.
 pub(super) fn sample(
     scene: &Scene,
     reference: &TextureRef,
     encoding: Encoding,
-    last: &mut Option<Placement>,
-    place: impl FnOnce() -> (Vec2, UvDifferential),
+    last: &mut Option<ProbeLayout>,
+    coordinate: impl FnOnce() -> (Vec2, UvDifferential),
 ) -> Vec4 {
     let texture = &scene.textures[reference.texture.index()];
     let image = &scene.images[texture.image.index()];
@@ -75,17 +75,17 @@ pub(super) fn sample(
         size: [image.width, image.height],
         levels: levels.len(),
     };
-    let placement = match last {
+    let probes = match last {
         Some(last) if last.layout == layout => last,
         _ => {
-            let (uv, differential) = place();
-            last.insert(Placement::new(layout, levels, uv, differential))
+            let (uv, differential) = coordinate();
+            last.insert(ProbeLayout::new(layout, levels, uv, differential))
         }
     };
-    placement.value(image, levels, encoding)
+    probes.value(image, levels, encoding)
 }
 
-/// What decides, beside the point, where a texture is looked up.
+/// What decides the probes of a texture besides the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Layout {
     uv_set: u32,
@@ -97,29 +97,33 @@ struct Layout {
     levels: usize,
 }
 
-/// Where textures that share a layout are looked up at one point.
+/// The probes of all textures that share a layout, at one point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placement {
+pub(super) struct ProbeLayout {
     layout: Layout,
-    /// 0 is the full image.
+    /// Mip level; 0 is the full image.
     level: usize,
-    walk: Walk,
-    /// The next level and its share, unless that is zero.
-    coarser: Option<(Walk, f32)>,
+    lookup: LevelLookup,
+    /// The next coarser level and its share, unless that is 0.
+    coarser: Option<(LevelLookup, f32)>,
 }
 
-impl Placement {
+impl ProbeLayout {
     fn new(layout: Layout, levels: &[MipLevel], uv: Vec2, differential: UvDifferential) -> Self {
         let Layout { sampler, transform, .. } = layout;
         let uv = transform.of_point(uv);
         let size = Vec2::from(layout.size.map(|side| side as f32));
         let steps = differential.0.map(|step| transform.of_vector(step) * size);
         let single = |filter| {
-            let walk =
-                Walk::new(layout.size, &Line { middle: uv, along: Vec2::ZERO, count: 1 }, sampler, filter);
-            Self { layout, level: 0, walk, coarser: None }
+            let lookup = LevelLookup::new(
+                layout.size,
+                &ProbeLine { center: uv, along: Vec2::ZERO, count: 1 },
+                sampler,
+                filter,
+            );
+            Self { layout, level: 0, lookup, coarser: None }
         };
-        // The squares of both axes have the same sum.
+        // The squared axes have the same sum as the squared steps.
         if steps[0].length_squared() + steps[1].length_squared() <= 1.0 {
             return single(sampler.magnify);
         }
@@ -131,7 +135,7 @@ impl Placement {
             return single(sampler.minify);
         }
 
-        // In which levels
+        // Levels
         let width = ellipse.width();
         let (level, share) = level_of(width, levels.len());
         let (level, share) = match sampler.mip {
@@ -139,27 +143,27 @@ impl Placement {
             MipFilter::None | MipFilter::Linear => blended(level, share),
         };
 
-        // Along the long axis
+        // Probes along the long axis
         let along = ellipse.direction * ellipse.long / size;
-        let walk = |index: usize, spacing: f32| {
+        let lookup = |index: usize, spacing: f32| {
             let size =
                 index.checked_sub(1).map_or(layout.size, |mip| [levels[mip].width, levels[mip].height]);
-            let line = Line { middle: uv, along, count: ellipse.probes(spacing) };
-            Walk::new(size, &line, sampler, sampler.minify)
+            let line = ProbeLine { center: uv, along, count: ellipse.probes(spacing) };
+            LevelLookup::new(size, &line, sampler, sampler.minify)
         };
-        // Texels of the coarse level are at least as wide.
-        let coarser = (share > 0.0).then(|| (walk(level + 1, (2_u32 << level.min(30)) as f32), share));
-        Self { layout, level, walk: walk(level, width), coarser }
+        // The texels of the coarser level set the spacing there.
+        let coarser = (share > 0.0).then(|| (lookup(level + 1, (2_u32 << level.min(30)) as f32), share));
+        Self { layout, level, lookup: lookup(level, width), coarser }
     }
 
     fn value(&self, image: &Image, levels: &[MipLevel], encoding: Encoding) -> Vec4 {
         let texels = |index: usize| -> &Texels {
             index.checked_sub(1).map_or(&image.texels, |mip| &levels[mip].texels)
         };
-        let fine = texels::mean(texels(self.level), &self.walk, encoding);
+        let fine = texels::mean(texels(self.level), &self.lookup, encoding);
         match &self.coarser {
-            Some((walk, share)) => {
-                let coarse = texels::mean(texels(self.level + 1), walk, encoding);
+            Some((lookup, share)) => {
+                let coarse = texels::mean(texels(self.level + 1), lookup, encoding);
                 fine + (coarse - fine) * *share
             }
             None => fine,

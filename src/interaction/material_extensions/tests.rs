@@ -1,4 +1,4 @@
-//! Which channel means what, and which way directions run.
+//! Texture channels and directions of material extensions.
 
 use glam::{Mat4, Vec2, Vec3};
 
@@ -25,7 +25,7 @@ fn texture(index: u32) -> TextureRef {
 /// coordinates make +X the tangent, or −X where they are mirrored; +Y is the bitangent.
 fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSample {
     let positions = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-    // v runs down.
+    // v grows downwards.
     let uv = |position: &Vec3| Vec2::new(if mirrored { -position.x } else { position.x }, -position.y);
     let primitive = Primitive {
         uvs: vec![positions.iter().map(uv).collect()],
@@ -67,7 +67,7 @@ fn of_steps(material: Material) -> MaterialSample {
     sampled(material, &[STEPS], false)
 }
 
-/// The colour of [`STEPS`] behind the sRGB transfer function.
+/// The linear colour of [`STEPS`].
 fn decoded() -> Vec3 {
     Vec3::new(0.2, 0.4, 0.6).map(|code| libm::powf((code + 0.055) / 1.055, 2.4))
 }
@@ -77,7 +77,7 @@ fn assert_close(found: Vec3, expected: Vec3) {
 }
 
 #[test]
-fn each_channel_has_its_meaning() {
+fn each_value_reads_its_channel() {
     let map = Some(texture(0));
     let specular = Specular { factor: 0.5, texture: map, color: Vec3::splat(2.0), color_texture: map };
     let sample = of_steps(Material { specular: Some(specular), ..Material::default() });
@@ -125,13 +125,13 @@ fn each_channel_has_its_meaning() {
 }
 
 #[test]
-fn unlit_surfaces_have_no_layers() {
+fn unlit_materials_have_no_extensions() {
     let sheen = Sheen { color: Vec3::ONE, color_texture: None, roughness: 0.5, roughness_texture: None };
     assert_eq!(of_steps(Material { sheen: Some(sheen), unlit: true, ..Material::default() }).sheen, None);
 }
 
 #[test]
-fn stretches_run_along_the_tangent_and_turn_counter_clockwise() {
+fn anisotropy_follows_the_tangent_and_rotates_counter_clockwise() {
     let along = |rotation_degrees: f32, texel: Option<[u8; 4]>, mirrored| {
         let anisotropy = Anisotropy {
             strength: 1.0,
@@ -143,10 +143,10 @@ fn stretches_run_along_the_tangent_and_turn_counter_clockwise() {
     };
     assert_close(along(0.0, None, false), Vec3::X);
     assert_close(along(90.0, None, false), Vec3::Y);
-    // Mirrored coordinates mirror the tangent, and so the turn.
+    // Mirrored coordinates mirror the tangent, and so the rotation.
     assert_close(along(0.0, None, true), Vec3::NEG_X);
     assert_close(along(90.0, None, true), Vec3::Y);
-    // Green alone is the bitangent; red and green alike lie between, of any length.
+    // Green alone is the bitangent; equal red and green lie between, whatever their length.
     let half = 0.5_f32.sqrt();
     let close = |found: Vec3, expected: Vec3| assert!((found - expected).length() < 0.01, "{found}");
     close(along(0.0, Some([128, 255, 255, 255]), false), Vec3::Y);
@@ -155,7 +155,7 @@ fn stretches_run_along_the_tangent_and_turn_counter_clockwise() {
 }
 
 #[test]
-fn coats_follow_their_own_normals() {
+fn coats_use_their_own_normals() {
     // Leaning to +X by 36.87°: (0.6, 0, 0.8) is stored as (0.8, 0.5, 0.9).
     let leaning = [204, 128, 230, 255];
     let map = Some(NormalTexture { texture: texture(0), scale: 1.0 });

@@ -1,19 +1,19 @@
-//! The area that a lookup stands for, and the levels and lookups that cover it.
+//! The ellipse of a lookup, its mip level and its number of probes.
 
 use glam::Vec2;
 
-/// Most lookups along the long axis of a footprint.
-const MOST_PROBES: f32 = 16.0;
+/// Maximum number of probes along the long axis.
+const MAX_PROBES: f32 = 16.0;
 
-/// Between lookups along the long axis, in widths of what one covers.
+/// Distance of probes along the long axis, in widths of a probe.
 const SPACING: f32 = 1.4;
 
-/// How texture coordinates change by one step along the rows and one along the columns of samples.
+/// Derivatives of texture coordinates by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::interaction) struct UvDifferential(pub(in crate::interaction) [Vec2; 2]);
 
 impl UvDifferential {
-    /// A lookup that stands for a point.
+    /// A lookup without extent.
     pub(in crate::interaction) const ZERO: Self = Self([Vec2::ZERO; 2]);
 }
 
@@ -29,10 +29,10 @@ pub(super) fn blended(level: usize, share: f32) -> (usize, f32) {
     }
 }
 
-/// The area that a lookup stands for, in texels of the full image.
+/// The ellipse of a lookup, in texels of the full image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ellipse {
-    /// Length of the long axis; infinite where the footprint is no number.
+    /// Length of the long axis; infinite where the derivatives are not finite.
     pub(super) long: f32,
     /// Length of the short axis.
     short: f32,
@@ -41,7 +41,7 @@ pub(super) struct Ellipse {
 }
 
 impl Ellipse {
-    /// The singular values of the matrix of both steps, and its first left singular vector.
+    /// The ellipse of a parallelogram: the singular values of the matrix of both steps, and its first left singular vector.
     pub(super) fn of_steps([a, b]: [Vec2; 2]) -> Self {
         let (xx, yy, xy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
         let half_difference = (xx - yy) * 0.5;
@@ -50,7 +50,7 @@ impl Ellipse {
         if !long.is_finite() {
             return Self { long: f32::INFINITY, short: f32::INFINITY, direction: Vec2::X };
         }
-        // Of two forms of the eigenvector, the one that does not cancel.
+        // The form of the eigenvector that does not cancel
         let direction = if half_difference >= 0.0 {
             Vec2::new(half_difference + root, xy)
         } else {
@@ -59,16 +59,15 @@ impl Ellipse {
         Self { long, short: a.perp_dot(b).abs() / long, direction: direction.normalize_or(Vec2::X) }
     }
 
-    /// The width of what one lookup covers: the short axis, but at least a texel, and wide enough for the lookups to reach
-    /// from end to end.
+    /// The width of a probe: the short axis, but at least a texel, and wide enough for the probes to cover the long axis.
     pub(super) fn width(&self) -> f32 {
-        let needed = self.long / (MOST_PROBES * SPACING);
+        let needed = self.long / (MAX_PROBES * SPACING);
         let width = if self.short > needed { self.short } else { needed };
         if width > 1.0 { width } else { 1.0 }
     }
 
-    /// Lookups that reach over the long axis. Each is a tent twice as wide as its texels, so that they may lie apart by more
-    /// than their width without a gap.
+    /// Number of probes along the long axis. Each is a tent twice as wide as its texels, so probes leave no gap even where they are
+    /// farther apart than their width.
     pub(super) fn probes(&self, width: f32) -> u32 {
         if !self.long.is_finite() {
             return 1;
@@ -102,9 +101,9 @@ mod tests {
         assert!((plain.long - 3.0).abs() < 1e-6 && (plain.short - 2.0).abs() < 1e-6);
         assert!(plain.direction.x.abs() < 1e-6);
         // (3, 3) and (1, −1): long 3√2 along the diagonal, short √2.
-        let turned = Ellipse::of_steps([Vec2::new(3.0, 3.0), Vec2::new(1.0, -1.0)]);
-        assert!((turned.long - 18_f32.sqrt()).abs() < 1e-5 && (turned.short - 2_f32.sqrt()).abs() < 1e-5);
-        assert!((turned.direction.x - turned.direction.y).abs() < 1e-6);
+        let diagonal = Ellipse::of_steps([Vec2::new(3.0, 3.0), Vec2::new(1.0, -1.0)]);
+        assert!((diagonal.long - 18_f32.sqrt()).abs() < 1e-5 && (diagonal.short - 2_f32.sqrt()).abs() < 1e-5);
+        assert!((diagonal.direction.x - diagonal.direction.y).abs() < 1e-6);
         // A shear: the singular values of ((1, 4), (0, 1)) are √5 ± 2.
         let sheared = Ellipse::of_steps([Vec2::new(1.0, 0.0), Vec2::new(4.0, 1.0)]);
         assert!((sheared.long - (5_f32.sqrt() + 2.0)).abs() < 1e-5);

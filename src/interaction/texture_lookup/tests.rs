@@ -1,4 +1,6 @@
-use super::walk::wrap;
+//! Texture lookups against known values and against the mean of many lookups.
+
+use super::level_lookup::wrap;
 use super::*;
 use crate::scene::{
     Filter, Image, ImageIndex, ImageMips, Texels, Texture, TextureIndex, UvTransform, WrapMode, mip_levels,
@@ -24,7 +26,7 @@ fn ramp(sampler: Sampler) -> Scene {
     }
 }
 
-/// Looked up over a square of the picture.
+/// Red of the ramp, looked up over a square of the texture.
 fn red(sampler: Sampler, u: f32, side: f32) -> f32 {
     let differential = UvDifferential([Vec2::X * side, Vec2::Y * side]);
     let reference = TextureRef { texture: TextureIndex(0), uv_set: 0, transform: UvTransform::default() };
@@ -54,7 +56,7 @@ fn wrap_modes_continue_the_image() {
 }
 
 #[test]
-fn linear_filtering_meets_texel_centres_and_wraps_between_the_ends() {
+fn linear_filtering_is_exact_at_texel_centres_and_wraps_between_the_ends() {
     let linear = Sampler::default();
     let at = |u| red(linear, u, 0.0);
     assert_eq!(at(1.5 / 4.0), 1.0);
@@ -64,7 +66,7 @@ fn linear_filtering_meets_texel_centres_and_wraps_between_the_ends() {
 }
 
 #[test]
-fn a_wide_footprint_uses_the_minifying_filter() {
+fn wide_lookups_use_the_minifying_filter() {
     let sampler = Sampler { magnify: Filter::Nearest, minify: Filter::Linear, ..Default::default() };
     assert_eq!(red(sampler, 0.5, 0.01), 2.0);
     assert_eq!(red(sampler, 0.5, 1.0), 1.5);
@@ -85,7 +87,7 @@ fn far_and_infinite_coordinates_stay_inside() {
     }
 }
 
-/// A picture with mip maps for one use.
+/// An image with mip maps for one encoding.
 fn mapped(
     size: (u32, u32),
     sampler: Sampler,
@@ -111,23 +113,23 @@ fn look(scene: &Scene, uv: Vec2, steps: [Vec2; 2], encoding: Encoding) -> Vec4 {
 }
 
 #[test]
-fn a_chequer_becomes_its_mean_towards_the_horizon() {
-    // Black and white squares of one texel, half of the light. The farther, the longer the footprint; from where it covers
-    // two texels nothing but the mean is left, without a jump on the way.
+fn a_checkerboard_becomes_its_mean_towards_the_horizon() {
+    // Black and white squares of one texel. From a width of two texels on, lookups return the mean, and there is no jump on the
+    // way.
     let scene = mapped((64, 64), Sampler::default(), Encoding::Srgb, |x, y| {
         if (x + y) % 2 == 0 { [0, 0, 0, 255] } else { [255; 4] }
     });
-    for stretch in [1.0, 3.0, 10.0, 40.0] {
+    for aspect in [1.0, 3.0, 10.0, 40.0] {
         let mut last = 1.0;
         for step in 0..400 {
             let width = libm::exp2f(step as f32 * 0.03 - 2.0) / 64.0;
-            let steps = [Vec2::new(width, 0.0), Vec2::new(0.0, width * stretch)];
-            // The middle of a white texel.
+            let steps = [Vec2::new(width, 0.0), Vec2::new(0.0, width * aspect)];
+            // The centre of a white texel
             let seen = look(&scene, Vec2::new(33.5, 20.5) / 64.0, steps, Encoding::Srgb).x;
             if width * 64.0 >= 2.0 {
-                assert!((seen - 0.5).abs() < 0.01, "{stretch} {width}: {seen}");
+                assert!((seen - 0.5).abs() < 0.01, "{aspect} {width}: {seen}");
             }
-            assert!((seen - last).abs() < 0.2 || stretch > 1.0, "{stretch} {width}: {last} {seen}");
+            assert!((seen - last).abs() < 0.2 || aspect > 1.0, "{aspect} {width}: {last} {seen}");
             last = seen;
         }
     }
@@ -135,11 +137,12 @@ fn a_chequer_becomes_its_mean_towards_the_horizon() {
 
 #[test]
 fn lookups_agree_with_the_mean_of_many() {
-    // The slow twin: 64 times 64 lookups of the full image over the parallelogram. A level's texels are as wide as the short
-    // axis and interpolation widens them once more, so what is compared is smooth on that scale.
+    // Reference: 64 × 64 lookups of the full image over the parallelogram. A level's texels are as wide as the short axis and
+    // interpolation widens them once more, so the image is smooth on that scale.
     let wave = |x: u32, y: u32| {
-        let at =
-            |frequency: f32, place: u32| libm::sinf(place as f32 / 256.0 * frequency * std::f32::consts::TAU);
+        let at = |frequency: f32, column: u32| {
+            libm::sinf(column as f32 / 256.0 * frequency * std::f32::consts::TAU)
+        };
         let byte = |value: f32| (127.5 + 127.5 * value) as u8;
         [byte(at(3.0, x)), byte(at(2.0, y)), byte(at(5.0, x) * at(1.0, y)), 255]
     };
@@ -154,8 +157,8 @@ fn lookups_agree_with_the_mean_of_many() {
         let steps = [Vec2::new(cos, sin) * long, Vec2::new(-sin, cos + 0.5) * short];
         let mut mean = Vec4::ZERO;
         for sub in 0..4096 {
-            let place = |index: i32| (index as f32 + 0.5) / 64.0 - 0.5;
-            let uv = uv + steps[0] * place(sub % 64) + steps[1] * place(sub / 64);
+            let offset = |index: i32| (index as f32 + 0.5) / 64.0 - 0.5;
+            let uv = uv + steps[0] * offset(sub % 64) + steps[1] * offset(sub / 64);
             mean += look(&plain, uv, [Vec2::ZERO; 2], Encoding::Linear) / 4096.0;
         }
         let found = look(&scene, uv, steps, Encoding::Linear);
@@ -164,8 +167,8 @@ fn lookups_agree_with_the_mean_of_many() {
 }
 
 #[test]
-fn samplers_get_what_they_ask_for() {
-    // Columns 0 and 255; a footprint of eight texels by eight.
+fn sampler_filters_are_respected() {
+    // Columns alternate between 0 and 255; lookups cover up to eight by eight texels.
     let stripes = |x: u32, _: u32| [if x.is_multiple_of(2) { 0 } else { 255 }, 0, 0, 255];
     let red = |minify, mip, side: f32| {
         let sampler = Sampler { minify, mip, ..Default::default() };
@@ -173,7 +176,7 @@ fn samplers_get_what_they_ask_for() {
         let steps = [Vec2::X * side / 16.0, Vec2::Y * side / 16.0];
         look(&scene, Vec2::new(5.4, 5.4) / 16.0, steps, Encoding::Linear).x
     };
-    // Texel 5 is white; 0.1 left of its middle lies nine tenths of it.
+    // Texel 5 is white; 0.1 left of its centre its weight is nine tenths.
     assert_eq!(red(Filter::Nearest, MipFilter::None, 8.0), 1.0);
     assert!((red(Filter::Linear, MipFilter::None, 8.0) - 0.9).abs() < 1e-5);
     for minify in [Filter::Nearest, Filter::Linear] {
@@ -188,8 +191,8 @@ fn samplers_get_what_they_ask_for() {
 }
 
 #[test]
-fn transparent_texels_lend_no_colour() {
-    // A green leaf beside transparent black: half way between, the leaf is half there and as green.
+fn transparent_texels_contribute_no_colour() {
+    // A green leaf next to transparent black: half way between, alpha is a half and the colour as green.
     let leaf = |x: u32, _: u32| if x == 0 { [0, 255, 0, 255] } else { [0; 4] };
     for steps in [[Vec2::ZERO; 2], [Vec2::X, Vec2::Y]] {
         let scene = mapped((2, 2), Sampler::default(), Encoding::CoveredSrgb, leaf);

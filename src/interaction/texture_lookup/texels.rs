@@ -1,27 +1,27 @@
-//! What texels mean, and their mean at the places of a lookup.
+//! Decoding of texels and their mean over the probes of a lookup.
 
 use glam::Vec4;
 
-use super::walk::Walk;
+use super::level_lookup::LevelLookup;
 use crate::color;
 use crate::scene::{Encoding, Texels};
 
 const BYTE: f32 = 1.0 / 255.0;
 const WORD: f32 = 1.0 / 65535.0;
 
-/// The mean of the texels of one level around all places of `walk`.
-pub(super) fn mean(texels: &Texels, walk: &Walk, encoding: Encoding) -> Vec4 {
+/// Mean of the texels of one level over all probes of `lookup`.
+pub(super) fn mean(texels: &Texels, lookup: &LevelLookup, encoding: Encoding) -> Vec4 {
     match (texels, encoding) {
         (Texels::Rgba8(texels), Encoding::Linear | Encoding::Normal) => {
-            walk.mean(texels, |texel| Vec4::from_array(texel.map(f32::from))) * BYTE
+            lookup.mean(texels, |texel| Vec4::from_array(texel.map(f32::from))) * BYTE
         }
         (Texels::Rgba16(texels), Encoding::Linear | Encoding::Normal) => {
-            walk.mean(texels, |texel| Vec4::from_array(texel.map(f32::from))) * WORD
+            lookup.mean(texels, |texel| Vec4::from_array(texel.map(f32::from))) * WORD
         }
-        (Texels::Rgba8(texels), Encoding::Srgb) => walk.mean(texels, color8),
-        (Texels::Rgba16(texels), Encoding::Srgb) => walk.mean(texels, color16),
-        (Texels::Rgba8(texels), Encoding::CoveredSrgb) => covered_mean(walk, texels, color8),
-        (Texels::Rgba16(texels), Encoding::CoveredSrgb) => covered_mean(walk, texels, color16),
+        (Texels::Rgba8(texels), Encoding::Srgb) => lookup.mean(texels, color8),
+        (Texels::Rgba16(texels), Encoding::Srgb) => lookup.mean(texels, color16),
+        (Texels::Rgba8(texels), Encoding::CoveredSrgb) => covered_mean(lookup, texels, color8),
+        (Texels::Rgba16(texels), Encoding::CoveredSrgb) => covered_mean(lookup, texels, color16),
     }
 }
 
@@ -38,15 +38,15 @@ fn color16([r, g, b, a]: [u16; 4]) -> Vec4 {
     Vec4::new(r, g, b, f32::from(a) * WORD)
 }
 
-/// Colours count as much as they cover, so that what is not there leaves no fringe.
-fn covered_mean<T: Copy>(walk: &Walk, texels: &[T], color: impl Fn(T) -> Vec4) -> Vec4 {
-    let covered = walk.mean(texels, |texel| {
+/// Colours are weighted by their alpha, so that transparent texels leave no fringe.
+fn covered_mean<T: Copy>(lookup: &LevelLookup, texels: &[T], color: impl Fn(T) -> Vec4) -> Vec4 {
+    let covered = lookup.mean(texels, |texel| {
         let color = color(texel);
         (color.truncate() * color.w).extend(color.w)
     });
     if covered.w > 0.0 {
         (covered.truncate() / covered.w).extend(covered.w)
     } else {
-        walk.mean(texels, color)
+        lookup.mean(texels, color)
     }
 }

@@ -1,36 +1,35 @@
-//! The places of a lookup in one level: wrapping, and the two filters within it.
+//! Probes in one mip level: wrapping, and nearest or linear filtering.
 
 use glam::{Vec2, Vec4};
 
 use crate::scene::{Filter, Sampler, WrapMode};
 
-/// Evenly spaced places along a line of the picture.
+/// Evenly spaced probes along a line of the texture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    /// Texture coordinates of its middle.
-    pub(super) middle: Vec2,
-    /// From one end to the other.
+pub(super) struct ProbeLine {
+    /// Texture coordinates of the line's centre.
+    pub(super) center: Vec2,
+    /// Vector from one end to the other.
     pub(super) along: Vec2,
-    /// How many places, at least one.
+    /// Number of probes, at least one.
     pub(super) count: u32,
 }
 
-impl Line {
-    /// The first place and the step to the next.
+impl ProbeLine {
+    /// The first probe and the step to the next.
     fn start_and_step(&self) -> (Vec2, Vec2) {
         let step = self.along / self.count as f32;
-        (self.middle - step * (0.5 * (self.count - 1) as f32), step)
+        (self.center - step * (0.5 * (self.count - 1) as f32), step)
     }
 }
 
-/// Bits of a texel's width in [`Walk`].
+/// Fraction bits of the fixed-point positions in [`LevelLookup`].
 const FRACTION_BITS: u32 = 24;
 
-/// The lookups of a line in one level: what does not change from place to place. Places are whole numbers, in fractions of a
-/// texel; beyond 2³⁸ texels all places are one.
+/// The probes of a line in one level. Positions are fixed-point texels; those beyond 2³⁸ texels saturate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Walk {
-    /// From the middle of the first texel for linear lookups, from its edge for nearest ones.
+pub(super) struct LevelLookup {
+    /// Position of the first probe: from the centre of the first texel for linear filtering, from its edge for nearest.
     start: [i64; 2],
     step: [i64; 2],
     count: u32,
@@ -39,7 +38,7 @@ pub(super) struct Walk {
     is_linear: bool,
 }
 
-/// How one axis of a level continues.
+/// Size and wrap mode of one axis of a level.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     mode: WrapMode,
@@ -47,7 +46,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Where the axis repeats after a power of two, that less one.
+    /// Bit mask of positions, where the axis repeats after a power of two.
     fn mask(self) -> Option<i64> {
         (self.mode == WrapMode::Repeat && self.size.is_power_of_two()).then(|| i64::from(self.size) - 1)
     }
@@ -57,17 +56,17 @@ impl Axis {
     }
 }
 
-impl Walk {
-    pub(super) fn new([width, height]: [u32; 2], line: &Line, sampler: Sampler, filter: Filter) -> Self {
+impl LevelLookup {
+    pub(super) fn new([width, height]: [u32; 2], line: &ProbeLine, sampler: Sampler, filter: Filter) -> Self {
         let (start, step) = line.start_and_step();
         let is_linear = filter == Filter::Linear;
         let shift = if is_linear { 0.5 } else { 0.0 };
-        // Casts saturate, and take what is no number to zero.
+        // Casts saturate, and map NaN to zero.
         let fixed = |texels: f64| (texels * f64::from(1 << FRACTION_BITS)) as i64;
-        let place = |at: f32, side: u32| fixed(f64::from(at) * f64::from(side) - shift);
+        let position = |at: f32, side: u32| fixed(f64::from(at) * f64::from(side) - shift);
         let stride = |step: f32, side: u32| fixed(f64::from(step) * f64::from(side));
         Self {
-            start: [place(start.x, width), place(start.y, height)],
+            start: [position(start.x, width), position(start.y, height)],
             step: [stride(step.x, width), stride(step.y, height)],
             count: line.count,
             columns: Axis { mode: sampler.wrap_u, size: width },
@@ -76,7 +75,7 @@ impl Walk {
         }
     }
 
-    /// The mean of the decoded texels around all places.
+    /// Mean of the decoded texels over all probes.
     #[inline(always)]
     pub(super) fn mean<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
         let sum = if !self.is_linear {
@@ -98,7 +97,8 @@ impl Walk {
         wrap: impl Fn([i64; 2]) -> [usize; 2],
     ) -> Vec4 {
         const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
-        let fraction = |place: i64| (place & FRACTION) as i32 as f32 * (1.0 / (1 << FRACTION_BITS) as f32);
+        let fraction =
+            |position: i64| (position & FRACTION) as i32 as f32 * (1.0 / (1 << FRACTION_BITS) as f32);
         let stride = self.columns.size as usize;
         let [mut x, mut y] = self.start;
         let mut sum = Vec4::ZERO;
@@ -132,7 +132,7 @@ impl Walk {
     }
 }
 
-/// The texel that stands at whole coordinate `position`, which may lie anywhere.
+/// Index of the texel at integer coordinate `position`, which may lie outside the image.
 pub(super) fn wrap(mode: WrapMode, position: i64, size: u32) -> u32 {
     let size = i64::from(size);
     if (0..size).contains(&position) {
@@ -149,7 +149,7 @@ pub(super) fn wrap(mode: WrapMode, position: i64, size: u32) -> u32 {
     wrapped as u32
 }
 
-/// The remainder that is not negative; without a division for powers of two.
+/// The non-negative remainder, without a division for powers of two.
 fn modulo(position: i64, size: i64) -> i64 {
     if size & (size - 1) == 0 { position & (size - 1) } else { position.rem_euclid(size) }
 }

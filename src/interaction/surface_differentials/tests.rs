@@ -1,12 +1,12 @@
-//! Footprints against known widths, and against neighbouring rays that are traced.
+//! Ray differentials against known widths, and against traced neighbouring rays.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 
 use super::*;
 use crate::bvh::{BuildSettings, Builder, Bvh, Hit};
 use crate::cancel::CancelFlag;
 use crate::frame::Frame;
-use crate::geometry::{Facing, Ray};
+use crate::geometry::{Facing, Ray, Triangle};
 use crate::interaction::texture_lookup::UvDifferential;
 use crate::scene::{
     Environment, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene, SelectedCamera,
@@ -16,11 +16,11 @@ use crate::scene_view::SceneView;
 
 const UVS: [Vec2; 3] = [Vec2::new(0.1, 0.9), Vec2::new(0.8, 0.7), Vec2::new(0.3, 0.2)];
 
-/// As far from the origin as each other, so that the normals of a ball around the axis change evenly over them.
+/// At equal distances from the origin, so that the normals of a ball around the axis change evenly over them.
 const BALL_CORNERS: [Vec3; 3] =
     [Vec3::new(-0.24, -0.07, 0.0), Vec3::new(0.2, -0.15, 0.0), Vec3::new(0.0, 0.25, 0.0)];
 
-/// One triangle, drawn.
+/// A scene of one triangle.
 struct Stage {
     scene: Scene,
     frame: Frame,
@@ -64,34 +64,34 @@ impl Stage {
         SceneView { scene: &self.scene, frame: &self.frame, bvh: &self.bvh, environment: &Environment::None }
     }
 
-    /// Where the ray meets the triangle's plane, in f64.
-    fn meet(&self, origin: DVec3, direction: DVec3) -> (f64, [f64; 3], Facing) {
+    /// Intersection of a ray with the triangle's plane, in f64: t, barycentric weights and side.
+    fn intersect(&self, origin: DVec3, direction: DVec3) -> (f64, [f64; 3], Facing) {
         let [a, b, c] = self.frame.triangles[0].vertices.map(Vec3::as_dvec3);
         let normal = (b - a).cross(c - a);
         let t = (a - origin).dot(normal) / direction.dot(normal);
-        let place = origin + direction * t - a;
-        let u = place.cross(c - a).dot(normal) / normal.dot(normal);
-        let v = (b - a).cross(place).dot(normal) / normal.dot(normal);
+        let from_a = origin + direction * t - a;
+        let u = from_a.cross(c - a).dot(normal) / normal.dot(normal);
+        let v = (b - a).cross(from_a).dot(normal) / normal.dot(normal);
         let facing = if direction.dot(normal) < 0.0 { Facing::Front } else { Facing::Back };
         (t, [1.0 - u - v, u, v], facing)
     }
 
-    /// Where a ray goes on: its place, its mirror direction, its refracted direction, and its texture coordinates.
+    /// Hit point, mirror direction, refracted direction and texture coordinates of a ray.
     fn follow(&self, origin: DVec3, direction: DVec3, ior: f64) -> (DVec3, DVec3, DVec3, DVec3) {
-        let (t, weights, _) = self.meet(origin, direction);
+        let (t, weights, _) = self.intersect(origin, direction);
         let sum = |of: &dyn Fn(usize) -> DVec3| of(0) * weights[0] + of(1) * weights[1] + of(2) * weights[2];
         let normal = sum(&|i| self.frame.vertices[i].normal.as_dvec3()).normalize();
         let normal = if normal.dot(direction) > 0.0 { -normal } else { normal };
         let cosine = -direction.dot(normal);
         let mirrored = direction + normal * (2.0 * cosine);
         let eta = 1.0 / ior;
-        let behind = libm::sqrt(1.0 - eta * eta * (1.0 - cosine * cosine));
-        let refracted = direction * eta + normal * (eta * cosine - behind);
+        let cosine_transmitted = libm::sqrt(1.0 - eta * eta * (1.0 - cosine * cosine));
+        let refracted = direction * eta + normal * (eta * cosine - cosine_transmitted);
         (origin + direction * t, mirrored, refracted, sum(&|i| UVS[i].extend(0.0).as_dvec3()))
     }
 
     fn point(&self, ray: &Ray, differential: &RayDifferential) -> SurfacePoint<'_> {
-        let (t, [_, u, v], facing) = self.meet(ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let (t, [_, u, v], facing) = self.intersect(ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let hit = Hit { t: t as f32, triangle: 0, u: u as f32, v: v as f32, facing };
         SurfacePoint::new(self.view(), ray, &hit, differential)
     }
@@ -102,16 +102,16 @@ fn assert_near(found: Vec3, expected: DVec3, scale: f64) {
 }
 
 #[test]
-fn footprints_are_what_neighbouring_rays_do() {
+fn differentials_equal_those_of_traced_neighbouring_rays() {
     let positions = [Vec3::new(-2.0, -1.0, 0.3), Vec3::new(2.5, -1.2, -0.4), Vec3::new(0.2, 2.0, 0.5)];
-    // Bulging towards +Z, unevenly.
+    // Convex towards +Z, unevenly
     let normals = [Vec3::new(-0.5, -0.3, 1.0), Vec3::new(0.4, -0.2, 1.0), Vec3::new(0.1, 0.6, 1.0)];
     let stage = Stage::new(positions, Some(normals));
     let differential = RayDifferential {
         origin: [Vec3::new(0.3, 0.1, -0.2), Vec3::new(-0.1, 0.4, 0.2)],
         direction: [Vec3::new(0.05, 0.02, 0.0), Vec3::new(-0.01, 0.04, 0.03)],
     };
-    // From in front at two angles, and from behind.
+    // From the front at two angles, and from the back
     for (eye, target, ior) in [
         (Vec3::new(0.5, 1.0, 4.0), Vec3::new(0.1, -0.2, 0.0), 1.5),
         (Vec3::new(1.2, 1.0, 3.0), Vec3::new(0.3, 0.1, 0.0), 0.8),
@@ -147,13 +147,13 @@ fn footprints_are_what_neighbouring_rays_do() {
     }
 }
 
-/// A ray along −Z whose neighbours turn by 0.01 along x and y.
+/// The differential of a ray along −Z whose neighbours diverge by 0.01 along x and y.
 fn spreading() -> RayDifferential {
     RayDifferential { origin: [Vec3::ZERO; 2], direction: [Vec3::X * 0.01, Vec3::Y * 0.01] }
 }
 
 #[test]
-fn a_tilted_plane_stretches_by_the_cosine() {
+fn a_tilted_plane_elongates_by_the_cosine() {
     // At distance 5 a pixel of 0.01 is 0.05 wide; on a plane tilted by 60° about x it is 0.05 / cos 60° = 0.1 long.
     let tilt = glam::Quat::from_rotation_x(60_f32.to_radians());
     let corners = [Vec3::new(-1.0, -1.0, 0.0), Vec3::new(1.0, -1.0, 0.0), Vec3::new(0.0, 1.0, 0.0)];
@@ -161,15 +161,15 @@ fn a_tilted_plane_stretches_by_the_cosine() {
     let point = stage.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
     let [across, along] = point.position_steps.map(Vec3::length);
     assert!((across - 0.05).abs() < 1e-6 && (along - 0.1).abs() < 1e-5, "{across} {along}");
-    // A flat mirror sends neighbours on as far apart, turned by as much.
+    // A flat mirror keeps the divergence.
     let mirrored = point.reflected_differential(&stage.frame, &spreading());
-    assert!(mirrored.direction.iter().all(|turn| (turn.length() - 0.01).abs() < 1e-6));
+    assert!(mirrored.direction.iter().all(|step| (step.length() - 0.01).abs() < 1e-6));
 }
 
 #[test]
-fn a_ball_spreads_what_it_mirrors() {
+fn a_mirror_ball_diverges_and_a_hollow_ball_converges() {
     // On a ball of radius R the normal turns by p / R over a step p, the mirror ray by δ + 2 p / R: with R = 0.5 and p = 0.05
-    // by 0.01 + 0.2. From within, a hollow ball of the same radius gathers: 0.01 − 0.2.
+    // by 0.01 + 0.2. From within, a hollow ball of the same radius converges: 0.01 − 0.2.
     let corners = BALL_CORNERS;
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
@@ -184,26 +184,31 @@ fn a_ball_spreads_what_it_mirrors() {
 }
 
 #[test]
-fn a_window_narrows_and_a_ball_lens_gathers() {
+fn a_flat_window_narrows_and_a_ball_lens_converges() {
     let corners = BALL_CORNERS;
     // Into glass of 1.5 angles near the normal shrink to two thirds.
     let window = Stage::new(corners, None);
     let point = window.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let behind = point.refracted_differential(&window.frame, &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
-    assert!((behind.direction[0] - Vec3::X * (0.01 / 1.5)).length() < 1e-6, "{:?}", behind.direction);
-    // Straight on, they stay.
+    let transmitted =
+        point.refracted_differential(&window.frame, &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
+    assert!(
+        (transmitted.direction[0] - Vec3::X * (0.01 / 1.5)).length() < 1e-6,
+        "{:?}",
+        transmitted.direction
+    );
+    // An unbent ray keeps its derivatives.
     let straight = point.refracted_differential(&window.frame, &spreading(), Vec3::NEG_Z, 1.5);
     assert_eq!(straight.direction, spreading().direction);
     // A surface of radius R bends by (n − 1) / n · p / R towards the axis: 0.01 / 1.5 − 1/3 · 0.05 / 0.5.
     let ball = Stage::new(corners, Some(corners.map(|corner| corner + Vec3::Z * 0.5)));
     let point = ball.point(&Ray::new(Vec3::Z * 5.0, Vec3::NEG_Z), &spreading());
-    let behind = point.refracted_differential(&ball.frame, &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
+    let transmitted = point.refracted_differential(&ball.frame, &spreading(), Vec3::NEG_Z * 0.999_999_9, 1.5);
     let expected = 0.01 / 1.5 - 0.1 / 3.0;
-    assert!((behind.direction[0] - Vec3::X * expected).length() < 1e-5, "{:?}", behind.direction);
+    assert!((transmitted.direction[0] - Vec3::X * expected).length() < 1e-5, "{:?}", transmitted.direction);
 }
 
 #[test]
-fn slivers_have_weights_that_change_evenly() {
+fn weights_of_slivers_change_evenly() {
     let sliver = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-12, 0.0)] };
     let [step, _] = weight_steps(&sliver, [Vec3::X * 0.25, Vec3::ZERO]);
     assert!((step - Vec2::new(0.25, 0.0)).length() < 1e-6, "{step}");

@@ -9,4 +9,5 @@ mod motion_blur;
 mod references;
 mod scenes;
 mod sequence;
+mod source_tree;
 mod stage;

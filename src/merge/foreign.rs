@@ -1,16 +1,16 @@
-//! Tiles that belong to another picture, and what tells.
+//! Detection of tiles that belong to another image.
 
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 use crate::image_file::{ExrHeader, ExrTile, SharedAttributes};
 
-/// Refuses the first tile that is not of the picture that most tiles are of. `is_one_picture` tells that all were meant to
-/// be one, whatever their frame numbers.
+/// Refuses the first tile whose attributes differ from those of most tiles. `is_one_image` says that all tiles are merged into
+/// one image, whatever their frame numbers.
 ///
 /// # Errors
 /// [`Error::Invalid`] that names the tile and the first difference.
-pub(super) fn refuse_foreign_tiles(tiles: &[ExrTile], is_one_picture: bool) -> Result<()> {
+pub(super) fn refuse_foreign_tiles(tiles: &[ExrTile], is_one_image: bool) -> Result<()> {
     let mut counts = BTreeMap::<SharedAttributes<'_>, usize>::new();
     for tile in tiles {
         *counts.entry(tile.header.shared()).or_default() += 1;
@@ -29,7 +29,7 @@ pub(super) fn refuse_foreign_tiles(tiles: &[ExrTile], is_one_picture: bool) -> R
         Some(foreign) => {
             let mut message = difference(&foreign.header, &usual.header);
             message.push_str(&usual.path.display().to_string());
-            if is_one_picture && foreign.header.frame() != usual.header.frame() {
+            if is_one_image && foreign.header.frame() != usual.header.frame() {
                 message.push_str("; put #### into -o to merge a sequence");
             }
             Err(Error::invalid(&foreign.path, "", message))
@@ -37,7 +37,7 @@ pub(super) fn refuse_foreign_tiles(tiles: &[ExrTile], is_one_picture: bool) -> R
     }
 }
 
-/// The difference that tells most, to be read before the name of the usual tile.
+/// The most informative difference, to be read before the name of the usual tile.
 fn difference(foreign: &ExrHeader, usual: &ExrHeader) -> String {
     let (theirs, ours) = (foreign.shared(), usual.shared());
     let differs = |name: &str| theirs.get(name) != ours.get(name);
@@ -46,7 +46,7 @@ fn difference(foreign: &ExrHeader, usual: &ExrHeader) -> String {
             let (width, height) = header.display_window.size();
             format!("{width}x{height}")
         });
-        return format!("is part of a picture of {theirs} pixels, not {ours} as ");
+        return format!("is part of an image of {theirs} pixels, not {ours} as ");
     }
     if differs("channels") {
         let [theirs, ours] = [foreign, usual].map(channels_text);
@@ -54,13 +54,13 @@ fn difference(foreign: &ExrHeader, usual: &ExrHeader) -> String {
     }
     if differs("compression") {
         let [theirs, ours] = [foreign, usual].map(ExrHeader::compression_name);
-        return format!("is packed as {theirs}, not {ours} as ");
+        return format!("is compressed as {theirs}, not {ours} as ");
     }
     if let (true, Some(theirs), Some(ours)) = (differs("frame"), foreign.frame(), usual.frame()) {
         return format!("shows frame {theirs}, not {ours} as ");
     }
     if differs("renderHash") {
-        return "was made from another scene, other settings or by another version than ".to_owned();
+        return "was rendered from another scene, with other settings or by another version than ".to_owned();
     }
     let names = theirs.keys().chain(ours.keys());
     let name = names.copied().find(|name| differs(name)).unwrap_or_default();

@@ -1,9 +1,9 @@
-//! Joining crops of a picture, or of the pictures of a sequence, into what one machine would have written.
+//! Merging of rendered crops into whole images, equal to those that one machine would have written.
 //!
-//! [`MergePlan::new`] looks at the headers of all tiles and finds whatever keeps them from being one picture before anything
-//! is written; [`merge_frame`] joins and writes one. Which files are tiles, and the terminal, are the command line's business.
+//! [`MergePlan::new`] checks the headers of all tiles before anything is written. [`merge_frame`] joins and writes one frame.
+//! Nothing is printed here, and the caller lists the files.
 
-mod cover;
+mod coverage;
 mod foreign;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -19,38 +19,38 @@ use crate::image_file::{
 };
 use crate::sequence::{OutputFormat, OutputPattern};
 
-use cover::{Fault, first_fault};
+use coverage::{CoverageError, first_error};
 use foreign::refuse_foreign_tiles;
 
-/// Copies of a picture's pixels in memory: the tiles, the whole, and what is being packed.
+/// Copies of an image's pixels in memory: the tiles, the whole image, and the data being compressed.
 const COPIES: u64 = 3;
 
-/// A picture that is made from tiles.
+/// A frame that is merged from tiles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MergedFrame {
-    /// Its parts, which fill it.
+    /// Tiles that cover the frame.
     pub tiles: Vec<ExrTile>,
-    /// The file.
+    /// Path of the merged file.
     pub path: PathBuf,
-    /// Whether the file is there already, whole, and says that it is this picture.
+    /// Whether the merged file exists and is complete.
     pub is_done: bool,
 }
 
-/// Everything that is to be merged, in the order of frame numbers.
+/// Frames to merge, in the order of their numbers.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MergePlan {
-    /// The pictures.
+    /// The frames.
     pub frames: Vec<MergedFrame>,
 }
 
 impl MergePlan {
-    /// Reads the headers of `tiles`, deals them out to frames if `output` has a place for the frame number, and checks
-    /// everything that can be known; creates nothing. Files that are in the way are replaced if `may_replace`.
+    /// Reads the headers of `tiles`, groups them by frame if `output` has a field for the frame number, and checks them. Creates
+    /// nothing. Existing files are replaced if `may_replace`.
     ///
     /// # Errors
-    /// [`Error::Missing`] and [`Error::Invalid`] for files that are no tiles, foreign tiles, gaps and overlaps;
-    /// [`Error::Usage`] for output names that make no sense; [`Error::CannotCreate`] when another file is in the way;
-    /// [`Error::Refused`] when a picture needs more than `max_memory_bytes`.
+    /// [`Error::Missing`] and [`Error::Invalid`] for files that are not tiles, tiles of other images, gaps and overlaps;
+    /// [`Error::Usage`] for unusable output names; [`Error::CannotCreate`] when another file has the name;
+    /// [`Error::Refused`] when an image needs more than `max_memory_bytes`.
     pub fn new(
         tiles: &[PathBuf],
         output: &OutputPattern,
@@ -65,7 +65,7 @@ impl MergePlan {
         for (frame, tiles) in by_frame(tiles, output)? {
             let path = output.path(frame);
             refuse_foreign_tiles(&tiles, !output.is_numbered())?;
-            check_cover(&tiles, &path)?;
+            check_coverage(&tiles, &path)?;
             check_memory(&tiles, max_memory_bytes)?;
             if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
                 return Err(Error::usage(format!(
@@ -74,13 +74,13 @@ impl MergePlan {
                 )));
             }
             check_name(&path)?;
-            let is_done = !may_replace && is_there(&path, &tiles)?;
+            let is_done = !may_replace && is_merged(&path, &tiles)?;
             frames.push(MergedFrame { tiles, path, is_done });
         }
         Ok(Self { frames })
     }
 
-    /// Creates the folders, makes sure that files can be written there, and removes what dead runs left half written.
+    /// Creates the folders, checks that files can be written there, and removes temporary files of ended runs.
     ///
     /// # Errors
     /// [`Error::CannotCreate`] with the folder and the reason.
@@ -110,9 +110,7 @@ fn check_output(output: &OutputPattern) -> Result<()> {
         return Err(Error::usage("--output: tiles are merged into EXR files; end the name with .exr"));
     }
     if output.has_layer_place() {
-        return Err(Error::usage(
-            "--output: layers with files of their own are merged one by one; leave {layer} out",
-        ));
+        return Err(Error::usage("--output: split AOVs are merged one at a time; leave {layer} out"));
     }
     Ok(())
 }
@@ -124,24 +122,22 @@ fn read_tile(path: &Path) -> Result<ExrTile> {
         return Err(Error::unsupported(
             path,
             "",
-            format!(
-                "{compression} has changed the pixels, and would change them again; render tiles with --exr zip"
-            ),
+            format!("{compression} is lossy and would change the pixels again; render tiles with --exr zip"),
         ));
     }
-    let (part, picture) = (header.data_window, header.display_window);
-    let is_inside =
-        picture.x0 <= part.x0 && part.x1 <= picture.x1 && picture.y0 <= part.y0 && part.y1 <= picture.y1;
-    if !is_inside {
-        let (width, height) = picture.size();
-        let message =
-            format!("its pixels {} reach beyond the picture of {width}x{height}", corners(part, picture));
+    let (data, display) = (header.data_window, header.display_window);
+    if !display.contains(&data) {
+        let (width, height) = display.size();
+        let message = format!(
+            "its pixels {} reach beyond the image of {width}x{height}",
+            crop_text(&data.relative_to(&display))
+        );
         return Err(Error::invalid(path, "", message));
     }
     Ok(ExrTile { path: path.to_owned(), header })
 }
 
-/// The tiles of each frame; of one frame where names have no place for a number.
+/// Groups tiles by frame number; all of them are one frame where `output` has no field for the number.
 fn by_frame(tiles: Vec<ExrTile>, output: &OutputPattern) -> Result<BTreeMap<i64, Vec<ExrTile>>> {
     let mut frames = BTreeMap::<i64, Vec<ExrTile>>::new();
     for tile in tiles {
@@ -149,8 +145,7 @@ fn by_frame(tiles: Vec<ExrTile>, output: &OutputPattern) -> Result<BTreeMap<i64,
             _ if !output.is_numbered() => 0,
             Some(frame) => frame,
             None => {
-                let message =
-                    "does not say its frame number; merge each frame by itself, into a name without ####";
+                let message = "has no frame number; merge each frame separately, into a name without ####";
                 return Err(Error::invalid(&tile.path, "", message));
             }
         };
@@ -159,24 +154,24 @@ fn by_frame(tiles: Vec<ExrTile>, output: &OutputPattern) -> Result<BTreeMap<i64,
     Ok(frames)
 }
 
-fn check_cover(tiles: &[ExrTile], path: &Path) -> Result<()> {
+fn check_coverage(tiles: &[ExrTile], path: &Path) -> Result<()> {
     let Some(first) = tiles.first() else {
         return Err(Error::usage("there are no tiles to merge"));
     };
-    let picture = first.header.display_window;
+    let display = first.header.display_window;
     let windows: Vec<_> = tiles.iter().map(|tile| tile.header.data_window).collect();
-    match first_fault(picture, &windows) {
+    match first_error(display, &windows) {
         None => Ok(()),
-        Some(Fault::Gap(gap)) => {
-            let gap = corners(gap, picture);
+        Some(CoverageError::Gap(gap)) => {
+            let gap = crop_text(&gap.relative_to(&display));
             let message =
                 format!("cannot be merged: no tile has the pixels {gap}; --crop {gap} renders them");
             Err(Error::invalid(path, "", message))
         }
-        Some(Fault::Overlap(a, b, both)) => {
+        Some(CoverageError::Overlap(a, b, both)) => {
             let message = format!(
                 "has the pixels {} that {} has as well",
-                corners(both, picture),
+                crop_text(&both.relative_to(&display)),
                 tiles[a].path.display()
             );
             Err(Error::invalid(&tiles[b].path, "", message))
@@ -184,10 +179,9 @@ fn check_cover(tiles: &[ExrTile], path: &Path) -> Result<()> {
     }
 }
 
-/// As `--crop` takes them.
-fn corners(part: PixelWindow<i64>, picture: PixelWindow<i64>) -> String {
-    let (x, y) = (picture.x0, picture.y0);
-    format!("{},{},{},{}", part.x0 - x, part.y0 - y, part.x1 - x, part.y1 - y)
+/// The window in the form of `--crop`.
+fn crop_text(window: &PixelWindow<i64>) -> String {
+    format!("{},{},{},{}", window.x0, window.y0, window.x1, window.y1)
 }
 
 fn check_memory(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<()> {
@@ -207,22 +201,22 @@ fn check_memory(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<()> {
     Err(Error::refused(&tile.path, "", message))
 }
 
-/// Whether the whole picture is there already; an error when something else is.
-fn is_there(path: &Path, tiles: &[ExrTile]) -> Result<bool> {
+/// Whether the merged file exists and is complete; an error when another file has its name.
+fn is_merged(path: &Path, tiles: &[ExrTile]) -> Result<bool> {
     let (true, Some(tile)) = (path.exists(), tiles.first()) else {
         return Ok(false);
     };
-    let is_this_picture = ExrHeader::read(path).is_ok_and(|there| {
-        there.data_window == there.display_window
-            && there.render_hash().is_some()
-            && there.shared() == tile.header.shared()
+    let is_this_image = ExrHeader::read(path).is_ok_and(|header| {
+        header.data_window == header.display_window
+            && header.render_hash().is_some()
+            && header.shared() == tile.header.shared()
     });
-    if is_this_picture && inspect_exr(path).is_ok() {
+    if is_this_image && inspect_exr(path).is_ok() {
         return Ok(true);
     }
     Err(Error::CannotCreate {
         path: path.to_owned(),
-        message: "the file is there and is not the whole picture of these tiles; --overwrite replaces it"
+        message: "the file exists and is not the merged image of these tiles; --overwrite replaces it"
             .to_owned(),
     })
 }

@@ -30,14 +30,14 @@ fn whole_image(compression: ExrCompression) -> Vec<u8> {
     encode_exr(image, compression, &attributes).unwrap()
 }
 
-/// What would be written for a tile alone.
+/// The merged file of one tile.
 fn merged(tile: &Path) -> Result<Vec<u8>> {
     let output = OutputPattern::parse("whole.exr".as_ref()).unwrap();
     let plan = MergePlan::new(&[tile.to_owned()], &output, true, 1 << 20)?;
     join_exr_tiles(&plan.frames[0].tiles)
 }
 
-/// Every byte of a tile with a bit turned and as 255: it is merged or refused, and neither is a bug of ours.
+/// Changes every byte of a tile, by one bit and to 255. The tile is merged or refused, without an internal error.
 #[test]
 fn broken_tiles_are_refused_and_never_an_internal_error() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,13 +1,13 @@
-//! The AOVs that an EXR file can hold, by name.
+//! AOVs (arbitrary output variables) of EXR files, by name.
 
 use crate::film::{AovFlags, LightPass};
 
-/// One AOV: a few channels that belong together.
+/// An AOV: a few channels that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Aov {
-    /// The picture: `R`, `G`, `B`, `A`.
+    /// Colour and coverage: `R`, `G`, `B`, `A`.
     Beauty,
-    /// Distance along the camera's axis, metres: `Z`; [`super::DEPTH_OF_NOTHING`] where nothing is met.
+    /// Distance along the camera's axis, metres: `Z`; [`super::DEPTH_WITHOUT_HIT`] where nothing is hit.
     Depth,
     /// World space, metres: `position.X`, `.Y`, `.Z`.
     Position,
@@ -17,18 +17,17 @@ pub enum Aov {
     GeometricNormal,
     /// Linear base colour: `albedo.R`, `.G`, `.B`.
     Albedo,
-    /// One part of the picture's light: `direct.R`, `.G`, `.B` and so on.
+    /// A light pass: `direct.R`, `.G`, `.B` and so on.
     Light(LightPass),
     /// Texture coordinates with v growing upwards: `uv.U`, `.V`.
     Uv,
-    /// Subscript of the mesh plus one: `object_id`.
+    /// Index of the mesh plus one: `object_id`.
     ObjectId,
-    /// Subscript of the material plus one: `material_id`.
+    /// Index of the material plus one: `material_id`.
     MaterialId,
-    /// Subscript of the node plus one: `node_id`.
+    /// Index of the node plus one: `node_id`.
     NodeId,
-    /// Pixels to where the same point is in the next and in the previous frame: `forward.u`, `.v`, `backward.u`, `.v`; v
-    /// grows upwards.
+    /// Motion vectors to the next and to the previous frame, pixels: `forward.u`, `.v`, `backward.u`, `.v`; v grows upwards.
     Motion,
     /// Cryptomatte by names of nodes: `crypto_object00.R` and so on.
     CryptoObject,
@@ -37,7 +36,7 @@ pub enum Aov {
 }
 
 impl Aov {
-    /// All of them, in the order in which they are listed.
+    /// All AOVs, in the order of listings.
     pub const ALL: [Self; 19] = [
         Self::Beauty,
         Self::Depth,
@@ -60,7 +59,7 @@ impl Aov {
         Self::CryptoMaterial,
     ];
 
-    /// As it is typed, and as files of its own are called.
+    /// Name on the command line and in names of split files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Beauty => "beauty",
@@ -69,7 +68,7 @@ impl Aov {
             Self::Normal => "normal",
             Self::GeometricNormal => "geometric_normal",
             Self::Albedo => "albedo",
-            Self::Light(part) => part.name(),
+            Self::Light(pass) => pass.name(),
             Self::Uv => "uv",
             Self::ObjectId => "object_id",
             Self::MaterialId => "material_id",
@@ -80,12 +79,12 @@ impl Aov {
         }
     }
 
-    /// Whether it is a picture to look at, which may lose a little; data may not.
+    /// Whether it holds light, which lossy compression may change; data must stay exact.
     pub fn is_light(self) -> bool {
         matches!(self, Self::Beauty | Self::Light(_))
     }
 
-    /// Whether it tells surfaces apart by name or number.
+    /// Whether it identifies surfaces by name or number.
     pub(super) fn needs_instances(self) -> bool {
         matches!(
             self,
@@ -93,7 +92,7 @@ impl Aov {
         )
     }
 
-    /// Most bytes of its channels for one pixel.
+    /// Most bytes a pixel over its channels.
     pub(super) fn bytes_a_pixel(self) -> u64 {
         match self {
             Self::Depth | Self::ObjectId | Self::MaterialId | Self::NodeId => 4,
@@ -105,7 +104,7 @@ impl Aov {
     }
 }
 
-/// The AOVs of a file: the picture, and any others, each once and in the order of [`Aov::ALL`].
+/// AOVs of a frame: [`Aov::Beauty`] and any others, each once and in the order of [`Aov::ALL`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AovSet(Vec<Aov>);
 
@@ -116,18 +115,18 @@ impl Default for AovSet {
 }
 
 impl AovSet {
-    /// The picture and `aovs`.
+    /// [`Aov::Beauty`] and `aovs`.
     pub fn new(aovs: &[Aov]) -> Self {
         let is_in = |aov: &Aov| *aov == Aov::Beauty || aovs.contains(aov);
         Self(Aov::ALL.into_iter().filter(is_in).collect())
     }
 
-    /// The AOVs, the picture first.
+    /// The AOVs, [`Aov::Beauty`] first.
     pub fn as_slice(&self) -> &[Aov] {
         &self.0
     }
 
-    /// What the film has to record for them.
+    /// AOVs that the film records for them.
     pub fn flags(&self) -> AovFlags {
         let mut flags = AovFlags::NONE;
         for aov in &self.0 {
@@ -147,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sets_are_sorted_and_hold_the_picture() {
+    fn sets_are_sorted_and_hold_the_beauty() {
         let set = AovSet::new(&[Aov::NodeId, Aov::Depth, Aov::NodeId]);
         assert_eq!(set.as_slice(), [Aov::Beauty, Aov::Depth, Aov::NodeId]);
         assert_eq!(AovSet::default().as_slice(), [Aov::Beauty]);
@@ -163,9 +162,9 @@ mod tests {
     }
 
     #[test]
-    fn all_parts_of_light_are_layers() {
-        for part in LightPass::ALL {
-            assert!(Aov::ALL.contains(&Aov::Light(part)));
+    fn all_light_passes_are_aovs() {
+        for pass in LightPass::ALL {
+            assert!(Aov::ALL.contains(&Aov::Light(pass)));
         }
         let names: std::collections::BTreeSet<_> = Aov::ALL.map(Aov::name).into();
         assert_eq!(names.len(), Aov::ALL.len());

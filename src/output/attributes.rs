@@ -1,4 +1,4 @@
-//! The attributes of a frame's EXR file.
+//! Attributes of a frame's EXR file.
 
 use glam::{Mat4, Vec4};
 
@@ -6,13 +6,13 @@ use crate::frame::PosedCamera;
 use crate::image_file::FrameAttributes;
 use crate::scene::Projection;
 
-/// Program and version as files name them.
+/// Program and version, as stored in files.
 pub const SOFTWARE: &str = concat!("rayframe ", env!("CARGO_PKG_VERSION"));
 
-/// Where the near plane of the matrix lies when a camera has none, metres; it only scales the unused depth.
-const NEAR_WITHOUT_A_PLANE: f32 = 0.01;
+/// Near plane of the matrix for cameras without one, metres. It only scales the depth, which nothing uses.
+const DEFAULT_NEAR: f32 = 0.01;
 
-/// The attributes of one frame. `resolution` is that of the whole picture.
+/// Attributes of one frame; `resolution` is that of the whole image.
 pub fn frame_attributes(
     frame: i64,
     time_seconds: f64,
@@ -37,9 +37,9 @@ pub fn frame_attributes(
     }
 }
 
-/// Hours, minutes, seconds and frames as SMPTE time code counts them, without dropped frames.
+/// SMPTE time code without dropped frames: hours, minutes, seconds and frames.
 ///
-/// There is none for rates that are no whole number or above 30, which it cannot count, before frame 0, and after a day.
+/// `None` for rates that are not an integer or above 30, before frame 0, and after a day.
 fn time_code(frame: i64, (numerator, denominator): (i32, u32)) -> Option<[u8; 4]> {
     let rate = u64::try_from(numerator).ok().filter(|rate| denominator == 1 && (1..=30).contains(rate))?;
     let frame = u64::try_from(frame).ok()?;
@@ -52,14 +52,14 @@ fn time_code(frame: i64, (numerator, denominator): (i32, u32)) -> Option<[u8; 4]
     ])
 }
 
-/// From camera space to the picture: after division x runs 0 to 1 from left to right, y 0 to 1 from top to bottom, and
-/// depth 0 at the near plane to 1 at the far plane.
+/// Projection from camera space to normalised device coordinates: x is 0 to 1 from left to right, y 0 to 1 from top to bottom,
+/// and depth 0 at the near plane to 1 at the far plane.
 pub fn ndc_from_camera(projection: &Projection, resolution: (u32, u32)) -> Mat4 {
     let half_size = projection.half_size(resolution.0 as f32 / resolution.1 as f32);
     let (scale_x, scale_y) = (1.0 / half_size.x, 1.0 / half_size.y);
     let clip_from_camera = match *projection {
         Projection::Perspective { z_near, z_far, .. } => {
-            let near = if z_near > 0.0 { z_near } else { NEAR_WITHOUT_A_PLANE };
+            let near = if z_near > 0.0 { z_near } else { DEFAULT_NEAR };
             // Depth (a·z + b) / −z is 0 at −near and 1 at −far.
             let (a, b) = match z_far {
                 Some(far) if far > near => (-far / (far - near), -far * near / (far - near)),
@@ -109,7 +109,7 @@ mod tests {
             z_far: Some(3.0),
         };
         let ndc = ndc_from_camera(&projection, (200, 100));
-        // At distance d the picture is 2·d high and, twice as wide as high, 4·d wide.
+        // At distance d the image is 2·d high and, twice as wide as high, 4·d wide.
         assert_near(ndc.project_point3(Vec3::new(-2.0, 1.0, -1.0)), Vec3::new(0.0, 0.0, 0.0));
         assert_near(ndc.project_point3(Vec3::new(6.0, -3.0, -3.0)), Vec3::new(1.0, 1.0, 1.0));
         assert_near(ndc.project_point3(Vec3::new(0.0, 0.0, -2.0)), Vec3::new(0.5, 0.5, 0.75));
@@ -139,8 +139,8 @@ mod tests {
     }
 
     #[test]
-    fn narrow_pictures_keep_the_authored_width() {
-        // Authored 2 wide and 1 high (halves); a square picture shows 2 each way.
+    fn narrow_images_keep_the_authored_width() {
+        // Authored 2 wide and 1 high (halves); a square image shows 2 each way.
         let projection = Projection::Orthographic { x_mag: 2.0, y_mag: 1.0, z_near: 0.0, z_far: 1.0 };
         let ndc = ndc_from_camera(&projection, (8, 8));
         assert_near(ndc.project_point3(Vec3::new(2.0, 2.0, -1.0)), Vec3::new(1.0, 0.0, 1.0));

@@ -1,4 +1,4 @@
-//! From what a film has recorded to the channels of a file.
+//! Conversion of a film's AOVs to image channels.
 
 use rayon::prelude::*;
 
@@ -9,62 +9,61 @@ use crate::image::{Channel, Samples, finite_f32, half_from_f32};
 use super::instance_ids::InstanceIds;
 use super::{Aov, LightSamples};
 
-/// `Z` where nothing is met, metres: further than anything, so that what is nearer wins and fog is thick, and yet a number.
-pub const DEPTH_OF_NOTHING: f32 = 1e10;
+/// `Z` where the camera ray hits nothing, metres: a finite value beyond every scene, so that depth compositing and fog work.
+pub const DEPTH_WITHOUT_HIT: f32 = 1e10;
 
-/// The channels of one AOV of `film`.
+/// Channels of one AOV of `film`.
 ///
 /// # Errors
-/// [`Error::Internal`] when the film has not recorded what the AOV shows.
+/// [`Error::Internal`] when the film did not record the AOV.
 pub(super) fn aov_channels(
     aov: Aov,
     film: &Film,
     samples: LightSamples,
-    instances: &InstanceIds,
+    ids: &InstanceIds,
 ) -> Result<Vec<Channel>> {
     Ok(match aov {
         Aov::Beauty => {
             let channel = |(c, name): (usize, &str)| light(name.to_owned(), samples, &film.pixels, |p| p[c]);
             ["R", "G", "B", "A"].into_iter().enumerate().map(channel).collect()
         }
-        Aov::Light(part) => {
-            let parts = film.aovs.light.as_deref().ok_or_else(|| unrecorded(aov))?;
-            let name = |channel| format!("{}.{channel}", part.name());
-            let channel = |(c, channel)| light(name(channel), samples, parts, |p| p[part as usize][c]);
+        Aov::Light(pass) => {
+            let passes = film.aovs.light.as_deref().ok_or_else(|| unrecorded(aov))?;
+            let name = |channel| format!("{}.{channel}", pass.name());
+            let channel = |(c, channel)| light(name(channel), samples, passes, |p| p[pass as usize][c]);
             ["R", "G", "B"].into_iter().enumerate().map(channel).collect()
         }
         Aov::CryptoObject | Aov::CryptoMaterial => {
             let coverage = film.aovs.coverage.as_deref().ok_or_else(|| unrecorded(aov))?;
-            instances.matte(aov).ok_or_else(|| unrecorded(aov))?.channels(coverage)
+            ids.matte(aov).ok_or_else(|| unrecorded(aov))?.channels(coverage)
         }
         Aov::ObjectId | Aov::MaterialId | Aov::NodeId => {
-            let numbers = instances.numbers(aov);
+            let numbers = ids.numbers(aov);
             let number = |sample: &PixelCenterSample| {
                 let instance = sample.instance.and_then(|instance| numbers.get(instance as usize));
                 instance.copied().unwrap_or(0)
             };
-            let samples = Samples::Uint(centres(aov, film)?.par_iter().map(number).collect());
+            let samples = Samples::Uint(centers(aov, film)?.par_iter().map(number).collect());
             vec![Channel { name: aov.name().to_owned(), samples }]
         }
         _ => {
-            let centres = centres(aov, film)?;
+            let centers = centers(aov, film)?;
             let channel = |&(name, value): &(&str, Value)| Channel {
                 name: name.to_owned(),
-                samples: Samples::Float(centres.par_iter().map(|s| finite_f32(value(s))).collect()),
+                samples: Samples::Float(centers.par_iter().map(|s| finite_f32(value(s))).collect()),
             };
             data_channels(aov).iter().map(channel).collect()
         }
     })
 }
 
-/// What a channel says about the middle of a pixel.
+/// Value of a channel for a pixel-centre sample.
 type Value = fn(&PixelCenterSample) -> f32;
 
-/// The channels of an AOV of data. Directions that grow downwards in the picture or the texture are turned, because
-/// compositors count upwards.
+/// Channels of a data AOV. Vertical directions of images and textures are flipped, because compositors count upwards.
 fn data_channels(aov: Aov) -> &'static [(&'static str, Value)] {
     match aov {
-        Aov::Depth => &[("Z", |s| if s.instance.is_some() { s.depth } else { DEPTH_OF_NOTHING })],
+        Aov::Depth => &[("Z", |s| if s.instance.is_some() { s.depth } else { DEPTH_WITHOUT_HIT })],
         Aov::Position => &[
             ("position.X", |s| s.position.x),
             ("position.Y", |s| s.position.y),
@@ -113,7 +112,7 @@ fn light<T: Sync>(
     Channel { name, samples }
 }
 
-fn centres(aov: Aov, film: &Film) -> Result<&[PixelCenterSample]> {
+fn centers(aov: Aov, film: &Film) -> Result<&[PixelCenterSample]> {
     film.aovs.centers.as_deref().ok_or_else(|| unrecorded(aov))
 }
 
@@ -127,7 +126,7 @@ mod tests {
     use crate::film::{AovFlags, LightPass, PixelWindow};
     use glam::{Vec2, Vec3};
 
-    /// Two pixels: the first shows instance 0, the second nothing.
+    /// Two pixels: the first hits instance 0, the second nothing.
     fn film() -> Film {
         let all = AovFlags { light: true, centers: true, coverage: true };
         let mut film = Film::with_aovs((2, 1), PixelWindow::full(2, 1), all);
@@ -146,12 +145,12 @@ mod tests {
     }
 
     fn values(aov: Aov, samples: LightSamples) -> Vec<(String, Vec<f32>)> {
-        let instances = InstanceIds::default();
-        let channels = aov_channels(aov, &film(), samples, &instances).unwrap();
+        let ids = InstanceIds::default();
+        let channels = aov_channels(aov, &film(), samples, &ids).unwrap();
         let floats = |samples| match samples {
             Samples::Half(halves) => halves.into_iter().map(half::f16::to_f32).collect(),
             Samples::Float(floats) => floats,
-            Samples::Uint(_) => panic!("whole numbers"),
+            Samples::Uint(_) => panic!("integers"),
         };
         channels.into_iter().map(|channel| (channel.name, floats(channel.samples))).collect()
     }
@@ -172,9 +171,9 @@ mod tests {
     }
 
     #[test]
-    fn directions_grow_as_compositors_count() {
+    fn vertical_directions_grow_upwards() {
         let half = LightSamples::Half;
-        // From 2 rows down to 2 units up less; from an eighth below the top to seven eighths above the bottom.
+        // 2 rows downwards are −2; an eighth below the top is seven eighths above the bottom.
         let expected = named(&[
             ("forward.u", [5.0, 0.0]),
             ("forward.v", [-2.0, 0.0]),
@@ -183,11 +182,11 @@ mod tests {
         ]);
         assert_eq!(values(Aov::Motion, half), expected);
         assert_eq!(values(Aov::Uv, half), named(&[("uv.U", [0.25, 0.0]), ("uv.V", [0.875, 0.0])]));
-        assert_eq!(values(Aov::Depth, half), named(&[("Z", [3.0, DEPTH_OF_NOTHING])]));
+        assert_eq!(values(Aov::Depth, half), named(&[("Z", [3.0, DEPTH_WITHOUT_HIT])]));
     }
 
     #[test]
-    fn what_is_not_recorded_is_not_made_up() {
+    fn aovs_that_were_not_recorded_are_errors() {
         let film = Film::new((2, 1), PixelWindow::full(2, 1));
         for aov in Aov::ALL {
             let channels = aov_channels(aov, &film, LightSamples::Half, &InstanceIds::default());

@@ -1,24 +1,24 @@
-//! All frames of a sequence in one picture, small, each with its number.
+//! Contact sheet: small versions of all frames of a sequence in one image, with their numbers.
 
 use crate::image_file::DisplayImage;
 
-/// Widest and narrowest pictures of a sheet, pixels.
+/// Least and greatest width of a frame on the sheet, pixels.
 const TILE_WIDTH: (u32, u32) = (64, 320);
-/// Where a sheet of many frames stops growing.
+/// Width above which frames shrink instead of the sheet growing.
 const SHEET_WIDTH: u32 = 3840;
-/// Between pictures.
+/// Pixels between frames.
 const GAP: u32 = 4;
-/// Around and between pictures.
+/// Colour around and between frames.
 const GROUND: [u8; 4] = [24, 24, 24, 255];
-/// Numbers, and what is behind them.
+/// Colours of numbers and of their background.
 const INK: [u8; 4] = [240, 240, 240, 255];
 const PAPER: [u8; 4] = [0, 0, 0, 255];
-/// Display pixels of a dot of a digit.
+/// Pixels of a dot of a digit, each way.
 const DOT: u32 = 2;
 /// Columns and rows of dots of a digit.
 const GLYPH: (u32, u32) = (3, 5);
 
-/// A sheet while its pictures come in.
+/// A contact sheet to which frames are added.
 #[derive(Clone, Debug)]
 pub struct ContactSheet {
     tile: (u32, u32),
@@ -28,28 +28,28 @@ pub struct ContactSheet {
 }
 
 impl ContactSheet {
-    /// An empty sheet for so many pictures of one size, in rows about as many as columns.
-    pub fn new(pictures: u32, picture_size: (u32, u32)) -> Self {
+    /// An empty sheet for `count` frames of one size, with about as many rows as columns.
+    pub fn new(count: u32, frame_size: (u32, u32)) -> Self {
         let mut columns = 1;
-        while columns * columns < pictures.max(1) {
+        while columns * columns < count.max(1) {
             columns += 1;
         }
         let widest = (SHEET_WIDTH / columns).clamp(TILE_WIDTH.0, TILE_WIDTH.1);
-        let width = widest.min(picture_size.0).max(1);
-        let height = u64::from(picture_size.1) * u64::from(width) / u64::from(picture_size.0.max(1));
+        let width = widest.min(frame_size.0).max(1);
+        let height = u64::from(frame_size.1) * u64::from(width) / u64::from(frame_size.0.max(1));
         let tile = (width, (height as u32).max(1));
-        let rows = pictures.max(1).div_ceil(columns);
+        let rows = count.max(1).div_ceil(columns);
         let size = (GAP + columns * (tile.0 + GAP), GAP + rows * (tile.1 + GAP));
         let pixels = vec![GROUND; size.0 as usize * size.1 as usize];
         Self { tile, columns, added: 0, sheet: DisplayImage { size, pixels } }
     }
 
-    /// Puts the picture of `frame` into the next place.
-    pub fn add(&mut self, frame: i64, picture: &DisplayImage) {
+    /// Adds the image of `frame` at the next position.
+    pub fn add(&mut self, frame: i64, image: &DisplayImage) {
         let (column, row) = (self.added % self.columns, self.added / self.columns);
         let corner = (GAP + column * (self.tile.0 + GAP), GAP + row * (self.tile.1 + GAP));
         self.added += 1;
-        let small = picture.reduced(self.tile);
+        let small = image.reduced(self.tile);
         for (index, pixel) in small.pixels.iter().enumerate() {
             let index = index as u32;
             self.set(
@@ -60,12 +60,12 @@ impl ContactSheet {
         self.write(&frame.to_string(), (corner.0 + 2, corner.1 + 2));
     }
 
-    /// The sheet as it is.
+    /// The sheet with the frames added so far.
     pub fn image(&self) -> &DisplayImage {
         &self.sheet
     }
 
-    /// Digits and a sign.
+    /// Draws digits and a minus sign.
     fn write(&mut self, text: &str, corner: (u32, u32)) {
         let advance = (GLYPH.0 + 1) * DOT;
         for (place, character) in text.chars().enumerate() {
@@ -75,7 +75,7 @@ impl ContactSheet {
                     self.set((left + x, corner.1 + y), PAPER);
                 }
             }
-            for (y, row) in rows_of(character).into_iter().enumerate() {
+            for (y, row) in glyph_rows(character).into_iter().enumerate() {
                 for x in (0..GLYPH.0).filter(|x| row >> (GLYPH.0 - 1 - x) & 1 == 1) {
                     for dot in 0..DOT * DOT {
                         let at = ((x + 1) * DOT + dot % DOT, (y as u32 + 1) * DOT + dot / DOT);
@@ -93,8 +93,8 @@ impl ContactSheet {
     }
 }
 
-/// Rows of dots, the leftmost in the highest of three bits.
-fn rows_of(character: char) -> [u8; 5] {
+/// Rows of dots of a character, the leftmost dot in the highest of three bits.
+fn glyph_rows(character: char) -> [u8; 5] {
     match character {
         '0' => [0b111, 0b101, 0b101, 0b101, 0b111],
         '1' => [0b010, 0b110, 0b010, 0b010, 0b111],
@@ -124,17 +124,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_lie_in_rows_with_their_numbers() {
+    fn frames_lie_in_rows_with_their_numbers() {
         let size = (64, 36);
         let plain = |value: u8| DisplayImage { size, pixels: vec![[value, value, value, 255]; 64 * 36] };
         let mut sheet = ContactSheet::new(5, size);
         for frame in 0..5_u8 {
             sheet.add(i64::from(frame) - 1, &plain(40 + frame * 40));
         }
-        // Three columns and two rows; the last place stays empty.
-        let picture = sheet.image();
-        assert_eq!(picture.size, (4 + 3 * 68, 4 + 2 * 40));
-        let at = |x: u32, y: u32| picture.pixels[(y * picture.size.0 + x) as usize];
+        // Three columns and two rows; the last position stays empty.
+        let image = sheet.image();
+        assert_eq!(image.size, (4 + 3 * 68, 4 + 2 * 40));
+        let at = |x: u32, y: u32| image.pixels[(y * image.size.0 + x) as usize];
         assert_eq!(at(4 + 60, 4 + 30), [40, 40, 40, 255]);
         assert_eq!(at(4 + 68 + 60, 4 + 40 + 30), [200, 200, 200, 255]);
         assert_eq!(at(4 + 2 * 68 + 30, 4 + 40 + 20), GROUND);

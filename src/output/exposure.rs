@@ -1,31 +1,31 @@
-//! Automatic exposure of previews: one value for a whole animation.
+//! Automatic exposure from rendered films.
 
 use glam::Vec3;
 
 use crate::color::luminance;
 use crate::film::Film;
 
-/// Luminance of the photographer's grey card, to which the geometric mean is brought.
+/// Luminance of a photographic grey card, the target of the geometric mean.
 const MIDDLE_GREY: f64 = 0.18;
 
-/// Pixels darker than this share of the mean count as if they had it: blackness says nothing about the light.
+/// Lower bound of a pixel's luminance as a share of the mean. Black pixels tell nothing about the light.
 const DARKEST_SHARE: f64 = 0.25;
-/// Share of the pictures from which on what is drawn decides alone, whatever is behind it.
-const LEAST_COVER: f64 = 0.01;
+/// Coverage by surfaces above which the background is ignored.
+const LEAST_COVERAGE: f64 = 0.01;
 
-/// Whether what is drawn covers enough of the pictures to decide the exposure.
+/// Whether surfaces cover enough of the films to decide the exposure.
 pub fn covers_enough(films: &[Film]) -> bool {
     let pixels = films.iter().flat_map(|film| &film.pixels);
     let (cover, count) =
         pixels.fold((0.0, 0_u64), |(cover, count), pixel| (cover + f64::from(pixel[3]), count + 1));
-    cover >= LEAST_COVER * count as f64 && cover > 0.0
+    cover >= LEAST_COVERAGE * count as f64 && cover > 0.0
 }
 
-/// The exposure, in stops, that brings the geometric mean of all pixels' luminance to middle grey.
+/// Exposure, in stops, that brings the geometric mean of the pixels' luminance to middle grey.
 ///
-/// A pixel counts as much as it is covered, and is not darker than a share of the arithmetic mean, which a few black pixels
-/// would otherwise drag down as far as they like. Without any light the exposure is 0. The value is rounded to hundredths,
-/// so that what is printed can be typed again.
+/// Pixels are weighted by coverage. Their luminance has a lower bound, or a few black pixels would lower the geometric mean
+/// without limit. Without any light the exposure is 0. The value is rounded to hundredths, so that the printed value can be
+/// passed as an option.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     let pixels = || films.iter().flat_map(|film| &film.pixels).filter_map(straight);
     let cover: f64 = pixels().map(|(_, cover)| cover).sum();
@@ -40,7 +40,7 @@ pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     (libm::round(ev * 100.0) / 100.0) as f32
 }
 
-/// Luminance and cover of a pixel that shows anything.
+/// Luminance and coverage of a pixel; `None` without coverage.
 fn straight(&[r, g, b, alpha]: &[f32; 4]) -> Option<(f64, f64)> {
     let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
     (alpha > 0.0 && value.is_finite()).then_some((value, f64::from(alpha)))
@@ -68,8 +68,8 @@ mod tests {
     }
 
     #[test]
-    fn pixels_count_as_much_as_they_are_covered() {
-        // Premultiplied: the surface itself has 0.36, and what is empty does not count.
+    fn pixels_are_weighted_by_coverage() {
+        // Premultiplied: the surface itself has 0.36, and empty pixels do not count.
         let half = [0.18, 0.18, 0.18, 0.5];
         assert_eq!(auto_exposure_ev(&[film(&[[0.0; 4], half])]), -1.0);
         // Covers 1 and ½ with 0.18 and 0.18 · 2³: the mean in stops is 3 · ½ / 1.5 = 1.
@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn black_pixels_are_no_darker_than_a_share_of_the_mean() {
+    fn black_pixels_count_as_a_share_of_the_mean() {
         // Half is black and half 0.36: the mean is 0.18, the darkest counts 2⁻² of that; half of (1 − 2) stops.
         let grey = [0.36, 0.36, 0.36, 1.0];
         for dark in [0.0, 1e-30, 1e-6] {
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hundredth_of_the_picture_is_enough() {
+    fn a_hundredth_of_the_image_is_enough() {
         let covered = |cover| covers_enough(&[film(&[[0.0; 4], [0.0, 0.0, 0.0, cover]])]);
         assert!(covered(0.021) && covered(1.0) && !covered(0.019) && !covered(0.0) && !covers_enough(&[]));
     }

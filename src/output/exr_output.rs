@@ -1,11 +1,11 @@
-//! What goes into which EXR file of a frame, and how it is stored.
+//! Choice of AOVs, sample type and compression of a frame's EXR files.
 
 use crate::film::AovFlags;
 use crate::image_file::ExrCompression;
 
 use super::{Aov, AovSet};
 
-/// Type of the samples of the picture and of the parts of its light; data is always 32 bits wide.
+/// Sample type of colour and light passes; data AOVs always have 32 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightSamples {
     /// 16 bits; values beyond ±65504 become ±65504.
@@ -16,7 +16,7 @@ pub enum LightSamples {
 }
 
 impl LightSamples {
-    /// As it is typed.
+    /// Name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Half => "half",
@@ -25,41 +25,41 @@ impl LightSamples {
     }
 }
 
-/// The EXR files of a frame. By default one file of R, G, B and A as halves, in ZIP.
+/// Content and format of a frame's EXR files. The default is one file of R, G, B and A as halves with ZIP compression.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExrOutput {
-    /// What is stored.
+    /// AOVs.
     pub aovs: AovSet,
-    /// Type of what is light.
+    /// Sample type of light.
     pub samples: LightSamples,
-    /// How it is packed.
+    /// Compression.
     pub compression: ExrCompression,
-    /// Whether each AOV besides the picture has a file of its own.
+    /// Whether each AOV besides [`Aov::Beauty`] has a file of its own.
     pub is_split: bool,
-    /// Whether files tell when and where they were made.
+    /// Whether files store when and where they were rendered.
     pub is_stamped: bool,
 }
 
 impl ExrOutput {
-    /// Why these AOVs cannot be stored like this; `None` when they can.
+    /// Why these AOVs cannot be stored in this format; `None` when they can.
     pub fn contradiction(&self) -> Option<String> {
         let data = self.aovs.as_slice().iter().find(|aov| !aov.is_light())?;
         (self.compression.is_lossy() && !self.is_split).then(|| {
             format!(
-                "{} loses precision, which would spoil the AOV {}; add --split-aovs for files of their own, or choose \
-                 zip, piz or another that loses nothing",
+                "{} loses precision, which would corrupt the AOV {}; add --split-aovs for files of their own, or choose \
+                 a lossless compression such as zip or piz",
                 self.compression.name(),
                 data.name()
             )
         })
     }
 
-    /// What the film has to record.
+    /// AOVs that the film records.
     pub fn aov_flags(&self) -> AovFlags {
         self.aovs.flags()
     }
 
-    /// The AOVs of the frame's first file.
+    /// AOVs of the frame's main file.
     pub fn main_aovs(&self) -> &[Aov] {
         if self.is_split { &[Aov::Beauty] } else { self.aovs.as_slice() }
     }
@@ -72,18 +72,18 @@ impl ExrOutput {
         }
     }
 
-    /// How a file of these AOVs is packed: data is in ZIP where the chosen way loses something.
+    /// Compression of a file of these AOVs: ZIP for data where the chosen compression is lossy.
     pub fn compression_of(&self, aovs: &[Aov]) -> ExrCompression {
         let may_lose = aovs.iter().all(|aov| aov.is_light());
         if self.compression.is_lossy() && !may_lose { ExrCompression::Zip } else { self.compression }
     }
 
-    /// Whether names or numbers of surfaces are stored.
+    /// Whether an AOV identifies surfaces by name or number.
     pub fn needs_instances(&self) -> bool {
         self.aovs.as_slice().iter().any(|aov| aov.needs_instances())
     }
 
-    /// Most bytes that the channels of a pixel take while they are encoded.
+    /// Most bytes a pixel over all channels.
     pub fn bytes_a_pixel(&self) -> u64 {
         self.aovs.as_slice().iter().map(|aov| aov.bytes_a_pixel()).sum()
     }
@@ -95,7 +95,7 @@ mod tests {
     use crate::film::LightPass;
 
     #[test]
-    fn data_is_never_packed_with_loss() {
+    fn data_is_never_compressed_lossily() {
         let light = Aov::Light(LightPass::Direct);
         let output = |aovs: &[Aov], compression, is_split| ExrOutput {
             aovs: AovSet::new(aovs),

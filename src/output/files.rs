@@ -1,4 +1,4 @@
-//! A frame's files as bytes.
+//! Encoding of a film to the files of a frame.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,10 +12,10 @@ use crate::image_file::{DisplayImage, ExrCompression, FrameAttributes, encode_ex
 use super::channels::aov_channels;
 use super::{Aov, ExrOutput, InstanceIds, LightSamples};
 
-/// How scene-linear colour becomes a viewable picture.
+/// Tone mapping from scene-linear light to display values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PreviewLook {
-    /// Stops by which the picture is brightened.
+    /// Exposure in stops.
     pub exposure_ev: f32,
     /// Curve from scene to display.
     pub tone: ToneCurve,
@@ -24,23 +24,23 @@ pub struct PreviewLook {
 /// The EXR files of a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExrFiles {
-    /// The picture, with all AOVs unless they are split.
+    /// The main file, with all AOVs unless they are split.
     pub main: Vec<u8>,
     /// The files of [`ExrOutput::split_aovs`].
     pub aovs: Vec<Vec<u8>>,
 }
 
-/// The EXR files of a frame; `shapes` are those of the frame.
+/// Encodes the EXR files of a frame.
 ///
 /// # Errors
-/// [`crate::error::Error::Internal`] when the film has not recorded an AOV.
+/// [`crate::error::Error::Internal`] when the film did not record an AOV.
 pub fn exr_files(
     film: &Film,
     attributes: &FrameAttributes,
     output: &ExrOutput,
-    shapes: &InstanceIds,
+    ids: &InstanceIds,
 ) -> Result<ExrFiles> {
-    let file = |aovs: &[Aov]| aovs_file(film, attributes.clone(), output, (aovs, shapes));
+    let file = |aovs: &[Aov]| aovs_file(film, attributes.clone(), output, aovs, ids);
     let split = || output.split_aovs().par_iter().map(|&aov| file(&[aov])).collect();
     let (main, aovs): (_, Result<_>) = rayon::join(|| file(output.main_aovs()), split);
     Ok(ExrFiles { main: main?, aovs: aovs? })
@@ -50,12 +50,13 @@ fn aovs_file(
     film: &Film,
     mut attributes: FrameAttributes,
     output: &ExrOutput,
-    (aovs, shapes): (&[Aov], &InstanceIds),
+    aovs: &[Aov],
+    ids: &InstanceIds,
 ) -> Result<Vec<u8>> {
     let mut channels = Vec::new();
     for &aov in aovs {
-        channels.extend(aov_channels(aov, film, output.samples, shapes)?);
-        if let Some(matte) = shapes.matte(aov) {
+        channels.extend(aov_channels(aov, film, output.samples, ids)?);
+        if let Some(matte) = ids.matte(aov) {
             attributes.texts.extend(matte.attributes());
         }
     }
@@ -71,7 +72,7 @@ fn image(film: &Film, channels: Vec<Channel>) -> Image {
     }
 }
 
-/// The EXR file of a frame's colour alone, as halves with ZIP compression.
+/// Encodes the EXR file of a frame's colour alone, as halves with ZIP compression.
 ///
 /// # Errors
 /// [`crate::error::Error::Internal`] when the film contradicts its window.
@@ -80,8 +81,7 @@ pub fn exr_file(film: &Film, attributes: &FrameAttributes) -> Result<Vec<u8>> {
     encode_exr(image(film, channels), ExrCompression::Zip, attributes)
 }
 
-/// A tone-mapped PNG file of linear pixels, with what they were made from: a frame of its own, or the preview beside an
-/// EXR file, made from that file's pixels.
+/// Encodes linear pixels as a tone-mapped PNG file with their render hash: a frame, or the preview of an EXR file.
 pub fn png_file(
     size: (u32, u32),
     pixels: &[[f32; 4]],
@@ -91,13 +91,13 @@ pub fn png_file(
     encode_png(size, &display_pixels(pixels, look), render_hash)
 }
 
-/// Linear pixels as a display shows them.
+/// Tone-maps linear pixels.
 pub fn display_image(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayImage {
     DisplayImage { size, pixels: display_pixels(pixels, look) }
 }
 
-/// sRGB with straight alpha. Values are rounded to halves first, so that a preview made while rendering and one made
-/// from the stored EXR are the same.
+/// Tone-maps to sRGB with straight alpha. Values are rounded to halves first, so that a preview made while rendering equals
+/// one made from the stored EXR file.
 fn display_pixels(pixels: &[[f32; 4]], look: PreviewLook) -> Vec<[u8; 4]> {
     let gain = exposure_scale(look.exposure_ev);
     pixels
@@ -107,7 +107,7 @@ fn display_pixels(pixels: &[[f32; 4]], look: PreviewLook) -> Vec<[u8; 4]> {
 }
 
 fn display_pixel([r, g, b, alpha]: [f32; 4], gain: f32, tone: ToneCurve) -> [u8; 4] {
-    // Light without coverage (a glow over nothing) is shown as it is.
+    // Light without coverage, such as a glow over the background, is not divided.
     let straight = if alpha > 0.0 { 1.0 / alpha } else { 1.0 };
     let color = tone.apply(Vec3::new(r, g, b) * (straight * gain));
     let [r, g, b] = color.to_array().map(linear_to_srgb8);
@@ -132,7 +132,7 @@ mod tests {
         assert_eq!((full[3], half[3]), (255, 128));
     }
 
-    /// A film of shapes that nothing is known of, with everything recorded.
+    /// A film with all AOVs.
     fn film() -> Film {
         let all = AovFlags { light: true, centers: true, coverage: true };
         let mut film = Film::with_aovs((5, 4), PixelWindow { x0: 1, y0: 2, x1: 4, y1: 4 }, all);
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn the_default_is_the_picture_alone() {
+    fn the_default_is_colour_alone() {
         let files =
             exr_files(&film(), &attributes(), &ExrOutput::default(), &InstanceIds::default()).unwrap();
         assert!(files.main == exr_file(&film(), &attributes()).unwrap());
@@ -157,15 +157,15 @@ mod tests {
     fn split_aovs_hold_what_one_file_would() {
         let scene = Scene::default();
         let aovs = AovSet::new(&Aov::ALL);
-        let shapes = InstanceIds::new(&scene, &[], &aovs);
+        let ids = InstanceIds::new(&scene, &[], &aovs);
         let together = ExrOutput { aovs, ..ExrOutput::default() };
         let split = ExrOutput { is_split: true, ..together.clone() };
-        let together = exr_files(&film(), &attributes(), &together, &shapes).unwrap();
+        let together = exr_files(&film(), &attributes(), &together, &ids).unwrap();
         assert!(together.aovs.is_empty());
-        let split = exr_files(&film(), &attributes(), &split, &shapes).unwrap();
+        let split = exr_files(&film(), &attributes(), &split, &ids).unwrap();
         assert_eq!(split.aovs.len(), Aov::ALL.len() - 1);
         assert!(split.main == exr_file(&film(), &attributes()).unwrap());
-        // Every file shows the same picture of the same frame, and mattes have their names where they are.
+        // Cryptomatte attributes are in the files of their channels.
         let names = |file: &[u8]| file.windows(12).filter(|window| window == b"cryptomatte/").count();
         assert_eq!(names(&together.main), 8);
         assert_eq!(split.aovs.iter().map(|file| names(file)).collect::<Vec<_>>()[16..], [4, 4]);

@@ -1,4 +1,4 @@
-//! What numbers and names the instances of a frame go by.
+//! Ids and matte names of mesh instances.
 
 use crate::frame::MeshInstance;
 use crate::scene::Scene;
@@ -6,7 +6,7 @@ use crate::scene::Scene;
 use super::cryptomatte::Matte;
 use super::{Aov, AovSet};
 
-/// Numbers and names of instances; the same in all frames of a sequence.
+/// Ids and mattes by mesh instance, the same in all frames of a sequence.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InstanceIds {
     objects: Vec<u32>,
@@ -17,10 +17,10 @@ pub struct InstanceIds {
 }
 
 impl InstanceIds {
-    /// Those of `instances` that `aovs` need.
+    /// Ids and mattes of `instances` that `aovs` need.
     pub fn new(scene: &Scene, instances: &[MeshInstance], aovs: &AovSet) -> Self {
         let has = |aov| aovs.as_slice().contains(&aov);
-        // Zero is nothing.
+        // Id 0 is the background.
         let numbers =
             |index: fn(&MeshInstance) -> u32| instances.iter().map(|instance| index(instance) + 1).collect();
         let (objects, materials) = (Aov::CryptoObject, Aov::CryptoMaterial);
@@ -33,7 +33,7 @@ impl InstanceIds {
         }
     }
 
-    /// The numbers of an AOV of ids, by instance.
+    /// Ids of an id AOV, by instance.
     pub(super) fn numbers(&self, aov: Aov) -> &[u32] {
         match aov {
             Aov::ObjectId => &self.objects,
@@ -43,7 +43,7 @@ impl InstanceIds {
         }
     }
 
-    /// The mattes of an AOV.
+    /// Matte of a Cryptomatte AOV.
     pub(super) fn matte(&self, aov: Aov) -> Option<&Matte> {
         match aov {
             Aov::CryptoObject => self.object_matte.as_ref(),

@@ -1,6 +1,6 @@
-//! What the files of one frame contain: which pixels, which attributes, and how a preview is made from them.
+//! Content of a frame's files: AOVs as channels, attributes, tone-mapped images.
 //!
-//! Knows a film and a frame, not how they came to be, and not where files go.
+//! Works on a film and a frame, whatever rendered them. Does not know where files are written.
 
 mod aov;
 mod attributes;
@@ -15,7 +15,7 @@ mod stamp;
 
 pub use aov::{Aov, AovSet};
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
-pub use channels::DEPTH_OF_NOTHING;
+pub use channels::DEPTH_WITHOUT_HIT;
 pub use contact_sheet::ContactSheet;
 pub use cryptomatte::matte_collisions;
 pub use exposure::{auto_exposure_ev, covers_enough};

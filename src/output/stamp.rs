@@ -1,10 +1,10 @@
-//! When and where a frame is made, for files that are meant to tell.
+//! Stamp of when and where a frame was rendered.
 
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use crate::image_file::RunStamp;
 
-/// The stamp of a frame that took `render_seconds` and is finished now.
+/// Stamp of a frame that took `render_seconds` and is finished now.
 pub fn run_stamp(render_seconds: f64) -> RunStamp {
     let since_epoch = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     RunStamp {
@@ -14,15 +14,15 @@ pub fn run_stamp(render_seconds: f64) -> RunStamp {
     }
 }
 
-/// The machine's name, as Linux or else the environment tells it.
+/// Name of the machine, from Linux or else from the environment.
 fn host_name() -> Option<String> {
-    let told = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
-    let told = told.or_else(|| std::env::var("HOSTNAME").or_else(|_| std::env::var("COMPUTERNAME")).ok())?;
-    let name = told.trim();
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok();
+    let name = name.or_else(|| std::env::var("HOSTNAME").or_else(|_| std::env::var("COMPUTERNAME")).ok())?;
+    let name = name.trim();
     (!name.is_empty()).then(|| name.to_owned())
 }
 
-/// `2026:11:21 18:57:00`.
+/// Date and time, such as `2026:11:21 18:57:00`.
 fn universal_time(since_epoch: Duration) -> String {
     let seconds = since_epoch.as_secs();
     let (days, second) = (seconds / 86400, seconds % 86400);
@@ -31,7 +31,7 @@ fn universal_time(since_epoch: Duration) -> String {
     format!("{year:04}:{month:02}:{day:02} {hour:02}:{minute:02}:{second:02}")
 }
 
-/// Year, month and day of the Gregorian calendar, so many days after 1 January 1970.
+/// Gregorian date of a number of days after 1 January 1970: year, month and day.
 ///
 /// Years are counted from March, so that the leap day is their last (Howard Hinnant, "chrono-compatible low-level date
 /// algorithms", 2013).
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_are_those_of_the_calendar() {
+    fn dates_follow_the_calendar() {
         let text = |seconds| universal_time(Duration::from_secs(seconds));
         assert_eq!(text(0), "1970:01:01 00:00:00");
         // `date -u -d @SECONDS`: a leap day of a century, the last second of a year, a day after.
@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn every_day_follows_the_one_before() {
+    fn days_are_consecutive() {
         let mut last = date(0);
         for day in 1..60_000 {
             let next = date(day);

@@ -1,4 +1,4 @@
-//! Names to numbers as Cryptomatte does it.
+//! Cryptomatte ids: hashes of names.
 //!
 //! Sources: Austin Appleby, MurmurHash3 (x86, 32 bits), 2011; Jonah Friedman and Andrew C. Jones, "Fully automatic ID mattes
 //! with support for motion blur and transparency", 2015, and the Cryptomatte specification 1.2, "ID generation".
@@ -30,8 +30,8 @@ pub(super) fn murmur3(bytes: &[u8]) -> u32 {
     hash ^ hash >> 16
 }
 
-/// The id of a name: its hash, with one bit of the exponent turned where the bits would be an infinity, not a number, zero or
-/// denormal as a float (`uint32_to_float32`).
+/// Id of a name: its hash, with the lowest exponent bit flipped where the bits would be an infinity, NaN, zero or a denormal
+/// float (`uint32_to_float32`).
 pub(super) fn name_id(name: &str) -> u32 {
     const LOWEST_EXPONENT_BIT: u32 = 1 << 23;
     let hash = murmur3(name.as_bytes());
@@ -41,7 +41,7 @@ pub(super) fn name_id(name: &str) -> u32 {
     }
 }
 
-/// Seven hexadecimal digits that stand for a layer in its attributes' names.
+/// Key of a layer in the names of its attributes: seven hexadecimal digits.
 pub(super) fn layer_key(layer: &str) -> String {
     let mut digits = format!("{:08x}", murmur3(layer.as_bytes()));
     digits.truncate(7);
@@ -53,8 +53,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn hashes_are_those_of_the_original() {
-        // Values of the original: every length of the tail, and UTF-8.
+    fn hashes_equal_those_of_the_reference_implementation() {
+        // Values of the reference implementation: every length of the tail, and UTF-8.
         for (text, expected) in [
             ("", 0),
             ("a", 0x3c25_69b2),
@@ -70,7 +70,7 @@ mod tests {
     }
 
     #[test]
-    fn ids_are_those_that_the_inventors_publish() {
+    fn ids_equal_published_ones() {
         // From the tests of the Cryptomatte plug-in for Nuke, as that prints floats.
         for (name, expected) in [
             ("hello", 6.070_562_710_24e-17),
@@ -84,17 +84,17 @@ mod tests {
 
     #[test]
     fn ids_are_ordinary_floats() {
-        let mut turned = 0;
+        let mut flipped = 0;
         for i in 0..20_000 {
             let name = format!("node{i}");
             let (hash, id) = (murmur3(name.as_bytes()), name_id(&name));
             let value = f32::from_bits(id);
             assert!(value.is_normal(), "{name}");
             assert!(id == hash || id == hash ^ 1 << 23);
-            turned += u32::from(id != hash);
+            flipped += u32::from(id != hash);
         }
-        // Two of 256 exponents are turned: about 156 of 20,000.
-        assert!((100..220).contains(&turned), "{turned}");
+        // Two of 256 exponents are flipped: about 156 of 20,000.
+        assert!((100..220).contains(&flipped), "{flipped}");
     }
 
     #[test]

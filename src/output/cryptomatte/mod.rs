@@ -1,7 +1,7 @@
-//! Cryptomatte: for each pixel the surfaces that cover it, by the hashes of their names, and the names in the header.
+//! Cryptomatte: coverage of each pixel by surfaces, identified by hashes of their names; the names are in the header.
 //!
-//! Source: the Cryptomatte specification 1.2 (Psyop, 2018). A layer has three times four channels; each four hold two ranks,
-//! an id and a coverage, the largest first. What is beyond the sixth rank is left out. The preview channels that the
+//! Source: the Cryptomatte specification 1.2 (Psyop, 2018). A layer has twelve channels for six ranks,
+//! each an id and a coverage, the largest first. Coverage beyond the sixth rank is left out. The preview channels that the
 //! specification deprecates are not written.
 
 mod hash;
@@ -19,10 +19,10 @@ use crate::scene::Scene;
 
 use hash::{layer_key, name_id};
 
-/// Surfaces told apart in a pixel.
+/// Number of surfaces stored for a pixel.
 const RANKS: usize = 6;
 
-/// One Cryptomatte layer, the same in all frames.
+/// Ids and manifest of one Cryptomatte layer, the same in all frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Matte {
     layer: &'static str,
@@ -31,19 +31,19 @@ pub(super) struct Matte {
     manifest: String,
 }
 
-/// What is to be said about names of `scene` that mattes cannot tell apart.
+/// Warnings about names of `scene` with equal hashes.
 pub fn matte_collisions(scene: &Scene) -> Vec<Warning> {
     let nodes = names::collisions(&names::node_names(scene), "nodes");
     [nodes, names::collisions(&names::material_names(scene), "materials")].concat()
 }
 
 impl Matte {
-    /// Mattes of nodes.
+    /// Matte by node names.
     pub(super) fn of_objects(layer: &'static str, scene: &Scene, instances: &[MeshInstance]) -> Self {
         Self::new(layer, &names::node_names(scene), instances.iter().map(|instance| instance.node.index()))
     }
 
-    /// Mattes of materials.
+    /// Matte by material names.
     pub(super) fn of_materials(layer: &'static str, scene: &Scene, instances: &[MeshInstance]) -> Self {
         Self::new(
             layer,
@@ -52,12 +52,12 @@ impl Matte {
         )
     }
 
-    /// Mattes by name; `subscripts` say which of `names` each instance has.
-    fn new(layer: &'static str, names: &[String], subscripts: impl Iterator<Item = usize>) -> Self {
+    /// Matte by `names`; `indices` give the name of each instance.
+    fn new(layer: &'static str, names: &[String], indices: impl Iterator<Item = usize>) -> Self {
         let mut manifest = BTreeMap::new();
-        let name_of = |subscript: usize| names.get(subscript).map_or("", String::as_str);
-        let ids = subscripts.map(|subscript| {
-            let name = name_of(subscript);
+        let name_of = |index: usize| names.get(index).map_or("", String::as_str);
+        let ids = indices.map(|index| {
+            let name = name_of(index);
             let id = name_id(name);
             manifest.insert(name.to_owned(), format!("{id:08x}"));
             id
@@ -67,7 +67,7 @@ impl Matte {
         Self { layer, ids, manifest }
     }
 
-    /// The attributes that make other programs understand the channels.
+    /// Attributes that the specification requires.
     pub(super) fn attributes(&self) -> Vec<(String, String)> {
         let key = layer_key(self.layer);
         [
@@ -80,7 +80,7 @@ impl Matte {
         .into()
     }
 
-    /// The channels of a picture.
+    /// Channels of an image with this coverage.
     pub(super) fn channels(&self, coverage: &[CoverageSample]) -> Vec<Channel> {
         let ranked: Vec<_> = coverage.par_iter().map(|shares| ranks(shares, &self.ids)).collect();
         let channel = |index: usize| Channel {
@@ -91,9 +91,9 @@ impl Matte {
     }
 }
 
-/// Ids and coverages in turn, by coverage from the largest, then by id; zeros where there are no more.
+/// Ids and coverages in alternation, by decreasing coverage, then by id; zeros after the last.
 fn ranks(shares: &[(u32, f32)], ids: &[u32]) -> [f32; 2 * RANKS] {
-    // Add up what has the same name. Filters with negative lobes may leave less than nothing.
+    // Sum shares of equal names. Filters with negative lobes may leave negative shares.
     let mut mattes: Vec<(u32, f32)> = Vec::with_capacity(shares.len());
     for &(instance, share) in shares {
         let Some(&id) = ids.get(instance as usize) else { continue };
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_share_comes_first() {
+    fn ranks_are_sorted_by_share() {
         let ids = [7, 3, 7, 9].map(|bits: u32| bits << 24);
         let float = |bits: u32| f32::from_bits(bits << 24);
         // The first and the third instance have the same name: 0.125 + 0.5; two equal shares go by id.
@@ -133,18 +133,18 @@ mod tests {
     }
 
     #[test]
-    fn shares_beyond_the_sixth_and_below_nothing_are_left_out() {
+    fn shares_beyond_the_sixth_and_negative_ones_are_left_out() {
         let ids: Vec<u32> = (1..=8).map(|bits| bits << 24).collect();
         let shares: Vec<_> = (0..8).map(|instance| (instance, instance as f32 * 0.1 - 0.05)).collect();
         let ranked = ranks(&shares, &ids);
         assert_eq!(ranked[10].to_bits(), 3 << 24);
         assert_eq!(ranks(&[(0, -0.1), (1, 1.1)], &ids)[..4], [f32::from_bits(2 << 24), 1.0, 0.0, 0.0]);
-        // An instance that is not there has no name.
+        // An index out of range has no name.
         assert_eq!(ranks(&[(99, 1.0)], &ids), [0.0; 12]);
     }
 
     #[test]
-    fn channels_and_attributes_are_called_as_the_specification_says() {
+    fn names_of_channels_and_attributes_follow_the_specification() {
         let matte = matte(&["bunny", "default"]);
         let names: Vec<_> = matte.channels(&[]).into_iter().map(|channel| channel.name).collect();
         assert_eq!(names[..3], ["crypto_object00.R", "crypto_object00.G", "crypto_object00.B"]);

@@ -1,4 +1,4 @@
-//! Names for mattes: one for each object or material, none twice.
+//! Unique names of objects and materials for mattes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,26 +6,26 @@ use super::hash::name_id;
 use crate::error::Warning;
 use crate::scene::Scene;
 
-/// The names of nodes with a mesh, by node; other nodes have an empty one.
+/// Names of nodes with a mesh, by node index; empty for other nodes.
 pub(super) fn node_names(scene: &Scene) -> Vec<String> {
     let nodes = scene.nodes.iter().enumerate().map(|(index, node)| {
         node.mesh?;
-        Some(given(node.name.as_deref()).unwrap_or_else(|| format!("#{index}")))
+        Some(non_empty(node.name.as_deref()).unwrap_or_else(|| format!("#{index}")))
     });
     unique(&nodes.collect::<Vec<_>>())
 }
 
-/// The names of materials, by material.
+/// Names of materials, by material index.
 pub(super) fn material_names(scene: &Scene) -> Vec<String> {
     let last = scene.materials.len().saturating_sub(1);
     let materials = scene.materials.iter().enumerate().map(|(index, material)| {
         let unnamed = || if index == last { "default".to_owned() } else { format!("#{index}") };
-        Some(given(material.name.as_deref()).unwrap_or_else(unnamed))
+        Some(non_empty(material.name.as_deref()).unwrap_or_else(unnamed))
     });
     unique(&materials.collect::<Vec<_>>())
 }
 
-/// What is to be said about names that mattes cannot tell apart.
+/// Warnings about names with equal hashes.
 pub(super) fn collisions(names: &[String], what: &str) -> Vec<Warning> {
     let mut by_id = BTreeMap::<u32, &str>::new();
     let mut warnings = Vec::new();
@@ -42,11 +42,11 @@ pub(super) fn collisions(names: &[String], what: &str) -> Vec<Warning> {
     warnings
 }
 
-fn given(name: Option<&str>) -> Option<String> {
+fn non_empty(name: Option<&str>) -> Option<String> {
     name.filter(|name| !name.is_empty()).map(str::to_owned)
 }
 
-/// The first of several equal names stays; the others become `name (2)` and so on, past whatever is taken.
+/// Makes names unique: the first of several equal names stays, the others become `name (2)` and so on, skipping taken names.
 fn unique(names: &[Option<String>]) -> Vec<String> {
     let originals: BTreeSet<&str> = names.iter().flatten().map(String::as_str).collect();
     let mut taken = BTreeMap::<&str, u32>::new();
@@ -81,13 +81,13 @@ mod tests {
     }
 
     #[test]
-    fn repeated_names_get_numbers_that_nobody_has() {
+    fn repeated_names_get_unused_numbers() {
         assert_eq!(names(&["a", "b", "a", "a"]), ["a", "b", "a (2)", "a (3)"]);
         assert_eq!(names(&["a", "a", "a (2)", "a (2)"]), ["a", "a (3)", "a (2)", "a (2) (2)"]);
     }
 
     #[test]
-    fn what_has_no_name_is_called_by_its_number() {
+    fn unnamed_objects_are_named_by_index() {
         let mesh = Some(MeshIndex(0));
         let node = |name: Option<&str>, mesh| Node { name: name.map(str::to_owned), mesh, ..Node::default() };
         let scene = Scene {
@@ -106,8 +106,8 @@ mod tests {
     }
 
     #[test]
-    fn names_with_the_same_hash_are_told() {
-        // Found by trying: both hash to 0x30cf5f63.
+    fn equal_hashes_are_a_warning() {
+        // Found by search: both hash to 0x30cf5f63.
         let names = ["n40665", "x", "", "", "n93112"].map(str::to_owned);
         let warnings = collisions(&names, "nodes");
         assert_eq!(warnings.len(), 1);

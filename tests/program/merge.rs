@@ -195,8 +195,8 @@ fn what_is_not_one_whole_picture_is_refused() {
     let foreign: [(&'static str, &[&str], &str); 5] = [
         ("settings.exr", &["--depth", "3"], "other settings or by another version than tile1.exr"),
         ("frame.exr", &["-f", "6"], "shows frame 6, not 5 as tile1.exr; put #### into -o"),
-        ("size.exr", &["-r", "50x27"], "is part of a picture of 50x27 pixels, not 48x27 as tile1.exr"),
-        ("packed.exr", &["--exr", "piz"], "is packed as piz, not zip as tile1.exr"),
+        ("size.exr", &["-r", "50x27"], "is part of an image of 50x27 pixels, not 48x27 as tile1.exr"),
+        ("packed.exr", &["--exr", "piz"], "is compressed as piz, not zip as tile1.exr"),
         ("float.exr", &["--exr", "float"], "has the channels A float, B float, G float, R float, not A half"),
     ];
     for (name, options, words) in foreign {
@@ -205,7 +205,7 @@ fn what_is_not_one_whole_picture_is_refused() {
     }
 
     // Files that are no tiles.
-    std::fs::write(stage.path("text.exr"), "yesterday's picture").unwrap();
+    std::fs::write(stage.path("text.exr"), "not an image").unwrap();
     std::fs::create_dir(stage.path("folder.exr")).unwrap();
     let whole = stage.bytes("tile0.exr");
     std::fs::write(stage.path("short.exr"), &whole[..whole.len() - 9]).unwrap();
@@ -213,7 +213,7 @@ fn what_is_not_one_whole_picture_is_refused() {
     stage.assert_fails(&with(0, "text.exr"), 65, &["text.exr: not an OpenEXR file"]);
     stage.assert_fails(&with(0, "folder.exr"), 65, &["folder.exr: "]);
     stage.assert_fails(&with(0, "short.exr"), 65, &["short.exr: not a readable OpenEXR file"]);
-    stage.assert_fails(&with(0, "lossy.exr"), 65, &["lossy.exr: dwaa has changed the pixels"]);
+    stage.assert_fails(&with(0, "lossy.exr"), 65, &["lossy.exr: dwaa is lossy"]);
     stage.assert_fails(&with(0, "missing.exr"), 66, &["missing.exr: cannot be read"]);
 }
 

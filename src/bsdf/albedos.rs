@@ -1,12 +1,12 @@
-//! What a material's lobes do with uniform light.
+//! Directional albedos of a material's lobes.
 
 use glam::Vec3;
 
 use super::fresnel::FresnelCurve;
-use super::isotropic_albedo::{self, Terms};
-use super::{Bsdf, left_by};
+use super::isotropic_albedo::{self, AlbedoTerms};
+use super::{Bsdf, share_below};
 
-/// What the lobes do with uniform light, seen along one direction.
+/// Directional albedos of all lobes: their shares of uniform light, for one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Albedos {
     /// [`Bsdf::specular_albedo`].
@@ -15,14 +15,14 @@ pub struct Albedos {
     pub diffuse: Vec3,
     /// [`Bsdf::transmission_albedo`].
     pub transmission: Vec3,
-    /// Share of uniform light from the other side that is diffusely transmitted.
+    /// Diffusely transmitted share of uniform light from the other side.
     pub diffuse_transmission: Vec3,
-    /// Share of uniform light that fibres on the surface reflect.
+    /// Share of uniform light that the sheen reflects.
     pub sheen: Vec3,
 }
 
 impl Bsdf {
-    /// All albedos at once, which share a part.
+    /// All albedos at once, since they share terms.
     pub fn albedos(&self, wo: Vec3) -> Albedos {
         let (dielectric, metal) = self.lobe_albedos(wo);
         let mut specular = Vec3::ZERO;
@@ -32,7 +32,7 @@ impl Bsdf {
         if self.metallic > 0.0 {
             specular += metal * self.metallic;
         }
-        let entering = left_by(dielectric);
+        let entering = share_below(dielectric);
         let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
         let mut albedos = Albedos {
             specular,
@@ -42,7 +42,7 @@ impl Bsdf {
             } else {
                 self.base_below(entering, (1.0 - self.metallic) * self.transmission)
             },
-            diffuse_transmission: self.diffusely_through((1.0 - self.metallic) * entering),
+            diffuse_transmission: self.diffusely_transmitted((1.0 - self.metallic) * entering),
             sheen: Vec3::ZERO,
         };
         if let Some(sheen) = &self.sheen {
@@ -61,23 +61,23 @@ impl Bsdf {
         self.albedos(wo).specular
     }
 
-    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. Times
-    /// irradiance over π it is the radiance sent out.
+    /// Share of uniform light that the diffuse lobe reflects: what the specular lobe leaves, times the base colour. The outgoing
+    /// radiance is this times irradiance over π.
     pub fn diffuse_albedo(&self, wo: Vec3) -> Vec3 {
         self.albedos(wo).diffuse
     }
 
-    /// Share of uniform light that passes through, base colour included: `transmission · (1 − F) · base colour` where the
-    /// surface is smooth. Zero where [`Bsdf::refract`] finds no way.
+    /// Transmitted share of uniform light, base colour included: `transmission · (1 − F) · base colour` where the
+    /// surface is smooth. Zero where [`Bsdf::refract`] returns `None`.
     pub fn transmission_albedo(&self, wo: Vec3) -> Vec3 {
         self.albedos(wo).transmission
     }
 
-    /// The specular lobe of the dielectric and of the metal; those of which there is nothing let nothing through or reflect nothing.
+    /// Specular albedos of the dielectric and of the metal. Without a dielectric the first is 1, without a metal the second is 0.
     fn lobe_albedos(&self, wo: Vec3) -> (Vec3, Vec3) {
         let terms = self.terms(wo);
         let dielectric = if self.metallic < 1.0 {
-            let shaped = match self.dielectric.shape {
+            let shaped = match self.dielectric.curve {
                 FresnelCurve::Exact => terms.exact,
                 FresnelCurve::Schlick => terms.schlick,
             };
@@ -87,7 +87,7 @@ impl Bsdf {
         };
         let metal =
             if self.metallic > 0.0 { self.metal_albedo(terms.total, terms.schlick) } else { Vec3::ZERO };
-        let Some(film) = &self.film else { return (dielectric, metal) };
+        let Some(film) = &self.thin_film else { return (dielectric, metal) };
         let cosine = self.cosine_outside_film(wo.z);
         let under = |albedo: Vec3, base_f0| {
             let own = film.over(Vec3::ZERO, base_f0, cosine) * terms.total;
@@ -96,11 +96,11 @@ impl Bsdf {
         (under(dielectric, self.dielectric.along_normal()), under(metal, self.base_color))
     }
 
-    /// The lobe's albedos under the factors that the material asks for.
-    fn terms(&self, wo: Vec3) -> Terms {
-        let exact = self.metallic < 1.0 && self.dielectric.shape == FresnelCurve::Exact;
-        match &self.lobe.stretch {
-            Some(stretch) => stretch.terms(wo, self.dielectric.relative_ior),
+    /// The albedo terms that the material needs.
+    fn terms(&self, wo: Vec3) -> AlbedoTerms {
+        let exact = self.metallic < 1.0 && self.dielectric.curve == FresnelCurve::Exact;
+        match &self.lobe.anisotropic {
+            Some(ggx) => ggx.terms(wo, self.dielectric.relative_ior),
             None if exact => isotropic_albedo::terms(wo.z, self.lobe.roughness, self.dielectric.relative_ior),
             None => isotropic_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }
@@ -110,7 +110,7 @@ impl Bsdf {
         self.base_color * total + (Vec3::ONE - self.base_color) * grazing
     }
 
-    /// Share of the diffuse lobe that is reflected, of what is not metal.
+    /// Share of the diffuse reflection in what is not metal.
     fn diffuse_share(&self) -> f32 {
         (1.0 - self.transmission) * (1.0 - self.diffuse_transmission)
     }

@@ -1,17 +1,18 @@
-//! A clear layer of index 1.5 on top of everything else.
+//! The clear coat: a layer of index 1.5 on top of all other lobes.
 //!
-//! Source: `KHR_materials_clearcoat`: coated = mix(base, lobe, share · F(n_c·v)), the base's emission included. What the coat
-//! lets through is 1 − share · F, whatever lies below. F is Fresnel's exact curve, which runs from 0.04 to 1 as Schlick's
-//! does there. Directions are local to the coat's own normal.
+//! Source: `KHR_materials_clearcoat`: coated = mix(base, lobe, share · F(n_c·v)), the base's emission included. The transmittance of
+//! the coat is 1 − share · F, whatever lies below. F is the exact Fresnel curve, which runs from 0.04 to 1 like Schlick's.
+//! Directions are local to the coat's own normal.
 
 use glam::Vec3;
 
-use super::{SHARPEST_ALPHA, fresnel, ggx, isotropic_albedo};
+use super::ggx::MIN_ALPHA;
+use super::{fresnel, ggx, isotropic_albedo};
 
 /// Index of refraction of all coats.
 const COAT_IOR: f32 = 1.5;
 
-/// The coat of one point, seen from one side.
+/// The coat at one point, seen from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coat {
     share: f32,
@@ -24,7 +25,7 @@ impl Coat {
     pub fn new(share: f32, roughness: f32) -> Self {
         let roughness = roughness.clamp(0.0, 1.0);
         let alpha = roughness * roughness;
-        let alpha = if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA };
+        let alpha = if alpha > MIN_ALPHA { alpha } else { MIN_ALPHA };
         Self { share: share.clamp(0.0, 1.0), roughness, alpha }
     }
 
@@ -38,7 +39,7 @@ impl Coat {
         self.reflectance(wo.z) * lobe
     }
 
-    /// What of the light below the coat leaves towards a view.
+    /// Share of the light from below the coat that leaves towards a view.
     pub fn transmittance(&self, cos_o: f32) -> f32 {
         1.0 - self.reflectance(cos_o)
     }

@@ -1,18 +1,18 @@
-//! Smooth functions of two numbers between 0 and 1, by table.
+//! Tables of smooth functions over the unit square, with cubic interpolation.
 //!
-//! Lagrange's cubics through the four values around a place; in the first and last piece those next to it.
+//! Lagrange cubics through the four values around a position; the first and last interval use the nearest four.
 
-/// Values of N functions at steps of two coordinates from 0 to 1.
+/// Values of N functions on a grid over the unit square.
 #[derive(Clone, Debug)]
 pub(super) struct CubicTable<const N: usize> {
     rows: usize,
     columns: usize,
-    /// Row by row, with one more row and column at each end than there are steps from 0 to 1.
+    /// Row by row, with one extrapolated row and column at each end.
     values: Vec<[f32; N]>,
 }
 
 impl<const N: usize> CubicTable<N> {
-    /// `value(x, y)` at `rows` steps of x and `columns` steps of y; at least four each.
+    /// Tabulates `value(x, y)` at `rows` steps of x and `columns` steps of y, at least four each.
     pub(super) fn new(rows: usize, columns: usize, value: impl Fn(f32, f32) -> [f32; N]) -> Self {
         let mut grid = vec![Vec::new(); rows + 2];
         for (row, line) in grid[1..=rows].iter_mut().enumerate() {
@@ -20,18 +20,18 @@ impl<const N: usize> CubicTable<N> {
             for (column, slot) in line[1..=columns].iter_mut().enumerate() {
                 *slot = value(row as f32 / (rows - 1) as f32, column as f32 / (columns - 1) as f32);
             }
-            line[0] = beyond([&line[1], &line[2], &line[3], &line[4]]);
-            line[columns + 1] = beyond([3, 2, 1, 0].map(|back| &line[columns - 3 + back]));
+            line[0] = extrapolated([&line[1], &line[2], &line[3], &line[4]]);
+            line[columns + 1] = extrapolated([3, 2, 1, 0].map(|back| &line[columns - 3 + back]));
         }
-        grid[0] = line_beyond([&grid[1], &grid[2], &grid[3], &grid[4]]);
-        grid[rows + 1] = line_beyond([3, 2, 1, 0].map(|back| &grid[rows - 3 + back]));
+        grid[0] = extrapolated_line([&grid[1], &grid[2], &grid[3], &grid[4]]);
+        grid[rows + 1] = extrapolated_line([3, 2, 1, 0].map(|back| &grid[rows - 3 + back]));
         Self { rows, columns, values: grid.concat() }
     }
 
-    /// The functions at (x, y), both from 0 to 1.
+    /// The functions at (x, y), both in [0, 1].
     pub(super) fn at(&self, x: f32, y: f32) -> [f32; N] {
-        let (row, weights_x) = piece(x, self.rows);
-        let (column, weights_y) = piece(y, self.columns);
+        let (row, weights_x) = interval(x, self.rows);
+        let (column, weights_y) = interval(y, self.columns);
         let mut sums = [0.0; N];
         for (step, weight_x) in weights_x.into_iter().enumerate() {
             let start = (row + step) * (self.columns + 2) + column;
@@ -46,21 +46,21 @@ impl<const N: usize> CubicTable<N> {
     }
 }
 
-fn line_beyond<const N: usize>(lines: [&Vec<[f32; N]>; 4]) -> Vec<[f32; N]> {
-    (0..lines[0].len()).map(|column| beyond(lines.map(|line| &line[column]))).collect()
+fn extrapolated_line<const N: usize>(lines: [&Vec<[f32; N]>; 4]) -> Vec<[f32; N]> {
+    (0..lines[0].len()).map(|column| extrapolated(lines.map(|line| &line[column]))).collect()
 }
 
-/// The next values of cubics through four, nearest first.
-fn beyond<const N: usize>(values: [&[f32; N]; 4]) -> [f32; N] {
+/// Extrapolates cubics by one step from four values, nearest first.
+fn extrapolated<const N: usize>(values: [&[f32; N]; 4]) -> [f32; N] {
     let [near, next, far, farthest] = values;
     std::array::from_fn(|at| 4.0 * (near[at] + far[at]) - 6.0 * next[at] - farthest[at])
 }
 
-/// The first of four neighbours around `x`, and their weights.
-fn piece(x: f32, steps: usize) -> (usize, [f32; 4]) {
-    let place = x.clamp(0.0, 1.0) * (steps - 1) as f32;
-    let below = (place as usize).min(steps - 2);
-    let t = place - below as f32;
+/// The first of the four neighbours of `x`, and their weights.
+fn interval(x: f32, steps: usize) -> (usize, [f32; 4]) {
+    let position = x.clamp(0.0, 1.0) * (steps - 1) as f32;
+    let below = (position as usize).min(steps - 2);
+    let t = position - below as f32;
     let (before, to_next, to_last) = (t + 1.0, 1.0 - t, 2.0 - t);
     let weights = [
         t * to_next * to_last * (-1.0 / 6.0),

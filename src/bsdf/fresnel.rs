@@ -1,21 +1,21 @@
-//! How much a smooth boundary reflects, by angle.
+//! Fresnel reflectance of smooth boundaries.
 //!
 //! Sources: Fresnel's equations for unpolarised light (Born and Wolf, "Principles of Optics", 7th edition, section 1.5);
 //! Schlick, "An Inexpensive BRDF Model for Physically-based Rendering", 1994, equation 24.
 //!
-//! Departure from glTF 2.0, appendix B: dielectrics follow the exact curve, stretched so that it runs from the material's F0
-//! to its F90; metals, and materials without an index, keep Schlick's curve.
+//! Departure from glTF 2.0, appendix B: dielectrics follow the exact curve, scaled so that it runs from the material's F0 to its F90.
+//! Metals, and materials without an index, keep Schlick's curve.
 
 use glam::Vec3;
 
-/// The reflectance curve of one dielectric boundary, seen from one side: `offset + scale ·` the curve's shape.
+/// The reflectance of one dielectric boundary, seen from one side: `offset + scale ·` the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Dielectric {
     /// Index of refraction beyond the boundary over the one before it; always positive.
     pub(super) relative_ior: f32,
     pub(super) offset: Vec3,
     pub(super) scale: Vec3,
-    pub(super) shape: FresnelCurve,
+    pub(super) curve: FresnelCurve,
 }
 
 /// A curve from about 0 along the normal to 1 at grazing angles.
@@ -23,11 +23,11 @@ pub(super) struct Dielectric {
 pub(super) enum FresnelCurve {
     /// Fresnel's equations for the relative index.
     Exact,
-    /// Schlick's, where the index says nothing: glTF's 0, which leaves the reflection to its colour.
+    /// Schlick's curve, for glTF's index of 0, which leaves the reflectance to the specular colour.
     Schlick,
 }
 
-/// How much stronger than its index says a boundary reflects (`KHR_materials_specular`).
+/// Scale of a boundary's reflectance (`KHR_materials_specular`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Tint {
     /// At every angle.
@@ -37,17 +37,16 @@ pub(super) struct Tint {
 }
 
 impl Tint {
-    /// As the index says.
+    /// No scale.
     #[cfg(test)]
     pub(super) const NONE: Self = Self { factor: 1.0, color: Vec3::ONE };
 }
 
 impl Dielectric {
-    /// The boundary between two media: F0 = min(((n − 1) / (n + 1))² · colour, 1) · factor, F90 = factor. An index of 0 stands
-    /// for ((n − 1) / (n + 1))² = 1.
+    /// The boundary between two media: F0 = min(((n − 1) / (n + 1))² · colour, 1) · factor, F90 = factor. An index of 0 means
+    /// ((n − 1) / (n + 1))² = 1.
     ///
-    /// Seen from the denser side the curve ends at 1, whatever the factor: it ends where total reflection begins, which
-    /// no factor weakens.
+    /// From the denser side F90 is 1 whatever the factor: the curve ends where total reflection starts, which no factor weakens.
     pub(super) fn between(ior_outside: f32, ior_inside: f32, tint: Tint) -> Self {
         let f0 = |along_normal: f32| {
             tint.color.map(|color| {
@@ -61,23 +60,23 @@ impl Dielectric {
             return Self::with_ends(relative_ior, f0(reflectance_along_normal(relative_ior)), f90);
         }
         let offset = f0(1.0);
-        Self { relative_ior: 1.0, offset, scale: tint.factor - offset, shape: FresnelCurve::Schlick }
+        Self { relative_ior: 1.0, offset, scale: tint.factor - offset, curve: FresnelCurve::Schlick }
     }
 
-    /// The exact curve of `relative_ior`, stretched so that it runs from `f0` along the normal to `f90` at grazing angles.
+    /// The exact curve of `relative_ior`, scaled so that it runs from `f0` along the normal to `f90` at grazing angles.
     fn with_ends(relative_ior: f32, f0: Vec3, f90: f32) -> Self {
         let exact_f0 = reflectance_along_normal(relative_ior);
-        let shape = FresnelCurve::Exact;
+        let curve = FresnelCurve::Exact;
         if exact_f0 >= 1.0 {
-            return Self { relative_ior, offset: f0, scale: Vec3::ZERO, shape };
+            return Self { relative_ior, offset: f0, scale: Vec3::ZERO, curve };
         }
         let scale = (f90 - f0) / (1.0 - exact_f0);
-        Self { relative_ior, offset: f0 - scale * exact_f0, scale, shape }
+        Self { relative_ior, offset: f0 - scale * exact_f0, scale, curve }
     }
 
     /// F at an angle to the normal, or to the half vector of a rough lobe.
     pub(super) fn reflectance(&self, cosine: f32) -> Vec3 {
-        self.offset + self.scale * self.shape_at(cosine)
+        self.offset + self.scale * self.curve_at(cosine)
     }
 
     /// F along the normal.
@@ -85,15 +84,15 @@ impl Dielectric {
         self.reflectance(1.0)
     }
 
-    /// The curve before it is stretched.
-    pub(super) fn shape_at(&self, cosine: f32) -> f32 {
-        match self.shape {
+    /// The curve before scaling.
+    pub(super) fn curve_at(&self, cosine: f32) -> f32 {
+        match self.curve {
             FresnelCurve::Exact => exact(cosine, self.relative_ior),
             FresnelCurve::Schlick => schlick_weight(cosine),
         }
     }
 
-    /// The albedo of a lobe that reflects `total` with F = 1 and `shaped` with F = the curve's shape.
+    /// The albedo of a lobe whose albedo is `total` with F = 1 and `shaped` with F = the unscaled curve.
     pub(super) fn albedo(&self, total: f32, shaped: f32) -> Vec3 {
         (self.offset * total + self.scale * shaped).map(|albedo| albedo.clamp(0.0, 1.0))
     }
@@ -105,14 +104,14 @@ fn reflectance_along_normal(relative_ior: f32) -> f32 {
     root * root
 }
 
-/// Fresnel's reflectance of unpolarised light; 1 beyond the critical angle. `cosine` is on the near side.
+/// Fresnel reflectance of unpolarised light; 1 beyond the critical angle. `cosine` is on the near side.
 pub(super) fn exact(cosine: f32, relative_ior: f32) -> f32 {
     if relative_ior == 1.0 {
         return 0.0;
     }
     let cosine = cosine.clamp(0.0, 1.0);
     let g_squared = relative_ior * relative_ior - 1.0 + cosine * cosine;
-    // Beyond the critical angle, or an index whose square is beyond the number range.
+    // Beyond the critical angle, or the square of the index is out of range
     if g_squared <= 0.0 || g_squared == f32::INFINITY {
         return 1.0;
     }
@@ -145,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn known_angles_of_glass() {
+    fn glass_has_the_known_reflectances() {
         let glass = between(1.0, 1.5);
         // ((1.5 − 1) / (1.5 + 1))² = 0.04, the same from both sides.
         assert!((glass.reflectance(1.0).x - 0.04).abs() < 1e-6);
@@ -158,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn total_internal_reflection_begins_at_the_critical_angle() {
+    fn total_internal_reflection_starts_at_the_critical_angle() {
         let inside = between(1.5, 1.0);
         // sin θ_c = 1 / 1.5, cos θ_c = √(1 − 4/9) = 0.745356.
         let critical = (1.0_f32 - 4.0 / 9.0).sqrt();
@@ -170,7 +169,7 @@ mod tests {
 
     #[test]
     fn both_sides_agree_along_one_refracted_path() {
-        // Stokes: the reflectance is the same for the ray and the refracted ray turned back.
+        // Stokes: the reflectance is the same for a ray and its reversed refracted ray.
         for step in 1..=50 {
             let cosine = step as f32 / 50.0;
             let sine_beyond = (1.0 - cosine * cosine).sqrt() / 1.33;
@@ -181,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn special_indices() {
+    fn equal_media_reflect_nothing_and_index_zero_everything() {
         for cosine in [0.0, 0.3, 1.0] {
             // The same medium on both sides is no boundary.
             assert_eq!(between(1.33, 1.33).reflectance(cosine), Vec3::ZERO);
@@ -201,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn tints_scale_what_the_index_says() {
+    fn tints_scale_the_reflectance_of_the_index() {
         let tint = Tint { factor: 0.5, color: Vec3::new(0.5, 1.0, 40.0) };
         // F0 = min(0.04 · colour, 1) · 0.5, F90 = 0.5.
         let outside = Dielectric::between(1.0, 1.5, tint);

@@ -1,4 +1,4 @@
-//! The GGX distribution of microfacet normals, its masking, and drawing normals that are seen.
+//! The GGX distribution of microfacet normals, its masking, and the sampling of visible normals.
 //!
 //! Sources: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007, equation 33 (D); Heitz,
 //! "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014, equation 99 (height-correlated G2); Heitz,
@@ -6,10 +6,13 @@
 
 use glam::{Vec2, Vec3};
 
+/// Lowest α. Sharper lobes look like mirrors and exceed the precision of floats.
+pub(super) const MIN_ALPHA: f32 = 0.002;
+
 /// D(h), the density of normals over solid angle times cosine: ∫ D(h) cos θ_h dω = 1. `half` is a unit vector.
 pub(super) fn distribution(half: Vec3, alpha: f32) -> f32 {
     let alpha_squared = alpha * alpha;
-    // cos² (α² − 1) + 1 in a form that keeps its digits for sharp lobes.
+    // cos² (α² − 1) + 1 in a form without cancellation for sharp lobes
     let slope = alpha_squared * half.z * half.z + half.x * half.x + half.y * half.y;
     alpha_squared / (std::f32::consts::PI * slope * slope)
 }
@@ -25,28 +28,28 @@ pub(super) fn visibility(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
     0.5 / (cos_i * masking_root(cos_o, alpha) + cos_o * masking_root(cos_i, alpha))
 }
 
-/// G2 / G1(θ_o): what is left of a lobe drawn through [`visible_normal`]. `cos_i` is positive, `cos_o` may be 0.
+/// G2 / G1(θ_o): the weight of a direction that is reflected at a normal from [`visible_normal`]. `cos_i` is positive, `cos_o` may be 0.
 pub(super) fn shadowing_of_visible(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
     let root_o = masking_root(cos_o, alpha);
     cos_i * (cos_o + root_o) / (cos_i * root_o + cos_o * masking_root(cos_i, alpha))
 }
 
-/// The density over solid angle of mirrored directions when half vectors are drawn by [`visible_normal`].
+/// The density over solid angle of reflected directions whose half vectors are sampled by [`visible_normal`].
 pub(super) fn reflection_pdf(cos_o: f32, half: Vec3, alpha: f32) -> f32 {
     // G1 D (o·h) / cos θ_o, times the mirror's 1 / (4 o·h).
     0.5 * distribution(half, alpha) / (cos_o + masking_root(cos_o, alpha))
 }
 
-/// A point of the unit disk for a point of the unit square.
+/// Maps the unit square to the unit disk.
 pub(super) fn disk_point(u: Vec2) -> Vec2 {
     let radius = u.x.sqrt();
     let (sine, cosine) = libm::sincosf(2.0 * std::f32::consts::PI * u.y);
     Vec2::new(radius * cosine, radius * sine)
 }
 
-/// The microfacet normal that `wo` sees for a uniformly drawn point of the unit disk (Heitz 2018, listing 1).
+/// Samples a microfacet normal that `wo` sees, by a uniform point of the unit disk (Heitz 2018, listing 1).
 pub(super) fn visible_normal(wo: Vec3, alpha: f32, disk: Vec2) -> Vec3 {
-    // AnisotropicGgx the view so that the surface becomes a hemisphere.
+    // Scale the view so that the surface becomes a hemisphere
     let view = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
     let horizontal_squared = view.x * view.x + view.y * view.y;
     let across = if horizontal_squared > 0.0 {
@@ -55,12 +58,12 @@ pub(super) fn visible_normal(wo: Vec3, alpha: f32, disk: Vec2) -> Vec3 {
         Vec3::X
     };
     let upward = view.cross(across);
-    // Squeeze the disk into the hemisphere's outline.
+    // Compress the disk to the projected hemisphere
     let share = 0.5 * (1.0 + view.z);
     let y = (1.0 - share) * positive(1.0 - disk.x * disk.x).sqrt() + share * disk.y;
     let z = positive(1.0 - disk.x * disk.x - y * y).sqrt();
     let normal = across * disk.x + upward * y + view * z;
-    // And back to the surface.
+    // Scale back to the surface
     Vec3::new(alpha * normal.x, alpha * normal.y, positive(normal.z)).normalize_or(Vec3::Z)
 }
 
@@ -89,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn masking_has_its_limits() {
+    fn masking_has_the_known_limits() {
         // A flat surface hides nothing: G2 = 1, so V = 1 / (4 cos cos).
         assert!((visibility(0.5, 0.25, 0.0) - 1.0 / (4.0 * 0.125)).abs() < 1e-5);
         // Along the normal G1 = 1 for any roughness, so V(1, 1) = 1/4.
@@ -102,15 +105,15 @@ mod tests {
     }
 
     #[test]
-    fn drawn_normals_follow_the_visible_density() {
-        // The mean of any function over drawn normals equals its integral against G1 D (o·h)⁺ / cos θ_o; here h.x and h.z.
+    fn sampled_normals_follow_the_visible_density() {
+        // The mean of any function over sampled normals equals its integral against G1 D (o·h)⁺ / cos θ_o; here h.x and h.z.
         let (wo, alpha) = (Vec3::new(0.8, 0.0, 0.6), 0.6);
-        let mut drawn = glam::DVec3::ZERO;
+        let mut sampled = glam::DVec3::ZERO;
         let count = 300;
         for i in 0..count {
             for j in 0..count {
                 let u = Vec2::new((i as f32 + 0.5) / count as f32, (j as f32 + 0.5) / count as f32);
-                drawn += visible_normal(wo, alpha, disk_point(u)).as_dvec3() / f64::from(count * count);
+                sampled += visible_normal(wo, alpha, disk_point(u)).as_dvec3() / f64::from(count * count);
             }
         }
         let mut integral = glam::DVec3::ZERO;
@@ -130,7 +133,7 @@ mod tests {
             }
         }
         assert!((total - 1.0).abs() < 2e-3, "{total}");
-        assert!((drawn - integral).abs().max_element() < 3e-3, "{drawn} {integral}");
+        assert!((sampled - integral).abs().max_element() < 3e-3, "{sampled} {integral}");
     }
 
     #[test]

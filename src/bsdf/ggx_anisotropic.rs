@@ -1,40 +1,41 @@
-//! GGX whose roughness differs between two directions of the surface.
+//! Anisotropic GGX: its roughness differs between two directions of the surface.
 //!
 //! Sources: Burley, "Physically Based Shading at Disney", 2012, appendix B.2 (D); Heitz 2014, section 5.4, and Heitz 2018, as in
 //! [`super::ggx`]; `KHR_materials_anisotropy`. Directions are local: X is the direction of the larger α, +Z the normal.
 //!
-//! The albedo has no table, for it depends on four numbers: it is integrated for each view.
+//! The albedo depends on four parameters, too many for a table; it is integrated for each view.
 
 use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::facets::Facets;
-use super::isotropic_albedo::{self, Terms};
+use super::isotropic_albedo::{self, AlbedoTerms};
+use super::microfacets::Microfacets;
 use super::{fresnel, ggx};
 
-/// Visible normals that stand for a lobe; they sum up to its albedo to about a thousandth.
+/// Number of visible normals that represent a lobe; they sum to its albedo within about a thousandth.
 const NORMALS: usize = 256;
-/// Turns from one normal to the next along their spiral: the golden section.
-const TURN: f32 = 0.618_034;
+/// Revolutions from one normal to the next along their spiral: the golden section.
+const REVOLUTIONS: f32 = 0.618_034;
 
-/// α along X and along Y.
+/// An anisotropic GGX lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AnisotropicGgx {
+    /// α along X and along Y.
     pub(super) alpha: Vec2,
 }
 
-/// A direction that a lobe reflects, and how much.
+/// A direction of a lobe with its share of uniform light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reflected {
+pub(super) struct ReflectedDirection {
     pub(super) wi: Vec3,
     pub(super) facet_cosine: f32,
-    /// Share of uniform light, before Fresnel's factor.
+    /// Share of uniform light, without the Fresnel factor.
     pub(super) weight: f32,
 }
 
 impl AnisotropicGgx {
-    /// The α of the material along Y, and mix(α, 1, strength²) along X.
+    /// A lobe with the material's α along Y, and mix(α, 1, strength²) along X.
     pub(super) fn new(alpha: f32, strength: f32) -> Self {
         let share = strength * strength;
         Self { alpha: Vec2::new(alpha * (1.0 - share) + share, alpha) }
@@ -64,15 +65,15 @@ impl AnisotropicGgx {
     /// See [`ggx::visible_normal`].
     pub(super) fn visible_normal(self, wo: Vec3, disk: Vec2) -> Vec3 {
         let view = self.scaled_by_alpha(wo);
-        // A surface of α = 1 for the stretched view; its normals are squeezed back.
+        // A surface of α = 1 for the scaled view; its normals are scaled back.
         let normal = ggx::visible_normal(view.normalize(), 1.0, disk);
         self.scaled_by_alpha(normal).normalize_or(Vec3::Z)
     }
 
-    /// What the lobe reflects towards `wo`, as a fixed number of directions.
-    pub(super) fn reflected(self, wo: Vec3) -> impl Iterator<Item = Reflected> + use<> {
+    /// The lobe towards `wo` as a fixed number of directions.
+    pub(super) fn reflected(self, wo: Vec3) -> impl Iterator<Item = ReflectedDirection> + use<> {
         let root_o = length(self.scaled_by_alpha(wo));
-        pattern().iter().filter_map(move |(point, share)| {
+        disk_pattern().iter().filter_map(move |(point, share)| {
             let half = self.visible_normal(wo, *point);
             let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
             let wi = half * (2.0 * facet_cosine) - wo;
@@ -82,25 +83,25 @@ impl AnisotropicGgx {
             // G2 / G1(θ_o)
             let root_i = length(self.scaled_by_alpha(wi));
             let weight = share * wi.z * (wo.z + root_o) / (wi.z * root_o + wo.z * root_i);
-            Some(Reflected { wi, facet_cosine, weight })
+            Some(ReflectedDirection { wi, facet_cosine, weight })
         })
     }
 
     /// The lobe's albedos for a view from above the surface.
-    pub(super) fn terms(self, wo: Vec3, relative_ior: f32) -> Terms {
-        let facets = Facets::anisotropic(wo, self.alpha);
+    pub(super) fn terms(self, wo: Vec3, relative_ior: f32) -> AlbedoTerms {
+        let facets = Microfacets::anisotropic(wo, self.alpha);
         let weight = fresnel::schlick_weight;
         if relative_ior < 1.0 {
             let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
-            return Terms {
+            return AlbedoTerms {
                 total,
                 schlick,
-                exact: isotropic_albedo::untabulated(&facets, total, relative_ior),
+                exact: isotropic_albedo::integrated(&facets, total, relative_ior),
             };
         }
         let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
         let [total, schlick, exact] = facets.reflected(factors);
-        Terms { total, schlick, exact }
+        AlbedoTerms { total, schlick, exact }
     }
 }
 
@@ -108,16 +109,19 @@ fn length(vector: Vec3) -> f32 {
     libm::sqrtf(vector.dot(vector))
 }
 
-/// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the lobe's long tail is.
-fn pattern() -> &'static [(Vec2, f32)] {
+/// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the long tail of the lobe is.
+fn disk_pattern() -> &'static [(Vec2, f32)] {
     static POINTS: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
     POINTS.get_or_init(|| {
         let point = |index: usize| {
             // Area 1 − s² for uniform s.
-            let place = index as f32 + 0.5;
-            let s = place / NORMALS as f32;
-            let around = place * TURN;
-            (ggx::disk_point(Vec2::new(1.0 - s * s, around - around.floor())), 2.0 * s / NORMALS as f32)
+            let position = index as f32 + 0.5;
+            let s = position / NORMALS as f32;
+            let revolutions = position * REVOLUTIONS;
+            (
+                ggx::disk_point(Vec2::new(1.0 - s * s, revolutions - revolutions.floor())),
+                2.0 * s / NORMALS as f32,
+            )
         };
         (0..NORMALS).map(point).collect()
     })

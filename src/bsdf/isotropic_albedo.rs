@@ -1,22 +1,22 @@
-//! Directional albedo of the round GGX lobe: how much of uniform light it reflects, with and without a Fresnel factor.
+//! Directional albedo of the isotropic GGX lobe, with and without a Fresnel factor.
 //!
 //! Source: the integrals of [`super::facets`], tabulated. As in the split sum of Karis, "Real Shading in Unreal Engine 4", 2013,
-//! equation 8, the lobe without Fresnel and the one with Schlick's weight give the albedo of any of Schlick's curves. For the
-//! exact curve, further entries belong to a few indices; between them the albedo is interpolated by a polynomial in
-//! ln((n − 1) / (n + 1)), in which the bend at grazing angles keeps its shape. Indices outside of the range, total reflection
-//! among them, are integrated when they are asked for.
+//! equation 8, the lobe without Fresnel and the one with Schlick's weight give the albedo of every Schlick curve. For the exact
+//! curve the table holds a few indices of refraction. Between them the albedo is interpolated by a polynomial in
+//! ln((n − 1) / (n + 1)), over which the bend at grazing angles keeps its shape. Indices outside of the range, total reflection
+//! included, are integrated for each view.
 //!
 //! Single scattering only, as in glTF: rough lobes lose a little light.
 
 use std::sync::OnceLock;
 
 use super::cubic_table::CubicTable;
-use super::facets::Facets;
 use super::fresnel;
+use super::microfacets::Microfacets;
 
 /// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Terms {
+pub(super) struct AlbedoTerms {
     pub(super) total: f32,
     pub(super) schlick: f32,
     pub(super) exact: f32,
@@ -25,55 +25,56 @@ pub(super) struct Terms {
 /// Rows of roughness and columns of the view's elevation.
 const ROUGHNESS_STEPS: usize = 36;
 const VIEW_STEPS: usize = 80;
-/// Smoother surfaces than this are mirrors: their lobe could not be told apart, and α would leave the number range.
+/// Surfaces of a lower roughness are mirrors: their lobes look the same, and α would leave the range of floats.
 const SMOOTH: f32 = 1e-6;
-/// Smoother lobes look like this one, scaled.
-const LEAST_ROUGHNESS: f32 = 0.01;
+/// Lobes of a lower roughness are scaled from this one.
+const MIN_ROUGHNESS: f32 = 0.01;
 
-/// Indices in the table, at Chebyshev's nodes.
+/// Number of indices of refraction in the table, at Chebyshev nodes.
 const INDICES: usize = 10;
 /// ln((n − 1) / (n + 1)) for n = 1.06 and n = 3.2.
-const LEAST_INDEX: f32 = -3.53;
-const MOST_INDEX: f32 = -0.647;
+const MIN_INDEX: f32 = -3.53;
+const MAX_INDEX: f32 = -0.647;
 
 /// `total`, `schlick` and the exact curves.
 const ENTRIES: usize = 2 + INDICES;
 type Entry = [f32; ENTRIES];
 
-/// The lobe with F = 1 and with F = (1 − o·h)⁵; the exact curve's entry stays 0.
-pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> Terms {
+/// The albedos with F = 1 and with F = (1 − o·h)⁵; `exact` stays 0.
+pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> AlbedoTerms {
     if roughness < SMOOTH {
-        return Terms { total: 1.0, schlick: fresnel::schlick_weight(cos_o), exact: 0.0 };
+        return AlbedoTerms { total: 1.0, schlick: fresnel::schlick_weight(cos_o), exact: 0.0 };
     }
-    Place::new(cos_o, roughness).schlick_terms()
+    TableEntry::new(cos_o, roughness).schlick_terms()
 }
 
-/// The lobe with all factors; `relative_ior` is positive. Roughness 0 gives exactly those of the view.
-pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> Terms {
+/// The albedos with all Fresnel factors; `relative_ior` is positive. Roughness 0 gives exactly the factors of the view.
+pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> AlbedoTerms {
     if roughness < SMOOTH {
         let exact = fresnel::exact(cos_o, relative_ior);
-        return Terms { exact, ..schlick_terms(cos_o, roughness) };
+        return AlbedoTerms { exact, ..schlick_terms(cos_o, roughness) };
     }
-    let place = Place::new(cos_o, roughness);
-    let mut terms = place.schlick_terms();
+    let entry = TableEntry::new(cos_o, roughness);
+    let mut terms = entry.schlick_terms();
     let index = index_of(relative_ior);
-    terms.exact = if (LEAST_INDEX..=MOST_INDEX).contains(&index) {
+    terms.exact = if (MIN_INDEX..=MAX_INDEX).contains(&index) {
         let weights = index_weights(index);
-        let exact = weights.iter().zip(&place.entry[2..]).map(|(weight, entry)| weight * entry).sum();
-        place.faded(exact, terms.total, |cosine| fresnel::exact(cosine, relative_ior))
+        let exact = weights.iter().zip(&entry.values[2..]).map(|(weight, entry)| weight * entry).sum();
+        entry.faded(exact, terms.total, |cosine| fresnel::exact(cosine, relative_ior))
     } else {
-        untabulated(&Facets::isotropic(place.cos_o, roughness * roughness), terms.total, relative_ior)
+        integrated(&Microfacets::isotropic(entry.cos_o, roughness * roughness), terms.total, relative_ior)
     };
     terms
 }
 
-/// The lobe with F = 1 alone.
+/// The albedo with F = 1.
 pub(super) fn total(cos_o: f32, roughness: f32) -> f32 {
     schlick_terms(cos_o, roughness).total
 }
 
-/// The lobe with the exact F, by integration; `total` is the one with F = 1. Beside total reflection it is what does not pass.
-pub(super) fn untabulated(facets: &Facets, total: f32, relative_ior: f32) -> f32 {
+/// The albedo with the exact F, by integration; `total` is the one with F = 1. Below the critical angle, the transmitted share is
+/// subtracted from `total`.
+pub(super) fn integrated(facets: &Microfacets, total: f32, relative_ior: f32) -> f32 {
     if relative_ior == 1.0 {
         return 0.0;
     }
@@ -82,40 +83,40 @@ pub(super) fn untabulated(facets: &Facets, total: f32, relative_ior: f32) -> f32
         return reflected;
     }
     let index = f64::from(relative_ior);
-    let passing = |cosine: f32| [1.0 - fresnel::exact(cosine, relative_ior)];
-    let [passed] = facets.reflected_within(1.0 - index * index, passing);
-    total - passed
+    let transmitted = |cosine: f32| [1.0 - fresnel::exact(cosine, relative_ior)];
+    let [transmitted] = facets.reflected_within(1.0 - index * index, transmitted);
+    total - transmitted
 }
 
-/// What the table holds for a view of a lobe.
-struct Place {
+/// The table's entry for one view of a lobe.
+struct TableEntry {
     cos_o: f32,
-    /// The view for which the entry is.
+    /// Cosine of the tabulated view.
     tabulated_cos_o: f32,
-    entry: Entry,
-    /// Below 1 for smoother lobes than the table has.
+    values: Entry,
+    /// Below 1 for smoother lobes than the table holds.
     fading: f32,
 }
 
-impl Place {
+impl TableEntry {
     fn new(cos_o: f32, roughness: f32) -> Self {
         let cos_o = cos_o.clamp(0.0, 1.0);
-        // The lobe of a smaller α looks the same at views that graze by as much less.
-        let smoother = roughness / LEAST_ROUGHNESS;
+        // The lobe of a smaller α looks the same at views that are closer to the surface by the same factor.
+        let smoother = roughness / MIN_ROUGHNESS;
         let (tabulated, fading) =
-            if smoother < 1.0 { (LEAST_ROUGHNESS, smoother * smoother) } else { (roughness, 1.0) };
+            if smoother < 1.0 { (MIN_ROUGHNESS, smoother * smoother) } else { (roughness, 1.0) };
         let tabulated_cos_o = if cos_o < fading { cos_o / fading } else { 1.0 };
         let column = column(tabulated_cos_o, tabulated * tabulated);
-        let mut entry = table().values.at(row(tabulated), column);
-        // The table's error must not make light.
-        if entry[0] > 1.0 {
-            entry[0] = 1.0;
+        let mut values = table().values.at(row(tabulated), column);
+        // Interpolation errors must not create light.
+        if values[0] > 1.0 {
+            values[0] = 1.0;
         }
-        Self { cos_o, tabulated_cos_o, entry, fading }
+        Self { cos_o, tabulated_cos_o, values, fading }
     }
 
-    /// The albedo under a curve of which the entry holds `shaped`; for smoother lobes than the table has what sets them apart
-    /// from mirrors shrinks with α.
+    /// The albedo under a Fresnel curve whose tabulated value is `shaped`. For smoother lobes than the table holds, the difference from
+    /// a mirror shrinks with α.
     fn faded(&self, shaped: f32, total: f32, curve: impl Fn(f32) -> f32) -> f32 {
         if self.fading == 1.0 {
             return shaped;
@@ -123,22 +124,22 @@ impl Place {
         total * curve(self.cos_o) + (shaped - total * curve(self.tabulated_cos_o)) * self.fading
     }
 
-    fn schlick_terms(&self) -> Terms {
-        let [total, schlick, ..] = self.entry;
-        Terms { total, schlick: self.faded(schlick, total, fresnel::schlick_weight), exact: 0.0 }
+    fn schlick_terms(&self) -> AlbedoTerms {
+        let [total, schlick, ..] = self.values;
+        AlbedoTerms { total, schlick: self.faded(schlick, total, fresnel::schlick_weight), exact: 0.0 }
     }
 }
 
-/// Where a roughness stands among the rows, which lie denser towards smooth lobes.
+/// Row of a roughness, 0 to 1; rows are denser towards smooth lobes.
 fn row(roughness: f32) -> f32 {
-    libm::sqrtf((roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS))
+    libm::sqrtf((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS))
 }
 
 fn roughness_of(row: f32) -> f32 {
-    LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * row * row
+    MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * row * row
 }
 
-/// Where a view stands among the columns: evenly by the root of its cosine where that is small beside α, by its logarithm above.
+/// Column of a view, 0 to 1: proportional to the root of the cosine where it is small compared to α, to its logarithm above.
 fn column(cos_o: f32, alpha: f32) -> f32 {
     arsinh(libm::sqrtf(cos_o / alpha)) / arsinh(1.0 / libm::sqrtf(alpha))
 }
@@ -150,7 +151,7 @@ fn cosine_of(column: f32, alpha: f32) -> f32 {
     if cosine < 1.0 { cosine } else { 1.0 }
 }
 
-/// For x from 0.
+/// The inverse hyperbolic sine, for x ≥ 0.
 fn arsinh(x: f32) -> f32 {
     libm::log1pf(x + x * x / (1.0 + libm::sqrtf(1.0 + x * x)))
 }
@@ -160,18 +161,18 @@ fn index_of(relative_ior: f32) -> f32 {
     libm::logf((relative_ior - 1.0) / (relative_ior + 1.0))
 }
 
-/// One of the table's indices, as [`index_of`] has them.
+/// Table index number `step`, in the scale of [`index_of`].
 fn index_at(step: usize) -> f32 {
     let angle = std::f32::consts::PI * (step as f32 + 0.5) / INDICES as f32;
-    let (middle, half) = (0.5 * (LEAST_INDEX + MOST_INDEX), 0.5 * (MOST_INDEX - LEAST_INDEX));
-    middle - half * libm::cosf(angle)
+    let (center, half) = (0.5 * (MIN_INDEX + MAX_INDEX), 0.5 * (MAX_INDEX - MIN_INDEX));
+    center - half * libm::cosf(angle)
 }
 
-/// Lagrange's polynomials through the table's indices.
+/// Lagrange weights of the table's indices.
 fn index_weights(index: f32) -> [f32; INDICES] {
     let Table { indices, scales, .. } = table();
     let mut weights = *scales;
-    // The products of all differences before and after each
+    // Products of the differences to all indices before and after each one
     let (mut before, mut after) = (1.0, 1.0);
     for step in 0..INDICES {
         weights[step] *= before;
@@ -184,16 +185,16 @@ fn index_weights(index: f32) -> [f32; INDICES] {
 }
 
 struct Table {
-    /// As [`index_of`] has them.
+    /// In the scale of [`index_of`].
     indices: [f32; INDICES],
-    /// One over the product of an index's differences from the others.
+    /// Reciprocal products of each index's differences to the others.
     scales: [f32; INDICES],
     values: CubicTable<ENTRIES>,
 }
 
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
-    // On one thread: waiting for a pool while holding the lock could wait for itself.
+    // Single-threaded: a thread pool inside the lock could deadlock.
     TABLE.get_or_init(|| {
         let indices = std::array::from_fn(index_at);
         let iors = indices.map(|index: f32| {
@@ -223,5 +224,5 @@ fn entry(cos_o: f32, roughness: f32, iors: &[f32; INDICES]) -> Entry {
             _ => fresnel::exact(cosine, iors[at - 2]),
         })
     };
-    Facets::isotropic(cos_o, roughness * roughness).reflected(factors)
+    Microfacets::isotropic(cos_o, roughness * roughness).reflected(factors)
 }

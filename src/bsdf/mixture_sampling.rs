@@ -1,8 +1,8 @@
-//! Drawing directions from a material's lobes, and the density with which that happens.
+//! Sampling of all lobes of a material, and its density.
 //!
-//! One lobe is chosen by its albedo's luminance, then a direction by the lobe: visible normals of GGX (Heitz 2018) for
-//! reflection and for thin walls, cosine for diffuse light, transmitted or not, and for fibres. Densities and weights are those of the whole mixture, as for multiple
-//! importance sampling with one sample (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.4).
+//! A lobe is chosen by the luminance of its albedo, then a direction by the lobe: visible normals of GGX (Heitz 2018) for reflection
+//! and for thin walls, the cosine for diffuse light, transmitted or not, and for sheen. Densities and weights are those of the whole
+//! mixture, as in multiple importance sampling with one sample (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997, section 9.2.4).
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -11,29 +11,31 @@ use glam::{Vec2, Vec3};
 use super::{Bsdf, BsdfSample, ggx};
 use crate::color::luminance;
 
-/// Probabilities of the lobes; they sum to one.
-struct LobeChoice {
+/// Probabilities of the lobes; they sum to 1.
+struct LobeProbabilities {
     specular: f32,
-    /// Diffuse light and that of fibres.
+    /// Diffuse reflection and sheen.
     diffuse: f32,
-    through: f32,
-    diffusely_through: f32,
+    /// Transmission lobe of thin walls.
+    transmission: f32,
+    diffuse_transmission: f32,
 }
 
 impl Bsdf {
-    /// Draws `wi` with a density close to `f · |cos θ_i|`. `u_lobe` and `u` are uniform in the unit interval and square.
-    /// `None` when nothing is scattered or the draw points below the surface; count it as zero.
+    /// Samples `wi` with a density close to `f · |cos θ_i|`. `u_lobe` and `u` are uniform in the unit interval and square.
+    /// `None` where nothing is scattered or the sample points below the surface; its value is zero.
     ///
-    /// Light through the surface of a volume is not drawn: follow [`Bsdf::refract`] with [`Bsdf::transmission_albedo`].
+    /// Light through the surface of a volume is not sampled: follow [`Bsdf::refract`] with weight [`Bsdf::transmission_albedo`].
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
-        let choice = self.lobe_choice(wo)?;
-        let wi = if u_lobe < choice.diffuse {
+        let probabilities = self.lobe_probabilities(wo)?;
+        let wi = if u_lobe < probabilities.diffuse {
             cosine_direction(u)
-        } else if u_lobe < choice.diffuse + choice.diffusely_through {
+        } else if u_lobe < probabilities.diffuse + probabilities.diffuse_transmission {
             -cosine_direction(u)
         } else {
-            let through = u_lobe < choice.diffuse + choice.diffusely_through + choice.through;
-            let lobe = if through { &self.lobe_through } else { &self.lobe };
+            let through = u_lobe
+                < probabilities.diffuse + probabilities.diffuse_transmission + probabilities.transmission;
+            let lobe = if through { &self.transmission_lobe } else { &self.lobe };
             let half = lobe.visible_normal(wo, ggx::disk_point(u));
             let mirrored = half * (2.0 * wo.dot(half)) - wo;
             if mirrored.z <= 0.0 {
@@ -41,7 +43,7 @@ impl Bsdf {
             }
             if through { Vec3::new(mirrored.x, mirrored.y, -mirrored.z) } else { mirrored }
         };
-        let pdf = self.mixture_pdf(&choice, wo, wi);
+        let pdf = self.mixture_pdf(&probabilities, wo, wi);
         let value = self.eval(wo, wi);
         if pdf <= 0.0 || value == Vec3::ZERO {
             return None;
@@ -49,40 +51,41 @@ impl Bsdf {
         Some(BsdfSample { wi, weight: value * (wi.z.abs() / pdf), pdf })
     }
 
-    /// The density with which [`Bsdf::sample`] draws `wi`.
+    /// The density with which [`Bsdf::sample`] samples `wi`.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.lobe_choice(wo).map_or(0.0, |choice| self.mixture_pdf(&choice, wo, wi))
+        self.lobe_probabilities(wo).map_or(0.0, |probabilities| self.mixture_pdf(&probabilities, wo, wi))
     }
 
-    fn lobe_choice(&self, wo: Vec3) -> Option<LobeChoice> {
+    fn lobe_probabilities(&self, wo: Vec3) -> Option<LobeProbabilities> {
         if wo.z <= 0.0 {
             return None;
         }
         let albedos = self.albedos(wo);
         let specular = luminance(albedos.specular);
         let diffuse = luminance(albedos.diffuse + albedos.sheen);
-        let through = if self.transmits_rough() { luminance(albedos.transmission) } else { 0.0 };
-        let diffusely_through = luminance(albedos.diffuse_transmission);
-        let total = specular + diffuse + through + diffusely_through;
-        (total > 0.0).then(|| LobeChoice {
+        let transmission = if self.transmits_rough() { luminance(albedos.transmission) } else { 0.0 };
+        let diffuse_transmission = luminance(albedos.diffuse_transmission);
+        let total = specular + diffuse + transmission + diffuse_transmission;
+        (total > 0.0).then(|| LobeProbabilities {
             specular: specular / total,
             diffuse: diffuse / total,
-            through: through / total,
-            diffusely_through: diffusely_through / total,
+            transmission: transmission / total,
+            diffuse_transmission: diffuse_transmission / total,
         })
     }
 
-    fn mixture_pdf(&self, choice: &LobeChoice, wo: Vec3, wi: Vec3) -> f32 {
+    fn mixture_pdf(&self, probabilities: &LobeProbabilities, wo: Vec3, wi: Vec3) -> f32 {
         if wi.z == 0.0 {
             return 0.0;
         }
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = (wo + mirrored).normalize_or(Vec3::Z);
         if wi.z < 0.0 {
-            choice.through * self.lobe_through.reflection_pdf(wo, half)
-                + choice.diffusely_through * -wi.z * FRAC_1_PI
+            probabilities.transmission * self.transmission_lobe.reflection_pdf(wo, half)
+                + probabilities.diffuse_transmission * -wi.z * FRAC_1_PI
         } else {
-            choice.specular * self.lobe.reflection_pdf(wo, half) + choice.diffuse * wi.z * FRAC_1_PI
+            probabilities.specular * self.lobe.reflection_pdf(wo, half)
+                + probabilities.diffuse * wi.z * FRAC_1_PI
         }
     }
 }

@@ -1,22 +1,22 @@
-//! The glTF material model as lobes: how much light is scattered from one direction into another.
+//! BSDF of the glTF material model, as a sum of lobes.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", appendix B, with the extensions `KHR_materials_ior`, `specular`, `transmission`,
-//! `diffuse_transmission`, `anisotropy`, `iridescence` and `sheen`; the clear coat on top of all is [`Coat`].
+//! `diffuse_transmission`, `anisotropy`, `iridescence` and `sheen`. The clear coat on top of all is [`Coat`].
 //! material = sheen over mix(dielectric, metal, metallic); dielectric = mix(mix(diffuse, transmission), specular, F(o·h)), where
-//! diffuse = mix(reflected, transmitted). Departures: dielectrics follow the exact Fresnel curve, and albedos let through
-//! what the specular lobe as a whole leaves, 1 − E(θ_o), so that no surface returns more than it receives.
+//! diffuse = mix(reflected, transmitted). Departures: dielectrics follow the exact Fresnel curve, and the albedos of lower lobes are
+//! scaled by what the whole specular lobe leaves, 1 − E(θ_o), so that no surface returns more light than it receives.
 //!
-//! Directions are unit vectors in the local shading frame, +Z along the shading normal on the side of `wo`; both
-//! point away from the surface. What a ray does behind the surface (absorption, which medium it is in) is not known here.
+//! Directions are unit vectors in the local shading frame, with +Z along the shading normal on the side of `wo`. Both point away from
+//! the surface. Media and absorption are not known here.
 
 mod albedos;
 mod coat;
 mod cubic_table;
-mod facets;
 mod fresnel;
 mod ggx;
 mod ggx_anisotropic;
 mod isotropic_albedo;
+mod microfacets;
 mod mixture_sampling;
 mod sheen;
 mod specular_lobe;
@@ -33,13 +33,10 @@ pub use albedos::Albedos;
 pub use coat::Coat;
 
 use fresnel::{Dielectric, Tint};
-use ggx_anisotropic::Reflected;
+use ggx_anisotropic::ReflectedDirection;
 use sheen::Sheen;
 use specular_lobe::SpecularLobe;
 use thin_film::ThinFilm;
-
-/// Sharper lobes than this GGX α cannot be told from mirrors and would not fit floats.
-const SHARPEST_ALPHA: f32 = 0.002;
 
 /// The lobes of one material at one point, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -52,16 +49,16 @@ pub struct Bsdf {
     diffuse_transmission_color: Vec3,
     dielectric: Dielectric,
     lobe: SpecularLobe,
-    /// Of what passes through: sharper where the index bends light less.
-    lobe_through: SpecularLobe,
-    film: Option<ThinFilm>,
+    /// Lobe of transmitted light: sharper where the index bends light less.
+    transmission_lobe: SpecularLobe,
+    thin_film: Option<ThinFilm>,
     sheen: Option<Sheen>,
 }
 
-/// A direction drawn by [`Bsdf::sample`].
+/// A direction sampled by [`Bsdf::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BsdfSample {
-    /// Where the light comes from.
+    /// Direction of the incident light.
     pub wi: Vec3,
     /// `f(wo, wi) · |cos θ_i| / pdf`.
     pub weight: Vec3,
@@ -71,12 +68,12 @@ pub struct BsdfSample {
 
 impl Bsdf {
     /// The lobes of `material`; `ior_outside` is the index of refraction on the side of `wo`, `ior_inside` on the other.
-    /// An index of 0, in the material or either side, leaves the reflection to its colour: white reflects everything.
+    /// An index of 0, in the material or on either side, leaves the reflectance to the specular colour: white reflects everything.
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
         let ior_inside = if material.ior == 0.0 { 0.0 } else { ior_inside };
         let roughness = material.roughness.clamp(0.0, 1.0);
         let tint = Tint { factor: material.specular, color: material.specular_color };
-        // Seen from the denser side, the film's outer side is the other one.
+        // From the denser side, the film's outer side is the other one.
         let film_outside = if ior_inside < ior_outside { ior_inside } else { ior_outside };
         let dielectric = Dielectric::between(ior_outside, ior_inside, tint);
         let strength = material.anisotropy.map(|anisotropy| anisotropy.strength);
@@ -89,8 +86,11 @@ impl Bsdf {
             thin: material.thin,
             dielectric,
             lobe: SpecularLobe::new(roughness, strength),
-            lobe_through: SpecularLobe::new(roughness * bending(dielectric.relative_ior), strength),
-            film: material.iridescence.map(|film| ThinFilm {
+            transmission_lobe: SpecularLobe::new(
+                roughness * transmission_roughness_scale(dielectric.relative_ior),
+                strength,
+            ),
+            thin_film: material.iridescence.map(|film| ThinFilm {
                 factor: film.factor,
                 ior: film.ior,
                 thickness_nm: film.thickness_nm,
@@ -100,11 +100,11 @@ impl Bsdf {
         }
     }
 
-    /// f(wo, wi): scattered radiance by irradiance, without the cosine.
+    /// f(wo, wi), without the cosine.
     ///
-    /// On the side of `wo`: diffuse and specular reflection. On the other side: what is diffusely transmitted, and for thin
-    /// walls the GGX lobe around the straight continuation. Light reaches through the surface of a volume by refracted
-    /// rays, and that of lamps by the straight shadow rays of the integrator, never by this lobe.
+    /// On the side of `wo`: diffuse and specular reflection. On the other side: diffuse transmission, and for thin walls the GGX lobe
+    /// around the straight direction. Light passes the surface of a volume by refracted rays, and that of punctual lights by the
+    /// straight shadow rays of the integrator, never by this lobe.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
@@ -113,14 +113,14 @@ impl Bsdf {
         if through && !self.transmits_rough() && self.diffuse_transmission == 0.0 {
             return Vec3::ZERO;
         }
-        // A thin wall scatters through as it would reflect the direction on this side.
+        // A thin wall transmits as it would reflect the mirrored direction.
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = (wo + mirrored).normalize_or(Vec3::Z);
         let (dielectric, metal) = self.reflectances(wo.z, wo.dot(half));
-        let entering = (1.0 - self.metallic) * left_by(dielectric);
+        let entering = (1.0 - self.metallic) * share_below(dielectric);
         let below = if through {
-            let lobe = if self.thin { self.lobe_through.eval(wo, mirrored, half) } else { 0.0 };
-            self.diffusely_through(entering) * FRAC_1_PI
+            let lobe = if self.thin { self.transmission_lobe.eval(wo, mirrored, half) } else { 0.0 };
+            self.diffusely_transmitted(entering) * FRAC_1_PI
                 + self.base_color * entering * (self.transmission * lobe)
         } else {
             let reflected = dielectric * (1.0 - self.metallic) + metal * self.metallic;
@@ -129,14 +129,14 @@ impl Bsdf {
             reflected * lobe + self.base_color * entering * (diffuse * FRAC_1_PI)
         };
         let Some(sheen) = &self.sheen else { return below };
-        // The direction that the fibres hide more from decides.
+        // The sheen takes the larger of the shares at both directions.
         let (left_o, left_i) = (sheen.below(wo.z), sheen.below(mirrored.z));
         let scaled = below * if left_o < left_i { left_o } else { left_i };
         if through { scaled } else { scaled + sheen.eval(wo, wi) }
     }
 
-    /// Where light seen along `wo` comes from on the other side, by Snell's law; straight on for thin walls. `None` at
-    /// total internal reflection.
+    /// Direction on the other side of light that leaves along `wo`, by Snell's law; unbent for thin walls. `None` at total internal
+    /// reflection.
     pub fn refract(&self, wo: Vec3) -> Option<Vec3> {
         if self.thin {
             return Some(-wo);
@@ -146,34 +146,34 @@ impl Bsdf {
         Some(Vec3::new(-wo.x * bend, -wo.y * bend, -cosine).normalize())
     }
 
-    /// The roughness of what is reflected, along the direction in which the lobe is widest.
+    /// Roughness of the reflection lobe along the direction in which it is widest.
     pub fn widest_roughness(&self) -> f32 {
         self.lobe.widest_roughness()
     }
 
-    /// The roughness of what passes through: facets that bend light less blur it less, and an index of 1 not at all.
-    pub fn roughness_through(&self) -> f32 {
-        self.lobe_through.roughness
+    /// Roughness of the transmission lobe: facets that bend light less blur it less, and an index of 1 not at all.
+    pub fn transmission_roughness(&self) -> f32 {
+        self.transmission_lobe.roughness
     }
 
-    /// The same along the direction in which the lobe is widest.
-    pub fn widest_roughness_through(&self) -> f32 {
-        self.lobe_through.widest_roughness()
+    /// Roughness of the transmission lobe along the direction in which it is widest.
+    pub fn widest_transmission_roughness(&self) -> f32 {
+        self.transmission_lobe.widest_roughness()
     }
 
-    /// Where a stretched lobe's light comes from: directions with their shares, which sum up to [`Albedos::specular`] to about
-    /// a thousandth; nothing for round ones.
+    /// Directions of an anisotropic specular lobe with their shares, which sum to [`Albedos::specular`] within about a thousandth; none
+    /// for isotropic lobes.
     pub fn anisotropic_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
-        let reflected = self.lobe.stretch.into_iter().flat_map(move |stretch| stretch.reflected(wo));
-        reflected.map(move |Reflected { wi, facet_cosine, weight }| {
+        let reflected = self.lobe.anisotropic.into_iter().flat_map(move |ggx| ggx.reflected(wo));
+        reflected.map(move |ReflectedDirection { wi, facet_cosine, weight }| {
             let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
             let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
             (wi, factor * (weight * below))
         })
     }
 
-    /// The cosine beyond the surface, or `None` at total internal reflection.
+    /// The cosine of the refracted direction; `None` at total internal reflection.
     fn refracted_cosine(&self, cosine: f32) -> Option<f32> {
         let sine_squared = 1.0 - cosine * cosine;
         let n_squared = self.dielectric.relative_ior * self.dielectric.relative_ior;
@@ -181,41 +181,40 @@ impl Bsdf {
         (cosine_squared > 0.0).then(|| cosine_squared.sqrt())
     }
 
-    /// Fresnel's factors of the dielectric and of the metal, for a view and a facet of the surface.
+    /// Fresnel factors of the dielectric and of the metal, for a view and a microfacet.
     fn reflectances(&self, cos_o: f32, facet_cosine: f32) -> (Vec3, Vec3) {
         let dielectric = self.dielectric.reflectance(facet_cosine);
         let metal = fresnel::schlick(facet_cosine, self.base_color);
-        let Some(film) = &self.film else { return (dielectric, metal) };
+        let Some(film) = &self.thin_film else { return (dielectric, metal) };
         let cosine = self.cosine_outside_film(cos_o);
         let over = |reflectance, base_f0| film.over(reflectance, base_f0, cosine);
         (over(dielectric, self.dielectric.along_normal()), over(metal, self.base_color))
     }
 
-    /// The cosine of the view on the outer side of a film, which from within a volume is the far one.
+    /// The cosine of the view on the outer side of a thin film; from within a volume that is the far side.
     fn cosine_outside_film(&self, cos_o: f32) -> Option<f32> {
         if self.dielectric.relative_ior < 1.0 { self.refracted_cosine(cos_o) } else { Some(cos_o) }
     }
 
-    /// Of the light that enters, what is scattered to the other side, colour included.
-    fn diffusely_through(&self, entering: f32) -> Vec3 {
+    /// The diffusely transmitted share of the light that enters, colour included.
+    fn diffusely_transmitted(&self, entering: f32) -> Vec3 {
         self.diffuse_transmission_color * (entering * (1.0 - self.transmission) * self.diffuse_transmission)
     }
 
-    /// Whether light is scattered through by a lobe, rather than by a refracted ray.
+    /// Whether light is transmitted by a lobe instead of a refracted ray.
     fn transmits_rough(&self) -> bool {
         self.thin && self.transmission > 0.0 && self.metallic < 1.0
     }
 }
 
-/// The share of a surface's roughness that what passes through keeps, by relative index of refraction: from none at 1 to all at
-/// 1.5, as viewers of glTF have it.
-fn bending(relative_ior: f32) -> f32 {
+/// Scale of the roughness for transmitted light, by relative index of refraction: from 0 at 1 to 1 at 1.5, as in glTF viewers.
+fn transmission_roughness_scale(relative_ior: f32) -> f32 {
     let ior = if relative_ior > 1.0 { relative_ior } else { 1.0 / relative_ior };
     (2.0 * ior - 2.0).clamp(0.0, 1.0)
 }
 
-/// What a layer lets through in all colours alike. A film's factor may exceed one.
-fn left_by(reflectance: Vec3) -> f32 {
+/// The share of light below a lobe, the same for all colour channels. A thin film's reflectance may exceed 1.
+fn share_below(reflectance: Vec3) -> f32 {
     let left = 1.0 - reflectance.max_element();
     if left > 0.0 { left } else { 0.0 }
 }

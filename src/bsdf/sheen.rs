@@ -1,7 +1,7 @@
-//! Fibres that stand on a surface, such as those of velvet.
+//! The sheen lobe: fibres that stand on a surface, such as velvet.
 //!
 //! Source: Conty Estevez and Kulla, "Production Friendly Microfacet Sheen BRDF", 2017: the distribution "Charlie" (equation 2), its
-//! shadowing (equation 3 and table 1), and the scaling of what lies below by the lobe's albedo; `KHR_materials_sheen`. F is 1.
+//! shadowing (equation 3 and table 1), and the scaling of lower lobes by the sheen's albedo; `KHR_materials_sheen`. F is 1.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -10,10 +10,10 @@ use glam::{DVec3, Vec3};
 
 use super::cubic_table::CubicTable;
 
-/// Fibres that stray less than this would all stand upright and show nothing.
-const LEAST_ROUGHNESS: f32 = 0.05;
+/// Lowest roughness; smoother sheen would be invisible.
+const MIN_ROUGHNESS: f32 = 0.05;
 
-/// The lobe of the fibres.
+/// The sheen lobe of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sheen {
     color: Vec3,
@@ -22,7 +22,7 @@ pub(super) struct Sheen {
 
 impl Sheen {
     pub(super) fn new(color: Vec3, roughness: f32) -> Self {
-        Self { color, roughness: roughness.clamp(LEAST_ROUGHNESS, 1.0) }
+        Self { color, roughness: roughness.clamp(MIN_ROUGHNESS, 1.0) }
     }
 
     /// f(wo, wi), both above the surface.
@@ -31,18 +31,18 @@ impl Sheen {
         self.color * lobe(wo.as_dvec3(), wi.as_dvec3(), roughness * roughness) as f32
     }
 
-    /// Share of uniform light that the fibres send towards a view.
+    /// Share of uniform light that the sheen reflects towards a view.
     pub(super) fn albedo(&self, cos_o: f32) -> Vec3 {
         self.color * albedo(cos_o, self.roughness)
     }
 
-    /// What is left for the layers below, for light along one direction.
+    /// Share of light that the lobes below receive, for one direction.
     pub(super) fn below(&self, cosine: f32) -> f32 {
         1.0 - self.color.max_element() * albedo(cosine.abs(), self.roughness)
     }
 }
 
-/// D V of the fibres; in f64, because the exponent, up to 400, multiplies the rounding of the sine.
+/// D V of the sheen; in f64, because the exponent, up to 400, multiplies the rounding of the sine.
 fn lobe(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     let shadowing = 1.0 + masking(wo.z, alpha) + masking(wi.z, alpha);
     distribution(wo, wi, alpha) / (shadowing * (4.0 * wo.z * wi.z))
@@ -56,13 +56,13 @@ fn distribution(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     (2.0 + exponent) * libm::pow(sine_squared, 0.5 * exponent) / (2.0 * PI)
 }
 
-/// Λ of the shadowing, which is not the distribution's own but a fit.
+/// Λ of the shadowing, which is a fit and not derived from the distribution.
 fn masking(cosine: f64, alpha: f64) -> f64 {
     let fit = Fit::new(alpha);
     if cosine < 0.5 { libm::exp(fit.at(cosine)) } else { libm::exp(2.0 * fit.at(0.5) - fit.at(1.0 - cosine)) }
 }
 
-/// a / (1 + b xᶜ) + d x + e
+/// The fit a / (1 + b xᶜ) + d x + e.
 struct Fit([f64; 5]);
 
 impl Fit {
@@ -83,10 +83,10 @@ impl Fit {
     }
 }
 
-/// Steps of roughness and of the cosine's square root.
+/// Table steps of the roughness and of the cosine's square root.
 const ROUGHNESS_STEPS: usize = 32;
 const VIEW_STEPS: usize = 48;
-/// Quadrature points along each axis of half a hemisphere.
+/// Number of quadrature points along each axis of half the hemisphere.
 const HEMISPHERE_STEPS: usize = 72;
 
 /// The lobe's directional albedo; at most 1, which the fit exceeds where both directions graze.
@@ -94,12 +94,12 @@ fn albedo(cosine: f32, roughness: f32) -> f32 {
     static TABLE: OnceLock<CubicTable<1>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
         CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
-            // Dense where fibres are upright.
-            [by_quadrature(y * y, LEAST_ROUGHNESS + (1.0 - LEAST_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
+            // Denser towards smooth sheen
+            [by_quadrature(y * y, MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
         })
     });
-    let place = libm::sqrtf((roughness - LEAST_ROUGHNESS) / (1.0 - LEAST_ROUGHNESS));
-    let [albedo] = table.at(place, libm::sqrtf(cosine.clamp(0.0, 1.0)));
+    let row = libm::sqrtf((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS));
+    let [albedo] = table.at(row, libm::sqrtf(cosine.clamp(0.0, 1.0)));
     albedo.clamp(0.0, 1.0)
 }
 
@@ -111,19 +111,20 @@ fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
     let wo = DVec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
     let masking_o = masking(cos_o, alpha);
     let step = 1.0 / steps as f64;
-    let turns: Vec<_> = (0..steps).map(|turn| libm::sincos((turn as f64 + 0.5) * step * PI)).collect();
+    let azimuths: Vec<_> =
+        (0..steps).map(|azimuth| libm::sincos((azimuth as f64 + 0.5) * step * PI)).collect();
     let mut sum = 0.0;
     for ring in 0..steps {
-        // Denser where light grazes, where the lobe is, and about the normal, where it has a cusp.
+        // Denser at grazing angles, where the lobe is, and about the normal, where it has a cusp
         let u = (ring as f64 + 0.5) * step;
         let cosine = u * u * (3.0 - 2.0 * u);
         let sine = (1.0 - cosine * cosine).sqrt();
-        let mut around = 0.0;
-        for (sin_turn, cos_turn) in &turns {
-            around += distribution(wo, DVec3::new(sine * cos_turn, sine * sin_turn, cosine), alpha);
+        let mut ring_sum = 0.0;
+        for (sin, cos) in &azimuths {
+            ring_sum += distribution(wo, DVec3::new(sine * cos, sine * sin, cosine), alpha);
         }
         let shadowing = (1.0 + masking_o + masking(cosine, alpha)) * (4.0 * cos_o);
-        sum += around * 6.0 * u * (1.0 - u) / shadowing;
+        sum += ring_sum * 6.0 * u * (1.0 - u) / shadowing;
     }
     (sum * 2.0 * PI * step * step) as f32
 }

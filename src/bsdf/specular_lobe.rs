@@ -1,61 +1,57 @@
-//! The shape of a GGX lobe, round or stretched, whatever it reflects.
+//! A GGX lobe, isotropic or anisotropic, without its Fresnel factor.
 
 use glam::{Vec2, Vec3};
 
-use super::SHARPEST_ALPHA;
-use super::ggx;
+use super::ggx::{self, MIN_ALPHA};
 use super::ggx_anisotropic::AnisotropicGgx;
 
-/// The facets of a rough surface.
+/// A GGX lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpecularLobe {
     pub(super) roughness: f32,
     alpha: f32,
-    pub(super) stretch: Option<AnisotropicGgx>,
+    pub(super) anisotropic: Option<AnisotropicGgx>,
 }
 
 impl SpecularLobe {
-    /// The facets of a roughness; with a strength they are stretched along X.
-    pub(super) fn new(roughness: f32, stretch_strength: Option<f32>) -> Self {
+    /// A lobe of the given roughness; with a strength of anisotropy it is wider along X.
+    pub(super) fn new(roughness: f32, anisotropy_strength: Option<f32>) -> Self {
         let alpha = roughness * roughness;
-        let alpha = if alpha > SHARPEST_ALPHA { alpha } else { SHARPEST_ALPHA };
-        Self {
-            roughness,
-            alpha,
-            stretch: stretch_strength.map(|strength| AnisotropicGgx::new(alpha, strength)),
-        }
+        let alpha = if alpha > MIN_ALPHA { alpha } else { MIN_ALPHA };
+        let anisotropic = anisotropy_strength.map(|strength| AnisotropicGgx::new(alpha, strength));
+        Self { roughness, alpha, anisotropic }
     }
 
-    /// Whether it cannot be told from a mirror's.
+    /// Whether the lobe is a mirror's.
     pub(super) fn is_smooth(&self) -> bool {
-        self.stretch.is_none() && self.alpha <= SHARPEST_ALPHA
+        self.anisotropic.is_none() && self.alpha <= MIN_ALPHA
     }
 
-    /// The roughness along the direction in which it is widest.
+    /// Roughness along the direction in which the lobe is widest.
     pub(super) fn widest_roughness(&self) -> f32 {
-        self.stretch.map_or(self.roughness, |stretch| libm::sqrtf(stretch.alpha.x))
+        self.anisotropic.map_or(self.roughness, |ggx| libm::sqrtf(ggx.alpha.x))
     }
 
-    /// D V.
+    /// D V of the lobe.
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3, half: Vec3) -> f32 {
-        match &self.stretch {
-            Some(stretch) => stretch.distribution(half) * stretch.visibility(wo, wi),
+        match &self.anisotropic {
+            Some(anisotropic) => anisotropic.distribution(half) * anisotropic.visibility(wo, wi),
             None => ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, wi.z, self.alpha),
         }
     }
 
-    /// A normal of the facets that `wo` sees; `disk` is a point of the unit disk.
+    /// Samples a microfacet normal that `wo` sees; `disk` is a point of the unit disk.
     pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
-        match &self.stretch {
-            Some(stretch) => stretch.visible_normal(wo, disk),
+        match &self.anisotropic {
+            Some(anisotropic) => anisotropic.visible_normal(wo, disk),
             None => ggx::visible_normal(wo, self.alpha, disk),
         }
     }
 
-    /// The density, with respect to the solid angle of what they reflect, of these normals.
+    /// The density of the reflected directions of these normals, with respect to solid angle.
     pub(super) fn reflection_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
-        match &self.stretch {
-            Some(stretch) => stretch.reflection_pdf(wo, half),
+        match &self.anisotropic {
+            Some(anisotropic) => anisotropic.reflection_pdf(wo, half),
             None => ggx::reflection_pdf(wo.z, half, self.alpha),
         }
     }

@@ -1,25 +1,26 @@
-//! Single directions of the specular lobes, for rays that follow rough mirrors and frosted glass.
+//! Sampling of the specular lobes, for rays that follow rough mirrors and frosted glass.
 //!
-//! Source: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984; directions are drawn by visible normals (Heitz,
-//! "Sampling the GGX Distribution of Visible Normals", JCGT 2018). What a drawn direction counts for has the lobe's albedo as
-//! its mean. `u` is a point of the unit square.
+//! Source: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Directions are sampled by visible normals (Heitz,
+//! "Sampling the GGX Distribution of Visible Normals", JCGT 2018). The mean weight of the
+//! directions is the lobe's albedo. `u` is a point of the unit square.
 
 use glam::{Vec2, Vec3};
 
-use super::{Bsdf, Coat, SHARPEST_ALPHA, ggx};
+use super::ggx::MIN_ALPHA;
+use super::{Bsdf, Coat, ggx};
 
 impl Bsdf {
-    /// Whether what is reflected cannot be told from what a mirror reflects.
+    /// Whether the reflection lobe is a mirror.
     pub fn is_smooth(&self) -> bool {
         self.lobe.is_smooth()
     }
 
-    /// Whether what passes through is as sharp as through a smooth surface.
-    pub fn is_smooth_through(&self) -> bool {
-        self.lobe_through.is_smooth()
+    /// Whether the transmission lobe is as sharp as that of a smooth surface.
+    pub fn is_transmission_smooth(&self) -> bool {
+        self.transmission_lobe.is_smooth()
     }
 
-    /// A direction that the specular lobe reflects and what it counts for; `None` where the draw is masked.
+    /// Samples a direction of the specular lobe and its weight; `None` where the sample is masked.
     pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Vec3)> {
         if wo.z <= 0.0 {
             return None;
@@ -38,19 +39,19 @@ impl Bsdf {
         (pdf > 0.0).then(|| (wi, factor * (masking * below)))
     }
 
-    /// A direction through a frosted surface, which counts for [`super::Albedos::transmission`]; the smooth surface's where a
-    /// facet would not let the light through, and `None` where that would not either.
+    /// Samples a direction through a frosted surface, of weight [`super::Albedos::transmission`]. Where the facet reflects totally, the
+    /// direction is that of the smooth surface; `None` where that reflects totally, too.
     pub fn sample_transmission(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         let straight = self.refract(wo)?;
         if wo.z <= 0.0 {
             return Some(straight);
         }
-        // A volume's facets are those that reflect, and the index does the rest; a wall's two sides are one lobe.
-        let lobe = if self.thin { &self.lobe_through } else { &self.lobe };
+        // The facets of a volume are those of its reflection, and the index bends the light. Both sides of a thin wall are one lobe.
+        let lobe = if self.thin { &self.transmission_lobe } else { &self.lobe };
         let half = lobe.visible_normal(wo, ggx::disk_point(u));
         let facet_cosine = wo.dot(half).clamp(0.0, 1.0);
         let wi = if self.thin {
-            // A wall scatters through as it would reflect.
+            // A thin wall transmits as it would reflect.
             let mirrored = half * (2.0 * facet_cosine) - wo;
             Vec3::new(mirrored.x, mirrored.y, -mirrored.z)
         } else {
@@ -66,12 +67,12 @@ impl Bsdf {
 }
 
 impl Coat {
-    /// Whether the lobe cannot be told from a mirror's.
+    /// Whether the coat is a mirror.
     pub fn is_smooth(&self) -> bool {
-        self.alpha <= SHARPEST_ALPHA
+        self.alpha <= MIN_ALPHA
     }
 
-    /// A direction that the coat reflects and what it counts for; `None` where the draw is masked.
+    /// Samples a direction of the coat's lobe and its weight; `None` where the sample is masked.
     pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, f32)> {
         if wo.z <= 0.0 {
             return None;
@@ -87,14 +88,14 @@ mod tests {
     use super::*;
     use crate::interaction::MaterialSample;
 
-    /// Points of a grid in the unit square.
+    /// The points of a grid in the unit square.
     fn grid(side: u32) -> impl Iterator<Item = Vec2> {
         let at = move |i: u32| (i as f32 + 0.5) / side as f32;
         (0..side * side).map(move |i| Vec2::new(at(i % side), at(i / side)))
     }
 
     #[test]
-    fn drawn_reflections_have_the_albedo_as_their_mean() {
+    fn sampled_reflections_have_the_albedo_as_their_mean() {
         for (metallic, roughness) in [(0.0, 0.3), (1.0, 0.5), (0.5, 1.0)] {
             let base_color = Vec3::new(0.9, 0.5, 0.1);
             let material =
@@ -102,8 +103,8 @@ mod tests {
             let bsdf = Bsdf::new(&material, 1.0, 1.5);
             for cosine in [0.2_f32, 0.6, 1.0] {
                 let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-                let drawn = grid(128).filter_map(|u| bsdf.sample_reflection(wo, u));
-                let mean = drawn.map(|(_, share)| share).sum::<Vec3>() / (128.0 * 128.0);
+                let sampled = grid(128).filter_map(|u| bsdf.sample_reflection(wo, u));
+                let mean = sampled.map(|(_, share)| share).sum::<Vec3>() / (128.0 * 128.0);
                 let albedo = bsdf.specular_albedo(wo);
                 assert!((mean - albedo).abs().max_element() < 3e-3, "{roughness} {cosine}: {mean} {albedo}");
             }
@@ -111,8 +112,8 @@ mod tests {
     }
 
     #[test]
-    fn a_drawn_coat_has_the_albedo_as_its_mean() {
-        // The coat's Fresnel factor is that of its normal, so only masking differs between directions.
+    fn sampled_coat_reflections_have_the_albedo_as_their_mean() {
+        // The Fresnel factor of the coat is that of its normal, so weights differ by masking only.
         let coat = Coat::new(0.8, 0.6);
         let wo = Vec3::new(0.6, 0.0, 0.8);
         let mean =

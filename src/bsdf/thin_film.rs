@@ -1,11 +1,11 @@
-//! Reflection of a film as thin as the wavelengths of light.
+//! Reflectance of a thin film by interference.
 //!
 //! Source: Belcour and Barla, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence", 2017, section 4,
 //! with the simplifications of `KHR_materials_iridescence`: Schlick's curve at both boundaries, no polarisation, three orders of
 //! interference. In f64, because the terms cancel.
 //!
-//! Departure: the factor is taken at the angle between view and normal also inside rough lobes, so that the albedo is
-//! exactly the lobe's times the factor.
+//! Departure: also in rough lobes, the factor is that of the angle between view and normal, so that the albedo is exactly the lobe's
+//! times the factor.
 
 use std::f64::consts::PI;
 
@@ -18,10 +18,10 @@ const RGB_FROM_XYZ: DMat3 = DMat3::from_cols(
     DVec3::new(-0.498_531_4, 0.041_556_0, 1.057_225_2),
 );
 
-/// Below this thickness, nanometres, the film fades into nothing.
+/// Films thinner than this fade out, nanometres.
 const FADE_NM: f64 = 0.03;
 
-/// A film on a surface.
+/// A thin film on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ThinFilm {
     /// Share of the surface that it covers.
@@ -33,8 +33,8 @@ pub(super) struct ThinFilm {
 }
 
 impl ThinFilm {
-    /// `reflectance` with the share that the film covers replaced by the film's own, over a base that reflects `base_f0` along
-    /// the normal. `cosine` is that of the view on the film's outer side; `None` where light is totally reflected from within.
+    /// Reflectance of a partially covered surface: `reflectance` where it is bare, that of the film over a base of `base_f0` where it is
+    /// covered. `cosine` is that of the view on the film's outer side; `None` where light is totally reflected from within.
     pub(super) fn over(&self, reflectance: Vec3, base_f0: Vec3, cosine: Option<f32>) -> Vec3 {
         let own = cosine.map_or(Vec3::ONE, |cosine| self.reflectance(cosine, base_f0));
         reflectance + (own - reflectance) * self.factor
@@ -73,12 +73,12 @@ impl ThinFilm {
             amplitude *= root;
             sum += amplitude * sensitivity(order * path_difference, phi * order) * 2.0;
         }
-        // Colours beyond the gamut
+        // Colours outside of the gamut
         sum.map(|value| if value > 0.0 { value } else { 0.0 }).as_vec3()
     }
 }
 
-/// The eye's response to a phase that runs with the wavelength, by a sum of Gaussians in the domain of frequencies.
+/// The eye's response to a phase that depends on the wavelength, as a sum of Gaussians in the frequency domain.
 fn sensitivity(path_difference_nm: f64, shift: DVec3) -> DVec3 {
     let phase = 2.0 * PI * path_difference_nm * 1e-9;
     let gaussian = |value: f64, position: f64, variance: f64, shift: f64| {
@@ -106,7 +106,7 @@ fn f0_between(beyond: f64, before: f64) -> f64 {
     root * root
 }
 
-/// The index of refraction, against empty space, of what reflects `f0` along the normal.
+/// The index of refraction of a medium whose reflectance along the normal is `f0`.
 fn ior_of_f0(f0: f64) -> f64 {
     let root = f0.sqrt();
     (1.0 + root) / (1.0 - root)

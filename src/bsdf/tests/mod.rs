@@ -1,4 +1,4 @@
-//! The material model as a whole: energy, reciprocity, and that drawing, density and value belong together.
+//! The whole material model: energy, reciprocity, and consistency of sampling, density and value.
 
 use std::f32::consts::PI;
 
@@ -26,11 +26,11 @@ fn material(metallic: f32, roughness: f32, transmission: f32, thin: bool) -> Mat
 }
 
 fn direction(cosine: f32, azimuth: f32) -> Vec3 {
-    let (sine, turn) = ((1.0 - cosine * cosine).sqrt(), libm::sincosf(azimuth));
-    Vec3::new(sine * turn.1, sine * turn.0, cosine)
+    let (sine, azimuth) = ((1.0 - cosine * cosine).sqrt(), libm::sincosf(azimuth));
+    Vec3::new(sine * azimuth.1, sine * azimuth.0, cosine)
 }
 
-/// All kinds of surfaces: plastic, metal, between, thin glass, solid glass; smooth and rough.
+/// Plastic, metal, a mix of both, thin glass and solid glass, smooth and rough.
 fn materials() -> Vec<MaterialSample> {
     let mut all = Vec::new();
     for roughness in [0.4, 0.6, 1.0] {
@@ -40,16 +40,16 @@ fn materials() -> Vec<MaterialSample> {
         all.push(material(0.0, roughness, 1.0, true));
         all.push(material(0.0, roughness, 1.0, false));
     }
-    let stretched = Some(AnisotropySample { strength: 0.7, direction: Vec3::X });
-    all.push(MaterialSample { anisotropy: stretched, ..material(0.3, 0.6, 0.4, true) });
+    let anisotropy = Some(AnisotropySample { strength: 0.7, direction: Vec3::X });
+    all.push(MaterialSample { anisotropy, ..material(0.3, 0.6, 0.4, true) });
     for sample in &mut all {
         sample.base_color = Vec3::new(0.9, 0.5, 0.1);
     }
     all
 }
 
-/// The same with fibres or light that is scattered through.
-fn layered_materials() -> Vec<MaterialSample> {
+/// The same materials and some with sheen, diffuse transmission or tinted reflection.
+fn extended_materials() -> Vec<MaterialSample> {
     let sheen = Some(SheenSample { color: Vec3::new(0.3, 0.8, 0.6), roughness: 0.6 });
     let mut all = materials();
     all.push(MaterialSample { sheen, ..all[0] });
@@ -58,18 +58,18 @@ fn layered_materials() -> Vec<MaterialSample> {
     all
 }
 
-/// ∫ g(wi) dω over the whole sphere by a fine grid.
+/// ∫ g(wi) dω over the sphere, on a fine grid.
 fn integrate(g: impl Fn(Vec3) -> Vec3) -> Vec3 {
-    let (rings, turns) = (800, 200);
+    let (rings, azimuths) = (800, 200);
     let mut sum = glam::DVec3::ZERO;
     for ring in 0..rings {
         let cosine = (ring as f32 + 0.5) / rings as f32 * 2.0 - 1.0;
-        for turn in 0..turns {
-            let azimuth = (turn as f32 + 0.5) / turns as f32 * 2.0 * PI;
+        for step in 0..azimuths {
+            let azimuth = (step as f32 + 0.5) / azimuths as f32 * 2.0 * PI;
             sum += g(direction(cosine, azimuth)).as_dvec3();
         }
     }
-    (sum * 4.0 * std::f64::consts::PI / f64::from(rings * turns)).as_vec3()
+    (sum * 4.0 * std::f64::consts::PI / f64::from(rings * azimuths)).as_vec3()
 }
 
 #[test]
@@ -98,7 +98,7 @@ fn a_white_surface_returns_at_most_what_it_receives() {
 }
 
 #[test]
-fn white_layers_lose_only_what_their_lobes_lose() {
+fn white_materials_lose_only_what_their_lobes_lose() {
     let white = MaterialSample::default();
     let sum = |sample: &MaterialSample, wo| {
         let albedos = Bsdf::new(sample, 1.0, 1.5).albedos(wo);
@@ -111,22 +111,22 @@ fn white_layers_lose_only_what_their_lobes_lose() {
     for step in 1..=20 {
         let wo = direction(step as f32 / 20.0, 0.3);
         for roughness in [0.0, 0.3, 1.0] {
-            // What a dielectric does not reflect goes on to a white base: nothing is lost, whatever the lobe is like.
+            // Light that a dielectric does not reflect reaches a white base: nothing is lost, whatever the lobe.
             let base = MaterialSample { roughness, ..white };
-            let stretched = Some(AnisotropySample { strength: 0.8, direction: Vec3::X });
+            let anisotropy = Some(AnisotropySample { strength: 0.8, direction: Vec3::X });
             for sample in [
                 MaterialSample { specular: 0.4, ..base },
-                MaterialSample { anisotropy: stretched, ..base },
+                MaterialSample { anisotropy, ..base },
                 MaterialSample { diffuse_transmission: 0.7, transmission: 0.2, ..base },
             ] {
                 assert!((sum(&sample, wo) - 1.0).abs().max_element() < 1e-5, "{sample:?}");
             }
-            // A coloured reflection leaves the base what its strongest colour leaves: E_max − E is lost.
+            // Below a coloured reflection the base receives 1 − E_max: E_max − E is lost.
             let tinted = MaterialSample { specular_color: Vec3::new(1.0, 0.5, 0.2), ..base };
             let specular = Bsdf::new(&tinted, 1.0, 1.5).specular_albedo(wo);
             let expected = 1.0 - specular.max_element() + specular;
             assert!((sum(&tinted, wo) - expected).abs().max_element() < 1e-5);
-            // So does coloured sheen: with colour c, E c + (1 − E c_max).
+            // The same holds for coloured sheen: with colour c, E c + (1 − E c_max).
             let color = Vec3::new(1.0, 0.6, 0.2);
             for sheen_roughness in [0.2, 0.6, 1.0] {
                 let sheen = SheenSample { color, roughness: sheen_roughness };
@@ -135,7 +135,7 @@ fn white_layers_lose_only_what_their_lobes_lose() {
                 let expected = color * albedo + (1.0 - albedo);
                 assert!((sum(&cloth, wo) - expected).abs().max_element() < 1e-5);
             }
-            // A coat: what its lobe loses by single scattering, 1 − E with F = 1, times share · F.
+            // A coat loses what its lobe loses by single scattering, 1 − E with F = 1, times share · F.
             let coat = Coat::new(0.8, roughness);
             let lost = (1.0 - coat.transmittance(wo.z)) * (1.0 - isotropic_albedo::total(wo.z, roughness));
             assert!((coat.albedo(wo.z) + coat.transmittance(wo.z) - (1.0 - lost)).abs() < 1e-6);
@@ -147,7 +147,7 @@ fn white_layers_lose_only_what_their_lobes_lose() {
 #[test]
 fn specular_albedo_is_the_integral_of_the_lobe() {
     for sample in materials() {
-        // Black below leaves only the specular part of dielectrics.
+        // A black base leaves only the specular lobe of dielectrics.
         let mut sample = sample;
         sample.base_color *= sample.metallic;
         if sample.metallic < 1.0 {
@@ -186,7 +186,7 @@ fn diffuse_head_on_is_lambert_under_fresnel() {
 
 #[test]
 fn reflection_is_reciprocal() {
-    for sample in layered_materials() {
+    for sample in extended_materials() {
         let bsdf = Bsdf::new(&sample, 1.0, 1.5);
         for (a, b) in [(direction(0.9, 0.1), direction(0.2, 2.0)), (direction(0.5, 1.0), direction(0.7, 4.0))]
         {
@@ -197,12 +197,12 @@ fn reflection_is_reciprocal() {
 }
 
 #[test]
-fn densities_integrate_to_one_less_what_dives_below() {
-    for sample in layered_materials() {
+fn densities_integrate_to_one_less_the_samples_below_the_surface() {
+    for sample in extended_materials() {
         let bsdf = Bsdf::new(&sample, 1.0, 1.5);
         let wo = direction(0.7, 0.0);
         let total = integrate(|wi| Vec3::splat(bsdf.pdf(wo, wi))).x;
-        // The share of draws below the surface makes up for the rest.
+        // The rest is the share of samples below the surface.
         let count = 48;
         let mut kept = 0;
         let mut weights = Vec3::ZERO;
@@ -210,33 +210,37 @@ fn densities_integrate_to_one_less_what_dives_below() {
             for i in 0..count {
                 for j in 0..count {
                     let u = Vec2::new(i as f32 + 0.5, j as f32 + 0.5) / count as f32;
-                    // Spread within the step, so that few of them place the lobes' borders exactly enough.
+                    // Jittered, so that few steps resolve the borders between the lobes
                     let shift = ((i * count + j) as f32 * 0.618_034).fract();
                     let u_lobe = (lobe as f32 + shift) / count as f32;
-                    if let Some(drawn) = bsdf.sample(wo, u_lobe, u) {
-                        assert!((drawn.pdf - bsdf.pdf(wo, drawn.wi)).abs() <= 1e-4 * drawn.pdf);
-                        let weight = bsdf.eval(wo, drawn.wi) * drawn.wi.z.abs() / drawn.pdf;
-                        assert!((drawn.weight - weight).abs().max_element() < 1e-4);
+                    if let Some(sample) = bsdf.sample(wo, u_lobe, u) {
+                        assert!((sample.pdf - bsdf.pdf(wo, sample.wi)).abs() <= 1e-4 * sample.pdf);
+                        let weight = bsdf.eval(wo, sample.wi) * sample.wi.z.abs() / sample.pdf;
+                        assert!((sample.weight - weight).abs().max_element() < 1e-4);
                         kept += 1;
-                        weights += drawn.weight;
+                        weights += sample.weight;
                     }
                 }
             }
         }
-        let draws = (count * count * count) as f32;
+        let samples = (count * count * count) as f32;
         assert!(
-            total < 1.001 && (total - kept as f32 / draws).abs() < 5e-3,
+            total < 1.001 && (total - kept as f32 / samples).abs() < 5e-3,
             "{total} {}",
-            kept as f32 / draws
+            kept as f32 / samples
         );
         // The mean weight is the integral of f cos.
         let expected = integrate(|wi| bsdf.eval(wo, wi) * wi.z.abs());
-        assert!((weights / draws - expected).abs().max_element() < 0.01, "{} {expected}", weights / draws);
+        assert!(
+            (weights / samples - expected).abs().max_element() < 0.01,
+            "{} {expected}",
+            weights / samples
+        );
     }
 }
 
 #[test]
-fn light_bends_by_snell() {
+fn refraction_follows_snells_law() {
     let bsdf = Bsdf::new(&material(0.0, 0.0, 1.0, false), 1.0, 1.5);
     // sin 30° / 1.5 = 1/3.
     let wt = bsdf.refract(Vec3::new(0.5, 0.0, 0.75_f32.sqrt())).unwrap();
@@ -255,7 +259,7 @@ fn light_bends_by_snell() {
 }
 
 #[test]
-fn the_other_side_is_lit_through_thin_walls_only() {
+fn only_thin_walls_have_a_transmission_lobe() {
     let (wo, straight_on) = (direction(0.6, 0.0), -direction(0.6, 0.0));
     let thin = Bsdf::new(&material(0.0, 0.5, 1.0, true), 1.0, 1.5);
     let solid = Bsdf::new(&material(0.0, 0.5, 1.0, false), 1.0, 1.5);
@@ -292,10 +296,10 @@ fn extreme_directions_and_materials_stay_finite() {
                 }
                 for u in [Vec2::ZERO, Vec2::ONE, Vec2::splat(0.5)] {
                     for u_lobe in [0.0, 0.5, 1.0] {
-                        if let Some(drawn) = bsdf.sample(wo, u_lobe, u) {
+                        if let Some(sample) = bsdf.sample(wo, u_lobe, u) {
                             assert!(
-                                drawn.weight.is_finite() && drawn.weight.max_element() < 100.0,
-                                "{drawn:?}"
+                                sample.weight.is_finite() && sample.weight.max_element() < 100.0,
+                                "{sample:?}"
                             );
                         }
                     }

@@ -1,9 +1,9 @@
-//! Albedos of GGX lobes once more, in f64 and over slopes of facets, against what the lobes say.
+//! Reference implementation of GGX albedos, in f64 and over slopes of facets, against those of the lobes.
 //!
 //! ∫ F D V cos θ_l dl over half vectors h with slopes (α_t r cos φ, α_b r sin φ): D spreads r² / (1 + r²) and φ evenly, and
 //! dl = 4 (v·h) dh. Light is mirrored from above where r is below the root R(φ) of 2 (v·h) h_z = v_z, and along each φ total
-//! reflection ends at the roots of v·h = cos θ_c: between such places Gauss's nodes meet a smooth function. Nothing here is
-//! shared with the lobes' own quadrature.
+//! reflection ends at the roots of v·h = cos θ_c: between these the integrand is smooth. Nothing here is shared with the lobes'
+//! own quadrature.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use super::specification::{fresnel, v_ggx_anisotropic};
 use super::{Bsdf, Coat, MaterialSample, direction, isotropic_albedo, material};
 use crate::bsdf::ggx_anisotropic::AnisotropicGgx;
 
-/// Midpoints of eased steps: their error falls faster than any that the tests ask for.
+/// Midpoints of eased steps, whose error is far below the tolerance of the tests.
 fn eased(steps: u32) -> impl Iterator<Item = (f64, f64)> {
     (0..steps).map(move |step| {
         let x = (f64::from(step) + 0.5) / f64::from(steps);
@@ -25,9 +25,9 @@ fn eased(steps: u32) -> impl Iterator<Item = (f64, f64)> {
 /// The lobe's albedos with F = 1, with (1 − v·h)⁵, and with Fresnel's F of the relative index.
 pub(super) fn albedos(v: DVec3, at: f64, ab: f64, n: f64) -> [f64; 3] {
     let mut sums = [0.0; 3];
-    for pair in turns(v, at, ab, n).windows(2) {
-        for (place, weight) in eased(48) {
-            let phi = pair[0] + (pair[1] - pair[0]) * place;
+    for pair in azimuths(v, at, ab, n).windows(2) {
+        for (share, weight) in eased(48) {
+            let phi = pair[0] + (pair[1] - pair[0]) * share;
             let (sin, cos) = (libm::sin(phi), libm::cos(phi));
             let radial = Radial { v, x: at * cos, y: ab * sin, at, ab, n };
             for (sum, value) in sums.iter_mut().zip(radial.integrate()) {
@@ -39,11 +39,11 @@ pub(super) fn albedos(v: DVec3, at: f64, ab: f64, n: f64) -> [f64; 3] {
     sums
 }
 
-/// Angles between which nothing begins or ends: slopes away from the view, across it and towards it, and those that touch the
+/// Azimuths between which the integrand is smooth: slopes away from the view, across it and towards it, and those that touch the
 /// cone of total reflection, v_xy · slope = ±√(c² − v_z²) |slope|.
-fn turns(v: DVec3, at: f64, ab: f64, n: f64) -> Vec<f64> {
+fn azimuths(v: DVec3, at: f64, ab: f64, n: f64) -> Vec<f64> {
     let away = libm::atan2(ab * v.y, at * v.x);
-    let mut turns: Vec<f64> = (0..=4).map(|quarter| away + PI / 2.0 * f64::from(quarter)).collect();
+    let mut azimuths: Vec<f64> = (0..=4).map(|quarter| away + PI / 2.0 * f64::from(quarter)).collect();
     let (azimuth, sine) = (libm::atan2(v.y, v.x), (v.x * v.x + v.y * v.y).sqrt());
     let beyond = 1.0 - n * n - v.z * v.z;
     if n < 1.0 && beyond > 0.0 {
@@ -51,14 +51,14 @@ fn turns(v: DVec3, at: f64, ab: f64, n: f64) -> Vec<f64> {
         for angle in [touching, -touching, PI - touching, PI + touching] {
             let (sin, cos) = (libm::sin(azimuth + angle), libm::cos(azimuth + angle));
             let turn = libm::atan2(sin / ab, cos / at) - away;
-            turns.push(away + turn - 2.0 * PI * (turn / (2.0 * PI)).floor());
+            azimuths.push(away + turn - 2.0 * PI * (turn / (2.0 * PI)).floor());
         }
     }
-    turns.sort_by(f64::total_cmp);
-    turns
+    azimuths.sort_by(f64::total_cmp);
+    azimuths
 }
 
-/// Slopes along one direction.
+/// The integral over slopes along one azimuth.
 struct Radial {
     v: DVec3,
     x: f64,
@@ -94,8 +94,8 @@ impl Radial {
         let mut sums = [0.0; 3];
         for pair in borders.windows(2) {
             let [from, to] = [pair[0], pair[1]].map(libm::atan);
-            for (place, weight) in eased(48) {
-                let r = libm::tan(from + (to - from) * place);
+            for (share, weight) in eased(48) {
+                let r = libm::tan(from + (to - from) * share);
                 // dξ = 2 r dr / (1 + r²)², dr = (1 + r²) d(atan r)
                 let weight = weight * (to - from) * 2.0 * r / (1.0 + r * r);
                 for (sum, value) in sums.iter_mut().zip(self.at(r)) {
@@ -123,7 +123,7 @@ fn view(cos: f32, azimuth: f64) -> DVec3 {
     DVec3::new(sine * libm::cos(azimuth), sine * libm::sin(azimuth), f64::from(cos))
 }
 
-/// Views all over, those along the surface and next to the critical angle of a relative index included.
+/// Cosines of views, along the surface and next to the critical angle of a relative index included.
 fn cosines(n: f64, roughness: f32) -> Vec<f32> {
     let mut all = vec![1e-5, 0.001, 0.01, 0.03, 0.07, 0.13, 0.25, 0.4, 0.56, 0.7, 0.81, 0.93, 0.99, 1.0];
     if n < 1.0 {
@@ -136,14 +136,14 @@ fn cosines(n: f64, roughness: f32) -> Vec<f32> {
 }
 
 #[test]
-fn the_slow_twin_knows_the_roughest_lobe() {
+fn the_reference_has_the_known_albedo_of_the_roughest_lobe() {
     // α = 1 head on: D = 1 / π, V = 1 / (2 (l_z + 1)), and D V l_z dl = l_z dl_z / (l_z + 1) from 0 to 1 is 1 − ln 2.
     let [total, ..] = albedos(DVec3::Z, 1.0, 1.0, 1.5);
     assert!((total - (1.0 - std::f64::consts::LN_2)).abs() < 1e-6, "{total}");
 }
 
 #[test]
-fn round_lobes_agree_with_quadrature() {
+fn isotropic_lobes_agree_with_quadrature() {
     for roughness in [0.01_f32, 0.05, 0.13, 0.31, 0.62, 1.0] {
         let alpha = f64::from(roughness * roughness);
         for n in [0.5_f32, 1.0 / 1.5, 0.93, 1.01, 1.05, 1.33, 1.5, 2.4, 5.0] {
@@ -161,21 +161,21 @@ fn round_lobes_agree_with_quadrature() {
 }
 
 #[test]
-fn stretched_lobes_agree_with_quadrature() {
+fn anisotropic_lobes_agree_with_quadrature() {
     for (roughness, strength) in [(0.2_f32, 0.5_f32), (0.4, 0.3), (0.4, 1.0), (0.7, 0.8), (0.1, 0.9)] {
-        let stretch = AnisotropicGgx::new(roughness * roughness, strength);
-        let (at, ab) = (f64::from(stretch.alpha.x), f64::from(stretch.alpha.y));
+        let ggx = AnisotropicGgx::new(roughness * roughness, strength);
+        let (at, ab) = (f64::from(ggx.alpha.x), f64::from(ggx.alpha.y));
         for n in [1.0_f32 / 1.5, 1.5] {
             for cosine in [0.02_f32, 0.1, 0.25, 0.5, 0.746, 0.9, 1.0] {
                 for azimuth in [0.0_f32, 0.3, 1.1, 1.5] {
                     let v = direction(cosine, azimuth);
                     let expected = albedos(v.as_dvec3().normalize(), at, ab, f64::from(n));
-                    let terms = stretch.terms(v, n);
+                    let terms = ggx.terms(v, n);
                     let found = [terms.total, terms.schlick, terms.exact];
                     for (found, expected) in found.into_iter().zip(expected) {
                         let error = (f64::from(found) - expected).abs();
-                        let place = format!("{roughness} {strength} {n} {cosine} {azimuth}");
-                        assert!(error < 1e-4, "{place}: {found} is not {expected}");
+                        let case = format!("{roughness} {strength} {n} {cosine} {azimuth}");
+                        assert!(error < 1e-4, "{case}: {found} is not {expected}");
                     }
                 }
             }
@@ -222,8 +222,8 @@ fn smooth_lobes_are_exactly_fresnel() {
 }
 
 #[test]
-fn albedos_run_into_those_of_smooth_lobes() {
-    // Below the table's roughness, where only the shrinking difference from a mirror is left.
+fn albedos_converge_to_those_of_smooth_lobes() {
+    // Below the table's roughness, where the difference from a mirror shrinks with α
     for n in [0.4_f32, 1.0 / 1.5, 1.01, 1.5, 5.0] {
         for cosine in [0.0_f32, 1e-4, 0.03, 0.4, 0.9, 1.0] {
             let smooth = isotropic_albedo::terms(cosine, 0.0, n);
@@ -234,15 +234,15 @@ fn albedos_run_into_those_of_smooth_lobes() {
 }
 
 #[test]
-fn albedos_stay_between_nothing_and_everything() {
+fn albedos_stay_between_zero_and_one() {
     for n in [1e-3_f32, 0.4, 0.75, 1.0, 1.000_1, 1.01, 1.45, 2.4, 40.0, 1e20] {
         for roughness in [0.0, 1e-6, 0.003, 0.01, 0.2, 0.77, 1.0] {
             for cosine in [0.0, 1e-20, 1e-6, 0.001, 0.2, 0.7, 1.0] {
                 let terms = isotropic_albedo::terms(cosine, roughness, n);
-                let place = format!("{n} {roughness} {cosine}: {terms:?}");
-                assert!((0.0..=1.0).contains(&terms.total), "{place}");
-                assert!(terms.exact > -1e-4 && terms.exact < terms.total + 1e-4, "{place}");
-                assert!(terms.schlick > -1e-4 && terms.schlick < terms.total + 1e-4, "{place}");
+                let case = format!("{n} {roughness} {cosine}: {terms:?}");
+                assert!((0.0..=1.0).contains(&terms.total), "{case}");
+                assert!(terms.exact > -1e-4 && terms.exact < terms.total + 1e-4, "{case}");
+                assert!(terms.schlick > -1e-4 && terms.schlick < terms.total + 1e-4, "{case}");
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The extensions' formulas once more, in f64 and in the notation of their texts, against the lobes.
+//! Reference implementation of the extensions' formulas, in f64 and in the notation of their texts, against the lobes.
 
 use std::f64::consts::PI;
 
@@ -44,7 +44,7 @@ fn dielectric_fresnel(m: &MaterialSample, v_dot_h: f64) -> DVec3 {
     f0 + (f90 - f0) * ((fresnel(v_dot_h, n) - exact0) / (1.0 - exact0))
 }
 
-/// α along the stretch and across it.
+/// α along the direction of anisotropy and across it.
 fn alphas(m: &MaterialSample) -> (f64, f64) {
     let alpha = f64::from(m.roughness).powi(2);
     let strength = m.anisotropy.map_or(0.0, |a| f64::from(a.strength));
@@ -106,7 +106,7 @@ fn sheen_albedo(cos: f64, roughness: f64) -> f64 {
     sum * 2.0 * PI / f64::from(steps * steps)
 }
 
-/// `KHR_materials_iridescence`, channel by channel, from the wavelengths' point of view: all lengths in metres.
+/// `KHR_materials_iridescence`, channel by channel; all lengths in metres.
 fn iridescent(film: &IridescenceSample, f0: DVec3, cos1: f64) -> DVec3 {
     let (eta2, thickness) = (f64::from(film.ior), f64::from(film.thickness_nm) * 1e-9);
     let sin2_squared = (1.0 - cos1 * cos1) / (eta2 * eta2);
@@ -174,11 +174,11 @@ fn material(m: &MaterialSample, v: DVec3, l: DVec3) -> DVec3 {
     } else {
         base_color / PI * (1.0 - d) * (1.0 - t)
     };
-    let layer = if through { 0.0 } else { specular_brdf };
-    // A film's factor may exceed one a little; then nothing is left below.
-    let dielectric = base * (1.0 - dielectric_f.max_element()).max(0.0) + dielectric_f * layer;
+    let reflection = if through { 0.0 } else { specular_brdf };
+    // The reflectance of a film may slightly exceed 1; the base then receives nothing.
+    let dielectric = base * (1.0 - dielectric_f.max_element()).max(0.0) + dielectric_f * reflection;
     let metallic = f64::from(m.metallic);
-    let below = dielectric * (1.0 - metallic) + metal_f * layer * metallic;
+    let below = dielectric * (1.0 - metallic) + metal_f * reflection * metallic;
     let Some(sheen) = &m.sheen else { return below };
     let (color, roughness) = (sheen.color.as_dvec3(), f64::from(sheen.roughness));
     let scaling = |cos: f64| 1.0 - color.max_element() * sheen_albedo(cos, roughness);
@@ -186,7 +186,7 @@ fn material(m: &MaterialSample, v: DVec3, l: DVec3) -> DVec3 {
     if through { below } else { below + color * sheen_lobe(v, l, roughness) }
 }
 
-/// Views and lights all over both hemispheres, none closer to the surface than 0.1.
+/// Views and lights over both hemispheres, with cosines of at least 0.1.
 fn directions() -> Vec<(Vec3, Vec3)> {
     let mut pairs = Vec::new();
     for v in 0..6 {
@@ -201,7 +201,7 @@ fn directions() -> Vec<(Vec3, Vec3)> {
     pairs
 }
 
-/// Compares at all directions; `floor` is what no relative accuracy is asked below.
+/// Compares at all directions, by a relative tolerance and an absolute one (`floor`).
 fn assert_agrees(m: &MaterialSample, relative: f64, floor: f64) {
     let bsdf = Bsdf::new(m, 1.0, m.ior);
     for (v, l) in directions() {
@@ -262,19 +262,19 @@ fn thin_films_on_plastic_and_metal() {
 }
 
 #[test]
-fn a_film_of_no_thickness_is_none() {
+fn a_film_of_zero_thickness_has_no_effect() {
     for metallic in [0.0, 1.0] {
         let bare = plain(metallic, 0.5);
         let film = IridescenceSample { factor: 1.0, ior: 1.8, thickness_nm: 0.0 };
         let filmed = MaterialSample { iridescence: Some(film), ..bare };
         let [bare, filmed] = [bare, filmed].map(|m| Bsdf::new(&m, 1.0, 1.5).specular_albedo(Vec3::Z));
-        // Nothing but the base reflects; what is left of the sum of orders after the second is below 2 %.
+        // Only the base reflects; orders beyond the second sum to less than 2 %.
         assert!((bare - filmed).abs().max_element() < 0.02, "{bare} {filmed}");
     }
 }
 
 #[test]
-fn light_scattered_to_the_other_side() {
+fn diffuse_transmission() {
     for (factor, transmission) in [(1.0, 0.0), (0.4, 0.0), (0.4, 0.5)] {
         let m = MaterialSample {
             diffuse_transmission: factor,
@@ -304,7 +304,7 @@ fn sheen_lobe_alone() {
 fn sheen_over_a_material() {
     for roughness in [0.3, 0.8] {
         let sheen = Some(SheenSample { color: Vec3::new(0.9, 0.4, 0.1), roughness });
-        // What lies below follows the albedo, which is exact to 1e-4.
+        // The lobes below are scaled by the albedo, which is exact to 1e-4.
         assert_agrees(&MaterialSample { sheen, ..plain(0.3, 0.6) }, 2e-4, 1e-6);
     }
 }
@@ -340,7 +340,7 @@ fn coats() {
 }
 
 #[test]
-fn films_keep_the_lobes_albedo() {
+fn thin_films_scale_the_lobes_albedo() {
     let film = IridescenceSample { factor: 1.0, ior: 1.5, thickness_nm: 350.0 };
     for (roughness, cos) in [(0.2_f32, 0.9_f32), (0.5, 0.3), (0.8, 0.6)] {
         let m = MaterialSample { iridescence: Some(film), ..plain(1.0, roughness) };

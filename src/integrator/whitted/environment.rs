@@ -31,7 +31,7 @@ impl Tracer<'_, '_> {
         }
         let prefiltered_share = 1.0 - shading.traced_share_transmitted;
         if prefiltered_share > 0.0 && albedos.transmission != Vec3::ZERO {
-            let roughness = shading.bsdf.roughness_through();
+            let roughness = shading.bsdf.transmission_roughness();
             for (channels, bsdf) in shading.transmission_lobes() {
                 let albedo = albedos.transmission * channels.mask();
                 if albedo != Vec3::ZERO

@@ -62,7 +62,7 @@ impl Tracer<'_, '_> {
     /// Sends sampled rays through frosted glass. Returns whether it did.
     pub(super) fn scatter_transmission(&mut self, shading: &Shading<'_, '_>) -> bool {
         let rays = self.glossy_rays(shading.state);
-        if rays == 0 || shading.bsdf.is_smooth_through() {
+        if rays == 0 || shading.bsdf.is_transmission_smooth() {
             return false;
         }
         for (channels, bsdf) in shading.transmission_lobes() {

@@ -85,7 +85,7 @@ impl Tracer<'_, '_> {
             // An index of 0 bends nothing.
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             traced_share: traced_share_of(bsdf.widest_roughness()),
-            traced_share_transmitted: traced_share_of(bsdf.widest_roughness_through()),
+            traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),
         };
         self.queue_direct_light(&shading);
         self.add_environment_light(&shading);

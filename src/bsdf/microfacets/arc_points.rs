@@ -1,26 +1,26 @@
-//! Points of an arc and what facets there reflect.
+//! Quadrature along an arc of microfacet normals.
 
 use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::Facets;
+use super::lobe::Microfacets;
 use super::region::{Arc, Range};
 
-/// Arcs over the region.
+/// Number of arcs over the region.
 const ARCS: usize = 28;
-/// Points of a whole arc, and of half of one, which will do for round lobes.
+/// Number of points on a whole arc, and on half an arc, which is enough for isotropic lobes.
 const POINTS: usize = 20;
 const HALF_POINTS: usize = 8;
-/// Arcs where a border crosses them aslant.
+/// Number of arcs where a border crosses them obliquely.
 const MANY_ARCS: usize = 64;
 
-/// What the points of an arc need.
-pub(super) struct Points {
+/// An arc prepared for integration, in single precision.
+pub(super) struct ArcPoints {
     wo: Vec3,
-    stretch: Vec3,
+    alpha: Vec3,
     length: f32,
-    /// The arc's normals, stretched.
+    /// The arc's normals, scaled by α.
     middle: Vec3,
     edge: Vec3,
     /// The cosine of the arc's middle to the view; that of its edge is 0.
@@ -28,14 +28,14 @@ pub(super) struct Points {
     level: Vec2,
 }
 
-impl Points {
-    pub(super) fn new(facets: &Facets, arc: &Arc) -> Self {
+impl ArcPoints {
+    pub(super) fn new(facets: &Microfacets, arc: &Arc) -> Self {
         Self {
             wo: facets.wo.as_vec3(),
-            stretch: facets.stretch.as_vec3(),
+            alpha: facets.alpha.as_vec3(),
             length: facets.length as f32,
-            middle: (arc.middle * facets.stretch).as_vec3(),
-            edge: (arc.edge * facets.stretch).as_vec3(),
+            middle: (arc.middle * facets.alpha).as_vec3(),
+            edge: (arc.edge * facets.alpha).as_vec3(),
             seen: facets.view.dot(arc.middle) as f32,
             level: arc.level.as_vec2(),
         }
@@ -51,10 +51,10 @@ impl Points {
         let (from, width) = (range.from as f32, (range.to - range.from) as f32);
         let mut sums = [0.0; N];
         for (share, weight) in points {
-            let turn = from + width * share;
-            let scale = 1.0 / (1.0 + turn * turn);
-            let (cosine, sine) = ((1.0 - turn * turn) * scale, 2.0 * turn * scale);
-            // The facet and the mirrored direction
+            let tangent = from + width * share;
+            let scale = 1.0 / (1.0 + tangent * tangent);
+            let (cosine, sine) = ((1.0 - tangent * tangent) * scale, 2.0 * tangent * scale);
+            // The facet and the reflected direction
             let normal = self.middle * cosine + self.edge * sine;
             let shrink = 1.0 / normal.dot(normal).sqrt();
             let seen = self.seen * cosine;
@@ -63,10 +63,10 @@ impl Points {
             let wi = normal * (2.0 * facet_cosine * shrink) - self.wo;
             let cos_i = if wi.z > 0.0 { wi.z } else { 0.0 };
             // G2 / G1
-            let slopes = wi * self.stretch;
+            let slopes = wi * self.alpha;
             let root_i = slopes.dot(slopes).sqrt();
-            let kept = cos_i * (self.wo.z + self.length) / (cos_i * self.length + self.wo.z * root_i);
-            let weight = kept * seen * breadth * (2.0 * scale * weight * width);
+            let shadowing = cos_i * (self.wo.z + self.length) / (cos_i * self.length + self.wo.z * root_i);
+            let weight = shadowing * seen * breadth * (2.0 * scale * weight * width);
             let factors = factors(if facet_cosine < 1.0 { facet_cosine } else { 1.0 });
             for (sum, factor) in sums.iter_mut().zip(factors) {
                 *sum += weight * factor;
@@ -76,7 +76,7 @@ impl Points {
     }
 }
 
-/// Places from 0 to 1 and their weights. All lie denser at ends where the integrand may begin like a square root.
+/// Quadrature nodes in [0, 1] and their weights, denser towards ends where the integrand may start like a square root.
 pub(super) struct Rule {
     pub(super) arcs: Vec<(f64, f64)>,
     pub(super) many_arcs: Vec<(f64, f64)>,
@@ -100,7 +100,7 @@ pub(super) fn rule() -> &'static Rule {
     })
 }
 
-/// Roots of Legendre's polynomial, moved to the range from 0 to 1, and their weights.
+/// Gauss–Legendre nodes in [0, 1] and their weights.
 fn legendre(count: usize) -> impl Iterator<Item = (f64, f64)> {
     let degree = count as f64;
     (0..count).map(move |index| {

@@ -2,35 +2,36 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Facets;
+use super::lobe::Microfacets;
 
-/// Halvings that find the arcs at which two bounds of a stretched lobe meet.
+/// Bisection steps for the arcs at which two bounds of an anisotropic lobe intersect.
 const BISECTIONS: usize = 24;
 
-/// The poles of the arcs and the arc in the middle.
-pub(super) struct Frame {
+/// Orthonormal frame of the arcs: their common poles and the first arc.
+pub(super) struct RegionFrame {
     /// The normal whose facet faces the viewer, on the first arc; on the middle one once the frame is centred.
     pub(super) facing: DVec3,
-    /// From there towards the surface's normal.
+    /// Unit vector from there towards the surface normal.
     pub(super) upward: DVec3,
     pub(super) axis: DVec3,
 }
 
-impl Frame {
-    pub(super) fn new(facets: &Facets) -> Self {
-        let facing = (facets.wo / facets.stretch).normalize();
+impl RegionFrame {
+    pub(super) fn new(facets: &Microfacets) -> Self {
+        let facing = (facets.wo / facets.alpha).normalize();
         let level = DVec2::new(facing.x, facing.y).normalize_or(DVec2::X);
         let sine = facing.x * level.x + facing.y * level.y;
         Self { facing, upward: (level * -facing.z).extend(sine), axis: DVec3::new(-level.y, level.x, 0.0) }
     }
 
-    /// Where the arc at half an angle's tangent from the facing normal crosses the plane of that and the surface's normal.
-    pub(super) fn level(&self, turn: f64) -> DVec3 {
-        let scale = 1.0 / (1.0 + turn * turn);
-        self.facing * ((1.0 - turn * turn) * scale) + self.upward * (2.0 * turn * scale)
+    /// Intersection of an arc with the plane of the facing normal and the surface normal; `tangent` is that of half the angle from
+    /// the facing normal.
+    pub(super) fn level(&self, tangent: f64) -> DVec3 {
+        let scale = 1.0 / (1.0 + tangent * tangent);
+        self.facing * ((1.0 - tangent * tangent) * scale) + self.upward * (2.0 * tangent * scale)
     }
 
-    /// The frame turned to the middle of a range, and the tangent of half the angle from there to its ends.
+    /// The frame rotated to the middle of a range, and the tangent of half the angle from there to its ends.
     pub(super) fn centred(&self, range: Range) -> (Self, f64) {
         let direction = |t: f64| DVec2::new(1.0 - t * t, 2.0 * t) / (1.0 + t * t);
         let both = direction(range.from) + direction(range.to);
@@ -38,16 +39,16 @@ impl Frame {
         // |both| is twice the cosine of the angle to either end.
         let cosine = 0.5 * both.length();
         let reach = if cosine < 1.0 { ((1.0 - cosine) / (1.0 + cosine)).sqrt() } else { 0.0 };
-        let turned = Self {
+        let rotated = Self {
             facing: self.facing * middle.x + self.upward * middle.y,
             upward: self.upward * middle.x - self.facing * middle.y,
             axis: self.axis,
         };
-        (turned, reach)
+        (rotated, reach)
     }
 }
 
-/// Tangents of half the angles at both ends of an arc.
+/// A range of angles by the tangents of their halves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range {
     pub(super) from: f64,
@@ -58,7 +59,8 @@ impl Range {
     pub(super) const ALL: Self = Self { from: f64::NEG_INFINITY, to: f64::INFINITY };
     pub(super) const NONE: Self = Self { from: 0.0, to: 0.0 };
 
-    /// Where square · t² + 2 mixed · t + constant ≤ 0, t the tangent of the whole angle: around 0 with a negative `constant`.
+    /// The range where square · t² + 2 mixed · t + constant ≤ 0, t being the tangent of the whole angle. With a negative `constant`
+    /// it contains 0.
     pub(super) fn within(square: f64, mixed: f64, constant: f64) -> Self {
         let discriminant = mixed * mixed - square * constant;
         if discriminant < 0.0 {
@@ -70,14 +72,14 @@ impl Range {
             opposite / (adjacent + hypotenuse)
         };
         if constant < 0.0 {
-            // Around 0, on either side less than half a turn, in the form that keeps its digits.
+            // The form without cancellation; both ends are less than half a turn from 0.
             Self { from: half(constant, root - mixed), to: half(-constant, root + mixed) }
         } else {
             Self { from: half(-mixed - root, square), to: half(root - mixed, square) }
         }
     }
 
-    /// The part around 0 at which `holds`, if that is one piece.
+    /// The part around 0 in which `holds` is true, if that part is connected.
     pub(super) fn trimmed(self, holds: impl Fn(f64) -> bool) -> Self {
         let end = |end: f64| {
             let (mut inside, mut outside) = (0.0, end);
@@ -98,10 +100,10 @@ impl Range {
     }
 }
 
-/// Normals middle · cos λ + edge · sin λ.
+/// An arc of normals: middle · cos λ + edge · sin λ.
 pub(super) struct Arc {
     pub(super) middle: DVec3,
     pub(super) edge: DVec3,
-    /// Their parts along where the arc crosses the plane that it is symmetric about; dN = N·that dλ dβ.
+    /// Components of the vector where the arc crosses its plane of symmetry; dN = N·level dλ dβ.
     pub(super) level: DVec2,
 }

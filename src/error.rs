@@ -4,6 +4,10 @@ use std::path::{Path, PathBuf};
 
 use crate::cancel::Cancelled;
 
+mod setting;
+
+pub use setting::{Origin, SettingError};
+
 /// Error that ends a command. The message is one line. [`Error::exit_code`] distinguishes permanent from retryable errors.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -14,6 +18,10 @@ pub enum Error {
         /// The problem and its remedy.
         message: String,
     },
+
+    /// A setting is wrong. Exit code 65 where a file sets it, else 2.
+    #[error(transparent)]
+    Setting(#[from] SettingError),
 
     /// A file has invalid content. Exit code 65.
     #[error("{}: {}{message}", path.display(), pointer_prefix(pointer))]
@@ -120,6 +128,11 @@ impl Error {
         Self::Usage { message: message.into() }
     }
 
+    /// A wrong value of `setting`, wherever it was given.
+    pub fn setting(setting: &str, why: impl Into<String>) -> Self {
+        Self::Setting(SettingError { setting: setting.to_owned(), origin: Origin::Library, why: why.into() })
+    }
+
     /// [`Error::Missing`] for a `path` that a setting names, as a function for `map_err`.
     pub fn missing(path: &Path) -> impl Fn(std::io::Error) -> Self + Copy + '_ {
         move |source| Self::Missing { path: path.to_owned(), pointer: String::new(), source }
@@ -129,7 +142,8 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Different { .. } => 1,
-            Self::Usage { .. } => 2,
+            Self::Setting(SettingError { origin: Origin::File { .. }, .. }) => 65,
+            Self::Usage { .. } | Self::Setting(_) => 2,
             Self::Invalid { .. } | Self::Unsupported { .. } => 65,
             Self::Missing { .. } => 66,
             Self::Internal { .. } => 70,

@@ -12,8 +12,6 @@ pub mod cancel;
 
 pub mod error;
 
-mod settings_file;
-
 pub mod geometry;
 
 pub mod bvh;
@@ -48,7 +46,6 @@ pub mod settings;
 
 pub mod sequence;
 
-#[cfg(feature = "cli")]
 pub mod shot;
 
 pub mod merge;

@@ -16,7 +16,7 @@ use rayframe::regression::{FilePair, Image, PairedFiles, Preset, compare, pair_f
 
 use maps::MapPattern;
 use page::DiffPage;
-use rayframe::shot::layer_options;
+use rayframe::settings as layer_options;
 use report::{FrameReport, Report};
 
 /// Options of `rayframe diff`.
@@ -88,7 +88,7 @@ fn compared(
     page: Option<&mut DiffPage>,
 ) -> Result<(FrameReport, Option<rayframe::regression::FlipMap>)> {
     let whole = (Image::read(&pair.actual)?, Image::read(&pair.reference)?);
-    let layers = layer_options::layers_in_files(&args.layers, &[whole.0.layers(), whole.1.layers()].concat())
+    let layers = layer_options::aovs_in_files(&args.layers, &[whole.0.layers(), whole.1.layers()].concat())
         .map_err(Error::usage)?;
     // The page shows colours even where other layers are compared.
     let kept = page.is_some().then(|| whole.clone());

@@ -12,8 +12,8 @@ use rayframe::error::Result;
 use rayframe::gltf::{self, ImageLoading, ImportOptions};
 use rayframe::scene::{Selection, SelectionRequest};
 
+use rayframe::settings::parse as options;
 use rayframe::shot::memory_limit::default_max_memory_bytes;
-use rayframe::shot::options;
 
 /// Options of `rayframe info`.
 #[derive(Clone, Debug, Args)]

@@ -14,8 +14,8 @@ use rayframe::sequence::OutputPattern;
 
 use super::understood::counted;
 use super::{Ending, ending, signals};
+use rayframe::settings::parse as options;
 use rayframe::shot::memory_limit::default_max_memory_bytes;
-use rayframe::shot::options;
 
 /// Options of `rayframe merge`.
 #[derive(Clone, Debug, Args)]

@@ -6,7 +6,9 @@ mod diff;
 mod info;
 mod merge;
 mod outcome;
+mod plan;
 mod render;
+mod render_options;
 mod review;
 mod signals;
 mod suite_options;
@@ -18,12 +20,14 @@ use std::ffi::OsString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
 use crate::progress::{print_error, print_warning};
 use rayframe::error::{Result, Warning};
-use rayframe::shot::{GivenOptions, parse_error_text, refusal};
+use rayframe::shot::refusal;
+
+use render_options::{RenderOptions, message, option_names};
 
 /// What was typed.
 #[derive(Debug, Parser)]
@@ -36,7 +40,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Render a glTF scene (.glb, .gltf) or a shot file (.toml) to an image sequence
-    Render(GivenOptions),
+    Render(RenderOptions),
     /// Join crops into what one machine would have written
     Merge(merge::MergeArgs),
     /// Show what is in a file, what will be rendered, and what is not supported
@@ -52,7 +56,7 @@ enum Command {
     /// Look at pictures that rayframe test kept, one by one, and accept or reject each
     Review(accept::RejectArgs),
     /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
-    Watch(GivenOptions),
+    Watch(RenderOptions),
 }
 
 /// How a program ends.
@@ -123,11 +127,33 @@ fn not_understood(error: &clap::Error) -> Ending {
     Ending::Code(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
+/// The message and its tip, without the usage that follows.
+fn parse_error_text(error: &clap::Error) -> String {
+    if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
+        && [".glb", ".gltf", ".toml"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
+    {
+        return format!("\"{word}\" is a scene, not a command; write: rayframe render {word}");
+    }
+    let rendered = error.render().to_string();
+    let lines = rendered.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut text = String::new();
+    for line in lines.take_while(|line| !line.starts_with("Usage: ") && !line.starts_with("For more")) {
+        let (separator, line) = match (line.strip_prefix("tip: "), text.is_empty()) {
+            (Some(tip), _) => ("; ", tip),
+            (None, true) => ("", line.strip_prefix("error: ").unwrap_or(line)),
+            (None, false) => (" ", line),
+        };
+        text.push_str(separator);
+        text.push_str(line);
+    }
+    text
+}
+
 fn ending(result: Result<()>) -> Ending {
     match result {
         Ok(()) => Ending::Code(0),
         Err(error) => {
-            print_error(&error.to_string());
+            print_error(&message(&error));
             Ending::Code(error.exit_code())
         }
     }
@@ -138,7 +164,7 @@ fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool
     let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
     // Under --strict the error says the first one.
     for warning in unique.iter().skip(usize::from(is_strict)) {
-        print_warning(&format!("{}: {warning}", path.display()));
+        print_warning(&option_names(&format!("{}: {warning}", path.display())));
     }
     match refusal(path, warnings) {
         Some(error) if is_strict => Err(error),

@@ -5,7 +5,8 @@ use rayframe::error::{Error, Result};
 use rayframe::sequence::Summary;
 
 use super::Ending;
-use rayframe::shot::render_args::{ProgressArg, RenderArgs};
+use super::render_options::message;
+use rayframe::settings::{ProgressStyle, SettingValues};
 
 /// How a run went.
 pub(super) struct Outcome {
@@ -24,7 +25,7 @@ impl Outcome {
 
 /// Names what went wrong and has not been named yet, and finds the exit code: frames decide before the files beside them, and a
 /// `signal` that ended the work before everything. With `--keep-going` every frame's failure has been named already.
-pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &RenderArgs) -> Ending {
+pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &SettingValues) -> Ending {
     let Outcome { summary, beside } = outcome;
     let mut is_interrupted = summary.is_interrupted;
     let mut code = 0;
@@ -32,7 +33,7 @@ pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &RenderArgs) -
         code = error.exit_code();
         let is_told = args.keep_going || (is_interrupted && signal.is_some());
         if !is_told {
-            print_error(&error.to_string());
+            print_error(&message(&error));
         }
     }
     for error in beside {
@@ -50,24 +51,21 @@ pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &RenderArgs) -
 }
 
 /// Names a failure that is not about a frame, also to a farm that listens.
-pub(super) fn tell_failure(error: &Error, args: &RenderArgs) {
-    if args.progress == ProgressArg::OpenJd {
-        print_openjd_failure(&error.to_string());
+pub(super) fn tell_failure(error: &Error, args: &SettingValues) {
+    if args.progress == ProgressStyle::OpenJd {
+        print_openjd_failure(&message(error));
     }
-    print_error(&error.to_string());
+    print_error(&message(error));
 }
 
 #[cfg(test)]
 mod tests {
-    use clap::{Args as _, Command, FromArgMatches as _};
-
     use super::*;
     use rayframe::cancel::Cancelled;
     use rayframe::sequence::FailedFrame;
 
     fn code(failed: Option<Error>, beside: Vec<Error>, signal: Option<i32>) -> Ending {
-        let matches = RenderArgs::augment_args(Command::new("render")).get_matches_from(["render", "a.glb"]);
-        let args = RenderArgs::from_arg_matches(&matches).unwrap();
+        let args = rayframe::settings::Settings::default().values();
         let is_interrupted = matches!(failed, Some(Error::Interrupted(_)));
         let failed = failed.filter(|_| !is_interrupted).map(|error| FailedFrame { frame: 1, error });
         let failed = failed.into_iter().collect();

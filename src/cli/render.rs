@@ -15,23 +15,25 @@ use rayframe::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Su
 
 use super::audience::Audience;
 use super::outcome::{Outcome, finish, tell_failure};
+use super::plan::{plan_json, plan_text};
+use super::render_options::RenderOptions;
 use super::understood::{after_the_end, understood};
 use super::{Ending, ending, settle_warnings, signals};
-use rayframe::shot::render_args::{ProgressArg, RenderArgs};
-use rayframe::shot::render_job::{RenderJob, render_job};
-use rayframe::shot::{GivenOptions, MeantOptions, plan_json, plan_text};
+use rayframe::gltf::ImageLoading;
+use rayframe::settings::{ProgressStyle, SettingValues};
+use rayframe::shot::{RenderJob, ShotSettings, resolve, resolved_settings};
 
 /// Renders what is asked for.
-pub(super) fn run(given: &GivenOptions) -> Ending {
-    let meant = match given.meant() {
-        Ok(meant) => meant,
+pub(super) fn run(options: &RenderOptions) -> Ending {
+    let shot = match options.settings() {
+        Ok(shot) => shot,
         Err(error) => return ending(Err(error)),
     };
-    let pool = ThreadPoolBuilder::new().num_threads(meant.args.threads.map_or(0, usize::from)).build();
+    let pool = ThreadPoolBuilder::new().num_threads(shot.values.threads.map_or(0, usize::from)).build();
     match pool {
-        Ok(pool) => pool.install(|| render(&meant)).unwrap_or_else(|error| {
-            let error = meant.explained(error);
-            tell_failure(&error, &meant.args);
+        Ok(pool) => pool.install(|| render(&shot, options.is_dry_run())).unwrap_or_else(|error| {
+            let error = shot.settings.locate(error);
+            tell_failure(&error, &shot.values);
             Ending::Code(error.exit_code())
         }),
         Err(error) => {
@@ -40,11 +42,12 @@ pub(super) fn run(given: &GivenOptions) -> Ending {
     }
 }
 
-fn render(meant: &MeantOptions) -> Result<Ending> {
-    let args = &meant.args;
+fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<Ending> {
+    let args = &shot.values;
     // Find everything that can go wrong before the first frame.
-    let RenderJob { sequence: job, choices, warnings, environment, mut inputs } = render_job(args)?;
-    inputs.extend(meant.shot.clone());
+    let images = if is_dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
+    let RenderJob { sequence: job, choices, warnings, environment, mut inputs } = resolve(shot, images)?;
+    inputs.extend(shot.shot_file.clone());
     settle_warnings(&job.scene.path, &choices, false)?;
     settle_warnings(&job.scene.path, &warnings, job.strict)?;
     job.sequence_outputs.check()?;
@@ -66,10 +69,11 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
             print_note(&note);
         }
     }
-    if args.dry_run {
+    if is_dry_run {
+        let settings = resolved_settings(shot, &job);
         print_output(&match args.progress {
-            ProgressArg::Json => plan_json(meant, &job, &plan),
-            _ => plan_text(meant, &job, &plan),
+            ProgressStyle::Json => plan_json(&settings, &plan),
+            _ => plan_text(&settings, &plan),
         });
         return Ok(Ending::Code(0));
     }
@@ -90,7 +94,10 @@ fn render(meant: &MeantOptions) -> Result<Ending> {
 }
 
 /// Files that are written beside the frames, and the options that ask for them.
-pub(super) fn other_files<'a>(job: &'a SequenceJob, args: &'a RenderArgs) -> Vec<(&'a Path, &'static str)> {
+pub(super) fn other_files<'a>(
+    job: &'a SequenceJob,
+    args: &'a SettingValues,
+) -> Vec<(&'a Path, &'static str)> {
     let reports = [(&args.stats, "--stats"), (&args.manifest, "--manifest")];
     let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
     job.sequence_outputs.files().chain(reports).collect()
@@ -111,12 +118,12 @@ pub(super) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
 pub(super) fn perform(
     job: &SequenceJob,
     plan: &Plan,
-    args: &RenderArgs,
+    args: &SettingValues,
     cancel: &CancelFlag,
 ) -> Result<Outcome> {
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
-    let reporter = Reporter::new(args.progress.into(), verbosity, &job.output.shown());
+    let reporter = Reporter::new(args.progress, verbosity, &job.output.shown());
     let audience = Audience::new(job, plan);
     let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
     let summary = sequence::run(job, plan, cancel, &|event| {

@@ -2,7 +2,7 @@
 
 use gltf::json;
 
-use super::accessor::{Data, Replaced};
+use super::accessor::{Data, DecodedAccessors};
 use super::attributes::Attributes;
 use super::context::Context;
 use super::raw::Raw;
@@ -10,21 +10,21 @@ use crate::error::Result;
 
 /// The geometry of one stream.
 #[derive(Debug)]
-pub(super) struct Unpacked {
+pub(super) struct DecodedPrimitive {
     /// Content of the accessors of the attributes.
-    pub(super) replaced: Replaced,
+    pub(super) decoded: DecodedAccessors,
     /// Corners of each triangle.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Always an error that names the feature.
-pub(super) fn unpack(
+pub(super) fn decode_primitive(
     context: &mut Context,
     _: &Data,
     _: &Attributes,
     _: &json::mesh::Primitive,
     raw: &Raw,
-) -> Result<Unpacked> {
+) -> Result<DecodedPrimitive> {
     let message = "this build of Rayframe decodes no Draco meshes; build it with the feature \"draco\"";
     Err(context.unsupported(&raw.pointer, message))
 }

@@ -46,7 +46,7 @@ impl ExrOutput {
         let data = self.aovs.as_slice().iter().find(|aov| !aov.is_light())?;
         (self.compression.is_lossy() && !self.is_split).then(|| {
             format!(
-                "{} loses precision, which would corrupt the AOV {}; add --split-aovs for files of their own, or choose \
+                "{} loses precision, which would corrupt the AOV {}; add `split_aovs` for files of their own, or choose \
                  a lossless compression such as zip or piz",
                 self.compression.name(),
                 data.name()
@@ -116,7 +116,7 @@ mod tests {
             }
         }
         let text = output(&[light, Aov::NodeId], ExrCompression::Dwab, false).contradiction().unwrap();
-        assert!(text.contains("--split-aovs") && text.contains("node_id") && text.contains("dwab"), "{text}");
+        assert!(text.contains("`split_aovs`") && text.contains("node_id") && text.contains("dwab"), "{text}");
         assert_eq!(output(&[light], ExrCompression::Dwaa, false).contradiction(), None);
     }
 }

@@ -22,7 +22,7 @@ impl Selection {
             ClipSelection::All => disjoint_clips(scene),
             ClipSelection::One(selected) => {
                 let names = scene.animations.iter().map(|clip| clip.name.as_deref());
-                let clip = find("animation", "--animation", selected, names)?;
+                let clip = find("animation", "animation", selected, names)?;
                 (vec![AnimationIndex(index_u32(clip))], Vec::new())
             }
         };
@@ -38,7 +38,7 @@ fn resolve_roots(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<SceneR
         None => scene.default_scene,
         Some(selected) => {
             let names = scene.scenes.iter().map(|roots| roots.name.as_deref());
-            find("scene", "--scene", selected, names)?
+            find("scene", "scene_choice", selected, names)?
         }
     };
     Ok(scene.scenes.get(index).cloned().unwrap_or_default())
@@ -49,7 +49,7 @@ fn resolve_variant(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<Opti
         return Ok(None);
     };
     let names = scene.variants.iter().map(|variant| Some(variant.name.as_str()));
-    let index = find("variant", "--variant", selected, names)?;
+    let index = find("variant", "variant", selected, names)?;
     Ok(Some(VariantIndex(index_u32(index))))
 }
 
@@ -97,7 +97,7 @@ fn resolve_camera(
             }
             let names: Vec<_> =
                 (0..scene.cameras.len()).map(|camera| camera_or_node_name(scene, &cameras, camera)).collect();
-            let index = find("camera", "--camera", selected, names.iter().copied())?;
+            let index = find("camera", "camera", selected, names.iter().copied())?;
             let node = cameras.iter().find(|(camera, _)| camera.index() == index);
             match node {
                 Some(&(_, node)) => Ok(SelectedCamera::Node(node)),
@@ -137,7 +137,7 @@ fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, Nod
 /// The index among `names` that `selected` refers to.
 fn find<'a>(
     what: &str,
-    option: &str,
+    setting: &str,
     selected: &NameOrIndex,
     names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
 ) -> Result<usize> {
@@ -157,7 +157,7 @@ fn find<'a>(
         } else {
             format!("choose one of: {}", choices.join(", "))
         };
-        Error::usage(format!("{option}: there is no {what} {label_of_request}; {choices}"))
+        Error::setting(setting, format!("there is no {what} {label_of_request}; {choices}"))
     })
 }
 
@@ -306,6 +306,6 @@ mod tests {
         assert!(message.contains("#2 \"c\""), "{message}");
         let variant = Some(NameOrIndex::Name("blue".to_owned()));
         let message = ask(SelectionRequest { variant, ..SelectionRequest::default() });
-        assert!(message.contains("--variant") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
+        assert!(message.contains("variant: ") && message.contains("#0 \"green\", #1 \"red\""), "{message}");
     }
 }

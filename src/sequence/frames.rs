@@ -63,13 +63,13 @@ impl FrameSpec {
         if let Self::Range { start: Some(start), end: None, .. } = self
             && first > last
         {
-            return Err(format!("--start {start} lies beyond the animation's last frame, {last}; add --end"));
+            return Err(format!("{start} lies beyond the animation's last frame, {last}; add `end`"));
         }
         if first > last {
-            return Err(format!("no frame lies from {first} to {last}; check --start and --end"));
+            return Err(format!("no frame lies from {first} to {last}; check `start` and `end`"));
         }
         if step < 1 {
-            return Err("--step must be at least 1".to_owned());
+            return Err("a step must be at least 1".to_owned());
         }
         let count = checked_count((first, last, step))?;
         Ok((0..count).map(|index| first + index * step).collect())

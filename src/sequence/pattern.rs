@@ -110,6 +110,19 @@ impl OutputPattern {
         self.parts.iter().map(part).collect()
     }
 
+    /// The text that [`OutputPattern::parse`] reads as this pattern.
+    pub fn to_text(&self) -> OsString {
+        let mut text = OsString::new();
+        for part in &self.parts {
+            match part {
+                Part::Literal(literal) => text.push(Self::escaped(Path::new(literal))),
+                Part::Frame { width } => text.push("#".repeat(*width)),
+                Part::Layer => text.push("{layer}"),
+            }
+        }
+        text
+    }
+
     /// Whether there is a place for the layer's name.
     pub fn has_layer_place(&self) -> bool {
         self.parts.contains(&Part::Layer)

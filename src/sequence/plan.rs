@@ -114,8 +114,9 @@ fn check_names(job: &SequenceJob) -> Result<()> {
         )));
     }
     if job.preview && job.output.format() == OutputFormat::Png {
-        return Err(Error::usage(
-            "--preview png adds previews to EXR files, but -o names PNG files already; leave --preview out",
+        return Err(Error::setting(
+            "preview",
+            "adds previews to EXR files, but `output` names PNG files already; leave it out",
         ));
     }
     check_aovs(job)
@@ -123,19 +124,21 @@ fn check_names(job: &SequenceJob) -> Result<()> {
 
 fn check_aovs(job: &SequenceJob) -> Result<()> {
     if job.output.format() == OutputFormat::Png && job.exr != ExrOutput::default() {
-        return Err(Error::usage(
-            "--aovs, --exr, --split-aovs and --stamp apply to EXR files, but -o names PNG files; end it with .exr",
+        return Err(Error::setting(
+            "output",
+            "`aovs`, `exr`, `split_aovs` and `stamp` apply to EXR files, but this names PNG files; end it with .exr",
         ));
     }
     if job.output.has_layer_place() && !job.exr.is_split {
-        return Err(Error::usage(
-            "--output: {layer} is the name of an AOV with a file of its own; add --split-aovs or leave {layer} out",
+        return Err(Error::setting(
+            "output",
+            "{layer} is the name of an AOV with a file of its own; add `split_aovs` or leave {layer} out",
         ));
     }
     if job.render.aovs != job.exr.aov_flags() {
         return Err(Error::Internal { message: "other AOVs are rendered than are written".to_owned() });
     }
-    job.exr.contradiction().map_or(Ok(()), |why| Err(Error::usage(format!("--exr: {why}"))))
+    job.exr.contradiction().map_or(Ok(()), |why| Err(Error::setting("exr", format!("{why}"))))
 }
 
 /// Refuses two files of one name.
@@ -143,10 +146,10 @@ fn refuse_shared_names(frames: &[PlannedFrame]) -> Result<()> {
     let mut names = BTreeSet::new();
     match frames.iter().flat_map(PlannedFrame::paths).find(|path| !names.insert(*path)) {
         None => Ok(()),
-        Some(path) => Err(Error::usage(format!(
-            "--output: two files of this run would be called \"{}\"; choose another name",
-            path.display()
-        ))),
+        Some(path) => Err(Error::setting(
+            "output",
+            format!("two files of this run would be called \"{}\"; choose another name", path.display()),
+        )),
     }
 }
 

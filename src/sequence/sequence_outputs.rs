@@ -40,8 +40,9 @@ impl SequenceOutputs {
                     return Err(Error::usage(message));
                 }
                 Some(MovieFormat::Film { .. }) if !has_ffmpeg() => {
-                    return Err(Error::usage(
-                        "--movie: this format needs ffmpeg, which is not installed here; .apng and .gif need no other program",
+                    return Err(Error::setting(
+                        "movie",
+                        "this format needs ffmpeg, which is not installed here; .apng and .gif need no other program",
                     ));
                 }
                 Some(_) => {}
@@ -49,7 +50,7 @@ impl SequenceOutputs {
         }
         match &self.contact_sheet {
             Some(path) if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) => {
-                Err(Error::usage(format!("--contact-sheet: \"{}\" does not end in .png", path.display())))
+                Err(Error::setting("contact_sheet", format!("\"{}\" does not end in .png", path.display())))
             }
             _ => Ok(()),
         }

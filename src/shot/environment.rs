@@ -12,7 +12,7 @@ use crate::scene::{
     ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, ImageLightIndex, Scene, Selection,
 };
 
-use super::options::EnvironmentSource;
+use crate::settings::EnvironmentSource;
 
 /// An environment and what it was made from.
 #[derive(Debug)]
@@ -29,7 +29,7 @@ pub struct LoadedEnvironment {
 
 /// What the command line asks for around the scene.
 #[derive(Debug)]
-pub struct EnvironmentWishes {
+pub struct EnvironmentRequest {
     /// What lights the scene, if that was said.
     pub light: Option<EnvironmentSource>,
     /// Multiplies it.
@@ -38,7 +38,7 @@ pub struct EnvironmentWishes {
     pub background: Option<EnvironmentSource>,
 }
 
-impl EnvironmentWishes {
+impl EnvironmentRequest {
     /// The picture files that will be read.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         [&self.light, &self.background].into_iter().flatten().filter_map(|source| match source {
@@ -55,28 +55,28 @@ impl EnvironmentWishes {
 
 /// Loads what was asked for; without a wish the studio lights scenes that have no light of their own.
 pub fn load(
-    wishes: &EnvironmentWishes,
+    request: &EnvironmentRequest,
     scene: &Scene,
     selection: &Selection,
     max_memory_bytes: u64,
 ) -> Result<LoadedEnvironment> {
     let image_light =
         selection.image_light.and_then(|index| Some((index, scene.image_lights.get(index.index())?)));
-    let mut loaded = match (&wishes.light, image_light) {
-        (Some(source), _) => of_source(source, "--env", max_memory_bytes)?,
+    let mut loaded = match (&request.light, image_light) {
+        (Some(source), _) => of_source(source, "env", max_memory_bytes)?,
         (None, Some((index, light))) => of_image_light(
             index,
             Environment::of_image_light(light, index, selection.moves_image_light(scene)),
         ),
         (None, None) if has_lights(scene, selection) => {
-            of_source(&EnvironmentSource::None, "--env", max_memory_bytes)?
+            of_source(&EnvironmentSource::None, "env", max_memory_bytes)?
         }
-        (None, None) => of_source(&EnvironmentSource::Studio, "--env", max_memory_bytes)?,
+        (None, None) => of_source(&EnvironmentSource::Studio, "env", max_memory_bytes)?,
     };
-    let background = wishes.background.as_ref().filter(|_| wishes.shows_background());
+    let background = request.background.as_ref().filter(|_| request.shows_background());
     let background =
-        background.map(|source| of_source(source, "--background", max_memory_bytes)).transpose()?;
-    let intensity = wishes.intensity;
+        background.map(|source| of_source(source, "background", max_memory_bytes)).transpose()?;
+    let intensity = request.intensity;
     if intensity == 1.0 && background.is_none() {
         return Ok(loaded);
     }
@@ -112,7 +112,7 @@ fn of_image_light(index: ImageLightIndex, environment: Environment) -> LoadedEnv
 }
 
 /// What one option asks for.
-fn of_source(source: &EnvironmentSource, option: &str, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
+fn of_source(source: &EnvironmentSource, setting: &str, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
     let plain = |environment, key: String, description: &str| LoadedEnvironment {
         environment,
         key,
@@ -128,7 +128,7 @@ fn of_source(source: &EnvironmentSource, option: &str, max_memory_bytes: u64) ->
             plain(Environment::Constant(Vec3::new(r, g, b)), format!("constant {bits}"), &description)
         }
         EnvironmentSource::File(path, degrees) => {
-            map(path, *degrees, max_memory_bytes).map_err(|error| explained(error, path, option))?
+            map(path, *degrees, max_memory_bytes).map_err(|error| explained(error, path, setting))?
         }
     })
 }
@@ -152,7 +152,7 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
 }
 
 /// Adds what can be written where the file is missing.
-fn explained(error: Error, path: &Path, option: &str) -> Error {
+fn explained(error: Error, path: &Path, setting: &str) -> Error {
     let Error::Missing { pointer, source, .. } = error else {
         return error;
     };
@@ -160,13 +160,14 @@ fn explained(error: Error, path: &Path, option: &str) -> Error {
     if let Some((file, degrees)) = turned
         && Path::new(file).is_file()
     {
-        return Error::usage(format!(
-            "{option}: after {file}@ stands the number of degrees to turn it by, not \"{degrees}\""
-        ));
+        return Error::setting(
+            setting,
+            format!("after {file}@ stands the number of degrees to turn it by, not \"{degrees}\""),
+        );
     }
-    let forms = match option {
-        "--background" => "--background takes env, none, R,G,B, studio, or a .hdr or .exr file",
-        _ => "--env takes a .hdr or .exr file, R,G,B, studio or none",
+    let forms = match setting {
+        "background" => "`background` takes env, none, R,G,B, studio, or a .hdr or .exr file",
+        _ => "`env` takes a .hdr or .exr file, R,G,B, studio or none",
     };
     let source = std::io::Error::new(source.kind(), format!("{source}; {forms}"));
     Error::Missing { path: path.to_owned(), pointer, source }

@@ -3,12 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Result, Warning};
+use crate::gltf::ImageLoading;
 use crate::regression::suite::{ShotReader, Suite};
 use crate::sequence::SequenceJob;
+use crate::settings::{DEFINITIONS, Settings};
 
-use super::render_job::{RenderJob, render_job};
-use super::setting::{Origin, Setting, Value};
-use super::{MeantOptions, check_alone, defined_by, file, is_shot, no_scene, options, put_together, refusal};
+use super::resolve::{RenderJob, resolve};
+use super::shot_settings::{ShotSettings, is_shot, no_scene, refusal};
 
 /// Which shot is meant, and what is said about it elsewhere.
 #[derive(Clone, Copy, Debug)]
@@ -35,9 +36,8 @@ pub struct ShotJob {
 /// # Errors
 /// Those of a command line, of a shot file, and of loading the scene; under `strict` the first warning.
 pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
-    let meant = meant(request)?;
-    let RenderJob { sequence, warnings, .. } =
-        render_job(&meant.args).map_err(|error| meant.explained(error))?;
+    let shot = shot_settings(request)?;
+    let RenderJob { sequence, warnings, .. } = resolve(&shot, ImageLoading::Texels)?;
     match refusal(&sequence.scene.path, &warnings) {
         Some(error) if sequence.strict => Err(error),
         _ => Ok(ShotJob { sequence, warnings }),
@@ -51,32 +51,8 @@ pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
 ///
 /// [`Error::Invalid`]: crate::error::Error::Invalid
 pub fn scene_of_shot(path: &Path) -> Result<PathBuf> {
-    let scene = file::read_scene(path, &options())?;
-    match scene.map(|scene| scene.value) {
-        Some(Value::Texts(texts)) => Ok(texts.into_iter().collect()),
-        Some(Value::Flag(_)) | None => Err(no_scene(Some(path))),
-    }
+    Settings::read_shot_scene(path)?.ok_or_else(|| no_scene(Some(path)))
 }
-
-/// Settings that say what becomes of files and of the terminal, of which a suite has ways of its own.
-const NOT_FOR_SUITES: [&str; 16] = [
-    "all",
-    "contact_sheet",
-    "keep_going",
-    "manifest",
-    "movie",
-    "output",
-    "overwrite",
-    "preview",
-    "progress",
-    "quiet",
-    "resume",
-    "show",
-    "split_aovs",
-    "stamp",
-    "stats",
-    "threads",
-];
 
 /// Finds what is wrong with the settings that a suite file has for all its shots.
 ///
@@ -85,32 +61,28 @@ const NOT_FOR_SUITES: [&str; 16] = [
 ///
 /// [`Error::Invalid`]: crate::error::Error::Invalid
 pub fn check_suite_settings(path: &Path) -> Result<()> {
-    let command = options();
-    for setting in file::read_suite(path, &command)? {
-        check_alone(&command, &setting)?;
-        if NOT_FOR_SUITES.contains(&setting.key.as_str()) {
-            return Err(setting.error("has no effect on what is compared; leave it out"));
+    let settings = Settings::read_suite(path)?;
+    let without_effect = DEFINITIONS
+        .iter()
+        .find(|definition| definition.is_for_runs && definition.origin(&settings).is_some());
+    match without_effect {
+        Some(definition) => {
+            Err(settings.error(definition.name, "has no effect on what is compared; leave it out"))
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
-/// The settings by their precedence: overrides, the shot's own, the suite's.
-fn meant(request: &ShotRequest<'_>) -> Result<MeantOptions> {
-    let command = options();
-    let overrides = defined_by(&command, request.overrides)?;
-    let suite = request.suite.map(|suite| file::read_suite(suite, &command)).transpose()?;
-    let suite = suite.unwrap_or_default();
+/// The settings of a shot: overrides over the shot's own over the suite's.
+fn shot_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
+    let overrides = Settings::read_definitions(request.overrides)?;
+    let suite = request.suite.map(Settings::read_suite).transpose()?.unwrap_or_default();
     if is_shot(request.path) {
-        let own = file::read_shot(request.path, &command)?;
-        return put_together(&command, Some(request.path.to_owned()), [overrides, own, suite]);
+        let own = Settings::read_shot(request.path)?;
+        return ShotSettings::merge([overrides, own, suite], Some(request.path.to_owned()));
     }
-    let scene = Setting {
-        key: "scene".to_owned(),
-        value: Value::Texts(vec![request.path.as_os_str().to_owned()]),
-        origin: Origin::Typed,
-    };
-    put_together(&command, None, [vec![scene], overrides, suite])
+    let scene = Settings { scene: Some(request.path.to_owned().into()), ..Settings::default() };
+    ShotSettings::merge([scene, overrides, suite], None)
 }
 
 /// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.

@@ -3,25 +3,24 @@
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
-use crate::scene::{Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{NameOrIndex, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 
-use super::choices::choices;
-use super::options;
-use super::render_args::{FilterArg, GlassShadowsArg, Integrator, RenderArgs};
-use super::render_job::exr_output;
+use crate::settings::{FocusRequest, Integrator, SettingValues, suggest};
+
+use super::resolve::exr_output;
 
 /// A picture's size unless another is asked for, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
 
 /// The settings, without the choice of a background.
-pub fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<RenderSettings> {
+pub fn render_settings(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<RenderSettings> {
     let resolution = picture_size(args, camera_aspect(scene, selection))?;
     let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
     if window.x1 > resolution.0 || window.y1 > resolution.1 {
-        return Err(Error::usage(format!(
-            "--crop: reaches beyond the picture of {}x{} pixels",
-            resolution.0, resolution.1
-        )));
+        return Err(Error::setting(
+            "crop",
+            format!("reaches beyond the picture of {}x{} pixels", resolution.0, resolution.1),
+        ));
     }
     match args.integrator {
         Integrator::Whitted => {}
@@ -31,18 +30,11 @@ pub fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) 
         window,
         samples: args.samples,
         max_depth: args.depth,
-        glass_shadows: match args.glass_shadows {
-            GlassShadowsArg::Straight => GlassShadows::Straight,
-            GlassShadowsArg::Opaque => GlassShadows::Opaque,
-        },
+        glass_shadows: args.glass_shadows,
         light_scale: args.light_scale,
         light_size: LightSize { radius: args.light_radius, sun_angle_radians: args.sun_angle.to_radians() },
         adaptive: adaptive(args)?,
-        filter: match args.filter {
-            FilterArg::Box => PixelFilter::Box,
-            FilterArg::Mitchell => PixelFilter::Mitchell,
-            FilterArg::BlackmanHarris => PixelFilter::BlackmanHarris,
-        },
+        filter: args.filter,
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
@@ -50,39 +42,45 @@ pub fn render_settings(args: &RenderArgs, scene: &Scene, selection: &Selection) 
     })
 }
 
-fn adaptive(args: &RenderArgs) -> Result<Option<Adaptive>> {
+fn adaptive(args: &SettingValues) -> Result<Option<Adaptive>> {
     match args.max_samples {
-        Some(most) if most < args.samples => Err(Error::usage(format!(
-            "--max-samples: {most} are fewer than the {} of --samples",
-            args.samples
-        ))),
+        Some(most) if most < args.samples => Err(Error::setting(
+            "max_samples",
+            format!("{most} are fewer than the {} of `samples`", args.samples),
+        )),
         max => Ok(max.map(|max_samples| Adaptive { max_samples, threshold: args.aa_threshold })),
     }
 }
 
-fn lens(args: &RenderArgs, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
+fn lens(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
     let Some(aperture) = args.aperture else { return Ok(None) };
     if matches!(aperture, Aperture::FNumber(_)) && is_orthographic(scene, selection) {
-        return Err(Error::usage(
-            "--aperture: an orthographic camera has no f-number; write the lens's radius in metres",
+        return Err(Error::setting(
+            "aperture",
+            "an orthographic camera has no f-number; write the lens's radius in metres",
         ));
     }
-    let focus = match args.focus.parse::<f32>() {
-        Ok(distance) if distance > 0.0 => Focus::Metres(distance),
-        Ok(_) => return Err(Error::usage("--focus: a distance lies above 0 metres")),
-        Err(_) if args.focus == "middle" => Focus::Center,
-        Err(_) => {
-            let node = scene.node(&options::choice(&args.focus));
-            Focus::Node(node.ok_or_else(|| {
-                Error::usage(format!(
-                    "--focus: the scene has no node \"{}\"; write metres, middle, '#0' for the first node, or a name: {}",
-                    args.focus.escape_debug(),
-                    choices(&args.focus, scene.nodes.iter().filter_map(|node| node.name.as_deref()))
-                ))
-            })?)
-        }
+    let focus = match &args.focus {
+        FocusRequest::Center => Focus::Center,
+        FocusRequest::Metres(distance) => Focus::Metres(*distance),
+        FocusRequest::Node(name) => Focus::Node(focused_node(scene, name)?),
     };
     Ok(Some(Lens { aperture, focus }))
+}
+
+fn focused_node(scene: &Scene, name: &NameOrIndex) -> Result<NodeIndex> {
+    let text = match name {
+        NameOrIndex::Name(name) => name.clone(),
+        NameOrIndex::Index(index) => format!("#{index}"),
+    };
+    scene.node(name).ok_or_else(|| {
+        let names = suggest(&text, scene.nodes.iter().filter_map(|node| node.name.as_deref()));
+        let text = text.escape_debug();
+        let why = format!(
+            "the scene has no node \"{text}\"; write metres, center, '#0' for the first node, or a name: {names}"
+        );
+        Error::setting("focus", why)
+    })
 }
 
 fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
@@ -93,7 +91,7 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
 }
 
 /// What will be rendered, where that does not depend on the scene's camera.
-pub fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
+pub fn known_window(args: &SettingValues) -> Result<Option<PixelWindow>> {
     if args.width.is_some() != args.height.is_some() {
         return Ok(None);
     }
@@ -102,7 +100,7 @@ pub fn known_window(args: &RenderArgs) -> Result<Option<PixelWindow>> {
 }
 
 /// Columns and rows after `--scale`. One side alone takes the other from the camera.
-fn picture_size(args: &RenderArgs, camera_aspect: f64) -> Result<(u32, u32)> {
+fn picture_size(args: &SettingValues, camera_aspect: f64) -> Result<(u32, u32)> {
     let default = (f64::from(DEFAULT_RESOLUTION.0), f64::from(DEFAULT_RESOLUTION.1));
     let sides = |(width, height)| (f64::from(width), f64::from(height));
     let (width, height) = match (args.width.map(f64::from), args.height.map(f64::from)) {
@@ -116,7 +114,7 @@ fn picture_size(args: &RenderArgs, camera_aspect: f64) -> Result<(u32, u32)> {
         let pixels = (pixels * scale).round().max(1.0);
         // OpenEXR stores corners as signed 32-bit numbers.
         if pixels > f64::from(i32::MAX) {
-            return Err(Error::usage("--resolution: a side has more than 2147483647 pixels"));
+            return Err(Error::setting("resolution", "a side has more than 2147483647 pixels"));
         }
         Ok(pixels as u32)
     };

@@ -94,7 +94,7 @@ fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
                 "agx",
                 "--threads",
                 "1",
-                "--layers",
+                "--aovs",
                 "depth,uv",
                 "--exr",
                 "float,zips",
@@ -123,7 +123,8 @@ fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
         assert!(files(&folder.join(name)) == typed, "{name}: other files\n{shot}");
         // What is there is recognised, and printed the same but for that.
         let again = rendered(outer.path(), &["render", path, "-n"]);
-        let settings = |shot: &str| shot.split_once("\n# Frames, ").map(|(settings, _)| settings.to_owned());
+        let settings =
+            |shot: &str| shot.split_once("\n# Frames and ").map(|(settings, _)| settings.to_owned());
         assert_eq!(settings(&again), settings(&shot));
         assert!(again.contains(" s keep ") && !again.contains(" s render "), "{again}");
     }
@@ -185,15 +186,15 @@ fn faults_of_a_shot_file_are_told_in_one_line_with_the_code_of_wrong_files() {
     let folder = tempfile::tempdir().unwrap();
     let scene = format!("scene = '{DEMO}'\n");
     for (text, code, word) in [
-        ("sampels = 4", 65, "a.toml: line 2: \"sampels\" is no setting; did you mean \"samples\"?"),
-        ("samples = 'x'", 65, "line 2: \"samples\" is a text; write a number"),
-        ("fps = 0", 65, "a.toml: line 2: fps: "),
-        ("\nframes = '9-1'", 65, "line 3: frames: "),
-        ("camera = 'nobody'", 65, "line 2: camera: "),
-        ("output = 'a.jpg'", 65, "line 2: output: \".jpg\" cannot be written"),
-        ("scene_choice = '#99'", 65, "line 2: scene_choice: "),
+        ("sampels = 4", 65, "a.toml:2:1: \"sampels\" is no setting; did you mean \"samples\"?"),
+        ("samples = 'x'", 65, "a.toml:2:1: samples: is a text; write a number"),
+        ("fps = 0", 65, "a.toml:2:1: fps: "),
+        ("\nframes = '9-1'", 65, "a.toml:3:1: frames: "),
+        ("camera = 'nobody'", 65, ":2:1: camera: "),
+        ("output = 'a.jpg'", 65, ":2:1: output: \".jpg\" cannot be written"),
+        ("scene_choice = '#99'", 65, ":2:1: scene_choice: "),
         ("env = 'gone.hdr'", 66, "gone.hdr"),
-        ("samples = 4 4", 65, "a.toml: line 2: "),
+        ("samples = 4 4", 65, "a.toml:2:"),
     ] {
         std::fs::write(folder.path().join("a.toml"), format!("{scene}{text}\n")).unwrap();
         let output = rayframe(folder.path(), &["render", "a.toml", "-n"]);

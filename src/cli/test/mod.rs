@@ -19,8 +19,8 @@ use rayframe::error::{Error, Result};
 use rayframe::image_file::{probe_folder, write_atomically};
 use rayframe::regression::suite::{self, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, check_report_place, write_report};
+use rayframe::settings::parse as options;
 use rayframe::shot::ShotFiles;
-use rayframe::shot::options;
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]

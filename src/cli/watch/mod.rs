@@ -21,11 +21,14 @@ use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
 use super::render::{other_files, perform, prepare, refuse_collisions};
+use super::render_options::{RenderOptions, message};
 use super::understood::understood;
 use super::{Ending, ending, settle_warnings, signals};
-use rayframe::shot::render_args::{ProgressArg, RenderArgs};
-use rayframe::shot::render_job::{RenderJob, render_job};
-use rayframe::shot::{GivenOptions, MeantOptions};
+use rayframe::error::{Origin, SettingError};
+use rayframe::gltf::ImageLoading;
+use rayframe::sequence::FrameSpec;
+use rayframe::settings::{ProgressStyle, SettingValues};
+use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
 use files::WatchedFiles;
 
@@ -37,7 +40,7 @@ const WRONG_FILE: u8 = 65;
 
 /// What lives from picture to picture.
 struct Watch<'a> {
-    given: &'a GivenOptions,
+    options: &'a RenderOptions,
     /// Raised by signals.
     stop: CancelFlag,
     files: WatchedFiles,
@@ -48,21 +51,21 @@ struct Watch<'a> {
 }
 
 /// Renders what is asked for until a signal comes.
-pub(super) fn run(given: &GivenOptions) -> Ending {
-    watch(given).unwrap_or_else(|error| ending(Err(error)))
+pub(super) fn run(options: &RenderOptions) -> Ending {
+    watch(options).unwrap_or_else(|error| ending(Err(error)))
 }
 
-fn watch(given: &GivenOptions) -> Result<Ending> {
+fn watch(options: &RenderOptions) -> Result<Ending> {
     let internal = |message: String| Error::Internal { message };
     // What is wrong with the settings is said with the first picture.
-    let threads = given.meant().ok().and_then(|meant| meant.args.threads);
+    let threads = options.settings().ok().and_then(|shot| shot.values.threads);
     let pool = ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
     let pool = pool.map_err(|error| internal(format!("the threads cannot be started: {error}")))?;
     let stop = CancelFlag::new();
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
     let mut watch =
-        Watch { given, stop, files: WatchedFiles::default(), whole: None, told: Default::default() };
+        Watch { options, stop, files: WatchedFiles::default(), whole: None, told: Default::default() };
     let mut is_first = true;
     loop {
         watch.files.look();
@@ -72,7 +75,7 @@ fn watch(given: &GivenOptions) -> Result<Ending> {
             Err(error) if is_first && error.exit_code() != WRONG_FILE => return Err(error),
             Err(error) => {
                 watch.files.add(path_of(&error));
-                print_error(&error.to_string());
+                print_error(&message(&error));
             }
         }
         is_first = false;
@@ -86,20 +89,21 @@ fn watch(given: &GivenOptions) -> Result<Ending> {
 impl Watch<'_> {
     /// Reads everything and makes the picture.
     fn picture(&mut self) -> Result<()> {
-        self.files.add(self.given.shot());
-        let mut meant = self.given.meant()?;
-        self.files.add([meant.args.scene.clone()]);
-        self.picture_of(&mut meant).map_err(|error| meant.explained(error))
+        self.files.add(self.options.shot_file());
+        if self.options.is_dry_run() {
+            return Err(Error::usage("--dry-run: nothing is watched; write rayframe render --dry-run"));
+        }
+        let mut shot = self.options.settings()?;
+        self.files.add([shot.scene.clone()]);
+        settle_for_one(&mut shot);
+        self.picture_of(&shot).map_err(|error| shot.settings.locate(error))
     }
 
-    fn picture_of(&mut self, meant: &mut MeantOptions) -> Result<()> {
-        settle_for_one(&mut meant.args)?;
-        if !meant.is_typed("output") {
-            meant.args.output = Some(own_name(meant));
-        }
-        let args = &meant.args;
-        let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } = render_job(args)?;
-        inputs.extend(meant.shot.clone());
+    fn picture_of(&mut self, shot: &ShotSettings) -> Result<()> {
+        let args = &shot.values;
+        let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } =
+            resolve(shot, ImageLoading::Texels)?;
+        inputs.extend(shot.shot_file.clone());
         self.files.replace(inputs.iter().cloned());
         refuse_many(&job)?;
         job.existing = ExistingFiles::Overwrite;
@@ -152,7 +156,7 @@ impl Watch<'_> {
     }
 
     /// Makes the coarse picture and then the whole one, unless something changes before.
-    fn draw(&self, job: &SequenceJob, plan: &Plan, args: &RenderArgs) -> Result<()> {
+    fn draw(&self, job: &SequenceJob, plan: &Plan, args: &SettingValues) -> Result<()> {
         let cancel = CancelFlag::new();
         let (running, over) = channel::<()>();
         thread::scope(|threads| {
@@ -176,17 +180,25 @@ impl Watch<'_> {
 }
 
 /// Asks for the first frame unless another is asked for, and for lines, which unlike bars stay when the next picture begins.
-fn settle_for_one(args: &mut RenderArgs) -> Result<()> {
-    if args.dry_run {
-        return Err(Error::usage("--dry-run: nothing is watched; write rayframe render --dry-run"));
-    }
-    if !args.all && args.frames.is_none() && (args.start, args.end, args.step) == (None, None, None) {
-        args.frames = Some("0".to_owned());
-    }
-    if args.progress == ProgressArg::Auto {
-        args.progress = ProgressArg::Plain;
-    }
-    Ok(())
+fn settle_for_one(shot: &mut ShotSettings) {
+    let values = &shot.values;
+    let asks_for_frames = values.all
+        || values.frames.is_some()
+        || (values.start, values.end, values.step) != (None, None, None);
+    let is_typed =
+        shot.settings.origin_of("output").is_some_and(|origin| !matches!(origin, Origin::File { .. }));
+    let output = (!is_typed).then(|| OutputPattern::parse(&own_name(shot)).ok()).flatten();
+    shot.change(|settings| {
+        if !asks_for_frames {
+            settings.frames = Some(FrameSpec::Listed(vec![0]).into());
+        }
+        if let Some(output) = output {
+            settings.output = Some(output.into());
+        }
+        if settings.values().progress == ProgressStyle::Auto {
+            settings.progress = Some(ProgressStyle::Plain.into());
+        }
+    });
 }
 
 fn refuse_many(job: &SequenceJob) -> Result<()> {
@@ -198,14 +210,11 @@ fn refuse_many(job: &SequenceJob) -> Result<()> {
 
 /// `robot.watch.png` in the current folder: what a shot file calls its frames stays theirs. EXR where settings ask for what PNG
 /// files do not hold.
-fn own_name(meant: &MeantOptions) -> OsString {
-    let args = &meant.args;
-    let is_exr = args.layers.is_some()
-        || args.exr.is_some()
-        || args.split_aovs
-        || args.stamp
-        || args.preview.is_some();
-    let named = meant.shot.as_ref().unwrap_or(&args.scene);
+fn own_name(shot: &ShotSettings) -> OsString {
+    let args = &shot.values;
+    let is_exr =
+        args.aovs.is_some() || args.exr.is_some() || args.split_aovs || args.stamp || args.preview.is_some();
+    let named = shot.shot_file.as_ref().unwrap_or(&shot.scene);
     let mut name = OutputPattern::escaped(Path::new(named.file_stem().unwrap_or_default()));
     name.push(if is_exr { ".watch.exr" } else { ".watch.png" });
     name
@@ -244,7 +253,8 @@ fn path_of(error: &Error) -> Option<PathBuf> {
         Error::Invalid { path, .. }
         | Error::Unsupported { path, .. }
         | Error::Missing { path, .. }
-        | Error::Refused { path, .. } => Some(path.clone()),
+        | Error::Refused { path, .. }
+        | Error::Setting(SettingError { origin: Origin::File { path, .. }, .. }) => Some(path.clone()),
         _ => None,
     }
 }

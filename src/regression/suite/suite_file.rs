@@ -7,7 +7,7 @@ use serde::de::IgnoredAny;
 
 use super::limits::{LimitTable, PresetLimits};
 use crate::error::{Error, Result};
-use crate::settings_file::{not_toml, read_text};
+use crate::settings::{not_toml, read_text};
 
 /// The name of suite files.
 pub const SUITE_FILE: &str = "suite.toml";

@@ -1,5 +1,5 @@
-use super::super::tests::{given, shot};
 use super::*;
+use crate::settings::EnvironmentSource;
 
 /// A folder with a scene, a shot in a folder of its own, and a suite file.
 fn suite(shot: &str, suite: &str) -> tempfile::TempDir {
@@ -39,51 +39,49 @@ fn overrides_come_before_the_shot_before_the_suite_before_defaults() {
     // Without a suite, and as the command line understands it.
     let path = folder.path().join("shots/a.toml");
     let alone = shot_job(&ShotRequest { path: &path, suite: None, overrides: &[] }).unwrap().sequence;
-    let typed = given(&[path.to_str().unwrap()]).meant().unwrap();
-    let rendered = render_job(&typed.args).unwrap().sequence;
-    assert_eq!(alone.render, rendered.render);
-    assert_eq!((alone.render.samples, alone.render.resolution), (3, rendered.render.resolution));
+    assert_eq!(alone.render.samples, 3);
 }
 
 #[test]
 fn a_suite_names_files_from_its_own_folder() {
     let folder =
-        suite("scene = 'a.gltf'", "[shot]\nenv = 'sky.hdr@90'\nbackground = 'black'\nmanifest = 'm.json'");
+        suite("scene = 'a.gltf'", "[shot]\nenv = 'sky.hdr@90'\nbackground = 'none'\nmanifest = 'm.json'");
     let path = folder.path().join("shots/a.toml");
     let suite = folder.path().join("suite.toml");
     let read = |overrides: &[String]| {
-        meant(&ShotRequest { path: &path, suite: Some(&suite), overrides }).unwrap().args
+        shot_settings(&ShotRequest { path: &path, suite: Some(&suite), overrides }).unwrap()
     };
-    let args = read(&[]);
-    assert_eq!(args.env, Some(folder.path().join("sky.hdr@90").into_os_string()));
-    assert_eq!(args.manifest, Some(folder.path().join("m.json")));
-    assert_eq!(args.scene, folder.path().join("shots/a.gltf"));
+    let shot = read(&[]);
+    let env = |shot: &ShotSettings| shot.values.env.as_ref().map(EnvironmentSource::to_text);
+    assert_eq!(env(&shot), Some(folder.path().join("sky.hdr@90").into_os_string()));
+    assert_eq!(shot.values.manifest, Some(folder.path().join("m.json")));
+    assert_eq!(shot.scene, folder.path().join("shots/a.gltf"));
     // What is said beside them is named from the current folder, as after -D.
-    assert_eq!(read(&["env=sea.hdr".to_owned()]).env, Some("sea.hdr".into()));
+    assert_eq!(env(&read(&["env=sea.hdr".to_owned()])), Some("sea.hdr".into()));
 }
 
 #[test]
 fn mistakes_in_a_suite_are_named_with_file_and_line() {
     let good = "scene = 'a.gltf'";
     for (shot, suite_text, file, words) in [
-        (good, "[shot]\nsampels = 4", "suite.toml", &["line 2: \"sampels\"", "\"samples\"?"][..]),
-        (good, "[shot]\n\nsamples = 0", "suite.toml", &["line 3: samples: write a whole number"]),
-        (good, "[shot]\nscene = 'b.gltf'", "suite.toml", &["line 2: \"scene\" differs from shot to shot"]),
-        (good, "\nshot = 4", "suite.toml", &["line 2: \"shot\" is a number; write [shot]"]),
-        (good, "[[shot]]\nsamples = 4", "suite.toml", &["line 1: \"shot\" is an array; write [shot]"]),
-        (good, "[shot]\n[shot.test]\nmean = 1", "suite.toml", &["line 2: \"test\" is a table"]),
-        (good, "[shot]\ntime_samples = 4", "suite.toml", &["line 2: time_samples: ", "--shutter"]),
-        (good, "[shot]\nfps = 0", "suite.toml", &["line 2: fps: "]),
-        (good, "[shot]\ncamera = 'nobody'", "suite.toml", &["line 2: camera: "]),
-        (good, "[shot", "suite.toml", &["line 1: "]),
+        (good, "[shot]\nsampels = 4", "suite.toml", &["suite.toml:2:1: \"sampels\"", "\"samples\"?"][..]),
+        (good, "[shot]\n\nsamples = 0", "suite.toml", &["suite.toml:3:1: samples: write a whole number"]),
+        (good, "[shot]\nscene = 'b.gltf'", "suite.toml", &[":2:1: \"scene\" differs from shot to shot"]),
+        (good, "\nshot = 4", "suite.toml", &[":2:1: \"shot\" is a number; write [shot]"]),
+        (good, "[[shot]]\nsamples = 4", "suite.toml", &[":1:3: \"shot\" is an array; write [shot]"]),
+        (good, "[shot]\n[shot.test]\nmean = 1", "suite.toml", &[":2:7: \"test\" is a table"]),
+        (good, "[shot]\ntime_samples = 4", "suite.toml", &[":2:1: time_samples: ", "`shutter`"]),
+        (good, "[shot]\nfps = 0", "suite.toml", &[":2:1: fps: "]),
+        (good, "[shot]\ncamera = 'nobody'", "suite.toml", &[":2:1: camera: "]),
+        (good, "[shot", "suite.toml", &[":1:"]),
         // Also where the shot says something else, for then it is wrong for the next one.
-        ("scene = 'a.gltf'\nsamples = 1", "[shot]\nsamples = 0", "suite.toml", &["line 2: samples: "]),
-        ("scene = 'a.gltf'\nfps = 0", "[shot]\nfps = 25", "a.toml", &["line 2: fps: "]),
-        ("scene = 'a.gltf'\n[limits]", "", "a.toml", &["line 2: \"limits\" is a table"]),
-        ("scene = 'a.gltf'\ntest = 1", "", "a.toml", &["line 2: \"test\" is no setting"]),
+        ("scene = 'a.gltf'\nsamples = 1", "[shot]\nsamples = 0", "suite.toml", &[":2:1: samples: "]),
+        ("scene = 'a.gltf'\nfps = 0", "[shot]\nfps = 25", "a.toml", &[":2:1: fps: "]),
+        ("scene = 'a.gltf'\n[limits]", "", "a.toml", &[":2:2: \"limits\" is a table"]),
+        ("scene = 'a.gltf'\ntest = 1", "", "a.toml", &[":2:1: \"test\" is no setting"]),
         ("samples = 1\n[test]\nscene = 'a.gltf'", "", "a.toml", &["names no scene"]),
         // The others would do without the suite's line, which counts least.
-        ("scene = 'a.gltf'\nresume = true", "\n\n\n[shot]\ntime_samples = 2", "suite.toml", &["line 5: "]),
+        ("scene = 'a.gltf'\nresume = true", "\n\n\n[shot]\ntime_samples = 2", "suite.toml", &[":5:1: "]),
     ] {
         let folder = suite(shot, suite_text);
         let error = job_of(folder.path(), "shots/a.toml", &[]).unwrap_err();
@@ -120,15 +118,17 @@ fn what_is_not_honoured_is_a_warning_or_an_error() {
 
 #[test]
 fn the_scene_of_a_shot_is_found_whatever_else_it_says() {
-    let (folder, path) = shot("sampels = 0\nscene = 'sub/a.glb'\n[limits]");
-    assert_eq!(scene_of_shot(Path::new(&path)).unwrap(), folder.path().join("sub/a.glb"));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.toml");
+    std::fs::write(&path, "sampels = 0\nscene = 'sub/a.glb'\n[limits]").unwrap();
+    assert_eq!(scene_of_shot(&path).unwrap(), folder.path().join("sub/a.glb"));
     for (text, word) in [
         ("samples = 1", "names no scene"),
-        ("\nscene = 4", "line 2: \"scene\" is a number"),
-        ("\nscene = ", "line 2"),
+        ("\nscene = 4", ":2:1: scene: is a number"),
+        ("\nscene = ", ":2:"),
     ] {
-        let (_folder, path) = shot(text);
-        let error = scene_of_shot(Path::new(&path)).unwrap_err();
+        std::fs::write(&path, text).unwrap();
+        let error = scene_of_shot(&path).unwrap_err();
         assert!(error.to_string().contains(word) && error.exit_code() == 65, "{error}");
     }
     assert_eq!(scene_of_shot(Path::new("nobody.toml")).unwrap_err().exit_code(), 66);

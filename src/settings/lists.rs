@@ -17,7 +17,7 @@ const GROUPS: [(&str, Holds); 4] = [
 ];
 
 /// `depth,normal,light`.
-pub fn layers(text: &str) -> Result<AovSet, String> {
+pub fn aovs(text: &str) -> Result<AovSet, String> {
     let mut layers = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
@@ -36,7 +36,7 @@ pub fn layers(text: &str) -> Result<AovSet, String> {
 }
 
 /// The names of the layers that the words stand for, of those that are in files, whoever wrote them.
-pub fn layers_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String> {
+pub fn aovs_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String> {
     let mut names: Vec<String> = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
@@ -88,7 +88,7 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// Says what was meant, if one of `names` is near, and lists them.
-fn unknown(word: &str, what: &str, names: &[&str]) -> String {
+pub(super) fn unknown(word: &str, what: &str, names: &[&str]) -> String {
     let meant = nearest(word, names).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
     let there_are = if meant.is_empty() { "; there are" } else { " There are" };
     format!("\"{}\" is not {what}{meant}{there_are} {}", word.escape_debug(), names.join(", "))
@@ -102,23 +102,23 @@ mod tests {
     #[test]
     fn layers_and_groups_are_listed() {
         let names = |text| {
-            let set = layers(text).unwrap();
+            let set = aovs(text).unwrap();
             set.as_slice().iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ")
         };
         assert_eq!(names("beauty"), "beauty");
         assert_eq!(names("normal, depth,depth"), "beauty depth normal");
         assert_eq!(names("crypto"), "beauty crypto_object crypto_material");
         assert_eq!(names("light").split(' ').count(), 1 + LightPass::ALL.len());
-        assert_eq!(layers("data,light,crypto"), layers("all"));
-        assert_eq!(layers("all").unwrap().as_slice(), Aov::ALL);
+        assert_eq!(aovs("data,light,crypto"), aovs("all"));
+        assert_eq!(aovs("all").unwrap().as_slice(), Aov::ALL);
     }
 
     #[test]
     fn unknown_words_are_told_with_what_is_near() {
-        let error = layers("depht").unwrap_err();
+        let error = aovs("depht").unwrap_err();
         assert!(error.contains("did you mean \"depth\"") && error.contains("crypto_material"), "{error}");
-        assert!(layers("Object-Id").unwrap_err().contains("did you mean \"object_id\""));
-        let error = layers("depth,,uv").unwrap_err();
+        assert!(aovs("Object-Id").unwrap_err().contains("did you mean \"object_id\""));
+        let error = aovs("depth,,uv").unwrap_err();
         assert!(error.contains("\"\" is not a layer; there are"), "{error}");
         assert!(encoding("flaot").unwrap_err().contains("did you mean \"float\""));
     }

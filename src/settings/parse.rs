@@ -1,4 +1,4 @@
-//! Values of single options: text to numbers and choices. Each error is one line that says what to type.
+//! Texts of single settings to values. Each error is one line that says what to write.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -7,20 +7,11 @@ use crate::bvh::{Refit, Split};
 use crate::color::srgb8_to_linear;
 use crate::film::PixelWindow;
 use crate::render::Aperture;
-use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
+use crate::sequence::Exposure;
 
-/// Where the light from all around comes from.
-#[derive(Clone, Debug, PartialEq)]
-pub enum EnvironmentSource {
-    /// Nowhere.
-    None,
-    /// The built-in gradient and key light.
-    Studio,
-    /// The same radiance from everywhere.
-    Constant([f32; 3]),
-    /// A picture, turned by degrees.
-    File(PathBuf, f32),
-}
+use super::environment_source::EnvironmentSource;
+use super::types::FocusRequest;
+use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 
 /// `1280x720`, or the name of a common size.
 pub fn resolution(text: &str) -> Result<(u32, u32), String> {
@@ -190,14 +181,27 @@ pub fn share(text: &str) -> Result<f32, String> {
     }
 }
 
-/// `auto`, or stops; `None` is automatic.
-pub fn exposure(text: &str) -> Result<Option<f32>, String> {
+/// `auto`, or stops.
+pub fn exposure(text: &str) -> Result<Exposure, String> {
     match text {
-        "auto" => Ok(None),
+        "auto" => Ok(Exposure::Auto),
         _ => match finite(text) {
-            Ok(ev) if ev.abs() <= 64.0 => Ok(Some(ev)),
+            Ok(ev) if ev.abs() <= 64.0 => Ok(Exposure::Ev(ev)),
             _ => Err("write auto, or stops from -64 to 64".to_owned()),
         },
+    }
+}
+
+/// Distance in metres, `center`, or a node.
+///
+/// # Errors
+/// For a distance that is not above 0.
+pub fn focus(text: &str) -> Result<FocusRequest, String> {
+    match text.parse::<f32>() {
+        Ok(distance) if distance > 0.0 => Ok(FocusRequest::Metres(distance)),
+        Ok(_) => Err("a distance lies above 0 metres".to_owned()),
+        Err(_) if matches!(text, "center" | "middle") => Ok(FocusRequest::Center),
+        Err(_) => Ok(FocusRequest::Node(choice(text))),
     }
 }
 

@@ -1,49 +1,49 @@
-//! Options that were given and have nothing to act on.
+//! Settings that are given and have no effect on a job.
 
 use crate::error::Warning;
 use crate::scene::{Environment, LightKind, Scene, Selection};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
-use super::render_args::RenderArgs;
+use crate::settings::SettingValues;
 
-/// One line for each option that does nothing for this job.
-pub fn idle_options(args: &RenderArgs, job: &SequenceJob) -> Vec<Warning> {
+/// One warning for each setting that has no effect on this job.
+pub fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
     let lights = light_kinds(&job.scene, &job.selection);
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();
     let is_seen =
         job.preview || job.output.format() == OutputFormat::Png || job.sequence_outputs.needs_tone_mapping();
-    let idle = [
+    let ineffective = [
         (
-            args.env_intensity != 1.0 && is_dark(&job.environment),
-            "--env-intensity",
+            values.env_intensity != 1.0 && is_dark(&job.environment),
+            "env_intensity",
             "no environment is in use",
         ),
-        (args.light_scale != 1.0 && lights.is_empty(), "--light-scale", "the scene places no light"),
+        (values.light_scale != 1.0 && lights.is_empty(), "light_scale", "the scene places no light"),
         (
-            args.light_radius != 0.0 && lights.iter().all(is_sun),
-            "--light-radius",
+            values.light_radius != 0.0 && lights.iter().all(is_sun),
+            "light_radius",
             "the scene places no point or spot light",
         ),
-        (args.sun_angle != 0.0 && !has_sun, "--sun-angle", "the scene places no directional light"),
-        (args.shutter.is_some() && !moves(job), "--shutter", "nothing moves"),
+        (values.sun_angle != 0.0 && !has_sun, "sun_angle", "the scene places no directional light"),
+        (values.shutter.is_some() && !moves(job), "shutter", "nothing moves"),
         (
-            args.split_aovs && job.exr.split_aovs().is_empty(),
-            "--split-aovs",
-            "the EXR files hold the picture alone; name layers with --layers",
+            values.split_aovs && job.exr.split_aovs().is_empty(),
+            "split_aovs",
+            "the EXR files hold the picture alone; name AOVs with `aovs`",
         ),
         (
             job.exposure != Exposure::Auto && !is_seen,
-            "--exposure",
-            "EXR files hold light as it is; add --preview png",
+            "exposure",
+            "EXR files hold light as it is; add `preview`",
         ),
-        (args.tone.is_some() && !is_seen, "--tone", "EXR files hold light as it is; add --preview png"),
+        (values.tone.is_some() && !is_seen, "tone", "EXR files hold light as it is; add `preview`"),
     ];
-    let warning = |(_, option, why): (bool, &str, &str)| Warning {
+    let warning = |(_, setting, why): (bool, &str, &str)| Warning {
         pointer: String::new(),
-        message: format!("{option} does nothing: {why}"),
+        message: format!("`{setting}` does nothing: {why}"),
     };
-    idle.into_iter().filter(|(is_idle, ..)| *is_idle).map(warning).collect()
+    ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning).collect()
 }
 
 fn is_dark(environment: &Environment) -> bool {

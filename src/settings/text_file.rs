@@ -1,10 +1,10 @@
-//! Files of settings (shots, suites) as texts: reading them, and saying where in them something is wrong.
+//! Settings files (shots, suites) as texts.
 
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use crate::error::{Error, Result, over_limit};
+use crate::error::{Error, Origin, Result, SettingError, over_limit};
 
 /// Largest file, bytes; what is larger is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -29,14 +29,17 @@ pub(crate) fn read_text(path: &Path) -> Result<String> {
     String::from_utf8(bytes).map_err(|_| Error::invalid(path, "", "is not a text in UTF-8"))
 }
 
-/// The line in which the byte `at` lies, from 1.
-pub(crate) fn line_of(text: &str, at: usize) -> usize {
-    1 + text.bytes().take(at).filter(|&byte| byte == b'\n').count()
+/// Line and column of the byte `at`, both from 1.
+pub(crate) fn location(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..at).unwrap_or(text);
+    let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
 }
 
-/// That the text of `path` is no TOML, or has not the form that is expected, with the line.
+/// The error of a file that is no TOML, or has another form than expected, with line and column.
 pub(crate) fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> Error {
-    let line = error.span().map_or(1, |span| line_of(text, span.start));
-    let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-    Error::invalid(path, "", format!("line {line}: {message}"))
+    let (line, column) = location(text, error.span().map_or(0, |span| span.start));
+    let why = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    let origin = Origin::File { path: path.to_owned(), line, column };
+    SettingError { setting: String::new(), origin, why }.into()
 }

@@ -1,0 +1,189 @@
+//! Options of `rayframe render` and `rayframe watch`, built from the definitions of the settings.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use clap::builder::OsStringValueParser;
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
+
+use rayframe::error::{Error, Origin, Result, SettingError};
+use rayframe::settings::{DEFINITIONS, Definition, Settings};
+use rayframe::shot::{ShotSettings, is_shot};
+
+/// The typed options.
+#[derive(Clone, Debug)]
+pub(super) struct RenderOptions(ArgMatches);
+
+impl FromArgMatches for RenderOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
+        Ok(Self(matches.clone()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> std::result::Result<(), clap::Error> {
+        self.0 = matches.clone();
+        Ok(())
+    }
+}
+
+impl clap::Args for RenderOptions {
+    fn augment_args(command: Command) -> Command {
+        let command = DEFINITIONS.iter().fold(command, |command, definition| command.arg(arg(definition)));
+        let config =
+            Arg::new("config").long("config").value_name("FILE").value_parser(OsStringValueParser::new());
+        let set = Arg::new("set").short('D').long("set").value_name("KEY=VALUE").action(ArgAction::Append);
+        let dry_run = Arg::new("dry_run").short('n').long("dry-run").action(ArgAction::SetTrue);
+        command
+            .arg(config.help("Shot file with settings; options and -D override them"))
+            .arg(set.help("Sets any setting by its key in shot files; options override it"))
+            .arg(
+                dry_run
+                    .help("Print the settings as a shot file, list the frames, and stop")
+                    .help_heading("Run"),
+            )
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+/// The option of a setting. Its value is parsed by its definition.
+fn arg(definition: &'static Definition) -> Arg {
+    let arg = Arg::new(definition.name);
+    if definition.name == "scene" {
+        let scene = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new());
+        return scene.help(help(definition, false)).required_unless_present_any(["config", "set"]);
+    }
+    let action = match (definition.is_flag(), definition.shape.is_repeated) {
+        (true, _) => ArgAction::SetTrue,
+        (false, true) => ArgAction::Append,
+        (false, false) => ArgAction::Set,
+    };
+    let mut arg = arg.long(definition.option_name()).action(action).help_heading(definition.group.heading());
+    if !definition.is_flag() {
+        arg = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new());
+        arg = arg.allow_hyphen_values(true);
+    }
+    if let Some(short) = definition.short {
+        arg = arg.short(short);
+    }
+    arg.visible_aliases(definition.aliases)
+        .aliases(definition.hidden_aliases)
+        .hide_short_help(!definition.is_common)
+        .help(help(definition, false))
+        .long_help(help(definition, true))
+}
+
+/// One line, or everything.
+fn help(definition: &Definition, is_long: bool) -> String {
+    let lines = if is_long { definition.help } else { &definition.help[..1] };
+    let mut text = String::new();
+    for line in lines {
+        // Continuation lines begin with their punctuation.
+        let line = line.trim();
+        if !text.is_empty() && !line.starts_with([':', ',', '.', ';']) {
+            text.push(' ');
+        }
+        text.push_str(line);
+    }
+    if let Some(default) = definition.default_text() {
+        text.push_str(&format!(" [default: {default}]"));
+    }
+    let choices: Vec<_> = definition.choices().into_iter().filter(|(_, help)| !help.is_empty()).collect();
+    if is_long && !choices.is_empty() {
+        text.push_str("\n\nPossible values:");
+        for (name, help) in choices {
+            text.push_str(&format!("\n- {name}: {help}"));
+        }
+    } else if !choices.is_empty() {
+        let names: Vec<_> = choices.into_iter().map(|(name, _)| name).collect();
+        text.push_str(&format!(" [{}]", names.join(", ")));
+    }
+    option_names(&text)
+}
+
+/// The text with `--name` for every setting in backquotes.
+pub(super) fn option_names(text: &str) -> String {
+    let mut named = String::new();
+    for (index, part) in text.split('`').enumerate() {
+        match Definition::of(part).filter(|_| index % 2 == 1) {
+            Some(definition) => named.push_str(&format!("--{}", definition.option_name())),
+            None => named.push_str(part),
+        }
+    }
+    named
+}
+
+/// The message of an error, with options for settings where they were typed.
+pub(super) fn message(error: &Error) -> String {
+    match error {
+        Error::Setting(SettingError { setting, origin, why })
+            if !matches!(origin, Origin::File { .. } | Origin::Define(_)) && !setting.is_empty() =>
+        {
+            option_names(&format!("`{setting}`: {why}"))
+        }
+        error => option_names(&error.to_string()),
+    }
+}
+
+impl RenderOptions {
+    /// The shot file that is named, whether it can be read or not.
+    pub(super) fn shot_file(&self) -> Option<PathBuf> {
+        let path = |id| self.0.get_one::<OsString>(id).map(PathBuf::from);
+        path("config").or_else(|| path("scene").filter(|scene| is_shot(scene)))
+    }
+
+    /// Whether nothing is to be rendered.
+    pub(super) fn is_dry_run(&self) -> bool {
+        self.0.get_flag("dry_run")
+    }
+
+    /// Reads the shot file, if there is one, and merges all settings.
+    ///
+    /// # Errors
+    /// Wrong settings, and a shot file that cannot be read.
+    pub(super) fn settings(&self) -> Result<ShotSettings> {
+        let shot_file = self.shot_file();
+        let definitions = self.0.get_many::<String>("set").unwrap_or_default();
+        let mut levels = vec![self.typed()?, Settings::read_definitions(definitions)?];
+        if let Some(shot) = &shot_file {
+            levels.push(Settings::read_shot(shot)?);
+        }
+        ShotSettings::merge(levels, shot_file)
+    }
+
+    /// The settings that were typed as options and as the scene.
+    fn typed(&self) -> Result<Settings> {
+        let mut settings = Settings::default();
+        for definition in DEFINITIONS {
+            let id = definition.name;
+            if self.0.value_source(id) != Some(ValueSource::CommandLine) {
+                continue;
+            }
+            let raw: Vec<&OsStr> = match definition.is_flag() {
+                true => vec![OsStr::new("true")],
+                false => self.0.get_raw(id).map(Iterator::collect).unwrap_or_default(),
+            };
+            if id == "scene" && raw.iter().any(|scene| is_shot(Path::new(scene))) {
+                if self.0.value_source("config").is_some() {
+                    let message = "--config: the scene is a shot file already; name one of the two";
+                    return Err(Error::usage(message));
+                }
+                continue;
+            }
+            for text in raw {
+                definition.parse(&mut settings, text, &Origin::CommandLine).map_err(|why| SettingError {
+                    setting: id.to_owned(),
+                    origin: Origin::CommandLine,
+                    why,
+                })?;
+            }
+        }
+        settings.check_exclusions()?;
+        Ok(settings)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,37 @@
+//! Enums that only settings use.
+
+/// Format of previews.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PreviewFormat {
+    /// PNG.
+    #[default]
+    Png,
+}
+
+/// Light transport algorithm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Integrator {
+    /// Whitted's recursive ray tracing.
+    #[default]
+    Whitted,
+}
+
+/// Progress output style.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProgressStyle {
+    /// Bars on a terminal, plain lines elsewhere.
+    #[default]
+    Auto,
+    /// Bars.
+    Bar,
+    /// One line per frame.
+    Plain,
+    /// One JSON object per line, on the standard output.
+    Json,
+    /// Lines of Open Job Description, on the standard output.
+    OpenJd,
+    /// No output.
+    None,
+}

@@ -1,0 +1,194 @@
+//! The table of all settings. A new setting is one entry here and its use.
+
+use crate::bvh::{BuilderKind, Refit, Split};
+use crate::color::ToneCurve;
+use crate::render::{GlassShadows, PixelFilter};
+use crate::scene::ClipSelection;
+use crate::sequence::{Exposure, FrameRate};
+
+use super::choices::{Integrator, PreviewFormat, ProgressStyle};
+use super::definition::{Access, Definition, Given, Group, set};
+use super::file_types::{Background, EnvironmentType, FilePath, Pattern};
+use super::setting_type::SettingType;
+use super::table::{default_texts, settings, value_of, value_type};
+use super::types::{
+    Aovs, ApertureType, CameraType, Clips, Crop, ExposureType, ExrEncoding, Factor, Flag, FocusRequest,
+    FocusType, Frames, MemorySize, NameOrIndexType, Names, OneOf, Rate, RefitType, Resolution, Scale, Share,
+    ShutterFrames, Simd, SplitType, SunAngle, Whole,
+};
+
+/// Largest side of an image and largest frame number: files store both in signed 32 bits.
+const MAX: i64 = i32::MAX as i64;
+
+settings! {
+    /// The scene: .glb, .gltf, or a shot file .toml that names it and holds settings
+    scene: FilePath, Input { value_name: "SCENE", is_common: true }
+
+    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format
+    output: Pattern, Output {
+        value_name: "PATTERN", short: Some('o'), aliases: &["outfile"], is_common: true, is_for_runs: true,
+        default_help: "<scene>.####.exr in the current folder, <scene>.exr for a still",
+    }
+    /// Tone-mapped previews beside the EXR files
+    preview: OneOf<PreviewFormat>, Output { value_name: "FORMAT", is_common: true, is_for_runs: true }
+    /// AOVs (extra channels) of EXR files, separated by commas
+    /// : depth, position, normal, geometric_normal, albedo, emission, direct, environment, reflection, refraction,
+    /// pass_through, uv, object_id, material_id, node_id, motion, crypto_object, crypto_material; light, data, crypto
+    /// and all are groups
+    aovs: Aovs, Output { value_name: "LIST", hidden_aliases: &["layers"], is_common: true }
+    /// Sample type and compression of EXR files
+    /// : half or float for light (data is always float), and none, rle, zips, zip, piz, dwaa or dwab, in any order.
+    /// dwaa and dwab lose precision
+    exr: ExrEncoding, Output { value_name: "TYPE,COMPRESSION", default_help: "half,zip" }
+    /// A separate file for each AOV
+    /// , such as shot.depth.0001.exr; {layer} in the output name is the name of the AOV
+    split_aovs: Flag = false, Output { is_for_runs: true }
+    /// Write time, machine and render duration to EXR files
+    /// . Without it equal runs make equal files
+    stamp: Flag = false, Output { is_for_runs: true }
+    /// A movie of all frames: .apng (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
+    movie: FilePath, Output { value_name: "FILE", is_common: true, is_for_runs: true }
+    /// A PNG image with small versions of all frames and their numbers
+    contact_sheet: FilePath, Output { value_name: "FILE.png", is_for_runs: true }
+    /// Show finished frames on the terminal
+    /// : as images (kitty, Ghostty, WezTerm, iTerm2), else as coloured blocks
+    show: Flag = false, Output { is_common: true, is_for_runs: true }
+    /// Keep finished frames of the same scene, settings and version; render the rest
+    resume: Flag = false, Output { excludes: &["overwrite"], is_common: true, is_for_runs: true }
+    /// Render every frame and replace existing files
+    overwrite: Flag = false, Output { is_common: true, is_for_runs: true }
+    /// Statistics of each frame as JSON
+    stats: FilePath, Output { value_name: "FILE", is_for_runs: true }
+    /// State of each frame and hashes of its files as JSON, updated during the run
+    manifest: FilePath, Output { value_name: "FILE", is_for_runs: true }
+
+    /// Frames: 7, 1-10, 1-10x2, 1,5,8-12, -3--2 or all
+    /// ; also 1..10, 1-10:2 and 10-1:-1
+    frames: Frames, Frames { value_name: "SPEC", short: Some('f'), default_help: "all", is_common: true }
+    /// All frames of the animation
+    all: Flag = false, Frames { short: Some('a'), excludes: &["frames"], is_for_runs: true }
+    /// First frame
+    start: Whole<i32, { -MAX - 1 }, MAX>, Frames {
+        value_name: "FRAME", short: Some('s'), excludes: &["frames"], default_help: "0", is_common: true,
+    }
+    /// Last frame
+    end: Whole<i32, { -MAX - 1 }, MAX>, Frames {
+        value_name: "FRAME", short: Some('e'), excludes: &["frames"], default_help: "the last of the animation",
+        is_common: true,
+    }
+    /// Distance between frames
+    step: Whole<i32, 1, MAX>, Frames {
+        value_name: "FRAMES", short: Some('j'), excludes: &["frames"], default_help: "1", is_common: true,
+    }
+    /// Frames per second; fractions such as 24000/1001 are exact
+    fps: Rate = FrameRate::FILM, Frames { value_name: "RATE", is_common: true }
+    /// Render the other frames when one fails
+    keep_going: Flag = false, Frames { is_for_runs: true }
+
+    /// Width and height in pixels, or 720p, 1080p or 4k
+    resolution: Resolution, Image {
+        value_name: "WxH", short: Some('r'), excludes: &["width", "height"], default_help: "1280x720", is_common: true,
+    }
+    /// Width in pixels; the camera decides the height unless given
+    width: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('W'), is_common: true }
+    /// Height in pixels; the camera decides the width unless given
+    height: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('H'), is_common: true }
+    /// Scale of the resolution: 50%, 0.5 or 200%
+    /// ; a number without % is a factor up to 1
+    scale: Scale, Image { value_name: "PERCENT|FACTOR", is_common: true }
+    /// Render only the pixels from (X0, Y0) up to, not including, (X1, Y1); the origin is top left
+    crop: Crop, Image { value_name: "X0,Y0,X1,Y1" }
+    /// Samples per pixel
+    samples: Whole<u32, 1, 65536> = 4, Image { value_name: "N", aliases: &["aa", "spp"], is_common: true }
+    /// Samples of pixels on edges; other pixels take `samples`
+    max_samples: Whole<u32, 1, 65536>, Image { value_name: "N" }
+    /// Edge threshold: difference of display values, 0 to 1
+    aa_threshold: Share = 0.05, Image { value_name: "X", requires: Some("max_samples") }
+    /// Pixel reconstruction filter
+    filter: OneOf<PixelFilter> = PixelFilter::Box, Image { value_name: "NAME" }
+    /// Motion blur: open time of the shutter in frames, or degrees such as 180deg
+    /// ; it is centred on the time of the frame
+    shutter: ShutterFrames, Image { value_name: "FRAMES|DEG", is_common: true }
+    /// Number of times within the open shutter
+    /// . The scene is posed anew at each, and samples are distributed among them
+    time_samples: Whole<u32, 1, 4096> = 8, Image { value_name: "N", requires: Some("shutter") }
+    /// Depth of field: lens radius in metres, or an f-number such as f/2.8
+    /// for a sensor 24 mm high. Its noise falls with more samples
+    aperture: ApertureType, Image { value_name: "METRES|f/N", is_common: true }
+    /// Focus: distance in metres along the camera's axis, a node's name or #I, or center
+    focus: FocusType = FocusRequest::Center, Image {
+        value_name: "METRES|NODE|#I|center", requires: Some("aperture"),
+    }
+    /// Maximum depth of reflection and refraction
+    depth: Whole<u32, 0, 1024> = 8, Image { value_name: "N", is_common: true }
+    /// Light transport algorithm
+    integrator: OneOf<Integrator> = Integrator::Whitted, Image { value_name: "NAME" }
+    /// Rays of the first rough reflection or transmission, one at later ones
+    /// ; 0 looks the prefiltered environment up
+    glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
+    /// Shadows of glass
+    glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
+    /// Exposure of previews and PNG files in stops, or auto
+    /// : one value for the whole animation
+    exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
+    /// Tone curve of previews and PNG files
+    tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "standard" }
+
+    /// Camera: a name, '#0' (in quotes) for the first, or auto to frame the whole scene
+    camera: CameraType, Scene {
+        value_name: "NAME|#I|auto", short: Some('c'), default_help: "the first, else auto", is_common: true,
+    }
+    /// Animation clip: a name, '#0' (in quotes) for the first, all or none
+    animation: Clips = ClipSelection::All, Scene { value_name: "NAME|#I|all|none", is_common: true }
+    /// Scene of the file: a name or '#0' (in quotes) for the first
+    scene_choice: NameOrIndexType, Scene {
+        value_name: "NAME|#I", option: Some("scene"), default_help: "the default of the file",
+    }
+    /// Material variant of the file: a name or '#0' (in quotes) for the first
+    variant: NameOrIndexType, Scene { value_name: "NAME|#I", default_help: "none" }
+    /// Factor of all lights of the file
+    light_scale: Factor = 1.0, Scene { value_name: "X" }
+    /// Radius of point and spot lights in metres, for soft shadows
+    /// . Their noise falls with more samples
+    light_radius: Factor = 0.0, Scene { value_name: "METRES" }
+    /// Angular diameter of directional lights in degrees, for soft shadows
+    /// . The sun has 0.53. Noise falls with more samples
+    sun_angle: SunAngle = 0.0, Scene { value_name: "DEG" }
+    /// Environment light: .hdr or .exr file, optionally @degrees; R,G,B; studio; none
+    env: EnvironmentType, Scene {
+        value_name: "FILE[@DEG]|R,G,B|studio|none", default_help: "studio if the scene has no light, else none",
+        is_common: true,
+    }
+    /// Factor of the environment light
+    env_intensity: Factor = 1.0, Scene { value_name: "X" }
+    /// Background behind the scene: env (the environment light), none, or as for `env`
+    /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest
+    background: Background = None, Scene { value_name: "env|none|R,G,B|FILE[@DEG]", is_common: true }
+    /// Node or material that is invisible except for shadows on it
+    /// : a name, or '#0' (in quotes) for the first node; may be repeated
+    shadow_catcher: Names = Vec::new(), Scene { value_name: "NAME|#I" }
+    /// Turn warnings about unsupported features into errors
+    strict: Flag = false, Scene { is_common: true }
+
+    /// Number of threads
+    threads: Whole<u16, 1, 65535>, Run {
+        value_name: "N", short: Some('t'), default_help: "all cores", is_common: true, is_for_runs: true,
+    }
+    /// Memory limit, such as 8G
+    max_memory: MemorySize, Run { value_name: "SIZE", default_help: "80 % of the available memory" }
+    /// BVH builder; never changes the image
+    bvh: OneOf<BuilderKind> = BuilderKind::Auto, Run { value_name: "KIND" }
+    /// Splits triangles whose boxes exceed an area in square metres; never changes the image
+    split: SplitType = Split::Auto, Run { value_name: "auto|off|AREA" }
+    /// Refits the BVH of the last frame to moved triangles; never changes the image
+    /// : where that is faster, never, or while its cost is at most FACTOR times the lowest since it was built
+    refit: RefitType = Refit::Auto, Run { value_name: "auto|off|FACTOR" }
+    /// SIMD instruction set; never changes the image
+    simd: Simd = None, Run { value_name: "LEVEL" }
+    /// Progress output style
+    progress: OneOf<ProgressStyle> = ProgressStyle::Auto, Run { value_name: "STYLE", is_for_runs: true }
+    /// Print warnings and errors only
+    quiet: Flag = false, Run { short: Some('q'), excludes: &["verbose"], is_common: true, is_for_runs: true }
+    /// Print the phases of each frame
+    verbose: Flag = false, Run { short: Some('v'), is_common: true, is_for_runs: true }
+}

@@ -1,0 +1,110 @@
+//! The types of settings that name files.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use crate::sequence::OutputPattern;
+
+use super::environment_source::EnvironmentSource;
+use super::parse;
+use super::setting_type::{SettingType, Shape};
+
+/// File.
+#[derive(Debug)]
+pub struct FilePath;
+
+impl SettingType for FilePath {
+    type Value = PathBuf;
+    const SHAPE: Shape = Shape::TEXT;
+
+    fn parse(text: &OsStr) -> Result<PathBuf, String> {
+        Ok(PathBuf::from(text))
+    }
+
+    fn write(value: &PathBuf) -> Vec<OsString> {
+        vec![value.clone().into_os_string()]
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        joined(folder, text)
+    }
+}
+
+/// Output name with a place for the frame number.
+#[derive(Debug)]
+pub struct Pattern;
+
+impl SettingType for Pattern {
+    type Value = OutputPattern;
+    const SHAPE: Shape = Shape::TEXT;
+
+    fn parse(text: &OsStr) -> Result<OutputPattern, String> {
+        OutputPattern::parse(text)
+    }
+
+    fn write(value: &OutputPattern) -> Vec<OsString> {
+        vec![value.to_text()]
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        if text.is_empty() || Path::new(&text).is_absolute() {
+            return text;
+        }
+        Path::new(&OutputPattern::escaped(folder)).join(text).into_os_string()
+    }
+}
+
+/// Environment.
+#[derive(Debug)]
+pub struct EnvironmentType;
+
+impl SettingType for EnvironmentType {
+    type Value = EnvironmentSource;
+    const SHAPE: Shape = Shape::TEXT.or_list(",");
+
+    fn parse(text: &OsStr) -> Result<EnvironmentSource, String> {
+        parse::environment(text)
+    }
+
+    fn write(value: &EnvironmentSource) -> Vec<OsString> {
+        vec![value.to_text()]
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        rebased_source(text, folder)
+    }
+}
+
+/// Background: an environment, or none for the environment that lights the scene.
+#[derive(Debug)]
+pub struct Background;
+
+impl SettingType for Background {
+    type Value = Option<EnvironmentSource>;
+    const SHAPE: Shape = Shape::TEXT.or_list(",");
+
+    fn parse(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
+        parse::background(text)
+    }
+
+    fn write(value: &Option<EnvironmentSource>) -> Vec<OsString> {
+        vec![value.as_ref().map_or("env".into(), EnvironmentSource::to_text)]
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        rebased_source(text, folder)
+    }
+}
+
+fn joined(folder: &Path, text: OsString) -> OsString {
+    if text.is_empty() { text } else { folder.join(text).into_os_string() }
+}
+
+fn rebased_source(text: OsString, folder: &Path) -> OsString {
+    let is_file = match parse::background(&text) {
+        Ok(source) => matches!(source, Some(EnvironmentSource::File(..))),
+        // A name without a known ending may still be that of a file.
+        Err(_) => folder.join(&text).is_file(),
+    };
+    if is_file { joined(folder, text) } else { text }
+}

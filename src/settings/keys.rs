@@ -1,0 +1,32 @@
+//! Keys of settings: finding a definition, and suggestions for unknown keys.
+
+use super::definition::Definition;
+use super::definitions::DEFINITIONS;
+use super::nearest::nearest;
+
+/// Options that are no settings.
+const COMMAND_LINE_ONLY: [&str; 3] = ["config", "set", "dry_run"];
+
+/// The definition of a key.
+///
+/// # Errors
+/// What the key may have meant.
+pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
+    if let Some(definition) = Definition::of(key) {
+        return Ok(definition);
+    }
+    if COMMAND_LINE_ONLY.contains(&key) {
+        return Err("is no setting of a shot; it belongs on the command line".to_owned());
+    }
+    let plain = key.replace('-', "_");
+    let long = key.replace('_', "-");
+    let called = DEFINITIONS.iter().find(|definition| {
+        definition.name == plain || definition.aliases.contains(&key) || definition.option == Some(&long)
+    });
+    let names: Vec<&str> = DEFINITIONS.iter().map(|definition| definition.name).collect();
+    let meant = called.map(|definition| definition.name).or_else(|| nearest(key, &names));
+    Err(match meant {
+        Some(name) => format!("is no setting; did you mean \"{name}\"?"),
+        None => "is no setting; keys are the long options of rayframe render, with _ for -".to_owned(),
+    })
+}

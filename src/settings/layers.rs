@@ -1,0 +1,85 @@
+//! Levels of settings, merged field by field.
+
+use crate::error::{Error, Origin, Result, SettingError};
+
+use super::definition::Definition;
+use super::definitions::{DEFINITIONS, Settings};
+
+impl Settings {
+    /// Adds what `lower` gives and these settings neither give nor exclude.
+    pub fn fill_from(&mut self, lower: &Self) {
+        let added: Vec<&Definition> = DEFINITIONS
+            .iter()
+            .filter(|definition| definition.origin(lower).is_some() && definition.origin(self).is_none())
+            .filter(|definition| {
+                !DEFINITIONS.iter().any(|other| other.is_excluded_by(definition) && other.is_in_effect(self))
+            })
+            .collect();
+        for definition in added {
+            (definition.access.copy)(self, lower);
+        }
+    }
+
+    /// Checks the settings of one level: no two may exclude each other.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for the later of two settings.
+    pub fn check_exclusions(&self) -> Result<()> {
+        for (index, later) in DEFINITIONS.iter().enumerate().rev() {
+            let earlier = &DEFINITIONS[..index];
+            let conflict = earlier.iter().find(|earlier| {
+                later.is_in_effect(self) && earlier.is_in_effect(self) && later.is_excluded_by(earlier)
+            });
+            if let Some(earlier) = conflict {
+                return Err(self.error(later.name, format!("cannot be combined with `{}`", earlier.name)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that no setting lacks the one without which it has no meaning.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for the first that does.
+    pub fn check_requirements(&self) -> Result<()> {
+        for definition in DEFINITIONS.iter().filter(|definition| definition.origin(self).is_some()) {
+            if let Some(needed) = definition.requires.filter(|needed| self.origin_of(needed).is_none()) {
+                return Err(self.error(definition.name, format!("has no effect without `{needed}`")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the setting `name` was given.
+    pub fn origin_of(&self, name: &str) -> Option<&Origin> {
+        Definition::of(name)?.origin(self)
+    }
+
+    /// An error about the setting `name`, with its origin.
+    pub fn error(&self, name: &str, why: impl Into<String>) -> Error {
+        let origin = self.origin_of(name).cloned().unwrap_or_default();
+        SettingError { setting: name.to_owned(), origin, why: why.into() }.into()
+    }
+
+    /// The error with the origin of the setting that it concerns.
+    pub fn locate(&self, error: Error) -> Error {
+        match error {
+            Error::Setting(error) if error.origin == Origin::Library => self.error(&error.setting, error.why),
+            error => error,
+        }
+    }
+
+    /// Takes the setting `name` out.
+    pub fn clear(&mut self, name: &str) {
+        if let Some(definition) = Definition::of(name) {
+            (definition.access.clear)(self);
+        }
+    }
+}
+
+impl Definition {
+    /// Whether it is given, and not `false`.
+    fn is_in_effect(&self, settings: &Settings) -> bool {
+        self.texts(settings).is_some_and(|texts| !self.is_flag() || texts.iter().any(|text| text == "true"))
+    }
+}

@@ -1,0 +1,78 @@
+//! Names and help of the choices of enums.
+
+use crate::bvh::{BuilderKind, SimdLevel};
+use crate::color::ToneCurve;
+use crate::render::{GlassShadows, PixelFilter};
+
+use super::choices::{Integrator, PreviewFormat, ProgressStyle};
+
+/// An enum whose values have names.
+pub trait Named: Copy + std::fmt::Debug + PartialEq + 'static {
+    /// Every value with its name and its help, which is empty for a hidden one.
+    const CHOICES: &'static [(Self, &'static str, &'static str)];
+
+    /// Its name in settings.
+    fn choice_name(self) -> &'static str {
+        Self::CHOICES.iter().find(|(value, ..)| *value == self).map_or("", |(_, name, _)| name)
+    }
+
+    /// The value of a name.
+    fn of_name(name: &str) -> Option<Self> {
+        Self::CHOICES.iter().find(|(_, known, _)| *known == name).map(|(value, ..)| *value)
+    }
+}
+
+macro_rules! named {
+    ($($type:ident { $($value:ident = $name:literal, $help:literal;)+ })+) => {$(
+        impl Named for $type {
+            const CHOICES: &'static [(Self, &'static str, &'static str)] =
+                &[$((Self::$value, $name, $help)),+];
+        }
+    )+};
+}
+
+named! {
+    PreviewFormat {
+        Png = "png", "sRGB with alpha, eight bits";
+    }
+    Integrator {
+        Whitted = "whitted", "Whitted's tree of reflections, refractions and shadows";
+    }
+    GlassShadows {
+        Straight = "straight", "Light passes straight through, coloured by the glass";
+        Opaque = "opaque", "Glass casts full shadows";
+    }
+    PixelFilter {
+        Box = "box", "The pixel's square";
+        Mitchell = "mitchell", "Four pixels wide, slightly sharper; use 16 samples or more";
+        BlackmanHarris = "blackman-harris", "Three pixels wide and soft, as in Blender";
+    }
+    ToneCurve {
+        Standard = "standard", "Natural contrast; middle grey keeps its value";
+        Agx = "agx", "Low contrast, with room for bright and coloured light, as in Blender";
+        Aces = "aces", "High contrast, as films made with ACES 1.0";
+        Neutral = "neutral", "Khronos PBR Neutral: base colours keep their values";
+    }
+    BuilderKind {
+        Auto = "auto", "The fastest for the number of triangles and rays";
+        Lbvh = "lbvh", "Karras' radix tree in one linear pass";
+        Ploc = "ploc", "Better tree, slower to build: merges neighbouring clusters";
+        Karras = "karras", "Karras' radix tree, node by node as in the paper";
+        BruteForce = "brute", "";
+    }
+    SimdLevel {
+        Scalar = "scalar", "None";
+        Sse42 = "sse4.2", "x86-64-v2, of 2008";
+        Avx2 = "avx2", "x86-64-v3, of 2013";
+        Avx512 = "avx512", "As of Ice Lake and Zen 4";
+        Neon = "neon", "64-bit ARM";
+    }
+    ProgressStyle {
+        Auto = "auto", "Bars on a terminal, one line per frame in a pipe";
+        Bar = "bar", "Bars";
+        Plain = "plain", "One line per frame";
+        Json = "json", "JSON lines on the standard output";
+        OpenJd = "openjd", "Open Job Description lines on the standard output, for AWS Deadline Cloud";
+        None = "none", "No output";
+    }
+}

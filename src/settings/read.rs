@@ -1,0 +1,169 @@
+//! Reads settings from shot files, suite files and definitions `KEY=VALUE`.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, Origin, Result, SettingError};
+
+use super::definitions::Settings;
+use super::keys::find;
+use super::text_file::{location, not_toml, read_text};
+use super::toml_value::{kind, texts};
+
+/// Table of a shot file with the limits of `rayframe test`, which are no settings.
+const LIMITS: &str = "test";
+/// Table of a suite file with settings of all its shots.
+const SHOT: &str = "shot";
+
+/// A settings file, for locating errors.
+struct Source<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl Source<'_> {
+    /// The origin of the key at byte `at`.
+    fn origin(&self, at: usize) -> Origin {
+        let (line, column) = location(self.text, at);
+        Origin::File { path: self.path.to_owned(), line, column }
+    }
+
+    /// An error about the key at byte `at`.
+    fn wrong_key(&self, at: usize, key: &str, why: &str) -> Error {
+        let why = format!("\"{}\" {why}", key.escape_debug());
+        SettingError { setting: String::new(), origin: self.origin(at), why }.into()
+    }
+
+    fn table(&self) -> Result<DeTable<'_>> {
+        let table = DeTable::parse(self.text);
+        Ok(table.map_err(|error| not_toml(self.path, self.text, &error))?.into_inner())
+    }
+
+    /// Sets all keys of a table, in the order of the lines.
+    fn read_table(&self, settings: &mut Settings, table: &DeTable<'_>) -> Result<()> {
+        let mut entries: Vec<_> = table.iter().collect();
+        entries.sort_by_key(|(key, _)| key.span().start);
+        for (key, value) in entries {
+            self.read_entry(settings, (key.span().start, key.get_ref()), value.get_ref())?;
+        }
+        settings.check_exclusions()
+    }
+
+    fn read_entry(
+        &self,
+        settings: &mut Settings,
+        (at, key): (usize, &str),
+        value: &DeValue<'_>,
+    ) -> Result<()> {
+        let definition = find(key).map_err(|why| {
+            let why = if value.is_table() {
+                "is a table; only [test] is one, settings are lines above it"
+            } else {
+                &why
+            };
+            self.wrong_key(at, key, why)
+        })?;
+        let origin = self.origin(at);
+        let wrong =
+            |why: String| SettingError { setting: definition.name.to_owned(), origin: origin.clone(), why };
+        let texts = texts(definition.shape, value)
+            .ok_or_else(|| wrong(format!("is {}; write {}", kind(value), definition.shape.expected())))?;
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        if definition.origin(settings).is_some() {
+            return Err(wrong("is set twice".to_owned()).into());
+        }
+        for text in texts {
+            let text: OsString = (definition.access.rebase)(text, folder);
+            definition.parse(settings, &text, &origin).map_err(wrong)?;
+        }
+        Ok(())
+    }
+}
+
+impl Settings {
+    /// The settings of a shot file.
+    ///
+    /// # Errors
+    /// [`Error::Missing`] when it cannot be read, [`Error::Refused`] when it is too large, and [`Error::Setting`] with line
+    /// and column for a wrong key or value.
+    pub fn read_shot(path: &Path) -> Result<Self> {
+        let text = read_text(path)?;
+        let source = Source { path, text: &text };
+        let mut table = source.table()?;
+        if table.get(LIMITS).is_some_and(|limits| limits.get_ref().is_table()) {
+            table.remove(LIMITS);
+        }
+        let mut settings = Self::default();
+        source.read_table(&mut settings, &table)?;
+        Ok(settings)
+    }
+
+    /// The scene of a shot file, if it names one; other settings are not checked.
+    ///
+    /// # Errors
+    /// Those of [`Settings::read_shot`].
+    pub fn read_shot_scene(path: &Path) -> Result<Option<PathBuf>> {
+        let text = read_text(path)?;
+        let source = Source { path, text: &text };
+        let table = source.table()?;
+        let mut settings = Self::default();
+        if let Some((key, value)) = table.get_key_value("scene") {
+            source.read_entry(&mut settings, (key.span().start, key.get_ref()), value.get_ref())?;
+        }
+        Ok(settings.scene.map(|scene| scene.value))
+    }
+
+    /// The settings that a suite file has for all its shots.
+    ///
+    /// # Errors
+    /// Those of [`Settings::read_shot`].
+    pub fn read_suite(path: &Path) -> Result<Self> {
+        let text = read_text(path)?;
+        let source = Source { path, text: &text };
+        let mut settings = Self::default();
+        let Some((key, shot)) = source.table()?.remove_entry(SHOT) else { return Ok(settings) };
+        let DeValue::Table(table) = shot.get_ref() else {
+            let why =
+                format!("is {}; write [{SHOT}] and below it settings for all shots", kind(shot.get_ref()));
+            return Err(source.wrong_key(key.span().start, key.get_ref(), &why));
+        };
+        if let Some((key, _)) = table.get_key_value("scene") {
+            let why = "differs from shot to shot; name it in a shot file";
+            return Err(source.wrong_key(key.span().start, key.get_ref(), why));
+        }
+        source.read_table(&mut settings, table)?;
+        Ok(settings)
+    }
+
+    /// The settings of definitions `KEY=VALUE`. A value is TOML, or text where it is no TOML value. The last of several
+    /// definitions of a setting counts; repeated settings add up.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a wrong key or value.
+    pub fn read_definitions<'a>(definitions: impl IntoIterator<Item = &'a String>) -> Result<Self> {
+        let mut settings = Self::default();
+        for text in definitions {
+            settings.define(text)?;
+        }
+        settings.check_exclusions()?;
+        Ok(settings)
+    }
+
+    fn define(&mut self, definition_text: &str) -> Result<()> {
+        let origin = Origin::Define(definition_text.to_owned());
+        let wrong = |why: String| SettingError { setting: String::new(), origin: origin.clone(), why };
+        let (key, value) = definition_text
+            .split_once('=')
+            .ok_or_else(|| wrong("write KEY=VALUE, such as samples=16".to_owned()))?;
+        let key = key.trim().replace('-', "_");
+        let definition = find(&key).map_err(|why| wrong(format!("\"{}\" {why}", key.escape_debug())))?;
+        let parsed = DeValue::parse(value).ok();
+        let texts = parsed.and_then(|value| texts(definition.shape, value.get_ref()));
+        for text in texts.unwrap_or_else(|| vec![value.into()]) {
+            definition.parse(self, &text, &origin).map_err(wrong)?;
+        }
+        Ok(())
+    }
+}

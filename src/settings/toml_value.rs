@@ -1,0 +1,56 @@
+//! Values of TOML as texts of settings.
+
+use std::ffi::OsString;
+
+use toml::de::{DeInteger, DeValue};
+
+use super::setting_type::{Shape, Single};
+
+/// The texts of a value; `None` where the shape does not accept it.
+pub(super) fn texts(shape: Shape, value: &DeValue<'_>) -> Option<Vec<OsString>> {
+    match value {
+        DeValue::Boolean(value) if shape.single == Single::Flag => Some(vec![value.to_string().into()]),
+        DeValue::Array(elements) => {
+            let texts: Option<Vec<String>> =
+                elements.iter().map(|element| scalar(element.get_ref())).collect();
+            match shape.separator {
+                Some(separator) => Some(vec![texts?.join(separator).into()]),
+                None if shape.is_repeated && elements.iter().all(|element| element.get_ref().is_str()) => {
+                    Some(texts?.into_iter().map(OsString::from).collect())
+                }
+                None => None,
+            }
+        }
+        DeValue::String(text) if shape.takes_text() => Some(vec![text.as_ref().into()]),
+        DeValue::Integer(_) | DeValue::Float(_) if shape.takes_number() => Some(vec![scalar(value)?.into()]),
+        _ => None,
+    }
+}
+
+/// Numbers as they are written, and strings.
+fn scalar(value: &DeValue<'_>) -> Option<String> {
+    match value {
+        DeValue::String(text) => Some(text.as_ref().to_owned()),
+        DeValue::Integer(number) => Some(decimal(number)),
+        DeValue::Float(number) => Some(number.as_str().to_owned()),
+        _ => None,
+    }
+}
+
+/// In decimal digits. A number that is too long stays as it is; no setting accepts it.
+fn decimal(number: &DeInteger<'_>) -> String {
+    i64::from_str_radix(number.as_str(), number.radix())
+        .map_or_else(|_| number.as_str().to_owned(), |number| number.to_string())
+}
+
+/// The kind of a value in words.
+pub(super) fn kind(value: &DeValue<'_>) -> &'static str {
+    match value {
+        DeValue::String(_) => "a text",
+        DeValue::Integer(_) | DeValue::Float(_) => "a number",
+        DeValue::Boolean(_) => "true or false",
+        DeValue::Datetime(_) => "a date",
+        DeValue::Array(_) => "an array",
+        DeValue::Table(_) => "a table",
+    }
+}

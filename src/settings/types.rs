@@ -1,0 +1,236 @@
+//! The types of settings that are numbers, words or lists.
+
+use std::ffi::{OsStr, OsString};
+use std::fmt::{Debug, Display};
+use std::marker::PhantomData;
+
+use crate::bvh::{Refit, SimdLevel, Split};
+use crate::film::PixelWindow;
+use crate::image_file::ExrCompression;
+use crate::output::{AovSet, LightSamples};
+use crate::render::Aperture;
+use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
+use crate::sequence::{Exposure, FrameRate, FrameSpec, frames_text};
+
+use super::named::Named;
+use super::setting_type::{NamedChoice, SettingType, Shape, unicode};
+use super::{lists, parse};
+
+/// Declares types of settings: the value, how TOML writes it, text to value, value to text.
+macro_rules! setting_types {
+    ($($(#[doc = $doc:literal])+ $name:ident: $value:ty, $shape:expr, $parse:expr, $write:expr;)+) => {$(
+        $(#[doc = $doc])+
+        #[derive(Debug)]
+        pub struct $name;
+
+        impl SettingType for $name {
+            type Value = $value;
+            const SHAPE: Shape = $shape;
+
+            fn parse(text: &OsStr) -> Result<$value, String> {
+                let parse: fn(&str) -> Result<$value, String> = $parse;
+                parse(unicode(text)?)
+            }
+
+            fn write(value: &$value) -> Vec<OsString> {
+                let write: fn(&$value) -> String = $write;
+                vec![write(value).into()]
+            }
+        }
+    )+};
+}
+
+setting_types! {
+    /// `true` or `false`.
+    Flag: bool, Shape::FLAG, |text| text.parse().map_err(|_| "write true or false".to_owned()), bool::to_string;
+    /// Number from 0.
+    Factor: f32, Shape::NUMBER, parse::factor, f32::to_string;
+    /// Number from 0 to 1.
+    Share: f32, Shape::NUMBER, parse::share, f32::to_string;
+    /// Degrees from 0 to 90.
+    SunAngle: f32, Shape::NUMBER, parse::sun_angle, f32::to_string;
+    /// Width and height in pixels.
+    Resolution: (u32, u32), Shape::TEXT.or_list("x"), parse::resolution, |(width, height)| format!("{width}x{height}");
+    /// Percentage or factor.
+    Scale: f64, Shape::NUMBER_OR_TEXT, parse::scale,
+        |&scale| if scale <= 1.0 { scale.to_string() } else { format!("{}%", scale * 100.0) };
+    /// Rectangle of pixels.
+    Crop: PixelWindow, Shape::TEXT.or_list(","), parse::crop,
+        |window| format!("{},{},{},{}", window.x0, window.y0, window.x1, window.y1);
+    /// Bytes.
+    MemorySize: u64, Shape::NUMBER_OR_TEXT, parse::memory_size, u64::to_string;
+    /// Early split clipping.
+    SplitType: Split, Shape::NUMBER_OR_TEXT, parse::split, |split| match split {
+        Split::Auto => "auto".to_owned(),
+        Split::Off => "off".to_owned(),
+        Split::Area(area) => area.to_string(),
+    };
+    /// Refitting.
+    RefitType: Refit, Shape::NUMBER_OR_TEXT, parse::refit, |refit| match refit {
+        Refit::Auto => "auto".to_owned(),
+        Refit::Off => "off".to_owned(),
+        Refit::UpTo(factor) => factor.to_string(),
+    };
+    /// Frames for which the shutter is open.
+    ShutterFrames: f64, Shape::NUMBER_OR_TEXT, parse::shutter, f64::to_string;
+    /// Radius or f-number of a lens.
+    ApertureType: Aperture, Shape::NUMBER_OR_TEXT, parse::aperture, |aperture| match aperture {
+        Aperture::Radius(radius) => radius.to_string(),
+        Aperture::FNumber(number) => format!("f/{number}"),
+    };
+    /// Distance of focus.
+    FocusType: FocusRequest, Shape::NUMBER_OR_TEXT, parse::focus, |focus| match focus {
+        FocusRequest::Center => "center".to_owned(),
+        FocusRequest::Metres(distance) => distance.to_string(),
+        FocusRequest::Node(node) => name_or_index(node),
+    };
+    /// Brightness in stops.
+    ExposureType: Exposure, Shape::NUMBER_OR_TEXT, parse::exposure, |exposure| match exposure {
+        Exposure::Auto => "auto".to_owned(),
+        Exposure::Ev(stops) => stops.to_string(),
+    };
+    /// Frame numbers.
+    Frames: FrameSpec, Shape::NUMBER_OR_TEXT.or_list(","), FrameSpec::parse, |frames| match frames {
+        FrameSpec::Listed(frames) => {
+            frames_text(frames).trim_start_matches("frames ").trim_start_matches("frame ").to_owned()
+        }
+        FrameSpec::All | FrameSpec::Range { .. } => "all".to_owned(),
+    };
+    /// Frames per second.
+    Rate: FrameRate, Shape::NUMBER_OR_TEXT, FrameRate::parse, FrameRate::to_string;
+    /// Name or index.
+    NameOrIndexType: NameOrIndex, Shape::TEXT, |text| Ok(parse::choice(text)), name_or_index;
+    /// Camera.
+    CameraType: CameraRequest, Shape::TEXT, |text| Ok(parse::camera(text)), |camera| match camera {
+        CameraRequest::Auto => "auto".to_owned(),
+        CameraRequest::Camera(camera) => name_or_index(camera),
+    };
+    /// Animation clips.
+    Clips: ClipSelection, Shape::TEXT, |text| Ok(parse::clips(text)), |clips| match clips {
+        ClipSelection::All => "all".to_owned(),
+        ClipSelection::None => "none".to_owned(),
+        ClipSelection::One(clip) => name_or_index(clip),
+    };
+    /// AOVs.
+    Aovs: AovSet, Shape::TEXT.or_list(","), lists::aovs,
+        |aovs| aovs.as_slice().iter().map(|aov| aov.name()).collect::<Vec<_>>().join(",");
+    /// Sample type and compression of EXR files.
+    ExrEncoding: (LightSamples, ExrCompression), Shape::TEXT.or_list(","), lists::encoding,
+        |(samples, compression)| format!("{},{}", samples.name(), compression.name());
+}
+
+/// What is in focus.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FocusRequest {
+    /// Whatever the centre of the image shows.
+    Center,
+    /// Distance along the camera's axis.
+    Metres(f32),
+    /// A node.
+    Node(NameOrIndex),
+}
+
+fn name_or_index(value: &NameOrIndex) -> String {
+    match value {
+        NameOrIndex::Name(name) => name.clone(),
+        NameOrIndex::Index(index) => format!("#{index}"),
+    }
+}
+
+/// Whole number from `MIN` to `MAX`.
+#[derive(Debug)]
+pub struct Whole<T, const MIN: i64, const MAX: i64>(PhantomData<T>);
+
+impl<T, const MIN: i64, const MAX: i64> SettingType for Whole<T, MIN, MAX>
+where
+    T: TryFrom<i64> + Clone + Debug + Display + PartialEq,
+{
+    type Value = T;
+    const SHAPE: Shape = Shape::NUMBER;
+
+    fn parse(text: &OsStr) -> Result<T, String> {
+        parse::whole(unicode(text)?, MIN, MAX)
+    }
+
+    fn write(value: &T) -> Vec<OsString> {
+        vec![value.to_string().into()]
+    }
+}
+
+/// One of the names of an enum.
+#[derive(Debug)]
+pub struct OneOf<E>(PhantomData<E>);
+
+impl<E: Named> SettingType for OneOf<E> {
+    type Value = E;
+    const SHAPE: Shape = Shape::TEXT;
+
+    fn parse(text: &OsStr) -> Result<E, String> {
+        let text = unicode(text)?;
+        E::of_name(text).ok_or_else(|| {
+            let names: Vec<_> = Self::choices().into_iter().filter(|(_, help)| !help.is_empty()).collect();
+            let names: Vec<_> = names.into_iter().map(|(name, _)| name).collect();
+            lists::unknown(text, "one of the choices", &names)
+        })
+    }
+
+    fn write(value: &E) -> Vec<OsString> {
+        vec![value.choice_name().into()]
+    }
+
+    fn choices() -> Vec<NamedChoice> {
+        E::CHOICES.iter().map(|&(_, name, help)| (name, help)).collect()
+    }
+}
+
+/// Instruction set; `best` is the best of this machine.
+#[derive(Debug)]
+pub struct Simd;
+
+impl SettingType for Simd {
+    type Value = Option<SimdLevel>;
+    const SHAPE: Shape = Shape::TEXT;
+
+    fn parse(text: &OsStr) -> Result<Option<SimdLevel>, String> {
+        if text == "best" {
+            return Ok(None);
+        }
+        let level = OneOf::<SimdLevel>::parse(text)?;
+        if !level.is_supported() {
+            return Err("this machine lacks these instructions; leave the setting out".to_owned());
+        }
+        Ok(Some(level))
+    }
+
+    fn write(value: &Option<SimdLevel>) -> Vec<OsString> {
+        vec![value.map_or("best", Named::choice_name).into()]
+    }
+
+    fn choices() -> Vec<NamedChoice> {
+        let mut choices = vec![("best", "The best that this machine has")];
+        choices.extend(OneOf::<SimdLevel>::choices());
+        choices
+    }
+}
+
+/// Names that add up.
+#[derive(Debug)]
+pub struct Names;
+
+impl SettingType for Names {
+    type Value = Vec<String>;
+    const SHAPE: Shape = Shape { is_repeated: true, ..Shape::TEXT };
+
+    fn parse(text: &OsStr) -> Result<Vec<String>, String> {
+        Ok(vec![unicode(text)?.to_owned()])
+    }
+
+    fn write(value: &Vec<String>) -> Vec<OsString> {
+        value.iter().map(OsString::from).collect()
+    }
+
+    fn add(earlier: &mut Vec<String>, later: Vec<String>) {
+        earlier.extend(later);
+    }
+}

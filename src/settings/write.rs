@@ -1,0 +1,127 @@
+//! Writes settings as a shot file or as JSON.
+
+use std::ffi::OsString;
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+use toml::de::DeValue;
+
+use super::definition::Definition;
+use super::definitions::{DEFINITIONS, Settings};
+use super::setting_type::{Shape, Single};
+
+impl Settings {
+    /// The same settings with defaults given where they have a meaning, and files named from `folder`.
+    #[must_use]
+    pub fn with_defaults(&self, folder: &Path) -> Self {
+        let mut all = Self::default();
+        for definition in DEFINITIONS {
+            let is_needless = definition.requires.is_some_and(|needed| self.origin_of(needed).is_none());
+            let default = || (definition.access.write_default)().filter(|_| !is_needless);
+            let Some(texts) = definition.texts(self).or_else(default) else { continue };
+            let origin = definition.origin(self).cloned().unwrap_or(crate::error::Origin::Default);
+            if definition.is_flag() && texts.iter().all(|text| text == "false") {
+                continue;
+            }
+            for text in texts {
+                // Both are texts of values.
+                let _ = definition.parse(&mut all, &(definition.access.rebase)(text, folder), &origin);
+            }
+        }
+        all
+    }
+
+    /// Lines of a shot file, with headings as comments.
+    pub fn to_toml(&self) -> String {
+        let mut lines = Vec::new();
+        let mut heading = None;
+        for definition in DEFINITIONS {
+            let Some(texts) = definition.texts(self) else { continue };
+            if heading != definition.group.heading() {
+                heading = definition.group.heading();
+                lines.extend(heading.map(|heading| format!("\n# {heading}")));
+            }
+            lines.push(line(definition, &texts));
+        }
+        lines.join("\n")
+    }
+
+    /// A JSON object. A setting that takes numbers or texts is a text, so that it has one type.
+    pub fn to_json(&self) -> Map<String, Value> {
+        let given = DEFINITIONS.iter().filter_map(|definition| Some((definition, definition.texts(self)?)));
+        given
+            .map(|(definition, texts)| (definition.name.to_owned(), json_value(definition.shape, &texts)))
+            .collect()
+    }
+}
+
+fn line(definition: &Definition, texts: &[OsString]) -> String {
+    let key = definition.name;
+    let shape = definition.shape;
+    let Some(texts) = texts.iter().map(|text| text.to_str()).collect::<Option<Vec<_>>>() else {
+        return format!("# {key} cannot be written here, for it is not Unicode");
+    };
+    if shape.is_repeated {
+        let texts: Vec<_> = texts.into_iter().map(quoted).collect();
+        return format!("{key} = [{}]", texts.join(", "));
+    }
+    let text = texts.last().copied().unwrap_or_default();
+    if shape == Shape::FLAG {
+        return format!("{key} = {text}");
+    }
+    format!("{key} = {}", number(shape, text).unwrap_or_else(|| quoted(text)))
+}
+
+fn json_value(shape: Shape, texts: &[OsString]) -> Value {
+    let mut texts = texts.iter().map(|text| text.to_string_lossy());
+    if shape.is_repeated {
+        return json!(texts.collect::<Vec<_>>());
+    }
+    let text = texts.next_back().unwrap_or_default();
+    if shape == Shape::FLAG {
+        return json!(text == "true");
+    }
+    let number = number(shape, &text).filter(|_| shape.single == Single::Number);
+    number.and_then(|number| serde_json::from_str(&number).ok()).unwrap_or_else(|| json!(text))
+}
+
+/// The text as a number of TOML and JSON, where the shape accepts numbers.
+fn number(shape: Shape, text: &str) -> Option<String> {
+    let value = text.parse::<f64>().ok().filter(|value| shape.takes_number() && value.is_finite())?;
+    let is_number = |text: &str| {
+        DeValue::parse(text).is_ok_and(|value| value.get_ref().is_integer() || value.get_ref().is_float())
+            && serde_json::from_str::<serde_json::Number>(text).is_ok()
+    };
+    let same = |number: &String| number.parse::<f64>().is_ok_and(|same| same == value);
+    [text.to_owned(), format!("{value}"), format!("{value:?}")]
+        .into_iter()
+        .find(|number| is_number(number) && same(number))
+}
+
+/// A basic string of TOML.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            c if c.is_control() => quoted.extend(format!("\\u{:04X}", u32::from(c)).chars()),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quoted_texts_are_read_as_written() {
+        for text in ["", "a\"b\\c", "\u{1}\u{7f}\u{85}\n\t", "'''", "#0 → é"] {
+            let line = quoted(text);
+            let read = DeValue::parse(&line).unwrap();
+            assert_eq!(read.get_ref().as_str(), Some(text), "{line}");
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! Settings to the job that they describe.
+
+use std::ffi::OsStr;
+use std::path::PathBuf;
+
+use crate::bvh::{BuildSettings, SimdLevel};
+use crate::error::{Error, Result, Warning};
+use crate::frame;
+use crate::gltf::{self, ImageLoading, ImportOptions};
+use crate::output::{Aov, AovSet, ExrOutput, matte_collisions};
+use crate::render::RenderSettings;
+use crate::scene::{
+    NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
+};
+use crate::sequence::{
+    ExistingFiles, FrameSpec, OutputPattern, SequenceJob, SequenceOutputs, Shutter, check_image_memory,
+    duration_seconds,
+};
+use crate::settings::{SettingValues, parse, suggest};
+
+use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
+use super::ineffective::ineffective_settings;
+use super::memory_limit::default_max_memory_bytes;
+use super::render_settings::{known_window, render_settings};
+use super::shot_settings::ShotSettings;
+
+/// A job, and what is to be said about it.
+#[derive(Debug)]
+pub struct RenderJob {
+    /// What to do.
+    pub sequence: SequenceJob,
+    /// What was left out by choice, which `--strict` has nothing against.
+    pub choices: Vec<Warning>,
+    /// What is not honoured.
+    pub warnings: Vec<Warning>,
+    /// The environment in words; empty when there is none.
+    pub environment: String,
+    /// Files that are read and must not be written over: the scene, the files it names, and the environment's picture.
+    pub inputs: Vec<PathBuf>,
+}
+
+/// Loads the scene and the environment of a shot, and resolves its settings against them.
+///
+/// # Errors
+/// [`Error::Setting`] for settings that have no meaning for the scene, and all errors of loading.
+pub fn resolve(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
+    resolve_values(shot, images).map_err(|error| shot.settings.locate(error))
+}
+
+fn resolve_values(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
+    let args = &shot.values;
+    let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
+    let request = EnvironmentRequest {
+        light: args.env.clone(),
+        intensity: args.env_intensity,
+        background: args.background.clone(),
+    };
+    let shutter =
+        args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
+    let exr = exr_output(args);
+    if let Some(window) = known_window(args)? {
+        check_image_memory(&shot.scene, window, shutter, &exr, max_memory_bytes)?;
+    }
+    let options = ImportOptions { max_memory_bytes, images };
+    let mut scene = gltf::import(&shot.scene, &options)?;
+    catch_shadows(&mut scene, &args.shadow_catcher)?;
+    let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
+    let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
+        environment::load(&request, &scene, &selection, max_memory_bytes)?;
+    let show_background = request.shows_background();
+    let mut inputs = vec![shot.scene.clone()];
+    inputs.extend(scene.files.iter().cloned());
+    inputs.extend(request.files().map(PathBuf::from));
+    let layers = args.aovs.iter().flat_map(AovSet::as_slice);
+    let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
+    let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
+    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
+    let description = match (show_background, description.as_str()) {
+        (true, _) => description,
+        (false, "") => "background none".to_owned(),
+        (false, _) => format!("{description}, background none"),
+    };
+
+    let duration = duration_seconds(&scene, &selection);
+    let frames = frame_spec(args)
+        .resolve(args.fps.last_frame(duration))
+        .map_err(|why| Error::setting(frame_setting(args), why))?;
+    let numbered = frames.len() > 1 || duration > 0.0;
+    let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
+    let output = args.output.clone().unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
+
+    let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
+    let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
+    let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
+    let sequence = SequenceJob {
+        render,
+        build: build_settings(args),
+        scene,
+        selection,
+        environment,
+        environment_key,
+        frames,
+        rate: args.fps,
+        shutter,
+        output,
+        exr,
+        preview: args.preview.is_some(),
+        sequence_outputs: SequenceOutputs {
+            movie: args.movie.clone(),
+            contact_sheet: args.contact_sheet.clone(),
+            shows_frames: args.show,
+        },
+        exposure: args.exposure,
+        tone: args.tone.unwrap_or_default(),
+        existing: existing_files(args),
+        keep_going: args.keep_going,
+        strict: args.strict,
+        max_memory_bytes,
+    };
+    choices.extend(ineffective_settings(args, &sequence));
+    Ok(RenderJob { sequence, choices, warnings, environment: description, inputs })
+}
+
+fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
+    for name in names {
+        if mark_shadow_catchers(scene, name) > 0 {
+            continue;
+        }
+        if let NameOrIndex::Index(_) = parse::choice(name)
+            && let Some(node) = scene.node(&parse::choice(name))
+            && mark_shadow_catching_node(scene, node)
+        {
+            continue;
+        }
+        let nodes = scene.nodes.iter().filter(|node| node.mesh.is_some()).map(|node| node.name.as_deref());
+        let names = nodes.chain(scene.materials.iter().map(|material| material.name.as_deref()));
+        return Err(Error::setting(
+            "shadow_catcher",
+            format!(
+                "neither a node with a mesh nor a material is called \"{}\"; {}",
+                name.escape_debug(),
+                suggest(name, names.flatten())
+            ),
+        ));
+    }
+    Ok(())
+}
+
+fn frame_spec(args: &SettingValues) -> FrameSpec {
+    if let Some(frames) = &args.frames {
+        return frames.clone();
+    }
+    // Blender's -a is combined with -s and -e, so it means no more than the default.
+    if (args.start, args.end, args.step) == (None, None, None) {
+        return FrameSpec::All;
+    }
+    FrameSpec::Range {
+        start: args.start.map(i64::from),
+        end: args.end.map(i64::from),
+        step: args.step.map_or(1, i64::from),
+    }
+}
+
+/// The setting that decides the frames.
+fn frame_setting(args: &SettingValues) -> &'static str {
+    match (&args.frames, args.start, args.end) {
+        (None, Some(_), _) => "start",
+        (None, None, Some(_)) => "end",
+        _ => "frames",
+    }
+}
+
+fn selection_request(args: &SettingValues) -> SelectionRequest {
+    SelectionRequest {
+        scene: args.scene_choice.clone(),
+        clips: args.animation.clone(),
+        camera: args.camera.clone(),
+        variant: args.variant.clone(),
+    }
+}
+
+fn existing_files(args: &SettingValues) -> ExistingFiles {
+    match (args.resume, args.overwrite) {
+        (_, true) => ExistingFiles::Overwrite,
+        (true, false) => ExistingFiles::Resume,
+        (false, false) => ExistingFiles::Protect,
+    }
+}
+
+pub fn exr_output(args: &SettingValues) -> ExrOutput {
+    let (samples, compression) = args.exr.unwrap_or_default();
+    ExrOutput {
+        aovs: args.aovs.clone().unwrap_or_default(),
+        samples,
+        compression,
+        is_split: args.split_aovs,
+        is_stamped: args.stamp,
+    }
+}
+
+fn build_settings(args: &SettingValues) -> BuildSettings {
+    BuildSettings {
+        builder: args.bvh,
+        split: args.split,
+        simd: args.simd.unwrap_or_else(SimdLevel::best),
+        refit: args.refit,
+        ..BuildSettings::default()
+    }
+}

@@ -1,4 +1,4 @@
-//! The library from outside, one subject a module.
+//! Tests of the library through its public interface, one subject a module.
 
 mod aovs;
 mod bvh;
@@ -11,3 +11,18 @@ mod scenes;
 mod sequence;
 mod source_tree;
 mod stage;
+
+use rayframe::bvh::SimdLevel;
+
+/// The SIMD levels of this processor. The first call reports the missing ones on the standard error stream, past the capture
+/// of the test harness.
+pub(crate) fn supported_simd_levels() -> impl Iterator<Item = SimdLevel> {
+    static REPORT: std::sync::Once = std::sync::Once::new();
+    REPORT.call_once(|| {
+        use std::io::Write as _;
+        for level in SimdLevel::ALL.into_iter().filter(|level| !level.is_supported()) {
+            let _ = writeln!(std::io::stderr(), "skipped: {level:?}: this processor does not support it");
+        }
+    });
+    SimdLevel::ALL.into_iter().filter(|level| level.is_supported())
+}

@@ -13,7 +13,7 @@ fn every_file_is_reproduced() {
 }
 
 #[test]
-fn changed_missing_and_unknown_files_are_told() {
+fn changed_missing_and_unknown_files_are_listed() {
     let scenes = [("a.gltf", "{}\n"), ("b.gltf", "{}\n")];
     let scenes = scenes.map(|(path, text)| (path.into(), text.as_bytes().to_owned())).into();
     let folder = tempfile::tempdir().unwrap();
@@ -28,20 +28,20 @@ fn changed_missing_and_unknown_files_are_told() {
 
 #[test]
 fn scenes_are_small() {
-    // One-thing scenes stay readable in a review; the demo has dense spheres.
+    // Small scenes are readable in a review. The demo has dense spheres.
     for (path, content) in make_scenes::all_scenes().unwrap() {
         let limit = if path.starts_with("demo") { 1_500_000 } else { 60_000 };
         assert!(content.len() < limit, "{}: {} bytes", path.display(), content.len());
     }
 }
 
-/// However geometry and images are packed, without loss the picture is that of the plain file to the last bit.
+/// Lossless packing of geometry and images gives the image of the plain file to the last bit.
 #[test]
-fn packed_scenes_look_as_the_plain_one() {
+fn packed_scenes_match_the_plain_one() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("reference_images/storage");
-    let picture = |name: &str| Image::read(&folder.join(format!("{name}.exr"))).unwrap();
-    let plain = picture("plain");
+    let image = |name: &str| Image::read(&folder.join(format!("{name}.exr"))).unwrap();
+    let plain = image("plain");
     for name in ["meshopt_ext", "meshopt_khr", "draco", "webp", "basis_uastc", "basis_etc1s"] {
-        assert!(are_identical(&picture(name), &plain), "{name}");
+        assert!(are_identical(&image(name), &plain), "{name}");
     }
 }

@@ -1,4 +1,4 @@
-//! Sequences through the library: which files appear, which are kept, and what stops a run.
+//! Sequences through the library: the files that are written and kept, failures, cancellation, and the render hash.
 
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -43,7 +43,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn every_frame_gets_its_file_and_nothing_else_is_left() {
+fn every_frame_has_its_file_and_no_temporary_file_remains() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "new/{frame}/a.####.exr", &[-1, 0, 2]);
     job.preview = true;
@@ -69,13 +69,13 @@ fn bytes_depend_on_neither_threads_nor_the_order_of_frames() {
 }
 
 #[test]
-fn whole_frames_of_the_same_things_are_kept() {
+fn finished_frames_of_the_same_job_are_kept() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.####.exr", &[1, 2, 3]);
     render(&job).unwrap();
     let first = std::fs::read(job.output.path(1)).unwrap();
 
-    // One frame is lost and one cut short; the third is whole.
+    // One frame is missing and one is truncated; the third is intact.
     std::fs::remove_file(job.output.path(1)).unwrap();
     std::fs::write(job.output.path(2), &first[..first.len() / 2]).unwrap();
     let error = Plan::new(&job).unwrap_err();
@@ -86,7 +86,7 @@ fn whole_frames_of_the_same_things_are_kept() {
         "{message}"
     );
 
-    // Resuming replaces what is not whole, and says so; what is missing replaces nothing.
+    // Resuming lists the truncated frame as replaced, but not the missing one.
     job.existing = ExistingFiles::Resume;
     let replaced = Plan::new(&job).unwrap().replaced;
     assert_eq!(replaced.iter().map(|file| &file.path).collect::<Vec<_>>(), [&job.output.path(2)]);
@@ -94,7 +94,7 @@ fn whole_frames_of_the_same_things_are_kept() {
     assert_eq!(summary.kept, [3]);
     assert!(std::fs::read(job.output.path(1)).unwrap() == first);
 
-    // Now all are whole: nothing is left to do, unless all are to be made anew.
+    // All frames are finished: nothing remains, unless existing files are overwritten.
     job.existing = ExistingFiles::Protect;
     assert_eq!(Plan::new(&job).unwrap().remaining(), 0);
     job.existing = ExistingFiles::Overwrite;
@@ -130,7 +130,7 @@ fn previews_of_kept_frames_are_the_same_as_those_made_while_rendering() {
 }
 
 #[test]
-fn a_picture_of_another_program_is_not_replaced_by_a_preview() {
+fn a_preview_does_not_replace_an_image_of_another_program() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.exr", &[0]);
     job.preview = true;
@@ -141,7 +141,7 @@ fn a_picture_of_another_program_is_not_replaced_by_a_preview() {
     assert!(error.to_string().contains("a.png"), "{error}");
     assert_eq!(std::fs::read(&preview).unwrap(), b"a painting");
 
-    // Once it is ours, another look may replace it, another picture may not.
+    // A preview that rayframe wrote is replaced if exposure or tone differ, but not if the render differs.
     job.existing = ExistingFiles::Overwrite;
     render(&job).unwrap();
     job.existing = ExistingFiles::Protect;
@@ -153,7 +153,7 @@ fn a_picture_of_another_program_is_not_replaced_by_a_preview() {
 }
 
 #[test]
-fn png_output_resumes_too_and_knows_its_look() {
+fn png_output_resumes_and_depends_on_exposure() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.##.png", &[0, 1]);
     render(&job).unwrap();
@@ -166,7 +166,7 @@ fn png_output_resumes_too_and_knows_its_look() {
 }
 
 #[test]
-fn what_can_fail_fails_before_the_first_frame() {
+fn invalid_jobs_fail_before_the_first_frame() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(Plan::new(&job(folder.path(), "a.exr", &[1, 2])).unwrap_err().exit_code(), 2);
     let mut too_large = job(folder.path(), "a.exr", &[1]);
@@ -176,7 +176,7 @@ fn what_can_fail_fails_before_the_first_frame() {
     assert_eq!(error.exit_code(), 77);
     // 2³² pixels of 72 bytes against 2³⁰ bytes.
     assert!(error.to_string().contains("309.2 GB, more than the limit of 1.1 GB"), "{error}");
-    // Amounts below a gigabyte are told apart.
+    // Amounts below a gigabyte are printed in megabytes.
     too_large.render.resolution = (1000, 1000);
     too_large.render.window = PixelWindow::full(1000, 1000);
     too_large.max_memory_bytes = 20_000_000;
@@ -193,7 +193,7 @@ fn a_failed_frame_stops_the_run_unless_told_otherwise() {
     let mut job = job(folder.path(), "a.##.exr", &[1, 2, 3]);
     let run_with_an_obstacle = |job: &SequenceJob| {
         let plan = Plan::new(job).unwrap();
-        // A folder that takes frame 2's name while the run is under way makes its renaming fail.
+        // A folder with the name of frame 2, created during the run, makes its rename fail.
         std::fs::create_dir_all(job.output.path(2).join("x")).unwrap();
         run(job, &plan, &CancelFlag::new(), &|_| ())
     };
@@ -222,14 +222,14 @@ fn the_loop_is_one_frame_ahead_of_the_disk_at_most() {
     });
     assert_eq!(too_early.into_inner().unwrap(), [0_i64; 0]);
     assert_eq!(names(folder.path()).len(), 8);
-    // What frames add to the run is no more than the run.
+    // The periods of the frames sum to at most the time of the run.
     let periods: f64 = summary.written.iter().map(|report| report.seconds.period).sum();
     assert!(periods > 0.0 && periods <= summary.seconds);
     assert!(summary.written.iter().all(|report| report.seconds.period <= report.seconds.total));
 }
 
 #[test]
-fn frames_end_in_their_order_whatever_becomes_of_them() {
+fn frames_end_in_order_whether_written_kept_or_failed() {
     let folder = tempfile::tempdir().unwrap();
     let mut job = job(folder.path(), "a.##.exr", &[1]);
     render(&job).unwrap();
@@ -269,7 +269,7 @@ fn a_frame_that_cannot_be_written_stops_the_one_after_it() {
     std::fs::create_dir_all(job.output.path(1).join("x")).unwrap();
     let cancel = CancelFlag::new();
     let summary = run(&job, &plan, &cancel, &|event| {
-        // A bug in the next frame is not what ended the run.
+        // The panic of the next frame is not the reported failure.
         if let SequenceEvent::FrameStarted(frame) = event {
             assert!(frame.frame != 2, "a bug in frame two");
         }
@@ -281,7 +281,7 @@ fn a_frame_that_cannot_be_written_stops_the_one_after_it() {
 }
 
 #[test]
-fn a_raised_flag_keeps_what_is_finished() {
+fn cancellation_keeps_finished_frames() {
     let folder = tempfile::tempdir().unwrap();
     let job = job(folder.path(), "a.##.exr", &[1, 2, 3]);
     let plan = Plan::new(&job).unwrap();
@@ -314,7 +314,7 @@ fn a_panic_fails_its_frame_alone() {
 }
 
 #[test]
-fn the_hash_changes_with_the_picture_and_with_nothing_else() {
+fn the_render_hash_changes_with_the_image_and_with_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let base = || job(folder.path(), "a.####.exr", &[1]);
     let expected = render_hash(&base(), 1);
@@ -359,7 +359,7 @@ fn the_hash_changes_with_the_picture_and_with_nothing_else() {
     ];
     let mut seen = std::collections::BTreeSet::from([expected.clone(), render_hash(&base(), 2)]);
     for change in other {
-        assert!(seen.insert(with(change)), "two jobs with different pictures have one hash");
+        assert!(seen.insert(with(change)), "two jobs with different images have one hash");
     }
     assert_eq!(seen.len(), 22);
 }

@@ -1,4 +1,4 @@
-//! The picture depends on the scene and on what is asked for, never on how it is computed.
+//! Determinism: the image depends on the scene and its settings, never on how it is computed.
 //!
 //! Runs the program itself: each scene is rendered plainly, and again in another way that must give the same file to the
 //! last byte. The scenes are those where something could go another way: many ties in depth, boxes that are split,
@@ -11,7 +11,7 @@ use rayframe::bvh::SimdLevel;
 use rayframe::image::RgbaImage;
 use rayframe::image_file::decode_exr_rgba;
 
-/// A scene as these tests render it.
+/// A scene and the options that these tests render it with.
 struct Shot {
     scene: &'static str,
     frame: u32,
@@ -32,14 +32,14 @@ const SHOTS: [Shot; 10] = [
 ];
 
 const SIZE: &[&str] = &["-r", "96x54", "--samples", "2"];
-/// Small enough for testing every triangle against every ray.
+/// Small enough for brute force.
 const TINY: &[&str] = &["-r", "16x9", "--samples", "1"];
 
 const fn shot(scene: &'static str, frame: u32, options: &'static [&'static str]) -> Shot {
     Shot { scene, frame, options }
 }
 
-/// Runs the program on `shot` with all `options` and gives what it said.
+/// Renders `shot` with `options`; returns the standard error stream.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn rayframe(shot: &Shot, output: &Path, options: &[&str]) -> String {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(shot.scene);
@@ -67,7 +67,7 @@ fn render(shot: &Shot, folder: &Path, name: &str, options: &[&[&str]]) -> PathBu
     path
 }
 
-/// Every way in `ways` gives the file of the plain one.
+/// Asserts that the options of every way in `ways` give the file of the plain render.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn assert_same_files(size: &[&str], ways: &[&[&str]]) {
     for shot in &SHOTS {
@@ -98,7 +98,7 @@ fn decode(bytes: &[u8]) -> RgbaImage {
     decode_exr_rgba("frame.exr".as_ref(), bytes, 1 << 28).unwrap()
 }
 
-/// `part` holds the pixels of `whole` from `origin` on; the first that it does not is named.
+/// Asserts that `part` holds the pixels of `whole` from `origin` on; names the first that differs.
 fn assert_same_pixels(whole: &RgbaImage, part: &RgbaImage, origin: (u32, u32), what: &str) {
     let (width, height) = part.size;
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
@@ -111,10 +111,10 @@ fn assert_same_pixels(whole: &RgbaImage, part: &RgbaImage, origin: (u32, u32), w
     }
 }
 
-/// Were the files empty or compared loosely, the other tests could not fail.
+/// The comparison itself fails for a difference, so the other tests can fail.
 #[test]
 #[should_panic(expected = "the demo without reflections: column ")]
-fn what_does_show_is_told_with_its_pixel() {
+fn a_difference_is_reported_with_its_pixel() {
     let folder = tempfile::tempdir().unwrap();
     let plain = render(&SHOTS[0], folder.path(), "plain.exr", &[SIZE]);
     let other = render(&SHOTS[0], folder.path(), "other.exr", &[SIZE, &["--depth", "0"]]);
@@ -122,12 +122,12 @@ fn what_does_show_is_told_with_its_pixel() {
 }
 
 #[test]
-fn threads_do_not_show() {
+fn threads_do_not_change_the_image() {
     assert_same_files(SIZE, &[&["-t", "1"], &["-t", "2"], &["-t", "3"], &["-t", "8"]]);
 }
 
 #[test]
-fn splitting_does_not_show() {
+fn splitting_does_not_change_the_image() {
     let splits: [&[&str]; 3] = [&["--split", "off"], &["--split", "auto", "-t", "1"], &["--split", "1e-4"]];
     assert_same_files(SIZE, &splits);
 }
@@ -135,7 +135,7 @@ fn splitting_does_not_show() {
 /// Four flat boxes of 10⁻⁴ m², counting both sides, for each of the demo's 50 160 triangles cover 10 m²; its floor is
 /// larger.
 #[test]
-fn a_tiny_area_meets_the_reference_budget_and_says_so() {
+fn a_tiny_split_area_reaches_the_reference_budget_with_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let options = [&["-f", "5", "--split", "1e-4"], TINY].concat();
     let said = rayframe(&SHOTS[0], &folder.path().join("a.exr"), &options);
@@ -143,9 +143,9 @@ fn a_tiny_area_meets_the_reference_budget_and_says_so() {
     assert!(warnings.len() == 1 && warnings[0].contains("--split"), "{said}");
 }
 
-/// Else `--split auto` above would be tested on scenes where it does nothing.
+/// `--split auto` splits one of the scenes, so that the tests above cover it.
 #[test]
-fn one_scene_is_split_without_being_told() {
+fn one_scene_is_split_by_default() {
     let folder = tempfile::tempdir().unwrap();
     let stats = folder.path().join("stats.json");
     let options = [&["-f", "0", "--stats", stats.to_str().unwrap()], TINY].concat();
@@ -157,7 +157,7 @@ fn one_scene_is_split_without_being_told() {
 }
 
 #[test]
-fn instructions_do_not_show() {
+fn simd_levels_do_not_change_the_image() {
     let mut ways: Vec<&[&str]> = vec![
         &["--simd", "scalar"],
         &["--simd", "scalar", "--split", "off", "--bvh", "lbvh", "-t", "3"],
@@ -169,18 +169,24 @@ fn instructions_do_not_show() {
         (SimdLevel::Avx512, &["--simd", "avx512"]),
         (SimdLevel::Neon, &["--simd", "neon"]),
     ];
-    ways.extend(levels.into_iter().filter(|(level, _)| level.is_supported()).map(|(_, way)| way));
+    for (level, way) in levels {
+        if level.is_supported() {
+            ways.push(way);
+        } else {
+            crate::skipped(&format!("this processor does not support {}", way[1]));
+        }
+    }
     assert_same_files(SIZE, &ways);
 }
 
 #[test]
-fn the_hierarchy_does_not_show() {
+fn the_hierarchy_does_not_change_the_image() {
     assert_same_files(TINY, &[&["--bvh", "brute"], &["--bvh", "lbvh", "--split", "1e-3"]]);
 }
 
-/// The crop's sides lie inside tiles, on the picture's edge and, with one pixel, within a single tile.
+/// Edges of the crops lie inside tiles and on the edge of the image; a crop of one pixel lies within a single tile.
 #[test]
-fn a_crop_has_the_pixels_of_the_whole() {
+fn a_crop_has_the_pixels_of_the_whole_image() {
     for shot in &SHOTS {
         let folder = tempfile::tempdir().unwrap();
         let whole = decode(&std::fs::read(render(shot, folder.path(), "whole.exr", &[SIZE])).unwrap());
@@ -199,7 +205,7 @@ fn a_crop_has_the_pixels_of_the_whole() {
     }
 }
 
-/// In a sequence memory is used again, and where nothing moves the hierarchy as well.
+/// A sequence reuses memory and, where nothing moves, the hierarchy.
 #[test]
 fn a_frame_is_the_same_alone_and_in_a_sequence() {
     for shot in &SHOTS {
@@ -214,9 +220,9 @@ fn a_frame_is_the_same_alone_and_in_a_sequence() {
     }
 }
 
-/// However worn the tree, refitting gives the files of building each frame's own; and it does refit.
+/// Refitting gives the files of a new tree for each frame at any cost ratio, and it does refit.
 #[test]
-fn refitting_does_not_show() {
+fn refitting_does_not_change_the_image() {
     for scene in ["demo/whitted_1980", "skin/two_bone_strip"] {
         let shot = Shot { scene, frame: 0, options: &[] };
         let folder = tempfile::tempdir().unwrap();
@@ -239,7 +245,7 @@ fn refitting_does_not_show() {
     }
 }
 
-/// Lost frames and broken ones are made again, be it in another way, with the bytes they had.
+/// Missing and broken frames are rendered again, with other options for acceleration, to the same bytes.
 #[test]
 fn a_resumed_sequence_is_the_whole_one() {
     for shot in &SHOTS {

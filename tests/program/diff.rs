@@ -1,4 +1,4 @@
-//! `rayframe diff` through the program: pictures, sequences, layers, maps and exit codes.
+//! `rayframe diff`: images, sequences, AOVs, difference maps and exit codes.
 
 mod report;
 
@@ -22,7 +22,7 @@ fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
-/// A folder of pictures.
+/// A folder of images.
 struct Stage(tempfile::TempDir);
 
 impl Stage {
@@ -35,7 +35,7 @@ impl Stage {
         self.0.path().join(name).display().to_string()
     }
 
-    /// Grey with a brighter square at a column.
+    /// Writes a grey image with a brighter square at `column`.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
     fn square(&self, name: &str, size: (u32, u32), column: u32) -> String {
         let pixel = |at: u32| {
@@ -44,12 +44,12 @@ impl Stage {
             [value, value, value, 1.0]
         };
         let pixels: Vec<_> = (0..size.0 * size.1).map(pixel).collect();
-        let picture = Image::from_rgba(size, ColorEncoding::Linear, &pixels);
-        picture.write(Path::new(&self.at(name))).unwrap();
+        let image = Image::from_rgba(size, ColorEncoding::Linear, &pixels);
+        image.write(Path::new(&self.at(name))).unwrap();
         self.at(name)
     }
 
-    /// Renders a scene with layers, its text changed before.
+    /// Renders a changed scene with AOVs.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
     fn rendered(&self, name: &str, scene: &str, change: impl Fn(&mut Value), options: &[&str]) -> String {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
@@ -80,7 +80,7 @@ impl Stage {
 }
 
 #[test]
-fn two_pictures_are_the_same_or_not_with_value_and_limit() {
+fn two_images_match_or_differ_with_value_and_limit() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);
     let b = stage.square("b.exr", (40, 24), 24);
@@ -98,7 +98,7 @@ fn two_pictures_are_the_same_or_not_with_value_and_limit() {
 }
 
 #[test]
-fn json_and_maps_say_where() {
+fn json_and_maps_locate_differences() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);
     let b = stage.square("b.exr", (40, 24), 24);
@@ -153,7 +153,7 @@ fn sequences_are_matched_by_frame_and_missing_frames_are_named() {
 }
 
 #[test]
-fn exit_codes_tell_usage_from_bad_and_missing_files() {
+fn exit_codes_distinguish_usage_bad_files_and_missing_files() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);
     let wide = stage.square("wide.exr", (48, 24), 4);
@@ -175,7 +175,7 @@ fn exit_codes_tell_usage_from_bad_and_missing_files() {
 }
 
 #[test]
-fn layers_tell_what_changed() {
+fn aovs_show_the_cause_of_a_change() {
     let stage = Stage::new();
     let kind = |actual: &str, reference: &str| {
         let report = json(&rayframe(&["diff", actual, reference, "--json", "--preset", "exact"]));
@@ -195,7 +195,7 @@ fn layers_tell_what_changed() {
     let lit = stage.rendered("lit.exr", "light/point.gltf", |_| {}, &[]);
     let brighter = stage.rendered("brighter.exr", "light/point.gltf", |_| {}, &["--light-scale", "1.3"]);
     assert_eq!(kind(&brighter, &lit), "light");
-    // Of layers that are chosen, only those count.
+    // Only the selected AOVs count.
     let code =
         |layers| rayframe(&["diff", &brighter, &lit, "--preset", "exact", "--layers", layers]).status.code();
     assert_eq!((code("data"), code("beauty"), code("depth,albedo")), (Some(0), Some(1), Some(0)));

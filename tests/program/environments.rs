@@ -1,4 +1,4 @@
-//! Options about what surrounds a scene give the pictures that the scenes of `environment/` have for references.
+//! Environment options give the reference images of the scenes of `environment/`.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,19 +7,19 @@ use rayframe::regression::{Image, Preset, compare};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
-/// Renders a scene of `environment/` as reference pictures are, with options; a name of a picture stands for its path.
+/// Renders a scene of `environment/` with the settings of the suite and `options`, where `quarters.hdr` becomes a full path.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn render(scene: &str, options: &[&str]) -> Image {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("a.exr");
-    let pictures = Path::new(ROOT).join("scenes/environment");
+    let folder_of_scenes = Path::new(ROOT).join("scenes/environment");
     let options = options.iter().map(|option| match option.strip_prefix("quarters.hdr") {
-        Some(rest) => format!("{}{rest}", pictures.join("quarters.hdr").display()),
+        Some(rest) => format!("{}{rest}", folder_of_scenes.join("quarters.hdr").display()),
         None => (*option).to_owned(),
     });
     let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
         .arg("render")
-        .arg(pictures.join(scene).with_extension("gltf"))
+        .arg(folder_of_scenes.join(scene).with_extension("gltf"))
         .args(["-r", "160x90", "--samples", "4", "--layers", "object_id,material_id", "-q", "-o"])
         .arg(&file)
         .args(options)
@@ -30,7 +30,7 @@ fn render(scene: &str, options: &[&str]) -> Image {
 }
 
 #[test]
-fn options_make_the_reference_pictures() {
+fn options_reproduce_the_reference_images() {
     let background = ["--env", "quarters.hdr", "--background", "0.06,0.02,0.1"];
     let catcher = ["--background", "none", "--shadow-catcher", "floor"];
     for (scene, options) in [
@@ -49,19 +49,19 @@ fn options_make_the_reference_pictures() {
 }
 
 #[test]
-fn a_picture_may_stand_behind_another_light() {
+fn the_background_may_differ_from_the_environment() {
     let seen = render("picture", &["--env", "0,0,0", "--background", "quarters.hdr@90"]);
     let pixels = seen.rgba().unwrap();
     let corner = pixels[0];
     // Turned by 90°, blue lies to the left: (0.125, 0.25, 0.75).
     assert_eq!(corner, [0.125, 0.25, 0.75, 1.0]);
-    // The balls are black before it.
+    // The balls are black.
     let middle = pixels[45 * 160 + 80];
     assert_eq!(middle, [0.0, 0.0, 0.0, 1.0]);
 }
 
 #[test]
-fn what_is_not_there_is_told() {
+fn missing_nodes_and_files_are_named() {
     let fails = |options: &[&str], code: i32, words: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
             .args(["render", "scenes/environment/shadow_catcher.gltf", "-n"])

@@ -1,6 +1,7 @@
-//! A run that is stopped leaves whole frames alone under their final names, whatever stops it and whatever it was doing: a kill,
-//! a signal that asks, a full disk, or another run in the same folder. `tests/oracles/kill_many.py` does the same hundreds of
-//! times at random moments.
+//! Interrupted runs leave only finished frames under final names.
+//!
+//! The interruptions are a kill, a signal, a full disk, and another run in the same folder. `tests/oracles/kill_many.py` does
+//! the same hundreds of times at random moments.
 
 #![cfg(unix)]
 
@@ -15,14 +16,14 @@ use crate::names;
 
 const FRAMES: usize = 10;
 
-/// When a run is killed.
+/// The moment of a kill.
 #[derive(Clone, Copy, Debug)]
 enum Moment {
-    /// This long after the start, so most likely before the first frame.
+    /// A time after the start, most likely before the first frame.
     After(Duration),
-    /// As soon as this many frames have been told of, and then this much later.
+    /// A time after this many frames have been reported.
     FramesAnd(usize, Duration),
-    /// As soon as a half-written file can be seen beside finished frames.
+    /// When a temporary file exists beside finished frames.
     MidWrite,
 }
 
@@ -30,7 +31,7 @@ fn command(folder: &Path) -> Command {
     command_through(Command::new(env!("CARGO_BIN_EXE_rayframe")), folder)
 }
 
-/// The same arguments behind those of `command`.
+/// Appends the arguments of the render to `command`.
 fn command_through(mut command: Command, folder: &Path) -> Command {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/demo/whitted_1980.gltf");
     command
@@ -43,7 +44,7 @@ fn command_through(mut command: Command, folder: &Path) -> Command {
     command
 }
 
-/// Half-written files are hidden and named after their frame, so that no pattern for frames finds them.
+/// Temporary files are hidden and named after their frame, so that no pattern for frames matches them.
 fn is_temporary(name: &str) -> bool {
     name.starts_with(".a.") && Path::new(name).extension().is_some_and(|extension| extension == "tmp")
 }
@@ -59,7 +60,7 @@ fn wait_for(moment: Moment, child: &mut Child, folder: &Path) {
         Moment::After(delay) => std::thread::sleep(delay),
         Moment::FramesAnd(count, delay) => {
             let lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
-            // Taking no line more than needed is what makes this return at once.
+            // Reads no more lines than needed, so that this returns at once.
             let seen = lines.filter(|line| line.contains(" written ")).take(count).count();
             assert_eq!(seen, count, "the run ended early");
             std::thread::sleep(delay);
@@ -77,7 +78,7 @@ fn wait_for(moment: Moment, child: &mut Child, folder: &Path) {
     }
 }
 
-/// The frames of a run without a break, by their names.
+/// The frames of an uninterrupted run by name.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn whole_run(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     assert!(command(folder).stderr(Stdio::null()).status().unwrap().success());
@@ -85,7 +86,7 @@ fn whole_run(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     frame_names().into_iter().map(|name| (name.clone(), std::fs::read(folder.join(name)).unwrap())).collect()
 }
 
-/// How many frames are in `folder`, which holds nothing else, and of those nothing but the whole.
+/// Number of frames in `folder`. Asserts that all are finished and that there are no other files.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn whole_frames(folder: &Path, whole: &BTreeMap<String, Vec<u8>>) -> usize {
     let names = names(folder);
@@ -97,7 +98,7 @@ fn whole_frames(folder: &Path, whole: &BTreeMap<String, Vec<u8>>) -> usize {
 }
 
 #[test]
-fn only_whole_frames_are_left_and_resuming_completes_them() {
+fn a_killed_run_leaves_finished_frames_and_resume_completes_them() {
     let folder = tempfile::tempdir().unwrap();
     let whole = folder.path().join("whole");
     assert!(command(&whole).stderr(Stdio::null()).status().unwrap().success());
@@ -120,7 +121,7 @@ fn only_whole_frames_are_left_and_resuming_completes_them() {
         child.kill().unwrap();
         child.wait().unwrap();
 
-        // What has a frame's name is that frame; all else is hidden.
+        // A file with the name of a frame is that finished frame; all others are hidden.
         let left = names(&killed);
         let (frames, others): (Vec<_>, Vec<_>) = left.iter().partition(|name| frame_names().contains(*name));
         for name in &frames {
@@ -134,7 +135,7 @@ fn only_whole_frames_are_left_and_resuming_completes_them() {
         }
         cut_short += usize::from(frames.len() < FRAMES);
 
-        // Going on gives what a run without a break gives, and clears up.
+        // Resuming gives the files of an uninterrupted run and removes temporary files.
         let resumed = command(&killed).arg("--resume").stderr(Stdio::null()).status().unwrap();
         assert!(resumed.success(), "{moment:?}");
         assert_eq!(names(&killed), frame_names(), "{moment:?}");
@@ -150,7 +151,7 @@ fn only_whole_frames_are_left_and_resuming_completes_them() {
 }
 
 #[test]
-fn a_signal_that_asks_ends_the_run_within_a_second_and_keeps_what_is_finished() {
+fn a_signal_ends_the_run_within_a_second_and_keeps_finished_frames() {
     let folder = tempfile::tempdir().unwrap();
     let whole = whole_run(&folder.path().join("whole"));
     // The numbers of SIGINT and SIGTERM are the same on all systems.
@@ -177,7 +178,7 @@ fn two_runs_in_one_folder_both_succeed() {
     let whole = whole_run(&folder.path().join("whole"));
     let shared = folder.path().join("shared");
     let mut runs = [1, 2].map(|_| command(&shared).stderr(Stdio::null()).spawn().unwrap());
-    // While they run, all that has a frame's name is whole.
+    // While they run, every file with the name of a frame is finished.
     while runs.iter_mut().any(|run| run.try_wait().unwrap().is_none()) {
         for (name, expected) in &whole {
             if let Ok(read) = std::fs::read(shared.join(name)) {
@@ -190,11 +191,11 @@ fn two_runs_in_one_folder_both_succeed() {
 }
 
 #[test]
-fn a_file_that_may_not_grow_is_a_failed_write() {
+fn a_file_size_limit_is_a_failed_write() {
     let folder = tempfile::tempdir().unwrap();
     let whole = whole_run(&folder.path().join("whole"));
     let limited = folder.path().join("limited");
-    // Blocks are of 512 or 1024 bytes; frames are longer than eight of either.
+    // Blocks are 512 or 1024 bytes; a frame is longer than eight of either.
     assert!(whole.values().all(|frame| frame.len() > 8 * 1024));
     let mut shell = Command::new("sh");
     shell.args(["-c", "ulimit -f 8; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_rayframe")]);
@@ -205,7 +206,7 @@ fn a_file_that_may_not_grow_is_a_failed_write() {
     assert_eq!(whole_frames(&limited, &whole), 0);
 }
 
-/// A memory file system that goes with this value.
+/// A mounted memory file system; dropping it unmounts.
 #[cfg(target_os = "linux")]
 struct SmallDisk<'a>(&'a Path);
 
@@ -218,7 +219,7 @@ impl Drop for SmallDisk<'_> {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_keeps_the_frames_that_it_had_room_for() {
+fn a_full_disk_keeps_the_frames_that_fitted() {
     let folder = tempfile::tempdir().unwrap();
     let whole = whole_run(&folder.path().join("whole"));
     let bytes: usize = whole.values().map(Vec::len).sum();
@@ -229,8 +230,7 @@ fn a_full_disk_keeps_the_frames_that_it_had_room_for() {
         mount.is_ok_and(|output| output.status.success())
     };
     if !mount(format!("size={}", bytes / 2)) {
-        // Only the superuser may mount.
-        return;
+        return crate::skipped("mounting a file system needs root");
     }
     let disk = SmallDisk(&small);
     let output = command(&small).output().unwrap();
@@ -240,7 +240,7 @@ fn a_full_disk_keeps_the_frames_that_it_had_room_for() {
     let left = whole_frames(&small, &whole);
     assert!((1..FRAMES).contains(&left), "{left} frames");
 
-    // With room the same command goes on.
+    // With enough space the same command continues.
     assert!(mount(format!("remount,size={}", bytes * 3)));
     assert!(command(&small).stderr(Stdio::null()).status().unwrap().success());
     assert_eq!(whole_frames(&small, &whole), FRAMES);

@@ -1,4 +1,6 @@
-//! The program from outside: what it writes, what it says, and how it ends, one subject a module.
+//! Tests of the program: its output files, messages and exit codes, one subject a module.
+//!
+//! A test that needs a privilege, a program or a processor feature that is missing prints a line `skipped: TEST: why`.
 
 mod aovs;
 mod bad_input;
@@ -19,7 +21,7 @@ mod watch;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The files in a folder, sorted; none where there is no folder.
+/// Sorted names of the files in a folder; empty if it does not exist.
 pub(crate) fn names(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<_> = entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
@@ -38,4 +40,11 @@ pub(crate) fn stderr(output: &Output) -> String {
 
 pub(crate) fn both<'a>(first: &[&'a str], second: &[&'a str]) -> Vec<&'a str> {
     [first, second].concat()
+}
+
+/// Reports on the standard error stream, past the capture of the test harness, that the running test cannot test anything here.
+pub(crate) fn skipped(why: &str) {
+    use std::io::Write as _;
+    let thread = std::thread::current();
+    let _ = writeln!(std::io::stderr(), "skipped: {}: {why}", thread.name().unwrap_or("test"));
 }

@@ -1,17 +1,17 @@
-//! Crops that are merged are the file that one machine would have written, and what is no such set of crops is refused.
+//! `rayframe merge`: merged crops equal the file of one render, and incomplete or foreign tiles are refused.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Two columns by three rows of a picture of 48x27; neither halves nor thirds, and not along blocks of scan lines.
+/// Crops in two columns and three rows of an image of 48x27, of unequal sizes and across blocks of scan lines.
 const TILES: [&str; 6] = ["0,0,20,9", "20,0,48,9", "0,9,20,17", "20,9,48,17", "0,17,20,27", "20,17,48,27"];
 
-/// A folder in which the program runs, and renders of the same scene.
+/// A folder for runs of the program and renders of one scene.
 struct Stage {
     folder: tempfile::TempDir,
 }
 
-/// How a run ended and what it said.
+/// Exit code and output of a run.
 struct Ended {
     code: Option<i32>,
     said: String,
@@ -54,7 +54,7 @@ impl Stage {
         assert_eq!(ended.code, Some(0), "{options:?}: {}", ended.said);
     }
 
-    /// Renders the tiles as `PREFIX0.exr` and so on, and gives their names.
+    /// Renders the tiles as `PREFIX0.exr` and so on; returns their names.
     fn render_tiles(&self, prefix: &str, options: &[&str]) -> Vec<String> {
         let name = |index: usize| format!("{prefix}{index}.exr");
         for (index, crop) in TILES.iter().enumerate() {
@@ -68,7 +68,7 @@ impl Stage {
         self.run(&[&["merge"], tiles.as_slice(), options].concat())
     }
 
-    /// The merge fails with `code` in one line with all `words`, and `whole.exr` is not made.
+    /// Asserts that the merge fails with `code`, in one line with all `words`, and does not write `whole.exr`.
     fn assert_fails(&self, tiles: &[&str], code: i32, words: &[&str]) {
         let ended = self.merge(tiles, &["-o", "whole.exr"]);
         assert_eq!(ended.code, Some(code), "{tiles:?}: {}", ended.said);
@@ -102,7 +102,7 @@ fn merged_tiles_are_the_whole_frame_to_the_last_byte() {
 }
 
 #[test]
-fn files_of_layers_are_merged_one_by_one_and_stamps_are_left_out() {
+fn split_aovs_are_merged_one_by_one_without_stamps() {
     let stage = Stage::new();
     let options = ["--layers", "depth", "--split-aovs"];
     stage.render("expected.exr", &options);
@@ -113,7 +113,7 @@ fn files_of_layers_are_merged_one_by_one_and_stamps_are_left_out() {
         assert_eq!(ended.code, Some(0), "{}", ended.said);
         assert!(stage.bytes("whole.exr") == stage.bytes(name), "{name}");
     }
-    // Files of different layers are no parts of one picture.
+    // Files of different AOVs are not parts of one image.
     let ended = stage.merge(&[tiles, depths].concat(), &["-o", "both.exr"]);
     assert_eq!(ended.code, Some(65), "{}", ended.said);
     assert!(ended.said.contains("tile0.depth.exr: has the channels Z float"), "{}", ended.said);
@@ -138,7 +138,7 @@ fn sequences_are_merged_frame_by_frame() {
         assert!(stage.bytes(&merged) == stage.bytes(&expected), "{frame}");
     }
 
-    // Once more, nothing is left to do; what is not the whole picture is not replaced unasked.
+    // A second merge has nothing to do. A file that is not the merged image is not replaced without --overwrite.
     let ended = stage.merge(&all, &["-o", "out/whole.%04d.exr"]);
     assert_eq!((ended.code, ended.said.matches("was there already").count()), (Some(0), 3));
     let whole = stage.bytes("out/whole.0000.exr");
@@ -154,7 +154,7 @@ fn sequences_are_merged_frame_by_frame() {
     assert_eq!((ended.code, ended.said.as_str()), (Some(0), ""));
     assert!(stage.bytes("out/whole.0000.exr") == whole);
 
-    // A frame without one of its tiles stops all, and one name for several frames makes no sense.
+    // A frame with a missing tile stops the merge, and several frames need a frame pattern.
     let ended = stage.merge(&all[1..], &["-o", "less/whole.####.exr"]);
     assert_eq!(ended.code, Some(65), "{}", ended.said);
     assert!(
@@ -169,7 +169,7 @@ fn sequences_are_merged_frame_by_frame() {
 }
 
 #[test]
-fn what_is_not_one_whole_picture_is_refused() {
+fn tiles_that_do_not_form_one_whole_image_are_refused() {
     let stage = Stage::new();
     let tiles = stage.render_tiles("tile", &[]);
     let tiles: Vec<&str> = tiles.iter().map(String::as_str).collect();
@@ -178,19 +178,19 @@ fn what_is_not_one_whole_picture_is_refused() {
         tiles[index] = other;
         tiles
     };
-    // What is missing is named, the first of it.
+    // The first missing region is named.
     stage.assert_fails(
         &tiles[1..],
         65,
         &["whole.exr: ", "no tile has the pixels 0,0,20,9;", "--crop 0,0,20,9"],
     );
     stage.assert_fails(&tiles[..4], 65, &["0,17,48,27"]);
-    // So is what is there twice.
+    // Overlaps are named.
     stage.assert_fails(&with(1, "tile0.exr"), 65, &["tile0.exr: has the pixels 0,0,20,9 that tile0.exr has"]);
     stage.render("wide.exr", &["--crop", "18,9,48,17"]);
     stage.assert_fails(&with(3, "wide.exr"), 65, &["wide.exr: has the pixels 18,9,20,17 that tile2.exr has"]);
 
-    // Foreign tiles, with what tells; also when they come first.
+    // Tiles of another render, with the attribute that differs, also when they come first.
     let crop = ["--crop", TILES[0]];
     let foreign: [(&'static str, &[&str], &str); 5] = [
         ("settings.exr", &["--depth", "3"], "other settings or by another version than tile1.exr"),
@@ -218,7 +218,7 @@ fn what_is_not_one_whole_picture_is_refused() {
 }
 
 #[test]
-fn output_names_that_make_no_sense_are_refused() {
+fn invalid_output_names_are_refused() {
     let stage = Stage::new();
     stage.render("a.exr", &[]);
     let before = stage.bytes("a.exr");

@@ -1,4 +1,4 @@
-//! What is made of a whole sequence: movies and contact sheets, through the program.
+//! Movies and contact sheets of whole sequences.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -11,7 +11,7 @@ use crate::names;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
 
-/// Renders three frames of 32x18 pixels into `folder` with more options.
+/// Renders three frames of 32x18 pixels to `folder`, with additional options.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn render(folder: &Path, options: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
@@ -46,7 +46,7 @@ fn a_movie_holds_the_frames_as_their_previews_show_them() {
     let sheet = image::open(folder.path().join("sheet.png")).unwrap();
     assert_eq!((sheet.width(), sheet.height()), (76, 48));
 
-    // Frames that are kept are in it, too, and it comes out the same.
+    // A movie with kept frames is the same file.
     std::fs::remove_file(folder.path().join("all.apng")).unwrap();
     assert_eq!(render(folder.path(), &options).status.code(), Some(0));
     assert!(std::fs::read(folder.path().join("all.apng")).unwrap() == movie);
@@ -54,7 +54,7 @@ fn a_movie_holds_the_frames_as_their_previews_show_them() {
 }
 
 #[test]
-fn a_gif_is_made_of_png_frames() {
+fn a_gif_of_png_frames() {
     let folder = tempfile::tempdir().unwrap();
     let output = render(folder.path(), &["-o", "b.####.png", "--movie", "b.gif"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
@@ -64,7 +64,7 @@ fn a_gif_is_made_of_png_frames() {
 }
 
 #[test]
-fn what_cannot_be_made_is_found_before_the_first_frame() {
+fn invalid_movies_fail_before_the_first_frame() {
     let folder = tempfile::tempdir().unwrap();
     for (options, code, word) in [
         (&["--movie", "all.avi"][..], 2, ".apng"),
@@ -79,7 +79,7 @@ fn what_cannot_be_made_is_found_before_the_first_frame() {
         assert!(message.contains(word), "{options:?}: {message}");
         assert_eq!(names(folder.path()), [] as [&str; 0], "{options:?}");
     }
-    // Without ffmpeg films are refused by name.
+    // Without ffmpeg, formats that need it are refused with its name.
     let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
     command.args(["render", SCENE, "-f", "1", "--movie", "a.mp4"]).env("PATH", "/nowhere");
     let output = command.current_dir(folder.path()).output().unwrap();
@@ -88,7 +88,7 @@ fn what_cannot_be_made_is_found_before_the_first_frame() {
 }
 
 #[test]
-fn exposure_and_tone_are_not_called_idle_where_a_movie_shows_them() {
+fn exposure_and_tone_are_in_effect_where_a_movie_shows_them() {
     let folder = tempfile::tempdir().unwrap();
     let said = |options: &[&str]| {
         let output = render(folder.path(), &[&["--tone", "agx", "--exposure", "1", "-n"], options].concat());

@@ -1,5 +1,5 @@
-//! What programs and people are told while frames are rendered: JSON lines and the manifest against their schemas, lines for
-//! Open Job Description, and estimates on a terminal and in a pipe.
+//! Progress output: JSON lines and the manifest against their schemas, Open Job Description lines, and estimates on a
+//! terminal and in a pipe.
 
 pub(crate) mod schema;
 
@@ -53,7 +53,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// A folder of frame 4's name makes its renaming fail once the run is under way; before, it would be refused.
+/// Renders while a folder takes the name of frame 4, which makes its rename fail. An earlier folder would be refused.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn render_with_an_obstacle(folder: &Path, options: &[&str]) -> Output {
     let child = Command::new(env!("CARGO_BIN_EXE_rayframe"))
@@ -72,7 +72,7 @@ fn render_with_an_obstacle(folder: &Path, options: &[&str]) -> Output {
 }
 
 #[test]
-fn json_lines_are_those_of_the_schema() {
+fn json_lines_match_the_schema() {
     let schema = Schema::read("progress");
     let folder = tempfile::tempdir().unwrap();
     let runs = [
@@ -107,7 +107,7 @@ fn json_lines_are_those_of_the_schema() {
     ] {
         assert!(seen.contains(name), "{name} was never told");
     }
-    // The schema refuses what is nearly right.
+    // The schema rejects small deviations.
     let good = events(&runs[0]).into_iter().find(|event| event["event"] == "frame_done").unwrap();
     for (key, value) in [
         ("frame", json!("1")),
@@ -126,7 +126,7 @@ fn json_lines_are_those_of_the_schema() {
 }
 
 #[test]
-fn the_manifest_tells_of_every_frame_and_its_files() {
+fn the_manifest_lists_every_frame_and_its_files() {
     let schema = Schema::read("manifest");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("new/frames.json");
@@ -158,11 +158,11 @@ fn the_manifest_tells_of_every_frame_and_its_files() {
             assert_eq!((&file["sha256"], &file["bytes"]), (&json!(digest), &json!(content.len())));
         }
     }
-    // Runs that do the same write the same.
+    // Equal runs write equal manifests.
     let all_kept = run("0-2");
     assert_eq!(all_kept, run("0-2"));
 
-    // What went wrong is told, and what the run did not come to.
+    // The manifest holds the failure and the frames that were not rendered.
     let output = render_with_an_obstacle(folder.path(), &["--manifest", "new/frames.json", "-q"]);
     assert_eq!(output.status.code(), Some(74), "{}", text(&output.stderr));
     let manifest = json_file(&path);
@@ -177,7 +177,7 @@ fn the_manifest_tells_of_every_frame_and_its_files() {
 }
 
 #[test]
-fn a_farm_is_told_in_its_own_lines() {
+fn open_job_description_has_its_own_lines() {
     let folder = tempfile::tempdir().unwrap();
     let output = render(folder.path(), &["-o", "a.#.exr", "-f", "0-3", "--progress", "openjd"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -205,7 +205,7 @@ fn a_farm_is_told_in_its_own_lines() {
 }
 
 #[test]
-fn piped_there_is_a_line_a_frame_with_the_time_that_is_left() {
+fn a_pipe_gets_a_line_a_frame_with_the_remaining_time() {
     let folder = tempfile::tempdir().unwrap();
     let output = render(folder.path(), &["-o", "a.####.exr", "-f", &last_frame()]);
     assert_eq!(output.status.code(), Some(0));
@@ -218,15 +218,15 @@ fn piped_there_is_a_line_a_frame_with_the_time_that_is_left() {
         assert!(line.starts_with(&start), "{line}");
         assert_eq!(line.contains(", eta "), frame + 1 < FRAMES, "{line}");
     }
-    // Besides those, what was understood and what became of it.
+    // Besides those, the settings and the summary.
     assert_eq!(said.lines().count(), FRAMES + 2, "{said}");
     assert!(said.ends_with(" s\n") && said.contains("10 frames written to a.####.exr in "), "{said}");
 }
 
-/// Through the `script` program; nothing where that is missing.
+/// Needs the program `script`.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_terminal_shows_bars_with_the_time_that_is_left() {
+fn a_terminal_shows_bars_with_the_remaining_time() {
     let folder = tempfile::tempdir().unwrap();
     let program = env!("CARGO_BIN_EXE_rayframe");
     let command =
@@ -237,9 +237,9 @@ fn a_terminal_shows_bars_with_the_time_that_is_left() {
         .env("TERM", "xterm")
         .stdin(Stdio::null())
         .output();
-    let Ok(output) = output else { return };
+    let Ok(output) = output else { return crate::skipped("the program script is missing") };
     let said = text(&output.stdout);
-    // Bars are drawn over each other, as time goes by with more frames done.
+    // Each bar overwrites the one before and shows more frames.
     let done: std::collections::BTreeSet<_> =
         said.match_indices("/10 eta ").map(|(at, _)| &said[at - 1..at]).collect();
     assert!(done.len() > 1, "{said}");

@@ -1,10 +1,10 @@
-//! What is said of a scene: what `info` shows of it, which names there are, and what its picture lacks.
+//! `rayframe info`, names in scenes, and warnings about unsupported or ineffective content.
 
 use crate::cli::assert_fails;
 use crate::{both, rayframe, stderr};
 
 #[test]
-fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
+fn a_variant_changes_the_image_and_unknown_ones_are_listed() {
     let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/material/variants.gltf");
     let folder = tempfile::tempdir().unwrap();
     let render = |name: &str, options: &[&str]| {
@@ -18,7 +18,7 @@ fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
     let own = render("own.exr", &[]);
     let red = render("red.exr", &["--variant", "red"]);
     let gold = render("gold.exr", &["--variant", "#1"]);
-    // The box, left of the middle: white, red, and white again, since "gold" is for the ball alone.
+    // The box left of the centre is white, red, and white again, as "gold" is for the ball alone.
     let box_at = 4 * 16 + 5;
     let [own_box, red_box, gold_box] = [&own, &red, &gold].map(|pixels| pixels[box_at]);
     assert!(own_box[1] > 0.2 && red_box[1] < 0.2 * red_box[0], "{own_box:?} {red_box:?}");
@@ -33,12 +33,12 @@ fn a_variant_changes_the_picture_and_unknown_ones_are_listed() {
 }
 
 #[test]
-fn info_tells_of_everything_whether_it_is_supported() {
+fn info_lists_everything_with_its_support() {
     let folder = tempfile::tempdir().unwrap();
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let text = std::fs::read_to_string(root.join("animation/pointer_light_camera.gltf")).unwrap();
     let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
-    // One channel of the three names what is not there; a texture is not used; an extension is not known.
+    // One of three channels has a missing target, one texture is unused, and one extension is unknown.
     document["animations"][0]["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
         "/materials/9/alphaCutoff".into();
     document["textures"] = serde_json::json!([{}]);
@@ -101,7 +101,7 @@ fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_the
     {
         assert_fails(&render, 77, word);
     }
-    // The picture comes first, and the plan knows what texels would need; the list does not ask.
+    // A render checks memory before it decodes textures; `info` does not decode them.
     assert_fails(&[&render[..], &["-r", "30000x30000"]].concat(), 77, "30000x30000 pixels need about");
     assert_fails(&[&render[..], &["--dry-run"]].concat(), 77, "20 images need 1.9 GB");
     let planned = rayframe(&["render", scene, "-o", output, "--max-memory", "2G", "--dry-run"]);
@@ -115,7 +115,7 @@ fn many_large_textures_are_refused_by_their_total_and_shown_without_decoding_the
 }
 
 #[test]
-fn what_nobody_would_want_is_said() {
+fn unlikely_settings_are_warned_about() {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("a.exr");
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
@@ -126,12 +126,12 @@ fn what_nobody_would_want_is_said() {
         assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
         stderr(&done)
     };
-    // A mirror in the middle of the picture and no way to go on from it.
+    // A mirror in the centre of the image, and a depth limit of 0.
     let cut = said("material/mirror.gltf", &["--depth", "0"]);
     assert!(cut.contains(" % of the light was cut off at depth 0: raise --depth"), "{cut}");
     assert!(!said("material/diffuse.gltf", &["--depth", "0"]).contains("cut off"));
 
-    // The same camera behind everything.
+    // The same camera behind all objects.
     let text = std::fs::read_to_string(format!("{root}material/diffuse.gltf")).unwrap();
     let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
     for node in document["nodes"].as_array_mut().unwrap() {
@@ -174,7 +174,7 @@ fn names_of_nodes_are_listed_and_suggested() {
 }
 
 #[test]
-fn options_that_do_nothing_say_so() {
+fn ineffective_options_are_warned_about() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/");
     let said = |scene: &str, options: &[&str]| {
         let scene = format!("{root}{scene}");
@@ -184,7 +184,7 @@ fn options_that_do_nothing_say_so() {
         stderr(&done)
     };
     let unlit = "light/environment_only.gltf";
-    for (scene, options, idle) in [
+    for (scene, options, ineffective) in [
         (unlit, &["--env", "none", "--env-intensity", "2"][..], "--env-intensity"),
         (unlit, &["--light-scale", "2"], "--light-scale"),
         (unlit, &["--light-radius", "2"], "--light-radius"),
@@ -195,7 +195,7 @@ fn options_that_do_nothing_say_so() {
     ] {
         let said = said(scene, options);
         assert_eq!(said.matches("does nothing").count(), 1, "{said}");
-        assert!(said.contains(&format!("{idle} does nothing: ")), "{said}");
+        assert!(said.contains(&format!("{ineffective} does nothing: ")), "{said}");
     }
     for (scene, options) in [
         (unlit, &["--env", "studio", "--env-intensity", "2", "--sun-angle", "1"][..]),
@@ -209,7 +209,7 @@ fn options_that_do_nothing_say_so() {
 }
 
 #[test]
-fn strict_says_each_thing_once_and_positions_may_be_plain() {
+fn strict_reports_each_warning_once() {
     let folder = tempfile::tempdir().unwrap();
     let scene = folder.path().join("a.gltf");
     std::fs::write(&scene, r#"{"asset": {"version": "2.0"}, "extensionsUsed": ["ACME_glow"]}"#).unwrap();

@@ -1,4 +1,4 @@
-//! `rayframe watch` through the program.
+//! `rayframe watch`.
 
 #![cfg(unix)]
 
@@ -11,11 +11,11 @@ use rayframe::image_file::inspect_png;
 
 use crate::names;
 
-/// Far longer than anything here takes on a machine with other things to do.
+/// Time limit, far beyond what any step takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 const SIZE: [&str; 2] = ["-r", "96x54"];
 
-/// One triangle in a plain colour, with its corners in a file of their own.
+/// Writes a scene of one unlit triangle whose positions are in `corners.bin`.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn write_scene(folder: &Path, color: &str) {
     let scene = format!(
@@ -38,7 +38,7 @@ fn write_corners(folder: &Path, top: f32) {
     std::fs::write(folder.join("corners.bin"), bytes).unwrap();
 }
 
-/// A process that does not outlive its test.
+/// A process that is killed when dropped.
 struct Running(Child);
 
 impl Drop for Running {
@@ -61,7 +61,7 @@ fn watch(folder: &Path, arguments: &[&str]) -> Running {
     Running(child.unwrap())
 }
 
-/// What `rayframe render` writes.
+/// The file that `rayframe render` writes.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn rendered(folder: &Path, arguments: &[&str]) -> Vec<u8> {
     let file = folder.join("expected.png");
@@ -95,7 +95,7 @@ fn wait_for(folder: &Path, what: &str, expected: &[u8]) {
     wait_until(folder, what, || std::fs::read(&look).is_ok_and(|bytes| bytes == expected));
 }
 
-/// Asks the process to end; gives the signal that ended it.
+/// Sends SIGTERM to the process; returns the signal that ended it.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn terminate(running: &mut Running) -> Option<i32> {
     let id = running.0.id().to_string();
@@ -104,7 +104,7 @@ fn terminate(running: &mut Running) -> Option<i32> {
 }
 
 #[test]
-fn the_picture_follows_the_scene_its_buffer_and_mistakes() {
+fn changes_of_the_scene_and_its_buffer_are_rendered_and_errors_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_scene(folder, "1, 0, 0");
@@ -112,19 +112,19 @@ fn the_picture_follows_the_scene_its_buffer_and_mistakes() {
     let scene = [&["a.gltf"][..], &SIZE].concat();
     let red = rendered(folder, &scene);
     let mut running = watch(folder, &[&scene[..], &["-o", "look.png"]].concat());
-    wait_for(folder, "the red picture", &red);
+    wait_for(folder, "the red image", &red);
 
     write_scene(folder, "0, 0, 1");
     let blue = rendered(folder, &scene);
     assert_ne!(red, blue);
-    wait_for(folder, "the blue picture", &blue);
+    wait_for(folder, "the blue image", &blue);
 
     write_corners(folder, -0.5);
     let flat = rendered(folder, &scene);
     assert_ne!(blue, flat);
-    wait_for(folder, "the flat picture", &flat);
+    wait_for(folder, "the flat image", &flat);
 
-    // Half a file is told of in a line, and the picture stays.
+    // A truncated file is reported in one line, and the image is kept.
     std::fs::write(folder.join("a.gltf"), "{\"asset\": ").unwrap();
     wait_until(folder, "an error", || told(folder).contains("rayframe: error: a.gltf"));
     assert!(std::fs::read(folder.join("look.png")).unwrap() == flat);
@@ -132,14 +132,14 @@ fn the_picture_follows_the_scene_its_buffer_and_mistakes() {
     wait_until(folder, "another error", || told(folder).contains("cannot be read"));
     write_scene(folder, "1, 0, 0");
     write_corners(folder, 1.0);
-    wait_for(folder, "the red picture again", &red);
+    wait_for(folder, "the red image again", &red);
 
     assert_eq!(terminate(&mut running), Some(15));
     assert_eq!(names(folder), ["a.gltf", "corners.bin", "look.png", "told"]);
 }
 
 #[test]
-fn the_picture_follows_the_shot_file() {
+fn changes_of_the_shot_file_are_rendered() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_scene(folder, "1, 0, 0");
@@ -151,19 +151,19 @@ fn the_picture_follows_the_shot_file() {
     write("none");
     let none = rendered(folder, &["a.toml"]);
     let mut running = watch(folder, &["a.toml", "-o", "look.png", "-q"]);
-    wait_for(folder, "the first picture", &none);
+    wait_for(folder, "the first image", &none);
     write("0,1,0");
-    wait_for(folder, "the green picture", &rendered(folder, &["a.toml"]));
+    wait_for(folder, "the green image", &rendered(folder, &["a.toml"]));
     std::fs::write(folder.join("a.toml"), "sampels = 4").unwrap();
     wait_until(folder, "an error", || told(folder).contains("did you mean \"samples\"?"));
     write("none");
-    wait_for(folder, "the first picture again", &none);
+    wait_for(folder, "the first image again", &none);
     assert_eq!(terminate(&mut running), Some(15));
     assert_eq!(names(folder), ["a.gltf", "a.toml", "corners.bin", "look.png", "told"]);
 }
 
 #[test]
-fn frames_of_the_shot_are_left_alone() {
+fn frames_of_the_shot_are_not_overwritten() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_scene(folder, "1, 0, 0");
@@ -172,20 +172,20 @@ fn frames_of_the_shot_are_left_alone() {
     let shot = "scene = 'a.gltf'\nresolution = [96, 54]\noutput = 'frame.####.png'\n";
     std::fs::write(folder.join("a.toml"), shot).unwrap();
     let mut running = watch(folder, &["a.toml", "-q"]);
-    wait_until(folder, "the picture", || folder.join("a.watch.png").exists());
+    wait_until(folder, "the image", || folder.join("a.watch.png").exists());
     assert_eq!(terminate(&mut running), Some(15));
     assert_eq!(std::fs::read(folder.join("frame.0000.png")).unwrap(), b"a frame");
 
-    // Nor does a typed name cost another frame.
+    // An output name on the command line does not overwrite one either.
     std::fs::rename(folder.join("a.watch.png"), folder.join("frame.0007.png")).unwrap();
     let mut running = watch(folder, &["a.gltf", "-f", "7", "-r", "64x36", "-o", "frame.####.png"]);
     assert_eq!(running.0.wait().unwrap().code(), Some(73), "{}", told(folder));
     assert!(told(folder).contains("is a frame of a sequence"), "{}", told(folder));
 }
 
-/// A picture that takes minutes is there at once, coarse; a change ends the work on it, and so does a signal.
+/// A render of minutes starts with a coarse image. A change of the scene or a signal cancels it.
 #[test]
-fn coarse_pictures_come_first_and_changes_do_not_wait() {
+fn coarse_images_come_first_and_changes_cancel_the_render() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_scene(folder, "1, 0, 0");
@@ -197,24 +197,24 @@ fn coarse_pictures_come_first_and_changes_do_not_wait() {
     };
     let slow = ["a.gltf", "-r", "1920x1080", "--samples", "4096", "-o", "look.png"];
     let mut running = watch(folder, &slow);
-    wait_until(folder, "the coarse picture", || coarse().is_some());
+    wait_until(folder, "the coarse image", || coarse().is_some());
     let first = coarse();
     write_scene(folder, "0, 0, 1");
-    wait_until(folder, "another coarse picture", || coarse().is_some_and(|hash| Some(hash) != first));
+    wait_until(folder, "another coarse image", || coarse().is_some_and(|hash| Some(hash) != first));
     assert_eq!(terminate(&mut running), Some(15));
-    assert_eq!(names(folder), ["a.gltf", "corners.bin", "told"], "a coarse picture was left");
+    assert_eq!(names(folder), ["a.gltf", "corners.bin", "told"], "a coarse image was left");
 
-    // What was there whole comes back.
+    // The last finished image is restored.
     let whole = rendered(folder, &["a.gltf", "-r", "1920x1080", "--samples", "1"]);
     std::fs::write(&look, &whole).unwrap();
     let mut running = watch(folder, &slow);
-    wait_until(folder, "the coarse picture", || coarse().is_some());
+    wait_until(folder, "the coarse image", || coarse().is_some());
     assert_eq!(terminate(&mut running), Some(15));
     assert!(std::fs::read(&look).unwrap() == whole);
 }
 
 #[test]
-fn what_cannot_be_watched_is_refused_at_once() {
+fn invalid_watches_are_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write_scene(folder, "1, 0, 0");

@@ -1,4 +1,4 @@
-//! What a film holds besides colour: sums on every scene, independence of how it is made, and motion that is known.
+//! AOVs of a film: sums of light passes on every scene, independence of threads and crops, and known motion.
 
 mod motion;
 mod stage;

@@ -1,4 +1,4 @@
-//! Over the scenes in `scenes/`: parts of light sum to the colour, and layers depend on nothing that the colour does not.
+//! AOVs of the scenes in `scenes/`: light passes sum to the colour, and AOVs depend only on what the colour depends on.
 
 use std::path::Path;
 
@@ -16,16 +16,16 @@ fn scenes() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
 }
 
-/// What `rayframe test` makes of a shot.
+/// The job that `rayframe test` runs for a shot.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn job(path: &Path) -> SequenceJob {
     let suite = scenes().join("suite.toml");
     shot_job(&ShotRequest { path, suite: Some(&suite), overrides: &[] }).unwrap().sequence
 }
 
-/// Every picture of the suite: its shot's name and job, and its time in seconds.
+/// Every image of the suite: name and job of its shot, and its time in seconds.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn pictures() -> impl Iterator<Item = (String, SequenceJob, f64)> {
+fn images() -> impl Iterator<Item = (String, SequenceJob, f64)> {
     let shots = discover(&Suite::read(&scenes()).unwrap(), &ShotFiles).unwrap();
     shots.into_iter().flat_map(|shot| {
         let job = job(&shot.path);
@@ -34,7 +34,7 @@ fn pictures() -> impl Iterator<Item = (String, SequenceJob, f64)> {
     })
 }
 
-/// The job of a scene, whatever its shot file says.
+/// The job of a scene without its shot file.
 fn scene_job(name: &str) -> SequenceJob {
     job(&scenes().join(name).with_extension("gltf"))
 }
@@ -50,26 +50,26 @@ fn film(job: &SequenceJob, time_seconds: f64, settings: &RenderSettings) -> Film
     render_single_frame(job, &frame, settings, &CancelFlag::new()).unwrap().0
 }
 
-/// The distance of halves around `value`: 11 significant bits, down to 2⁻²⁴.
+/// The spacing of half floats around `value`: 11 significant bits, down to 2⁻²⁴.
 fn half_ulp(value: f32) -> f32 {
     let exponent = (value.to_bits() >> 23 & 0xff) as i32 - 127;
     f32::from_bits(((exponent.clamp(-14, 100) - 10 + 127) as u32) << 23)
 }
 
-/// As a half stores it, within its range.
+/// `value` rounded to a half float.
 fn rounded(value: f32) -> f32 {
     let ulp = half_ulp(value);
     (value / ulp).round_ties_even() * ulp
 }
 
-/// The colour is the same with and without layers, its parts sum to it, and coverage is at most whole.
+/// The colour is the same with and without AOVs, light passes sum to it, and coverage is at most one.
 ///
-/// Stored as halves the sum is off by less than two units: of parts that are not negative only one can have the colour's
-/// exponent (half a unit of rounding), up to three the one below (a quarter each), and the colour is rounded, too.
+/// The sum of light passes as half floats is off by less than two units. Of terms that are not negative, only one can have the
+/// exponent of the colour (half a unit of rounding), up to three the exponent below (a quarter each); the colour is rounded, too.
 #[test]
-fn parts_sum_to_the_colour_on_all_scenes() {
+fn light_passes_sum_to_the_colour_on_all_scenes() {
     let mut largest = [0.0_f32; 6];
-    for (name, job, time_seconds) in pictures() {
+    for (name, job, time_seconds) in images() {
         let plain = settings(&job, (16, 9), 2);
         let layered = RenderSettings { aovs: ALL, ..plain.clone() };
         let (plain, layered) = (film(&job, time_seconds, &plain), film(&job, time_seconds, &layered));
@@ -98,29 +98,29 @@ fn parts_sum_to_the_colour_on_all_scenes() {
             assert!(sum <= pixel[3] + 1e-5, "{name}: {shares:?} cover {pixel:?}");
         }
     }
-    // Each part is somewhere.
+    // Each light pass occurs in some scene.
     for (part, largest) in LightPass::ALL.into_iter().zip(largest) {
         assert!(largest > 0.1, "{part:?}: {largest}");
     }
 }
 
 #[test]
-fn without_a_background_shares_sum_to_the_coverage() {
+fn without_a_background_coverage_samples_sum_to_alpha() {
     let aovs = AovFlags { coverage: true, ..AovFlags::NONE };
     for name in ["material/alpha_blend_stack", "demo/whitted_1980", "light/point"] {
         let job = scene_job(name);
         let settings = RenderSettings { aovs, show_background: false, ..settings(&job, (32, 18), 4) };
         let film = film(&job, 0.0, &settings);
         for (pixel, shares) in film.pixels.iter().zip(film.aovs.coverage.unwrap()) {
-            // What is dropped of nearly covered samples, at most 1/1024, counts as covered.
+            // Nearly covered samples count as covered: at most 1/1024 is dropped.
             let sum: f32 = shares.iter().map(|&(_, share)| share).sum();
             assert!((sum - pixel[3]).abs() < 1.1 / 1024.0, "{name}: {shares:?} are not {pixel:?}");
         }
     }
 }
 
-/// Everything at once: samples beyond the tile, negative weights, a lens, rough mirrors.
-fn elaborate(job: &SequenceJob) -> RenderSettings {
+/// Settings with samples beyond the tile, negative filter weights, a lens and rough mirrors.
+fn complex_settings(job: &SequenceJob) -> RenderSettings {
     RenderSettings {
         adaptive: Some(Adaptive { max_samples: 6, threshold: 0.05 }),
         filter: PixelFilter::Mitchell,
@@ -132,20 +132,20 @@ fn elaborate(job: &SequenceJob) -> RenderSettings {
 }
 
 #[test]
-fn crops_and_threads_leave_layers_as_they_are() {
+fn crops_and_threads_do_not_change_aovs() {
     for (name, time_seconds) in [("demo/whitted_1980", 0.2), ("material/alpha_blend_stack", 0.0)] {
         let job = scene_job(name);
-        let whole = film(&job, time_seconds, &elaborate(&job));
+        let whole = film(&job, time_seconds, &complex_settings(&job));
         for threads in [1, 3] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             assert!(
-                pool.install(|| film(&job, time_seconds, &elaborate(&job))) == whole,
+                pool.install(|| film(&job, time_seconds, &complex_settings(&job))) == whole,
                 "{name}: {threads}"
             );
         }
 
         let window = PixelWindow { x0: 13, y0: 30, x1: 37, y1: 39 };
-        let crop = film(&job, time_seconds, &RenderSettings { window, ..elaborate(&job) });
+        let crop = film(&job, time_seconds, &RenderSettings { window, ..complex_settings(&job) });
         let mut part = Film::with_aovs(whole.resolution, window, ALL);
         for y in window.y0..window.y1 {
             for x in window.x0..window.x1 {
@@ -163,9 +163,9 @@ fn crops_and_threads_leave_layers_as_they_are() {
 }
 
 #[test]
-fn parts_of_an_elaborate_picture_sum_to_it_where_nothing_is_clamped() {
+fn light_passes_with_complex_settings_sum_to_the_colour_where_nothing_is_clamped() {
     let job = scene_job("demo/whitted_1980");
-    let film = film(&job, 0.2, &elaborate(&job));
+    let film = film(&job, 0.2, &complex_settings(&job));
     let mut compared = 0;
     for (pixel, parts) in film.pixels.iter().zip(film.aovs.light.unwrap()) {
         for channel in 0..3 {

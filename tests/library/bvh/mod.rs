@@ -37,7 +37,7 @@ fn all_settings() -> Vec<BuildSettings> {
     let mut all = vec![settings(BuilderKind::Karras, Split::Auto, SimdLevel::best())];
     for builder in [BuilderKind::Lbvh, BuilderKind::Ploc] {
         for split in [Split::Off, Split::Auto, Split::Area(1.0e-3), Split::Area(1.0e-30)] {
-            for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+            for simd in crate::supported_simd_levels() {
                 all.push(settings(builder, split, simd));
             }
         }

@@ -96,7 +96,7 @@ fn batches_equal_single_rays() {
         let bundles = bundles(&triangles, &mut random);
         let slow =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
-        for simd in SimdLevel::ALL.into_iter().filter(|level| level.is_supported()) {
+        for simd in crate::supported_simd_levels() {
             let fast = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, simd));
             for rays in &bundles {
                 let counters = &mut TraversalCounters::default();

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::sheet::{Card, Sheet, assert_close, assert_pairs, unlit};
 
-/// A light from above the left shoulder, and a rough white surface, so that normals can be told by their brightness.
+/// Adds a directional light from the upper left and a rough white material, whose brightness depends on the normal.
 fn lit(sheet: &mut Sheet) -> usize {
     let sun = json!({ "type": "directional", "intensity": 3.0 });
     sheet.extension("KHR_lights_punctual", json!({ "lights": [sun] }));
@@ -25,7 +25,7 @@ fn rough(extra: Value) -> Value {
 }
 
 #[test]
-fn normals_of_a_map_look_as_normals_of_the_mesh() {
+fn normals_of_a_map_match_normals_of_the_mesh() {
     // A map of one texel leans the normal along the tangent, its mirror image against it; the same normals written at the
     // corners look alike. 191 / 255 · 2 − 1 = 0.498, z from the third channel.
     let mut sheet = Sheet::new(&["KHR_lights_punctual"]);
@@ -78,7 +78,7 @@ fn negative_scales_keep_fronts_and_normals() {
         sheet.set(node, "scale", json!(scale));
         let flips = scale.iter().product::<f32>() < 0.0;
         let [a, b, c, d] = written;
-        // A point reflection through all axes turns the front away: seen from behind it is nothing, on both cards.
+        // A point reflection turns the front away: both cards are invisible from behind.
         let corners = if flips { [a, d, c, b] } else { written };
         sheet.card(&Card { corners, ..Card::default() }, material);
     }
@@ -88,21 +88,21 @@ fn negative_scales_keep_fronts_and_normals() {
 }
 
 #[test]
-fn turned_nodes_look_as_turned_corners() {
+fn rotated_nodes_match_rotated_corners() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let mut sheet = Sheet::new(&[]);
-    // One colour a corner tells every turn apart.
+    // One colour a corner distinguishes all rotations.
     let colors = [[1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 1.0]];
     let mut two_sided = unlit(&json!({}));
     two_sided["doubleSided"] = true.into();
     let two_sided = sheet.material(two_sided);
     let off_centre = Card::default().corners.map(|[x, y, z]| [x + 0.1, y + 0.2, z]);
     for (rotation, turned) in [
-        // A quarter around Z: (x, y) → (−y, x).
+        // A quarter turn around Z: (x, y) → (−y, x).
         ([0.0, 0.0, half, half], off_centre.map(|[x, y, z]| [-y, x, z])),
-        // A half around Y: (x, z) → (−x, −z).
+        // A half turn around Y: (x, z) → (−x, −z).
         ([0.0, 1.0, 0.0, 0.0], off_centre.map(|[x, y, z]| [-x, y, -z])),
-        // A half around X.
+        // A half turn around X.
         ([1.0, 0.0, 0.0, 0.0], off_centre.map(|[x, y, z]| [x, -y, -z])),
     ] {
         let node =
@@ -121,7 +121,7 @@ fn vertex_colors_multiply_the_base_color() {
     let material = sheet.material(unlit(&base));
     let [low, high] = [[0.2, 0.4, 1.0, 1.0], [0.6, 0.8, 1.0, 1.0]];
     sheet.card(&Card { colors: Some([low; 4]), ..Card::default() }, material);
-    // The middle of a card lies on the diagonal between two corners.
+    // The centre of a card lies on the diagonal between two corners.
     sheet.card(&Card { colors: Some([low, high, high, low]), ..Card::default() }, material);
     let seen = sheet.look();
     // Linear: half of the colour in red and green, nothing in blue.

@@ -22,7 +22,7 @@ fn alpha_modes() {
         ("OPAQUE", None, 0.25, 1.0),
         ("BLEND", None, 0.25, 0.25),
         ("BLEND", None, 1.0, 1.0),
-        // The cutoff is a half unless given; alpha on it is there.
+        // The cutoff is 0.5 by default; alpha equal to it is opaque.
         ("MASK", None, 0.49, 0.0),
         ("MASK", None, 0.5, 1.0),
         ("MASK", Some(0.25), 0.3, 1.0),
@@ -48,7 +48,7 @@ fn emissive_strength() {
         sheet.card(&Card::default(), material);
     }
     let seen = sheet.look();
-    // The studio's light on black adds the dielectric's reflection to each alike.
+    // The studio light adds the same dielectric reflection to each black card.
     for (strong, times) in [(seen[1], 4.0), (seen[2], 64.0)] {
         for channel in 0..3 {
             let emitted = [0.5, 0.25, 0.125][channel] * 0.25;
@@ -67,10 +67,10 @@ fn thin_glass(factor: &Value, color: [f32; 4]) -> Value {
 
 #[test]
 fn transmission() {
-    // An index of one reflects nothing, so what is seen is base colour · transmission · what is behind, and of what is not
-    // transmitted a diffuse share, which is black under no light.
+    // An index of one reflects nothing. The result is base colour · transmission · background; the diffuse rest is black
+    // without light.
     let mut sheet = Sheet::new(&["KHR_materials_transmission", "KHR_materials_ior", "KHR_lights_punctual"]);
-    // A light that is out makes no studio.
+    // A light of no intensity replaces the studio light.
     let out = json!({ "lights": [{ "type": "point", "intensity": 0.0 }] });
     sheet.extension("KHR_lights_punctual", out);
     sheet.node(json!({ "translation": [0, 0, 9], "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
@@ -95,8 +95,7 @@ fn transmission() {
 
 #[test]
 fn clear_coat() {
-    // Seen along the normal the coat lets 1 − 0.04 through, whatever lies below; a coat of no share, or under a black texture,
-    // is none.
+    // Along the normal the coat transmits 1 − 0.04. A coat of factor 0, or with a black texture, has no effect.
     let mut sheet = Sheet::new(&["KHR_materials_clearcoat", "KHR_lights_punctual"]);
     let out = json!({ "lights": [{ "type": "point", "intensity": 0.0 }] });
     sheet.extension("KHR_lights_punctual", out);

@@ -1,8 +1,7 @@
-//! What the test models of Khronos show, on sheets of our own: each card of a sheet is one square metre that has to look as
-//! another one, or as a value that follows from the specification.
+//! Conformance tests after the test models of Khronos (glTF Sample Assets).
 //!
-//! The models judge themselves by cards that must look alike. Here the pairs are made anew, each with one thing that is
-//! tested beside the same thing written out.
+//! The models put cards side by side that must look alike. A [`sheet::Sheet`] does the same: one card of each pair uses the
+//! feature under test, the other has its result written out, or a value that follows from the specification is expected.
 
 mod geometry;
 mod materials;

@@ -7,8 +7,8 @@ use super::sheet::{Card, Sheet, assert_close, unlit};
 #[test]
 fn interpolation() {
     // A card goes up by 2 m in a second. At three quarters of it, STEP is still in place, LINEAR is 1.5 m up, and
-    // CUBICSPLINE without tangents 2 (3t² − 2t³) = 1.6875. Each card starts so far below its place; a strip of it that
-    // lies across the middle is seen then, one just above it is not.
+    // CUBICSPLINE without tangents is at 2 (3t² − 2t³) = 1.6875. Each card starts that far below its slot. At that time a strip
+    // across the centre of the slot is visible, and one just above is not.
     let mut sheet = Sheet::new(&[]);
     let red = sheet.material(unlit(&json!({ "baseColorFactor": [1, 0, 0, 1] })));
     let blue = sheet.material(unlit(&json!({ "baseColorFactor": [0, 0, 1, 1] })));

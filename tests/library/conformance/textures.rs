@@ -27,7 +27,7 @@ const FOUR: [[u8; 4]; 4] = [RED, GREEN, BLUE, WHITE];
 
 #[test]
 fn texture_settings_wrap_modes() {
-    // The texel that a wrapped coordinate falls on, beside the same texel asked for inside the picture.
+    // A wrapped coordinate beside the coordinate of the same texel inside the image.
     let inside = |s: usize, t: usize| (0.25 + 0.5 * s as f32, 0.25 + 0.5 * t as f32);
     for (mode_s, mode_t, outside, texel) in [
         (REPEAT, REPEAT, (1.25, 2.75), (0, 1)),
@@ -59,7 +59,7 @@ fn texture_settings_filters_and_sides() {
         let material = sheet.material(textured(texture));
         sheet.card(&Card::at_uv(0.45, 0.5), material);
     }
-    // Seen from behind: there if two-sided, else what lies behind it shows.
+    // From behind, a double-sided card is visible; a single-sided one shows the card behind it.
     let turned = Card { corners: Card::default().corners.map(|[x, y, z]| [-x, y, z]), ..Card::default() };
     let behind = sheet.material(unlit(&json!({ "baseColorFactor": [0, 0, 1, 1] })));
     for double_sided in [true, false] {
@@ -71,7 +71,7 @@ fn texture_settings_filters_and_sides() {
     }
     let seen = sheet.look();
     assert_close(seen[0], [1.0, 0.0, 0.0], 0);
-    // 0.45 is 0.9 texels, 0.4 of the way from the middle of the first to that of the second.
+    // 0.45 is 0.9 texels, 0.4 of the way from the centre of the first to that of the second.
     assert_close(seen[1], [0.6, 0.4, 0.0], 1);
     assert_close(seen[2], [1.0, 1.0, 0.0], 2);
     assert_close(seen[3], [0.0, 0.0, 1.0], 3);
@@ -107,8 +107,8 @@ fn texture_transform() {
 
 #[test]
 fn texture_encoding() {
-    // Base colour and emission are sRGB: a texel looks as the factor of its linear value. Metalness is linear: half metal of a
-    // half texel looks as a half factor.
+    // Base colour and emission are sRGB: a texel matches the factor of its linear value. Metalness is linear: a texel of one
+    // half matches a factor of one half.
     let mut sheet = Sheet::new(&[]);
     let texel = [188, 100, 30, 255];
     let factor: Vec<f32> = texel[..3].iter().map(|&value| linear(value)).collect();

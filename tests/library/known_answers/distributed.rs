@@ -1,4 +1,4 @@
-//! What takes several rays a pixel: depth of field, soft shadows, rough mirrors, filters, more samples on edges.
+//! Effects of several rays a pixel: depth of field, soft shadows, rough mirrors, filters, adaptive samples on edges.
 
 use std::f32::consts::PI;
 
@@ -12,11 +12,11 @@ use crate::stage::{Stage, lambert, rectangle, unlit};
 /// Share of a disk beyond a line at half its radius: 1/3 − √3 / 4π.
 const BEYOND_HALF: f32 = 0.195_501;
 
-/// All samples of the pixel run through about the same point.
+/// A field of view so narrow that all samples of the pixel pass through nearly one point.
 const NARROW: Projection =
     Projection::Perspective { fov_y_radians: 1e-4, aspect_ratio: None, z_near: 0.0, z_far: None };
 
-/// White where x > `edge` at a distance of 2 m, seen along −Z through almost no angle.
+/// A white half plane x > `edge` at a distance of 2 m, seen along −Z by [`NARROW`].
 fn half_white(edge: f32) -> Stage {
     let mut stage = Stage::new();
     stage.add(rectangle(Vec3::new(edge + 50.0, 0.0, -2.0), Vec3::X * 50.0, Vec3::Y * 50.0), unlit(Vec3::ONE));
@@ -26,9 +26,9 @@ fn half_white(edge: f32) -> Stage {
 }
 
 #[test]
-fn what_is_out_of_focus_is_seen_from_all_over_the_lens() {
-    // A ray from x on the lens that is sharp at 4 m passes 2 m at x / 2, sharp at 1 m at −x. So of a lens of radius 0.2 the part
-    // beyond the middle line sees what begins at 0, and beyond half the radius what begins at 0.05 or 0.1.
+fn an_edge_out_of_focus_is_blurred_over_the_lens() {
+    // At a depth of 2 m a ray from x on the lens passes x / 2 with the focus at 4 m, and −x with the focus at 1 m. With a lens
+    // of radius 0.2, an edge at 0 is seen by half of the lens, and an edge at 0.05 or 0.1 by the part beyond half the radius.
     let seen = |edge: f32, focus: f32| {
         let mut stage = half_white(edge);
         let focus = Focus::Metres(focus);
@@ -49,8 +49,8 @@ fn what_is_out_of_focus_is_seen_from_all_over_the_lens() {
 }
 
 #[test]
-fn the_middle_of_the_picture_is_in_focus() {
-    // The plane at 2 m begins a little beside the middle: sharp, nothing of its edge is seen.
+fn the_center_of_the_image_is_in_focus() {
+    // The edge of the plane at 2 m lies just beside the centre; in focus, it is outside the pixel.
     let mut stage = half_white(-0.01);
     stage.settings.lens = Some(Lens { aperture: Aperture::Radius(0.2), focus: Focus::Center });
     assert_eq!(stage.look(Vec3::ZERO, Vec3::NEG_Z).x, 1.0);
@@ -76,9 +76,9 @@ fn half_covered() -> Stage {
 }
 
 #[test]
-fn a_large_lamp_is_partly_hidden() {
-    // A lamp of radius 0.2 m, 2 m up: the ray from x on it to p on the floor passes the lid's height at (x + p) / 2. At p = 0
-    // half of the lamp is hidden, at p = −0.1 what is beyond half its radius.
+fn a_large_light_is_partly_occluded() {
+    // A light of radius 0.2 m, 2 m up: the ray from x on it to p on the floor passes the lid's height at (x + p) / 2. At p = 0
+    // half of the light is occluded, at p = −0.1 the part beyond half its radius.
     for (p, visible) in [(0.0, 0.5), (-0.1, 1.0 - BEYOND_HALF), (-0.4, 1.0)] {
         let mut stage = half_covered();
         stage.add_light(LightKind::Point, 4.0, Vec3::Y * 2.0, Vec3::NEG_Y);
@@ -92,7 +92,7 @@ fn a_large_lamp_is_partly_hidden() {
 }
 
 #[test]
-fn a_wide_sun_is_partly_hidden() {
+fn a_wide_sun_is_partly_occluded() {
     // Straight down, tan of half the angle 0.2: the ray from p in a direction x aside passes 1 m at p + x.
     let angle = 2.0 * libm::atanf(0.2);
     for (p, visible) in [(0.0, 0.5), (-0.1, 1.0 - BEYOND_HALF), (-0.4, 1.0)] {
@@ -105,7 +105,7 @@ fn a_wide_sun_is_partly_hidden() {
 }
 
 #[test]
-fn filters_keep_even_light_as_it_is() {
+fn filters_preserve_uniform_radiance() {
     for filter in PixelFilter::ALL {
         let mut stage = Stage::new();
         stage.environment = Environment::Constant(Vec3::splat(0.75));
@@ -117,8 +117,8 @@ fn filters_keep_even_light_as_it_is() {
 }
 
 #[test]
-fn rays_along_a_rough_lobe_see_what_the_lookup_sees_in_even_light() {
-    // In an environment that is the same everywhere both are the lobe's albedo times its radiance.
+fn traced_and_prefiltered_reflections_agree_in_a_uniform_environment() {
+    // In a uniform environment both are the albedo of the lobe times its radiance.
     let looks = |material: &Material| {
         let look = |glossy_samples| {
             let mut stage = Stage::new();
@@ -146,9 +146,9 @@ fn rays_along_a_rough_lobe_see_what_the_lookup_sees_in_even_light() {
 }
 
 #[test]
-fn a_rough_mirror_blurs_what_is_far_and_not_what_touches_it() {
-    // A white wall stands on a rough metal floor. Close to its foot the floor sees it with half of its lobe or more; far away
-    // above it, where a smooth mirror shows it or does not, a rough one shows something in between.
+fn a_rough_mirror_blurs_far_objects_more_than_near_ones() {
+    // A white wall stands on a rough metal floor. Close to its foot, half of the lobe or more hits the wall. Far away, where a
+    // smooth mirror shows either the wall or the background, a rough one shows a mixture.
     let look = |roughness: f32, x: f32| {
         let mut stage = Stage::new();
         stage.projection = NARROW;
@@ -159,14 +159,14 @@ fn a_rough_mirror_blurs_what_is_far_and_not_what_touches_it() {
         stage.settings.glossy_samples = 64;
         stage.look(Vec3::new(x - 1.0, 1.0, 0.0), Vec3::new(x, 0.0, 0.0)).x
     };
-    // At 45° the mirror ray from x meets the wall at 3 − x, which is 2 m high.
+    // At 45° the mirror ray from x hits the wall at 3 − x, which is 2 m high.
     let (seen, missed) = (look(0.0, 1.5), look(0.0, 0.5));
     assert!(seen > 0.99 && missed == 0.0, "{seen} {missed}");
     let (seen, missed) = (look(0.5, 1.5), look(0.5, 0.5));
     assert!(missed > 0.05 && missed < 0.6 && seen > missed + 0.1 && seen < 0.98, "{seen} {missed}");
 }
 
-/// A white square in the middle of 16 x 16 pixels.
+/// A white square in the centre of 16 x 16 pixels.
 fn square() -> Stage {
     let mut stage = Stage::new();
     let slanted = rectangle(Vec3::new(0.0, 0.0, -2.0), Vec3::new(0.2, 0.03, 0.0), Vec3::new(-0.03, 0.2, 0.0));
@@ -178,7 +178,7 @@ fn square() -> Stage {
 }
 
 #[test]
-fn edges_take_more_samples_and_nothing_else_changes() {
+fn edges_get_more_samples_and_nothing_else_changes() {
     let look = |stage: &Stage| stage.render(Vec3::ZERO, Vec3::NEG_Z).pixels;
     let base = look(&square());
     let mut adaptive = square();
@@ -191,7 +191,7 @@ fn edges_take_more_samples_and_nothing_else_changes() {
         pixels.iter().zip(&truth).map(|(pixel, truth)| (pixel[0] - truth[0]).abs()).sum()
     };
     assert!(error(&refined) < 0.25 * error(&base), "{} {}", error(&refined), error(&base));
-    // Inside and outside pixels are white and black to the last bit.
+    // Pixels inside and outside are exactly white and black.
     let flat = truth.iter().filter(|pixel| pixel[0] == 0.0 || pixel[0] == 1.0).count();
     let kept = refined
         .iter()
@@ -202,7 +202,7 @@ fn edges_take_more_samples_and_nothing_else_changes() {
 }
 
 #[test]
-fn a_crop_decides_on_edges_as_the_whole_picture() {
+fn a_crop_detects_the_same_edges_as_the_whole_image() {
     let mut stage = square();
     stage.settings.adaptive = Some(Adaptive { max_samples: 16, threshold: 0.05 });
     stage.settings.filter = PixelFilter::BlackmanHarris;

@@ -1,4 +1,4 @@
-//! Textures seen small, light of another strength, what lies behind the scene, and shadow catchers.
+//! Minified textures, environments with another background, and shadow catchers.
 
 use glam::{Vec2, Vec3, Vec4};
 use rayframe::scene::{
@@ -8,7 +8,7 @@ use rayframe::scene::{
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
-/// A floor of a kilometre whose black and white squares of half a metre are a texture with mip maps.
+/// A floor of 1 km with a mipmapped texture of black and white squares of 0.5 m.
 fn chequered_floor() -> Stage {
     let mut stage = Stage::new();
     let texels = Texels::Rgba8(vec![[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]]);
@@ -33,9 +33,9 @@ fn chequered_floor() -> Stage {
 }
 
 #[test]
-fn a_chequer_melts_into_its_mean_towards_the_horizon() {
+fn a_chequered_floor_fades_to_its_mean_towards_the_horizon() {
     // A pixel of 0.01 at distance d covers 0.01 d across and 0.01 d · d / h along, from height h = 1. From 30 m on that is more
-    // than nine squares along; a single lookup would see 0 or 1.
+    // than nine squares along; a point sample would return 0 or 1.
     let stage = chequered_floor();
     for distance in [30.0, 60.0, 100.0, 200.0, 400.0] {
         for aside in [0.0, 0.13, 0.31] {
@@ -44,10 +44,10 @@ fn a_chequer_melts_into_its_mean_towards_the_horizon() {
             assert!((seen.x - 0.5).abs() < 0.12, "{distance} {aside}: {seen}");
         }
     }
-    // From 200 m on it covers four squares across as well: nothing but the mean is left.
+    // From 200 m on it covers four squares across as well, and only the mean remains.
     let far = stage.look(Vec3::new(0.13, 1.0, 400.0), Vec3::new(0.13, 0.0, 0.2));
     assert_close(far, Vec3::splat(0.503), 0.01);
-    // Near by, the squares are what they are: the middles of a white and of a black one.
+    // Close to the camera the squares are resolved: the centres of a white and of a black one.
     for (x, z, expected) in [(0.75, 0.25, 1.0), (0.25, 0.25, 0.0), (0.25, 0.75, 1.0)] {
         let seen = stage.look(Vec3::new(x, 1.0, z + 0.01), Vec3::new(x, 0.0, z));
         assert_close(seen, Vec3::splat(expected), 0.01);
@@ -55,8 +55,8 @@ fn a_chequer_melts_into_its_mean_towards_the_horizon() {
 }
 
 #[test]
-fn mirrors_and_windows_show_textures_as_small_as_they_are() {
-    // 1 m above a chequer, a flat mirror shows it as a look from 1 + 2 + 2 m: hardly wider than from 5 m directly.
+fn mirrors_and_windows_minify_textures_by_the_length_of_the_path() {
+    // A flat mirror 1 m above a chequered floor shows it from 1 + 2 + 2 m, hardly blurrier than from 5 m directly.
     let mut stage = chequered_floor();
     let direct = stage.look(Vec3::new(0.5, 5.0, 0.25), Vec3::new(0.5, 0.0, 0.26));
     let mirror = Material { metallic: 1.0, roughness: 0.0, double_sided: true, ..Material::default() };
@@ -67,8 +67,8 @@ fn mirrors_and_windows_show_textures_as_small_as_they_are() {
 }
 
 #[test]
-fn glass_without_an_index_shows_textures_sharp() {
-    // An index of 0 leaves the reflection to its colour, here none, and bends nothing; so a footprint stays what it is.
+fn glass_of_index_zero_shows_textures_sharp() {
+    // An index of 0 reflects the specular colour, here black, and does not refract, so ray differentials do not change.
     let mut stage = chequered_floor();
     let glass = Material {
         metallic: 0.0,
@@ -91,18 +91,18 @@ fn composed(light: Environment, intensity: f32, background: Option<Environment>)
 }
 
 #[test]
-fn the_background_is_seen_and_does_not_light() {
+fn the_background_is_visible_and_does_not_light() {
     let white = || Environment::Constant(Vec3::ONE);
     let green = || Some(Environment::Constant(Vec3::Y));
     let mut stage = Stage::new();
     stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), lambert(Vec3::splat(0.5)));
     stage.environment = composed(white(), 0.25, green());
-    // Half of a quarter from all around; past the card the background.
+    // The card reflects half of the environment's 0.25; beside the card is the background.
     assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::splat(0.125), 1e-6);
     assert_close(stage.look(Vec3::new(3.0, 0.0, 3.0), Vec3::X * 3.0), Vec3::Y, 0.0);
     stage.environment = composed(white(), 0.25, None);
     assert_close(stage.look(Vec3::new(3.0, 0.0, 3.0), Vec3::X * 3.0), Vec3::splat(0.25), 0.0);
-    // A mirror shows what lights it.
+    // A mirror shows the environment that lights it.
     let mut stage = Stage::new();
     let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
     stage.add(rectangle(Vec3::ZERO, Vec3::X, Vec3::Y), mirror);
@@ -110,7 +110,7 @@ fn the_background_is_seen_and_does_not_light() {
     assert_close(stage.look(Vec3::Z * 3.0, Vec3::ZERO), Vec3::splat(0.25), 1e-5);
 }
 
-/// A floor that catches shadows, under two lamps straight above of three and one units, and a card that hides one of them.
+/// A shadow catcher under two lights straight above, of three units and one, and a card that occludes one of them.
 fn catcher(card: Material) -> Stage {
     let mut stage = Stage::new();
     stage.settings.show_background = false;
@@ -130,22 +130,22 @@ fn look_aslant(stage: &Stage, x: f32) -> Vec4 {
 #[test]
 fn a_catcher_is_as_opaque_as_its_shadows() {
     let stage = catcher(Material { double_sided: true, ..lambert(Vec3::ONE) });
-    // Below the card the lamp of three of four units is hidden; 2 · √3 beside, the other one; else neither.
+    // Below the card, three of four units are occluded; 2 · √3 m beside it, one unit; elsewhere none.
     assert_eq!(look_aslant(&stage, 0.0), Vec4::new(0.0, 0.0, 0.0, 0.75));
     assert!((look_aslant(&stage, -2.0 * 3_f32.sqrt()).w - 0.25).abs() < 1e-5);
     assert_eq!(look_aslant(&stage, 3.0), Vec4::ZERO);
-    // From below it faces no light and hides nothing.
+    // From below, the catcher faces no light and is transparent.
     assert_eq!(stage.look(Vec3::new(3.0, -2.0, 1.0), Vec3::new(3.0, 0.0, 0.0)), Vec4::ZERO);
 }
 
 #[test]
-fn shadows_on_a_catcher_darken_what_lies_behind_it() {
+fn shadows_on_a_catcher_darken_surfaces_below_it() {
     let mut stage = catcher(Material { double_sided: true, ..lambert(Vec3::ONE) });
     stage.settings.show_background = true;
     stage.environment = composed(Environment::None, 1.0, Some(Environment::Constant(Vec3::ONE)));
     assert_close(look_aslant(&stage, 0.0), Vec3::splat(0.25), 1e-6);
     assert_close(look_aslant(&stage, 3.0), Vec3::ONE, 0.0);
-    // A white object below ground, lit through the catcher, which casts no shadow: 3 + 1 units over π.
+    // A white object below the catcher is lit through it, as it casts no shadow: 3 + 1 units over π.
     stage.environment = Environment::None;
     stage.add(rectangle(Vec3::NEG_Y * 0.5, Vec3::Z * 9.0, Vec3::X * 9.0), lambert(Vec3::ONE));
     assert_close(look_aslant(&stage, 3.0), Vec3::splat(4.0 / std::f32::consts::PI), 1e-4);

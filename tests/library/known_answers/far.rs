@@ -1,4 +1,4 @@
-//! Rounding: far from the origin, seen or lit from far away, and faces that touch.
+//! Rounding: scenes far from the origin, distant cameras and lights, and coincident faces.
 
 use std::f32::consts::PI;
 
@@ -15,7 +15,7 @@ fn slanted() -> (Vec3, Vec3, Vec3) {
 }
 
 #[test]
-fn a_lamp_as_far_as_a_sun_leaves_no_speckles() {
+fn a_light_as_far_as_a_sun_leaves_no_speckles() {
     // 1e12 cd from 1e6 m straight above is 1 lux; L = E / π.
     let (u, v, normal) = slanted();
     let mut stage = Stage::new();
@@ -32,7 +32,7 @@ fn surfaces_far_from_the_origin_do_not_shadow_or_reflect_themselves() {
     let (u, v, normal) = slanted();
     for center in [Vec3::ZERO, Vec3::new(1e4, -2e4, 3e4), Vec3::splat(1e6)] {
         let mut stage = Stage::new();
-        // One lux along the normal, and a mirror that shows the environment and nothing else.
+        // One lux along the normal, and a mirror that reflects the environment alone.
         let half = Material { metallic: 0.5, roughness: 0.0, ..lambert(Vec3::ONE) };
         stage.add(rectangle(center, u * 4096.0, v * 4096.0), half);
         stage.add_light(LightKind::Directional, 1.0, Vec3::ZERO, -normal);
@@ -49,8 +49,8 @@ fn surfaces_far_from_the_origin_do_not_shadow_or_reflect_themselves() {
 
 #[test]
 fn a_far_eye_does_not_bring_light_under_a_lid() {
-    // A lid 4 mm above the floor, single-sided and facing down, is not seen from above but keeps light out. What an eye at a
-    // distance of 20 km sees of the floor is as dark as from near by.
+    // A lid 4 mm above the floor, single-sided and facing down, is invisible from above but occludes the light. The floor is as
+    // dark from a distance of 20 km as from close by.
     for height in [2.0, 20_000.0] {
         let mut stage = Stage::new();
         stage.add(rectangle(Vec3::ZERO, Vec3::Z * 900.0, Vec3::X * 900.0), lambert(Vec3::ONE));
@@ -63,7 +63,7 @@ fn a_far_eye_does_not_bring_light_under_a_lid() {
 
 #[test]
 fn a_ray_through_an_edge_of_glass_enters_once() {
-    // The ray meets the diagonal between the two triangles of the top, then leaves through the middle of one at the bottom:
+    // The ray hits the diagonal between the two triangles of the top, then leaves through the middle of one at the bottom:
     // √(4 + 0.5² + 0.25²) metres of n = 1 with c left a metre, and nothing from there on.
     let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let mut stage = Stage::new();
@@ -80,8 +80,8 @@ fn glass(volume: Option<Volume>) -> Material {
 }
 
 #[test]
-fn what_touches_glass_from_behind_is_seen_through_it() {
-    // n = 1 reflects nothing. The glowing floor coincides with the pane or the bottom of the block, whichever comes first in
+fn a_surface_in_contact_with_glass_is_visible_through_it() {
+    // n = 1 reflects nothing. The emissive floor coincides with the pane or the bottom of the block, whichever comes first in
     // the file; behind it there is a darker one.
     let clear = Volume::CLEAR;
     for volume in [None, Some(clear)] {
@@ -107,7 +107,7 @@ fn what_touches_glass_from_behind_is_seen_through_it() {
 }
 
 #[test]
-fn directional_light_is_absorbed_on_its_way_into_a_volume() {
+fn directional_light_is_attenuated_inside_a_volume() {
     // A white floor lies inside a block of n = 1, 1 m below its top: c is left of the light, and again on the way to the eye
     // that looks straight down. Directional and point light agree.
     let color = Vec3::new(0.9, 0.6, 0.3);

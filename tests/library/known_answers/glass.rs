@@ -19,7 +19,7 @@ fn glass(ior: f32, volume: Option<Volume>) -> Material {
     }
 }
 
-/// A floor that is dark for x < 0 and glows for x > 0.
+/// A floor that is black for x < 0 and emits for x > 0.
 fn split_floor(stage: &mut Stage) {
     let half = |center_x: f32| rectangle(Vec3::new(center_x, 0.0, 0.0), Vec3::Z * 9.0, Vec3::X * 4.0);
     stage.add(half(-4.0), unlit(Vec3::ZERO));
@@ -44,8 +44,8 @@ fn a_slab_shifts_a_slanted_ray_by_snells_law() {
 }
 
 #[test]
-fn rough_glass_without_an_index_blurs_nothing() {
-    // Facets of an index of 1 bend no light, and reflect none: the floor is as sharp and bright as without the glass.
+fn rough_glass_of_index_one_does_not_blur() {
+    // Microfacets of index 1 neither refract nor reflect: the floor is as sharp and bright as without the glass.
     for volume in [None, Some(Volume::CLEAR)] {
         let mut stage = Stage::new();
         split_floor(&mut stage);
@@ -72,7 +72,7 @@ fn a_thin_wall_does_not_bend_light() {
 
 #[test]
 fn absorption_follows_beer_and_lambert() {
-    // n = 1 neither bends nor reflects: after 1.5 m with colour c at 0.5 m, c³ is left.
+    // n = 1 neither refracts nor reflects: with colour c at 0.5 m, c³ is left after 1.5 m.
     let color = Vec3::new(0.9, 0.5, 0.2);
     let volume = Volume { thickness: 1.0, attenuation_distance: 0.5, attenuation_color: color };
     let mut stage = Stage::new();
@@ -83,7 +83,7 @@ fn absorption_follows_beer_and_lambert() {
 }
 
 #[test]
-fn a_camera_inside_a_volume_sees_through_the_way_that_is_left() {
+fn a_camera_inside_a_volume_is_attenuated_over_the_remaining_distance() {
     let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
@@ -93,8 +93,8 @@ fn a_camera_inside_a_volume_sees_through_the_way_that_is_left() {
 }
 
 #[test]
-fn parallel_rays_that_start_beside_a_volume_are_not_in_it() {
-    // The camera is in the middle of a block of 2 m; of three pixels 2 m apart only the middle one starts inside.
+fn parallel_rays_that_start_beside_a_volume_are_outside() {
+    // The camera is in the centre of a block of 2 m. Of three pixels 2 m apart, only the middle one starts inside.
     let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
@@ -108,16 +108,16 @@ fn parallel_rays_that_start_beside_a_volume_are_not_in_it() {
 }
 
 #[test]
-fn inside_glass_steep_rays_are_reflected_totally() {
-    // The critical angle of n = 1.5 is 41.8°. The eye inside the block looks at its top; a glowing ball of radiance 1 lies
-    // at the mirrored place inside; outside there is nothing.
+fn rays_inside_glass_are_totally_reflected_beyond_the_critical_angle() {
+    // The critical angle of n = 1.5 is 41.8°. The eye inside the block looks at its top. A ball of radiance 1 lies
+    // at the mirrored point inside; outside there is nothing.
     let mut stage = Stage::new();
     stage.add(cuboid(Vec3::ZERO, Vec3::new(20.0, 2.0, 20.0)), glass(1.5, Some(Volume::CLEAR)));
     stage.add(cuboid(Vec3::new(3.0, 0.5, 0.0), Vec3::splat(0.3)), unlit(Vec3::ONE));
-    // From (−3, 0.5) to the top (0, 2): 63° from the normal. All of it comes back.
+    // From (−3, 0.5) to the top (0, 2): 63° from the normal: all is reflected.
     assert_close(stage.look(Vec3::new(-3.0, 0.5, 0.0), Vec3::new(0.0, 2.0, 0.0)), Vec3::ONE, 1e-5);
 
-    // At 21.8° inside (tan = 0.4), sin θt = 1.5 · sin 21.8°, and only F of it comes back.
+    // At 21.8° inside (tan = 0.4), sin θt = 1.5 · sin 21.8°, and F is reflected.
     let mut stage = Stage::new();
     stage.add(cuboid(Vec3::ZERO, Vec3::new(20.0, 2.0, 20.0)), glass(1.5, Some(Volume::CLEAR)));
     stage.add(cuboid(Vec3::new(0.6, 0.5, 0.0), Vec3::splat(0.2)), unlit(Vec3::ONE));
@@ -133,8 +133,7 @@ fn inside_glass_steep_rays_are_reflected_totally() {
 
 #[test]
 fn a_glass_block_in_a_white_furnace_disappears() {
-    // Reflected and refracted shares add up to one at every interface, so that all that is missing is what the depth limit
-    // and the cut-off drop.
+    // Reflected and refracted shares sum to one at every interface. Only the depth limit and the weight cut-off lose light.
     let mut stage = Stage::new();
     stage.environment = Environment::Constant(Vec3::ONE);
     stage.settings.max_depth = 30;
@@ -145,7 +144,7 @@ fn a_glass_block_in_a_white_furnace_disappears() {
 
 #[test]
 fn coincident_faces_of_equal_media_are_one_block() {
-    // Two half blocks of the same glass that touch in the plane y = 0 absorb like one: no Fresnel loss and no bend between.
+    // Two half blocks of the same glass that touch in the plane y = 0 absorb like one block: no Fresnel loss and no refraction in between.
     let volume = Volume { thickness: 1.0, attenuation_distance: 1.0, attenuation_color: Vec3::splat(0.5) };
     let one = {
         let mut stage = Stage::new();
@@ -163,7 +162,7 @@ fn coincident_faces_of_equal_media_are_one_block() {
         }
         stage.look(Vec3::new(0.4, 5.0, 0.3), Vec3::new(0.2, 0.0, 0.1))
     };
-    // One more generation also shows one more internal reflection, 0.04 · 0.96² · 2⁻⁶ at most.
+    // One more bounce adds one more internal reflection, 0.04 · 0.96² · 2⁻⁶ at most.
     assert_close(two, one.truncate(), 2e-3);
 }
 

@@ -60,7 +60,7 @@ fn lights_add_up_and_light_scale_multiplies_them() {
 }
 
 #[test]
-fn light_from_behind_does_not_arrive() {
+fn light_from_behind_does_not_contribute() {
     let mut stage = wall();
     stage.add_light(LightKind::Directional, 5.0, Vec3::ZERO, Vec3::Z);
     stage.add_light(LightKind::Point, 5.0, Vec3::new(0.0, 0.0, -1.0), Vec3::Z);
@@ -97,7 +97,7 @@ fn a_constant_environment_lights_by_its_integral() {
 }
 
 #[test]
-fn the_background_is_seen_or_left_out() {
+fn the_background_is_visible_or_left_out() {
     let mut stage = wall();
     stage.environment = Environment::Constant(Vec3::splat(0.25));
     let away = |stage: &Stage| stage.look(Vec3::new(0.0, 0.0, 4.0), Vec3::new(0.0, 0.0, 9.0));

@@ -1,4 +1,4 @@
-//! Layers on surfaces, and light that colours take different ways through.
+//! Clearcoat, diffuse transmission, anisotropy and dispersion.
 
 use glam::Vec3;
 use rayframe::scene::{
@@ -7,7 +7,7 @@ use rayframe::scene::{
 
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle, unlit};
 
-/// Unpolarised Fresnel of index n, by Snell's law.
+/// Unpolarised Fresnel reflectance of index n, with Snell refraction.
 fn fresnel(cos_i: f64, n: f64) -> f32 {
     let cos_t = libm::sqrt(1.0 - (1.0 - cos_i * cos_i) / (n * n));
     let s = (cos_i - n * cos_t) / (cos_i + n * cos_t);
@@ -29,7 +29,7 @@ fn coated(factor: f32, base: Material) -> Material {
 
 #[test]
 fn a_smooth_coat_mirrors_objects_over_a_rough_base() {
-    // Seen at 45°: the coat shows share · F of the panel, and the base's glow is dimmed by 1 − share · F.
+    // Seen at 45°: the coat reflects factor · F of the panel and dims the emission of the base by 1 − factor · F.
     let glow = Vec3::new(0.0, 0.0, 0.5);
     let base = Material { emissive: glow, ..lambert(Vec3::ZERO) };
     for factor in [1.0, 0.5] {
@@ -43,8 +43,8 @@ fn a_smooth_coat_mirrors_objects_over_a_rough_base() {
 }
 
 #[test]
-fn a_coat_dims_lamps_on_the_base_by_the_view_alone() {
-    // A lamp at 60°, seen head-on: base / π · cos 60° · (1 − 0.04); the coat's own highlight is elsewhere.
+fn a_coat_dims_lights_on_the_base_by_the_view_direction_alone() {
+    // A light at 60°, seen head-on: base / π · cos 60° · (1 − 0.04); the coat's own highlight is elsewhere.
     let mut stage = floor(coated(1.0, lambert(Vec3::splat(0.5))));
     let direction = Vec3::new(-(0.75_f32.sqrt()), -0.5, 0.0);
     stage.add_light(LightKind::Directional, 2.0, Vec3::ZERO, direction);
@@ -53,7 +53,7 @@ fn a_coat_dims_lamps_on_the_base_by_the_view_alone() {
 }
 
 #[test]
-fn layers_never_gain_energy_in_a_white_furnace() {
+fn material_extensions_never_gain_energy_in_a_white_furnace() {
     let sheen = Sheen { color: Vec3::ONE, color_texture: None, roughness: 0.5, roughness_texture: None };
     let through = DiffuseTransmission { factor: 0.4, texture: None, color: Vec3::ONE, color_texture: None };
     let white = Material { metallic: 0.0, ..Material::default() };
@@ -68,7 +68,7 @@ fn layers_never_gain_energy_in_a_white_furnace() {
         stage.environment = Environment::Constant(Vec3::ONE);
         for cos in [1.0, 0.6, 0.2] {
             let eye = Vec3::new(libm::sqrtf(1.0 - cos * cos), cos, 0.0);
-            // Smooth coats lose nothing, and dielectrics give to the base what they do not reflect.
+            // Smooth coats lose nothing: dielectrics transmit to the base what they do not reflect.
             assert_close(stage.look(eye, Vec3::ZERO), Vec3::ONE, 1e-3);
         }
     }
@@ -88,13 +88,13 @@ fn light_from_behind_shows_through_paper() {
     let mut front = floor(paper);
     front.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::NEG_Y);
     assert_close(front.look(Vec3::Y, Vec3::ZERO), Vec3::splat(0.8 * 0.25 * unit), 1e-5);
-    // Something in between takes it away.
+    // An occluder in between removes it.
     behind.add(rectangle(Vec3::NEG_Y, Vec3::X, Vec3::Z), lambert(Vec3::ONE));
     assert_close(behind.look(Vec3::Y, Vec3::ZERO), Vec3::ZERO, 1e-6);
 }
 
 #[test]
-fn a_stretched_mirror_of_uniform_light_is_still_uniform() {
+fn an_anisotropic_mirror_of_uniform_light_is_uniform() {
     let anisotropy = Some(Anisotropy { strength: 0.5, rotation_radians: 0.0, texture: None });
     let metal = Material { roughness: 0.05, anisotropy, ..Material::default() };
     let mut stage = Stage::new();
@@ -124,7 +124,7 @@ fn dispersive_slab(dispersion: f32) -> Stage {
 }
 
 #[test]
-fn colours_leave_a_slab_at_their_own_places() {
+fn colours_leave_a_dispersive_slab_at_separate_points() {
     // At 45° a ray is moved by d · (1 − tan θ_t) along the surface, with sin θ_t = sin 45° / n. The green one leaves at −0.5 + …
     let dispersion = 8.0;
     let exit = |n: f32| {
@@ -134,7 +134,7 @@ fn colours_leave_a_slab_at_their_own_places() {
     let half = 0.5 * 0.025 * dispersion;
     let [red, green, blue] = [1.5 - half, 1.5, 1.5 + half].map(exit);
     assert!(blue > green && green > red && blue - red > 0.05);
-    // Beyond the slab only a narrow strip glows, where one colour lands: x = exit − 0.5 on the plane y = −1.
+    // Beyond the slab only a narrow strip emits, where one colour arrives: x = exit − 0.5 on the plane y = −1.
     for (place, channel) in [(red, 0), (green, 1), (blue, 2)] {
         let mut stage = dispersive_slab(dispersion);
         let strip = rectangle(Vec3::new(place - 0.5, -1.0, 0.0), Vec3::X * 0.005, Vec3::Z);
@@ -154,7 +154,7 @@ fn colours_leave_a_slab_at_their_own_places() {
 }
 
 #[test]
-fn colours_meet_again_under_uniform_light() {
+fn dispersion_in_uniform_light_is_neutral() {
     let mut stage = dispersive_slab(4.0);
     stage.environment = Environment::Constant(Vec3::ONE);
     // All bounces up to the depth limit: nothing is absorbed.

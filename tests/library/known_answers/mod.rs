@@ -1,6 +1,6 @@
-//! Renders whose answer is known: every expected number is derived beside it.
+//! Renders with known answers: a comment derives every expected number.
 //!
-//! Pictures are one pixel of one sample, so that the camera's axis is the only camera ray, unless it is about more.
+//! Unless a test says otherwise, an image is one pixel of one sample, so that the camera's axis is the only camera ray.
 
 mod distributed;
 mod environments;

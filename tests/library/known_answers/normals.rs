@@ -1,4 +1,4 @@
-//! Normal maps and vertex normals, right way round and inside out.
+//! Normal maps and vertex normals, outward and inside out.
 
 use std::f32::consts::PI;
 
@@ -7,7 +7,7 @@ use rayframe::scene::{LightKind, Material, NormalTexture, Primitive};
 
 use crate::stage::{Stage, assert_close, lambert, rectangle};
 
-/// A normal that leans to +X and more to +Y.
+/// Texel of a normal that leans to +X and more to +Y.
 const TEXEL: [u8; 4] = [166, 204, 217, 255];
 
 fn texel_normal() -> Vec3 {
@@ -15,13 +15,13 @@ fn texel_normal() -> Vec3 {
     Vec3::new(x, y, z).normalize()
 }
 
-/// A square in the plane z = 0 that faces +Z; the picture stands upright on it, so v grows towards −Y.
+/// A square in the plane z = 0 that faces +Z; the image is upright on it, so v grows towards −Y.
 fn square() -> Primitive {
     let uvs = [Vec2::new(0.0, 1.0), Vec2::new(1.0, 1.0), Vec2::new(1.0, 0.0), Vec2::new(0.0, 0.0)];
     Primitive { uvs: vec![uvs.to_vec()], ..rectangle(Vec3::ZERO, Vec3::X, Vec3::Y) }
 }
 
-/// What the mapped square sends to an eye at `eye` under light along ±(0.48, 0.6, 0.64) from the eye's side.
+/// Radiance of the normal-mapped square towards `eye`, lit along ±(0.48, 0.6, 0.64) from the side of the eye.
 fn lit(primitive: Primitive, eye: Vec3, to_light: Vec3) -> Vec4 {
     let mut stage = Stage::new();
     let texture = stage.add_texel(TEXEL);

@@ -5,7 +5,7 @@ use rayframe::scene::{Environment, Material};
 
 use crate::stage::{Stage, assert_close, black_gloss, lambert, rectangle, unlit};
 
-/// The unpolarised Fresnel factor, written out with Snell's law from textbooks in f64.
+/// Unpolarised Fresnel reflectance with Snell refraction, in f64.
 fn fresnel(cos_i: f64, n: f64) -> f32 {
     let sin_t2 = (1.0 - cos_i * cos_i) / (n * n);
     let cos_t = libm::sqrt(1.0 - sin_t2);
@@ -26,7 +26,7 @@ fn floor(material: Material) -> Stage {
 }
 
 #[test]
-fn a_white_mirror_shows_what_faces_it() {
+fn a_white_mirror_shows_the_panel_in_front_of_it() {
     // Seen at 45° from +X the mirror shows the panel at −X, 45° up.
     let mut stage = floor(mirror(Vec3::ONE));
     let panel = rectangle(Vec3::new(-2.0, 2.0, 0.0), Vec3::new(0.1, 0.1, 0.0), Vec3::Z * 0.1);
@@ -73,7 +73,7 @@ fn an_absurd_index_of_refraction_reflects_everything() {
 #[test]
 fn depth_limits_the_bounces_between_two_mirrors() {
     // Parallel mirrors face each other along Y: the eye between them sees bounce after bounce until the limit, then black.
-    // Each of the two outermost surfaces glows, so that the sum counts them: 1 + 1 + … (depth + 1 terms).
+    // Each of the two outermost surfaces emits, so that the sum counts the bounces: 1 + 1 + … (depth + 1 terms).
     let glowing = Material { emissive: Vec3::ONE, ..mirror(Vec3::ONE) };
     let mut stage = floor(glowing.clone());
     stage.add(rectangle(Vec3::Y * 2.0, Vec3::X * 5.0, Vec3::Z * 5.0), glowing);
@@ -87,7 +87,7 @@ fn depth_limits_the_bounces_between_two_mirrors() {
 #[test]
 fn weights_below_the_cut_off_are_black() {
     // F = 0.04 twice is 0.0016 > 1/1024; three times is 6.4e-5, which is cut off. Between two parallel glossy walls that
-    // each glow with 1: 1 + 0.04 + 0.0016.
+    // each emit 1: 1 + 0.04 + 0.0016.
     let glowing = Material { emissive: Vec3::ONE, ..black_gloss(1.5) };
     let mut stage = floor(glowing.clone());
     stage.add(rectangle(Vec3::Y * 2.0, Vec3::X * 5.0, Vec3::Z * 5.0), glowing);
@@ -108,7 +108,7 @@ fn rough_lobes_never_gain_energy_in_a_white_furnace() {
                 let seen = stage.look(eye, Vec3::ZERO).truncate();
                 let what = format!("metallic {metallic} roughness {roughness} cos {cos}: {seen}");
                 assert!(seen.max_element() <= 1.001, "{what}");
-                // A smooth surface loses nothing, a rough one what single scattering loses.
+                // A smooth surface loses nothing; a rough one loses the light of multiple scattering.
                 let least = if roughness <= 0.05 { 0.995 } else { 0.3 };
                 assert!(seen.min_element() >= least, "{what}");
             }

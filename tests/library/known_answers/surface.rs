@@ -15,7 +15,7 @@ fn look_through(stage: &Stage) -> Vec4 {
 }
 
 #[test]
-fn blended_cards_lie_over_each_other_whatever_their_order_in_the_file() {
+fn blended_cards_composite_front_to_back_in_any_file_order() {
     // Front to back: 0.5 red over 0.25 green over opaque blue:
     // 0.5 · R + 0.5 · 0.25 · G + 0.5 · 0.75 · B.
     let cards = [
@@ -46,7 +46,7 @@ fn coverage_of_blended_cards_over_nothing_is_kept() {
 }
 
 #[test]
-fn a_mask_is_there_or_not() {
+fn masked_surfaces_are_opaque_or_absent() {
     for (alpha, seen) in [(0.49, 0.0), (0.5, 1.0)] {
         let mut stage = Stage::new();
         let (primitive, material) =
@@ -71,12 +71,12 @@ fn blended_cards_dim_light_without_colouring_it() {
     let (primitive, material) = card(1.0, Vec4::new(1.0, 0.0, 0.0, 0.25), AlphaMode::Blend);
     stage.add(primitive, material);
     stage.add_light(LightKind::Directional, std::f32::consts::PI, Vec3::ZERO, Vec3::NEG_Z);
-    // Looked at from below the card, the wall receives 1 − 0.25 of the light in all channels.
+    // Seen from below the card, the wall receives 1 − 0.25 of the light in all channels.
     assert_close(stage.look(Vec3::new(0.5, 0.0, 0.5), Vec3::ZERO), Vec3::splat(0.75), 1e-5);
 }
 
 #[test]
-fn single_sided_backs_are_invisible_and_solid_to_shadow() {
+fn single_sided_backs_are_invisible_but_cast_shadows() {
     let mut stage = Stage::new();
     stage.add(rectangle(Vec3::ZERO, Vec3::X * 9.0, Vec3::Y * 9.0), lambert(Vec3::ONE));
     // This one faces away from the viewer and from the light.
@@ -100,7 +100,7 @@ fn double_sided_backs_are_lit_from_their_own_side() {
 }
 
 #[test]
-fn emission_is_seen_and_fades_with_coverage() {
+fn emission_fades_with_coverage() {
     let mut stage = Stage::new();
     stage.settings.show_background = false;
     let material = Material {

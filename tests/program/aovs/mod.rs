@@ -1,4 +1,4 @@
-//! Layers through the program: which files, channels and attributes there are, what is refused, and what resuming keeps.
+//! AOV files: names, channels and attributes, refusals, and resumed frames.
 
 mod shutter;
 
@@ -35,7 +35,7 @@ fn rendered(folder: &Path, options: &str) {
     assert_eq!(output.status.code(), Some(0), "{options}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
-/// Usage errors come before anything is written.
+/// Asserts a usage error with `word` before any file is written.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn assert_refused(options: &str, word: &str) {
     let folder = tempfile::tempdir().unwrap();
@@ -64,7 +64,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn a_plain_render_holds_the_picture_alone() {
+fn a_plain_render_has_no_aovs() {
     let folder = tempfile::tempdir().unwrap();
     rendered(folder.path(), "-o a.####.exr");
     let path = folder.path().join("a.0003.exr");
@@ -86,12 +86,12 @@ fn a_plain_render_holds_the_picture_alone() {
 }
 
 #[test]
-fn all_layers_fit_in_one_file_of_either_type() {
+fn all_aovs_fit_in_one_file_of_either_pixel_type() {
     let folder = tempfile::tempdir().unwrap();
     rendered(folder.path(), "-o a.exr --layers all");
     rendered(folder.path(), "-o b.exr --layers light,depth --exr piz,float --fps 23.976");
     let all = channels(&folder.path().join("a.exr"));
-    // 4 of the picture, 6 parts of light and 4 data layers of 3, depth, uv 2, 3 ids, motion 4, two mattes of 12.
+    // RGBA 4, 6 light passes and 4 data AOVs of 3 each, depth 1, uv 2, ids 3, motion 4, two mattes of 12 each.
     assert_eq!(all.len(), 4 + 6 * 3 + 4 * 3 + 1 + 2 + 3 + 4 + 24);
     for (name, expected) in
         [("R", "F16"), ("direct.G", "F16"), ("Z", "F32"), ("albedo.R", "F32"), ("node_id", "U32")]
@@ -110,7 +110,7 @@ fn all_layers_fit_in_one_file_of_either_type() {
 }
 
 #[test]
-fn what_cannot_be_stored_is_refused_before_the_first_frame() {
+fn aovs_that_cannot_be_stored_are_refused_before_the_first_frame() {
     assert_refused("-o a.exr --layers depth --exr dwaa", "--split-aovs");
     assert_refused("-o a.exr --layers crypto --exr float,dwab", "crypto_object");
     assert_refused("-o a.exr --layers all --exr dwaa,half", "depth");
@@ -122,7 +122,7 @@ fn what_cannot_be_stored_is_refused_before_the_first_frame() {
 }
 
 #[test]
-fn light_alone_may_lose_a_little() {
+fn light_passes_may_have_lossy_compression() {
     let folder = tempfile::tempdir().unwrap();
     rendered(folder.path(), "-o a.exr --layers light --exr dwaa");
     assert!(matches!(
@@ -153,13 +153,13 @@ fn split_aovs_have_files_of_their_own() {
 }
 
 #[test]
-fn a_frame_is_whole_when_all_its_files_are() {
+fn a_frame_is_finished_when_all_its_files_are() {
     let folder = tempfile::tempdir().unwrap();
     let options = "-o a.####.exr --layers depth,uv --split-aovs --preview png";
     rendered(folder.path(), options);
     let whole = files(folder.path());
 
-    // One file missing, cut short, or of another frame each time.
+    // One file is missing, truncated, or of another frame.
     let uv = folder.path().join("a.uv.0003.exr");
     std::fs::remove_file(&uv).unwrap();
     rendered(folder.path(), options);
@@ -171,7 +171,7 @@ fn a_frame_is_whole_when_all_its_files_are() {
     rendered(folder.path(), &format!("{options} --resume"));
     assert!(files(folder.path()) == whole);
 
-    // All there: nothing is rendered, and a dry run says so; with other layers all is another frame.
+    // All files exist: a dry run keeps the frame. With other AOVs it is another frame.
     let dry = render(folder.path(), &format!("{options} --dry-run"));
     assert!(String::from_utf8_lossy(&dry.stdout).contains(" keep "));
     for other in [
@@ -184,7 +184,7 @@ fn a_frame_is_whole_when_all_its_files_are() {
 }
 
 #[test]
-fn equal_runs_make_equal_files_and_stamps_tell_them_apart() {
+fn equal_runs_write_equal_files_except_for_stamps() {
     let folders: [_; 2] = std::array::from_fn(|_| tempfile::tempdir().unwrap());
     for (folder, threads) in folders.iter().zip([1, 4]) {
         rendered(folder.path(), &format!("-o a.exr --layers all --threads {threads}"));
@@ -200,13 +200,13 @@ fn equal_runs_make_equal_files_and_stamps_tell_them_apart() {
         let seconds = own.other.iter().find(|(name, _)| **name == *"renderSeconds");
         assert!(matches!(seconds, Some((_, AttributeValue::F32(seconds))) if *seconds > 0.0));
     }
-    // A stamp does not make it another frame.
+    // A stamp does not change the identity of a frame.
     let dry = render(folder.path(), "-o c.exr --layers depth --split-aovs --dry-run");
     assert!(String::from_utf8_lossy(&dry.stdout).contains(" keep "));
 }
 
 #[test]
-fn names_that_mattes_cannot_tell_apart_are_told() {
+fn names_with_equal_matte_hashes_are_warned_about() {
     let folder = tempfile::tempdir().unwrap();
     let scene: PathBuf = folder.path().join("two.gltf");
     // Both names have the hash 0x30cf5f63.

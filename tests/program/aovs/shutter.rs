@@ -1,4 +1,4 @@
-//! Layers of a sequence with an open shutter, as files hold them.
+//! AOV files of a sequence with motion blur.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,11 +6,10 @@ use std::process::Command;
 
 use exr::prelude::{FlatSamples, ReadChannels as _, ReadLayers as _};
 
-/// A cube, the node of subscript 5, rises evenly by 1.8 m in the first second. The field of view is
-/// 30°.
+/// A cube, node 5, rises by 1.8 m in the first second at constant speed. The field of view is 30°.
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/animation/step_linear_cubic.gltf");
 const CUBE_ID: f32 = 6.0;
-/// Sine and cosine of half the angle by which the camera looks down: the file's rotation around X.
+/// Sine and cosine of half the tilt of the camera, from the rotation around X in the file.
 const HALF_TILT: [f32; 2] = [0.016659722, 0.9998613];
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
@@ -64,8 +63,8 @@ fn an_open_shutter_blurs_light_and_coverage_and_nothing_else() {
 
 #[test]
 fn a_rising_cube_moves_by_its_displacement() {
-    // The cube rises by 1.8 / 24 m a frame. In the camera's space up is (0, cos a, sin a): what is seen at (x, y, −1) Z moves
-    // up by cos a and closer by sin a of that. Half the picture's 45 rows is tan 15° at one metre.
+    // The cube rises by 1.8 / 24 m a frame. In camera space up is (0, cos a, sin a): a point at (x, y, −1) Z moves
+    // up by cos a and closer by sin a of that. Half of the 45 rows of the image is tan 15° at one metre.
     let [half_sine, half_cosine] = HALF_TILT;
     let (sine, cosine) = (2.0 * half_sine * half_cosine, 1.0 - 2.0 * half_sine * half_sine);
     let pixels_a_unit = 22.5 / libm::tanf(0.261_799_4);

@@ -1,4 +1,4 @@
-//! Files whose content is wrong or asks for what is not supported.
+//! Files with invalid content or unsupported required features.
 
 use serde_json::{Value, json};
 
@@ -6,7 +6,7 @@ use super::stage::Stage;
 use super::triangle::{BUFFER_BYTES, INDICES, POSITIONS, document, embedded, glb, triangle};
 
 #[test]
-fn a_truncated_glb_is_wrong_wherever_it_is_cut() {
+fn a_truncated_glb_fails_at_any_length() {
     let whole = glb(&document(None));
     let bin_start = whole.len() - 8 - BUFFER_BYTES.next_multiple_of(4);
     for length in [0, 3, 4, 11, 12, 19, 20, 100, bin_start, bin_start + 4, bin_start + 20, whole.len() - 1] {
@@ -15,7 +15,7 @@ fn a_truncated_glb_is_wrong_wherever_it_is_cut() {
 }
 
 #[test]
-fn chunks_that_lie_about_their_length_are_wrong() {
+fn chunks_with_a_wrong_length_fail() {
     for length in [u32::MAX, u32::MAX - 3, 1 << 31] {
         let mut file = glb(&document(None));
         file[12..16].copy_from_slice(&length.to_le_bytes());
@@ -24,20 +24,20 @@ fn chunks_that_lie_about_their_length_are_wrong() {
 }
 
 #[test]
-fn a_missing_buffer_is_named_with_the_place_that_asks_for_it() {
+fn a_missing_buffer_is_named_with_its_json_pointer() {
     let stage = Stage::with(&document(Some("gone.bin")));
     stage.assert_fails("bad.gltf", (66, &["gone.bin", "bad.gltf", "/buffers/0/uri"]));
 }
 
 #[test]
-fn a_buffer_that_is_too_short_is_wrong() {
+fn a_buffer_that_is_too_short_fails() {
     let stage = Stage::with(&document(Some("short.bin")));
     std::fs::write(stage.folder.path().join("scene/short.bin"), [0; BUFFER_BYTES - 1]).unwrap();
     stage.assert_fails("bad.gltf", (65, &["bad.gltf: ", "/buffers/0"]));
 }
 
 #[test]
-fn indices_past_the_end_are_wrong_at_every_step_of_the_chain() {
+fn indices_past_the_end_fail_in_every_array() {
     let spoil = |pointer: &str, value: Value| {
         let mut spoiled = triangle();
         *spoiled.pointer_mut(pointer).unwrap() = value;
@@ -45,7 +45,7 @@ fn indices_past_the_end_are_wrong_at_every_step_of_the_chain() {
     };
     for (stage, at) in [
         (Stage::with(&embedded(&POSITIONS, &[0, 1, 3])), "/accessors/1: "),
-        // The restart value of strips is no index either.
+        // The primitive restart value is not a valid index.
         (Stage::with(&embedded(&POSITIONS, &[0, 1, u16::MAX])), "/accessors/1: "),
         (spoil("/meshes/0/primitives/0/indices", json!(2)), "/meshes/0/primitives/0/indices: "),
         (
@@ -67,7 +67,7 @@ fn indices_past_the_end_are_wrong_at_every_step_of_the_chain() {
 }
 
 #[test]
-fn positions_that_are_no_numbers_are_wrong() {
+fn positions_that_are_not_finite_fail() {
     for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         let mut positions = POSITIONS;
         positions[1][2] = value;
@@ -77,11 +77,11 @@ fn positions_that_are_no_numbers_are_wrong() {
 }
 
 #[test]
-fn nodes_that_form_no_trees_are_wrong() {
+fn nodes_that_are_not_trees_fail() {
     for (nodes, at) in [
         (json!([{ "mesh": 0, "children": [0] }]), "/nodes/0"),
         (json!([{ "children": [1] }, { "mesh": 0, "children": [0] }]), "/nodes/0"),
-        // A root above a cycle: the cycle's first node then has two parents.
+        // A root above a cycle gives the first node of the cycle two parents.
         (json!([{ "children": [1] }, { "children": [2] }, { "mesh": 0, "children": [1] }]), "/nodes/"),
         (json!([{ "children": [1, 2] }, { "children": [2] }, { "mesh": 0 }]), "/nodes/"),
     ] {
@@ -92,7 +92,7 @@ fn nodes_that_form_no_trees_are_wrong() {
 }
 
 #[test]
-fn a_required_extension_that_is_unknown_is_named() {
+fn an_unknown_required_extension_is_named() {
     let mut document = triangle();
     document["extensionsUsed"] = json!(["ACME_hologram"]);
     document["extensionsRequired"] = json!(["ACME_hologram"]);
@@ -101,7 +101,7 @@ fn a_required_extension_that_is_unknown_is_named() {
 }
 
 #[test]
-fn an_optional_extension_that_is_unknown_is_one_warning_or_a_strict_error() {
+fn an_unknown_optional_extension_is_one_warning_or_a_strict_error() {
     let mut document = triangle();
     document["extensionsUsed"] = json!(["ACME_hologram"]);
     document["nodes"][0]["extensions"] = json!({ "ACME_hologram": { "depth": 2 } });
@@ -110,19 +110,19 @@ fn an_optional_extension_that_is_unknown_is_one_warning_or_a_strict_error() {
         ["bad.gltf: ", "/nodes/0/extensions/ACME_hologram: ", "ACME_hologram is not supported", "--strict"];
     stage.assert_fails_with("bad.gltf", &["-o", "out/a.exr", "--strict"], (65, &words));
 
-    let ending = stage.render("bad.gltf", &["-o", "out/a.exr"]);
-    assert_eq!(ending.code, Some(0), "{}", ending.said);
-    assert_eq!(ending.said.lines().count(), 1, "{}", ending.said);
-    assert!(ending.said.starts_with("rayframe: warning: scene/bad.gltf: /nodes/0/"), "{}", ending.said);
+    let run = stage.render("bad.gltf", &["-o", "out/a.exr"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
+    assert!(run.stderr.starts_with("rayframe: warning: scene/bad.gltf: /nodes/0/"), "{}", run.stderr);
     assert!(stage.folder.path().join("out/a.exr").is_file());
 }
 
 #[test]
-fn what_is_no_gltf_at_all_is_wrong() {
+fn files_that_are_not_gltf_fail() {
     for content in ["", "{", "[]", "null", "PNG", "{}", r#"{"asset":{"version":"1.0"}}"#] {
         Stage::new("bad.gltf", content).assert_fails("bad.gltf", (65, &["bad.gltf: "]));
     }
-    // Deeper than any parser's stack.
+    // Nested deeper than the stack of any parser.
     let deep = format!("{}{}", "[".repeat(200_000), "]".repeat(200_000));
     Stage::new("bad.gltf", deep).assert_fails("bad.gltf", (65, &["bad.gltf: "]));
 }

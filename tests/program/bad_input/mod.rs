@@ -1,4 +1,4 @@
-//! Wrong input ends in one line that says where, with the exit code that says what kind, and leaves no file.
+//! Bad input: one line with the location, the exit code of its kind, and no files.
 
 mod content;
 mod outputs;
@@ -9,15 +9,15 @@ mod triangle;
 use stage::Stage;
 use triangle::{document, glb, triangle};
 
-/// Without this the other tests could fail for a reason of their own.
+/// The base of the other tests renders, so that their failures come from what they change.
 #[test]
-fn the_scene_that_is_spoiled_below_is_right() {
+fn the_unchanged_scene_renders() {
     let text = triangle();
     let binary = glb(&document(None));
     for (name, content) in [("a.gltf", text.to_string().into_bytes()), ("a.glb", binary)] {
         let stage = Stage::new(name, content);
-        let ending = stage.render(name, &["-o", "out/a.exr", "--strict"]);
-        assert_eq!((ending.code, ending.said.as_str()), (Some(0), ""), "{name}");
+        let run = stage.render(name, &["-o", "out/a.exr", "--strict"]);
+        assert_eq!((run.code, run.stderr.as_str()), (Some(0), ""), "{name}");
         assert!(stage.folder.path().join("out/a.exr").is_file());
     }
 }

@@ -1,4 +1,4 @@
-//! Scenes that name files outside their folder. The files are there and right, so only a refusal keeps them out.
+//! Scenes that refer to files outside their folder. The files exist and are valid, so only the check can refuse them.
 
 use super::stage::Stage;
 use super::triangle::{INDICES, POSITIONS, buffer, document};
@@ -28,7 +28,7 @@ fn paths_out_of_the_scenes_folder_are_refused() {
 
 #[cfg(unix)]
 #[test]
-fn links_may_not_lead_out_of_the_scenes_folder() {
+fn symbolic_links_out_of_the_scenes_folder_are_refused() {
     let stage = Stage::with(&document(Some("link.bin")));
     let secret = stage.folder.path().join("secret.bin");
     std::fs::write(&secret, buffer(&POSITIONS, &INDICES)).unwrap();

@@ -1,19 +1,19 @@
-//! Runs of the program in a folder of their own, and what they may leave there.
+//! A folder with a scene, runs of the program in it, and the files they leave.
 
 use std::path::PathBuf;
 use std::process::Command;
 
 use serde_json::Value;
 
-/// A folder with a scene in it, and the program run there.
+/// A temporary folder with a scene in `scene/`.
 pub(crate) struct Stage {
     pub(crate) folder: tempfile::TempDir,
 }
 
-/// How a run ended and what it said on the standard error stream.
-pub(crate) struct Ending {
+/// Exit code and standard error stream of a run.
+pub(crate) struct Finished {
     pub(crate) code: Option<i32>,
-    pub(crate) said: String,
+    pub(crate) stderr: String,
 }
 
 impl Stage {
@@ -29,7 +29,7 @@ impl Stage {
         Self::new("bad.gltf", document.to_string())
     }
 
-    /// Every file and folder below the stage.
+    /// Sorted paths of all files and folders below the stage.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
     pub(crate) fn everything(&self) -> Vec<PathBuf> {
         let mut found = vec![self.folder.path().to_owned()];
@@ -46,9 +46,9 @@ impl Stage {
         found
     }
 
-    /// Renders `scene/NAME` quietly, 8x6 pixels unless `options` ask for others; the stage is the current folder.
+    /// Renders `scene/NAME` with `-q` in the folder of the stage, at 8x6 pixels unless `options` have `-r`.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-    pub(crate) fn render(&self, name: &str, options: &[&str]) -> Ending {
+    pub(crate) fn render(&self, name: &str, options: &[&str]) -> Finished {
         let size = if options.contains(&"-r") { &[][..] } else { &["-r", "8x6"] };
         let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
             .current_dir(self.folder.path())
@@ -58,15 +58,15 @@ impl Stage {
             .output()
             .unwrap();
         assert!(output.stdout.is_empty());
-        Ending { code: output.status.code(), said: String::from_utf8_lossy(&output.stderr).into_owned() }
+        Finished { code: output.status.code(), stderr: String::from_utf8_lossy(&output.stderr).into_owned() }
     }
 
-    /// The run fails with `code` in one line that holds `words`, and changes nothing on disk.
+    /// Asserts that the run fails with `code`, in one line that contains all `words`, and changes no file.
     pub(crate) fn assert_fails_with(&self, name: &str, options: &[&str], (code, words): (i32, &[&str])) {
         let before = self.everything();
-        let ending = self.render(name, options);
-        let Ending { said, .. } = &ending;
-        assert_eq!(ending.code, Some(code), "{options:?}: {said}");
+        let run = self.render(name, options);
+        let said = &run.stderr;
+        assert_eq!(run.code, Some(code), "{options:?}: {said}");
         let (errors, others): (Vec<&str>, Vec<&str>) =
             said.lines().partition(|line| line.starts_with("rayframe: error: "));
         assert_eq!(errors.len(), 1, "{options:?}: {said}");

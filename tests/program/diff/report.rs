@@ -1,4 +1,4 @@
-//! What `rayframe diff` writes for others: JSON as its schema says, and the page.
+//! Reports of `rayframe diff`: JSON against its schema, and the HTML page.
 
 use serde_json::Value;
 
@@ -6,14 +6,14 @@ use super::{Stage, json, rayframe};
 use crate::progress::schema::Schema;
 
 #[test]
-fn json_is_as_its_schema_says() {
+fn json_matches_its_schema() {
     let stage = Stage::new();
     let schema = Schema::read("diff");
     let a = stage.square("a.exr", (40, 24), 4);
     let b = stage.square("b.exr", (40, 24), 24);
     let wide = stage.square("wide.exr", (48, 24), 4);
     let broken = stage.at("broken.exr");
-    // What we write is finite; other programs write what they like.
+    // Files of rayframe are finite; those of other programs need not be.
     let pixel = |x: usize, _: usize| (0.2_f32, if x == 7 { f32::INFINITY } else { 0.2 }, f32::NAN, 1.0_f32);
     exr::prelude::write_rgba_file(&broken, 40, 24, pixel).unwrap();
     for frame in [1, 2, 3] {
@@ -35,7 +35,7 @@ fn json_is_as_its_schema_says() {
                 !is_faulty(actual),
                 "{actual}"
             );
-            // What the schema lets pass is not everything.
+            // The schema also rejects values.
             for (name, value) in [("schema", 2.into()), ("preset", "loose".into()), ("same", Value::Null)] {
                 let mut wrong = report.clone();
                 wrong[name] = value;
@@ -46,7 +46,7 @@ fn json_is_as_its_schema_says() {
 }
 
 #[test]
-fn a_report_is_one_page_that_holds_the_pictures() {
+fn a_report_is_one_page_with_its_images() {
     let stage = Stage::new();
     let a = stage.square("a.exr", (40, 24), 4);
     let b = stage.square("b.exr", (40, 24), 24);
@@ -60,7 +60,7 @@ fn a_report_is_one_page_that_holds_the_pictures() {
     assert_eq!(shot["frames"][0]["status"], "different");
     let command = format!("rayframe diff {b} {a} --preset visual --json");
     assert!(shot["commands"].as_array().unwrap().iter().any(|named| named[1] == command.as_str()), "{shot}");
-    // Twice the same, byte for byte.
+    // A second run writes the same bytes.
     let bytes = std::fs::read(format!("{folder}/index.html")).unwrap();
     rayframe(&["diff", &b, &a, "--report", &folder]);
     assert!(bytes == std::fs::read(format!("{folder}/index.html")).unwrap());
@@ -92,8 +92,8 @@ fn a_report_of_a_sequence_has_all_frames_and_those_without_a_counterpart() {
     let wanted = [(1, "passed"), (2, "different"), (3, "orphaned"), (4, "missing")];
     assert_eq!(told, wanted.map(|(frame, status)| (Some(frame), Some(status))));
     let has = |frame: usize, side: &str| !frames[frame][side].is_null();
-    let pictures = [0, 1, 2, 3].map(|frame| (has(frame, "expected"), has(frame, "actual")));
-    assert_eq!(pictures, [(false, false), (true, true), (true, false), (false, true)]);
+    let has_images = [0, 1, 2, 3].map(|frame| (has(frame, "expected"), has(frame, "actual")));
+    assert_eq!(has_images, [(false, false), (true, true), (true, false), (false, true)]);
     assert_eq!((has(0, "flip"), has(1, "errors"), has(3, "flip")), (true, true, false));
     assert!(page["shots"][0]["commands"][0][1].as_str().unwrap().contains("a.0002.exr"));
 }

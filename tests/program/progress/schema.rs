@@ -1,5 +1,6 @@
-//! The part of JSON Schema (draft 2020-12) that the schemas of this repository use. A keyword that is not known here fails the
-//! test, so that nothing goes unchecked; and so does a property that the schema does not describe.
+//! Validator for the part of JSON Schema (draft 2020-12) that the schemas of this repository use.
+//!
+//! An unknown keyword fails the test, so that nothing goes unchecked. So does a property that the schema does not describe.
 
 use serde_json::Value;
 
@@ -14,13 +15,13 @@ impl Schema {
         Self(serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap())
     }
 
-    /// Panics unless `value` is as the schema says.
+    /// Panics unless `value` matches the schema.
     pub(crate) fn check(&self, value: &Value) {
         let outcome = check(&self.0, value);
         assert!(outcome.is_ok(), "{outcome:?}: {value:#}");
     }
 
-    /// Whether `value` is as the schema says.
+    /// Whether `value` matches the schema.
     pub(crate) fn accepts(&self, value: &Value) -> bool {
         check(&self.0, value).is_ok()
     }

@@ -1,4 +1,4 @@
-//! What fails, and what is said about it.
+//! Failures of `rayframe test` and their messages.
 
 use super::{SUITE, Stage};
 
@@ -17,7 +17,7 @@ fn a_new_folder_becomes_a_suite_that_guards_a_scene() {
     stage.run(&["accept"]).ends(0, &["added references/point.exr"]);
     stage.run(&["test"]).ends(0, &["1 image matches its reference"]);
     assert!(std::fs::read_to_string(stage.path(".gitignore")).unwrap().contains("*.new"));
-    // From a folder below, too.
+    // From a folder below as well.
     std::fs::create_dir(stage.path("below")).unwrap();
     let below = stage.path("below");
     let suite = ["test", "--suite", ".."];
@@ -39,7 +39,7 @@ fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_reje
         &["FAIL light/point (preset visual)", "mean FLIP: 0.", " > 0.08", "likely light", "1 of 1 image"],
     );
     assert_eq!(stage.references(), ["light/point.exr", "light/point.exr.new"]);
-    // Looking never settles anything.
+    // `test` never applies a finding.
     stage.run(&["test"]).ends(1, &["FAIL light/point"]);
     stage.run(&["reject"]).ends(0, &["rejected light/point"]);
     assert_eq!(stage.references(), ["light/point.exr"]);
@@ -50,7 +50,7 @@ fn a_changed_scene_fails_with_value_limit_and_cause_until_it_is_accepted_or_reje
 }
 
 #[test]
-fn a_picture_that_passes_again_leaves_nothing_waiting() {
+fn an_image_that_passes_again_leaves_nothing_pending() {
     let stage = Stage::accepted(SUITE, &[POINT]);
     stage.scene(POINT.0, POINT.1, "\"intensity\": ", "\"intensity\": 9");
     stage.run(&["test"]).ends(1, &[]);
@@ -65,7 +65,7 @@ fn a_picture_that_passes_again_leaves_nothing_waiting() {
 fn a_reference_without_a_shot_fails_and_its_removal_can_be_accepted() {
     let stage = Stage::accepted(SUITE, &[POINT, ("light/spot.gltf", "light/spot.gltf")]);
     std::fs::rename(stage.path("light/spot.gltf"), stage.path("light/lamp.gltf")).unwrap();
-    // A filter looks at its own part.
+    // A filter does not report references of other shots.
     stage.run(&["test", "light/point"]).ends(0, &["1 image matches"]);
     stage
         .run(&["test", "light"])
@@ -81,7 +81,7 @@ fn sizes_frames_and_broken_files_fail() {
     stage.write("suite.toml", &SUITE.replace("48", "32"));
     stage.run(&["test"]).ends(1, &["the size is 32x27, the reference's 48x27"]);
 
-    // Two frames have other names than one.
+    // With two frames the names of the references differ from those with one.
     stage.write("suite.toml", &SUITE.replace("frames = 0", "frames = [0, 12]"));
     let words = ["FAIL light/point.0000", "FAIL light/point.0012", "FAIL light/point\n", "no shot asks for"];
     stage.run(&["test"]).ends(1, &words);
@@ -91,12 +91,12 @@ fn sizes_frames_and_broken_files_fail() {
     stage.run(&["test"]).ends(1, &["FAIL light/point", "git lfs pull"]);
     stage.write(POINT.0, "{");
     stage.run(&["test"]).ends(1, &["FAIL light/point", "light/point.gltf: "]);
-    // What could not be opened may still ask for its reference.
+    // A shot that could not be opened still uses its reference.
     assert!(!stage.run(&["test"]).text.contains("no shot asks"));
 }
 
 #[test]
-fn what_is_too_large_for_a_reference_fails_and_is_not_kept() {
+fn an_image_too_large_for_a_reference_fails_and_is_not_kept() {
     let stage = Stage::new(&format!("max_reference_kib = 1\n{SUITE}"));
     stage.scene(POINT.0, POINT.1, "", "");
     stage.run(&["test"]).ends(1, &["KiB and a reference at most 1", "raise max_reference_kib"]);
@@ -135,7 +135,7 @@ fn shot_files_have_settings_and_limits_of_their_own() {
 }
 
 #[test]
-fn what_is_not_honoured_is_told_and_fails_where_that_is_wanted() {
+fn warnings_are_reported_and_fail_with_strict() {
     let stage = Stage::new(SUITE);
     stage.scene("a.gltf", POINT.1, "extensionsUsed\": [", "extensionsUsed\": [\"ACME_glow\", ");
     stage.run(&["test"]).ends(1, &["warning: a: ", "ACME_glow"]);
@@ -146,15 +146,15 @@ fn what_is_not_honoured_is_told_and_fails_where_that_is_wanted() {
 }
 
 #[test]
-fn a_mistake_in_a_shot_file_is_told_as_that_shots_failure() {
+fn an_error_in_a_shot_file_is_the_failure_of_that_shot() {
     let stage = Stage::accepted(SUITE, &[("point.gltf", POINT.1), ("spot.gltf", "light/spot.gltf")]);
     stage.write("point.toml", "scene = 'point.gltf\n");
     stage.run(&["test"]).ends(1, &["FAIL point\n", "point.toml: line 1", "1 of 2 images failed"]);
-    // Its scene is no shot meanwhile, and another suite's file is none at all.
+    // Its scene is not a shot of its own meanwhile, and a suite file is never a shot.
     stage.write("point.toml", "scene = 'point.gltf'");
     stage.write("fast.toml", "[shot]\nsamples = 1");
     assert_eq!(stage.run(&["test", "--list"]).stdout, "point\nspot\n");
-    // A shot file with a table that belongs to suites, or with a scene that is not there, is still one.
+    // A shot file with a table of suites, or with a missing scene, is still a shot.
     stage.write("point.toml", "scene = 'pint.gltf'");
     stage.write("spot.toml", "scene = 'spot.gltf'\n[shot]\nsamples = 2");
     let words = ["FAIL point\n", "pint.gltf", "FAIL spot\n", "line 2", "2 of 2 images failed"];
@@ -163,7 +163,7 @@ fn a_mistake_in_a_shot_file_is_told_as_that_shots_failure() {
 }
 
 #[test]
-fn reports_go_where_they_are_wanted_and_replace_nothing_else() {
+fn reports_go_to_the_given_folder_and_replace_nothing_else() {
     let stage = Stage::accepted(SUITE, &[POINT]);
     for _ in 0..2 {
         stage.run(&["test", "--report", "pages"]).ends(0, &[]);
@@ -176,7 +176,7 @@ fn reports_go_where_they_are_wanted_and_replace_nothing_else() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_signal_ends_a_test_and_says_so() {
+fn a_signal_ends_a_test_with_a_message() {
     use std::os::unix::process::ExitStatusExt as _;
     use std::process::{Command, Stdio};
     let stage =
@@ -188,7 +188,7 @@ fn a_signal_ends_a_test_and_says_so() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // Until it listens: the signals that are caught, as bits, the first of which is signal 1.
+    // Waits until the handler is installed. SigCgt is the bit mask of caught signals, with signal 1 first.
     let catches = || {
         let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
         let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
@@ -206,7 +206,7 @@ fn a_signal_ends_a_test_and_says_so() {
 }
 
 #[test]
-fn a_part_of_a_name_tests_the_shots_of_its_pictures() {
+fn a_partial_name_selects_the_shots_of_matching_images() {
     let stage = Stage::accepted(
         &SUITE.replace("frames = 0", "frames = [0, 12]"),
         &[("walk.gltf", "animation/hierarchy.gltf")],

@@ -1,4 +1,4 @@
-//! What machines read: JSON after its schema, JUnit's XML; and what people read where there is much of it.
+//! Report formats: JSON against its schema, JUnit XML, and text.
 
 use serde_json::Value;
 
@@ -17,7 +17,7 @@ fn stage() -> Stage {
 }
 
 #[test]
-fn json_is_as_its_schema_says() {
+fn json_matches_its_schema() {
     let ran = stage().run(&["test", "--json"]);
     assert_eq!(ran.code, Some(1));
     let report: Value = serde_json::from_str(&ran.stdout).unwrap();
@@ -36,7 +36,7 @@ fn json_is_as_its_schema_says() {
 }
 
 #[test]
-fn junit_names_every_picture() {
+fn junit_names_every_image() {
     let stage = stage();
     stage.run(&["test", "--junit", "out/junit.xml"]).ends(1, &[]);
     let xml = std::fs::read_to_string(stage.path("out/junit.xml")).unwrap();
@@ -56,7 +56,7 @@ fn junit_names_every_picture() {
 }
 
 #[test]
-fn people_read_a_line_a_folder_and_then_failures() {
+fn text_has_a_line_for_each_folder_and_then_failures() {
     let stage = stage();
     let ran = stage.run(&["test"]);
     let lines: Vec<&str> = ran.stdout.lines().collect();

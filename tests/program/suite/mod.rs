@@ -1,16 +1,16 @@
-//! `rayframe test` and what settles its findings, through the program.
+//! `rayframe test`, `accept`, `reject` and `review`.
 
+mod approvals;
 mod failures;
 mod forms;
-mod settling;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-/// A suite in a folder of its own, of small pictures.
+/// A suite of small images in a temporary folder.
 struct Stage(tempfile::TempDir);
 
-/// A command's exit code and what it printed, both streams together.
+/// Exit code and output of a command; `text` holds both streams.
 #[derive(Debug)]
 struct Ran {
     code: Option<i32>,
@@ -39,7 +39,7 @@ impl Stage {
         std::fs::write(path, text).unwrap();
     }
 
-    /// Copies a scene of the repository, each `from` in its text replaced by `to`.
+    /// Copies a scene of the repository with all `from` in its text replaced by `to`.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
     fn scene(&self, name: &str, scene: &str, from: &str, to: &str) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene);
@@ -49,12 +49,12 @@ impl Stage {
         self.write(name, &text);
     }
 
-    /// Runs the program in the suite's folder, as people do and not build servers.
+    /// Runs the program in the folder of the suite without `CI` set.
     fn run(&self, arguments: &[&str]) -> Ran {
         self.run_with(arguments, "", None)
     }
 
-    /// The same with `answers` on the standard input and `CI` set to a value.
+    /// Runs the program with `answers` on the standard input and `CI` set to a value.
     #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
     fn run_with(&self, arguments: &[&str], answers: &str, ci: Option<&str>) -> Ran {
         use std::io::Write as _;
@@ -65,14 +65,14 @@ impl Stage {
             command.env("CI", value);
         }
         let mut child = command.spawn().unwrap();
-        // Who does not ask does not read.
+        // A program that asks nothing does not read its input; the write then fails.
         let _ = child.stdin.take().unwrap().write_all(answers.as_bytes());
         let Output { status, stdout, stderr } = child.wait_with_output().unwrap();
         let [stdout, stderr] = [stdout, stderr].map(|bytes| String::from_utf8(bytes).unwrap());
         Ran { code: status.code(), text: format!("{stdout}{stderr}"), stdout }
     }
 
-    /// A suite whose pictures are accepted.
+    /// A suite whose images are accepted.
     fn accepted(suite: &str, scenes: &[(&str, &str)]) -> Self {
         let stage = Self::new(suite);
         for (name, scene) in scenes {
@@ -84,7 +84,7 @@ impl Stage {
         stage
     }
 
-    /// All files below the references.
+    /// Sorted names of all files of the references.
     fn references(&self) -> Vec<String> {
         let mut names = Vec::new();
         collect(&self.path("references"), "", &mut names);
@@ -94,7 +94,7 @@ impl Stage {
 }
 
 impl Ran {
-    /// Asserts how it ended, and that all words were printed.
+    /// Asserts the exit code and that all words were printed.
     #[track_caller]
     fn ends(&self, code: i32, words: &[&str]) {
         assert_eq!(self.code, Some(code), "{}", self.text);

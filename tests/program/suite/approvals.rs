@@ -1,4 +1,4 @@
-//! Accepting, rejecting and reviewing, one by one, by a file, and not where nobody looks.
+//! `accept`, `reject` and `review`: by name, by a file of approvals, interactively, and under CI.
 
 use serde_json::json;
 
@@ -10,8 +10,8 @@ const SCENES: [(&str, &str); 3] = [
     ("sun.gltf", "light/directional.gltf"),
 ];
 
-/// Three pictures wait.
-fn waiting() -> Stage {
+/// A suite with three pending images.
+fn pending() -> Stage {
     let stage = Stage::new(SUITE);
     for (name, scene) in SCENES {
         stage.scene(name, scene, "", "");
@@ -21,8 +21,8 @@ fn waiting() -> Stage {
 }
 
 #[test]
-fn a_name_means_its_shot_alone_and_a_part_of_a_name_all_that_have_it() {
-    let stage = waiting();
+fn an_exact_name_selects_its_shot_and_a_partial_name_all_that_contain_it() {
+    let stage = pending();
     stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
     assert_eq!(stage.references(), ["point.exr", "point_far.exr.new", "sun.exr.new"]);
     stage.run(&["reject", "poi"]).ends(0, &["rejected point_far"]);
@@ -30,8 +30,8 @@ fn a_name_means_its_shot_alone_and_a_part_of_a_name_all_that_have_it() {
 }
 
 #[test]
-fn review_asks_about_each() {
-    let stage = waiting();
+fn review_asks_about_each_image() {
+    let stage = pending();
     let ran = stage.run_with(&["review"], "a\nwhat\nr\n", None);
     ran.ends(
         0,
@@ -64,30 +64,30 @@ fn nothing_becomes_a_reference_where_ci_is_set() {
         stage.run_with(&[command], "a\n", Some("1")).ends(2, &["CI is set"]);
     }
     assert_eq!(stage.references(), ["point.exr.new"]);
-    // A variable that says no says no.
+    // CI=false does not count as CI.
     stage.run_with(&["accept"], "", Some("false")).ends(0, &["added"]);
 }
 
-/// The hashes that the report exports, and JSON says.
+/// The hash of an image in the JSON report.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn hash(stage: &Stage, name: &str) -> String {
     let ran = stage.run(&["test", "--json"]);
     let report: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
     let shots = report["shots"].as_array().unwrap().iter();
-    let mut pictures = shots.flat_map(|shot| shot["pictures"].as_array().unwrap());
-    let picture = pictures.find(|picture| picture["name"] == name).unwrap();
-    picture["hash"].as_str().unwrap().to_owned()
+    let mut images = shots.flat_map(|shot| shot["pictures"].as_array().unwrap());
+    let image = images.find(|image| image["name"] == name).unwrap();
+    image["hash"].as_str().unwrap().to_owned()
 }
 
 #[test]
-fn approvals_are_accepted_where_they_fit_pending_images() {
-    let stage = waiting();
+fn approvals_are_accepted_where_they_match_the_pending_images() {
+    let stage = pending();
     let approvals = |approved: serde_json::Value| {
         stage.write("approvals.json", &json!({"schema": 1, "approved": approved}).to_string());
     };
     let accept = ["accept", "--approvals", "approvals.json"];
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}, {"name": "point", "hash": "0000"}]));
-    // One that does not fit holds up all.
+    // One that does not match refuses all.
     stage
         .run(&accept)
         .ends(1, &["nothing was accepted: point: ", "is another than the one that was approved"]);
@@ -98,7 +98,7 @@ fn approvals_are_accepted_where_they_fit_pending_images() {
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}]));
     stage.run(&accept).ends(0, &["added references/sun.exr"]);
     assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr"]);
-    // Once more changes nothing, and is no mistake.
+    // A second time changes nothing and succeeds.
     stage.run(&accept).ends(0, &["all that was approved is settled already"]);
 
     std::fs::remove_file(stage.path("sun.gltf")).unwrap();
@@ -116,10 +116,10 @@ fn approvals_are_accepted_where_they_fit_pending_images() {
 }
 
 #[test]
-fn a_word_that_names_something_never_means_something_else() {
-    let stage = waiting();
+fn an_exact_name_always_wins_over_a_partial_match() {
+    let stage = pending();
     stage.run(&["accept", "point"]).ends(0, &["added references/point.exr"]);
-    // Typed once more, it does not fall back to what contains it.
+    // A second time, the exact name does not fall back to a partial match.
     for command in ["accept", "reject", "review"] {
         stage.run(&[command, "point"]).ends(2, &["no pending images of point"]);
     }
@@ -131,10 +131,10 @@ fn a_word_that_names_something_never_means_something_else() {
 }
 
 #[test]
-fn what_has_changed_since_it_was_found_is_not_settled() {
-    let stage = waiting();
+fn stale_findings_are_not_applied() {
+    let stage = pending();
     stage.run(&["accept"]).ends(0, &[]);
-    // A removal, and then the shot is back.
+    // A removal whose shot is back.
     let (scene, away) = (stage.path("sun.gltf"), stage.path("sun.away"));
     std::fs::rename(&scene, &away).unwrap();
     stage.run(&["test"]).ends(1, &["no shot asks for this reference"]);
@@ -142,7 +142,7 @@ fn what_has_changed_since_it_was_found_is_not_settled() {
     stage.run(&["accept"]).ends(77, &["have changed since this was found"]);
     stage.run(&["test", "point"]).ends(0, &[]);
     stage.run(&["accept"]).ends(0, &["nothing waits"]);
-    // A picture, and then another reference.
+    // An image whose reference has changed since.
     stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
     stage.run(&["test"]).ends(1, &[]);
     let reference = stage.path("references/point.exr");
@@ -152,8 +152,8 @@ fn what_has_changed_since_it_was_found_is_not_settled() {
 }
 
 #[test]
-fn broken_frames_keep_their_pending_images() {
-    let stage = waiting();
+fn a_failed_test_keeps_pending_images() {
+    let stage = pending();
     let references = stage.references();
     stage.write("point.gltf", "{");
     stage.run(&["test"]).ends(1, &["FAIL point\n"]);
@@ -166,8 +166,8 @@ fn broken_frames_keep_their_pending_images() {
 }
 
 #[test]
-fn review_goes_on_where_a_reference_is_damaged() {
-    let stage = waiting();
+fn review_continues_after_a_damaged_reference() {
+    let stage = pending();
     stage.run(&["accept"]).ends(0, &[]);
     stage.write("references/point.exr", "version https://git-lfs.github.com/spec/v1\n");
     stage.run(&["test"]).ends(1, &["git lfs pull"]);

@@ -75,7 +75,7 @@ def hue(values, random):
     values[:, 150:] = values[:, 150:, ::-1].copy()
 
 
-# Scene, frame, damage.
+# Scene, frame, corruption.
 PAIRS = [
     ("demo/whitted_1980", 0, lose_block),
     ("demo/whitted_1980", 5, speck),
@@ -89,7 +89,7 @@ PAIRS = [
 
 
 def compare(folder, kind, number, pair):
-    scene, frame, damage = pair
+    scene, frame, corruption = pair
     ending, read, write = {"LDR": ("png", read_png, write_png), "HDR": ("exr", read_exr, write_exr)}[kind]
     rendered, reference, test = (folder / f"{name}{number}.{ending}" for name in ("rendered", "reference", "test"))
     command = [PROGRAM, "render", ROOT / "scenes" / f"{scene}.gltf", "-o", rendered, "-f", str(frame), "-r", "251x141", "-q"]
@@ -97,7 +97,7 @@ def compare(folder, kind, number, pair):
     values = read(rendered)
     write(reference, values)
     values = read(reference).copy()
-    damage(values, numpy.random.default_rng(number))
+    corruption(values, numpy.random.default_rng(number))
     write(test, values)
     map_file = folder / f"map{number}.exr"
     command = [PROGRAM, "diff", test, reference, "--layers", "beauty", "--json", "--flip-map", map_file]
@@ -113,7 +113,7 @@ def compare(folder, kind, number, pair):
         found = ours["exposures"]
         exposures = f"{found['count']} exposures (theirs {parameters['numExposures']})"
         assert found["count"] == parameters["numExposures"], (found, parameters)
-    print(f"{kind} {scene} {frame} {damage.__name__}: mean {ours['flip']['mean']:.6f}, theirs {mean:.6f};"
+    print(f"{kind} {scene} {frame} {corruption.__name__}: mean {ours['flip']['mean']:.6f}, theirs {mean:.6f};"
           f" largest difference of a pixel {pixels:.1e} {exposures}")
     return max(means, pixels)
 

@@ -6,7 +6,7 @@ of the default tests. Run from the project's root: python3 tests/oracles/compare
 
 Mitsuba finds hits, Fresnel factors and directions; the integrator below follows mirrors and glass by chance and ends at the first
 diffuse surface with its direct light, which is Whitted's tree in the mean. Fails where the means differ by more than 0.5 % or the
-mean FLIP is above 0.02. FOLDER keeps scenes and pictures.
+mean FLIP is above 0.02. FOLDER keeps scenes and images.
 """
 
 import base64
@@ -128,7 +128,7 @@ def gltf_material(material):
         extensions = {"KHR_materials_ior": {"ior": material[1]}, "KHR_materials_transmission": {"transmissionFactor": 1},
                       "KHR_materials_volume": {"thicknessFactor": 1}}
         return {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0}, "extensions": extensions}
-    # An index of one leaves Lambert's law alone.
+    # An index of one leaves the Lambertian lobe alone.
     return {"pbrMetallicRoughness": {"baseColorFactor": material[1] + [1], "metallicFactor": 0}, "doubleSided": True,
             "extensions": {"KHR_materials_ior": {"ior": 1}}}
 
@@ -166,7 +166,7 @@ def their_material(material):
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": material[1]}}}
 
 
-def their_picture(parts, lights, eye):
+def their_image(parts, lights, eye):
     view = mitsuba.ScalarTransform4f().look_at(origin=eye, target=[eye[0], eye[1], eye[2] - 1], up=[0, 1, 0])
     film = {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1], "rfilter": {"type": "box"}, "pixel_format": "rgb"}
     sensor = {"type": "perspective", "fov": 40, "fov_axis": "y", "near_clip": 0.01, "to_world": view, "film": film}
@@ -189,16 +189,16 @@ def their_picture(parts, lights, eye):
     return total / (THEIR_SAMPLES // 256)
 
 
-def our_picture(scene, output):
+def our_image(scene, output):
     size = f"{SIZE[0]}x{SIZE[1]}"
     options = ["--glass-shadows", "opaque", "--depth", str(DEPTH), "--samples", str(OUR_SAMPLES), "-r", size, "--overwrite", "-q"]
     subprocess.run(["cargo", "run", "-q", "--release", "--", "render", scene, "-o", output] + options, check=True)
     return OpenEXR.File(str(output)).channels()["RGBA"].pixels[..., :3].astype(float)
 
 
-def encoded(picture):
-    picture = numpy.clip(picture, 0, 1)
-    return numpy.where(picture <= 0.0031308, 12.92 * picture, 1.055 * picture ** (1 / 2.4) - 0.055).astype("f4")
+def encoded(image):
+    image = numpy.clip(image, 0, 1)
+    return numpy.where(image <= 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055).astype("f4")
 
 
 def main():
@@ -207,8 +207,8 @@ def main():
     failed = False
     for name, parts, lights, eye in scenes():
         write_gltf(folder / f"{name}.gltf", parts, lights, eye)
-        ours = our_picture(folder / f"{name}.gltf", folder / f"{name}.exr")
-        theirs = their_picture(parts, lights, eye)
+        ours = our_image(folder / f"{name}.gltf", folder / f"{name}.exr")
+        theirs = their_image(parts, lights, eye)
         numpy.save(folder / f"{name}.mitsuba.npy", theirs)
         mean = ours.mean() / theirs.mean() - 1
         flip = flip_evaluator.evaluate(encoded(theirs), encoded(ours), "LDR", inputsRGB=True)[1]

@@ -7,7 +7,7 @@ A twenty-frame render without a break is the measure. Then, each round in a fold
 
 - kills: `kill -9` after a random share of the time that a run takes; up to three in a row, then `--resume`.
 - terms: SIGTERM; the program ends by the signal within a second, and what is finished stays.
-- disks: the folder is a memory file system that is too small (needs root); the run ends with 74, then there is room.
+- disks: the folder is a memory file system that is too small (needs root); the run ends with 74, then it is enlarged.
 - pairs: two processes render the same frames into one folder; both end with 0.
 
 A watcher reads the folder all the while: whatever has a frame's name must be that frame to the last byte. In the end the

@@ -104,21 +104,21 @@ def check_attributes(path):
 def check_projection(path, header):
     """`worldToNDC` takes the position of each pixel's middle back to that pixel."""
     layers = channels(path)
-    met = layers["node_id"] > 0
-    rows, columns = numpy.nonzero(met)
+    hit = layers["node_id"] > 0
+    rows, columns = numpy.nonzero(hit)
     ones = numpy.ones(len(rows))
-    points = numpy.stack([layers[f"position.{c}"][met] for c in "XYZ"] + [ones], axis=1)
+    points = numpy.stack([layers[f"position.{c}"][hit] for c in "XYZ"] + [ones], axis=1)
     ndc = points @ numpy.asarray(header["worldToNDC"], dtype=float)
-    height, width = met.shape
+    height, width = hit.shape
     x, y = ndc[:, 0] / ndc[:, 3] * width, ndc[:, 1] / ndc[:, 3] * height
     worst = max(abs(x - columns - 0.5).max(), abs(y - rows - 0.5).max())
     assert worst < 0.01, f"positions lie {worst} pixels beside their pixels"
     camera = points @ numpy.asarray(header["worldToCamera"], dtype=float)
-    assert numpy.allclose(-camera[:, 2], layers["Z"][met], rtol=1e-4, atol=1e-4)
+    assert numpy.allclose(-camera[:, 2], layers["Z"][hit], rtol=1e-4, atol=1e-4)
 
 
 def check_sum(path):
-    """The parts of the light sum to the picture, within two steps of a half for each."""
+    """The light passes sum to the colour, within two steps of a half for each."""
     layers = channels(path)
     for c in "RGB":
         total = sum(layers[f"{part}.{c}"].astype(float) for part in LIGHT)

@@ -1,4 +1,4 @@
-"""Drives the HTML report in headless Chromium: pictures, slider, flicker, exposure, graph, keys and approvals.
+"""Drives the HTML report in headless Chromium: images, slider, flicker, exposure, graph, keys and approvals.
 
     cargo build --release
     apt-get install chromium
@@ -9,7 +9,7 @@
 Renders a pair and a sequence that differ, writes their pages with `rayframe diff --report`, and compares what their canvases hold
 with numbers made here from the EXR files. Approvals are checked on the page of a suite where one is given, and otherwise on a page of
 our own whose data are changed to allow them. Where the suite's folder is given, too, the command that its page shows is run on a copy of
-it, from elsewhere; its pictures must still wait there. Prints a line a check and ends with 1 when one does not hold. Nothing may be asked of
+it, from elsewhere; its images must still be pending there. Prints a line a check and ends with 1 when one does not hold. Nothing may be asked of
 the network, and the console must stay empty. No browser is downloaded: the system's Chromium is used (CHROMIUM names another).
 """
 
@@ -134,9 +134,9 @@ class Page:
         self.page.on("console", lambda message: self.errors.append(message.text))
         self.page.on("pageerror", lambda error: self.errors.append(str(error)))
         self.page.goto(self.address)
-        self.settle()
+        self.wait_until_idle()
 
-    def settle(self):
+    def wait_until_idle(self):
         self.page.wait_for_timeout(250)
 
     def canvas(self, index=0):
@@ -157,7 +157,7 @@ class Page:
     def press(self, *keys):
         for key in keys:
             self.page.keyboard.press(key)
-        self.settle()
+        self.wait_until_idle()
 
     def text(self, selector):
         return self.page.locator(selector).inner_text()
@@ -206,9 +206,9 @@ def check_pair(browser, folder):
     check("zoom 4", abs(box["width"] - 4 * old.shape[1]) < 1, box["width"])
     page.press("1")
     page.page.evaluate("document.querySelectorAll('.port')[0].scrollTo(60, 40)")
-    page.settle()
+    page.wait_until_idle()
     places = page.page.evaluate("[...document.querySelectorAll('.port')].map((port) => [port.scrollLeft, port.scrollTop])")
-    check("both pictures scroll together", places[0] == places[1] and places[0][0] == 60, places)
+    check("both images scroll together", places[0] == places[1] and places[0][0] == 60, places)
     page.page.screenshot(path=SHOTS / "zoom_light.png")
     page.press("Shift+?")
     check("? opens the keys", page.page.locator("#help").is_visible())
@@ -217,10 +217,10 @@ def check_pair(browser, folder):
     page.close()
 
 
-def check_other_pictures(browser, folder):
+def check_other_images(browser, folder):
     old, new = (numpy.asarray(Image.open(folder / name)).astype(int) for name in ("old.png", "new.png"))
     page = Page(browser, folder / "display/index.html", "display", color_scheme="light")
-    check("pictures for displays are shown as they are", (page.canvas(0) == old).all() and (page.canvas(1) == new).all())
+    check("images for displays are shown as they are", (page.canvas(0) == old).all() and (page.canvas(1) == new).all())
     encoded = old / 255
     light = numpy.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     page.press("-")
@@ -238,7 +238,7 @@ def check_other_pictures(browser, folder):
     page = Page(browser, folder / "larger/index.html", "larger", color_scheme="light")
     box = page.page.locator("#stage canvas").nth(1).bounding_box()
     page.page.mouse.move(box["x"] + box["width"] - 1, box["y"] + box["height"] - 1)
-    page.settle()
+    page.wait_until_idle()
     height, width, _ = old.shape
     told = page.text("#inspector")
     check("beyond the smaller one the larger is inspected", f"column {width - 1}" in told and re.search(r"expected +none", told) is not None, told)
@@ -255,7 +255,7 @@ def check_other_pictures(browser, folder):
 def check_too_large(browser, folder):
     page = Page(browser, folder / "wide/index.html", "wide", color_scheme="light")
     told = page.page.locator("#stage .note").all_inner_texts()
-    check("a picture beyond the browser's limit is told in words", len(told) == 2 and all("70000 by 2 pixels" in text for text in told), told)
+    check("a image beyond the browser's limit is told in words", len(told) == 2 and all("70000 by 2 pixels" in text for text in told), told)
     page.press("3", "2", "+", "4", "5", "z", "m")
     check("in every view", page.page.locator("#stage .note").count() == 1)
     page.page.screenshot(path=SHOTS / "wide_light.png")
@@ -303,7 +303,7 @@ def check_exposure(page, old, new):
     canvas = page.canvas(1)
     check("two stops down shows light above 1", (canvas == shown(new, -2)).all() and (canvas[bright] < 255).any(), canvas[bright].min())
     page.page.locator("#stops").fill("0.25")
-    page.settle()
+    page.wait_until_idle()
     check("a quarter of a stop", (page.canvas(0) == shown(old, 0.25)).all())
     page.press("0")
     check("0 resets it", (page.canvas(1) == shown(new)).all())
@@ -320,7 +320,7 @@ def check_slider(page, old, new):
     page.page.mouse.down()
     page.page.mouse.move(x + box["width"] * 0.75, y, steps=4)
     page.page.mouse.up()
-    page.settle()
+    page.wait_until_idle()
     moved, place = page.canvas(), width * 3 // 4
     changed = numpy.flatnonzero((moved != middle).any(axis=(0, 2)))
     check("moved to the right it changes that part alone", changed.size > 0 and half <= changed.min() and changed.max() < place, f"columns {changed.min()} to {changed.max()} of {width}")
@@ -364,7 +364,7 @@ def check_sequence(browser, folder):
     slider = page.page.locator(".graph [role=slider]")
     box = slider.bounding_box()
     page.page.mouse.click(box["x"] + 52 + (box["width"] - 60) * 4.5 / 8, box["y"] + 60)
-    page.settle()
+    page.wait_until_idle()
     check("a click on the graph chooses the frame", page.text(".graph-shown").startswith("frame 4"), page.text(".graph-shown"))
     check("and shows it", (page.canvas(1) == shown(new)).all())
     page.page.screenshot(path=SHOTS / "sequence_dark.png", full_page=True)
@@ -398,10 +398,10 @@ def check_keyboard(browser, path):
     page.press("3")
     before = page.text(".pane-label strong")
     page.page.wait_for_timeout(700)
-    check("with reduced motion flicker waits to be started", page.text(".pane-label strong") == before)
+    check("with reduced motion flicker does not start by itself", page.text(".pane-label strong") == before)
     page.press("/")
     page.page.keyboard.type("nothing has this name")
-    page.settle()
+    page.wait_until_idle()
     check("/ filters", page.page.locator("#shots li").count() == 0 and page.page.locator("#shots-none").is_visible())
     page.press("Escape")
     check("Escape clears the filter", page.page.locator("#shots li").count() > 0)
@@ -421,33 +421,33 @@ def approve_first(page, shots):
 
 
 def check_memory(page, path, data):
-    """Ticks are of one page, and of the pictures that were seen: `page` has one tick."""
+    """Ticks are of one page, and of the images that were seen: `page` has one tick."""
     other = FOLDER / "elsewhere" / path.name
     other.parent.mkdir()
     shutil.copy(path, other)
     page.page.goto(other.as_uri())
-    page.settle()
+    page.wait_until_idle()
     check("a page of the same name elsewhere has ticks of its own", page.text("#approved-count").startswith("0 of"), page.text("#approved-count"))
     page.page.locator("#approve-shown").click()
     page.page.reload()
-    page.settle()
+    page.wait_until_idle()
     count = int(page.text("#approved-count").split()[0])
     changed = next(frame for shot in data["shots"] for frame in shot["frames"] if frame["status"] in ("different", "missing") and frame["hash"])
     other.write_text(other.read_text().replace(changed["hash"], "0" * 64))
     page.page.reload()
-    page.settle()
-    check("a tick does not survive another picture", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
+    page.wait_until_idle()
+    check("a tick does not survive another image", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
     other.write_text(other.read_text().replace("0" * 64, changed["hash"]))
     page.page.reload()
-    page.settle()
+    page.wait_until_idle()
     check("and does not come back", page.text("#approved-count").startswith(f"{count - 1} of"), page.text("#approved-count"))
     page.requests = [url for url in page.requests if url != other.as_uri()]
     page.page.goto(page.address)
-    page.settle()
+    page.wait_until_idle()
     check("and the ticks of the first page are as they were", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
 
 
-def check_accepted(command, exported, pictures):
+def check_accepted(command, exported, images):
     """Types the command in a folder of its own, for a copy of the suite."""
     here, copy = FOLDER / "typed_here", FOLDER / "copy of suite"
     here.mkdir()
@@ -464,10 +464,10 @@ def check_accepted(command, exported, pictures):
     outside_ci = {name: value for name, value in os.environ.items() if name != "CI"}
     done = subprocess.run(words, capture_output=True, text=True, cwd=here, env=outside_ci)
     lines = done.stdout.splitlines()
-    check("it is accepted", done.returncode == 0 and len(lines) == len(pictures), f"{done.returncode} {len(lines)} lines {done.stderr}")
+    check("it is accepted", done.returncode == 0 and len(lines) == len(images), f"{done.returncode} {len(lines)} lines {done.stderr}")
     waiting = sorted(str(path.relative_to(copy)) for path in copy.rglob("*.new"))
-    left = [path for path in waiting if any(path.split(".exr")[0].endswith(frame["name"]) for frame in pictures)]
-    check("and nothing of it waits any more", left == [], left)
+    left = [path for path in waiting if any(path.split(".exr")[0].endswith(frame["name"]) for frame in images)]
+    check("and nothing of it is pending any more", left == [], left)
 
 
 def check_approvals(browser, path, is_suite):
@@ -477,10 +477,10 @@ def check_approvals(browser, path, is_suite):
     frames = [frame for shot in data["shots"] for frame in shot["frames"]]
     can = [frame for frame in frames if frame["status"] == "orphaned" or (frame["status"] in ("different", "missing") and frame["hash"])]
     approve_first(page, len(data["shots"]))
-    check("a approves a picture", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
+    check("a approves a image", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
     page.page.screenshot(path=SHOTS / "approvals_dark.png")
     page.page.reload()
-    page.settle()
+    page.wait_until_idle()
     check("ticks survive a reload", page.text("#approved-count").startswith("1 of"), page.text("#approved-count"))
     check_memory(page, path, data)
     page.page.locator("#approve-shown").click()
@@ -491,13 +491,13 @@ def check_approvals(browser, path, is_suite):
     exported = pathlib.Path(download.value.path()).read_text()
     found = json.loads(exported)
     wanted = [{"name": frame["name"], "hash": None if frame["status"] == "orphaned" else frame["hash"]} for frame in can]
-    check("it names every picture with its hash", found == {"schema": 1, "approved": wanted}, f"{len(found['approved'])} pictures")
+    check("it names every image with its hash", found == {"schema": 1, "approved": wanted}, f"{len(found['approved'])} images")
     check("the command that takes it is shown", page.text("#accept-command code") == data["accept_command"] != "")
     if is_suite and SUITE_FOLDER:
         check_accepted(page.text("#accept-command code"), exported, can)
     if not is_suite:
         page.page.locator("#shots button").last.click()
-        page.settle()
+        page.wait_until_idle()
         check("what is broken cannot be approved", page.page.locator("#approve-frame").is_disabled())
         check("names are texts", page.text("#shot-name") == "z/broken<b>" and "</script><script>alert(1)" in page.text("#messages"))
         page.page.screenshot(path=SHOTS / "broken_dark.png")
@@ -511,7 +511,7 @@ def check_approvals(browser, path, is_suite):
 def check_phone(browser, path):
     page = Page(browser, path, "phone", color_scheme="light", has_touch=True, is_mobile=True)
     page.page.set_viewport_size({"width": 390, "height": 844})
-    page.settle()
+    page.wait_until_idle()
     width = lambda: page.page.evaluate("document.documentElement.scrollWidth")
     page.press("g")
     check("phone: the overview is no wider than the screen", width() <= 390, width())
@@ -527,7 +527,7 @@ def check_phone(browser, path):
     canvas.scroll_into_view_if_needed()
     box, before = canvas.bounding_box(), page.canvas()
     page.page.touchscreen.tap(box["x"] + box["width"] * 0.2, box["y"] + box["height"] / 2)
-    page.settle()
+    page.wait_until_idle()
     check("phone: a touch moves the slider", (page.canvas() != before).any())
     page.page.screenshot(path=SHOTS / "phone_slider.png")
     page.page.locator("#list-toggle").click()
@@ -556,7 +556,7 @@ def main():
         program = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         check_pair(browser, folder)
-        check_other_pictures(browser, folder)
+        check_other_images(browser, folder)
         check_too_large(browser, folder)
         check_sequence(browser, folder)
         check_left_out(browser, folder / "sequence/index.html", folder / "left_out.html")
@@ -566,7 +566,7 @@ def main():
         check_plain(browser, folder)
         browser.close()
     shutil.rmtree(folder)
-    print(f"{len(failures)} failed; pictures of the pages are in {SHOTS}")
+    print(f"{len(failures)} failed; images of the pages are in {SHOTS}")
     sys.exit(1 if failures else 0)
 
 

@@ -81,7 +81,7 @@ fn set_up(folder: &Path) {
     scene("outside.gltf", "../none.bin", "");
     std::fs::write(folder.join("broken.gltf"), "{").unwrap();
     std::fs::write(folder.join("empty.glb"), "").unwrap();
-    std::fs::write(folder.join("foreign.exr"), "yesterday's picture").unwrap();
+    std::fs::write(folder.join("foreign.exr"), "another program's image").unwrap();
     std::fs::create_dir(folder.join("taken.exr")).unwrap();
 }
 

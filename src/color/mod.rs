@@ -13,19 +13,19 @@ pub use tone::ToneCurve;
 
 /// CIE xy chromaticities of three primaries and a white point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chromaticities {
+pub(crate) struct Chromaticities {
     /// Red primary.
-    pub red: Vec2,
+    pub(crate) red: Vec2,
     /// Green primary.
-    pub green: Vec2,
+    pub(crate) green: Vec2,
     /// Blue primary.
-    pub blue: Vec2,
+    pub(crate) blue: Vec2,
     /// White point.
-    pub white: Vec2,
+    pub(crate) white: Vec2,
 }
 
 /// Rec.709 primaries with white point D65: the colour space of all radiance.
-pub const REC709: Chromaticities = Chromaticities {
+pub(crate) const REC709: Chromaticities = Chromaticities {
     red: Vec2::new(0.64, 0.33),
     green: Vec2::new(0.30, 0.60),
     blue: Vec2::new(0.15, 0.06),
@@ -36,12 +36,12 @@ pub const REC709: Chromaticities = Chromaticities {
 const LUMINANCE_WEIGHTS: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Luminance of a linear Rec.709 colour, in the units of the colour.
-pub fn luminance(color: Vec3) -> f32 {
+pub(crate) fn luminance(color: Vec3) -> f32 {
     color.x * LUMINANCE_WEIGHTS.x + color.y * LUMINANCE_WEIGHTS.y + color.z * LUMINANCE_WEIGHTS.z
 }
 
 /// Factor of an exposure of `stops` (EV): two to that power.
-pub fn exposure_scale(stops: f32) -> f32 {
+pub(crate) fn exposure_scale(stops: f32) -> f32 {
     libm::exp2f(stops)
 }
 
@@ -54,23 +54,23 @@ fn linear_to_srgb(linear: f32) -> f32 {
 }
 
 /// Decodes an sRGB value between 0 and 1 in single precision.
-pub fn srgb_to_linear(encoded: f32) -> f32 {
+pub(crate) fn srgb_to_linear(encoded: f32) -> f32 {
     if encoded > 0.04045 { libm::powf((encoded + 0.055) / 1.055, 2.4) } else { encoded / 12.92 }
 }
 
 /// Decodes an eight-bit sRGB value by table.
-pub fn srgb8_to_linear(encoded: u8) -> f32 {
+pub(crate) fn srgb8_to_linear(encoded: u8) -> f32 {
     srgb8_table()[usize::from(encoded)]
 }
 
 /// Linear values of all eight-bit sRGB values.
-pub fn srgb8_table() -> &'static [f32; 256] {
+pub(crate) fn srgb8_table() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
     TABLE.get_or_init(|| std::array::from_fn(|code| decode(code as f64 / 255.0) as f32))
 }
 
 /// [`linear_to_srgb8`] by table: the last code whose lower edge does not exceed `linear`.
-pub fn linear_to_srgb8_by_table(linear: f32) -> u8 {
+pub(crate) fn linear_to_srgb8_by_table(linear: f32) -> u8 {
     /// Equal cells of the unit interval. No cell contains more than two edges.
     const CELLS: usize = 4096;
     /// Lower edges of all codes, and the code at the start of each cell.
@@ -97,14 +97,14 @@ pub fn linear_to_srgb8_by_table(linear: f32) -> u8 {
 }
 
 /// Decodes a sixteen-bit sRGB value by table.
-pub fn srgb16_to_linear(encoded: u16) -> f32 {
+pub(crate) fn srgb16_to_linear(encoded: u16) -> f32 {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     TABLE.get_or_init(|| (0..=65535_u32).map(|code| decode(f64::from(code) / 65535.0) as f32).collect())
         [usize::from(encoded)]
 }
 
 /// Encodes linear light to the sixteen-bit sRGB value whose linear value is nearest.
-pub fn linear_to_srgb16(linear: f32) -> u16 {
+pub(crate) fn linear_to_srgb16(linear: f32) -> u16 {
     let decoded = |code: u32| srgb16_to_linear(code as u16);
     let (mut low, mut high) = (0_u32, 65535_u32);
     while high - low > 1 {
@@ -115,7 +115,7 @@ pub fn linear_to_srgb16(linear: f32) -> u16 {
 }
 
 /// Encodes linear light to the nearest eight-bit sRGB value. Values below 0 and NaN give 0, values above 1 give 255.
-pub fn linear_to_srgb8(linear: f32) -> u8 {
+pub(crate) fn linear_to_srgb8(linear: f32) -> u8 {
     // The float-to-integer cast saturates and takes NaN to zero.
     (linear_to_srgb(linear) * 255.0 + 0.5) as u8
 }

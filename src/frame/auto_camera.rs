@@ -17,7 +17,7 @@ const MARGIN: f32 = 0.05;
 /// (width over height).
 ///
 /// The result depends on the clips only, never on the frames that are rendered.
-pub fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> PosedCamera {
+pub(super) fn auto_camera(scene: &Scene, selection: &Selection, aspect_ratio: f32) -> PosedCamera {
     let mut bounds = Aabb::EMPTY;
     let mut frame = Frame::default();
     for time in sample_times(scene, selection) {

@@ -19,12 +19,12 @@ pub(super) fn material_flags(material: &Material) -> TriangleFlags {
 }
 
 /// Whether the material transmits light.
-pub fn transmits(material: &Material) -> bool {
+pub(crate) fn transmits(material: &Material) -> bool {
     material.transmission.is_some_and(|transmission| transmission.factor > 0.0) && !material.unlit
 }
 
 /// Whether the material bounds a closed volume that light enters and leaves.
-pub fn is_volume(material: &Material) -> bool {
+pub(crate) fn is_volume(material: &Material) -> bool {
     material.volume.is_some_and(|volume| volume.thickness > 0.0) && transmits(material)
 }
 

@@ -15,9 +15,9 @@ mod posed_nodes;
 mod surfaces;
 mod transform;
 
-pub use auto_camera::{auto_camera, resolve_auto_camera};
+pub use auto_camera::resolve_auto_camera;
 pub use deform::PosedVertex;
-pub use material_flags::{is_volume, transmits};
+pub(crate) use material_flags::{is_volume, transmits};
 pub use mesh_instance::MeshInstance;
 pub use posed_nodes::{PosedCamera, PosedLight};
 pub use surfaces::Frame;

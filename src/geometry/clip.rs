@@ -12,7 +12,7 @@ const MAX_CORNERS: usize = 16;
 
 /// Part of a triangle that remains after cuts.
 #[derive(Clone, Copy, Debug)]
-pub struct TrianglePart {
+pub(crate) struct TrianglePart {
     polygon: Polygon,
     bounds: Aabb,
 }
@@ -25,7 +25,7 @@ struct Polygon {
 
 impl TrianglePart {
     /// The whole triangle.
-    pub fn whole(triangle: &Triangle) -> Self {
+    pub(crate) fn whole(triangle: &Triangle) -> Self {
         let mut polygon = Polygon::EMPTY;
         for vertex in &triangle.vertices {
             polygon.push(vertex.to_array().map(f64::from));
@@ -34,13 +34,13 @@ impl TrianglePart {
     }
 
     /// Bounding box of the part.
-    pub fn bounds(&self) -> &Aabb {
+    pub(crate) fn bounds(&self) -> &Aabb {
         &self.bounds
     }
 
     /// Splits at the coordinate `plane` of `axis`, which lies inside the bounds. Returns the parts below and above it; each lies
     /// inside its half of the bounds.
-    pub fn cut(&self, axis: usize, plane: f32) -> [Option<Self>; 2] {
+    pub(crate) fn cut(&self, axis: usize, plane: f32) -> [Option<Self>; 2] {
         let (mut low, mut high) = (self.bounds, self.bounds);
         low.max[axis] = plane;
         high.min[axis] = plane;
@@ -108,13 +108,13 @@ impl Polygon {
 }
 
 /// The largest `f32` at or below `value`.
-pub fn rounded_down(value: f64) -> f32 {
+pub(crate) fn rounded_down(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) > value { nearest.next_down() } else { nearest }
 }
 
 /// The smallest `f32` at or above `value`.
-pub fn rounded_up(value: f64) -> f32 {
+pub(crate) fn rounded_up(value: f64) -> f32 {
     let nearest = value as f32;
     if f64::from(nearest) < value { nearest.next_up() } else { nearest }
 }

@@ -4,7 +4,7 @@ use glam::Vec2;
 
 /// Concentric map from the unit square to the unit disk. It preserves relative areas and adjacency (Shirley and Chiu, "A Low
 /// Distortion Map Between Disk and Square", 1997).
-pub fn concentric_disk_point(u: Vec2) -> Vec2 {
+pub(crate) fn concentric_disk_point(u: Vec2) -> Vec2 {
     const QUARTER: f32 = std::f32::consts::FRAC_PI_4;
     let centred = u * 2.0 - Vec2::ONE;
     if centred == Vec2::ZERO {

@@ -13,10 +13,10 @@ mod unit;
 mod watertight;
 
 pub use aabb::Aabb;
-pub use clip::{TrianglePart, rounded_down, rounded_up};
-pub use disk::concentric_disk_point;
+pub(crate) use clip::{TrianglePart, rounded_down, rounded_up};
+pub(crate) use disk::concentric_disk_point;
 pub use hit::{Facing, TriangleHit};
 pub use ray::Ray;
 pub use triangle::Triangle;
-pub use unit::unit;
-pub use watertight::{BOX_PADDING, ShearedRay, dominant_axes};
+pub(crate) use unit::unit;
+pub(crate) use watertight::{BOX_PADDING, ShearedRay, dominant_axes};

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// Normalises `v`; `None` if it is zero or not finite. Accurate for every finite length, subnormal ones included.
-pub fn unit(v: Vec3) -> Option<Vec3> {
+pub(crate) fn unit(v: Vec3) -> Option<Vec3> {
     let largest = v.abs().max_element();
     if !(largest > 0.0 && largest.is_finite()) {
         return None;

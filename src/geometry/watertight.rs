@@ -36,11 +36,11 @@ use super::Ray;
 use super::hit::{Facing, TriangleHit};
 
 /// Growth of bounding boxes that makes the slab test conservative, relative to the largest coordinate.
-pub const BOX_PADDING: f32 = 1.0 / (1 << 21) as f32;
+pub(crate) const BOX_PADDING: f32 = 1.0 / (1 << 21) as f32;
 
 /// Ray prepared for triangle tests. Coordinates are in the order of `axes`.
 #[derive(Clone, Copy, Debug)]
-pub struct ShearedRay {
+pub(crate) struct ShearedRay {
     axes: [usize; 3],
     origin: [f32; 3],
     shear: [f32; 2],
@@ -50,7 +50,7 @@ pub struct ShearedRay {
 }
 
 /// Axis order with the largest component of the direction last that keeps the winding of triangles.
-pub fn dominant_axes(direction: Vec3) -> [usize; 3] {
+pub(crate) fn dominant_axes(direction: Vec3) -> [usize; 3] {
     let [x, y, z] = direction.abs().to_array();
     let kz = if x > y {
         if x > z { 0 } else { 2 }
@@ -66,7 +66,7 @@ pub fn dominant_axes(direction: Vec3) -> [usize; 3] {
 impl ShearedRay {
     /// Prepares `ray`.
     #[inline(always)]
-    pub fn new(ray: &Ray) -> Self {
+    pub(crate) fn new(ray: &Ray) -> Self {
         let axes = dominant_axes(ray.direction);
         let [kx, ky, kz] = axes;
         let direction_z = ray.direction[kz];
@@ -82,7 +82,7 @@ impl ShearedRay {
 
     /// Tests the triangle of these corners, which must not be degenerate.
     #[inline]
-    pub fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
+    pub(crate) fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
         let [kx, ky, kz] = self.axes;
         let [a, b, c] = *corners;
         let [a, b, c] = [
@@ -114,14 +114,14 @@ impl ShearedRay {
 
     /// Axis order of the corners for [`ShearedRay::intersect_known`]: two lateral axes and the depth.
     #[inline(always)]
-    pub fn axes(&self) -> [usize; 3] {
+    pub(crate) fn axes(&self) -> [usize; 3] {
         self.axes
     }
 
     /// The hit with a triangle that [`ShearedRay::intersect`] is known to accept, with the same bits. The coordinates of the
     /// corners are in the order of [`ShearedRay::axes`].
     #[inline(always)]
-    pub fn intersect_known(&self, [a, b, c]: [[f32; 3]; 3]) -> TriangleHit {
+    pub(crate) fn intersect_known(&self, [a, b, c]: [[f32; 3]; 3]) -> TriangleHit {
         let corners = [self.sheared(a), self.sheared(b), self.sheared(c)];
         self.hit(corners, edge_functions(corners))
     }

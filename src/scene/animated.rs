@@ -97,7 +97,7 @@ impl CameraProperty {
 }
 
 /// Sets a property of a light from its components. Ignores properties that the light does not have.
-pub fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
+pub(crate) fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
     let first = values.first().copied().unwrap_or(0.0);
     match (property, &mut light.kind) {
         (LightProperty::Color, _) => {
@@ -112,7 +112,7 @@ pub fn set_light(light: &mut Light, property: LightProperty, values: &[f32]) {
 }
 
 /// Sets a property of a camera. Ignores properties that the camera does not have.
-pub fn set_camera(projection: &mut Projection, property: CameraProperty, value: f32) {
+pub(crate) fn set_camera(projection: &mut Projection, property: CameraProperty, value: f32) {
     match projection {
         Projection::Perspective { fov_y_radians, aspect_ratio, z_near, z_far } => match property {
             CameraProperty::FieldOfView => *fov_y_radians = value,

@@ -182,7 +182,7 @@ impl MaterialProperty {
 }
 
 /// Sets a property of a material from its components. Ignores properties that the material does not have.
-pub fn set_material(material: &mut Material, property: MaterialProperty, values: &[f32]) {
+pub(crate) fn set_material(material: &mut Material, property: MaterialProperty, values: &[f32]) {
     let first = values.first().copied().unwrap_or(0.0);
     match property {
         MaterialProperty::BaseColor => material.base_color = vec4(values),

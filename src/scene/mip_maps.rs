@@ -52,7 +52,7 @@ impl ImageMips {
 }
 
 /// Memory of all levels of one encoding, in bytes.
-pub fn mip_bytes(width: u32, height: u32, bytes_per_texel: u64) -> u64 {
+pub(crate) fn mip_bytes(width: u32, height: u32, bytes_per_texel: u64) -> u64 {
     let (mut size, mut texels) = ((width, height), 0_u64);
     while let Some(smaller) = halved(size) {
         texels = texels.saturating_add(u64::from(smaller.0) * u64::from(smaller.1));
@@ -62,7 +62,7 @@ pub fn mip_bytes(width: u32, height: u32, bytes_per_texel: u64) -> u64 {
 }
 
 /// Temporary memory of [`mip_levels`], in bytes.
-pub fn mip_working_bytes(width: u32, height: u32) -> u64 {
+pub(crate) fn mip_working_bytes(width: u32, height: u32) -> u64 {
     mip_bytes(width, height, size_of::<Vec4>() as u64)
 }
 

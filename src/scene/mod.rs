@@ -26,14 +26,15 @@ mod texture;
 mod texture_ref;
 mod variant;
 
-pub use animated::{CameraProperty, ImageLightProperty, LightProperty, set_camera, set_light};
-pub use animated_material::{MaterialProperty, TextureSlot, set_material};
+pub use animated::{CameraProperty, ImageLightProperty, LightProperty};
+pub(crate) use animated::{set_camera, set_light};
+pub(crate) use animated_material::set_material;
+pub use animated_material::{MaterialProperty, TextureSlot};
 pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframes};
 pub use camera::{Camera, Projection};
 pub use content::{Scene, SceneRoots};
-pub use environment::{
-    ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight, columns_for_cube,
-};
+pub(crate) use environment::columns_for_cube;
+pub use environment::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight};
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{
     AnimationIndex, CameraIndex, ImageIndex, ImageLightIndex, LightIndex, MaterialIndex, MeshIndex,
@@ -45,7 +46,8 @@ pub use material_extensions::{
     Anisotropy, ClearCoat, DiffuseTransmission, Glossiness, Iridescence, Sheen, Specular,
 };
 pub use mesh::{Mesh, MorphTarget, Primitive, SkinInfluences};
-pub use mip_maps::{ImageMips, MipLevel, mip_bytes, mip_levels, mip_working_bytes};
+pub use mip_maps::{ImageMips, MipLevel, mip_levels};
+pub(crate) use mip_maps::{mip_bytes, mip_working_bytes};
 pub use node::{LocalTransform, Node, Skin};
 pub use selection::{SelectedCamera, Selection};
 pub use selection_request::{CameraRequest, ClipSelection, NameOrIndex, SelectionRequest};

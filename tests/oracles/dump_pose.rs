@@ -1,7 +1,7 @@
 //! Prints the world-space corners of every triangle of a scene at given times, for comparison with other importers:
 //! `cargo run --release -p oracles --bin dump_pose -- SCENE CLIP|#I|all|none TIME…`.
 //!
-//! Each time gives a line `time SECONDS TRIANGLES`, then one line of nine numbers a triangle.
+//! It prints a line `time SECONDS TRIANGLES` for each time, then a line of nine numbers for each triangle.
 
 use std::io::{BufWriter, Write};
 use std::path::Path;

@@ -1,6 +1,5 @@
-//! Imports every glTF file below the folders named on the command line and prints one line a file: time, exit code,
-//! warnings, and the message or a count of what was found. Used to try the importer on collections of real and of
-//! malformed files.
+//! Imports every glTF file below the folders named on the command line. Prints a line for each file: time, exit code,
+//! warnings, and the error message or a summary of the scene. Tests the importer on collections of real and malformed files.
 
 #![expect(clippy::print_stdout, reason = "an example that prints a table")]
 
@@ -32,7 +31,7 @@ fn main() {
     }
 }
 
-/// Adds `path` if it is a glTF file, else what is below it.
+/// Adds `path` if it is a glTF file, or all glTF files below it if it is a folder.
 fn collect(path: &Path, files: &mut Vec<PathBuf>) {
     if let Ok(folder) = std::fs::read_dir(path) {
         for entry in folder.flatten() {

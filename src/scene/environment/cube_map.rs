@@ -22,7 +22,7 @@ const MAX_COLUMNS: usize = 8192;
 
 /// Columns of the equirectangular image that matches the resolution of a cube of `size` texels an edge. It has half as many
 /// rows.
-pub fn columns_for_cube(size: u32) -> usize {
+pub(crate) fn columns_for_cube(size: u32) -> usize {
     (size as usize).saturating_mul(4).clamp(IRRADIANCE_WIDTH, MAX_COLUMNS)
 }
 

@@ -18,7 +18,7 @@ use glam::{Quat, Vec3};
 
 use super::{ImageLight, ImageLightIndex, ImageLightPose};
 
-pub use cube_map::columns_for_cube;
+pub(crate) use cube_map::columns_for_cube;
 pub use key_light::KeyLight;
 pub use map::{EnvironmentImage, EnvironmentMap};
 
@@ -254,7 +254,7 @@ mod tests {
         assert!(
             Environment::of_image_light(&light, ImageLightIndex(3), false).posed(&light.pose()).is_none()
         );
-        // A quarter turn about each axis, and half as strong.
+        // Rotations by 90° about each axis, at half the intensity.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             light.rotation = Quat::from_vec4((axis * 0.5_f32.sqrt()).extend(0.5_f32.sqrt()));
             light.intensity = 0.5;

@@ -4,7 +4,7 @@ use crate::bvh::Bvh;
 use crate::frame::Frame;
 use crate::scene::{Environment, Scene};
 
-/// Everything that rays of one frame meet. The parts belong together: `frame` poses `scene`, `bvh` holds the triangles of
+/// Everything that rays of one frame interact with. The parts belong together: `frame` poses `scene`, `bvh` holds the triangles of
 /// `frame`.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneView<'a> {

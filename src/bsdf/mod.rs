@@ -135,7 +135,7 @@ impl Bsdf {
         if through { scaled } else { scaled + sheen.eval(wo, wi) }
     }
 
-    /// Direction on the other side of light that leaves along `wo`, by Snell's law; unbent for thin walls. `None` at total internal
+    /// Direction on the other side of light that leaves along `wo`, refracted (Snell); unbent for thin walls. `None` at total internal
     /// reflection.
     pub fn refract(&self, wo: Vec3) -> Option<Vec3> {
         if self.thin {

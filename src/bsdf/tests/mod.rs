@@ -240,7 +240,7 @@ fn densities_integrate_to_one_less_the_samples_below_the_surface() {
 }
 
 #[test]
-fn refraction_follows_snells_law() {
+fn refraction_follows_snell() {
     let bsdf = Bsdf::new(&material(0.0, 0.0, 1.0, false), 1.0, 1.5);
     // sin 30° / 1.5 = 1/3.
     let wt = bsdf.refract(Vec3::new(0.5, 0.0, 0.75_f32.sqrt())).unwrap();

@@ -16,7 +16,7 @@ use crate::scene_view::SceneView;
 
 const UVS: [Vec2; 3] = [Vec2::new(0.1, 0.9), Vec2::new(0.8, 0.7), Vec2::new(0.3, 0.2)];
 
-/// At equal distances from the origin, so that the normals of a ball around the axis change evenly over them.
+/// At equal distances from the origin, so that the normals of a sphere about the axis change evenly over them.
 const BALL_CORNERS: [Vec3; 3] =
     [Vec3::new(-0.24, -0.07, 0.0), Vec3::new(0.2, -0.15, 0.0), Vec3::new(0.0, 0.25, 0.0)];
 

@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
-# Embree's program, obvhs and Rayframe in turn on the same scenes and rays, and how many times faster Rayframe is.
+# Compares the ray throughput of Embree, obvhs and Rayframe on the same scenes and rays, and prints Rayframe's speedup.
 #
 #   benches/peers.sh WORKDIR [SCENE...]
 #
 # Environment:
-#   EMBREE         run_peer.sh, which builds the Embree program in WORKDIR, makes scenes and rays, measures, and appends to
-#                  WORKDIR/peers.csv; without it Embree is left out
-#   STORED         a table of single-ray speeds with rows of tinybvh and obvhs-native, from which tinybvh is estimated
-#   ROUNDS         how often all are measured in turn; of each figure the best counts (3)
-#   OBVHS_ROUNDS   in how many of the rounds obvhs takes part, which takes longest (1)
-#   OBVHS_PRESETS  which of its presets (all)
-#   CSV            where all rows of this run go (WORKDIR/ratios.csv; what it held before is lost)
+#   EMBREE         run_peer.sh, which builds the Embree program in WORKDIR, generates scenes and rays, measures, and appends to
+#                  WORKDIR/peers.csv. Embree is skipped without it.
+#   STORED         table of single-ray speeds with rows of tinybvh and obvhs-native. The speed of tinybvh is estimated from it.
+#   ROUNDS         number of measuring rounds; the best of each figure counts (3)
+#   OBVHS_ROUNDS   number of rounds that include obvhs, which takes longest (1)
+#   OBVHS_PRESETS  presets of obvhs (all)
+#   CSV            output file for all rows of this run, overwritten (WORKDIR/ratios.csv)
 #
-# obvhs takes the SIMD that it is compiled for, so that it is measured in a second build for this machine
-# (RUSTFLAGS='-C target-cpu=native', in target/native). Rayframe is measured in the plain build, as users get it.
+# obvhs selects SIMD at compile time, so it is measured in a second build for this machine (RUSTFLAGS='-C target-cpu=native', in
+# target/native). Rayframe is measured in the portable build, as users get it.
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n '2,/^set/p' "$0" | sed '$d; s/^# \{0,1\}//'; exit 2; }
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -25,7 +25,7 @@ rows=$(realpath "${CSV:-$work/ratios.csv}")
 bench() { (cd "$root" && cargo bench --quiet --bench peers -- "$work" --csv "$rows" "$@"); }
 native() { RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR="$root/target/native" bench "$@"; }
 
-# Compile before anything is measured
+# Compile before measuring.
 (cd "$root" && cargo bench --quiet --no-run --bench peers)
 if [ "${OBVHS_ROUNDS:-1}" -gt 0 ]; then
   (cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)

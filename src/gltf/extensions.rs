@@ -79,21 +79,21 @@ const REPLACES_DATA: [&str; 2] = ["EXT_texture_avif", "MSFT_texture_dds"];
 
 /// Level of support for an extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Support {
+pub enum ExtensionSupport {
     /// Supported: the image shows its effect.
-    Honoured,
+    Supported,
     /// Unsupported and optional: the scene is rendered without it, with one warning.
-    Warned,
+    Ignored,
     /// Unsupported and required: the file is refused.
     Refused,
 }
 
 /// Level of support for the extension `name` in a file that requires it or not.
-pub fn extension_support(name: &str, required: bool) -> Support {
+pub fn extension_support(name: &str, required: bool) -> ExtensionSupport {
     match (is_supported(name), required) {
-        (true, _) => Support::Honoured,
-        (false, false) => Support::Warned,
-        (false, true) => Support::Refused,
+        (true, _) => ExtensionSupport::Supported,
+        (false, false) => ExtensionSupport::Ignored,
+        (false, true) => ExtensionSupport::Refused,
     }
 }
 
@@ -103,7 +103,7 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
     let refused: Vec<&str> = required
         .iter()
         .map(String::as_str)
-        .filter(|name| extension_support(name, true) == Support::Refused)
+        .filter(|name| extension_support(name, true) == ExtensionSupport::Refused)
         .collect();
     if !refused.is_empty() {
         let message = format!(
@@ -122,7 +122,7 @@ pub(super) fn check(context: &mut Context, document: &Document) -> Result<()> {
         first_use.entry(name.clone()).or_insert(declared);
     }
     for (name, pointer) in first_use {
-        if extension_support(&name, false) != Support::Honoured {
+        if extension_support(&name, false) != ExtensionSupport::Supported {
             let consequence =
                 if REPLACES_DATA.contains(&name.as_str()) { "the fallback is used" } else { "it is ignored" };
             context.warn(pointer, format!("the extension {name} is not supported; {consequence}"));

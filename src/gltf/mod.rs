@@ -68,7 +68,7 @@ use std::path::Path;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 
-pub use extensions::{Support, extension_support};
+pub use extensions::{ExtensionSupport, extension_support};
 pub use options::{ImageLoading, ImportOptions};
 
 use accessor::{Data, DecodedAccessors};

@@ -1,10 +1,10 @@
-"""Compares the FLIP of `rayframe diff` with that of the published tool on renders of our scenes and damaged copies of them.
+"""Compares the FLIP of `rayframe diff` with that of the published tool, on renders of Rayframe's scenes and modified copies of them.
 
     cargo build --release
     pip install flip-evaluator OpenEXR pillow numpy
     python tests/oracles/compare_flip.py [target/release/rayframe]
 
-Prints a line a pair and ends with 1 when a mean or a pixel is further off than 1e-3.
+Prints a line per pair. The exit code is 1 if a mean or a pixel differs by more than 1e-3.
 """
 
 import json
@@ -46,11 +46,11 @@ def write_exr(path, values):
         file.write(str(path))
 
 
-def lose_block(values, random):
+def replace_block(values, random):
     values[40:80, 100:140] = values[30, 20]
 
 
-def speck(values, random):
+def invert_block(values, random):
     values[50:56, 60:66] = 1 - numpy.clip(values[50:56, 60:66], 0, 1)
 
 
@@ -75,10 +75,10 @@ def hue(values, random):
     values[:, 150:] = values[:, 150:, ::-1].copy()
 
 
-# Scene, frame, corruption.
+# Scene, frame, modification.
 PAIRS = [
-    ("demo/whitted_1980", 0, lose_block),
-    ("demo/whitted_1980", 5, speck),
+    ("demo/whitted_1980", 0, replace_block),
+    ("demo/whitted_1980", 5, invert_block),
     ("material/metal_roughness_row", 0, shift),
     ("texture/chequer_to_horizon", 0, noise),
     ("light/two_lights_shadows", 0, exposure),
@@ -89,7 +89,7 @@ PAIRS = [
 
 
 def compare(folder, kind, number, pair):
-    scene, frame, corruption = pair
+    scene, frame, modify = pair
     ending, read, write = {"LDR": ("png", read_png, write_png), "HDR": ("exr", read_exr, write_exr)}[kind]
     rendered, reference, test = (folder / f"{name}{number}.{ending}" for name in ("rendered", "reference", "test"))
     command = [PROGRAM, "render", ROOT / "scenes" / f"{scene}.gltf", "-o", rendered, "-f", str(frame), "-r", "251x141", "-q"]
@@ -97,7 +97,7 @@ def compare(folder, kind, number, pair):
     values = read(rendered)
     write(reference, values)
     values = read(reference).copy()
-    corruption(values, numpy.random.default_rng(number))
+    modify(values, numpy.random.default_rng(number))
     write(test, values)
     map_file = folder / f"map{number}.exr"
     command = [PROGRAM, "diff", test, reference, "--layers", "beauty", "--json", "--flip-map", map_file]
@@ -113,7 +113,7 @@ def compare(folder, kind, number, pair):
         found = ours["exposures"]
         exposures = f"{found['count']} exposures (theirs {parameters['numExposures']})"
         assert found["count"] == parameters["numExposures"], (found, parameters)
-    print(f"{kind} {scene} {frame} {corruption.__name__}: mean {ours['flip']['mean']:.6f}, theirs {mean:.6f};"
+    print(f"{kind} {scene} {frame} {modify.__name__}: mean {ours['flip']['mean']:.6f}, theirs {mean:.6f};"
           f" largest difference of a pixel {pixels:.1e} {exposures}")
     return max(means, pixels)
 

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Compares mirrors and smooth glass with Mitsuba 3: three scenes of flat faces, Lambert floors and point lights.
+"""Compares mirrors and smooth glass with Mitsuba 3 on three scenes of flat faces, Lambertian floors and point lights.
 
 Needs the PyPI packages `mitsuba`, `flip-evaluator`, `OpenEXR` and `numpy`, and LLVM's library for Mitsuba's `llvm` variant; not part
 of the default tests. Run from the project's root: python3 tests/oracles/compare_glass.py [FOLDER]
 
-Mitsuba finds hits, Fresnel factors and directions; the integrator below follows mirrors and glass by chance and ends at the first
-diffuse surface with its direct light, which is Whitted's tree in the mean. Fails where the means differ by more than 0.5 % or the
-mean FLIP is above 0.02. FOLDER keeps scenes and images.
+Mitsuba computes hits, Fresnel factors and directions. The integrator below samples specular paths at random and ends at the first
+diffuse surface with its direct light. Its expected value is that of Whitted's ray tree. The comparison fails if the means differ by
+more than 0.5 % or the mean FLIP is above 0.02. Scenes and images are kept in FOLDER.
 """
 
 import base64
@@ -22,26 +22,26 @@ import numpy
 import OpenEXR
 
 mitsuba.set_variant("llvm_ad_rgb")
-import drjit as dr  # noqa: E402  (the variant comes first)
+import drjit as dr  # noqa: E402  (the variant must be set first)
 
 SIZE = (320, 180)
 DEPTH = 24
-OUR_SAMPLES = 256
-THEIR_SAMPLES = 4096
+RAYFRAME_SAMPLES = 256
+MITSUBA_SAMPLES = 4096
 MEAN_LIMIT = 0.005
 FLIP_LIMIT = 0.02
 
 
 class Tree(mitsuba.SamplingIntegrator):
-    """Specular chains to the first diffuse surface, lit by point lights alone."""
+    """Specular paths to the first diffuse surface, lit by point lights."""
 
     @dr.syntax
     def sample(self, scene, sampler, ray, medium=None, active=True):
         context = mitsuba.BSDFContext()
         ray = mitsuba.Ray3f(ray)
         active = mitsuba.Bool(active)
-        light = mitsuba.Spectrum(0.0)
-        weight = mitsuba.Spectrum(1.0)
+        radiance = mitsuba.Color3f(0.0)
+        throughput = mitsuba.Color3f(1.0)
         depth = mitsuba.UInt32(0)
         while active:
             hit = scene.ray_intersect(ray, active)
@@ -50,17 +50,17 @@ class Tree(mitsuba.SamplingIntegrator):
             diffuse = active & mitsuba.has_flag(bsdf.flags(), mitsuba.BSDFFlags.Smooth)
             towards, arriving = scene.sample_emitter_direction(hit, sampler.next_2d(diffuse), True, diffuse)
             scattered = bsdf.eval(context, hit, hit.to_local(towards.d), diffuse)
-            light[diffuse] += weight * scattered * arriving
+            radiance[diffuse] += throughput * scattered * arriving
             active &= ~diffuse & (depth < DEPTH)
             chosen, share = bsdf.sample(context, hit, sampler.next_1d(active), sampler.next_2d(active), active)
             ray = hit.spawn_ray(hit.to_world(chosen.wo))
-            weight *= share
+            throughput *= share
             depth += 1
-        return light, mitsuba.Bool(True), []
+        return radiance, mitsuba.Bool(True), []
 
 
 def rectangle(center, u, v):
-    """Corners and triangles of a rectangle with the half edges u and v, front on the side of u × v."""
+    """Vertices and triangles of a rectangle with the half edges u and v. Its front faces u × v."""
     center, u, v = map(numpy.array, (center, u, v))
     corners = [center - u - v, center + u - v, center + u + v, center - u + v]
     return numpy.array(corners, dtype="f4"), numpy.array([[0, 1, 2], [0, 2, 3]], dtype="u4")
@@ -75,9 +75,9 @@ def joined(parts):
     return numpy.concatenate(positions), numpy.concatenate(triangles).astype("u4")
 
 
-def box(center, half, turn=0.0):
-    """A closed box with faces outwards, turned around y."""
-    c, s = numpy.cos(turn), numpy.sin(turn)
+def box(center, half, angle=0.0):
+    """A closed box with outward faces, rotated about y."""
+    c, s = numpy.cos(angle), numpy.sin(angle)
     axes = numpy.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]) * numpy.array(half)[:, None]
     faces = []
     for axis in range(3):
@@ -88,7 +88,7 @@ def box(center, half, turn=0.0):
 
 
 def prism(center, size):
-    """A prism of right angle, its longest face turned away from the camera."""
+    """A right-angled prism. Its longest face points away from the camera."""
     a, b, c = ([-size, -size], [size, -size], [-size, size])
     at = lambda p, z: numpy.array(center) + numpy.array([p[0], p[1], z])
     corners = numpy.array([at(p, z) for z in (-size, size) for p in (a, b, c)], dtype="f4")
@@ -106,18 +106,18 @@ def floor():
 
 
 def scenes():
-    """Name, parts (mesh, material), lights (position, intensity), and the camera's position (it looks along −Z, 40° high)."""
+    """Name, parts (mesh, material), lights (position, intensity), and camera position. It looks along −Z, field of view 40°."""
     wall = (rectangle([0, 3, -6], [6, 0, 0], [0, 3, 0]), ("diffuse", [0.5, 0.25, 0.2]))
-    lamps = [([2.0, 4.0, 2.0], [60, 55, 50]), ([-3.0, 3.0, 1.0], [10, 15, 25])]
+    lights = [([2.0, 4.0, 2.0], [60, 55, 50]), ([-3.0, 3.0, 1.0], [10, 15, 25])]
     glass = ("glass", 1.5, 1.0)
     yield "boxes", floor() + [wall, (box([-0.9, 0.81, -1.0], [0.5, 0.8, 0.5], 0.4), glass),
-                              (box([0.9, 0.61, -0.6], [0.6, 0.6, 0.3], -0.5), ("glass", 2.4, 1.0))], lamps, [0, 1.2, 4]
+                              (box([0.9, 0.61, -0.6], [0.6, 0.6, 0.3], -0.5), ("glass", 2.4, 1.0))], lights, [0, 1.2, 4]
     yield "prism", floor() + [wall, (prism([0.3, 0.95, -0.5], 0.7), glass),
                               (rectangle([-2.2, 1.2, -1.5], [0.7, 0, 0.7], [0, 1.1, 0]), ("mirror",)),
-                              (rectangle([2.2, 1.2, -1.5], [0.7, 0, -0.7], [0, 1.1, 0]), ("mirror",))], lamps, [0, 1.2, 4]
+                              (rectangle([2.2, 1.2, -1.5], [0.7, 0, -0.7], [0, 1.1, 0]), ("mirror",))], lights, [0, 1.2, 4]
     yield "nested", floor() + [wall, (box([0, 1.01, -0.5], [0.9, 0.9, 0.6], 0.3), glass),
                                (box([-0.3, 1.0, -0.5], [0.3, 0.5, 0.3], 0.3), ("glass", 1.0, 1.5)),
-                               (box([0.45, 1.0, -0.55], [0.2, 0.4, 0.2], 0.8), ("glass", 1.8, 1.5))], lamps, [0, 1.2, 4]
+                               (box([0.45, 1.0, -0.55], [0.2, 0.4, 0.2], 0.8), ("glass", 1.8, 1.5))], lights, [0, 1.2, 4]
 
 
 def gltf_material(material):
@@ -128,7 +128,7 @@ def gltf_material(material):
         extensions = {"KHR_materials_ior": {"ior": material[1]}, "KHR_materials_transmission": {"transmissionFactor": 1},
                       "KHR_materials_volume": {"thicknessFactor": 1}}
         return {"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0}, "extensions": extensions}
-    # An index of one leaves the Lambertian lobe alone.
+    # An index of refraction of 1 makes the surface purely Lambertian.
     return {"pbrMetallicRoughness": {"baseColorFactor": material[1] + [1], "metallicFactor": 0}, "doubleSided": True,
             "extensions": {"KHR_materials_ior": {"ior": 1}}}
 
@@ -147,18 +147,18 @@ def write_gltf(path, parts, lights, eye):
         meshes.append({"primitives": [primitive]})
     nodes = [{"mesh": i} for i in range(len(meshes))] + [{"camera": 0, "translation": eye}]
     nodes += [{"translation": p, "extensions": {"KHR_lights_punctual": {"light": i}}} for i, (p, _) in enumerate(lights)]
-    lamps = [{"type": "point", "color": (numpy.array(c) / max(c)).tolist(), "intensity": max(c)} for _, c in lights]
+    lights = [{"type": "point", "color": (numpy.array(c) / max(c)).tolist(), "intensity": max(c)} for _, c in lights]
     json.dump({
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": nodes, "meshes": meshes,
         "materials": [gltf_material(material) for _, material in parts], "accessors": accessors, "bufferViews": views,
         "buffers": [{"byteLength": len(blob), "uri": "data:application/octet-stream;base64," + base64.b64encode(blob).decode()}],
         "cameras": [{"type": "perspective", "perspective": {"yfov": float(numpy.radians(40)), "znear": 0.01}}],
-        "extensions": {"KHR_lights_punctual": {"lights": lamps}},
+        "extensions": {"KHR_lights_punctual": {"lights": lights}},
         "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_ior", "KHR_materials_transmission", "KHR_materials_volume"],
     }, open(path, "w"))
 
 
-def their_material(material):
+def mitsuba_material(material):
     if material[0] == "mirror":
         return {"type": "twosided", "bsdf": {"type": "conductor", "material": "none"}}
     if material[0] == "glass":
@@ -166,7 +166,7 @@ def their_material(material):
     return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": material[1]}}}
 
 
-def their_image(parts, lights, eye):
+def mitsuba_image(parts, lights, eye):
     view = mitsuba.ScalarTransform4f().look_at(origin=eye, target=[eye[0], eye[1], eye[2] - 1], up=[0, 1, 0])
     film = {"type": "hdrfilm", "width": SIZE[0], "height": SIZE[1], "rfilter": {"type": "box"}, "pixel_format": "rgb"}
     sensor = {"type": "perspective", "fov": 40, "fov_axis": "y", "near_clip": 0.01, "to_world": view, "film": film}
@@ -175,7 +175,7 @@ def their_image(parts, lights, eye):
         scene[f"light{i}"] = {"type": "point", "position": position, "intensity": {"type": "rgb", "value": intensity}}
     for i, ((positions, triangles), material) in enumerate(parts):
         properties = mitsuba.Properties()
-        properties["bsdf"] = mitsuba.load_dict(their_material(material))
+        properties["bsdf"] = mitsuba.load_dict(mitsuba_material(material))
         mesh = mitsuba.Mesh(f"part{i}", len(positions), len(triangles), props=properties)
         params = mitsuba.traverse(mesh)
         params["vertex_positions"] = positions.astype("f4").ravel()
@@ -184,19 +184,19 @@ def their_image(parts, lights, eye):
         scene[f"part{i}"] = mesh
     scene = mitsuba.load_dict(scene)
     total = numpy.zeros((SIZE[1], SIZE[0], 3))
-    for seed in range(THEIR_SAMPLES // 256):
+    for seed in range(MITSUBA_SAMPLES // 256):
         total += numpy.array(mitsuba.render(scene, integrator=Tree(mitsuba.Properties()), seed=seed, spp=256))
-    return total / (THEIR_SAMPLES // 256)
+    return total / (MITSUBA_SAMPLES // 256)
 
 
-def our_image(scene, output):
+def rayframe_image(scene, output):
     size = f"{SIZE[0]}x{SIZE[1]}"
-    options = ["--glass-shadows", "opaque", "--depth", str(DEPTH), "--samples", str(OUR_SAMPLES), "-r", size, "--overwrite", "-q"]
+    options = ["--glass-shadows", "opaque", "--depth", str(DEPTH), "--samples", str(RAYFRAME_SAMPLES), "-r", size, "--overwrite", "-q"]
     subprocess.run(["cargo", "run", "-q", "--release", "--", "render", scene, "-o", output] + options, check=True)
     return OpenEXR.File(str(output)).channels()["RGBA"].pixels[..., :3].astype(float)
 
 
-def encoded(image):
+def encode_srgb(image):
     image = numpy.clip(image, 0, 1)
     return numpy.where(image <= 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055).astype("f4")
 
@@ -207,11 +207,11 @@ def main():
     failed = False
     for name, parts, lights, eye in scenes():
         write_gltf(folder / f"{name}.gltf", parts, lights, eye)
-        ours = our_image(folder / f"{name}.gltf", folder / f"{name}.exr")
-        theirs = their_image(parts, lights, eye)
+        ours = rayframe_image(folder / f"{name}.gltf", folder / f"{name}.exr")
+        theirs = mitsuba_image(parts, lights, eye)
         numpy.save(folder / f"{name}.mitsuba.npy", theirs)
         mean = ours.mean() / theirs.mean() - 1
-        flip = flip_evaluator.evaluate(encoded(theirs), encoded(ours), "LDR", inputsRGB=True)[1]
+        flip = flip_evaluator.evaluate(encode_srgb(theirs), encode_srgb(ours), "LDR", inputsRGB=True)[1]
         is_wrong = abs(mean) > MEAN_LIMIT or flip > FLIP_LIMIT
         failed |= is_wrong
         print(f"{name:8} mean {mean:+.4%}  FLIP {flip:.4f}  {'WRONG' if is_wrong else 'ok'}")

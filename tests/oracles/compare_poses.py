@@ -4,8 +4,8 @@
 Needs the PyPI packages `bpy` and `numpy`; not part of the default tests.
 Run from the project's root: python3 tests/oracles/compare_poses.py FILE[:CLIP]…
 
-For every file the times of some keys of each clip are posed by both programs. The figure printed is the largest distance from a
-vertex of one to the nearest vertex of the other, as a share of the bounds' diagonal; above 1e-3 the pose counts as wrong.
+Both programs pose every animation of each file at the times of some of its keyframes. The printed figure is the largest distance from
+a vertex of one to the nearest vertex of the other, divided by the diagonal of the bounds. Above 1e-3 the pose counts as wrong.
 """
 
 import subprocess
@@ -19,8 +19,8 @@ LIMIT = 1e-3
 TIMES = 6
 
 
-def our_points(path, clip, times):
-    """World-space corners a time, as Rayframe poses them."""
+def rayframe_points(path, clip, times):
+    """World-space vertices at each time, posed by Rayframe."""
     command = ["cargo", "run", "-q", "--release", "-p", "oracles", "--bin", "dump_pose", "--", path, clip]
     text = subprocess.run(command + [repr(t) for t in times], check=True, capture_output=True, text=True).stdout
     lines = iter(text.splitlines())
@@ -33,14 +33,14 @@ def our_points(path, clip, times):
 
 
 def animated():
-    """Everything that holds animation tracks."""
+    """All data blocks with animation tracks."""
     return [data for data in list(bpy.data.objects) + list(bpy.data.shape_keys) if data.animation_data]
 
 
 def load_into_blender(path):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=path)
-    # The importer lays every clip from frame 1 on; time 0 is frame 0 here.
+    # The importer starts every animation at frame 1. Time 0 is frame 0 here.
     for data in animated():
         for track in data.animation_data.nla_tracks:
             for strip in track.strips:
@@ -50,10 +50,10 @@ def load_into_blender(path):
 
 
 def clip_names():
-    """Clips, each with the seconds of some of its keys.
+    """Animations, each with the times of some of its keyframes, in seconds.
 
-    Times between the keys of a rotation are left out: Blender moves along the chord there, glTF along the arc. A little after
-    the key, steps have been taken in both programs.
+    Times between the keyframes of a rotation are not used: Blender interpolates along the chord, glTF along the arc. The times are
+    slightly after the keyframes, where both programs have taken the steps of stepped channels.
     """
     fps = bpy.context.scene.render.fps / bpy.context.scene.render.fps_base
     keys = {}
@@ -80,7 +80,7 @@ def blender_points(time):
     frame = time * scene.render.fps / scene.render.fps_base
     scene.frame_set(int(frame), subframe=frame - int(frame))
     graph = bpy.context.evaluated_depsgraph_get()
-    corners = []
+    vertices = []
     for instance in graph.object_instances:
         if instance.object.type != "MESH" or instance.object.name.startswith("Icosphere"):
             continue
@@ -89,13 +89,13 @@ def blender_points(time):
         local = numpy.empty(len(mesh.vertices) * 3)
         mesh.vertices.foreach_get("co", local)
         world = local.reshape(-1, 3) @ matrix[:3, :3].T + matrix[:3, 3]
-        # Blender is Z up: (x, y, z) there is (x, z, -y) here.
-        corners.append(numpy.stack([world[:, 0], world[:, 2], -world[:, 1]], axis=1))
+        # Blender is Z up: its (x, y, z) is (x, z, -y) in glTF.
+        vertices.append(numpy.stack([world[:, 0], world[:, 2], -world[:, 1]], axis=1))
         instance.object.to_mesh_clear()
-    return numpy.concatenate(corners)
+    return numpy.concatenate(vertices)
 
 
-def farthest(points, others):
+def largest_distance(points, others):
     tree = KDTree(len(others))
     for index, point in enumerate(others):
         tree.insert(point, index)
@@ -110,20 +110,20 @@ def main():
         load_into_blender(path)
         clips = {only: clip_names()[only]} if only else clip_names() or {"none": [0.0]}
         for clip, times in clips.items():
-            # A fresh start: a muted clip leaves its last pose behind.
+            # Load the file again, because a muted animation keeps its last pose.
             load_into_blender(path)
             play_only(clip)
-            # Blender calls clips without a name Anim_0, Anim_1, …
+            # Blender names unnamed animations Anim_0, Anim_1, …
             name = clip.replace("Anim_", "#")
             worst = 0.0
-            for time, ours in zip(times, our_points(path, name, times)):
+            for time, ours in zip(times, rayframe_points(path, name, times)):
                 theirs = numpy.unique(blender_points(time), axis=0)
                 ours = numpy.unique(ours, axis=0)
                 diagonal = numpy.linalg.norm(theirs.max(axis=0) - theirs.min(axis=0))
-                worst = max(worst, farthest(ours, theirs) / diagonal, farthest(theirs, ours) / diagonal)
-            verdict = "ok" if worst <= LIMIT else "WRONG"
+                worst = max(worst, largest_distance(ours, theirs) / diagonal, largest_distance(theirs, ours) / diagonal)
+            result = "ok" if worst <= LIMIT else "WRONG"
             wrong += worst > LIMIT
-            print(f"{verdict:5} {worst:.2e}  {path}  {clip}  {len(times)} times", flush=True)
+            print(f"{result:5} {worst:.2e}  {path}  {clip}  {len(times)} times", flush=True)
     sys.exit(1 if wrong else 0)
 
 

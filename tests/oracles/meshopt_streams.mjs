@@ -1,10 +1,10 @@
-// Streams of meshoptimizer's own encoder, and what its decoder makes of them, for the tests of src/gltf/meshopt.
+// Writes streams of meshoptimizer's encoder, with the output of its decoder, for the tests of src/gltf/meshopt.
 //
 //   npm install meshoptimizer && node tests/oracles/meshopt_streams.mjs
 import { MeshoptEncoder, MeshoptDecoder } from 'meshoptimizer';
 import fs from 'fs';
 await MeshoptEncoder.ready; await MeshoptDecoder.ready;
-// Deterministic numbers.
+// Pseudo-random numbers with a fixed seed.
 let state = 12345;
 const random = () => ((state = (Math.imul(state, 1664525) + 1013904223) >>> 0) / 2 ** 32);
 const streams = [];
@@ -20,7 +20,7 @@ function add(name, mode, filter, count, stride, source, version) {
 const bytes = (typed) => new Uint8Array(typed.buffer, typed.byteOffset, typed.byteLength);
 for (const version of [0, 1]) {
   const v = `v${version}`;
-  // 333 elements: two blocks and a part of a group.
+  // 333 elements: two blocks, the last group incomplete.
   const smooth = new Uint16Array(333 * 4).map((_, i) => 20000 + 15000 * Math.sin((i >> 2) / 40 + (i & 3)) + random() * 3);
   add(`smooth shorts ${v}`, 'ATTRIBUTES', 'NONE', 333, 8, bytes(smooth), version);
   const noise = new Uint8Array(100 * 12).map(() => random() * 256);
@@ -35,15 +35,15 @@ for (const version of [0, 1]) {
   const unit = new Float32Array(40 * 4);
   for (let i = 0; i < 40; i++) { const a = i * 0.7, z = 1 - 2 * (i + 0.5) / 40, r = Math.sqrt(1 - z * z); unit.set([r * Math.cos(a), r * Math.sin(a), z, i & 1 ? 1 : -1], i * 4); }
   for (const [stride, bits] of [[4, 8], [4, 6], [8, 12], [8, 16]]) add(`octahedral ${bits} ${v}`, 'ATTRIBUTES', 'OCTAHEDRAL', 40, stride, MeshoptEncoder.encodeFilterOct(unit, 40, stride, bits), version);
-  const turns = new Float32Array(40 * 4);
-  for (let i = 0; i < 40; i++) { const q = [random() - 0.5, random() - 0.5, random() - 0.5, random() - 0.5]; const l = Math.hypot(...q); turns.set(q.map((c) => c / l), i * 4); }
-  for (const bits of [16, 10]) add(`quaternion ${bits} ${v}`, 'ATTRIBUTES', 'QUATERNION', 40, 8, MeshoptEncoder.encodeFilterQuat(turns, 40, 8, bits), version);
+  const rotations = new Float32Array(40 * 4);
+  for (let i = 0; i < 40; i++) { const q = [random() - 0.5, random() - 0.5, random() - 0.5, random() - 0.5]; const l = Math.hypot(...q); rotations.set(q.map((c) => c / l), i * 4); }
+  for (const bits of [16, 10]) add(`quaternion ${bits} ${v}`, 'ATTRIBUTES', 'QUATERNION', 40, 8, MeshoptEncoder.encodeFilterQuat(rotations, 40, 8, bits), version);
   const values = new Float32Array(40 * 3).map(() => (random() - 0.5) * 10 ** (random() * 12 - 6));
   for (const [bits, kind] of [[23, 'Separate'], [15, 'SharedVector'], [12, 'SharedComponent']]) add(`exponential ${bits} ${v}`, 'ATTRIBUTES', 'EXPONENTIAL', 40, 12, MeshoptEncoder.encodeFilterExp(values, 40, 12, bits, kind), version);
   const colors = new Float32Array(40 * 4).map(() => random());
   for (const [stride, bits] of [[4, 8], [4, 5], [8, 16], [8, 11]]) add(`color ${bits} ${v}`, 'ATTRIBUTES', 'COLOR', 40, stride, MeshoptEncoder.encodeFilterColor(colors, 40, stride, bits), version);
 }
-// A grid of 12 x 9 cells, in an order that suits the codec, and the same shuffled.
+// A grid of 12 x 9 cells, in row order.
 const grid = [];
 for (let y = 0; y < 9; y++) for (let x = 0; x < 12; x++) { const a = y * 13 + x; grid.push(a, a + 1, a + 13, a + 13, a + 1, a + 14); }
 const plain = new Uint32Array(grid);

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders some scenes on emulated processors without AVX and with the platform's mathematics switched to other variants, and
-# compares the files byte for byte with native ones. Needs Debian's qemu-user; not part of the default tests.
+# Compares renders on other processors with native ones, byte for byte: emulated processors without AVX, and other variants of the
+# platform's mathematics library. Needs Debian's qemu-user; not part of the default tests.
 # Run from the project's root: tests/oracles/other_processors.sh [SCENE…]
 set -euo pipefail
 
@@ -16,7 +16,7 @@ different=0
 render() { # NAME SCENE PREFIX…
     local output=$folder/$1.exr scene=$2
     shift 2
-    # The emulator warns of processor features that nothing here uses.
+    # The emulator warns about processor features that the program does not use.
     "$@" "$program" render "$scene" -o "$output" -f 5 -r 64x36 --samples 1 -q --overwrite 2> "$folder/messages" ||
         { cat "$folder/messages"; exit 1; }
 }

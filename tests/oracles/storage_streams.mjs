@@ -1,9 +1,9 @@
-// Packs the ring of scenes/storage/plain.gltf with the encoders of the formats' authors, without loss, and the chequer on it.
+// Encodes the ring of scenes/storage/plain.gltf and its chequer texture with the reference encoders, losslessly.
 //
 //   npm install meshoptimizer draco3dgltf sharp ktx2-encoder
 //   cargo run -p make_scenes && node tests/oracles/storage_streams.mjs
 //
-// Writes into tests/make_scenes/streams; make_scenes puts the streams into the other scenes of scenes/storage.
+// Writes to tests/make_scenes/streams. make_scenes embeds the streams in the other scenes of scenes/storage.
 import fs from 'fs';
 import { MeshoptEncoder } from 'meshoptimizer';
 import draco3d from 'draco3dgltf';
@@ -60,7 +60,7 @@ result.draco = { stream: base64(stream), vertices: decoded.num_points(), indices
 console.log('draco', length, result.draco.vertices, result.draco.indices, count, indices.length);
 fs.writeFileSync(`${folder}/ring.json`, JSON.stringify(result, null, 1) + '\n');
 
-// The chequer: 8 by 4 cells of 4 by 4 texels in two colours that ETC1S stores exactly.
+// The chequer has 8 by 4 cells of 4 by 4 texels, in two colours that ETC1S stores exactly.
 const width = 32, height = 16, colours = [[233, 200, 125, 255], [59, 92, 142, 255]];
 const data = new Uint8Array(width * height * 4);
 for (let y = 0; y < height; y++) for (let x = 0; x < width; x++) data.set(colours[((x >> 2) + (y >> 2)) & 1], (y * width + x) * 4);

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use rayframe::error::Warning;
-use rayframe::gltf::{Support, extension_support};
+use rayframe::gltf::{ExtensionSupport, extension_support};
 use rayframe::scene::{
     AlphaMode, Filter, Image, LightKind, Material, MipFilter, Node, Projection, Scene, Selection, Texels,
     Texture, WrapMode,
@@ -378,9 +378,9 @@ fn extensions(scene: &Scene) -> Vec<ExtensionReport> {
             name: name.clone(),
             is_required,
             support: match extension_support(name, is_required) {
-                Support::Honoured => "supported",
-                Support::Warned => "not supported, left out",
-                Support::Refused => "not supported",
+                ExtensionSupport::Supported => "supported",
+                ExtensionSupport::Ignored => "not supported, left out",
+                ExtensionSupport::Refused => "not supported",
             },
         }
     };

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{error_text, import_bytes};
 use crate::error::Result;
-use crate::gltf::{Support, extension_support};
+use crate::gltf::{ExtensionSupport, extension_support};
 use crate::scene::{
     AlphaMode, Filter, LightKind, Scene, Texels, TextureIndex, UvRotation, UvTransform, Volume, WrapMode,
 };
@@ -141,9 +141,9 @@ fn unsupported_extensions_are_refused_or_warned_about() {
         "/materials/1/extensions/ACME_matt_finish",
     ];
     assert_eq!(pointers, expected);
-    assert_eq!(extension_support("KHR_materials_ior", true), Support::Honoured);
-    assert_eq!(extension_support("ACME_glow", false), Support::Warned);
-    assert_eq!(extension_support("ACME_glow", true), Support::Refused);
+    assert_eq!(extension_support("KHR_materials_ior", true), ExtensionSupport::Supported);
+    assert_eq!(extension_support("ACME_glow", false), ExtensionSupport::Ignored);
+    assert_eq!(extension_support("ACME_glow", true), ExtensionSupport::Refused);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use crate::progress::{Reporter, TerminalPictures, print_note, print_warning};
+use crate::progress::{Reporter, TerminalImages, print_note, print_warning};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
 use rayframe::output::PreviewLook;
@@ -14,13 +14,13 @@ pub(super) struct Audience<'a> {
     plan: &'a Plan,
     /// Tone mapping of the run, from its event.
     look: OnceLock<PreviewLook>,
-    terminal: Option<TerminalPictures>,
+    terminal: Option<TerminalImages>,
 }
 
 impl<'a> Audience<'a> {
     /// Finds out whether the terminal shows images.
     pub(super) fn new(job: &'a SequenceJob, plan: &'a Plan) -> Self {
-        let terminal = if job.sequence_outputs.shows_frames { TerminalPictures::of_stderr() } else { None };
+        let terminal = if job.sequence_outputs.shows_frames { TerminalImages::of_stderr() } else { None };
         if job.sequence_outputs.shows_frames && terminal.is_none() {
             print_warning("--show: this is no terminal that shows pictures or 24-bit colours");
         }

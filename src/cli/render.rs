@@ -130,7 +130,7 @@ pub(super) fn perform(
         if let Some(manifest) = &manifest {
             manifest.tell(event);
         }
-        reporter.tell(event);
+        reporter.print(event);
         audience.watch(event, &reporter);
     });
     let manifest = manifest.map(|manifest| manifest.write());

@@ -4,7 +4,7 @@ use std::io::BufRead;
 use std::path::Path;
 
 use super::accept::{NOTHING, RejectArgs, done, refuse_in_ci, rejected, waiting};
-use crate::progress::{TerminalPictures, one_line, print_output, print_raw};
+use crate::progress::{TerminalImages, one_line, print_output, print_raw};
 use rayframe::color::ToneCurve;
 use rayframe::error::{Error, Result};
 use rayframe::output::{PreviewLook, display_image};
@@ -102,7 +102,7 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
             Err(error) => print_output(&format!("  {}", one_line(&error.to_string()))),
         }
     }
-    if let Some(terminal) = TerminalPictures::of_stderr() {
+    if let Some(terminal) = TerminalImages::of_stderr() {
         for (title, picture) in [("reference", &expected), ("new", &actual)] {
             if let Some(text) = picture.as_ref().and_then(|picture| drawn(terminal, picture)) {
                 print_raw(&format!("  {title}\n{text}"));
@@ -130,7 +130,7 @@ fn described(comparison: &Comparison) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn drawn(terminal: TerminalPictures, picture: &Image) -> Option<String> {
+fn drawn(terminal: TerminalImages, picture: &Image) -> Option<String> {
     let colors = picture.clone().into_linear().colors()?;
     let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
     Some(terminal.text(&display_image(

@@ -1,4 +1,4 @@
-//! Files that appear under their final name whole or not at all.
+//! Atomic writing of files: a final name holds a complete file or nothing new.
 //!
 //! The bytes go to a temporary file in the same folder, are synced, and then renamed over the final name, and the folder
 //! is synced. A temporary is named `.NAME.<process>.<random>.tmp`; one whose process is gone is removed by the next run
@@ -18,36 +18,36 @@ use crate::error::{Error, Result};
 
 /// Longest file name that common file systems take, bytes.
 const NAME_MAX: usize = 255;
-/// What a temporary's name adds to the final one: two dots, the process (8 + 1 + 10), a dot, the random part, `.tmp`.
+/// Bytes that a temporary's name adds to the final one: two dots, the process (8 + 1 + 10), a dot, the random part, `.tmp`.
 const TEMPORARY_AFFIXES: usize = 2 + 19 + 1 + RANDOM_CHARACTERS + 4;
 const RANDOM_CHARACTERS: usize = 6;
-/// Age beyond which a temporary of an unknown machine is taken for dead.
+/// Age beyond which a temporary of an unknown machine counts as abandoned.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 3600);
 
-/// Writes `bytes` so that `path` holds either what it held before or all of them, even after a crash.
+/// Writes a file atomically: even after a crash, `path` holds either its previous content or all of `bytes`.
 ///
 /// # Errors
 /// [`Error::CannotCreate`] when the temporary cannot be made, [`Error::WriteFailed`] when it cannot be written or renamed;
 /// then the temporary is removed and `path` is unchanged.
 pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
     let Replacement(mut temporary) = begin_replacing(path)?;
-    // The file itself, because the wrapper's errors name the temporary.
+    // Write to the file itself, because errors of the wrapper name the temporary.
     let written = temporary.as_file_mut().write_all(bytes);
     written.map_err(|source| Error::WriteFailed { path: path.to_owned(), source })?;
     Replacement(temporary).commit(path)
 }
 
-/// A file that is written bit by bit and takes its name when it is whole; given up, it leaves nothing.
+/// A temporary file that takes its final name when it is complete. Dropping it removes the file.
 #[derive(Debug)]
 pub(super) struct Replacement(NamedTempFile);
 
-/// Begins a file that will be named `path`.
+/// Creates the temporary file for `path`.
 pub(super) fn begin_replacing(path: &Path) -> Result<Replacement> {
     create_temporary(path).map(Replacement)
 }
 
 impl Replacement {
-    /// Where the content goes.
+    /// Path of the temporary file.
     pub(super) fn path(&self) -> &Path {
         self.0.path()
     }
@@ -57,7 +57,7 @@ impl Replacement {
         self.0.reopen().map_err(|source| Error::WriteFailed { path: path.to_owned(), source })
     }
 
-    /// Makes the content durable and gives it its name.
+    /// Syncs the content and renames the file to `path`.
     pub(super) fn commit(self, path: &Path) -> Result<()> {
         let failed = |source: io::Error| Error::WriteFailed { path: path.to_owned(), source };
         self.0.as_file().sync_all().map_err(failed)?;
@@ -69,7 +69,7 @@ impl Replacement {
 /// Creates the folder of `path` where it is missing and makes sure that a file can be created in it.
 ///
 /// # Errors
-/// [`Error::CannotCreate`] with the reason; also when `path` itself is there and is not a regular file.
+/// [`Error::CannotCreate`] with the reason; also when `path` exists and is not a regular file.
 pub fn probe_folder(path: &Path) -> Result<()> {
     let folder = folder_of(path);
     fs::create_dir_all(folder).map_err(|error| Error::CannotCreate {
@@ -80,15 +80,15 @@ pub fn probe_folder(path: &Path) -> Result<()> {
     create_temporary(path).map(drop)
 }
 
-/// Makes sure that a file of this name could stand in its folder, which may still be missing.
+/// Checks that `path` is a usable file name. Its folder may be missing.
 ///
 /// # Errors
-/// [`Error::CannotCreate`] when something that is not a regular file has the name, or the system takes no such name.
+/// [`Error::CannotCreate`] when something else than a regular file has the name, or the system refuses the name.
 pub fn check_name(path: &Path) -> Result<()> {
     let cannot = |message: String| Err(Error::CannotCreate { path: path.to_owned(), message });
     match fs::metadata(path) {
         Ok(metadata) if !metadata.is_file() => {
-            cannot("there is something of this name that is not a file; choose another name".to_owned())
+            cannot("the name exists and is not a file; choose another name".to_owned())
         }
         Err(error) if error.kind() == io::ErrorKind::InvalidFilename => {
             cannot(format!("the file cannot be created: {error}; choose another name"))
@@ -97,7 +97,7 @@ pub fn check_name(path: &Path) -> Result<()> {
     }
 }
 
-/// Removes what runs that are gone left of half-written `paths`. Only a courtesy: failures are ignored.
+/// Removes temporary files of `paths` that ended processes left. Failures are ignored.
 pub fn remove_stale_temporaries(paths: &[PathBuf]) {
     let mut by_folder = std::collections::BTreeMap::<&Path, Vec<OsString>>::new();
     for path in paths {
@@ -123,7 +123,7 @@ fn create_temporary(path: &Path) -> Result<NamedTempFile> {
     prefix.push(".");
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).rand_bytes(RANDOM_CHARACTERS).suffix(".tmp");
-    // The system takes the umask off, as it does for every other file; without this only the owner could read it.
+    // The system applies the umask, as to every other file. Otherwise only the owner could read the file.
     #[cfg(unix)]
     builder.permissions(<Permissions as std::os::unix::fs::PermissionsExt>::from_mode(0o666));
     builder.tempfile_in(folder_of(path)).map_err(|error| Error::CannotCreate {
@@ -132,7 +132,7 @@ fn create_temporary(path: &Path) -> Result<NamedTempFile> {
     })
 }
 
-/// `.NAME.`, or a hash in place of a name that would make the temporary's too long.
+/// Prefix of the temporary's name: `.NAME.`, with a hash for a name that would be too long.
 fn temporary_prefix(path: &Path) -> OsString {
     let name = path.file_name().unwrap_or_default();
     let mut prefix = OsString::from(".");
@@ -169,7 +169,7 @@ fn is_stale(entry: &fs::DirEntry, prefixes: &[OsString]) -> bool {
     let Some(mark) = mark_in(&name, prefixes) else {
         return false;
     };
-    // Where the first process is hidden (`hidepid`), so may be those of others, which are alive.
+    // Where process 1 is hidden (`hidepid`), live processes of other users may be hidden, too.
     if let Some((machine, process)) = mark.split_once('-')
         && machine == machine_mark()
         && process.bytes().all(|byte| byte.is_ascii_digit())
@@ -204,7 +204,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Makes the renaming itself durable; file systems that cannot sync a folder are left alone.
+/// Syncs a folder to make a renaming durable. File systems without folder sync are ignored.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());
@@ -219,10 +219,10 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
-/// The system's words without the name of the temporary, which means nothing to the user.
+/// Message of the system without the name of the temporary.
 fn without_path(error: &io::Error) -> String {
     let text = error.to_string();
-    text.split_once(" at path ").map_or(text.as_str(), |(words, _)| words).to_owned()
+    text.split_once(" at path ").map_or(text.as_str(), |(message, _)| message).to_owned()
 }
 
 #[cfg(test)]
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn replaces_the_whole_file_and_leaves_nothing_else() {
+    fn writing_replaces_the_whole_file_and_leaves_no_temporary() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         write_atomically(&path, b"a long first version").unwrap();
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_folder_is_made_and_a_folder_in_the_way_is_an_error() {
+    fn missing_folders_are_created_and_a_folder_of_the_name_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x/y/a.exr");
         probe_folder(&path).unwrap();
@@ -269,7 +269,7 @@ mod tests {
 
     #[cfg(target_os = "linux")]
     #[test]
-    fn what_is_impossible_is_found_early_and_told_without_the_temporary() {
+    fn impossible_names_are_found_early() {
         let folder = tempfile::tempdir().unwrap();
         // One byte more than NAME_MAX.
         let too_long = folder.path().join("n".repeat(256));
@@ -304,7 +304,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn others_may_read_what_the_umask_lets_them() {
+    fn the_mode_follows_the_umask() {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().unwrap();
         let (atomic, plain) = (folder.path().join("a"), folder.path().join("b"));

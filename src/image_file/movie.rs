@@ -1,7 +1,7 @@
-//! Sequences of pictures in one file that plays: animated PNG and GIF by crates, film formats by `ffmpeg` where it is installed.
+//! Movies: animated PNG and GIF by crates, film formats by `ffmpeg` where it is installed.
 //!
-//! Pictures are sRGB with straight alpha. Animated PNG keeps them to the last bit; GIF has 256 colours a picture and alpha that is
-//! there or not; films have no alpha, and what is transparent becomes black.
+//! Frames are sRGB with straight alpha. Animated PNG is lossless. GIF has 256 colours a frame and one-bit alpha. Films have no
+//! alpha; frames are composited over black.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -16,27 +16,27 @@ use image::{Delay, RgbaImage};
 use super::atomic::{Replacement, begin_replacing};
 use crate::error::{Error, Result};
 
-/// What a movie file is.
+/// Format of a movie file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MovieFormat {
-    /// Exact; plays in browsers.
+    /// Animated PNG: lossless, plays in browsers.
     AnimatedPng,
-    /// Plays everywhere.
+    /// GIF: plays everywhere.
     Gif,
-    /// H.264 in MP4 or QuickTime, VP9 in `WebM`, H.264 in Matroska, by `ffmpeg`.
+    /// Film encoded by `ffmpeg`: H.264 in MP4, QuickTime or Matroska, VP9 in `WebM`.
     Film {
-        /// Its name for the container.
+        /// Container, as `ffmpeg` names it.
         container: &'static str,
-        /// Its name for the codec.
+        /// Codec, as `ffmpeg` names it.
         codec: &'static str,
     },
 }
 
-/// Endings of names that [`MovieFormat::of_path`] knows, for messages.
+/// File name extensions that [`MovieFormat::of_path`] knows, for messages.
 pub const MOVIE_ENDINGS: &str = ".apng, .gif, .mp4, .mov, .webm or .mkv";
 
 impl MovieFormat {
-    /// By the ending of a name.
+    /// Format of a file name extension.
     pub fn of_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         let film = |container, codec| Some(Self::Film { container, codec });
@@ -59,11 +59,11 @@ pub fn has_ffmpeg() -> bool {
     command.status().is_ok_and(|status| status.success())
 }
 
-/// A movie while its pictures come in. The file appears under its name when it is finished, or not at all.
+/// Writer of a movie, frame by frame. The file appears under its name when it is finished, or not at all.
 pub struct MovieWriter {
     path: PathBuf,
     size: (u32, u32),
-    /// Numerator and denominator of the pictures a second.
+    /// Frame rate as numerator and denominator.
     rate: (u32, u32),
     added: u64,
     replacement: Replacement,
@@ -90,7 +90,7 @@ impl Write for Sink {
     }
 }
 
-/// The process; one that is given up must not go on waiting for pictures.
+/// The `ffmpeg` process. Dropping it ends the process, which would wait for frames otherwise.
 struct Ffmpeg(Child);
 
 impl Drop for Ffmpeg {
@@ -101,17 +101,17 @@ impl Drop for Ffmpeg {
 }
 
 impl MovieWriter {
-    /// Begins a movie of so many pictures of one size.
+    /// Starts a movie of `frames` frames of one size.
     ///
     /// # Errors
-    /// [`Error::CannotCreate`] where the file cannot be made or `ffmpeg` not be started, [`Error::WriteFailed`] where it cannot be
+    /// [`Error::CannotCreate`] where the file cannot be created or `ffmpeg` cannot be started, [`Error::WriteFailed`] where it cannot be
     /// written.
     pub fn begin(
         path: &Path,
         format: MovieFormat,
         size: (u32, u32),
         rate: (u32, u32),
-        pictures: u32,
+        frames: u32,
     ) -> Result<Self> {
         let replacement = begin_replacing(path)?;
         let sink =
@@ -119,7 +119,7 @@ impl MovieWriter {
         let encoder = match format {
             MovieFormat::AnimatedPng => {
                 let sink = sink()?;
-                let png = animated_png(sink.clone(), size, rate, pictures);
+                let png = animated_png(sink.clone(), size, rate, frames);
                 Encoder::AnimatedPng(png.map_err(|error| write_failed(path, error))?, sink)
             }
             MovieFormat::Gif => {
@@ -140,14 +140,14 @@ impl MovieWriter {
         Ok(Self { path: path.to_owned(), size, rate, added: 0, replacement, encoder })
     }
 
-    /// Adds the next picture.
+    /// Adds the next frame.
     ///
     /// # Errors
     /// [`Error::WriteFailed`], and [`Error::Internal`] when it has another size than the movie.
     pub fn add(&mut self, pixels: &[[u8; 4]]) -> Result<()> {
         let (width, height) = self.size;
         if pixels.len() as u64 != u64::from(width) * u64::from(height) {
-            return Err(Error::Internal { message: "a movie's pictures differ in size".to_owned() });
+            return Err(Error::Internal { message: "the frames of a movie differ in size".to_owned() });
         }
         let added = self.added;
         self.added += 1;
@@ -157,11 +157,11 @@ impl MovieWriter {
             }
             Encoder::Gif(gif, _) => {
                 let delay = Delay::from_numer_denom_ms(gif_delay_ms(added, self.rate), 1);
-                let picture = RgbaImage::from_raw(width, height, pixels.as_flattened().to_vec());
-                let picture = picture.ok_or_else(|| Error::Internal {
-                    message: "a movie's picture cannot be copied".to_owned(),
+                let image = RgbaImage::from_raw(width, height, pixels.as_flattened().to_vec());
+                let image = image.ok_or_else(|| Error::Internal {
+                    message: "a frame of a movie cannot be copied".to_owned(),
                 })?;
-                let frame = image::Frame::from_parts(picture, 0, 0, delay);
+                let frame = image::Frame::from_parts(image, 0, 0, delay);
                 gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))
             }
             Encoder::Film(Ffmpeg(process)) => {
@@ -170,13 +170,13 @@ impl MovieWriter {
                     Some(input) => input.write_all(over_black.as_flattened()),
                     None => Ok(()),
                 };
-                // What ffmpeg says about itself explains more than a closed pipe.
+                // The error output of ffmpeg explains more than a closed pipe.
                 written.map_err(|error| film_failed(&self.path, process, &error.to_string()))
             }
         }
     }
 
-    /// Completes the file and gives it its name.
+    /// Completes the file under its final name.
     ///
     /// # Errors
     /// [`Error::WriteFailed`].
@@ -206,19 +206,19 @@ fn animated_png(
     sink: Sink,
     (width, height): (u32, u32),
     rate: (u32, u32),
-    pictures: u32,
+    frames: u32,
 ) -> std::result::Result<png::Writer<Sink>, png::EncodingError> {
     let mut encoder = png::Encoder::new(sink, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    encoder.set_animated(pictures, 0)?;
+    encoder.set_animated(frames, 0)?;
     let (numerator, denominator) = png_delay(rate);
     encoder.set_frame_delay(numerator, denominator)?;
     encoder.write_header()
 }
 
-/// Seconds a picture as a fraction of sixteen-bit numbers, exact where that is possible.
+/// Seconds a frame as a fraction of 16-bit integers, exact where possible.
 fn png_delay((numerator, denominator): (u32, u32)) -> (u16, u16) {
     if let (Ok(seconds), Ok(parts)) = (u16::try_from(denominator), u16::try_from(numerator)) {
         return (seconds, parts);
@@ -227,8 +227,7 @@ fn png_delay((numerator, denominator): (u32, u32)) -> (u16, u16) {
     (ten_thousandths.round().clamp(1.0, 65535.0) as u16, 10_000)
 }
 
-/// How long picture `index` is shown: GIF counts hundredths of a second, and what one picture is shown too long the next
-/// ones are shown shorter.
+/// Duration of frame `index`. GIF counts hundredths of a second; rounding errors do not accumulate over frames.
 fn gif_delay_ms(index: u64, (numerator, denominator): (u32, u32)) -> u32 {
     let hundredths = |index: u64| {
         let exact = 100 * u128::from(index) * u128::from(denominator);
@@ -242,7 +241,7 @@ fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
     [over(r), over(g), over(b), 255]
 }
 
-/// Takes raw pictures from its standard input. Films have an even number of columns and rows.
+/// Command that encodes raw frames from its standard input. Films are padded to an even number of columns and rows.
 fn ffmpeg(
     (width, height): (u32, u32),
     (numerator, denominator): (u32, u32),
@@ -265,18 +264,18 @@ fn ffmpeg(
     if matches!(container, "mp4" | "mov") {
         command.args(["-movflags", "+faststart"]);
     }
-    // A name with a colon or a dash is a name all the same.
+    // With the prefix, names with a colon or a leading dash are file names, too.
     let mut output = OsString::from("file:");
     output.push(path);
     command.args(["-f", container]).arg(output);
-    // What a terminal sends to stop this program must not stop the encoder first, which would look like a failure of its own.
+    // A terminal's interrupt must not end the encoder before this program, which would look like an encoder failure.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
     command
 }
 
-/// The last line that `ffmpeg` wrote, else `why`.
+/// Error with the last line of `ffmpeg`'s error output, or else `why`.
 fn film_failed(path: &Path, ffmpeg: &mut Child, why: &str) -> Error {
     drop(ffmpeg.stdin.take());
     let mut said = String::new();
@@ -296,7 +295,7 @@ mod tests {
     use super::*;
     use image::AnimationDecoder as _;
 
-    fn pictures() -> Vec<Vec<[u8; 4]>> {
+    fn frames() -> Vec<Vec<[u8; 4]>> {
         (0..5_u8).map(|number| (0..12).map(|i| [number * 40, i * 20, 255, 255]).collect()).collect()
     }
 
@@ -305,10 +304,10 @@ mod tests {
         let path = folder.path().join(name);
         let format = MovieFormat::of_path(&path).unwrap();
         let mut movie = MovieWriter::begin(&path, format, (4, 3), (24, 1), 5).unwrap();
-        for picture in pictures() {
-            movie.add(&picture).unwrap();
+        for frame in frames() {
+            movie.add(&frame).unwrap();
         }
-        assert!(!path.exists(), "a movie must not be seen before it is whole");
+        assert!(!path.exists(), "an unfinished movie must not have its final name");
         movie.finish().unwrap();
         let names: Vec<_> = std::fs::read_dir(folder.path()).unwrap().collect();
         assert_eq!(names.len(), 1);
@@ -316,13 +315,13 @@ mod tests {
     }
 
     #[test]
-    fn animated_pngs_hold_every_picture_and_the_rate() {
+    fn animated_pngs_hold_every_frame_and_the_rate() {
         let bytes = written("a.apng");
         let decoder = image::codecs::png::PngDecoder::new(io::Cursor::new(&bytes)).unwrap().apng().unwrap();
-        let frames = decoder.into_frames().collect_frames().unwrap();
-        assert_eq!(frames.len(), 5);
-        for (frame, picture) in frames.iter().zip(pictures()) {
-            assert_eq!(frame.buffer().as_raw().as_slice(), picture.as_flattened());
+        let decoded = decoder.into_frames().collect_frames().unwrap();
+        assert_eq!(decoded.len(), 5);
+        for (frame, expected) in decoded.iter().zip(frames()) {
+            assert_eq!(frame.buffer().as_raw().as_slice(), expected.as_flattened());
         }
         assert_eq!(written("a.png"), bytes);
         assert_eq!(
@@ -332,17 +331,17 @@ mod tests {
     }
 
     #[test]
-    fn gifs_keep_time_over_many_pictures() {
+    fn gifs_keep_time_over_many_frames() {
         let bytes = written("a.gif");
         let decoder = image::codecs::gif::GifDecoder::new(io::Cursor::new(&bytes)).unwrap();
         assert_eq!(decoder.into_frames().collect_frames().unwrap().len(), 5);
-        // A second of 24 pictures is a second, though each is shown for 40 or 50 ms.
+        // 24 frames at 24 fps take a second, though each is shown for 40 or 50 ms.
         assert_eq!((0..24).map(|index| gif_delay_ms(index, (24, 1))).sum::<u32>(), 1000);
         assert!((0..24).all(|index| matches!(gif_delay_ms(index, (24, 1)), 40 | 50)));
     }
 
     #[test]
-    fn names_of_films_are_names_of_files_whatever_they_look_like() {
+    fn film_names_are_always_passed_as_files() {
         for name in ["-y.mp4", "http:a.mp4", "a b/c.mp4"] {
             let command = ffmpeg((4, 3), (24, 1), ("mp4", "libx264"), Path::new(name));
             assert_eq!(
@@ -353,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn films_play_where_there_is_ffmpeg() {
+    fn ffmpeg_writes_the_named_containers() {
         if has_ffmpeg() {
             for (name, mark) in [("a.mp4", &b"ftyp"[..]), ("a.webm", b"webm"), ("a.mkv", b"matroska")] {
                 let bytes = written(name);

@@ -1,4 +1,4 @@
-//! Choice of AOVs, sample type and compression of a frame's EXR files.
+//! Selection of AOVs, sample type and compression of a frame's EXR files.
 
 use crate::film::AovFlags;
 use crate::image_file::ExrCompression;

@@ -1,4 +1,4 @@
-//! Two bars on a terminal: the sequence, and the frame at hand.
+//! Two progress bars on a terminal: the sequence, and the current frame.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -28,7 +28,7 @@ pub(super) struct Bars {
     times: Mutex<Times>,
 }
 
-/// What the estimate is made from.
+/// Input of the estimate of the remaining time.
 #[derive(Debug, Default)]
 struct Times {
     eta: Eta,
@@ -45,8 +45,8 @@ impl Bars {
         Self { verbosity, all, sequence, frame, output: output.to_owned(), times: Mutex::default() }
     }
 
-    pub(super) fn tell(&self, event: SequenceEvent<'_>) {
-        // Comes from many threads; only the estimate locks, and seldom.
+    pub(super) fn print(&self, event: SequenceEvent<'_>) {
+        // Called from many threads. Only the estimate locks, and rarely.
         if let SequenceEvent::FrameProgress(_, share) = event {
             self.frame.set_position((share * FRAME_STEPS as f32) as u64);
             self.estimate(share);
@@ -67,7 +67,7 @@ impl Bars {
                 if is_automatic {
                     self.line(&exposure_text(ev));
                 }
-                // Finding it is no part of the frame.
+                // Automatic exposure is not part of the frame's time.
                 times.frame_started = Some(Instant::now());
             }
             SequenceEvent::FrameStarted(frame) => {
@@ -93,7 +93,7 @@ impl Bars {
             SequenceEvent::Finished(summary) => {
                 self.frame.finish_and_clear();
                 self.sequence.finish_and_clear();
-                // The bars are gone; a line of theirs would not end the terminal's line.
+                // The bars are cleared; their own line would not end in a newline.
                 print_note(&summary_text(summary, eta.total, &self.output));
             }
             SequenceEvent::FrameKept(_) | SequenceEvent::FrameProgress(..) => {}
@@ -107,7 +107,7 @@ impl Bars {
         }
     }
 
-    /// The estimate while a frame is under way. Comes from many threads; one that would have to wait has nothing to add.
+    /// Updates the estimate within a frame. Called from many threads; skipped where it would wait for a lock.
     fn estimate(&self, share: f32) {
         let Ok(mut times) = self.times.try_lock() else {
             return;
@@ -126,23 +126,23 @@ impl Bars {
         self.sequence.set_message(format!("eta {}", duration_text(seconds)));
     }
 
-    /// Whether the terminal cannot show bars, such as one that cannot move its cursor.
+    /// Whether the terminal cannot show bars, for example because it cannot move its cursor.
     pub(super) fn is_hidden(&self) -> bool {
         self.all.is_hidden()
     }
 
-    /// Does something while the bars are out of the way.
+    /// Runs `work` while the bars are hidden.
     pub(super) fn suspended(&self, work: impl FnOnce()) {
         self.all.suspend(work);
     }
 
-    /// A line above the bars.
+    /// Prints a line above the bars.
     fn line(&self, text: &str) {
         let _ = self.all.println(one_line(text));
     }
 }
 
-/// The style of a template; the default style, should the template not be understood.
+/// Style of a template, or the default style if the template is invalid.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template)
         .unwrap_or_else(|_| ProgressStyle::default_bar())

@@ -1,17 +1,17 @@
-//! How long the rest will take.
+//! Estimate of the remaining time.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// Frames that are looked back on.
+/// Number of recent frames that the estimate uses.
 const WINDOW: usize = 9;
-/// A frame tells how long it takes once this share of it is finished.
-const TELLING_SHARE: f64 = 0.05;
+/// Finished share of a frame from which its own pace is used.
+const LEAST_SHARE: f64 = 0.05;
 
-/// Frames done and to do, and how long the last ones took.
+/// Number of frames done and in all, and durations of recent frames.
 #[derive(Debug, Default)]
 pub(super) struct Eta {
-    /// Frames to render in all.
+    /// Frames to render.
     pub(super) total: usize,
     /// Frames rendered, or failed.
     pub(super) done: usize,
@@ -19,7 +19,7 @@ pub(super) struct Eta {
 }
 
 impl Eta {
-    /// A frame took this long.
+    /// Records the duration of a frame.
     pub(super) fn frame_done(&mut self, seconds: f64) {
         self.done += 1;
         if self.recent_seconds.len() == WINDOW {
@@ -28,17 +28,17 @@ impl Eta {
         self.recent_seconds.push_back(seconds);
     }
 
-    /// Seconds until all frames are rendered: the median of the last frames for each that is left. One slow frame, such
-    /// as the first with cold caches, does not spoil it.
+    /// Seconds until all frames are rendered: the median of recent frames for each remaining one. The median ignores a single
+    /// slow frame, such as the first with cold caches.
     pub(super) fn remaining_seconds(&self) -> Option<f64> {
         Some(self.median_seconds()? * self.total.saturating_sub(self.done) as f64)
     }
 
-    /// The same within a frame that began `elapsed` ago and of which `share` is finished: what is left of it at its own
-    /// pace, and the frames after it. The first frame stands for all others.
+    /// The same within a frame that started `elapsed` ago and is finished to `share`: the rest of it at its own pace, and the
+    /// frames after it. Without recent frames the current one is the estimate of the others.
     pub(super) fn remaining_within(&self, share: f32, elapsed: Duration) -> Option<f64> {
         let share = f64::from(share);
-        let own = (share > TELLING_SHARE).then(|| elapsed.as_secs_f64() / share);
+        let own = (share > LEAST_SHARE).then(|| elapsed.as_secs_f64() / share);
         let usual = self.median_seconds();
         let after_this = self.total.saturating_sub(self.done + 1) as f64;
         Some(own.or(usual)? * (1.0 - share) + usual.or(own)? * after_this)
@@ -51,7 +51,7 @@ impl Eta {
     }
 }
 
-/// `4.2 s`, `3 min 20 s` or `2 h 05 min`.
+/// Duration as a text, such as `4.2 s`, `3 min 20 s` or `2 h 05 min`.
 pub(super) fn duration_text(seconds: f64) -> String {
     let whole = seconds.max(0.0).round() as u64;
     match whole {
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_slow_frame_does_not_spoil_the_estimate() {
+    fn one_slow_frame_does_not_change_the_estimate() {
         let mut eta = Eta { total: 10, ..Eta::default() };
         assert_eq!(eta.remaining_seconds(), None);
         for seconds in [100.0, 2.0, 2.0] {
@@ -77,23 +77,23 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_tells_how_long_the_rest_takes() {
+    fn the_current_frame_refines_the_estimate() {
         let mut eta = Eta { total: 3, ..Eta::default() };
         let second = Duration::from_secs(1);
         // Too early to tell, then a quarter in one second: three more for this frame, four for each of two others.
         assert_eq!(eta.remaining_within(0.03, second), None);
         assert_eq!(eta.remaining_within(0.25, second), Some(3.0 + 8.0));
         eta.frame_done(6.0);
-        // Early in the second frame the median of 6 s stands for it; later its own pace does.
+        // Early in the second frame its estimate is the median of 6 s; later it is its own pace.
         assert_eq!(eta.remaining_within(0.0, second), Some(12.0));
         assert_eq!(eta.remaining_within(0.5, second), Some(1.0 + 6.0));
-        // A still has nothing after it.
+        // A still image has no frames after it.
         let still = Eta { total: 1, ..Eta::default() };
         assert_eq!(still.remaining_within(0.5, second), Some(1.0));
     }
 
     #[test]
-    fn durations_read_well() {
+    fn durations_are_readable() {
         assert_eq!(duration_text(4.21), "4.2 s");
         assert_eq!(duration_text(200.4), "3 min 20 s");
         assert_eq!(duration_text(7500.0), "2 h 05 min");

@@ -1,4 +1,4 @@
-//! One JSON object a line on the standard output, for farms and scripts.
+//! JSON lines on the standard output, one object an event, for render farms and scripts.
 //!
 //! Every object has `schema` (raised when a field changes its meaning) and `event`. Paths that are not Unicode are also
 //! given percent-encoded, without loss, as `path_percent`. `schema/progress.schema.json` describes all lines.
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 use rayframe::sequence::{PlannedFrame, SequenceEvent, Summary};
 
 const SCHEMA: u32 = 1;
-/// Shortest time between two lines about the same frame.
+/// Shortest time between two progress lines of a frame.
 const INTERVAL: Duration = Duration::from_millis(500);
 
 /// JSON lines on the standard output.
@@ -24,7 +24,7 @@ pub(super) struct JsonLines {
 }
 
 impl JsonLines {
-    pub(super) fn tell(&self, event: SequenceEvent<'_>) {
+    pub(super) fn print(&self, event: SequenceEvent<'_>) {
         if let SequenceEvent::FrameProgress(..) = event
             && !self.is_time_for_progress()
         {
@@ -35,7 +35,7 @@ impl JsonLines {
     }
 
     fn is_time_for_progress(&self) -> bool {
-        // A worker that would have to wait has nothing new to tell.
+        // Skipped where it would wait for a lock.
         let Ok(mut last) = self.last_progress.try_lock() else {
             return false;
         };
@@ -91,7 +91,7 @@ fn frame_json(frame: &PlannedFrame) -> Value {
     line
 }
 
-/// Adds the name without loss where text cannot hold it.
+/// Adds the percent-encoded path where it is not Unicode.
 pub(super) fn add_percent_path(line: &mut Value, path: &Path) {
     if path.to_str().is_none() {
         let bytes = path.as_os_str().as_encoded_bytes();
@@ -149,7 +149,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn names_that_are_not_unicode_are_given_without_loss() {
+    fn paths_that_are_not_unicode_are_percent_encoded() {
         use std::os::unix::ffi::OsStrExt as _;
         let frame = planned(std::ffi::OsStr::from_bytes(b"a\xff").into());
         assert_eq!(json_line(SequenceEvent::FrameStarted(&frame))["path_percent"], "a%FF");

@@ -1,7 +1,7 @@
-//! A file that says what became of each frame, for farms and scripts that come later: `--manifest`.
+//! Manifest file with the result of each frame, for render farms and scripts: `--manifest`.
 //!
-//! It is there before the first frame, is replaced as a whole as frames come to their end, and holds nothing that differs
-//! between two runs that do the same. `schema/manifest.schema.json` describes it.
+//! It exists before the first frame, is replaced atomically as frames end, and holds nothing that differs between two equal
+//! runs. `schema/manifest.schema.json` describes it.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -19,10 +19,10 @@ use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, Sequenc
 use super::json::add_percent_path;
 
 const SCHEMA: u32 = 1;
-/// Shortest time between two updates, so that writing long manifests does not hold up short frames.
+/// Shortest time between two updates, so that long manifests do not delay short frames.
 const INTERVAL: Duration = Duration::from_secs(1);
 
-/// The manifest of one run.
+/// Manifest of one run.
 #[derive(Debug)]
 pub(crate) struct Manifest<'a> {
     path: &'a Path,
@@ -33,19 +33,19 @@ pub(crate) struct Manifest<'a> {
 
 #[derive(Debug, Default)]
 struct State {
-    /// What is known of frames that have come to their end, to be laid over what was planned.
+    /// Results of ended frames, merged over their planned entries.
     ended: BTreeMap<i64, Value>,
     updated: Option<Instant>,
 }
 
 impl<'a> Manifest<'a> {
-    /// The manifest of a run of `plan` that will be the file `path`.
+    /// Manifest of a run of `plan`, to be written to `path`.
     pub(crate) fn new(path: &'a Path, job: &'a SequenceJob, plan: &'a Plan) -> Self {
         Self { path, job, plan, state: Mutex::default() }
     }
 
-    /// Notes an event and brings the file up to date, unless that was done a moment ago. What goes wrong with that is told
-    /// when the run is over, by [`Self::write`].
+    /// Records an event and updates the file, unless it was updated a moment ago. Errors are reported at the end of the run by
+    /// [`Self::write`].
     pub(crate) fn tell(&self, event: SequenceEvent<'_>) {
         let ended = match event {
             SequenceEvent::Started { .. } => None,
@@ -65,7 +65,7 @@ impl<'a> Manifest<'a> {
         }
     }
 
-    /// Brings the file up to date.
+    /// Writes the file.
     ///
     /// # Errors
     /// Those of [`write_atomically`].
@@ -75,7 +75,7 @@ impl<'a> Manifest<'a> {
 
     fn write_state(&self, state: &State) -> Result<()> {
         let frames: Vec<_> = self.plan.frames.iter().map(|frame| frame_json(frame, state)).collect();
-        let is_there = |frame: &Value| frame["status"] == "written" || frame["status"] == "kept";
+        let exists = |frame: &Value| frame["status"] == "written" || frame["status"] == "kept";
         let (job, window) = (self.job, self.job.render.window);
         let manifest = json!({
             "schema": SCHEMA,
@@ -84,7 +84,7 @@ impl<'a> Manifest<'a> {
             "resolution": [job.render.resolution.0, job.render.resolution.1],
             "crop": [window.x0, window.y0, window.x1, window.y1],
             "fps": job.rate.to_string(),
-            "complete": frames.iter().all(is_there),
+            "complete": frames.iter().all(exists),
             "frames": frames,
         });
         write_atomically(self.path, format!("{manifest:#}\n").as_bytes())
@@ -92,15 +92,15 @@ impl<'a> Manifest<'a> {
 
     fn written(&self, report: &FrameReport) -> Value {
         let mut files = vec![file_json(&report.path, Some((&report.sha256, report.bytes)))];
-        let layers = report.aov_files.iter();
-        files.extend(layers.map(|layer| file_json(&layer.path, Some((&layer.sha256, layer.bytes)))));
+        let aovs = report.aov_files.iter();
+        files.extend(aovs.map(|aov| file_json(&aov.path, Some((&aov.sha256, aov.bytes)))));
         let planned = self.plan.frames.iter().find(|planned| planned.frame == report.frame);
         files.extend(planned.and_then(|planned| planned.preview_path.as_ref()).map(file_on_disk));
         json!({"status": "written", "files": files})
     }
 }
 
-/// A frame that was there already: its files as they are on disk.
+/// Entry of a kept frame, with its files on disk.
 fn kept(frame: &PlannedFrame) -> Value {
     let paths = std::iter::once(&frame.path).chain(&frame.aov_paths).chain(&frame.preview_path);
     json!({"status": "kept", "files": paths.map(file_on_disk).collect::<Vec<_>>()})
@@ -126,7 +126,7 @@ fn file_on_disk(path: &PathBuf) -> Value {
     file_json(path, facts.as_ref().map(|(sha256, bytes)| (sha256.as_str(), *bytes)))
 }
 
-/// A file with its hash and length; without them when it could not be read.
+/// Entry of a file, with its hash and length unless it could not be read.
 fn file_json(path: &Path, facts: Option<(&str, usize)>) -> Value {
     let mut file = json!({
         "path": path.to_string_lossy(),

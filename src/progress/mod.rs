@@ -1,7 +1,7 @@
-//! Telling the user what happens: bars on a terminal, plain lines in a pipe, JSON lines and a manifest for programs.
+//! Progress output: bars on a terminal, plain lines in a pipe, JSON lines and a manifest for programs.
 //!
-//! The only room that names `indicatif`, and with `main` the only one that prints. People are told on the standard error
-//! stream, programs on the standard output. A stream that is closed is no reason to stop: the files are the product.
+//! Only this module uses `indicatif`, and only it and `main` print. Text for people goes to the standard error stream, text
+//! for programs to the standard output. A closed stream does not end a run: the files are the product.
 
 mod bars;
 mod eta;
@@ -11,7 +11,7 @@ mod openjd;
 mod plain;
 mod print;
 mod suite;
-mod terminal_picture;
+mod terminal_image;
 
 use rayframe::sequence::SequenceEvent;
 use rayframe::settings::ProgressStyle;
@@ -23,23 +23,22 @@ use plain::PlainLines;
 
 pub(crate) use manifest::Manifest;
 pub(crate) use openjd::print_openjd_failure;
-pub(crate) use plain::exposure_text;
 pub(crate) use print::{one_line, print_error, print_note, print_output, print_raw, print_warning};
 pub(crate) use suite::SuiteProgress;
-pub(crate) use terminal_picture::TerminalPictures;
+pub(crate) use terminal_image::TerminalImages;
 
-/// How much is told.
+/// Amount of output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Verbosity {
-    /// Only warnings and errors.
+    /// Print warnings and errors only.
     pub(crate) is_quiet: bool,
-    /// Also the phases of each frame, and frames that are kept.
+    /// Print the phases of each frame and kept frames, too.
     pub(crate) is_verbose: bool,
-    /// Name each failed frame at once, because the run goes on after it.
+    /// Print each failed frame at once, because the run continues after it.
     pub(crate) names_failures: bool,
 }
 
-/// Tells the events of one run.
+/// Prints the events of one run.
 #[derive(Debug)]
 pub(crate) struct Reporter {
     form: Form,
@@ -56,7 +55,7 @@ enum Form {
 }
 
 impl Reporter {
-    /// A reporter for one run whose files are called `output`, with `####` for the frame number.
+    /// A reporter of a run that writes `output`, with `####` for the frame number.
     pub(crate) fn new(style: ProgressStyle, verbosity: Verbosity, output: &str) -> Self {
         let form = match style {
             ProgressStyle::Json => Form::Json(JsonLines::default()),
@@ -65,7 +64,7 @@ impl Reporter {
             _ if verbosity.is_quiet => Form::Silent,
             ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity, output)),
             ProgressStyle::Auto | ProgressStyle::Bar => {
-                // Bars hide themselves in pipes and on terminals that cannot show them; lines do not.
+                // Bars are hidden in pipes and on terminals that cannot show them; plain lines are not.
                 let bars = Bars::new(verbosity, output);
                 if bars.is_hidden() {
                     Form::Plain(PlainLines::new(verbosity, output))
@@ -77,33 +76,33 @@ impl Reporter {
         Self { form, verbosity }
     }
 
-    /// Tells one event; may be called from any thread.
-    pub(crate) fn tell(&self, event: SequenceEvent<'_>) {
+    /// Prints one event. May be called from any thread.
+    pub(crate) fn print(&self, event: SequenceEvent<'_>) {
         match &self.form {
-            Form::Bars(bars) => bars.tell(event),
-            Form::Plain(lines) => lines.tell(event),
+            Form::Bars(bars) => bars.print(event),
+            Form::Plain(lines) => lines.print(event),
             Form::Json(lines) => {
-                self.tell_problems(event);
-                lines.tell(event);
+                self.print_problems(event);
+                lines.print(event);
             }
             Form::OpenJd(lines) => {
-                self.tell_problems(event);
-                lines.tell(event);
+                self.print_problems(event);
+                lines.print(event);
             }
-            Form::Silent => self.tell_problems(event),
+            Form::Silent => self.print_problems(event),
         }
     }
 
-    /// Writes characters that are a picture, above the bars where there are any.
-    pub(crate) fn show(&self, picture: &str) {
+    /// Prints an image encoded as terminal text, above the bars if there are any.
+    pub(crate) fn show(&self, image: &str) {
         match &self.form {
-            Form::Bars(bars) => bars.suspended(|| print_raw(picture)),
-            Form::Plain(_) | Form::Json(_) | Form::OpenJd(_) | Form::Silent => print_raw(picture),
+            Form::Bars(bars) => bars.suspended(|| print_raw(image)),
+            Form::Plain(_) | Form::Json(_) | Form::OpenJd(_) | Form::Silent => print_raw(image),
         }
     }
 
-    /// What people should hear even without progress.
-    fn tell_problems(&self, event: SequenceEvent<'_>) {
+    /// Prints warnings and failures.
+    fn print_problems(&self, event: SequenceEvent<'_>) {
         match event {
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
             SequenceEvent::FrameFailed(frame, error) if self.verbosity.names_failures => {

@@ -1,4 +1,4 @@
-//! Lines that Open Job Description's sessions read from a task's standard output, as in AWS Deadline Cloud.
+//! Progress lines of Open Job Description on the standard output, as read by AWS Deadline Cloud.
 //!
 //! Source: the Open Job Description specifications, "How Jobs Are Run", section "Stdout/Stderr Messages":
 //! `openjd_progress: PERCENT`, `openjd_status: TEXT` and `openjd_fail: TEXT`.
@@ -13,13 +13,13 @@ use super::eta::Eta;
 use super::one_line;
 use super::plain::{kept_text, summary_text, written_text};
 
-/// Shortest time between two lines about the same frame.
+/// Shortest time between two progress lines of a frame.
 const INTERVAL: Duration = Duration::from_millis(500);
 
-/// Share of the whole that is told at most while a frame is under way.
-const MOST_BEFORE_THE_END: f64 = 0.999;
+/// Greatest reported share of the run while a frame is unfinished.
+const MOST_BEFORE_END: f64 = 0.999;
 
-/// Open Job Description's lines on the standard output.
+/// Lines of Open Job Description on the standard output.
 #[derive(Debug)]
 pub(super) struct OpenJdLines {
     output: String,
@@ -29,11 +29,11 @@ pub(super) struct OpenJdLines {
 #[derive(Debug, Default)]
 struct State {
     eta: Eta,
-    /// Frames that have begun.
-    begun: usize,
-    /// What was told last; a farm's bar never goes back.
+    /// Number of started frames.
+    started: usize,
+    /// Last reported percentage, which never decreases.
     percent: f64,
-    told: Option<Instant>,
+    printed: Option<Instant>,
 }
 
 impl OpenJdLines {
@@ -41,15 +41,15 @@ impl OpenJdLines {
         Self { output: output.to_owned(), state: Mutex::default() }
     }
 
-    pub(super) fn tell(&self, event: SequenceEvent<'_>) {
-        // Comes from many threads; one that would have to wait has nothing to add.
+    pub(super) fn print(&self, event: SequenceEvent<'_>) {
+        // Called from many threads. Skipped where it would wait for a lock.
         if let SequenceEvent::FrameProgress(_, share) = event {
             if let Ok(mut state) = self.state.try_lock()
-                && state.told.is_none_or(|told| told.elapsed() >= INTERVAL)
+                && state.printed.is_none_or(|printed| printed.elapsed() >= INTERVAL)
             {
-                // What is traced is not on disk yet.
-                let most = state.eta.total as f64 * MOST_BEFORE_THE_END;
-                let frames = state.begun.saturating_sub(1) as f64 + f64::from(share);
+                // A traced frame is not on disk yet.
+                let most = state.eta.total as f64 * MOST_BEFORE_END;
+                let frames = state.started.saturating_sub(1) as f64 + f64::from(share);
                 print_lines(&[state.progress(if frames < most { frames } else { most })]);
             }
             return;
@@ -58,7 +58,7 @@ impl OpenJdLines {
         print_lines(&self.lines(&mut state, event));
     }
 
-    /// What is said about everything but shares of frames.
+    /// Lines of an event other than progress within a frame.
     fn lines(&self, state: &mut State, event: SequenceEvent<'_>) -> Vec<String> {
         match event {
             SequenceEvent::Started { to_render, kept } => {
@@ -67,7 +67,7 @@ impl OpenJdLines {
                 std::iter::once(state.progress(0.0)).chain(kept).collect()
             }
             SequenceEvent::FrameStarted(_) => {
-                state.begun += 1;
+                state.started += 1;
                 Vec::new()
             }
             SequenceEvent::FrameWritten(report) => {
@@ -91,19 +91,19 @@ impl OpenJdLines {
 }
 
 impl State {
-    /// The line that says how much is done, in frames.
+    /// Progress line for a number of finished frames.
     fn progress(&mut self, frames: f64) -> String {
         let percent = match self.eta.total {
             0 => 100.0,
             total => (100.0 * frames / total as f64).min(100.0),
         };
         self.percent = if percent > self.percent { percent } else { self.percent };
-        self.told = Some(Instant::now());
+        self.printed = Some(Instant::now());
         format!("openjd_progress: {:.1}", self.percent)
     }
 }
 
-/// Tells why a run failed before its first frame.
+/// Prints why a run failed before its first frame.
 pub(crate) fn print_openjd_failure(message: &str) {
     print_lines(&[failure(message)]);
 }
@@ -130,7 +130,7 @@ mod tests {
     use rayframe::sequence::Summary;
 
     #[test]
-    fn progress_never_goes_back_and_ends_at_a_hundred() {
+    fn progress_never_decreases_and_ends_at_a_hundred() {
         let lines = OpenJdLines::new("a.####.exr");
         let mut state = State::default();
         let begin = SequenceEvent::Started { to_render: 4, kept: 2 };
@@ -143,7 +143,7 @@ mod tests {
         assert_eq!(state.progress(1.0), "openjd_progress: 37.5");
         let summary = Summary::default();
         assert_eq!(lines.lines(&mut state, SequenceEvent::Finished(&summary))[0], "openjd_progress: 100.0");
-        // Where nothing is left to do, all is done.
+        // A run without frames to render is complete.
         assert_eq!(State::default().progress(0.0), "openjd_progress: 100.0");
     }
 

@@ -1,4 +1,4 @@
-//! One line a finished frame, for logs and pipes.
+//! Plain text progress, one line a finished frame, for logs and pipes.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -20,7 +20,7 @@ impl PlainLines {
         Self { verbosity, output: output.to_owned(), eta: Mutex::default() }
     }
 
-    pub(super) fn tell(&self, event: SequenceEvent<'_>) {
+    pub(super) fn print(&self, event: SequenceEvent<'_>) {
         let mut eta = self.eta.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
             SequenceEvent::Started { to_render, kept } => {
@@ -58,7 +58,7 @@ impl PlainLines {
     }
 }
 
-/// What is kept, said before the work on the others begins.
+/// Number of kept frames, printed before the others are rendered.
 pub(super) fn kept_text(kept: usize, to_render: usize) -> Option<String> {
     match (kept, to_render) {
         (0, _) | (_, 0) => None,
@@ -67,12 +67,12 @@ pub(super) fn kept_text(kept: usize, to_render: usize) -> Option<String> {
     }
 }
 
-/// `exposure 0.3 stops, chosen automatically (…)`.
-pub(crate) fn exposure_text(ev: f32) -> String {
+/// Note of an automatic exposure: `exposure 0.3 stops, chosen automatically (…)`.
+pub(super) fn exposure_text(ev: f32) -> String {
     format!("exposure {ev} stops, chosen automatically (--exposure {ev} keeps it)")
 }
 
-/// `frame 12 (3/240) written out/f.0012.exr 3.2 s, eta 12 min 40 s`.
+/// Line of a written frame: `frame 12 (3/240) written out/f.0012.exr 3.2 s, eta 12 min 40 s`.
 pub(super) fn written_text(report: &FrameReport, eta: &Eta) -> String {
     let rest = match eta.remaining_seconds() {
         Some(seconds) if eta.done < eta.total => format!(", eta {}", duration_text(seconds)),
@@ -88,7 +88,7 @@ pub(super) fn written_text(report: &FrameReport, eta: &Eta) -> String {
     )
 }
 
-/// Where the time of one frame went.
+/// Durations of the phases of a frame, and statistics of its BVH and rays.
 pub(super) fn phases_text(report: &FrameReport) -> String {
     let seconds = &report.seconds;
     let milliseconds = [
@@ -98,7 +98,7 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
         ("split", seconds.split),
         ("sort", seconds.sort),
         ("tree", seconds.tree),
-        ("widen", seconds.collapse),
+        ("collapse", seconds.collapse),
         ("wait", seconds.wait),
         ("trace", seconds.trace),
         ("write", seconds.write),
@@ -118,7 +118,7 @@ pub(super) fn phases_text(report: &FrameReport) -> String {
     )
 }
 
-/// The last line of a run of `total` frames whose files are called `output`:
+/// Last line of a run of `total` frames that writes `output`:
 /// `8 frames written to out/demo.####.exr in 24.7 s`.
 pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> String {
     let frames = |count: usize| if count == 1 { "frame" } else { "frames" };
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_line_says_what_was_made_of_what_was_asked_for() {
+    fn the_last_line_counts_written_kept_and_failed_frames() {
         let kept = |kept: &[i64]| Summary { kept: kept.to_vec(), ..Summary::default() };
         assert_eq!(summary_text(&kept(&[1, 2, 3, 4]), 0, "a.#.exr"), "all 4 frames were there already");
         assert_eq!(summary_text(&kept(&[1]), 0, "a.exr"), "the frame was there already");

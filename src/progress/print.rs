@@ -1,29 +1,29 @@
-//! Single lines to the two standard streams. Failing to print is not an error.
+//! Printing to the standard streams. Failures are ignored.
 
 use std::io::Write as _;
 
-/// `rayframe: error: …` on the standard error stream.
+/// Prints `rayframe: error: …` to the standard error stream.
 pub(crate) fn print_error(message: &str) {
     to_stderr(&format!("rayframe: error: {}", one_line(message)));
 }
 
-/// `rayframe: warning: …` on the standard error stream.
+/// Prints `rayframe: warning: …` to the standard error stream.
 pub(crate) fn print_warning(message: &str) {
     to_stderr(&format!("rayframe: warning: {}", one_line(message)));
 }
 
-/// A line for people on the standard error stream.
+/// Prints a line to the standard error stream.
 pub(crate) fn print_note(message: &str) {
     to_stderr(&one_line(message));
 }
 
-/// Text that was asked for, on the standard output; it may have several lines.
+/// Prints requested text of one or more lines to the standard output.
 pub(crate) fn print_output(text: &str) {
     let mut stdout = std::io::stdout().lock();
     let _ = writeln!(stdout, "{}", text.trim_end_matches('\n')).and_then(|()| stdout.flush());
 }
 
-/// Characters as they are, to the standard error stream.
+/// Prints text without escaping to the standard error stream.
 pub(crate) fn print_raw(text: &str) {
     let mut stderr = std::io::stderr().lock();
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
@@ -33,7 +33,7 @@ fn to_stderr(line: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
-/// The message with control characters made visible: names in files must not move the cursor or fake a second line.
+/// The message with escaped control characters, so that names from files cannot move the cursor or fake a second line.
 pub(crate) fn one_line(message: &str) -> String {
     message
         .chars()

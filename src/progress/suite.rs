@@ -1,4 +1,4 @@
-//! A line on a terminal that tells how far a suite is.
+//! Progress line of a suite on a terminal.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::print::one_line;
 
-/// The line; it is gone at the end.
+/// Progress line of a suite, which is cleared at the end.
 #[derive(Debug)]
 pub(crate) struct SuiteProgress {
     line: ProgressBar,
@@ -14,7 +14,7 @@ pub(crate) struct SuiteProgress {
 }
 
 impl SuiteProgress {
-    /// A line on the standard error stream, where that is a terminal and the line is wanted.
+    /// A line on the standard error stream, if that is a terminal and `is_wanted`.
     pub(crate) fn new(is_wanted: bool) -> Self {
         let target = if is_wanted { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let line = ProgressBar::with_draw_target(None, target);
@@ -24,7 +24,7 @@ impl SuiteProgress {
         Self { line, failed: AtomicUsize::new(0) }
     }
 
-    /// One of `count` shots is finished; may be called from any thread.
+    /// Counts a finished shot of `count`. May be called from any thread.
     pub(crate) fn tell(&self, count: usize, name: &str, passes: bool) {
         let failed = self.failed.fetch_add(usize::from(!passes), Ordering::Relaxed) + usize::from(!passes);
         self.line.inc(1);
@@ -32,7 +32,7 @@ impl SuiteProgress {
         self.line.set_message(format!("of {count} shots{failures}: {}", one_line(name)));
     }
 
-    /// Shots that are finished.
+    /// Number of finished shots.
     pub(crate) fn finished(&self) -> usize {
         self.line.position() as usize
     }

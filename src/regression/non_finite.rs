@@ -1,23 +1,23 @@
-//! Values that are infinite or not a number: always a failure, wherever they stand.
+//! Infinite and NaN values, which always fail a comparison.
 
 use serde::Serialize;
 
 use super::{Channel, Samples};
 
-/// Such values in one channel.
+/// Infinite and NaN values of one channel.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct NonFinite {
-    /// The channel.
+    /// Name of the channel.
     pub channel: String,
-    /// How many are not a number.
+    /// Number of NaN values.
     pub not_a_number: usize,
-    /// How many are infinite.
+    /// Number of infinite values.
     pub infinite: usize,
-    /// Column and row of the first of either.
+    /// Column and row of the first of them.
     pub first_at: (u32, u32),
 }
 
-/// Looks for them in a channel of a picture `width` pixels wide.
+/// Finds infinite and NaN values in a channel of an image `width` pixels wide; `None` without any.
 pub fn non_finite(channel: &Channel, width: u32) -> Option<NonFinite> {
     let Samples::Float(values) = &channel.samples else { return None };
     let first = values.iter().position(|value| !value.is_finite())? as u32;
@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn both_kinds_are_counted_with_the_place_of_the_first() {
+    fn both_kinds_are_counted_with_the_position_of_the_first() {
         let values = vec![0.0, 1.0, f32::NEG_INFINITY, f32::NAN, f32::INFINITY];
         let channel = Channel { name: "Z".to_owned(), samples: Samples::Float(values) };
         let found = non_finite(&channel, 2).unwrap();

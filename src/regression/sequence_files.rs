@@ -1,7 +1,7 @@
-//! Which files of two sequences belong together: those of one frame.
+//! Pairing of the files of two sequences by frame number.
 //!
-//! A sequence is a folder, or a path whose file name has one place for the frame number: `####`, `%04d`, `%d`, `{frame:04}`
-//! or `{frame}`. A path that exists as a file is that file, whatever is in its name.
+//! A sequence is a folder, or a path whose file name has a field for the frame number: `####`, `%04d`, `%d`, `{frame:04}` or
+//! `{frame}`. A path of an existing file is that file, whatever its name contains.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::ErrorKind;
@@ -9,40 +9,40 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
-/// Endings of pictures in folders.
-const PICTURES: [&str; 3] = ["exr", "png", "hdr"];
+/// File name extensions of images in folders.
+const IMAGES: [&str; 3] = ["exr", "png", "hdr"];
 
 /// Two files to be compared.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FilePair {
-    /// The frame number, if the names hold one.
+    /// Frame number, if the names have one.
     pub frame: Option<i64>,
-    /// What is judged.
+    /// The rendered file.
     pub actual: PathBuf,
-    /// What it is judged by.
+    /// The reference file.
     pub reference: PathBuf,
 }
 
-/// The files of two sequences, in the order of their names and frames.
+/// Paired files of two sequences, sorted by name and frame.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PairedFiles {
-    /// Frames that both have.
+    /// Frames of both sequences.
     pub pairs: Vec<FilePair>,
-    /// Files whose frame the reference lacks.
+    /// Files without a reference.
     pub only_in_actual: Vec<PathBuf>,
-    /// Files of the reference whose frame is missing.
+    /// Reference files without a rendered file.
     pub only_in_reference: Vec<PathBuf>,
 }
 
-/// What stands around a number in a name, and the number.
+/// Name with the number replaced by `#`, and the number.
 type Key = (String, Option<i64>);
 
-/// Whether a path stands for a sequence.
+/// Whether a path is a sequence.
 pub fn is_sequence(path: &Path) -> bool {
-    path.is_dir() || (!path.is_file() && name_around_place(path).is_some())
+    path.is_dir() || (!path.is_file() && number_field(path).is_some())
 }
 
-/// Matches the files of two sequences, or two files, by frame number. Where a folder holds several sequences, names count, too.
+/// Pairs the files of two sequences, or two files, by frame number; also by name where a folder holds several sequences.
 ///
 /// # Errors
 /// [`Error::Usage`] for a sequence beside a file, [`Error::Missing`] when a folder cannot be read or holds no frame.
@@ -80,7 +80,7 @@ pub fn pair_files(actual: &Path, reference: &Path) -> Result<PairedFiles> {
     Ok(paired)
 }
 
-/// The number of a frame, as its file name tells it.
+/// Frame number in a file name.
 pub fn frame_number(path: &Path) -> Option<i64> {
     key_of(path.file_name()?.to_str()?).1
 }
@@ -90,11 +90,11 @@ fn is_one_sequence(files: &BTreeMap<Key, PathBuf>) -> bool {
         && files.keys().all(|(_, frame)| frame.is_some())
 }
 
-/// The files of a sequence.
+/// Files of a sequence, by name and number.
 fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
     let missing =
         |folder: &Path, source| Error::Missing { path: folder.to_owned(), pointer: String::new(), source };
-    let around = if path.is_dir() { None } else { name_around_place(path) };
+    let around = if path.is_dir() { None } else { number_field(path) };
     let folder = match &around {
         None => path,
         Some(_) => path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".")),
@@ -107,7 +107,7 @@ fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
             Some((before, after, width)) => {
                 number_between(name, before, after, *width).map(|frame| (String::new(), Some(frame)))
             }
-            None if !name.starts_with('.') && is_picture(&file) => Some(key_of(name)),
+            None if !name.starts_with('.') && is_image(&file) => Some(key_of(name)),
             None => None,
         };
         if let Some(key) = key.filter(|_| file.is_file()) {
@@ -115,25 +115,25 @@ fn frames(path: &Path) -> Result<BTreeMap<Key, PathBuf>> {
         }
     }
     if files.is_empty() {
-        let none = std::io::Error::new(ErrorKind::NotFound, "no frame of the sequence is there");
+        let none = std::io::Error::new(ErrorKind::NotFound, "the sequence has no frames");
         return Err(missing(path, none));
     }
     Ok(files)
 }
 
-fn is_picture(path: &Path) -> bool {
+fn is_image(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-    PICTURES.iter().any(|known| extension == *known)
+    IMAGES.iter().any(|known| extension == *known)
 }
 
-/// The last number in front of the extension, and all around it.
+/// The last number before the extension, and the rest of the name.
 fn key_of(name: &str) -> Key {
     let stem = name.rfind('.').map_or(name, |dot| &name[..dot]);
     let Some(last) = stem.rfind(|character: char| character.is_ascii_digit()) else {
         return (name.to_owned(), None);
     };
     let digits = stem[..=last].rfind(|character: char| !character.is_ascii_digit()).map_or(0, |at| at + 1);
-    // A minus sign belongs to the number where it follows a dot or begins the name, not in `shot-0001`.
+    // A minus sign belongs to the number after a dot or at the start of the name, but not in `shot-0001`.
     let before = &stem[..digits];
     let start = match before.strip_suffix('-') {
         Some(rest) if rest.is_empty() || rest.ends_with('.') => digits - 1,
@@ -152,8 +152,8 @@ fn number_between(name: &str, before: &str, after: &str, width: usize) -> Option
     (format!("{frame:0width$}") == digits).then_some(frame)
 }
 
-/// What stands before and after the place for the number in a file name, and its width.
-fn name_around_place(path: &Path) -> Option<(String, String, usize)> {
+/// Text before and after the number field of a file name, and the field's width.
+fn number_field(path: &Path) -> Option<(String, String, usize)> {
     let name = path.file_name()?.to_str()?;
     if let Some(start) = name.find('#') {
         let width = name[start..].bytes().take_while(|byte| *byte == b'#').count();
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_are_matched_by_number_whatever_their_names_are() {
+    fn frames_are_paired_by_number() {
         let ours = folder(&["a.0001.exr", "a.0002.exr", "a.0010.exr", "notes.txt", "a.0003.exr.tmp"]);
         let theirs = folder(&["b_1.exr", "b_2.exr", "b_3.exr", "b_x.exr", "c_1.exr"]);
         for place in ["b_#.exr", "b_%d.exr", "b_{frame}.exr"] {
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn folders_of_several_sequences_match_names_too() {
+    fn folders_of_several_sequences_are_paired_by_name_too() {
         let ours = folder(&["a.0001.exr", "a.depth.0001.exr", "a.-001.exr"]);
         let theirs = folder(&["a.0001.exr", "a.depth.0001.exr", "a.0002.exr", "still.png"]);
         let paired = pair_files(ours.path(), theirs.path()).unwrap();

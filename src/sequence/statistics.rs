@@ -107,7 +107,8 @@ pub struct RayReport {
     /// Sample weight lost to the depth limit and the weight cut-off, in whole samples.
     pub dropped_weight: f64,
     /// Samples that hit more transparent surfaces than the limit.
-    pub pass_through_limit_reached: u64,
+    #[serde(rename = "pass_through_limit_reached")]
+    pub transparency_limit_reached: u64,
     /// Pixels that were not finite and are black.
     pub non_finite_pixels: u64,
 }
@@ -285,7 +286,7 @@ impl RayReport {
             nodes_per_ray: per_ray(statistics.integrator.nodes),
             triangles_per_ray: per_ray(statistics.integrator.triangles),
             dropped_weight: statistics.integrator.dropped_weight,
-            pass_through_limit_reached: statistics.integrator.transparency_limit_reached,
+            transparency_limit_reached: statistics.integrator.transparency_limit_reached,
             non_finite_pixels: statistics.non_finite_pixels,
         }
     }

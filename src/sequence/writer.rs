@@ -1,6 +1,6 @@
 //! Encoding and writing of traced frames, while the next frame is rendered.
 //!
-//! Encoding is a task of the rayon pool, which the frame loop starts as soon as a frame is traced. One thread waits for the
+//! Encoding is a task of the rayon pool, which the frame loop starts as soon as a frame is traced. One thread writes to the
 //! disk. It also completes every frame in the loop's order: it sends the event that ends the frame and keeps the summary. So
 //! of several failures the first frame's comes first, whatever happened first.
 

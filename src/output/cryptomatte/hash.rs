@@ -1,7 +1,7 @@
 //! Cryptomatte ids: hashes of names.
 //!
 //! Sources: Austin Appleby, MurmurHash3 (x86, 32 bits), 2011; Jonah Friedman and Andrew C. Jones, "Fully automatic ID mattes
-//! with support for motion blur and transparency", 2015, and the Cryptomatte specification 1.2, "ID generation".
+//! with support for motion blur and transparency", 2015, and the Cryptomatte specification 1.2, section on ids.
 
 /// MurmurHash3_x86_32 of `bytes` with seed 0.
 pub(super) fn murmur3(bytes: &[u8]) -> u32 {

@@ -1,4 +1,4 @@
-//! Pictures on a terminal: as pictures where it has a protocol for them, else as coloured half blocks.
+//! Images on a terminal: by a graphics protocol where the terminal has one, or else as coloured half blocks.
 //!
 //! Sources: the terminal graphics protocol of kitty (also Ghostty, Konsole, `WezTerm`), the inline images protocol of iTerm2, and
 //! 24-bit colours of ISO 8613-6.
@@ -11,27 +11,27 @@ use base64::engine::general_purpose::STANDARD;
 
 use rayframe::image_file::{DisplayImage, encode_png};
 
-/// Widest picture that is sent, pixels.
+/// Greatest width of an image sent to the terminal, pixels.
 const WIDEST: u32 = 480;
-/// Columns of half blocks.
+/// Greatest width in half blocks, columns.
 const COLUMNS: u32 = 72;
-/// Characters that kitty takes at once.
+/// Characters of one chunk of kitty's protocol.
 const CHUNK: usize = 4096;
 
-/// What a terminal understands.
+/// Way of showing images on a terminal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TerminalPictures {
-    /// Kitty's protocol.
+pub(crate) enum TerminalImages {
+    /// Graphics protocol of kitty.
     Kitty,
-    /// That of iTerm2.
+    /// Inline images protocol of iTerm2.
     Iterm,
-    /// Colours of 24 bits.
+    /// Half blocks in 24-bit colours.
     HalfBlocks,
 }
 
-impl TerminalPictures {
-    /// What the terminal of the standard error stream understands, as far as its environment tells; `None` where it is none, or
-    /// has few colours.
+impl TerminalImages {
+    /// Way of the terminal on the standard error stream, as its environment variables tell; `None` without a terminal or with
+    /// few colours.
     pub(crate) fn of_stderr() -> Option<Self> {
         if !std::io::stderr().is_terminal() {
             return None;
@@ -43,7 +43,7 @@ impl TerminalPictures {
         let value = |name: &str| variable(name).unwrap_or_default();
         let (term, program) = (value("TERM"), value("TERM_PROGRAM"));
         let is_kitty = term.contains("kitty") || !value("KITTY_WINDOW_ID").is_empty();
-        // A multiplexer between passes neither protocol on.
+        // Terminal multiplexers pass neither protocol on.
         let is_direct = value("TMUX").is_empty() && !term.starts_with("screen");
         if is_direct && (is_kitty || matches!(program.as_str(), "ghostty" | "WezTerm")) {
             return Some(Self::Kitty);
@@ -55,12 +55,12 @@ impl TerminalPictures {
         (colors == "truecolor" || colors == "24bit" || term.ends_with("-direct")).then_some(Self::HalfBlocks)
     }
 
-    /// The characters that show a picture, with a line's end; nothing for one that cannot be encoded.
-    pub(crate) fn text(self, picture: &DisplayImage) -> String {
+    /// Text that shows an image, with a newline; empty where the image cannot be encoded.
+    pub(crate) fn text(self, image: &DisplayImage) -> String {
         match self {
-            Self::HalfBlocks => half_blocks(&narrowed(picture, COLUMNS)),
+            Self::HalfBlocks => half_blocks(&narrowed(image, COLUMNS)),
             Self::Kitty | Self::Iterm => {
-                let small = narrowed(picture, WIDEST);
+                let small = narrowed(image, WIDEST);
                 let Ok(png) = encode_png(small.size, &small.pixels, "") else {
                     return String::new();
                 };
@@ -71,11 +71,11 @@ impl TerminalPictures {
     }
 }
 
-fn narrowed(picture: &DisplayImage, widest: u32) -> DisplayImage {
-    let (width, height) = picture.size;
+fn narrowed(image: &DisplayImage, widest: u32) -> DisplayImage {
+    let (width, height) = image.size;
     let new_width = width.min(widest).max(1);
     let new_height = (u64::from(height) * u64::from(new_width) / u64::from(width.max(1))) as u32;
-    picture.reduced((new_width, new_height.max(1)))
+    image.reduced((new_width, new_height.max(1)))
 }
 
 fn kitty(encoded: &str) -> String {
@@ -96,11 +96,11 @@ fn iterm(encoded: &str, bytes: usize) -> String {
     format!("\x1b]1337;File=inline=1;size={bytes}:{encoded}\x07\n")
 }
 
-/// Two pixels a character, one above the other.
-fn half_blocks(picture: &DisplayImage) -> String {
-    let width = picture.size.0.max(1) as usize;
+/// Text of two pixels a character, one above the other.
+fn half_blocks(image: &DisplayImage) -> String {
+    let width = image.size.0.max(1) as usize;
     let mut text = String::new();
-    let rows: Vec<&[[u8; 4]]> = picture.pixels.chunks(width).collect();
+    let rows: Vec<&[[u8; 4]]> = image.pixels.chunks(width).collect();
     for pair in rows.chunks(2) {
         for (column, upper) in pair[0].iter().enumerate() {
             let [r, g, b] = over_black(*upper);
@@ -125,20 +125,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn terminals_are_known_by_their_environment() {
+    fn terminals_are_recognised_by_their_environment() {
         let of = |pairs: &[(&str, &str)]| {
-            TerminalPictures::of_environment(|name| {
+            TerminalImages::of_environment(|name| {
                 pairs.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned())
             })
         };
-        assert_eq!(of(&[("TERM", "xterm-kitty")]), Some(TerminalPictures::Kitty));
-        assert_eq!(of(&[("TERM_PROGRAM", "iTerm.app")]), Some(TerminalPictures::Iterm));
+        assert_eq!(of(&[("TERM", "xterm-kitty")]), Some(TerminalImages::Kitty));
+        assert_eq!(of(&[("TERM_PROGRAM", "iTerm.app")]), Some(TerminalImages::Iterm));
         assert_eq!(
             of(&[("TERM", "xterm-256color"), ("COLORTERM", "truecolor")]),
-            Some(TerminalPictures::HalfBlocks)
+            Some(TerminalImages::HalfBlocks)
         );
         let multiplexed = [("KITTY_WINDOW_ID", "1"), ("TMUX", "/tmp/x"), ("COLORTERM", "24bit")];
-        assert_eq!(of(&multiplexed), Some(TerminalPictures::HalfBlocks));
+        assert_eq!(of(&multiplexed), Some(TerminalImages::HalfBlocks));
         assert_eq!(of(&[("TERM", "vt100")]), None);
     }
 
@@ -155,13 +155,13 @@ mod tests {
     }
 
     #[test]
-    fn pictures_are_sent_in_chunks_that_say_what_follows() {
+    fn images_are_sent_in_chunks_that_say_whether_more_follow() {
         let noise = (0..200 * 100_u32).map(|i| i.wrapping_mul(2_654_435_761).to_le_bytes()).collect();
-        let picture = DisplayImage { size: (200, 100), pixels: noise };
-        let text = TerminalPictures::Kitty.text(&picture);
+        let image = DisplayImage { size: (200, 100), pixels: noise };
+        let text = TerminalImages::Kitty.text(&image);
         let chunks: Vec<_> = text.split("\x1b\\").filter(|chunk| chunk.starts_with("\x1b_G")).collect();
         assert!(chunks.len() > 2 && chunks[0].starts_with("\x1b_Ga=T,f=100,m=1;"));
         assert!(chunks[1].starts_with("\x1b_Gm=1;") && chunks[chunks.len() - 1].starts_with("\x1b_Gm=0;"));
-        assert!(TerminalPictures::Iterm.text(&picture).starts_with("\x1b]1337;File=inline=1;size="));
+        assert!(TerminalImages::Iterm.text(&image).starts_with("\x1b]1337;File=inline=1;size="));
     }
 }

@@ -4,25 +4,22 @@
 //! never further ahead.
 
 use std::panic::resume_unwind;
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Instant;
 
 use rayon::Scope;
 
-use crate::bvh::BuildStatistics;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
-use crate::film::{AovFlags, Film};
-use crate::output::{InstanceIds, PreviewLook, frame_attributes, run_stamp};
-use crate::render::{RenderStatistics, SceneView, ShutterSample, render_frame_into};
+use crate::film::Film;
+use crate::output::{PreviewLook, run_stamp};
 
 use super::exposure::exposure_ev;
+use super::frame_tracer::{FrameStatistics, FrameTracer};
 use super::frame_warnings::{FrameWarnings, depth_warning};
 use super::panic::catch_panic;
-use super::posed_frames::PosedFrames;
-use super::writer::{FrameEncoder, LoopResult, TracedFrame, Writer, empty_film, receive_while_working};
+use super::writer::{FrameEncoder, LoopResult, TracedFrame, Writer, receive_while_working};
 use super::{
     Exposure, FailedFrame, OutputFormat, Phases, Plan, PlannedFrame, RayReport, SequenceEvent, SequenceJob,
     Summary, TreeReport,
@@ -92,7 +89,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
     let (results, received_results) = channel();
     let (free_films, films) = channel();
     for _ in 0..FILMS {
-        let _ = free_films.send(empty_film(job));
+        let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();
     let writer = Writer { job, cancel, stop, on_event, free_films };
@@ -115,10 +112,8 @@ fn render_and_write(run: &Run<'_>) -> Summary {
                 results,
                 films,
                 film: None,
-                scratch: None,
                 look: look.unwrap_or(PreviewLook { exposure_ev: 0.0, tone: job.tone }),
-                instance_ids: None,
-                posed: PosedFrames::default(),
+                tracer: FrameTracer::new(job, stop),
                 warnings: FrameWarnings::default(),
             };
             let reached_the_end = frame_loop.run(plan);
@@ -142,24 +137,9 @@ struct FrameLoop<'a, 's, 'p> {
     films: Receiver<Film>,
     /// The film of the current frame.
     film: Option<Film>,
-    /// The film of one shutter sample.
-    scratch: Option<Film>,
     look: PreviewLook,
-    /// Ids and names of the mesh instances of all frames.
-    instance_ids: Option<Arc<InstanceIds>>,
-    posed: PosedFrames,
+    tracer: FrameTracer<'a>,
     warnings: FrameWarnings,
-}
-
-/// Statistics of a rendered frame.
-#[derive(Default)]
-struct RenderedFrame {
-    /// Of the last shutter sample.
-    tree: BuildStatistics,
-    rays: RenderStatistics,
-    /// Whether the BVH was reused at every shutter sample.
-    is_reused: bool,
-    phases: Phases,
 }
 
 impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
@@ -196,7 +176,7 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         });
         if !has_returned {
             // A state that the panic left inconsistent must not reach the next frame.
-            self.posed = PosedFrames::default();
+            self.tracer.reset();
         }
         result
     }
@@ -225,23 +205,16 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
                 return Err(error);
             }
         };
-        let RenderedFrame { tree, rays, is_reused, phases } = rendered;
+        let FrameStatistics { tree, rays, is_reused, phases } = rendered;
         seconds = Phases { wait: seconds.wait, trace: rays.trace_seconds, ..phases };
 
         // Hand over to the writer.
-        let camera = &self.posed.camera_at(self.job, planned.time_seconds);
-        let mut attributes = frame_attributes(
-            planned.frame,
-            planned.time_seconds,
-            self.job.rate.as_exr_rational(),
-            &planned.render_hash,
-            (camera, film.resolution),
-        );
+        let mut attributes = self.tracer.attributes(planned.frame, &planned.render_hash);
         if self.job.exr.is_stamped {
             attributes.stamp = Some(run_stamp(seconds.render_seconds()));
         }
         let format = self.job.output.format();
-        let (exr, look, instance_ids) = (&self.job.exr, self.look, self.instance_ids());
+        let (exr, look, instance_ids) = (&self.job.exr, self.look, self.tracer.instance_ids());
         Ok(LoopResult::Traced(Box::new(TracedFrame {
             planned,
             started,
@@ -253,83 +226,15 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         })))
     }
 
-    /// Renders a frame: the mean of its shutter samples.
-    fn render(&mut self, planned: &PlannedFrame, film: &mut Film) -> Result<RenderedFrame> {
-        let times = self.job.shutter.times(planned.time_seconds, self.job.rate);
-        let mut rendered = RenderedFrame { is_reused: true, ..RenderedFrame::default() };
-        for (index, &time_seconds) in times.iter().enumerate() {
-            // Pose the scene and build its BVH, unless no triangle moved.
-            let mut phases = Phases::default();
-            rendered.is_reused &= self.posed.advance(self.job, time_seconds, self.stop, &mut phases)?;
-            rendered.phases.add(&phases);
-
-            let sample = ShutterSample { index: index as u32, count: times.len() as u32 };
-            let (tree, rays) = if index == 0 {
-                self.trace(planned, film, sample)?
-            } else {
-                let mut scratch = self.scratch.take().unwrap_or_else(|| {
-                    let summed = AovFlags { centers: false, ..film.aovs.flags() };
-                    Film::with_aovs(film.resolution, film.window, summed)
-                });
-                let traced = self.trace(planned, &mut scratch, sample);
-                film.add(&scratch);
-                self.scratch = Some(scratch);
-                traced?
-            };
-            rendered.tree = tree;
-            rendered.rays.add(&rays);
-        }
-        if times.len() > 1 {
-            film.scale(1.0 / times.len() as f32);
-        }
-        if film.aovs.centers.is_some() {
-            let phases = self.posed.record_pixel_centers(self.job, planned, film, self.stop)?;
-            rendered.phases.add(&phases);
-            rendered.rays.trace_seconds += phases.trace;
-        }
+    /// Renders a frame and sends its warnings.
+    fn render(&mut self, planned: &PlannedFrame, film: &mut Film) -> Result<FrameStatistics> {
+        let on_event = self.on_event;
+        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
+        let rendered = self.tracer.render(planned.frame, film, &on_progress)?;
         for warning in self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)? {
             (self.on_event)(SequenceEvent::Warned(&warning));
         }
         Ok(rendered)
-    }
-
-    /// Traces the posed scene.
-    fn trace(
-        &mut self,
-        planned: &PlannedFrame,
-        film: &mut Film,
-        sample: ShutterSample,
-    ) -> Result<(BuildStatistics, RenderStatistics)> {
-        let Some(bvh) = &self.posed.bvh else {
-            return Err(Error::Internal { message: "there is no BVH to trace".to_owned() });
-        };
-        let view = SceneView {
-            scene: &self.job.scene,
-            frame: &self.posed.current,
-            bvh,
-            environment: &self.job.environment,
-        };
-        let on_event = self.on_event;
-        let on_progress = |share: f32| {
-            let share = (sample.index as f32 + share) / sample.count as f32;
-            on_event(SequenceEvent::FrameProgress(planned, share));
-        };
-        let rays = render_frame_into(film, &view, &self.job.render, sample, self.stop, &on_progress)?;
-        Ok((bvh.statistics(), rays))
-    }
-
-    /// Ids and names of the mesh instances, computed once and only for AOVs that need them.
-    fn instance_ids(&mut self) -> Arc<InstanceIds> {
-        let aovs = &self.job.exr.aovs;
-        let frame = &self.posed.current;
-        let compute = || {
-            if self.job.exr.needs_instances() {
-                Arc::new(InstanceIds::new(&self.job.scene, &frame.instances, aovs))
-            } else {
-                Arc::default()
-            }
-        };
-        self.instance_ids.get_or_insert_with(compute).clone()
     }
 }
 

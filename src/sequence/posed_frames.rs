@@ -10,7 +10,7 @@ use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
 use crate::render::{AdjacentFrames, RenderSettings, SceneView, render_pixel_centers};
 
-use super::{Phases, PlannedFrame, SequenceJob};
+use super::{Phases, SequenceJob};
 
 /// Reflected and refracted rays a sample in a typical scene.
 const TYPICAL_BOUNCES: u32 = 1;
@@ -67,21 +67,22 @@ impl PosedFrames {
     pub(super) fn record_pixel_centers(
         &mut self,
         job: &SequenceJob,
-        planned: &PlannedFrame,
+        frame: i64,
         film: &mut Film,
         cancel: &CancelFlag,
     ) -> Result<Phases> {
         // The last shutter sample may be of another time.
+        let time_seconds = job.rate.time_seconds(frame);
         let mut phases = Phases::default();
-        if self.current.time_seconds != planned.time_seconds {
-            self.advance(job, planned.time_seconds, cancel, &mut phases)?;
+        if self.current.time_seconds != time_seconds {
+            self.advance(job, time_seconds, cancel, &mut phases)?;
         }
 
         let posing = Instant::now();
         let [before, after] = &mut self.adjacent;
-        for (frame, step) in [(&mut *before, -1), (&mut *after, 1)] {
-            let time_seconds = job.rate.time_seconds(planned.frame.saturating_add(step));
-            frame.pose(&job.scene, &job.selection, time_seconds);
+        for (pose, step) in [(&mut *before, -1), (&mut *after, 1)] {
+            let time_seconds = job.rate.time_seconds(frame.saturating_add(step));
+            pose.pose(&job.scene, &job.selection, time_seconds);
         }
         phases.pose += posing.elapsed().as_secs_f64();
 

@@ -19,6 +19,7 @@ use crate::image::RgbaImage;
 use crate::image_file::{FrameAttributes, decode_exr_rgba, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, exr_files, png_file};
 
+use super::frame_tracer::FrameTracer;
 use super::panic::catch_panic;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
@@ -177,7 +178,7 @@ impl Writer<'_> {
         let EncodedFrame { film, files, preview, sha256, seconds: encode_seconds } = match encoded {
             Ok(encoded) => encoded,
             Err(error) => {
-                let _ = self.free_films.send(empty_film(self.job));
+                let _ = self.free_films.send(FrameTracer::empty_film(self.job));
                 return Err(error);
             }
         };
@@ -224,12 +225,6 @@ impl Writer<'_> {
             write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
         })
     }
-}
-
-/// A film with the AOVs of `job`.
-pub(super) fn empty_film(job: &SequenceJob) -> Film {
-    let settings = &job.render;
-    Film::with_aovs(settings.resolution, settings.window, settings.aovs)
 }
 
 fn aov_reports(planned: &PlannedFrame, files: &[Vec<u8>]) -> Vec<AovFileReport> {

@@ -1,0 +1,151 @@
+//! The façade: opens a scene, renders frames to memory and sequences to files.
+//!
+//! [`Renderer`] holds a scene and its [`Settings`]. [`Renderer::frame`] renders one frame to memory, [`Renderer::sequence`] many
+//! to files. Both do what `rayframe render` does with the same settings, to the byte. Work runs on the current rayon pool.
+
+mod frame;
+mod sequence;
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::cancel::CancelFlag;
+use crate::error::{Origin, Result, Warning};
+use crate::gltf::ImageLoading;
+use crate::output::{Aov, AovSet};
+use crate::scene::{CameraRequest, Scene};
+use crate::sequence::SequenceJob;
+use crate::settings::{EnvironmentSource, Settings};
+use crate::shot::{RenderJob, ShotSettings, load_scene, resolve_scene};
+
+pub use frame::RenderedFrame;
+pub use sequence::SequenceRenderer;
+
+/// A scene with settings, ready to render.
+///
+/// Methods that set something take and return the renderer, so that calls chain. A setting that makes no sense for the scene is an
+/// error of the call that renders.
+///
+/// ```no_run
+/// use rayframe::Renderer;
+///
+/// let frame = Renderer::open("robot.glb")?.size(640, 360).samples(16).frame(24)?;
+/// println!("{:?}", frame.pixel(320, 180));
+/// frame.write_exr("robot.exr")?;
+/// # Ok::<(), rayframe::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Renderer {
+    settings: Settings,
+    shot_file: Option<PathBuf>,
+    scene: Arc<Scene>,
+    cancel: CancelFlag,
+}
+
+impl Renderer {
+    /// Opens a scene (`.glb`, `.gltf`), or a shot file (`.toml`) with its settings.
+    ///
+    /// # Errors
+    /// [`Error::Missing`](crate::Error::Missing) for a file that cannot be read, [`Error::Invalid`](crate::Error::Invalid) and
+    /// [`Error::Unsupported`](crate::Error::Unsupported) for one that cannot be rendered,
+    /// [`Error::Setting`](crate::Error::Setting) for a wrong line of a shot file.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        let shot = ShotSettings::read(path.as_ref())?;
+        let scene = Arc::new(load_scene(&shot, ImageLoading::Texels)?);
+        let ShotSettings { settings, shot_file, .. } = shot;
+        Ok(Self { settings, shot_file, scene, cancel: CancelFlag::new() })
+    }
+
+    /// Sets the size of the image in pixels. The default is 1280x720.
+    #[must_use]
+    pub fn size(mut self, width: u32, height: u32) -> Self {
+        self.settings.width = None;
+        self.settings.height = None;
+        self.settings.resolution = Some((width, height).into());
+        self
+    }
+
+    /// Sets the samples per pixel. The default is 4.
+    #[must_use]
+    pub fn samples(mut self, samples: u32) -> Self {
+        self.settings.samples = Some(samples.into());
+        self
+    }
+
+    /// Selects the camera. The default is the first of the file, else one that frames the whole scene.
+    #[must_use]
+    pub fn camera(mut self, camera: CameraRequest) -> Self {
+        self.settings.camera = Some(camera.into());
+        self
+    }
+
+    /// Sets the environment light. The default is the file's own, else the studio if the scene has no light.
+    #[must_use]
+    pub fn environment(mut self, environment: EnvironmentSource) -> Self {
+        self.settings.env = Some(environment.into());
+        self
+    }
+
+    /// Records AOVs besides colour and alpha.
+    #[must_use]
+    pub fn aovs(mut self, aovs: impl IntoIterator<Item = Aov>) -> Self {
+        self.settings.aovs = Some(AovSet::from_iter(aovs).into());
+        self
+    }
+
+    /// Sets any setting by its name, from the text that its option takes: `set("shutter", "180deg")`.
+    ///
+    /// # Errors
+    /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
+    pub fn set(mut self, name: &str, value: impl AsRef<OsStr>) -> Result<Self> {
+        self.settings.set(name, value.as_ref(), Origin::Library)?;
+        Ok(self)
+    }
+
+    /// Ends rendering within a second of raising `cancel`, with [`Error::Interrupted`](crate::Error::Interrupted).
+    #[must_use]
+    pub fn cancelled_by(mut self, cancel: &CancelFlag) -> Self {
+        self.cancel = cancel.clone();
+        self
+    }
+
+    /// The settings, to read or change all of them.
+    pub fn settings_mut(&mut self) -> &mut Settings {
+        &mut self.settings
+    }
+
+    /// The imported scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Unsupported optional features of the scene.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.scene.warnings
+    }
+
+    /// Renders one frame to memory. It shows the time `frame` / fps, whatever range of frames is set.
+    ///
+    /// # Errors
+    /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, and errors of loading the
+    /// environment.
+    pub fn frame(&self, frame: i64) -> Result<RenderedFrame> {
+        RenderedFrame::render(Arc::new(self.job()?.sequence), frame, &self.cancel)
+    }
+
+    /// The sequence of all frames that are set (by default the whole animation) under the names `output`, such as
+    /// `out/robot.####.exr`.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::frame`], and [`Error::Setting`](crate::Error::Setting) for a wrong name.
+    pub fn sequence(&self, output: impl AsRef<OsStr>) -> Result<SequenceRenderer> {
+        let renderer = self.clone().set("output", output)?;
+        Ok(SequenceRenderer::new(renderer.job()?.sequence, self.cancel.clone()))
+    }
+
+    fn job(&self) -> Result<RenderJob> {
+        let shot = ShotSettings::merge([self.settings.clone()], self.shot_file.clone())?;
+        resolve_scene(&shot, Arc::clone(&self.scene))
+    }
+}

@@ -1,0 +1,88 @@
+//! One frame in memory.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::cancel::CancelFlag;
+use crate::error::Result;
+use crate::film::Film;
+use crate::image::Image;
+use crate::image_file::{FrameAttributes, write_atomically};
+use crate::output::{ExrOutput, InstanceIds, PreviewLook, exr_files, exr_image, png_file};
+use crate::sequence::{FrameTracer, SequenceJob, exposure_ev, render_hash};
+
+/// A rendered frame in memory: linear colour, alpha and AOVs.
+#[derive(Clone, Debug)]
+pub struct RenderedFrame {
+    job: Arc<SequenceJob>,
+    frame: i64,
+    film: Film,
+    attributes: FrameAttributes,
+    instance_ids: Arc<InstanceIds>,
+}
+
+impl RenderedFrame {
+    pub(super) fn render(job: Arc<SequenceJob>, frame: i64, cancel: &CancelFlag) -> Result<Self> {
+        let mut film = FrameTracer::empty_film(&job);
+        let mut tracer = FrameTracer::new(&job, cancel);
+        tracer.render(frame, &mut film, &|_| ())?;
+        let attributes = tracer.attributes(frame, &render_hash(&job, frame));
+        let instance_ids = tracer.instance_ids();
+        drop(tracer);
+        Ok(Self { job, frame, film, attributes, instance_ids })
+    }
+
+    /// Frame number.
+    pub fn number(&self) -> i64 {
+        self.frame
+    }
+
+    /// Columns and rows of [`RenderedFrame::pixels`]: the whole image, or the crop.
+    pub fn size(&self) -> (u32, u32) {
+        self.film.window.size()
+    }
+
+    /// Row-major R, G, B, A, top row first: linear Rec.709 radiance, premultiplied, and coverage.
+    pub fn pixels(&self) -> &[[f32; 4]] {
+        &self.film.pixels
+    }
+
+    /// The pixel in column `x` and row `y` from the top left of [`RenderedFrame::pixels`]; `None` outside.
+    pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
+        let (width, height) = self.size();
+        let is_inside = x < width && y < height;
+        is_inside.then(|| self.film.pixels[y as usize * width as usize + x as usize])
+    }
+
+    /// The channels that [`RenderedFrame::write_exr`] writes, AOVs included, such as `Z` and `normal.X`.
+    ///
+    /// # Errors
+    /// [`Error::Internal`](crate::Error::Internal) is a bug.
+    pub fn image(&self) -> Result<Image> {
+        exr_image(&self.film, &self.exr(), &self.instance_ids)
+    }
+
+    /// Writes the OpenEXR file that `rayframe render` writes, with all AOVs. An existing file is replaced.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`](crate::Error::CannotCreate) and [`Error::WriteFailed`](crate::Error::WriteFailed) with the path.
+    pub fn write_exr(&self, path: impl AsRef<Path>) -> Result<()> {
+        let files = exr_files(&self.film, &self.attributes, &self.exr(), &self.instance_ids)?;
+        write_atomically(path.as_ref(), &files.main)
+    }
+
+    /// Writes a tone-mapped sRGB image. Automatic exposure renders a few small frames of the animation.
+    ///
+    /// # Errors
+    /// Those of [`RenderedFrame::write_exr`].
+    pub fn write_png(&self, path: impl AsRef<Path>) -> Result<()> {
+        let exposure_ev = exposure_ev(&self.job, &CancelFlag::new())?;
+        let look = PreviewLook { exposure_ev, tone: self.job.tone };
+        let png = png_file(self.size(), &self.film.pixels, look, &self.attributes.render_hash)?;
+        write_atomically(path.as_ref(), &png)
+    }
+
+    fn exr(&self) -> ExrOutput {
+        ExrOutput { is_split: false, ..self.job.exr.clone() }
+    }
+}

@@ -1,0 +1,147 @@
+//! Tracing of single frames into a film: their shutter samples and pixel centres.
+
+use std::sync::Arc;
+
+use crate::bvh::BuildStatistics;
+use crate::cancel::CancelFlag;
+use crate::error::{Error, Result};
+use crate::film::{AovFlags, Film};
+use crate::image_file::FrameAttributes;
+use crate::output::{InstanceIds, frame_attributes};
+use crate::render::{RenderStatistics, SceneView, ShutterSample, render_frame_into};
+
+use super::posed_frames::PosedFrames;
+use super::{Phases, SequenceJob};
+
+/// Traces frames of one job. Poses, BVHs and memory of a frame serve the next.
+pub(crate) struct FrameTracer<'a> {
+    job: &'a SequenceJob,
+    cancel: &'a CancelFlag,
+    /// The film of one shutter sample.
+    scratch: Option<Film>,
+    /// Ids and names of the mesh instances of all frames.
+    instance_ids: Option<Arc<InstanceIds>>,
+    posed: PosedFrames,
+}
+
+/// Statistics of a traced frame.
+#[derive(Default)]
+pub(crate) struct FrameStatistics {
+    /// Of the last shutter sample.
+    pub(crate) tree: BuildStatistics,
+    pub(crate) rays: RenderStatistics,
+    /// Whether the BVH was reused at every shutter sample.
+    pub(crate) is_reused: bool,
+    pub(crate) phases: Phases,
+}
+
+impl<'a> FrameTracer<'a> {
+    pub(crate) fn new(job: &'a SequenceJob, cancel: &'a CancelFlag) -> Self {
+        Self { job, cancel, scratch: None, instance_ids: None, posed: PosedFrames::default() }
+    }
+
+    /// Forgets the poses of earlier frames, which a panic may have left inconsistent.
+    pub(super) fn reset(&mut self) {
+        self.posed = PosedFrames::default();
+    }
+
+    /// A film with the AOVs of the job.
+    pub(crate) fn empty_film(job: &SequenceJob) -> Film {
+        let settings = &job.render;
+        Film::with_aovs(settings.resolution, settings.window, settings.aovs)
+    }
+
+    /// Renders a frame into `film`: the mean of its shutter samples, then the pixel centres. `on_progress` receives the
+    /// finished share, 0 to 1, from worker threads.
+    pub(crate) fn render(
+        &mut self,
+        frame: i64,
+        film: &mut Film,
+        on_progress: &(dyn Fn(f32) + Sync),
+    ) -> Result<FrameStatistics> {
+        let time_seconds = self.job.rate.time_seconds(frame);
+        let times = self.job.shutter.times(time_seconds, self.job.rate);
+        let mut rendered = FrameStatistics { is_reused: true, ..FrameStatistics::default() };
+        for (index, &time_seconds) in times.iter().enumerate() {
+            // Pose the scene and build its BVH, unless no triangle moved.
+            let mut phases = Phases::default();
+            rendered.is_reused &= self.posed.advance(self.job, time_seconds, self.cancel, &mut phases)?;
+            rendered.phases.add(&phases);
+
+            let sample = ShutterSample { index: index as u32, count: times.len() as u32 };
+            let (tree, rays) = if index == 0 {
+                self.trace(film, sample, on_progress)?
+            } else {
+                let mut scratch = self.scratch.take().unwrap_or_else(|| {
+                    let summed = AovFlags { centers: false, ..film.aovs.flags() };
+                    Film::with_aovs(film.resolution, film.window, summed)
+                });
+                let traced = self.trace(&mut scratch, sample, on_progress);
+                film.add(&scratch);
+                self.scratch = Some(scratch);
+                traced?
+            };
+            rendered.tree = tree;
+            rendered.rays.add(&rays);
+        }
+        if times.len() > 1 {
+            film.scale(1.0 / times.len() as f32);
+        }
+        if film.aovs.centers.is_some() {
+            let phases =
+                self.posed.record_pixel_centers(self.job, frame, film, self.cancel)?;
+            rendered.phases.add(&phases);
+            rendered.rays.trace_seconds += phases.trace;
+        }
+        Ok(rendered)
+    }
+
+    /// Traces the posed scene.
+    fn trace(
+        &self,
+        film: &mut Film,
+        sample: ShutterSample,
+        on_progress: &(dyn Fn(f32) + Sync),
+    ) -> Result<(BuildStatistics, RenderStatistics)> {
+        let Some(bvh) = &self.posed.bvh else {
+            return Err(Error::Internal { message: "there is no BVH to trace".to_owned() });
+        };
+        let view = SceneView {
+            scene: &self.job.scene,
+            frame: &self.posed.current,
+            bvh,
+            environment: &self.job.environment,
+        };
+        let on_share = |share: f32| on_progress((sample.index as f32 + share) / sample.count as f32);
+        let rays = render_frame_into(film, &view, &self.job.render, sample, self.cancel, &on_share)?;
+        Ok((bvh.statistics(), rays))
+    }
+
+    /// EXR attributes of a frame, without a stamp.
+    pub(crate) fn attributes(&self, frame: i64, render_hash: &str) -> FrameAttributes {
+        let time_seconds = self.job.rate.time_seconds(frame);
+        let camera = &self.posed.camera_at(self.job, time_seconds);
+        let resolution = self.job.render.resolution;
+        frame_attributes(
+            frame,
+            time_seconds,
+            self.job.rate.as_exr_rational(),
+            render_hash,
+            (camera, resolution),
+        )
+    }
+
+    /// Ids and names of the mesh instances, computed once and only for AOVs that need them.
+    pub(crate) fn instance_ids(&mut self) -> Arc<InstanceIds> {
+        let exr = &self.job.exr;
+        let frame = &self.posed.current;
+        let compute = || {
+            if exr.needs_instances() {
+                Arc::new(InstanceIds::new(&self.job.scene, &frame.instances, &exr.aovs))
+            } else {
+                Arc::default()
+            }
+        };
+        self.instance_ids.get_or_insert_with(compute).clone()
+    }
+}

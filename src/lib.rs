@@ -1,12 +1,38 @@
-//! Rayframe renders animated glTF scenes to OpenEXR image sequences with a Whitted-style recursive ray tracer.
+//! Renders animated glTF scenes to images with a Whitted-style recursive ray tracer.
 //!
-//! Data flows one way: [`gltf`] imports a file into a time-free [`scene::Scene`]; [`frame::Frame`] poses it at
-//! a time; [`bvh::Builder`] turns the frame's triangles into a [`bvh::Bvh`]; [`render`] runs an [`integrator`]
-//! over tiles into a [`film::Film`]; [`output`] decides what the frame's file contains and [`image_file`] writes it.
-//! [`sequence`] is the only room that renders more than one frame; [`merge`] joins crops that several machines rendered.
-//! [`regression`] compares pictures, and renders suites of shots through [`sequence`] to compare them with references.
+//! [`Renderer`] opens a scene, renders frames to memory, and renders sequences of OpenEXR files:
 //!
-//! The modules stand in dependency order: each uses only those above it.
+//! ```
+//! use rayframe::Renderer;
+//!
+//! fn main() -> rayframe::Result<()> {
+//!     let path = std::env::temp_dir().join("rayframe-front-page.exr");
+//!     let frame = Renderer::open("scenes/demo/whitted_1980.gltf")?.size(64, 36).frame(0)?;
+//!     assert_eq!(frame.pixels().len(), 64 * 36);
+//!     frame.write_exr(path)
+//! }
+//! ```
+//!
+//! - Images: [`RenderedFrame`] holds linear pixels and, with [`Renderer::aovs`], depth, normals, ids and more as channels of an
+//!   [`image::Image`].
+//! - Settings: [`Renderer::set`] takes every setting of `rayframe render` by its name; [`settings`] defines them.
+//! - Sequences: [`Renderer::sequence`] writes numbered files and reports [`sequence::SequenceEvent`]s.
+//! - Comparison: [`regression`] measures how images differ and tests suites of scenes against reference images.
+//! - Errors: [`Error`] has a kind for each cause and names file, place and remedy.
+//!
+//! Equal scenes, settings and versions give equal bytes, whatever the number of threads and the processor.
+//!
+//! # Features
+//!
+//! All are on by default. `cli` is the program and its dependencies; libraries switch it off. `draco` and `basis` are the decoders of
+//! `KHR_draco_mesh_compression` and `KHR_texture_basisu`.
+//!
+//! # Inside
+//!
+//! Data flows one way: [`gltf`] imports a file into a time-free [`scene::Scene`]; [`frame::Frame`] poses it at a time;
+//! [`bvh::Builder`] builds a [`bvh::Bvh`] over its triangles; [`render`] runs an [`integrator`] over tiles into a [`film::Film`];
+//! [`output`] makes files of it and [`sequence`] repeats that for many frames. The modules are listed in dependency order in
+//! docs/architecture.md. Only the items above are meant for other crates; those of other modules may change in any version.
 
 pub mod cancel;
 
@@ -48,6 +74,15 @@ pub mod sequence;
 
 pub mod shot;
 
+mod renderer;
+
+pub use error::{Error, Result};
+pub use renderer::{RenderedFrame, Renderer, SequenceRenderer};
+
 pub mod merge;
 
 pub mod regression;
+
+#[cfg(doctest)]
+#[doc = include_str!("../docs/library.md")]
+mod library_guide {}

@@ -15,7 +15,6 @@ use crate::error::{Origin, Result, Warning};
 use crate::gltf::ImageLoading;
 use crate::output::{Aov, AovSet};
 use crate::scene::{CameraRequest, Scene};
-use crate::sequence::SequenceJob;
 use crate::settings::{EnvironmentSource, Settings};
 use crate::shot::{RenderJob, ShotSettings, load_scene, resolve_scene};
 
@@ -90,7 +89,7 @@ impl Renderer {
     /// Records AOVs besides colour and alpha.
     #[must_use]
     pub fn aovs(mut self, aovs: impl IntoIterator<Item = Aov>) -> Self {
-        self.settings.aovs = Some(AovSet::from_iter(aovs).into());
+        self.settings.aovs = Some(AovSet::new(&aovs.into_iter().collect::<Vec<_>>()).into());
         self
     }
 

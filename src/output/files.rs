@@ -46,21 +46,33 @@ pub fn exr_files(
     Ok(ExrFiles { main: main?, aovs: aovs? })
 }
 
+/// All channels of a frame's EXR files as one image.
+///
+/// # Errors
+/// [`crate::error::Error::Internal`] when the film has not recorded an AOV.
+pub fn exr_image(film: &Film, output: &ExrOutput, instances: &InstanceIds) -> Result<Image> {
+    aovs_image(film, output, output.aovs.as_slice(), instances)
+}
+
+fn aovs_image(film: &Film, output: &ExrOutput, aovs: &[Aov], instances: &InstanceIds) -> Result<Image> {
+    let mut channels = Vec::new();
+    for &aov in aovs {
+        channels.extend(aov_channels(aov, film, output.samples, instances)?);
+    }
+    Ok(image(film, channels))
+}
+
 fn aovs_file(
     film: &Film,
     mut attributes: FrameAttributes,
     output: &ExrOutput,
     aovs: &[Aov],
-    ids: &InstanceIds,
+    instances: &InstanceIds,
 ) -> Result<Vec<u8>> {
-    let mut channels = Vec::new();
-    for &aov in aovs {
-        channels.extend(aov_channels(aov, film, output.samples, ids)?);
-        if let Some(matte) = ids.matte(aov) {
-            attributes.texts.extend(matte.attributes());
-        }
-    }
-    encode_exr(image(film, channels), output.compression_of(aovs), &attributes)
+    let mattes = aovs.iter().filter_map(|&aov| instances.matte(aov));
+    attributes.texts.extend(mattes.flat_map(|matte| matte.attributes()));
+    let image = aovs_image(film, output, aovs, instances)?;
+    encode_exr(image, output.compression_of(aovs), &attributes)
 }
 
 fn image(film: &Film, channels: Vec<Channel>) -> Image {

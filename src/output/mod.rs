@@ -20,6 +20,6 @@ pub use contact_sheet::ContactSheet;
 pub use cryptomatte::matte_collisions;
 pub use exposure::{auto_exposure_ev, covers_enough};
 pub use exr_output::{ExrOutput, LightSamples};
-pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, png_file};
+pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, exr_image, png_file};
 pub use instance_ids::InstanceIds;
 pub use stamp::run_stamp;

@@ -1,7 +1,7 @@
 //! Sequences of files.
 
-use crate::cancel::CancelFlag;
-use crate::error::Result;
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::error::{Error, Result};
 use crate::sequence::{Plan, SequenceEvent, SequenceJob, Summary, run, write_sequence_outputs};
 
 /// A sequence that is ready to render to files.
@@ -22,16 +22,23 @@ impl SequenceRenderer {
     }
 
     /// Renders the frames that do not exist yet and writes their files; with the setting `overwrite` all frames. Folders are
-    /// created. `on_event` is called from several threads. A frame that fails is in [`Summary::failed`]; the others follow
-    /// only with the setting `keep_going`.
+    /// created. `on_event` is called from several threads. The first frame that fails ends the run; with the setting `keep_going`
+    /// it does not, and [`Summary::failed`] holds the failures.
     ///
     /// # Errors
-    /// What can be found without rendering: names, existing files of other content, folders, memory. Afterwards, errors of
-    /// writing a movie or a contact sheet.
+    /// What can be found without rendering: names, existing files of other content, folders, memory. Then the first
+    /// failure, [`Error::Interrupted`], and errors of writing a movie or a contact sheet.
     pub fn run(&self, on_event: impl Fn(SequenceEvent<'_>) + Sync) -> Result<Summary> {
         let plan = Plan::new(&self.job)?;
         plan.prepare()?;
         let summary = run(&self.job, &plan, &self.cancel, &on_event);
+        if summary.is_interrupted || !(summary.failed.is_empty() || self.job.keep_going) {
+            summary.outcome()?;
+            return Err(Error::Interrupted(Cancelled));
+        }
+        if let (true, Some(look)) = (summary.failed.is_empty(), summary.look) {
+            write_sequence_outputs(&self.job, &plan, look, &self.cancel)?;
+        }
         Ok(summary)
     }
 }

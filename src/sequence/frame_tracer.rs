@@ -88,8 +88,7 @@ impl<'a> FrameTracer<'a> {
             film.scale(1.0 / times.len() as f32);
         }
         if film.aovs.centers.is_some() {
-            let phases =
-                self.posed.record_pixel_centers(self.job, frame, film, self.cancel)?;
+            let phases = self.posed.record_pixel_centers(self.job, frame, film, self.cancel)?;
             rendered.phases.add(&phases);
             rendered.rays.trace_seconds += phases.trace;
         }

@@ -1,5 +1,7 @@
 //! What a sequence is made from.
 
+use std::sync::Arc;
+
 use crate::bvh::BuildSettings;
 use crate::color::ToneCurve;
 use crate::output::ExrOutput;
@@ -21,7 +23,7 @@ pub enum Exposure {
 #[derive(Clone, Debug)]
 pub struct SequenceJob {
     /// What is rendered.
-    pub scene: Scene,
+    pub scene: Arc<Scene>,
     /// Which part of it.
     pub selection: Selection,
     /// What surrounds it.

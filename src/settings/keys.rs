@@ -1,7 +1,11 @@
 //! Keys of settings: finding a definition, and suggestions for unknown keys.
 
+use std::ffi::OsStr;
+
+use crate::error::{Origin, SettingError};
+
 use super::definition::Definition;
-use super::definitions::DEFINITIONS;
+use super::definitions::{DEFINITIONS, Settings};
 use super::nearest::nearest;
 
 /// Options that are no settings.
@@ -29,4 +33,19 @@ pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
         Some(name) => format!("is no setting; did you mean \"{name}\"?"),
         None => "is no setting; keys are the long options of rayframe render, with _ for -".to_owned(),
     })
+}
+
+impl Settings {
+    /// Sets one setting by its name from text. A value of this level that it replaces is lost; repeated settings add up.
+    ///
+    /// # Errors
+    /// [`Error::Setting`](crate::error::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
+    pub fn set(&mut self, name: &str, text: &OsStr, origin: Origin) -> Result<(), SettingError> {
+        let error = |why| SettingError { setting: name.to_owned(), origin: origin.clone(), why };
+        let definition = find(name).map_err(error)?;
+        if !definition.shape.is_repeated {
+            self.clear(definition.name);
+        }
+        definition.parse(self, text, &origin).map_err(error)
+    }
 }

@@ -16,5 +16,6 @@ mod shot_settings;
 
 pub use job::{ShotFiles, ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job};
 pub use resolve::{RenderJob, resolve};
+pub(crate) use resolve::{load_scene, resolve_scene};
 pub use resolved_settings::resolved_settings;
 pub use shot_settings::{ShotSettings, is_shot, refusal};

@@ -2,6 +2,7 @@
 
 use std::ffi::OsStr;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::error::{Error, Result, Warning};
@@ -44,10 +45,44 @@ pub struct RenderJob {
 /// # Errors
 /// [`Error::Setting`] for settings that have no meaning for the scene, and all errors of loading.
 pub fn resolve(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
-    resolve_values(shot, images).map_err(|error| shot.settings.locate(error))
+    resolve_scene(shot, Arc::new(load_scene(shot, images)?))
 }
 
-fn resolve_values(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
+/// Loads the scene of a shot.
+///
+/// # Errors
+/// Those of the import, and [`Error::Refused`] where the image or the scene needs more memory than the limit.
+pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Scene> {
+    check_image(shot).map_err(|error| shot.settings.locate(error))?;
+    let max_memory_bytes = shot.values.max_memory.unwrap_or_else(default_max_memory_bytes);
+    gltf::import(&shot.scene, &ImportOptions { max_memory_bytes, images })
+}
+
+/// Refuses an image that needs too much memory, where its size does not depend on the scene.
+fn check_image(shot: &ShotSettings) -> Result<()> {
+    let values = &shot.values;
+    let max_memory_bytes = values.max_memory.unwrap_or_else(default_max_memory_bytes);
+    match known_window(values)? {
+        Some(window) => {
+            check_image_memory(&shot.scene, window, shutter(values), &exr_output(values), max_memory_bytes)
+        }
+        None => Ok(()),
+    }
+}
+
+/// Loads the environment of a shot whose scene is loaded, and resolves its settings against both.
+///
+/// # Errors
+/// [`Error::Setting`] for settings that have no meaning for the scene, and errors of loading the environment.
+pub(crate) fn resolve_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<RenderJob> {
+    resolve_values(shot, scene).map_err(|error| shot.settings.locate(error))
+}
+
+fn shutter(values: &SettingValues) -> Shutter {
+    values.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: values.time_samples })
+}
+
+fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJob> {
     let args = &shot.values;
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
     let request = EnvironmentRequest {
@@ -55,15 +90,10 @@ fn resolve_values(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob
         intensity: args.env_intensity,
         background: args.background.clone(),
     };
-    let shutter =
-        args.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: args.time_samples });
     let exr = exr_output(args);
-    if let Some(window) = known_window(args)? {
-        check_image_memory(&shot.scene, window, shutter, &exr, max_memory_bytes)?;
+    if !args.shadow_catcher.is_empty() {
+        catch_shadows(Arc::make_mut(&mut scene), &args.shadow_catcher)?;
     }
-    let options = ImportOptions { max_memory_bytes, images };
-    let mut scene = gltf::import(&shot.scene, &options)?;
-    catch_shadows(&mut scene, &args.shadow_catcher)?;
     let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
         environment::load(&request, &scene, &selection, max_memory_bytes)?;
@@ -101,7 +131,7 @@ fn resolve_values(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob
         environment_key,
         frames,
         rate: args.fps,
-        shutter,
+        shutter: shutter(args),
         output,
         exr,
         preview: args.preview.is_some(),

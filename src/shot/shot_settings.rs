@@ -36,6 +36,18 @@ impl ShotSettings {
         Ok(Self { values: settings.values(), settings, scene, shot_file })
     }
 
+    /// Reads a shot file, or the scene `path` with no settings.
+    ///
+    /// # Errors
+    /// Those of [`Settings::read_shot`] and [`ShotSettings::merge`].
+    pub fn read(path: &Path) -> Result<Self> {
+        if is_shot(path) {
+            return Self::merge([Settings::read_shot(path)?], Some(path.to_owned()));
+        }
+        let scene = Settings { scene: Some(path.to_owned().into()), ..Settings::default() };
+        Self::merge([scene], None)
+    }
+
     /// Changes settings and applies the defaults again.
     pub fn change(&mut self, change: impl FnOnce(&mut Settings)) {
         change(&mut self.settings);

@@ -7,6 +7,7 @@ mod corruptions;
 mod known_answers;
 mod motion_blur;
 mod references;
+mod renderer;
 mod scenes;
 mod sequence;
 mod source_tree;

@@ -1,6 +1,7 @@
 //! Sequences through the library: the files that are written and kept, failures, cancellation, and the render hash.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::Mutex;
 
 use crate::stage::sequence_job;
@@ -336,7 +337,7 @@ fn the_render_hash_changes_with_the_image_and_with_nothing_else() {
     }
     let lens = |aperture, focus| Some(Lens { aperture, focus });
     let other: [&dyn Fn(&mut SequenceJob); 20] = [
-        &|job| job.scene.content_hash[31] = 1,
+        &|job| Arc::make_mut(&mut job.scene).content_hash[31] = 1,
         &|job| job.selection.roots.push(rayframe::scene::NodeIndex(0)),
         &|job| job.selection.camera = SelectedCamera::Node(rayframe::scene::NodeIndex(0)),
         &|job| job.environment_key.push('x'),

@@ -191,7 +191,7 @@ pub(crate) fn sequence_job(
 ) -> SequenceJob {
     SequenceJob {
         selection: select_all(&scene, camera),
-        scene,
+        scene: scene.into(),
         environment: Environment::None,
         environment_key: String::new(),
         frames: vec![1],

@@ -1,6 +1,7 @@
 //! Corrupted renders: edits of scenes and changes of pixels.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
@@ -74,7 +75,7 @@ fn render(scenes: &Path, scene: &str, edit: impl Fn(&mut Scene)) -> Result<Image
     let path = scenes.join(scene).with_extension("gltf");
     let overrides = [format!("resolution={}x{}", SIZE.0, SIZE.1), format!("samples={SAMPLES}")];
     let mut job = shot_job(&ShotRequest { path: &path, suite: None, overrides: &overrides })?.sequence;
-    edit(&mut job.scene);
+    edit(Arc::make_mut(&mut job.scene));
     let frame = Frame::at(&job.scene, &job.selection, TIME_SECONDS);
     let (film, _) = render_single_frame(&job, &frame, &job.render, &CancelFlag::new())?;
     Ok(film.to_image().rounded_to_halves())

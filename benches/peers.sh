@@ -22,13 +22,13 @@ scenes=${*:-bunny sponza kitchen arch stadium ico70k ico1m}
 rows=$(realpath "${CSV:-$work/ratios.csv}")
 : > "$rows"
 
-bench() { (cd "$root" && cargo bench --quiet --bench peers -- "$work" --csv "$rows" "$@"); }
+bench() { (cd "$root" && cargo bench --quiet -p peers --bench tracers -- "$work" --csv "$rows" "$@"); }
 native() { RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR="$root/target/native" bench "$@"; }
 
 # Compile before measuring.
-(cd "$root" && cargo bench --quiet --no-run --bench peers)
+(cd "$root" && cargo bench --quiet --no-run -p peers --bench tracers)
 if [ "${OBVHS_ROUNDS:-1}" -gt 0 ]; then
-  (cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run --bench peers)
+  (cd "$root" && RUSTFLAGS='-C target-cpu=native' CARGO_TARGET_DIR=target/native cargo bench --quiet --no-run -p peers --bench tracers)
 fi
 
 presets=()

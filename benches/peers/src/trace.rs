@@ -1,4 +1,4 @@
-//! Tracing rays through a hierarchy and measuring it.
+//! Measured traces of hierarchies.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -10,33 +10,33 @@ use rayframe::geometry::Ray;
 use crate::chunks::{best_seconds, processor_seconds};
 use crate::ray_set::Query;
 
-/// Measurements, of which the best counts.
+/// Measurements; the best counts.
 const RUNS: usize = 3;
-/// Rays a batch: a tile of 16x16 pixels where rays are in Z order.
-pub(crate) const BATCH: usize = 256;
-/// The answer that nothing was hit.
+/// Rays per batch: a tile of 16x16 pixels if rays are in Z order.
+pub const BATCH: usize = 256;
+/// Answer of a miss.
 const MISS: u32 = u32::MAX;
 
-/// Rays that were traced, and what that cost.
-pub(crate) struct Traced {
+/// Time and counters of a trace.
+pub struct Traced {
     /// Processor seconds over threads.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
     /// Rays that hit something.
-    pub(crate) hits: usize,
-    /// Of all rays, once.
-    pub(crate) counters: TraversalCounters,
+    pub hits: usize,
+    /// Counters of one pass over all rays.
+    pub counters: TraversalCounters,
     rays: usize,
 }
 
 impl Traced {
-    /// Millions of rays a second.
-    pub(crate) fn mega_rays(&self) -> f64 {
+    /// Millions of rays per second.
+    pub fn mega_rays(&self) -> f64 {
         self.rays as f64 / self.seconds / 1e6
     }
 }
 
-/// Every ray by itself.
-pub(crate) fn single(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> Traced {
+/// Traces every ray by itself.
+pub fn single(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> Traced {
     measure(rays, threads, |rays, ids, counters| {
         for (ray, id) in rays.iter().zip(ids) {
             let answer = match query {
@@ -56,9 +56,9 @@ pub(crate) fn single(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> T
     })
 }
 
-/// [`BATCH`] consecutive rays at a time. Each batch is copied to a small buffer first, as a renderer would make it there:
-/// batches that come from far memory measure the memory.
-pub(crate) fn batches(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> Traced {
+/// Traces [`BATCH`] consecutive rays at a time. Each batch is first copied to a small buffer, where a renderer would create it, so that
+/// main memory is not measured.
+pub fn batches(bvh: &Bvh, rays: &[Ray], query: Query, threads: usize) -> Traced {
     measure(rays, threads, |rays, ids, counters| {
         let mut buffer = [Ray::new(Vec3::ZERO, Vec3::X); BATCH];
         let mut hits = [None; BATCH];

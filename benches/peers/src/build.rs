@@ -1,4 +1,4 @@
-//! Building a hierarchy and measuring it.
+//! Measured builds of hierarchies.
 
 use rayframe::bvh::{BuildSettings, BuildStatistics, Builder, Bvh};
 use rayframe::cancel::{CancelFlag, Cancelled};
@@ -7,25 +7,21 @@ use rayon::ThreadPool;
 use crate::clock::wall_seconds;
 use crate::soup::Soup;
 
-/// Builds with memory of an earlier one, of which the best counts.
+/// Rebuilds with reused memory; the best counts.
 const REBUILDS: usize = 6;
 
-/// What a hierarchy cost.
-pub(crate) struct Cost {
-    /// With a fresh [`Builder`].
-    pub(crate) build_seconds: f64,
-    /// From triangles to a structure that rays can walk, with the builder and the last structure's memory at hand.
-    pub(crate) rebuild_seconds: f64,
-    /// What the build of `rebuild_seconds` says of itself.
-    pub(crate) fastest: BuildStatistics,
+/// Build times of a hierarchy.
+pub struct Cost {
+    /// Seconds of the first build, with a new [`Builder`].
+    pub build_seconds: f64,
+    /// Seconds of the best rebuild, with the builder and the memory of the last hierarchy reused.
+    pub rebuild_seconds: f64,
+    /// Statistics of the best rebuild.
+    pub fastest: BuildStatistics,
 }
 
-/// Builds on the threads of `pool`, first freshly, then again and again.
-pub(crate) fn measure(
-    soup: &Soup,
-    settings: &BuildSettings,
-    pool: &ThreadPool,
-) -> Result<(Bvh, Cost), Cancelled> {
+/// Builds on the threads of `pool`, first with new memory, then with reused memory.
+pub fn measure(soup: &Soup, settings: &BuildSettings, pool: &ThreadPool) -> Result<(Bvh, Cost), Cancelled> {
     pool.install(|| {
         let mut builder = Builder::default();
         let mut build = |recycled| {

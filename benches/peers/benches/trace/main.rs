@@ -1,61 +1,37 @@
-//! Tracing rays: `cargo bench --bench trace [-- --size N --side N --threads N --config NAME… SCENE…]`.
+//! Trace speed of hierarchies: `cargo bench -p peers --bench trace [-- --size N --side N --threads N --config NAME… SCENE…]`.
 //!
-//! Every scene of `subjects` with 100 k triangles and the rays of a picture of 512x512 pixels (see `views`), on one thread. A
-//! row is one configuration of the hierarchy and one set of rays; its columns:
+//! Traces every scene of [`peers::test_scenes`], with 100 k triangles, and the rays of an image of 512x512 pixels (see `views`), on
+//! one thread. A row is one configuration of the hierarchy and one set of rays. Its columns:
 //!
-//! * `rays`, and `hits`: the share of them that hits something;
-//! * `single`: millions of rays a second, one query a ray. Threads pull chunks of 8192 rays; the time is their processor
+//! * `rays`: number of rays; `hits`: share of rays with a hit;
+//! * `single`: millions of rays per second, one query per ray. Threads pull chunks of 8192 rays; the time is their processor
 //!   time, summed over threads, over their number; the best of three passes;
 //! * `batch`: the same by batch queries of 256 consecutive rays; shadow rays start at the light there (see `ray_set`);
-//! * `nodes`, `tris`: wide nodes visited and triangles tested a ray, one by one; `b.nodes`, `b.tris`: in batches;
-//! * `/NAME`: `single` over that of obvhs's preset NAME on the same rays in the same run: above one we are faster. Compiled
-//!   without `RUSTFLAGS='-C target-cpu=native'` the library uses SSE2 only.
+//! * `nodes`, `tris`: wide nodes visited and triangles tested per ray, single rays; `b.nodes`, `b.tris`: in batches;
+//! * `/NAME`: `single` over that of obvhs's preset NAME on the same rays in the same run: above one, rayframe is
+//!   faster. Compiled without `RUSTFLAGS='-C target-cpu=native'`, obvhs uses SSE2 only.
 
 mod views;
-
-#[path = "../measure/chunks.rs"]
-mod chunks;
-#[path = "../measure/clock.rs"]
-mod clock;
-#[path = "../measure/configuration.rs"]
-mod configuration;
-#[path = "../measure/hierarchy.rs"]
-mod hierarchy;
-#[path = "../measure/obvhs_build.rs"]
-mod obvhs_build;
-#[path = "../measure/obvhs_preset.rs"]
-mod obvhs_preset;
-#[path = "../measure/obvhs_trace.rs"]
-mod obvhs_trace;
-#[path = "../measure/ray_set.rs"]
-mod ray_set;
-#[path = "../measure/soup.rs"]
-mod soup;
-#[path = "../subjects/mod.rs"]
-mod subjects;
-#[path = "../measure/surface.rs"]
-mod surface;
-#[path = "../measure/trace.rs"]
-mod trace;
 
 use std::error::Error;
 use std::io::Write as _;
 
-use configuration::{CONFIGURATIONS, Configuration};
-use hierarchy::hierarchy;
-use obvhs_preset::{LIBRARY, Preset};
-use ray_set::RaySet;
+use peers::configuration::{CONFIGURATIONS, Configuration};
+use peers::hierarchy::hierarchy;
+use peers::obvhs_preset::{LIBRARY, Preset};
+use peers::ray_set::RaySet;
+use peers::soup::Soup;
+use peers::test_scenes::{self, TestScene};
+use peers::{obvhs_build, obvhs_preset, obvhs_trace, trace};
 use rayframe::bvh::{BuildSettings, Bvh};
 use rayon::ThreadPoolBuilder;
-use soup::Soup;
-use subjects::Subject;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// The peer's presets that trace best.
+/// Presets of obvhs that trace fastest.
 const PRESETS: [&str; 2] = ["bvh2-medium+split", "cwbvh-medium+split"];
 
-/// What was typed.
+/// Command-line options.
 struct Options {
     scenes: Vec<String>,
     configurations: Vec<String>,
@@ -73,9 +49,9 @@ fn main() -> Result<()> {
         options.threads,
         heading(&presets)
     )?;
-    for subject in subjects::all(options.size) {
-        if options.scenes.is_empty() || options.scenes.iter().any(|name| name == subject.name) {
-            measure(subject, &options, &presets)?;
+    for scene in test_scenes::all(options.size) {
+        if options.scenes.is_empty() || options.scenes.iter().any(|name| name == scene.name) {
+            measure(scene, &options, &presets)?;
         }
     }
     Ok(())
@@ -104,8 +80,8 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
 }
 
 /// Rows of one scene: every configuration and every set of rays.
-fn measure(subject: Subject, options: &Options, presets: &[Preset]) -> Result<()> {
-    let Subject { name, triangles } = subject;
+fn measure(scene: TestScene, options: &Options, presets: &[Preset]) -> Result<()> {
+    let TestScene { name, triangles } = scene;
     let theirs = obvhs_build::triangles(&triangles);
     let soup = Soup::new(triangles);
     let bvh = hierarchy(&soup, &BuildSettings::default())?;
@@ -125,7 +101,7 @@ fn measure(subject: Subject, options: &Options, presets: &[Preset]) -> Result<()
     Ok(())
 }
 
-/// Millions of rays a second by set and preset.
+/// Millions of rays per second of each set and preset.
 fn peers(
     triangles: &[obvhs::triangle::Triangle],
     presets: &[Preset],

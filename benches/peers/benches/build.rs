@@ -1,54 +1,39 @@
-//! Building hierarchies, phase by phase: `cargo bench --bench build [-- --size N… --threads N… SCENE…]`.
+//! Build times of hierarchies by phase: `cargo bench -p peers --bench build [-- --size N… --threads N… SCENE…]`.
 //!
-//! Without sizes 1 k, 10 k, 100 k, 1 M and 4 M triangles of every scene of `subjects`, on one and on two threads. A row is one
-//! configuration; its columns:
+//! Builds every scene of [`peers::test_scenes`], by default with 1 k, 10 k, 100 k, 1 M and 4 M triangles, on one and on two
+//! threads. A row is one configuration. Its columns:
 //!
 //! * `triangles`, `references`: boxes that the hierarchy is built over, after early split clipping;
-//! * `fresh`: wall clock of the first build with a new builder;
-//! * `rebuild`: the best of six more, with the builder and the memory of the last structure kept; from triangles to a
-//!   structure that rays can walk;
-//! * `bounds`, `split`, `sort`, `tree`, `widen`: phases of that best build (see [`rayframe::bvh::BuildStatistics`]);
-//! * `Mtri/s`: triangles a second of `rebuild`;
+//! * `fresh`: wall-clock time of the first build with a new builder;
+//! * `rebuild`: the best of six rebuilds, with the builder and the memory of the last hierarchy reused;
+//! * `bounds`, `split`, `sort`, `tree`, `collapse`: phases of that rebuild (see [`rayframe::bvh::BuildStatistics`]);
+//! * `Mtri/s`: millions of triangles per second of `rebuild`;
 //! * `speedup`: `rebuild` on the first number of threads over this one;
-//! * `B/tri`, `depth`, `sah`: bytes a triangle of the structure; depth and surface area cost of the binary tree;
-//! * `/NAME`: `rebuild` of obvhs's preset NAME in the same run, over ours: above one we are faster. obvhs keeps its memory where
-//!   the library lets it, and orders its triangles by leaf, as ours are. Compiled without
-//!   `RUSTFLAGS='-C target-cpu=native'` it uses SSE2 only.
+//! * `B/tri`, `depth`, `sah`: bytes per triangle; depth and SAH cost of the binary tree;
+//! * `/NAME`: `rebuild` of obvhs's preset NAME in the same run, over that of rayframe: above one, rayframe is
+//!   faster. obvhs reuses its memory where it offers that, and orders its triangles by leaf, as rayframe does. Compiled without
+//!   `RUSTFLAGS='-C target-cpu=native'`, it uses SSE2 only.
 //!
 //! Times are in milliseconds.
-
-#[path = "../measure/build.rs"]
-mod build;
-#[path = "../measure/clock.rs"]
-mod clock;
-#[path = "../measure/configuration.rs"]
-mod configuration;
-#[path = "../measure/obvhs_build.rs"]
-mod obvhs_build;
-#[path = "../measure/obvhs_preset.rs"]
-mod obvhs_preset;
-#[path = "../measure/soup.rs"]
-mod soup;
-#[path = "../subjects/mod.rs"]
-mod subjects;
 
 use std::error::Error;
 use std::io::Write as _;
 
-use build::Cost;
-use configuration::CONFIGURATIONS;
-use obvhs_preset::{LIBRARY, Preset};
+use peers::build::Cost;
+use peers::configuration::CONFIGURATIONS;
+use peers::obvhs_preset::{LIBRARY, Preset};
+use peers::soup::Soup;
+use peers::test_scenes::{self, TestScene};
+use peers::{build, obvhs_build, obvhs_preset};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use soup::Soup;
-use subjects::Subject;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
-/// The peer's presets whose builds compete with ours: a Morton-ordered tree, and its best trees for fast builds.
+/// Presets of obvhs with comparable build times: a Morton-ordered tree, and its best trees for fast builds.
 const PRESETS: [&str; 2] = ["bvh2-fastest", "bvh2-fast"];
 const SIZES: [usize; 5] = [1_000, 10_000, 100_000, 1_000_000, 4_000_000];
 
-/// What was typed.
+/// Command-line options.
 struct Options {
     scenes: Vec<String>,
     sizes: Vec<usize>,
@@ -62,9 +47,9 @@ fn main() -> Result<()> {
     let presets = obvhs_preset::presets(|name| PRESETS.contains(&name));
     writeln!(std::io::stdout(), "milliseconds; ratios against {LIBRARY}\n{}", heading(&presets))?;
     for &size in &options.sizes {
-        for subject in subjects::all(size) {
-            if options.scenes.is_empty() || options.scenes.iter().any(|name| name == subject.name) {
-                measure(subject, &pools, &presets)?;
+        for scene in test_scenes::all(size) {
+            if options.scenes.is_empty() || options.scenes.iter().any(|name| name == scene.name) {
+                measure(scene, &pools, &presets)?;
             }
         }
     }
@@ -94,9 +79,9 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
 }
 
 /// Rows of one scene: every configuration on every number of threads.
-fn measure(subject: Subject, pools: &[ThreadPool], presets: &[Preset]) -> Result<()> {
-    let theirs = obvhs_build::triangles(&subject.triangles);
-    let soup = Soup::new(subject.triangles);
+fn measure(scene: TestScene, pools: &[ThreadPool], presets: &[Preset]) -> Result<()> {
+    let theirs = obvhs_build::triangles(&scene.triangles);
+    let soup = Soup::new(scene.triangles);
     let peers: Vec<Vec<f64>> = pools
         .iter()
         .map(|pool| {
@@ -109,7 +94,7 @@ fn measure(subject: Subject, pools: &[ThreadPool], presets: &[Preset]) -> Result
         for (pool, peers) in pools.iter().zip(&peers) {
             let (_, cost) = build::measure(&soup, &configuration.settings(), pool)?;
             let speedup = *first_seconds.get_or_insert(cost.rebuild_seconds) / cost.rebuild_seconds;
-            let key = (subject.name, configuration.name, pool.current_num_threads());
+            let key = (scene.name, configuration.name, pool.current_num_threads());
             writeln!(std::io::stdout(), "{}", row(key, &cost, speedup, peers))?;
         }
     }
@@ -117,7 +102,7 @@ fn measure(subject: Subject, pools: &[ThreadPool], presets: &[Preset]) -> Result
 }
 
 fn heading(presets: &[Preset]) -> String {
-    let columns = ["fresh", "rebuild", "bounds", "split", "sort", "tree", "widen", "Mtri/s", "speedup"];
+    let columns = ["fresh", "rebuild", "bounds", "split", "sort", "tree", "collapse", "Mtri/s", "speedup"];
     let columns: Vec<_> = columns.iter().map(|name| format!("{name:>9}")).collect();
     let ratios: Vec<_> =
         presets.iter().map(|preset| format!("{:>14}", format!("/{}", preset.name))).collect();

@@ -1,18 +1,18 @@
-//! The clock of traces: work that threads pull in chunks, measured by their processor time.
+//! Clock of traces: processor time of threads that pull chunks of work.
 //!
-//! The time is summed over threads and divided by their number, so that other load on the machine does not count. Embree's
+//! The time is summed over threads and divided by their number, so that other load on the machine does not count. The Embree
 //! program is measured the same way.
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Items that a thread takes at once.
+/// Items per chunk.
 const CHUNK: usize = 8192;
-/// After a run this long no further ones are tried.
+/// Seconds of a run after which no further ones follow.
 const LONG_SECONDS: f64 = 0.5;
 
-/// The least of up to `runs` measurements; a single one where it is long.
-pub(crate) fn best_seconds(runs: usize, mut run: impl FnMut() -> f64) -> f64 {
+/// Least of up to `runs` measurements; the series ends after a long one.
+pub fn best_seconds(runs: usize, mut run: impl FnMut() -> f64) -> f64 {
     let mut best = f64::INFINITY;
     for _ in 0..runs {
         best = best.min(run());
@@ -24,7 +24,7 @@ pub(crate) fn best_seconds(runs: usize, mut run: impl FnMut() -> f64) -> f64 {
 }
 
 /// Runs `work` over chunks of `items` on `threads` new threads; processor seconds summed over threads, over their number.
-pub(crate) fn processor_seconds(threads: usize, items: usize, work: impl Fn(Range<usize>) + Sync) -> f64 {
+pub fn processor_seconds(threads: usize, items: usize, work: impl Fn(Range<usize>) + Sync) -> f64 {
     let next = AtomicUsize::new(0);
     let pull = || {
         let start = thread_seconds();
@@ -50,7 +50,7 @@ fn thread_seconds() -> f64 {
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
-/// Where threads have no clock, the wall stands in.
+/// Wall-clock time, on systems without a clock of threads.
 #[cfg(not(unix))]
 fn thread_seconds() -> f64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();

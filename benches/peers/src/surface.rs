@@ -1,23 +1,24 @@
-//! Where rays meet triangles, for the rays that go on from there.
+//! Surface points at hits, where secondary rays start.
 
 use glam::Vec3;
 use rayframe::bvh::Hit;
 use rayframe::geometry::{Ray, Triangle};
 
-/// How far rays start off a surface, in units of its largest coordinate or distance.
+/// Offset of ray origins from the surface, in units of the largest coordinate or distance.
 const OFFSET: f32 = 3.0e-5;
 
-/// A point just off a triangle, on the side that a ray came from.
+/// Point slightly off a triangle, on the side of the incoming ray.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Surface {
-    pub(crate) position: Vec3,
+pub struct Surface {
+    /// Offset position.
+    pub position: Vec3,
     /// Unit vector towards the side of the ray.
-    pub(crate) normal: Vec3,
+    pub normal: Vec3,
 }
 
 impl Surface {
-    /// The point that `hit` of `ray` is at.
-    pub(crate) fn new(triangles: &[Triangle], ray: &Ray, hit: &Hit) -> Self {
+    /// Surface point of `hit` of `ray`.
+    pub fn new(triangles: &[Triangle], ray: &Ray, hit: &Hit) -> Self {
         let triangle = &triangles[hit.triangle as usize];
         let front = triangle.scaled_normal().normalize_or_zero();
         let normal = if front.dot(ray.direction) > 0.0 { -front } else { front };

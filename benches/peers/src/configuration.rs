@@ -1,35 +1,35 @@
-//! The combinations of builder and splitting that are measured.
+//! Combinations of builder and splitting that are measured.
 
 use rayframe::bvh::{BuildSettings, BuilderKind, Refit, Split};
 
-/// A row of the table of configurations.
+/// Builder and splitting with a name.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Configuration {
-    /// As it stands in tables and files.
-    pub(crate) name: &'static str,
+pub struct Configuration {
+    /// Name in tables and files.
+    pub name: &'static str,
     builder: BuilderKind,
     split: Split,
 }
 
-/// All that are measured.
-pub(crate) const CONFIGURATIONS: [Configuration; 6] = [
-    // The tree of the paper, by the faster pass.
+/// All measured configurations.
+pub const CONFIGURATIONS: [Configuration; 6] = [
+    // Radix tree in one pass.
     Configuration { name: "lbvh", builder: BuilderKind::Lbvh, split: Split::Off },
     // The same over split triangles.
     Configuration { name: "lbvh-split", builder: BuilderKind::Lbvh, split: Split::Auto },
-    // The paper's own algorithm.
+    // Radix tree node by node, as in the paper.
     Configuration { name: "karras", builder: BuilderKind::Karras, split: Split::Off },
-    // The better tree.
+    // Clustering.
     Configuration { name: "ploc", builder: BuilderKind::Ploc, split: Split::Off },
     Configuration { name: "ploc-split", builder: BuilderKind::Ploc, split: Split::Auto },
-    // What `rayframe render` does.
+    // Default of `rayframe render`.
     Configuration { name: "auto", builder: BuilderKind::Auto, split: Split::Auto },
 ];
 
 impl Configuration {
     /// Settings of the builder.
-    pub(crate) fn settings(&self) -> BuildSettings {
-        // The same triangles again and again would only ever be refitted.
+    pub fn settings(&self) -> BuildSettings {
+        // Unchanged triangles would always be refitted.
         let refit = Refit::Off;
         BuildSettings { builder: self.builder, split: self.split, refit, ..BuildSettings::default() }
     }

@@ -4,13 +4,13 @@ use rayframe::bvh::{Bvh, TraversalCounters};
 use rayon::ThreadPool;
 
 use crate::Result;
-use crate::build::{self, Cost};
-use crate::configuration::Configuration;
 use crate::folder::{FRAME_SETS, Subject};
 use crate::product;
-use crate::ray_set::Query;
 use crate::table::{Key, Table};
-use crate::trace::{self, Traced};
+use peers::build::{self, Cost};
+use peers::configuration::Configuration;
+use peers::ray_set::Query;
+use peers::trace::{self, Traced};
 
 /// Measures building and all sets of rays.
 pub(crate) fn measure(

@@ -4,10 +4,10 @@ use rayon::ThreadPool;
 
 use crate::Result;
 use crate::folder::{FRAME_SETS, Subject};
-use crate::obvhs_build;
-use crate::obvhs_preset::{LIBRARY, Preset};
-use crate::obvhs_trace;
 use crate::table::{Key, Table};
+use peers::obvhs_build;
+use peers::obvhs_preset::{LIBRARY, Preset};
+use peers::obvhs_trace;
 
 /// Measures building and single rays; the library has no packets.
 pub(crate) fn measure(

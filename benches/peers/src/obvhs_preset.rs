@@ -1,33 +1,34 @@
-//! obvhs (Griffin, version 0.4), the peer in the same run: its presets that are measured.
+//! Presets of obvhs (Griffin, version 0.4) that are measured.
 //!
-//! The library chooses its SIMD when it is compiled: a plain build is what its users get by default, and one with
-//! `RUSTFLAGS='-C target-cpu=native'` is its best. [`LIBRARY`] says which one runs.
+//! obvhs selects its SIMD at compile time. Its users get a plain build by default; `RUSTFLAGS='-C target-cpu=native'` is its
+//! fastest. [`LIBRARY`] names the one that runs.
 
 use obvhs::BvhBuildParams;
 
-/// The name in tables and files.
-pub(crate) const LIBRARY: &str = if cfg!(target_feature = "avx2") { "obvhs-native" } else { "obvhs" };
+/// Name in tables and files.
+pub const LIBRARY: &str = if cfg!(target_feature = "avx2") { "obvhs-native" } else { "obvhs" };
 
-/// Which structure is walked.
+/// Layout of nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Layout {
-    /// Two children a node.
+pub enum Layout {
+    /// Two children per node.
     Binary,
-    /// Eight quantized children a node.
+    /// Eight quantized children per node.
     Compressed,
 }
 
-/// A way to build.
-pub(crate) struct Preset {
-    /// As it stands in tables and files.
-    pub(crate) name: String,
-    pub(crate) params: BvhBuildParams,
-    pub(crate) layout: Layout,
+/// Build parameters with a name.
+pub struct Preset {
+    /// Name in tables and files.
+    pub name: String,
+    /// Parameters of the binary tree.
+    pub params: BvhBuildParams,
+    /// Layout of the finished hierarchy.
+    pub layout: Layout,
 }
 
-/// Every effort of the library as both structures, the middle ones with splits too (`slow` always splits): those that are
-/// wanted by name.
-pub(crate) fn presets(wanted: impl Fn(&str) -> bool) -> Vec<Preset> {
+/// Presets whose name is `wanted`, of every effort in both layouts; the medium ones also with splits (`slow` always splits).
+pub fn presets(wanted: impl Fn(&str) -> bool) -> Vec<Preset> {
     let mut presets = Vec::new();
     for (layout, prefix) in [(Layout::Binary, "bvh2"), (Layout::Compressed, "cwbvh")] {
         let split = |params| BvhBuildParams { pre_split: true, ..params };

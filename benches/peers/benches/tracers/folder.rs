@@ -10,8 +10,8 @@ use glam::Vec3;
 use rayframe::geometry::{Ray, Triangle};
 
 use crate::Result;
-use crate::ray_set::RaySet;
-use crate::soup::Soup;
+use peers::ray_set::RaySet;
+use peers::soup::Soup;
 
 /// A pinhole and a lamp.
 #[derive(Clone, Copy, Debug)]

@@ -21,11 +21,11 @@ use rayon::prelude::*;
 
 use crate::Result;
 use crate::folder::{FRAME_SETS, Subject, View};
-use crate::hierarchy::hierarchy;
-use crate::ray_set::Query;
-use crate::soup::Soup;
-use crate::surface::Surface;
-use crate::trace;
+use peers::hierarchy::hierarchy;
+use peers::ray_set::Query;
+use peers::soup::Soup;
+use peers::surface::Surface;
+use peers::trace;
 
 /// Pixels along the side of the picture for which the rays were made.
 const SIDE: u32 = 1024;

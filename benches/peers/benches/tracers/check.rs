@@ -11,11 +11,11 @@ use rayframe::geometry::Ray;
 use rayon::prelude::*;
 
 use crate::Result;
-use crate::configuration::CONFIGURATIONS;
 use crate::folder::Subject;
-use crate::hierarchy::hierarchy;
-use crate::ray_set::Query;
-use crate::trace::BATCH;
+use peers::configuration::CONFIGURATIONS;
+use peers::hierarchy::hierarchy;
+use peers::ray_set::Query;
+use peers::trace::BATCH;
 
 /// All levels; those that the machine lacks are passed over.
 const LEVELS: [SimdLevel; 5] = SimdLevel::ALL;

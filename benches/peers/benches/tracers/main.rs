@@ -1,5 +1,5 @@
 //! Rayframe and obvhs on the scenes and rays that other tracers were measured on, by the same clocks:
-//! `cargo bench --bench peers -- WORKDIR --csv FILE [--lib rayframe|obvhs] [--config NAME] [--threads N] [SCENE…]`.
+//! `cargo bench -p peers --bench tracers -- WORKDIR --csv FILE [--lib rayframe|obvhs] [--config NAME] [--threads N] [SCENE…]`.
 //!
 //! WORKDIR holds `scenes/` and `rays/` (see `folder`). Rows `lib,scene,config,threads,metric,value` are appended to FILE, or
 //! printed. Reading and conversion are never measured. The metrics:
@@ -29,37 +29,13 @@ mod product;
 mod table;
 mod theirs;
 
-#[path = "../measure/build.rs"]
-mod build;
-#[path = "../measure/chunks.rs"]
-mod chunks;
-#[path = "../measure/clock.rs"]
-mod clock;
-#[path = "../measure/configuration.rs"]
-mod configuration;
-#[path = "../measure/hierarchy.rs"]
-mod hierarchy;
-#[path = "../measure/obvhs_build.rs"]
-mod obvhs_build;
-#[path = "../measure/obvhs_preset.rs"]
-mod obvhs_preset;
-#[path = "../measure/obvhs_trace.rs"]
-mod obvhs_trace;
-#[path = "../measure/ray_set.rs"]
-mod ray_set;
-#[path = "../measure/soup.rs"]
-mod soup;
-#[path = "../measure/surface.rs"]
-mod surface;
-#[path = "../measure/trace.rs"]
-mod trace;
-
 use std::error::Error;
 use std::io::Write as _;
 
-use configuration::CONFIGURATIONS;
 use folder::Subject;
 use options::Options;
+use peers::configuration::CONFIGURATIONS;
+use peers::obvhs_preset;
 use table::Table;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;

@@ -1,4 +1,4 @@
-//! Triangles all over a cube.
+//! Random triangles and bars in a cube.
 
 use glam::Vec3;
 use rayframe::geometry::Triangle;
@@ -9,7 +9,7 @@ const BOX_TRIANGLES: usize = 12;
 const BAR: (f32, f32) = (0.7, 0.004);
 
 /// `size` triangles with random corners near random points of a cube around the origin.
-pub(crate) fn soup(size: usize) -> Vec<Triangle> {
+pub(super) fn soup(size: usize) -> Vec<Triangle> {
     let mut random = Random(1);
     // A cube of two metres, divided evenly among the triangles.
     let reach = libm::cbrtf(8.0 / size.max(1) as f32);
@@ -21,7 +21,7 @@ pub(crate) fn soup(size: usize) -> Vec<Triangle> {
 }
 
 /// About `size` triangles as long bars around random points of a cube, in random directions.
-pub(crate) fn bars(size: usize) -> Vec<Triangle> {
+pub(super) fn bars(size: usize) -> Vec<Triangle> {
     let mut random = Random(2);
     (0..size.div_ceil(BOX_TRIANGLES)).flat_map(|_| bar(random.in_cube(), random.in_cube())).collect()
 }
@@ -31,7 +31,7 @@ fn bar(middle: Vec3, direction: Vec3) -> [Triangle; BOX_TRIANGLES] {
     let (side, up) = along.any_orthonormal_pair();
     let (length, thickness) = BAR;
     let axes = [along * length, side * thickness, up * thickness];
-    // Bit i of a corner's number is its side along axis i.
+    // Bit i of a corner's index is its side along axis i.
     let corner = |number: usize| {
         (0..3).fold(
             middle,
@@ -45,11 +45,11 @@ fn bar(middle: Vec3, direction: Vec3) -> [Triangle; BOX_TRIANGLES] {
     })
 }
 
-/// A sequence of numbers without pattern (Marsaglia, "Xorshift RNGs", 2003); the state is never zero.
+/// Random numbers: Marsaglia, "Xorshift RNGs", 2003. The state is never zero.
 struct Random(u32);
 
 impl Random {
-    /// From −1 to 1 in each coordinate.
+    /// Point with coordinates from −1 to 1.
     fn in_cube(&mut self) -> Vec3 {
         Vec3::from_array([(); 3].map(|()| {
             self.0 ^= self.0 << 13;

@@ -1,5 +1,4 @@
-//! Building obvhs's structures with buffers kept, step by step as its own `build_bvh2_from_tris` and
-//! `build_cwbvh_from_tris` do with fresh ones.
+//! Builds of obvhs with reused buffers: the steps of its `build_bvh2_from_tris` and `build_cwbvh_from_tris`, which allocate.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -18,22 +17,26 @@ use rayon::prelude::*;
 use crate::clock::wall_seconds;
 use crate::obvhs_preset::{Layout, Preset};
 
-/// Builds with memory of an earlier one, of which the best counts.
+/// Rebuilds with reused memory; the best counts.
 const REBUILDS: usize = 6;
 
-/// A structure that rays can walk.
-pub(crate) struct Tree {
-    pub(crate) nodes: Nodes,
-    /// In the order of leaves.
-    pub(crate) triangles: Vec<RtTriangle>,
+/// Finished hierarchy.
+pub struct Tree {
+    /// Nodes of the hierarchy.
+    pub nodes: Nodes,
+    /// Triangles in the order of leaves.
+    pub triangles: Vec<RtTriangle>,
 }
 
-pub(crate) enum Nodes {
+/// Nodes of either layout.
+pub enum Nodes {
+    /// Two children per node.
     Binary(Bvh2),
+    /// Eight quantized children per node.
     Compressed(CwBvh),
 }
 
-/// What is kept between builds.
+/// Scratch memory kept between builds.
 #[derive(Default)]
 struct Builder {
     ploc: PlocBuilder,
@@ -43,8 +46,8 @@ struct Builder {
     triangles: Vec<RtTriangle>,
 }
 
-/// Triangles in the library's form.
-pub(crate) fn triangles(triangles: &[rayframe::geometry::Triangle]) -> Vec<Triangle> {
+/// Converts triangles to those of obvhs.
+pub fn triangles(triangles: &[rayframe::geometry::Triangle]) -> Vec<Triangle> {
     let convert = |triangle: &rayframe::geometry::Triangle| {
         let [v0, v1, v2] = triangle.vertices.map(|vertex| glam_simd::Vec3A::from(vertex.to_array()));
         Triangle { v0, v1, v2 }
@@ -52,9 +55,9 @@ pub(crate) fn triangles(triangles: &[rayframe::geometry::Triangle]) -> Vec<Trian
     triangles.iter().map(convert).collect()
 }
 
-/// A structure, and seconds: of the first build, and of the best of more with memory kept where the library offers to keep it,
-/// from triangles to a structure that rays can walk; on the threads of `pool`.
-pub(crate) fn measure(triangles: &[Triangle], preset: &Preset, pool: &ThreadPool) -> (Tree, [f64; 2]) {
+/// Builds on the threads of `pool`. Returns the hierarchy, the seconds of the first build, and those of the best rebuild with memory
+/// reused where obvhs offers that.
+pub fn measure(triangles: &[Triangle], preset: &Preset, pool: &ThreadPool) -> (Tree, [f64; 2]) {
     pool.install(|| {
         let mut builder = Builder::default();
         let (mut tree, build_seconds) = wall_seconds(|| builder.build(triangles, preset));
@@ -110,7 +113,7 @@ impl Builder {
         Tree { nodes, triangles: ordered }
     }
 
-    /// The first binary tree, over split boxes where the preset splits.
+    /// Builds the first binary tree, over split boxes where the preset splits.
     fn cluster(&mut self, triangles: &[Triangle], params: &BvhBuildParams) {
         let mut indices = std::mem::take(&mut self.binary.primitive_indices);
         indices.clear();

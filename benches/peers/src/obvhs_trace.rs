@@ -1,4 +1,4 @@
-//! Tracing single rays through obvhs's structures with its triangle for processors.
+//! Single-ray traces of obvhs, with its triangle type for CPUs.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -8,13 +8,13 @@ use crate::chunks::{best_seconds, processor_seconds};
 use crate::obvhs_build::{Nodes, Tree};
 use crate::ray_set::{Query, RaySet};
 
-/// Measurements, of which the best counts.
+/// Measurements; the best counts.
 const RUNS: usize = 3;
-/// The answer that nothing was hit.
+/// Answer of a miss.
 const MISS: u32 = u32::MAX;
 
-/// Rays in the library's form, reciprocal directions included.
-pub(crate) fn rays(set: &RaySet) -> Vec<Ray> {
+/// Converts rays to those of obvhs, with reciprocal directions.
+pub fn rays(set: &RaySet) -> Vec<Ray> {
     let convert = |ray: &rayframe::geometry::Ray| {
         let [origin, direction] =
             [ray.origin, ray.direction].map(|vector| glam_simd::Vec3A::from(vector.to_array()));
@@ -23,8 +23,8 @@ pub(crate) fn rays(set: &RaySet) -> Vec<Ray> {
     set.rays.iter().map(convert).collect()
 }
 
-/// Millions of rays a second and how many hit.
-pub(crate) fn single(tree: &Tree, rays: &[Ray], query: Query, threads: usize) -> (f64, usize) {
+/// Millions of rays per second, and number of hits.
+pub fn single(tree: &Tree, rays: &[Ray], query: Query, threads: usize) -> (f64, usize) {
     let ids: Vec<AtomicU32> = rays.iter().map(|_| AtomicU32::new(MISS)).collect();
     let seconds = best_seconds(RUNS, || {
         processor_seconds(threads, rays.len(), |range| {
@@ -42,24 +42,24 @@ pub(crate) fn single(tree: &Tree, rays: &[Ray], query: Query, threads: usize) ->
 }
 
 impl Tree {
-    /// The place of the closest triangle in the order of leaves.
+    /// Position of the closest triangle in the order of leaves.
     #[inline]
     fn closest(&self, ray: Ray) -> u32 {
         let mut hit = RayHit::none();
-        let meet = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
+        let intersect = |ray: &Ray, position: usize| self.triangles[position].intersect(ray);
         let found = match &self.nodes {
-            Nodes::Binary(binary) => binary.ray_traverse(ray, &mut hit, meet),
-            Nodes::Compressed(compressed) => compressed.ray_traverse(ray, &mut hit, meet),
+            Nodes::Binary(binary) => binary.ray_traverse(ray, &mut hit, intersect),
+            Nodes::Compressed(compressed) => compressed.ray_traverse(ray, &mut hit, intersect),
         };
         if found { hit.primitive_id } else { MISS }
     }
 
     #[inline]
     fn occluded(&self, ray: Ray) -> u32 {
-        let meet = |ray: &Ray, place: usize| self.triangles[place].intersect(ray);
+        let intersect = |ray: &Ray, position: usize| self.triangles[position].intersect(ray);
         let missed = match &self.nodes {
-            Nodes::Binary(binary) => binary.ray_traverse_miss(ray, meet),
-            Nodes::Compressed(compressed) => compressed.ray_traverse_miss(ray, meet),
+            Nodes::Binary(binary) => binary.ray_traverse_miss(ray, intersect),
+            Nodes::Compressed(compressed) => compressed.ray_traverse_miss(ray, intersect),
         };
         if missed { MISS } else { 0 }
     }

@@ -1,26 +1,26 @@
 //! Phase times of whole frames: `cargo bench --bench frame [-- SCENE… --size WxH --frames N --threads N]`.
 //!
 //! Without a scene it measures the demo; the defaults are 640x360 pixels of 4 samples, 9 frames, and all cores. Frames are
-//! those of a film at 24 frames a second from the start of the animation; each is posed, built, traced and written as
-//! `rayframe render` does, but the hierarchy is built even where nothing moved. One frame before the first warms up
-//! memory and caches and does not count.
+//! those of an animation at 24 frames per second from its start. Each is posed, built, traced and written as `rayframe render`
+//! does, except that the hierarchy is built even where nothing moved. One frame before the first warms up memory and caches
+//! and does not count.
 //!
-//! A scene is a line of the table. Its columns:
+//! Each scene is a row of the table. Its columns:
 //!
 //! * `triangles`: triangles that are not hidden, in the last frame;
 //! * `references`: boxes that the hierarchy is built over, after early split clipping;
 //! * `pose`: animation, node matrices, morphing, skinning, and triangles in world space;
 //! * `bounds`: boxes of triangles;
-//! * `split`: boxes of parts of those that are split;
+//! * `split`: boxes of parts of split triangles;
 //! * `sort`: Morton codes and the radix sort;
 //! * `tree`: the binary tree with its boxes;
-//! * `widen`: the collapse to the wide tree that rays walk;
+//! * `collapse`: the collapse to the wide tree that rays traverse;
 //! * `trace`: tracing and shading all samples;
-//! * `write`: encoding the EXR file and writing it under a temporary name, with the syncing to disk and the renaming;
+//! * `write`: encoding the EXR file and writing it under a temporary name, synced to disk and renamed;
 //! * `total`: the whole frame, measured by itself;
-//! * `Mrays/s`: millions of rays of all kinds (camera, reflection, refraction, shadow) a second of `trace`.
+//! * `Mrays/s`: millions of rays of all kinds (camera, reflection, refraction, shadow) per second of `trace`.
 //!
-//! Times are medians over the frames in milliseconds, each column by itself, so that they need not add up to `total`.
+//! Times are medians over the frames in milliseconds. Each column has its own median, so they need not add up to `total`.
 
 use std::error::Error;
 use std::io::Write as _;
@@ -41,12 +41,12 @@ use rayframe::sequence::FrameRate;
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 
 const DEMO: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
-/// Samples a pixel, as `rayframe render` takes by default.
+/// Samples per pixel, the default of `rayframe render`.
 const SAMPLES: u32 = 4;
 /// Columns that are medians over frames.
-const TIMES: [&str; 9] = ["pose", "bounds", "split", "sort", "tree", "widen", "trace", "write", "total"];
+const TIMES: [&str; 9] = ["pose", "bounds", "split", "sort", "tree", "collapse", "trace", "write", "total"];
 
-/// What was typed.
+/// Command-line options.
 struct Options {
     scenes: Vec<PathBuf>,
     size: (u32, u32),
@@ -54,7 +54,7 @@ struct Options {
     threads: usize,
 }
 
-/// A scene ready to be rendered, and what is kept from frame to frame.
+/// Scene with the state kept between frames.
 struct Subject {
     scene: Scene,
     selection: Selection,
@@ -64,7 +64,7 @@ struct Subject {
     bvh: Option<Bvh>,
 }
 
-/// What one frame cost.
+/// Times of one frame.
 struct Cost {
     tree: BuildStatistics,
     /// Milliseconds, in the order of [`TIMES`].
@@ -222,7 +222,7 @@ fn row(path: &Path, costs: &[Cost]) -> String {
     format!("{name:<20}{:>10}{:>11}{times}{rays:>9.2}", tree.triangles, tree.references)
 }
 
-/// The middle value; of an even number, the mean of the two in the middle.
+/// Median; of an even number of values, the mean of the middle two.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);

@@ -1,14 +1,14 @@
-//! What textures cost: `cargo bench --bench textures [-- SCENE… --size WxH --frames N --threads N --only NAME]`.
+//! Cost of textures: `cargo bench --bench textures [-- SCENE… --size WxH --frames N --threads N --only NAME]`.
 //!
-//! A scene of our own (a hilly floor with balls on it, a lamp in the studio) is traced in turn with textures and without, in one run. Each
-//! of its two materials has a base colour, a normal map, and a map of occlusion, roughness and metal, of 2048x2048 texels each,
-//! looked up through their mip maps at every distance and angle. Roughness stays above what is followed by mirror rays, so that
-//! both send the same camera rays, and the same shadow rays but for points that the normal maps turn into or out of the light.
+//! A generated scene (balls on a hilly floor, a point light and the studio environment) is traced with and without textures in turn,
+//! in one run. Each of its two materials has a base colour, a normal map, and a map of occlusion, roughness and metalness, of
+//! 2048x2048 texels each, filtered through mip maps at every distance and angle. Roughness is too high for mirror rays, so
+//! all variants trace the same camera rays, and the same shadow rays except where normal maps turn points into or out of the light.
 //!
-//! A kind of picture is a line of the table: its rays, the median times of the whole frame (pose, hierarchy, tracing and
-//! shading) and of tracing and shading alone in milliseconds, and how much each has grown against the first line. `point lookups` is the same textures without mip maps, which take one
-//! lookup of the full image each. Scenes that are named are measured instead, as they are against themselves with all textures
-//! taken away, from the cameras and with the light that `rayframe render` takes.
+//! A row of the table is one variant: its rays, the median milliseconds of the whole frame (pose, hierarchy, tracing and shading)
+//! and of tracing and shading alone, and the growth of each against the first row. `point lookups` is the same textures
+//! without mip maps, with one lookup of the full image each. Named scenes are measured instead of the generated one, with and
+//! without their textures, with the cameras and lights that `rayframe render` uses by default.
 
 use std::error::Error;
 use std::io::Write as _;
@@ -35,20 +35,20 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 const TEXELS: u32 = 2048;
 /// Cells along the side of the floor, and of the grid that becomes a ball.
 const CELLS: usize = 96;
-/// Samples a pixel.
+/// Samples per pixel.
 const SAMPLES: u32 = 4;
 
-/// What was typed.
+/// Command-line options.
 struct Options {
     size: (u32, u32),
     frames: usize,
     threads: usize,
-    /// Beside the first line; all when absent.
+    /// Only variant besides the first row; all if absent.
     only: Option<String>,
     scenes: Vec<PathBuf>,
 }
 
-/// A kind of picture.
+/// Variant of a scene.
 struct Subject {
     name: String,
     scene: Scene,
@@ -58,9 +58,9 @@ struct Subject {
     builder: Builder,
     bvh: Option<Bvh>,
     rays: u64,
-    /// Of whole frames.
+    /// Times of whole frames.
     frame_milliseconds: Vec<f64>,
-    /// Of tracing and shading.
+    /// Times of tracing and shading.
     trace_milliseconds: Vec<f64>,
 }
 
@@ -78,12 +78,12 @@ fn main() -> Result<()> {
     writeln!(
         out,
         "{:<16}{:>12}{:>10}{:>10}{:>10}{:>10}",
-        "picture", "rays", "frame", "growth", "trace", "growth"
+        "variant", "rays", "frame", "growth", "trace", "growth"
     )?;
     let sets = if options.scenes.is_empty() {
-        vec![own_kinds(options.only.as_deref())]
+        vec![generated_variants(options.only.as_deref())]
     } else {
-        options.scenes.iter().map(|path| kinds_of(path, &options)).collect::<Result<_>>()?
+        options.scenes.iter().map(|path| file_variants(path, &options)).collect::<Result<_>>()?
     };
     for mut subjects in sets {
         pool.install(|| measure(&mut subjects, &options)).map_err(|error| error.to_string())?;
@@ -92,7 +92,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// A line a subject, compared with the first.
+/// Prints a row for each subject, compared with the first.
 fn write_rows(out: &mut impl std::io::Write, subjects: &[Subject]) -> Result<()> {
     let times = |subject: &Subject| {
         [&subject.frame_milliseconds, &subject.trace_milliseconds].map(|times| median(times))
@@ -133,8 +133,8 @@ fn options(mut arguments: impl Iterator<Item = String>) -> Result<Options> {
     Ok(options)
 }
 
-/// The kinds of picture of the scene below.
-fn own_kinds(only: Option<&str>) -> Vec<Subject> {
+/// Variants of the generated scene.
+fn generated_variants(only: Option<&str>) -> Vec<Subject> {
     let textured = scene(Some(MipFilter::Linear));
     let mut colored = textured.clone();
     for material in &mut colored.materials {
@@ -148,19 +148,19 @@ fn own_kinds(only: Option<&str>) -> Vec<Subject> {
         ("all maps", textured),
         ("point lookups", scene(Some(MipFilter::None))),
     ];
-    let is_asked_for = |name: &str| name == "untextured" || only.is_none_or(|only| only == name);
-    let kinds = kinds.into_iter().filter(|(name, _)| is_asked_for(name));
+    let is_selected = |name: &str| name == "untextured" || only.is_none_or(|only| only == name);
+    let kinds = kinds.into_iter().filter(|(name, _)| is_selected(name));
     kinds.map(|(name, scene)| Subject::new(name, (selection(&scene), scene), Environment::Studio)).collect()
 }
 
-/// A file's scene without its textures and with them.
-fn kinds_of(path: &Path, options: &Options) -> Result<Vec<Subject>> {
+/// Variants of a file's scene: without and with its textures.
+fn file_variants(path: &Path, options: &Options) -> Result<Vec<Subject>> {
     let scene = import(path, &ImportOptions::default())?;
     let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene)?;
     let (width, height) = options.size;
     let selection = resolve_auto_camera(&scene, selection, width as f32 / height as f32);
     let mut plain = scene.clone();
-    plain.materials.iter_mut().for_each(take_textures);
+    plain.materials.iter_mut().for_each(remove_textures);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let subject = |name: &str, scene: Scene| {
         let mut frame = Frame::default();
@@ -171,7 +171,7 @@ fn kinds_of(path: &Path, options: &Options) -> Result<Vec<Subject>> {
     Ok(vec![subject("untextured", plain), subject(&name, scene)])
 }
 
-fn take_textures(material: &mut Material) {
+fn remove_textures(material: &mut Material) {
     let slots = [
         &mut material.base_color_texture,
         &mut material.metallic_roughness_texture,
@@ -207,7 +207,7 @@ impl Subject {
     }
 }
 
-/// Renders all kinds in turn, so that what slows the machine down slows all alike. The first round does not count.
+/// Renders all variants in turn, so that other load on the machine affects all alike. The first round does not count.
 fn measure(
     subjects: &mut [Subject],
     options: &Options,
@@ -259,7 +259,7 @@ fn selection(scene: &Scene) -> Selection {
     }
 }
 
-/// The floor and the balls, with textures of a mip filter or without any.
+/// Floor and balls, with textures of the given mip filter or without any.
 fn scene(mip: Option<MipFilter>) -> Scene {
     let mut scene = Scene::default();
     for index in 0..2 {
@@ -269,7 +269,7 @@ fn scene(mip: Option<MipFilter>) -> Scene {
         }
         scene.materials.push(material);
     }
-    // A floor of 24 metres with low hills, its texture four times on each side.
+    // A floor of 24 metres with low hills; its texture repeats four times along each side.
     let hill = |x: f32, z: f32| 0.15 * libm::sinf(x * 1.1) * libm::cosf(z * 1.3);
     let floor = grid(0, 4.0, |u, v| {
         let (x, z) = ((u - 0.5) * 24.0, (v - 0.7) * 24.0);
@@ -309,8 +309,8 @@ fn add_node(scene: &mut Scene, node: Node) {
     scene.nodes.push(node);
 }
 
-/// A grid bent to `place(u, v)`, with normals and tangents from its neighbours.
-fn grid(material: u32, repeats: f32, place: impl Fn(f32, f32) -> Vec3) -> Primitive {
+/// Grid with the positions `surface(u, v)`, and normals and tangents from central differences.
+fn grid(material: u32, repeats: f32, surface: impl Fn(f32, f32) -> Vec3) -> Primitive {
     let side = CELLS + 1;
     let step = 1.0 / CELLS as f32;
     let at = |index: usize| ((index % side) as f32 * step, (index / side) as f32 * step);
@@ -318,10 +318,10 @@ fn grid(material: u32, repeats: f32, place: impl Fn(f32, f32) -> Vec3) -> Primit
         (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for (u, v) in (0..side * side).map(at) {
         let (along_u, along_v) = (
-            place(u + step * 0.5, v) - place(u - step * 0.5, v),
-            place(u, v + step * 0.5) - place(u, v - step * 0.5),
+            surface(u + step * 0.5, v) - surface(u - step * 0.5, v),
+            surface(u, v + step * 0.5) - surface(u, v - step * 0.5),
         );
-        positions.push(place(u, v));
+        positions.push(surface(u, v));
         normals.push(along_v.cross(along_u).normalize_or(Vec3::Y));
         tangents.push(along_u.normalize_or(Vec3::X).extend(1.0));
         uvs.push(Vec2::new(u, v) * repeats);
@@ -343,14 +343,14 @@ fn grid(material: u32, repeats: f32, place: impl Fn(f32, f32) -> Vec3) -> Primit
     }
 }
 
-/// A base colour, a normal map of shallow bumps, and a map of occlusion, roughness and metal.
+/// Adds a base colour, a normal map of shallow bumps, and a map of occlusion, roughness and metalness.
 fn add_textures(scene: &mut Scene, material: &mut Material, mip: MipFilter, seed: u32) {
     let noise = move |x: u32, y: u32| {
         let mixed =
             (x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca6b) ^ seed).wrapping_mul(0xc2b2_ae35);
         (mixed >> 24) as u8
     };
-    let bump = |place: u32| 127.5 + 20.0 * libm::sinf(place as f32 * 0.1);
+    let bump = |texel: u32| 127.5 + 20.0 * libm::sinf(texel as f32 * 0.1);
     let base = add_texture(scene, mip, Encoding::Srgb, |x, y| {
         let squares = ((x / 64 + y / 64) % 2) as u8 * 90;
         [100 + squares, 90 + noise(x, y) / 4, 120 - squares / 2, 255]
@@ -383,7 +383,7 @@ fn add_texture(
     TextureRef { texture: TextureIndex(slot), uv_set: 0, transform: UvTransform::default() }
 }
 
-/// The middle value.
+/// Median.
 fn median(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);

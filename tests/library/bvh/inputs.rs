@@ -1,4 +1,4 @@
-//! Triangles and rays of every awkward kind.
+//! Triangles and rays that are hard cases for builders and traversal.
 
 use glam::Vec3;
 use rayframe::geometry::{Aabb, Ray, Triangle};
@@ -39,7 +39,7 @@ pub(crate) fn soup(n: usize, size: f32, random: &mut Random) -> Vec<Triangle> {
         .collect()
 }
 
-/// Aspect 10³ to 10⁵, in all directions.
+/// Slivers with aspect ratios of 10³ to 10⁵, in all directions.
 pub(crate) fn slivers(n: usize, random: &mut Random) -> Vec<Triangle> {
     (0..n)
         .map(|i| {
@@ -50,7 +50,7 @@ pub(crate) fn slivers(n: usize, random: &mut Random) -> Vec<Triangle> {
         .collect()
 }
 
-/// Sheets one above the other, many at exactly the same place.
+/// Stacked sheets, many at exactly the same height.
 pub(crate) fn stacked(n: usize) -> Vec<Triangle> {
     (0..n)
         .map(|i| {
@@ -61,7 +61,7 @@ pub(crate) fn stacked(n: usize) -> Vec<Triangle> {
         .collect()
 }
 
-/// A chain of triangles whose distances and sizes grow by a factor.
+/// Chain of triangles whose distances and sizes grow by a factor.
 pub(crate) fn chain(n: usize) -> Vec<Triangle> {
     (0..n)
         .map(|i| {
@@ -76,7 +76,7 @@ pub(crate) fn scaled(triangles: &[Triangle], scale: f32) -> Vec<Triangle> {
     triangles.iter().map(|t| Triangle { vertices: t.vertices.map(|p| p * scale) }).collect()
 }
 
-/// Whole coordinates in the plane x = 3 y, for rays that lie in it exactly.
+/// Triangles with integer coordinates in the plane x = 3 y, for rays that lie in it exactly.
 pub(crate) fn in_one_plane(n: usize, random: &mut Random) -> Vec<Triangle> {
     let mut point = || {
         let [y, z] = [0; 2].map(|_| (random.below(128) as f32) - 64.0);
@@ -129,7 +129,7 @@ pub(crate) fn inputs() -> Vec<(&'static str, Vec<Triangle>)> {
     ]
 }
 
-/// Rays from everywhere, many aimed at corners, edges and faces, some along axes, some grazing.
+/// Rays from all positions: many aimed at corners, edges and faces, some along axes, some grazing.
 pub(crate) fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec<Ray> {
     let finite = triangles.iter().filter(|t| t.vertices.iter().all(|p| p.is_finite()));
     let bounds = finite.clone().fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
@@ -159,7 +159,7 @@ pub(crate) fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec
                         along[axis] += if i % 16 < 8 { reach } else { -reach };
                         along
                     }
-                    // In line with an edge: edge-on but for rounding.
+                    // Along an edge, up to rounding.
                     _ => {
                         origin = a * 2.0 - b;
                         if i % 2 == 0 { c } else { a * 0.5 + b * 0.25 + c * 0.25 }
@@ -177,7 +177,7 @@ pub(crate) fn rays(triangles: &[Triangle], n: usize, random: &mut Random) -> Vec
         .collect()
 }
 
-/// A sphere of 2 · `rings`² triangles whose vertices are shared exactly.
+/// Sphere of 2 · `rings`² triangles whose vertices are shared exactly.
 pub(crate) fn sphere(rings: usize) -> Vec<Triangle> {
     let vertex = |i: usize, j: usize| {
         let theta = std::f32::consts::PI * i as f32 / rings as f32;

@@ -1,4 +1,4 @@
-//! Answers, one ray at a time and in batches.
+//! Tests of queries, one ray at a time and in batches.
 
 use glam::Vec3;
 use rayframe::bvh::{
@@ -9,12 +9,12 @@ use rayframe::geometry::{Aabb, Ray, Triangle};
 use super::inputs::{Random, inputs, moved, rays, scaled, sphere, stacked, triangle};
 use super::{all_settings, build, flags, settings};
 
-/// A filter as alpha masks are: by where on the triangle the hit is.
+/// Filter like an alpha mask, by the position of the hit on the triangle.
 fn opaque_part(hit: &Hit) -> bool {
     ((hit.u * 8.0) as u32).is_multiple_of(2)
 }
 
-/// All answers of one ray, as bits.
+/// Answers of all queries of one ray.
 fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
     let counters = &mut TraversalCounters::default();
     let mut all = Vec::new();
@@ -32,35 +32,35 @@ fn answers(bvh: &Bvh, ray: &Ray) -> (Option<Hit>, Option<Hit>, bool, Vec<Hit>) {
 }
 
 #[test]
-fn equals_brute_force_whatever_the_settings() {
+fn equals_brute_force_for_all_settings() {
     let mut random = Random(2);
     for (name, triangles) in inputs() {
         let flags = flags(triangles.len());
-        let slow =
+        let brute_force =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
         let rays = rays(&triangles, 400, &mut random);
-        let expected: Vec<_> = rays.iter().map(|ray| answers(&slow, ray)).collect();
+        let expected: Vec<_> = rays.iter().map(|ray| answers(&brute_force, ray)).collect();
         let hits = expected.iter().filter(|answer| answer.1.is_some()).count();
         if !["none", "collinear"].contains(&name) {
             assert!(hits * 20 > rays.len(), "{name}: only {hits} rays hit");
         }
         for settings in all_settings() {
-            let fast = build(&triangles, &flags, &settings);
-            fast.validate(&triangles, &flags).unwrap();
+            let bvh = build(&triangles, &flags, &settings);
+            bvh.validate(&triangles, &flags).unwrap();
             for (ray, expected) in rays.iter().zip(&expected) {
-                assert_eq!(&answers(&fast, ray), expected, "{name} {settings:?} {ray:?}");
+                assert_eq!(&answers(&bvh, ray), expected, "{name} {settings:?} {ray:?}");
             }
         }
     }
 }
 
-/// Bundles as an integrator makes them: from one point over a small square, back to it, and mirrored by a bent surface.
-fn bundles(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
+/// Coherent rays as an integrator traces them: from one point to a small square, segments back to it, and from a curved mirror.
+fn batches(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
     let finite = triangles.iter().filter(|t| t.vertices.iter().all(|p| p.is_finite()));
     let bounds = finite.fold(Aabb::EMPTY, |all, t| all.union(t.bounds()));
     let (center, reach) =
         if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.extent().max_element()) };
-    let mut bundles = Vec::new();
+    let mut batches = Vec::new();
     for i in 0..60 {
         let origin = center + random.point() * reach * [0.2, 1.5][i % 2];
         let aim = if triangles.is_empty() {
@@ -73,7 +73,7 @@ fn bundles(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
         let up = along.cross(side).normalize_or_zero() * side.length();
         let spread = [0.002, 0.05, 0.5, 3.0][i / 2 % 4];
         let n = [64, 200, 5, 17][i % 4];
-        let bundle = (0..n).map(|k| {
+        let batch = (0..n).map(|k| {
             let (x, y) = ((k % 8) as f32 / 4.0 - 1.0, (k / 8 % 8) as f32 / 4.0 - 1.0);
             let direction = along + (side * x + up * y) * spread;
             match i % 3 {
@@ -82,9 +82,9 @@ fn bundles(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
                 _ => Ray::new(origin + side * (x * 0.1), direction),
             }
         });
-        bundles.push(bundle.collect());
+        batches.push(batch.collect());
     }
-    bundles
+    batches
 }
 
 #[test]
@@ -93,24 +93,24 @@ fn batches_equal_single_rays() {
     let mut hits = 0;
     for (name, triangles) in inputs() {
         let flags = flags(triangles.len());
-        let bundles = bundles(&triangles, &mut random);
-        let slow =
+        let batches = batches(&triangles, &mut random);
+        let brute_force =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
         for simd in crate::supported_simd_levels() {
-            let fast = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, simd));
-            for rays in &bundles {
+            let bvh = build(&triangles, &flags, &settings(BuilderKind::Auto, Split::Auto, simd));
+            for rays in &batches {
                 let counters = &mut TraversalCounters::default();
                 let mut closest = vec![None; rays.len()];
                 let mut occluded = vec![false; rays.len()];
-                // The filter is told which ray asks: every third one sees other parts.
+                // The filter depends on the index of the ray: every third one sees other parts.
                 let filter = |i: usize, hit: &Hit| opaque_part(hit) != i.is_multiple_of(3);
-                fast.closest_hits(rays, filter, &mut closest, counters);
-                fast.occluded_rays(rays, filter, &mut occluded, counters);
+                bvh.closest_hits(rays, filter, &mut closest, counters);
+                bvh.occluded_rays(rays, filter, &mut occluded, counters);
                 assert_eq!(counters.rays, 2 * rays.len() as u64);
                 for (i, ray) in rays.iter().enumerate() {
-                    let expected = slow.closest_hit(ray, None, |hit| filter(i, hit), counters);
+                    let expected = brute_force.closest_hit(ray, None, |hit| filter(i, hit), counters);
                     assert_eq!(closest[i], expected, "{name} {simd:?} {i} {ray:?}");
-                    let expected = slow.occluded(ray, |hit| filter(i, hit), counters);
+                    let expected = brute_force.occluded(ray, |hit| filter(i, hit), counters);
                     assert_eq!(occluded[i], expected, "{name} {simd:?} {i} {ray:?}");
                     hits += usize::from(expected);
                 }
@@ -122,7 +122,7 @@ fn batches_equal_single_rays() {
 
 #[test]
 fn all_hits_are_listed_once_and_in_order() {
-    // 200 sheets of which every ray through the middle meets each: 7 distances, about 29 sheets at each.
+    // Every ray through the middle hits all 200 sheets: 7 distances, about 29 sheets at each.
     let triangles = stacked(200);
     let flags = vec![TriangleFlags::default(); 200];
     let bvh = build(&triangles, &flags, &settings(BuilderKind::Lbvh, Split::Area(0.05), SimdLevel::best()));

@@ -1,4 +1,4 @@
-//! Trees: the same on any number of threads, shallow, and no dearer than others.
+//! Tests of trees: equal for any number of threads, of bounded depth, and of low SAH cost.
 
 use glam::Vec3;
 use rayframe::bvh::{
@@ -45,8 +45,8 @@ fn many_identical_triangles_build_a_shallow_tree() {
     for builder in HIERARCHIES {
         let bvh = build(&triangles, &flags, &settings(builder, Split::Off, SimdLevel::best()));
         bvh.validate(&triangles, &flags).unwrap();
-        // Equal codes are split by the bits of their places, and identical boxes merge in pairs: about ceil(log2(10⁶))
-        // levels either way, 20. Chunks, of which the last is smaller, may add a few.
+        // Equal codes are split by the bits of their positions, and identical boxes merge in pairs. Both give about
+        // ceil(log2(10⁶)) = 20 levels. Chunks, of which the last is smaller, may add a few.
         assert!((20..=24).contains(&bvh.statistics().depth), "{builder:?} {}", bvh.statistics().depth);
         let ray = Ray::new(Vec3::new(0.25, 0.25, 1.0), Vec3::NEG_Z);
         let hit = bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default()).unwrap();
@@ -56,7 +56,7 @@ fn many_identical_triangles_build_a_shallow_tree() {
 
 #[test]
 fn chains_and_nested_boxes_build_a_shallow_tree() {
-    // Boxes around one centre, and boxes in a row, that grow by a factor: every one is nearest to the next smaller one.
+    // Nested boxes and boxes in a row that grow by a factor: each is nearest to the next smaller one.
     let size = |i: i32| libm::powf(1.001, i as f32) * 1.0e-3;
     let nested = (0..30_000).map(|i| {
         let [a, b, c] = [Vec3::NEG_ONE, Vec3::ONE, Vec3::new(1.0, -1.0, 0.0)].map(|p| p * size(i));

@@ -1,8 +1,8 @@
-//! Whether answers are the same to the last bit, however they are found.
+//! Check that all configurations give equal answers, to the last bit.
 //!
-//! For every ray of a scene the plain LBVH without splits, walked by scalar code one ray at a time, gives the answer: id and
-//! bits of `t` of the closest hit, or whether there is any. Every configuration, at every SIMD level of this machine, one by
-//! one and in batches, must give the same; and so must brute force for a sample.
+//! The expected answers are those of the plain LBVH without splits, traversed by scalar code one ray at a time: index and bits of
+//! `t` of the closest hit, or occlusion. Every configuration must give the same at every SIMD level of this machine, one by one
+//! and in batches. Brute force must give the same for a sample.
 
 use std::io::Write;
 
@@ -17,40 +17,40 @@ use peers::hierarchy::hierarchy;
 use peers::ray_set::Query;
 use peers::trace::BATCH;
 
-/// All levels; those that the machine lacks are passed over.
+/// All levels; unsupported ones are skipped.
 const LEVELS: [SimdLevel; 5] = SimdLevel::ALL;
 
-/// Rays and what is asked of them.
+/// Rays and their query.
 struct Questions<'a> {
     name: String,
     query: Query,
     rays: &'a [Ray],
 }
 
-/// How they are asked.
+/// Single rays or batches.
 #[derive(Clone, Copy, Debug)]
-enum Way {
+enum Mode {
     Single,
     Batches,
 }
 
-/// Compares all ways; the number of answers that differ.
+/// Compares all configurations; returns the number of differing answers.
 pub(crate) fn differences(subject: &Subject, sample: usize, out: &mut impl Write) -> Result<usize> {
     let questions = questions(subject);
     let [plain, ..] = CONFIGURATIONS;
     let settings = BuildSettings { simd: SimdLevel::Scalar, ..plain.settings() };
     let bvh = hierarchy(&subject.soup, &settings)?;
-    let expected: Vec<_> = questions.iter().map(|asked| answers(&bvh, asked, Way::Single)).collect();
+    let expected: Vec<_> = questions.iter().map(|asked| answers(&bvh, asked, Mode::Single)).collect();
     let mut differing = brute_force(subject, sample, (&questions, &expected), out)?;
     for configuration in &CONFIGURATIONS {
         for level in LEVELS.into_iter().filter(|level| level.is_supported()) {
             let settings = BuildSettings { simd: level, ..configuration.settings() };
             let bvh = hierarchy(&subject.soup, &settings)?;
-            for way in [Way::Single, Way::Batches] {
+            for mode in [Mode::Single, Mode::Batches] {
                 for (asked, expected) in questions.iter().zip(&expected) {
-                    let wrong = count(&answers(&bvh, asked, way), expected);
+                    let wrong = count(&answers(&bvh, asked, mode), expected);
                     differing += wrong;
-                    let name = format!("{} {level:?} {way:?} {}", configuration.name, asked.name);
+                    let name = format!("{} {level:?} {mode:?} {}", configuration.name, asked.name);
                     report(out, &subject.name, &name, (asked.rays.len(), wrong))?;
                 }
             }
@@ -59,7 +59,7 @@ pub(crate) fn differences(subject: &Subject, sample: usize, out: &mut impl Write
     Ok(differing)
 }
 
-/// Every set, and shadow rays from the light besides.
+/// All sets, and shadow rays that start at the light.
 fn questions(subject: &Subject) -> Vec<Questions<'_>> {
     let mut questions = Vec::new();
     for set in &subject.sets {
@@ -75,7 +75,7 @@ fn questions(subject: &Subject) -> Vec<Questions<'_>> {
     questions
 }
 
-/// Asks brute force about `sample` rays, evenly from all questions.
+/// Compares brute force on `sample` rays, spread evenly over all questions.
 fn brute_force(
     subject: &Subject,
     sample: usize,
@@ -90,7 +90,7 @@ fn brute_force(
         let rays: Vec<Ray> = asked.rays.iter().copied().step_by(step).collect();
         let expected: Vec<u64> = expected.iter().copied().step_by(step).collect();
         let some = Questions { name: asked.name.clone(), query: asked.query, rays: &rays };
-        let wrong = count(&answers(&bvh, &some, Way::Single), &expected);
+        let wrong = count(&answers(&bvh, &some, Mode::Single), &expected);
         differing += wrong;
         report(out, &subject.name, &format!("brute force {}", asked.name), (rays.len(), wrong))?;
     }
@@ -105,13 +105,13 @@ fn report(out: &mut impl Write, scene: &str, name: &str, (rays, wrong): (usize, 
     Ok(writeln!(out, "{scene:<8} {name:<44} {rays:>8} rays {wrong:>6} differ")?)
 }
 
-/// One number a ray that tells all answers apart.
-fn answers(bvh: &Bvh, asked: &Questions<'_>, way: Way) -> Vec<u64> {
+/// One number per ray that identifies its answer.
+fn answers(bvh: &Bvh, asked: &Questions<'_>, mode: Mode) -> Vec<u64> {
     let mut answers = vec![0; asked.rays.len()];
     let tasks = asked.rays.par_chunks(BATCH).zip(answers.par_chunks_mut(BATCH));
-    tasks.for_each(|(rays, answers)| match way {
-        Way::Single => answer_singly(bvh, rays, asked.query, answers),
-        Way::Batches => answer_together(bvh, rays, asked.query, answers),
+    tasks.for_each(|(rays, answers)| match mode {
+        Mode::Single => answer_singly(bvh, rays, asked.query, answers),
+        Mode::Batches => answer_together(bvh, rays, asked.query, answers),
     });
     answers
 }

@@ -1,8 +1,8 @@
-//! The files of scenes, cameras and rays: little-endian `f32`, and numbers in text for the camera.
+//! Input files: scenes and rays as little-endian `f32`, cameras as text.
 //!
-//! * `scenes/NAME.tri`: nine numbers a triangle;
+//! * `scenes/NAME.tri`: nine numbers per triangle;
 //! * `scenes/NAME.cam`: eye, target, up, vertical field of view in degrees, position of the light;
-//! * `rays/NAME.SET.rays`: eight numbers a ray: origin, `t_min`, direction, `t_max`.
+//! * `rays/NAME.SET.rays`: eight numbers per ray: origin, `t_min`, direction, `t_max`.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::Result;
 use peers::ray_set::RaySet;
 use peers::soup::Soup;
 
-/// A pinhole and a lamp.
+/// Pinhole camera and point light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct View {
     pub(crate) eye: Vec3,
@@ -23,7 +23,7 @@ pub(crate) struct View {
     pub(crate) light: Vec3,
 }
 
-/// A scene with the rays that every peer traces.
+/// Scene with the rays that every tracer traces.
 pub(crate) struct Subject {
     pub(crate) name: String,
     pub(crate) soup: Soup,

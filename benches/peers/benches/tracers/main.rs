@@ -1,25 +1,24 @@
-//! Rayframe and obvhs on the scenes and rays that other tracers were measured on, by the same clocks:
+//! Rayframe and obvhs on the scenes and rays of other tracers' measurements, with the same clocks:
 //! `cargo bench -p peers --bench tracers -- WORKDIR --csv FILE [--lib rayframe|obvhs] [--config NAME] [--threads N] [SCENE…]`.
 //!
 //! WORKDIR holds `scenes/` and `rays/` (see `folder`). Rows `lib,scene,config,threads,metric,value` are appended to FILE, or
-//! printed. Reading and conversion are never measured. The metrics:
+//! printed. Reading and conversion are not measured. The metrics:
 //!
-//! * `build_ms`: wall clock of the first build, with a fresh builder;
-//! * `rebuild_ms`: the best of six more, with the builder and the memory of the last structure kept: everything from
-//!   triangles to a structure that rays can walk;
-//! * `references`, `bytes_per_triangle`: of the structure, a triangle; `sah`, `depth`: of the binary tree;
-//! * `mrays:SET:single`: millions of rays a second, one query a ray. Threads pull chunks of 8192 rays; the time is their
+//! * `build_ms`: wall-clock time of the first build, with a new builder;
+//! * `rebuild_ms`: the best of six rebuilds, with the builder and the memory of the last hierarchy reused;
+//! * `references`, `bytes_per_triangle`: per triangle; `sah`, `depth`: of the binary tree;
+//! * `mrays:SET:single`: millions of rays per second, one query per ray. Threads pull chunks of 8192 rays; the time is their
 //!   processor time, summed over threads, over their number; the best of three passes, or one that takes over half a second;
 //! * `mrays:SET:packet`: the same by batch queries of 256 consecutive rays. Batches of `shadow` start at the light, as in the
 //!   renderer (see `ray_set`); `mrays:shadow:packet_surface` are batches of the rays as they are in the file;
-//! * `hits:SET`: rays that hit something;
-//! * `nodes:SET:…`, `triangles:SET:…`: wide nodes visited and triangles tested, a ray;
+//! * `hits:SET`: number of rays with a hit;
+//! * `nodes:SET:…`, `triangles:SET:…`: wide nodes visited and triangles tested, per ray;
 //! * `frame_ms:single`, `frame_ms:packet`: `rebuild_ms` and the times of primary, shadow and reflect;
 //! * `trace_ms:render`, `trace_ms:rays`, `trace_ms:ratio`: see `product`; for `auto` only.
 //!
 //! obvhs's rows have lib `obvhs`, or `obvhs-native` where the benchmark is compiled for the machine it runs on.
 //!
-//! With `--check [--sample N]` nothing is measured: answers are compared (see `check`), and any difference is an error.
+//! `--check [--sample N]` measures nothing. It compares answers (see `check`), and any difference is an error.
 
 mod check;
 mod folder;
@@ -65,7 +64,7 @@ fn measure_all(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Every configuration that is wanted, with a line on standard error for each.
+/// Measures all selected configurations and prints a line for each on standard error.
 fn measure_scene(subject: &Subject, threads: usize, options: &Options, table: &mut Table) -> Result<()> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
     let announce = |library, name: &str| {

@@ -1,17 +1,17 @@
-//! What was typed.
+//! Command-line options.
 
 use std::path::PathBuf;
 
 use crate::Result;
 
-/// The scenes of an ordinary run. `pipes` is measured when asked for: it takes minutes.
+/// Default scenes. `pipes` is measured only when named, because it takes minutes.
 const SCENES: [&str; 7] = ["bunny", "sponza", "kitchen", "arch", "stadium", "ico70k", "ico1m"];
 
-/// What is measured, and where.
+/// Command-line options.
 pub(crate) struct Options {
-    /// The folder that `run_peer.sh` leaves.
+    /// Folder written by `run_peer.sh`.
     pub(crate) folder: PathBuf,
-    /// Rows are appended here.
+    /// File to which rows are appended.
     pub(crate) csv: Option<PathBuf>,
     pub(crate) scenes: Vec<String>,
     /// Compare answers instead of measuring.
@@ -37,7 +37,7 @@ impl Options {
             configurations: Vec::new(),
             threads: Vec::new(),
         };
-        let mut places = Vec::new();
+        let mut positional = Vec::new();
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().ok_or_else(|| format!("{argument} needs a value"));
             match argument.as_str() {
@@ -50,12 +50,12 @@ impl Options {
                 "--config" => options.configurations.push(value()?),
                 "--threads" => options.threads.push(value()?.parse()?),
                 flag if flag.starts_with('-') => return Err(format!("{flag} is not an option").into()),
-                _ => places.push(argument),
+                _ => positional.push(argument),
             }
         }
-        let mut places = places.into_iter();
-        options.folder = places.next().ok_or("name the folder that run_peer.sh leaves")?.into();
-        options.scenes = places.collect();
+        let mut positional = positional.into_iter();
+        options.folder = positional.next().ok_or("name the folder written by run_peer.sh")?.into();
+        options.scenes = positional.collect();
         if options.scenes.is_empty() {
             options.scenes = SCENES.map(str::to_owned).to_vec();
         }
@@ -68,12 +68,12 @@ impl Options {
         Ok(options)
     }
 
-    /// Whether rows of `library` are wanted.
+    /// Whether rows of `library` are selected.
     pub(crate) fn wants_library(&self, library: &str) -> bool {
         self.libraries.is_empty() || self.libraries.iter().any(|wanted| wanted == library)
     }
 
-    /// Whether rows of `configuration` are wanted.
+    /// Whether rows of `configuration` are selected.
     pub(crate) fn wants(&self, configuration: &str) -> bool {
         self.configurations.is_empty() || self.configurations.iter().any(|wanted| wanted == configuration)
     }

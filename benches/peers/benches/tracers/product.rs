@@ -1,9 +1,9 @@
-//! Whether the renderer traces as fast as the benchmark does: the same scene and camera through
-//! [`rayframe::render::render_frame`], and the rays that it traces as batches of the benchmark's own.
+//! Trace time of the renderer compared with that of the benchmark's batches: the same scene and camera through
+//! [`rayframe::render::render_frame`], and as many rays of each kind in batches.
 //!
-//! The surface is half a mirror and half dull, so that every hit of the camera sends a mirror ray and, where the lamp is not
-//! behind it, a shadow ray; hits of mirror rays send only shadow rays. So the renderer's rays are the sets `primary`,
-//! `shadow` and `reflect`, and shadow rays of what `reflect` hits, which are made here.
+//! The surface is half mirror and half diffuse. Every camera hit sends a mirror ray and, where the surface faces the light, a
+//! shadow ray; hits of mirror rays send only shadow rays. So the renderer's rays are the sets `primary`, `shadow` and
+//! `reflect`, and shadow rays from the hits of `reflect`, which are generated here.
 
 use glam::{Mat4, Vec3};
 use rayframe::bvh::{BuildSettings, Bvh, TraversalCounters};
@@ -27,16 +27,16 @@ use peers::soup::Soup;
 use peers::surface::Surface;
 use peers::trace;
 
-/// Pixels along the side of the picture for which the rays were made.
+/// Pixels along the side of the image for which the rays were generated.
 const SIDE: u32 = 1024;
-/// Pictures, of which the fastest counts.
+/// Rendered images; the fastest counts.
 const RUNS: usize = 3;
 
-/// Milliseconds over threads.
+/// Milliseconds, summed over threads, over their number.
 pub(crate) struct Compared {
-    /// Of the renderer's queries.
+    /// Queries of the renderer.
     pub(crate) render_ms: f64,
-    /// Of as many rays of each kind in batches of the benchmark.
+    /// As many rays of each kind in batches of the benchmark.
     pub(crate) rays_ms: f64,
 }
 
@@ -47,7 +47,7 @@ pub(crate) fn compare(
     bvh: &Bvh,
     pool: &ThreadPool,
 ) -> Result<Compared> {
-    let (scene, selection) = stage(&subject.soup, &subject.view);
+    let (scene, selection) = mirror_scene(&subject.soup, &subject.view);
     let frame = Frame::at(&scene, &selection, 0.0);
     let soup = Soup { triangles: frame.triangles.clone(), flags: frame.flags.clone() };
     let built = pool.install(|| hierarchy(&soup, settings))?;
@@ -63,7 +63,7 @@ pub(crate) fn compare(
     Ok(Compared { render_ms, rays_ms: rays_ms(subject, bvh, &rendered, threads) })
 }
 
-/// What `rendered`'s rays cost in batches: the time of each of the benchmark's sets, times the ratio of their numbers.
+/// Time of `rendered`'s rays in batches: the time of each of the benchmark's sets, times the ratio of their numbers of rays.
 fn rays_ms(subject: &Subject, bvh: &Bvh, rendered: &RenderStatistics, threads: usize) -> f64 {
     let counts = &rendered.integrator;
     let mirrored = second_shadows(subject, bvh);
@@ -74,17 +74,17 @@ fn rays_ms(subject: &Subject, bvh: &Bvh, rendered: &RenderStatistics, threads: u
         sets.iter().filter(|(query, _)| *query == Query::Occluded).map(|(_, rays)| rays.len()).sum();
     let wanted = [counts.camera_rays, 0, counts.reflection_rays];
     let mut seconds = 0.0;
-    for (place, (query, rays)) in sets.into_iter().enumerate().filter(|(_, (_, rays))| !rays.is_empty()) {
+    for (index, (query, rays)) in sets.into_iter().enumerate().filter(|(_, (_, rays))| !rays.is_empty()) {
         let traced = trace::batches(bvh, rays, query, threads).seconds;
         seconds += match query {
-            Query::Closest => traced * wanted[place] as f64 / rays.len() as f64,
+            Query::Closest => traced * wanted[index] as f64 / rays.len() as f64,
             Query::Occluded => traced * counts.shadow_rays as f64 / shadows as f64,
         };
     }
     seconds * 1e3
 }
 
-/// Shadow rays from the light to what mirror rays hit and it shines on, in their order.
+/// Shadow rays from the light to the lit hits of mirror rays, in their order.
 fn second_shadows(subject: &Subject, bvh: &Bvh) -> Vec<Ray> {
     let ray = |ray: &Ray| {
         let hit = bvh.closest_hit(ray, None, |_| true, &mut TraversalCounters::default())?;
@@ -105,8 +105,8 @@ fn render_settings() -> RenderSettings {
     }
 }
 
-/// One mesh and one lamp under nodes without transforms, and the camera.
-fn stage(soup: &Soup, view: &View) -> (Scene, Selection) {
+/// Scene of one mesh and one point light, and its camera.
+fn mirror_scene(soup: &Soup, view: &View) -> (Scene, Selection) {
     let light = Light { name: None, color: Vec3::ONE, intensity: 1.0, range: None, kind: LightKind::Point };
     let material = Material { metallic: 0.5, roughness: 0.0, double_sided: true, ..Material::default() };
     let at_light = Mat4::from_translation(view.light);

@@ -1,4 +1,4 @@
-//! Rows of the file of figures: `lib,scene,config,threads,metric,value`.
+//! Table of results: rows `lib,scene,config,threads,metric,value`.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::Result;
 
-/// What every row of one measurement begins with.
+/// First columns of the rows of one measurement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Key<'a> {
     pub(crate) library: &'a str,
@@ -15,7 +15,7 @@ pub(crate) struct Key<'a> {
     pub(crate) threads: usize,
 }
 
-/// Where rows go: to a file, or to the terminal where none is named.
+/// Output of rows: a file, or standard output if none is named.
 pub(crate) struct Table(Option<File>);
 
 impl Table {

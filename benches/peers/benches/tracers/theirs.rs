@@ -1,4 +1,4 @@
-//! The rows of one preset of obvhs on one scene.
+//! Rows of one preset of obvhs on one scene.
 
 use rayon::ThreadPool;
 
@@ -9,7 +9,7 @@ use peers::obvhs_build;
 use peers::obvhs_preset::{LIBRARY, Preset};
 use peers::obvhs_trace;
 
-/// Measures building and single rays; the library has no packets.
+/// Measures builds and single rays; obvhs has no packets.
 pub(crate) fn measure(
     subject: &Subject,
     preset: &Preset,
@@ -24,12 +24,12 @@ pub(crate) fn measure(
     table.row(key, "rebuild_ms", rebuild_seconds * 1e3)?;
 
     let mut frame_ms = rebuild_seconds * 1e3;
-    for (place, set) in subject.sets.iter().enumerate().filter(|(_, set)| !set.rays.is_empty()) {
+    for (index, set) in subject.sets.iter().enumerate().filter(|(_, set)| !set.rays.is_empty()) {
         let rays = obvhs_trace::rays(set);
         let (mega_rays, hits) = obvhs_trace::single(&tree, &rays, set.query, threads);
         table.row(key, &format!("mrays:{}:single", set.name), mega_rays)?;
         table.row(key, &format!("hits:{}", set.name), hits as f64)?;
-        if place < FRAME_SETS {
+        if index < FRAME_SETS {
             frame_ms += set.rays.len() as f64 / mega_rays * 1e-3;
         }
     }

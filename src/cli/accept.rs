@@ -1,4 +1,4 @@
-//! `rayframe accept` and `rayframe reject`: what happens to pictures that wait beside the references.
+//! `rayframe accept` and `rayframe reject`: apply or discard pending images.
 
 use std::path::PathBuf;
 
@@ -10,13 +10,13 @@ use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{self, Approval, Pending, PendingKind, Suite};
 use rayframe::shot::ShotFiles;
 
-/// What is said where nothing waits.
-pub(super) const NOTHING: &str = "nothing waits; rayframe test finds what differs";
+/// The message where nothing is pending.
+pub(super) const NOTHING: &str = "no pending images; rayframe test finds differences";
 
-/// Which pending pictures are meant; all options of `rayframe reject` and `rayframe review`.
+/// The selection of pending images; the options of `rayframe reject` and `rayframe review`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct RejectArgs {
-    /// Only the shot or picture of this name, or all whose names contain it
+    /// Only the shot or image of this name, or all whose names contain it
     #[arg(default_value = "", hide_default_value = true)]
     pub(super) filter: String,
     #[command(flatten)]
@@ -28,18 +28,18 @@ pub(super) struct RejectArgs {
 pub(super) struct AcceptArgs {
     #[command(flatten)]
     which: RejectArgs,
-    /// Accept what this file approves, which a report exported, and nothing else
+    /// Accept only what this file approves, which a report exported
     #[arg(long, value_name = "FILE", conflicts_with = "filter")]
     approvals: Option<PathBuf>,
 }
 
-/// Makes pending pictures references.
+/// Accepts pending images as the new references.
 pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     refuse_in_ci("accept")?;
-    let (suite, waiting) = waiting(&args.which)?;
+    let (suite, pending_changes) = pending_changes(&args.which)?;
     let chosen = match &args.approvals {
-        Some(file) => approved(&suite, &suite::read_approvals(file)?, &waiting)?,
-        None => waiting,
+        Some(file) => approved(&suite, &suite::read_approvals(file)?, &pending_changes)?,
+        None => pending_changes,
     };
     // All or nothing.
     for pending in &chosen {
@@ -51,38 +51,38 @@ pub(super) fn accept(args: &AcceptArgs) -> Result<()> {
     }
     if chosen.is_empty() {
         print_output(match args.approvals {
-            Some(_) => "all that was approved is settled already",
+            Some(_) => "all approved changes are applied already",
             None => NOTHING,
         });
     }
     Ok(())
 }
 
-/// Forgets pending pictures.
+/// Discards pending images.
 pub(super) fn reject(args: &RejectArgs) -> Result<()> {
-    let (_, waiting) = waiting(args)?;
-    for pending in &waiting {
+    let (_, pending_changes) = pending_changes(args)?;
+    for pending in &pending_changes {
         suite::reject(pending)?;
         print_output(&rejected(pending));
     }
-    if waiting.is_empty() {
+    if pending_changes.is_empty() {
         print_output(NOTHING);
     }
     Ok(())
 }
 
-/// Where nobody looks, nothing becomes a reference.
+/// Refuses to write references on build servers.
 pub(super) fn refuse_in_ci(command: &str) -> Result<()> {
     if suite::is_ci() {
         let message = format!(
-            "{command}: CI is set, and references are written where somebody looks at them; accept them at home and commit them"
+            "{command}: CI is set, and references are not written on build servers; accept them on your machine and commit them"
         );
         return Err(Error::usage(message));
     }
     Ok(())
 }
 
-/// What is said about a change that was not made.
+/// The message for a rejected change.
 pub(super) fn rejected(pending: &Pending) -> String {
     match pending.kind {
         PendingKind::Remove => format!("kept {}", pending.reference.display()),
@@ -90,7 +90,7 @@ pub(super) fn rejected(pending: &Pending) -> String {
     }
 }
 
-/// What happened to the reference.
+/// The verb for an accepted change.
 pub(super) fn done(kind: PendingKind) -> &'static str {
     match kind {
         PendingKind::Add => "added",
@@ -99,28 +99,28 @@ pub(super) fn done(kind: PendingKind) -> &'static str {
     }
 }
 
-/// The suite, and what waits in it.
-pub(super) fn waiting(args: &RejectArgs) -> Result<(Suite, Vec<Pending>)> {
+/// The suite, and its selected pending changes.
+pub(super) fn pending_changes(args: &RejectArgs) -> Result<(Suite, Vec<Pending>)> {
     let suite = args.suite.read()?;
     let shots = suite::discover(&suite, &ShotFiles)?;
-    let waiting = suite::pending(&suite, &shots, &args.filter)?;
-    Ok((suite, waiting))
+    let pending_changes = suite::pending(&suite, &shots, &args.filter)?;
+    Ok((suite, pending_changes))
 }
 
-/// Those of `waiting` that are approved; what is already as it was approved counts as done. All others must fit, or nothing is
-/// accepted.
-fn approved(suite: &Suite, approvals: &[Approval], waiting: &[Pending]) -> Result<Vec<Pending>> {
+/// The approved changes among `pending_changes`. Approvals that are applied already are skipped; every other approval must fit a pending change,
+/// or nothing is accepted.
+fn approved(suite: &Suite, approvals: &[Approval], pending_changes: &[Pending]) -> Result<Vec<Pending>> {
     let mut contradictions = Vec::new();
     let mut chosen = Vec::new();
     for approval in approvals {
-        match waiting.iter().find(|pending| pending.name == approval.name) {
+        match pending_changes.iter().find(|pending| pending.name == approval.name) {
             Some(pending) => match approval.contradiction(pending)? {
                 None => chosen.push(pending.clone()),
                 Some(contradiction) => contradictions.push(contradiction),
             },
             None if approval.is_applied(suite) => {}
             None => contradictions.push(format!(
-                "{}: nothing of this name waits; run rayframe test, which keeps what can become a reference",
+                "{}: no pending image has this name; run rayframe test, which stores pending images",
                 approval.name
             )),
         }

@@ -1,9 +1,9 @@
-//! `rayframe review`: pending pictures one by one, each shown beside its reference, each with a question.
+//! `rayframe review`: shows pending images one by one beside their references, and asks what to do.
 
 use std::io::BufRead;
 use std::path::Path;
 
-use super::accept::{NOTHING, RejectArgs, done, refuse_in_ci, rejected, waiting};
+use super::accept::{NOTHING, RejectArgs, done, pending_changes, refuse_in_ci, rejected};
 use crate::progress::{TerminalImages, one_line, print_output, print_raw};
 use rayframe::color::ToneCurve;
 use rayframe::error::{Error, Result};
@@ -11,7 +11,7 @@ use rayframe::output::{PreviewLook, display_image};
 use rayframe::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
 use rayframe::regression::{Comparison, Image, pixel_hash};
 
-/// What somebody decided.
+/// The answer of the user.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Decision {
     Accept,
@@ -20,20 +20,20 @@ enum Decision {
     Quit,
 }
 
-/// Asks about everything that waits.
+/// Asks about each pending change.
 pub(super) fn run(args: &RejectArgs) -> Result<()> {
     refuse_in_ci("review")?;
-    let (suite, waiting) = waiting(args)?;
-    if waiting.is_empty() {
+    let (suite, pending_changes) = pending_changes(args)?;
+    if pending_changes.is_empty() {
         print_output(NOTHING);
     }
     let mut answers = std::io::stdin().lock();
     let mut left = 0;
-    for (at, pending) in waiting.iter().enumerate() {
-        let shown = show(&suite, pending, (at + 1, waiting.len()));
+    for (at, pending) in pending_changes.iter().enumerate() {
+        let shown = show(&suite, pending, (at + 1, pending_changes.len()));
         match ask(&mut answers)? {
             Decision::Accept if hash_of(&pending.file) != shown => {
-                let message = format!("{} was rendered anew meanwhile and is still waiting", pending.name);
+                let message = format!("{} was rendered anew meanwhile and is still pending", pending.name);
                 print_output(&one_line(&message));
                 left += 1;
             }
@@ -47,23 +47,23 @@ pub(super) fn run(args: &RejectArgs) -> Result<()> {
             }
             Decision::Skip => left += 1,
             Decision::Quit => {
-                left += waiting.len() - at;
+                left += pending_changes.len() - at;
                 break;
             }
         }
     }
     if left > 0 {
-        print_output(&format!("{left} still waiting"));
+        print_output(&format!("{left} still pending"));
     }
     Ok(())
 }
 
-/// What somebody looks at, to be known again.
+/// The hash of an image, by which a later change is noticed.
 fn hash_of(file: &Path) -> Option<String> {
     Image::read(file).ok().as_ref().map(pixel_hash)
 }
 
-/// Asks until the answer is understood; the end of the input is the wish to stop.
+/// Asks until the answer is valid. The end of the input quits.
 fn ask(answers: &mut impl BufRead) -> Result<Decision> {
     loop {
         print_raw("  [a]ccept, [r]eject, [s]kip, [q]uit? ");
@@ -85,17 +85,17 @@ fn ask(answers: &mut impl BufRead) -> Result<Decision> {
     }
 }
 
-/// What waits, how it differs, and, where the terminal can, the pictures. Gives the hash of the one that waits. What cannot be read is
-/// told of, and can still be decided about.
+/// Shows a pending change, its measures, and on capable terminals the images. Returns the hash of the pending image. An unreadable image
+/// is reported, and the change can still be decided.
 fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option<String> {
     let what = match pending.kind {
         PendingKind::Add => "has no reference yet",
         PendingKind::Replace => "differs from its reference",
-        PendingKind::Remove => "is a reference that no shot asks for",
+        PendingKind::Remove => "is a reference that no shot renders",
     };
     print_output(&format!("{at}/{count} {} {what}", one_line(&pending.name)));
-    let expected = picture(&pending.reference, pending.kind != PendingKind::Add);
-    let actual = picture(&pending.file, pending.kind != PendingKind::Remove);
+    let expected = image(&pending.reference, pending.kind != PendingKind::Add);
+    let actual = image(&pending.file, pending.kind != PendingKind::Remove);
     if let (Some(actual), Some(expected)) = (&actual, &expected) {
         match compare_pending(suite, pending, actual, expected) {
             Ok(comparison) => print_output(&described(&comparison)),
@@ -103,8 +103,8 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
         }
     }
     if let Some(terminal) = TerminalImages::of_stderr() {
-        for (title, picture) in [("reference", &expected), ("new", &actual)] {
-            if let Some(text) = picture.as_ref().and_then(|picture| drawn(terminal, picture)) {
+        for (title, image) in [("reference", &expected), ("new", &actual)] {
+            if let Some(text) = image.as_ref().and_then(|image| terminal_text(terminal, image)) {
                 print_raw(&format!("  {title}\n{text}"));
             }
         }
@@ -112,7 +112,7 @@ fn show(suite: &Suite, pending: &Pending, (at, count): (usize, usize)) -> Option
     actual.as_ref().map(pixel_hash)
 }
 
-fn picture(path: &Path, is_there: bool) -> Option<Image> {
+fn image(path: &Path, is_there: bool) -> Option<Image> {
     if !is_there {
         return None;
     }
@@ -130,11 +130,11 @@ fn described(comparison: &Comparison) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn drawn(terminal: TerminalImages, picture: &Image) -> Option<String> {
-    let colors = picture.clone().into_linear().colors()?;
+fn terminal_text(terminal: TerminalImages, image: &Image) -> Option<String> {
+    let colors = image.clone().into_linear().colors()?;
     let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
     Some(terminal.text(&display_image(
-        picture.size(),
+        image.size(),
         &pixels,
         PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard },
     )))

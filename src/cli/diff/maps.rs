@@ -1,4 +1,4 @@
-//! The pictures that a comparison writes: FLIP as colours or as numbers.
+//! The files that `rayframe diff` writes: FLIP as colours (`--heat-map`) or as numbers (`--flip-map`).
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
@@ -10,7 +10,7 @@ use rayframe::image_file::{ExrCompression, FrameAttributes, encode_exr, encode_p
 use rayframe::regression::{FlipMap, PairedFiles, heat_map};
 use rayframe::sequence::{OutputFormat, OutputPattern};
 
-/// Where maps go.
+/// The names of the files of a map.
 pub(super) struct MapPattern {
     pattern: OutputPattern,
     format: OutputFormat,
@@ -38,7 +38,7 @@ impl MapPattern {
             paired.pairs.iter().map(|pair| pattern.path(pair.frame.unwrap_or(0))).collect();
         if paths.len() < paired.pairs.len() {
             return Err(Error::usage(format!(
-                "{option} {}: several pictures would share a name; write a place for the frame, such as heat.####.png, and \
+                "{option} {}: several images would share a name; add the frame number to it, such as heat.####.png, and \
                  compare one sequence at a time",
                 name.display()
             )));
@@ -56,7 +56,7 @@ impl MapPattern {
         self.pattern.path(frame.unwrap_or(0))
     }
 
-    /// What is in it.
+    /// The contents of the file of a map.
     pub(super) fn encoded(&self, map: &FlipMap) -> Result<Vec<u8>> {
         match self.format {
             OutputFormat::Png => encode_png(map.size, &heat_map(map), ""),

@@ -1,4 +1,4 @@
-//! `rayframe test --init`: a folder becomes a suite.
+//! `rayframe test --init`: writes the suite file of a folder.
 
 use std::path::Path;
 
@@ -8,25 +8,25 @@ use rayframe::error::{Error, Result};
 use rayframe::image_file::{probe_folder, write_atomically};
 use rayframe::regression::suite::SUITE_FILE;
 
-const SUITE_TEXT: &str = r#"# A suite: `rayframe test` renders what is here and compares it with the pictures in references/.
-# Every scene (.glb, .gltf) is a shot, and every shot file (.toml) that names one; a scene that a shot file names is none by itself.
-# docs/suites.md tells more.
+const SUITE_TEXT: &str = r#"# A suite: `rayframe test` renders the shots of this folder and compares them with the images in references/.
+# Every scene (.glb, .gltf) and every shot file (.toml) is a shot; a scene that a shot file names is not a shot by itself.
+# See docs/suites.md.
 
-references = "references"   # expected pictures, at the paths of the shots
-report = "report"           # index.html goes here when something differs, or nothing
-max_reference_kib = 1024    # what is larger is refused: references live in version control (or in Git LFS: git lfs track "*.exr")
+references = "references"   # folder of the reference images, named like the shots
+report = "report"           # folder of index.html
+max_reference_kib = 1024    # size limit: references live in version control (or in Git LFS: git lfs track "*.exr")
 
 [test]
-preset = "visual"           # exact, strict, visual or noisy; a shot file may have a table [test] of its own
+preset = "visual"           # exact, strict, visual or noisy; shot files may have a table [test], too
 
-[shot]                      # settings of all shots, as in shot files; a shot's own come first
+[shot]                      # settings of all shots, as in shot files, which replace them
 resolution = [320, 180]
 samples = 4
 frames = 0                  # of an animation: 0, [0, 12, 24], "1-10" or "all"
-layers = ["object_id", "material_id"]   # few bytes that tell what moved from what looks otherwise; "albedo" and "depth" tell more
+layers = ["object_id", "material_id"]   # a few bytes that tell geometry from material; "albedo" and "depth" tell more
 "#;
 
-/// What version control leaves alone.
+/// The patterns of `.gitignore`.
 const IGNORED: &str = "/report/\n*.new\n";
 
 /// Writes `suite.toml`, and `.gitignore` where there is none.
@@ -52,12 +52,12 @@ pub(super) fn init(option: &SuiteOption) -> Result<()> {
         Ok(_) => format!("\nadd to {}: {}", ignore.display(), IGNORED.replace('\n', " ").trim()),
         Err(_) => {
             write_atomically(&ignore, IGNORED.as_bytes())?;
-            format!("\n{} leaves the report and what waits out of version control", ignore.display())
+            format!("\n{} excludes the report and pending images from version control", ignore.display())
         }
     };
     let suite = option.shown();
     print_output(&format!(
-        "{} written; put a scene beside it, then:\n  rayframe test{suite}     renders it, and says that there is no reference yet\n  rayframe accept{suite}   makes what was rendered the reference\n  rayframe test{suite}     passes until the picture changes{hint}",
+        "{} written; put a scene beside it, then:\n  rayframe test{suite}     renders it, and reports that there is no reference yet\n  rayframe accept{suite}   makes the rendered image the reference\n  rayframe test{suite}     passes until the image changes{hint}",
         file.display()
     ));
     Ok(())

@@ -60,8 +60,3 @@ fn failed(kind: NonSuccessKind, frame: &FrameResult) -> TestCaseStatus {
     status.set_description(lines.join("\n"));
     status
 }
-
-/// The folder of a name, empty where there is none.
-fn folder_of(name: &str) -> &str {
-    name.rsplit_once('/').map_or("", |(folder, _)| folder)
-}

@@ -1,4 +1,4 @@
-//! `rayframe test`: the shots of a suite against their references.
+//! `rayframe test`: renders the shots of a suite and compares them with their references.
 
 mod init;
 mod junit;
@@ -31,30 +31,30 @@ pub(super) struct TestArgs {
     filter: String,
     #[command(flatten)]
     suite: SuiteOption,
-    /// Make a suite of the folder, the current one unless --suite names another
+    /// Write suite.toml in the current folder, or in the one that --suite names
     #[arg(long, conflicts_with_all = ["filter", "list", "json", "junit", "report", "threads", "quiet"])]
     init: bool,
-    /// Print the names of the shots and do nothing
+    /// Print the names of the shots, without rendering
     #[arg(long, conflicts_with_all = ["json", "junit", "report", "threads", "quiet"])]
     list: bool,
-    /// Print what was found as JSON
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
-    /// Write what was found as JUnit XML, which build servers show
+    /// Write the result as JUnit XML, for build servers
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
-    /// Where the report goes, instead of the suite's own place
+    /// Folder of the report, instead of the suite's
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
-    /// Threads in all, and so many shots at once [default: as many as there are cores]
+    /// Number of threads, and of shots at a time [default: one a core]
     #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1024))]
     threads: Option<u32>,
-    /// Print failures alone
+    /// Print failures only
     #[arg(short, long)]
     quiet: bool,
 }
 
-/// Tests, prints, and ends with 0 when everything is as its reference, with 1 when anything is not.
+/// Tests and prints. The exit code is 0 when every image matches its reference, and 1 otherwise.
 pub(super) fn run(args: &TestArgs) -> Ending {
     let cancel = CancelFlag::new();
     let caught = match signals::watch(&cancel) {
@@ -83,7 +83,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
         return Ok(true);
     }
 
-    // Find what cannot be written before anything is rendered.
+    // Check output files before rendering.
     let page = args.report.as_ref().unwrap_or(&suite.report).join("index.html");
     check_report_place(&page)?;
     if let Some(file) = &args.junit {
@@ -93,7 +93,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     let result = tested(args, &suite, cancel)?;
     let passes = result.passes();
     for error in result.not_kept() {
-        print_warning(&format!("what was found cannot be kept to be accepted: {error}"));
+        print_warning(&format!("pending images cannot be stored: {error}"));
     }
     if let Some(file) = &args.junit {
         write_atomically(file, junit::junit_xml(&result)?.as_bytes())?;
@@ -103,7 +103,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     } else {
         text::text(&result, &page, &args.suite.shown(), args.quiet)
     };
-    // What was found is said first, for the report may still fail.
+    // Print the result first, because writing the report may fail.
     if !text.is_empty() {
         print_output(&text);
     }
@@ -114,7 +114,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
 fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteResult> {
     let options = RunOptions {
         filter: args.filter.clone(),
-        // Where nobody looks, nothing waits to be looked at; the report holds the pictures.
+        // Build servers store no pending images; the report holds the images.
         keeps_pending: !suite::is_ci(),
         threads: args.threads.map_or(0, |threads| threads as usize),
     };
@@ -124,12 +124,12 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
     });
     if matches!(result, Err(Error::Interrupted(_))) {
         let tested = counted(progress.finished() as u64, "shot");
-        print_note(&format!("stopped after {tested}; no report was made"));
+        print_note(&format!("stopped after {tested}; no report was written"));
     }
     result
 }
 
-/// The command that was given, to be typed again.
+/// The command line, quoted for a shell.
 fn command(args: &TestArgs, suite: &Suite) -> String {
     let mut words = vec!["rayframe".to_owned(), "test".to_owned()];
     if !args.filter.is_empty() {

@@ -39,11 +39,11 @@ fn review_asks_about_each_image() {
             "1/3 point has no reference yet",
             "added references/point.exr",
             "rejected point_far",
-            "1 still waiting",
+            "1 still pending",
         ],
     );
     assert_eq!(stage.references(), ["point.exr", "sun.exr.new"]);
-    stage.run_with(&["review"], "s\n", None).ends(0, &["1 still waiting"]);
+    stage.run_with(&["review"], "s\n", None).ends(0, &["1 still pending"]);
     stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
     stage.run(&["test", "point"]).ends(1, &[]);
     let ran = stage.run_with(&["review", "point"], "y\n", None);
@@ -92,7 +92,7 @@ fn approvals_are_accepted_where_they_match_the_pending_images() {
         .run(&accept)
         .ends(1, &["nothing was accepted: point: ", "is another than the one that was approved"]);
     approvals(json!([{"name": "gone", "hash": "0000"}]));
-    stage.run(&accept).ends(1, &["gone: nothing of this name waits"]);
+    stage.run(&accept).ends(1, &["gone: no pending image has this name"]);
     approvals(json!([{"name": "sun", "hash": null}]));
     stage.run(&accept).ends(1, &["its removal was approved, but an image is pending"]);
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}]));
@@ -139,16 +139,16 @@ fn stale_findings_are_not_applied() {
     std::fs::rename(&scene, &away).unwrap();
     stage.run(&["test"]).ends(1, &["no shot asks for this reference"]);
     std::fs::rename(&away, &scene).unwrap();
-    stage.run(&["accept"]).ends(77, &["have changed since this was found"]);
+    stage.run(&["accept"]).ends(77, &["have changed since the change was found"]);
     stage.run(&["test", "point"]).ends(0, &[]);
-    stage.run(&["accept"]).ends(0, &["nothing waits"]);
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
     // An image whose reference has changed since.
     stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
     stage.run(&["test"]).ends(1, &[]);
     let reference = stage.path("references/point.exr");
     let later = std::time::SystemTime::now() + std::time::Duration::from_secs(60);
     std::fs::File::options().append(true).open(&reference).unwrap().set_modified(later).unwrap();
-    stage.run(&["accept"]).ends(77, &["the reference has changed since this was found"]);
+    stage.run(&["accept"]).ends(77, &["the reference has changed since the change was found"]);
 }
 
 #[test]

@@ -57,7 +57,7 @@ fn an_image_that_passes_again_leaves_nothing_pending() {
     stage.scene(POINT.0, POINT.1, "", "");
     stage.run(&["test"]).ends(0, &[]);
     assert_eq!(stage.references(), ["light/point.exr"]);
-    stage.run(&["accept"]).ends(0, &["nothing waits"]);
+    stage.run(&["accept"]).ends(0, &["no pending images"]);
     stage.run(&["accept", "light"]).ends(2, &["no pending image's name contains \"light\""]);
 }
 
@@ -201,7 +201,7 @@ fn a_signal_ends_a_test_with_a_message() {
     let ended = child.wait().unwrap();
     assert_eq!(ended.signal(), Some(2));
     let told = std::io::read_to_string(child.stderr.take().unwrap()).unwrap();
-    assert!(told.contains("stopped after 0 shots; no report was made"), "{told}");
+    assert!(told.contains("stopped after 0 shots; no report was written"), "{told}");
     assert_eq!(stage.references(), [] as [&str; 0]);
 }
 

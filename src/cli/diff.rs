@@ -1,50 +1,21 @@
 //! `rayframe diff`: compares two images or two sequences within the limits of a preset.
 
+mod args;
 mod maps;
 mod page;
 mod report;
 mod text;
 
-use std::path::{Path, PathBuf};
-
-use clap::Args;
-
 use crate::progress::{print_output, print_warning};
 use rayframe::error::{Error, Result};
 use rayframe::image_file::write_atomically;
-use rayframe::regression::{FilePair, Image, PairedFiles, Preset, compare, pair_files, pixel_hash};
+use rayframe::regression::{FilePair, Image, compare, pair_files, pixel_hash};
 
+pub(super) use args::DiffArgs;
 use maps::MapPattern;
 use page::DiffPage;
 use rayframe::settings as layer_options;
 use report::{FrameReport, Report};
-
-/// Options of `rayframe diff`.
-#[derive(Clone, Debug, Args)]
-pub(super) struct DiffArgs {
-    /// The image (.exr, .png, .hdr), sequence (shot.####.exr, shot.%04d.exr) or folder to check
-    actual: PathBuf,
-    /// The reference, of the same kind; frames are matched by number
-    reference: PathBuf,
-    /// Limits on differences: exact, strict, visual or noisy (docs/regression.md lists every limit)
-    #[arg(long, value_name = "PRESET", default_value = "visual", value_parser = preset)]
-    preset: Preset,
-    /// Compare only these layers: names between commas, such as beauty,depth, or light, data, crypto, all
-    #[arg(long, value_name = "LIST", default_value = "all")]
-    layers: String,
-    /// Write FLIP of every pixel as colours; for sequences a name with the frame number, such as heat.####.png
-    #[arg(long, value_name = "FILE.png", value_parser = clap::value_parser!(std::ffi::OsString))]
-    heat_map: Option<std::ffi::OsString>,
-    /// Write FLIP of every pixel as numbers, in a channel Y of floats
-    #[arg(long, value_name = "FILE.exr", value_parser = clap::value_parser!(std::ffi::OsString))]
-    flip_map: Option<std::ffi::OsString>,
-    /// Write DIR/index.html: both images with a slider, flicker, exposure, heat map, graph and all measures, in one file
-    #[arg(long, value_name = "DIR")]
-    report: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    json: bool,
-}
 
 /// Compares, prints, and returns whether everything is within the limits.
 pub(super) fn run(args: &DiffArgs) -> Result<bool> {
@@ -100,19 +71,4 @@ fn compared(
     }
     let hashes = [pixel_hash(&actual), pixel_hash(&reference)];
     Ok((FrameReport::new(pair, comparison, hashes), map))
-}
-
-fn preset(text: &str) -> std::result::Result<Preset, String> {
-    Preset::of_name(text).ok_or_else(|| format!("write {}", Preset::NAMES))
-}
-
-/// A path for people and for JSON.
-fn shown(path: &Path) -> String {
-    path.display().to_string()
-}
-
-/// Files that have no counterpart: those missing in `actual`, those missing in `reference`.
-fn missing(paired: &PairedFiles) -> (Vec<String>, Vec<String>) {
-    let list = |files: &[PathBuf]| files.iter().map(|file| shown(file)).collect();
-    (list(&paired.only_in_reference), list(&paired.only_in_actual))
 }

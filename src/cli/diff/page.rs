@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::{DiffArgs, shown};
+use super::args::{DiffArgs, shown};
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::shell_word;
 use rayframe::regression::{

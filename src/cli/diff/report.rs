@@ -1,9 +1,11 @@
 //! The JSON that `rayframe diff --json` prints (`schema/diff.schema.json`). The schema number grows when a field is removed or changes
 //! its meaning.
 
+use std::path::PathBuf;
+
 use serde::Serialize;
 
-use super::{missing, shown};
+use super::args::shown;
 use rayframe::regression::{Comparison, FilePair, Limits, PairedFiles, PooledErrors, Preset};
 
 const SCHEMA: u32 = 1;
@@ -95,4 +97,10 @@ impl Report {
             frames,
         }
     }
+}
+
+/// Files without a counterpart: references without an actual file, then actual files without a reference.
+fn missing(paired: &PairedFiles) -> (Vec<String>, Vec<String>) {
+    let list = |files: &[PathBuf]| files.iter().map(|file| shown(file)).collect();
+    (list(&paired.only_in_reference), list(&paired.only_in_actual))
 }

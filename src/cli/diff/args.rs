@@ -1,0 +1,42 @@
+//! The command line of `rayframe diff`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rayframe::regression::Preset;
+
+/// Options of `rayframe diff`.
+#[derive(Clone, Debug, Args)]
+pub(in crate::cli) struct DiffArgs {
+    /// The image (.exr, .png, .hdr), sequence (shot.####.exr, shot.%04d.exr) or folder to check
+    pub(super) actual: PathBuf,
+    /// The reference, of the same kind; frames are matched by number
+    pub(super) reference: PathBuf,
+    /// Limits on differences: exact, strict, visual or noisy (docs/regression.md lists every limit)
+    #[arg(long, value_name = "PRESET", default_value = "visual", value_parser = preset)]
+    pub(super) preset: Preset,
+    /// Compare only these layers: names between commas, such as beauty,depth, or light, data, crypto, all
+    #[arg(long, value_name = "LIST", default_value = "all")]
+    pub(super) layers: String,
+    /// Write FLIP of every pixel as colours; for sequences a name with the frame number, such as heat.####.png
+    #[arg(long, value_name = "FILE.png", value_parser = clap::value_parser!(std::ffi::OsString))]
+    pub(super) heat_map: Option<std::ffi::OsString>,
+    /// Write FLIP of every pixel as numbers, in a channel Y of floats
+    #[arg(long, value_name = "FILE.exr", value_parser = clap::value_parser!(std::ffi::OsString))]
+    pub(super) flip_map: Option<std::ffi::OsString>,
+    /// Write DIR/index.html: both images with a slider, flicker, exposure, heat map, graph and all measures, in one file
+    #[arg(long, value_name = "DIR")]
+    pub(super) report: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+fn preset(text: &str) -> std::result::Result<Preset, String> {
+    Preset::of_name(text).ok_or_else(|| format!("write {}", Preset::NAMES))
+}
+
+/// A path as text, for messages and JSON.
+pub(super) fn shown(path: &Path) -> String {
+    path.display().to_string()
+}

@@ -11,11 +11,7 @@ const SCENES: [(&str, &str); 3] = [
 ];
 
 /// A suite with three pending images.
-<<<<<<<< HEAD:tests/program/suite/approvals.rs
 fn pending() -> Stage {
-========
-fn waiting() -> Stage {
->>>>>>>> 11d1fe7 (Keep the options of diff below its parts, and name tests of the suite by what they assert):tests/program/suite/pending.rs
     let stage = Stage::new(SUITE);
     for (name, scene) in SCENES {
         stage.scene(name, scene, "", "");
@@ -102,13 +98,8 @@ fn approvals_are_accepted_where_they_match_the_pending_images() {
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}]));
     stage.run(&accept).ends(0, &["added references/sun.exr"]);
     assert_eq!(stage.references(), ["point.exr.new", "point_far.exr.new", "sun.exr"]);
-<<<<<<<< HEAD:tests/program/suite/approvals.rs
     // A second time changes nothing and succeeds.
     stage.run(&accept).ends(0, &["all approved changes are applied already"]);
-========
-    // Once more changes nothing, and is no mistake.
-    stage.run(&accept).ends(0, &["all approved changes are applied already"]);
->>>>>>>> 11d1fe7 (Keep the options of diff below its parts, and name tests of the suite by what they assert):tests/program/suite/pending.rs
 
     std::fs::remove_file(stage.path("sun.gltf")).unwrap();
     stage.run(&["test"]).ends(1, &["no shot asks"]);
@@ -151,11 +142,7 @@ fn stale_findings_are_not_applied() {
     stage.run(&["accept"]).ends(77, &["have changed since the change was found"]);
     stage.run(&["test", "point"]).ends(0, &[]);
     stage.run(&["accept"]).ends(0, &["no pending images"]);
-<<<<<<<< HEAD:tests/program/suite/approvals.rs
     // An image whose reference has changed since.
-========
-    // A image, and then another reference.
->>>>>>>> 11d1fe7 (Keep the options of diff below its parts, and name tests of the suite by what they assert):tests/program/suite/pending.rs
     stage.scene("point.gltf", "light/point.gltf", "\"intensity\": ", "\"intensity\": 9");
     stage.run(&["test"]).ends(1, &[]);
     let reference = stage.path("references/point.exr");

@@ -1,4 +1,4 @@
-//! What a sequence is made from.
+//! Description of a sequence.
 
 use std::sync::Arc;
 
@@ -10,59 +10,59 @@ use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
 use super::{ExistingFiles, FrameRate, OutputPattern, SequenceOutputs, Shutter};
 
-/// How bright previews are.
+/// Exposure of tone-mapped images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Exposure {
-    /// Found from a few small renders, the same for the whole animation.
+    /// Computed from a few small renders, once for the whole animation.
     Auto,
     /// Stops.
     Ev(f32),
 }
 
-/// Everything that decides a sequence of files.
+/// Description of a sequence of files.
 #[derive(Clone, Debug)]
 pub struct SequenceJob {
-    /// What is rendered.
+    /// The scene.
     pub scene: Arc<Scene>,
-    /// Which part of it.
+    /// The parts of the scene that are rendered.
     pub selection: Selection,
-    /// What surrounds it.
+    /// Environment light and background.
     pub environment: Environment,
-    /// What `environment` was made from, in words that differ whenever it does.
+    /// Content key of `environment`: differs whenever it does.
     pub environment_key: String,
     /// Frame numbers in the order of rendering, none twice.
     pub frames: Vec<i64>,
-    /// Frames a second.
+    /// Frames per second.
     pub rate: FrameRate,
-    /// How long each frame looks.
+    /// Shutter of each frame.
     pub shutter: Shutter,
-    /// The picture.
+    /// Image, sampling and shading.
     pub render: RenderSettings,
-    /// The hierarchy; never changes the picture.
+    /// BVH construction; never changes the image.
     pub build: BuildSettings,
-    /// Names.
+    /// Names of the frame files.
     pub output: OutputPattern,
-    /// What EXR files hold.
+    /// Content of EXR files.
     pub exr: ExrOutput,
-    /// Whether a tone-mapped PNG lies beside every EXR.
+    /// Whether every EXR file gets a tone-mapped PNG preview.
     pub preview: bool,
     /// Movie, contact sheet and frames on the terminal.
     pub sequence_outputs: SequenceOutputs,
-    /// Brightness of tone-mapped files.
+    /// Exposure of tone-mapped files.
     pub exposure: Exposure,
-    /// Curve of tone-mapped files.
+    /// Tone curve of tone-mapped files.
     pub tone: ToneCurve,
-    /// What becomes of files that are there already.
+    /// Treatment of existing files.
     pub existing: ExistingFiles,
-    /// Whether the others are rendered when a frame fails.
+    /// Whether other frames are rendered after one fails.
     pub keep_going: bool,
-    /// Whether a pixel that is infinite or not a number fails its frame.
+    /// Whether a pixel that is infinite or NaN fails its frame.
     pub strict: bool,
-    /// Most memory that may be used, bytes.
+    /// Memory limit, bytes.
     pub max_memory_bytes: u64,
 }
 
-/// Time of the last key of all selected clips, seconds.
+/// Time of the last keyframe of the selected clips, seconds.
 pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
     selection
         .clips
@@ -72,7 +72,7 @@ pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
         .fold(0.0, |a, b| if b > a { b } else { a })
 }
 
-/// Triangles that the nodes below `roots` draw.
+/// Number of triangles below `roots`.
 pub fn triangle_count(scene: &Scene, roots: &[NodeIndex]) -> u64 {
     let mut pending = roots.to_vec();
     let mut count = 0;

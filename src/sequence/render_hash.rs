@@ -1,57 +1,104 @@
-//! What a frame was made from, in one number: equal exactly when the picture is meant to be the same.
+//! Hash of everything that a frame is made from: equal exactly when the image is meant to be equal.
 //!
-//! Covers the version, the content of the scene and of the environment, what is shown of it, every setting that reaches
-//! a pixel, the layers of the files, their types and how they are packed, and the time. Not covered: threads, lanes, builder, splits, crop, other frames, names, stamps and progress, none of
-//! which change a pixel. A tone-mapped file also depends on its look and, having no data window, on the crop.
+//! It covers the version, the content of the scene and of the environment, the selection, every setting that changes a pixel, the
+//! AOVs, sample types and compression of the files, and the time. It does not cover threads, SIMD, builder, splits, crop, other
+//! frames, names, stamps and progress: none of them changes a pixel. For tone-mapped files it also covers the look and, as
+//! they have no data window, the crop.
 
 use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
+use crate::color::ToneCurve;
+use crate::film::PixelWindow;
 use crate::output::{ExrOutput, SOFTWARE};
-use crate::render::{Aperture, Focus, GlassShadows};
-use crate::scene::{Scene, SelectedCamera, VariantIndex};
+use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
+use crate::scene::{Scene, SelectedCamera, Selection, VariantIndex};
 
-use super::{Exposure, OutputFormat, SequenceJob};
+use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 
 /// The hash of `frame`, 64 hexadecimal digits.
+///
+/// Every struct of settings is destructured in full, so that a new field is either hashed or left out on purpose.
 pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
-    let settings = &job.render;
-    let camera = match job.selection.camera {
+    let SequenceJob {
+        scene,
+        selection,
+        environment: _,
+        environment_key,
+        frames: _,
+        rate,
+        shutter,
+        render,
+        build: _,
+        output,
+        exr,
+        preview: _,
+        sequence_outputs: _,
+        exposure,
+        tone,
+        existing: _,
+        keep_going: _,
+        strict: _,
+        max_memory_bytes: _,
+    } = job;
+    let Selection { roots, clips, camera, image_light: _, variant } = selection;
+    let RenderSettings {
+        resolution,
+        window,
+        samples,
+        adaptive: _,
+        filter: _,
+        lens: _,
+        max_depth,
+        glass_shadows,
+        light_scale,
+        light_size: _,
+        glossy_samples: _,
+        show_background,
+        aovs: _,
+    } = render;
+    let indices = |list: Vec<u32>| json!(list);
+    let file = match output.format() {
+        OutputFormat::Exr => exr_key(exr),
+        OutputFormat::Png => png_key(*tone, *exposure, *window),
+    };
+    // Keys are sorted when printed and floats are given by their bits: one value has one text.
+    let content = json!({
+        "software": SOFTWARE,
+        "scene": hex(&scene.content_hash),
+        "roots": indices(roots.iter().map(|root| root.0).collect()),
+        "clips": indices(clips.iter().map(|clip| clip.0).collect()),
+        "camera": camera_key(*camera),
+        "variant": variant.map(|variant| variant.0),
+        "environment": environment_key,
+        "shadow_catchers": shadow_catchers(scene, *variant),
+        "integrator": "whitted",
+        "resolution": [resolution.0, resolution.1],
+        "samples": samples,
+        "max_depth": max_depth,
+        "glass_shadows": match glass_shadows {
+            GlassShadows::Straight => "straight",
+            GlassShadows::Opaque => "opaque",
+        },
+        "light_scale": light_scale.to_bits(),
+        "show_background": show_background,
+        "sampling": sampling_key(render, *shutter),
+        "fps": rate.to_string(),
+        "frame": frame,
+        "file": file,
+    });
+    hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+fn camera_key(camera: SelectedCamera) -> String {
+    match camera {
         SelectedCamera::Auto => "auto".to_owned(),
         SelectedCamera::Node(node) => format!("node {}", node.0),
         SelectedCamera::Fixed { world_from_camera, projection } => {
             let bits = world_from_camera.to_cols_array().map(f32::to_bits);
             format!("fixed {bits:x?} {projection:?}")
         }
-    };
-    let glass_shadows = match settings.glass_shadows {
-        GlassShadows::Straight => "straight",
-        GlassShadows::Opaque => "opaque",
-    };
-    let indices = |list: Vec<u32>| json!(list);
-    // Keys are sorted when printed and floats are given by their bits: one value has one text.
-    let content = json!({
-        "software": SOFTWARE,
-        "scene": hex(&job.scene.content_hash),
-        "roots": indices(job.selection.roots.iter().map(|root| root.0).collect()),
-        "clips": indices(job.selection.clips.iter().map(|clip| clip.0).collect()),
-        "camera": camera,
-        "variant": job.selection.variant.map(|variant| variant.0),
-        "environment": job.environment_key,
-        "shadow_catchers": shadow_catchers(&job.scene, job.selection.variant),
-        "integrator": "whitted",
-        "resolution": [settings.resolution.0, settings.resolution.1],
-        "samples": settings.samples,
-        "max_depth": settings.max_depth,
-        "glass_shadows": glass_shadows,
-        "light_scale": settings.light_scale.to_bits(),
-        "show_background": settings.show_background,
-        "sampling": sampling_key(job),
-        "fps": job.rate.to_string(),
-        "frame": frame,
-        "file": file_key(job),
-    });
-    hex(&Sha256::digest(content.to_string().as_bytes()))
+    }
 }
 
 /// Nodes, and which primitives of theirs only catch shadows as they look in `variant`.
@@ -72,59 +119,64 @@ fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> Vec<[usize; 
     catchers
 }
 
-/// Floats are given by their bits.
-fn sampling_key(job: &SequenceJob) -> serde_json::Value {
-    let settings = &job.render;
+/// Sampling of the image, its lens, its lights and its shutter. Floats are given by their bits.
+fn sampling_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {
+    let RenderSettings { adaptive, filter, lens, light_size, glossy_samples, .. } = render;
+    let LightSize { radius, sun_angle_radians } = light_size;
+    let Shutter { open, time_samples } = shutter;
+    let adaptive =
+        adaptive.map(|Adaptive { max_samples, threshold }| json!([max_samples, threshold.to_bits()]));
     json!({
-        "filter": settings.filter.name(),
-        "adaptive": settings.adaptive.map(|adaptive| json!([adaptive.max_samples, adaptive.threshold.to_bits()])),
-        "lens": settings.lens.map(|lens| {
-            let aperture = match lens.aperture {
-                Aperture::Radius(radius) => json!({ "radius": radius.to_bits() }),
-                Aperture::FNumber(number) => json!({ "f_number": number.to_bits() }),
-            };
-            let focus = match lens.focus {
-                Focus::Metres(distance) => json!(distance.to_bits()),
-                Focus::Node(node) => json!({ "node": node.0 }),
-                Focus::Center => json!("middle"),
-            };
-            json!([aperture, focus])
-        }),
-        "glossy": settings.glossy_samples,
-        "light_radius": settings.light_size.radius.to_bits(),
-        "sun_angle": settings.light_size.sun_angle_radians.to_bits(),
-        "shutter": (job.shutter.open.to_bits(), job.shutter.time_samples),
+        "filter": filter.name(),
+        "adaptive": adaptive,
+        "lens": lens.map(lens_key),
+        "glossy": glossy_samples,
+        "light_radius": radius.to_bits(),
+        "sun_angle": sun_angle_radians.to_bits(),
+        "shutter": (open.to_bits(), time_samples),
     })
 }
 
-/// A stamp tells of the run, not of the picture: files that differ in nothing else are the same frame.
-fn same_but_for_stamp(a: &ExrOutput, b: &ExrOutput) -> bool {
-    ExrOutput { is_stamped: b.is_stamped, ..a.clone() } == *b
+fn lens_key(Lens { aperture, focus }: Lens) -> serde_json::Value {
+    let aperture = match aperture {
+        Aperture::Radius(radius) => json!({ "radius": radius.to_bits() }),
+        Aperture::FNumber(number) => json!({ "f_number": number.to_bits() }),
+    };
+    let focus = match focus {
+        Focus::Metres(distance) => json!(distance.to_bits()),
+        Focus::Node(node) => json!({ "node": node.0 }),
+        // The name that the setting had first.
+        Focus::Center => json!("middle"),
+    };
+    json!([aperture, focus])
 }
 
-fn file_key(job: &SequenceJob) -> serde_json::Value {
-    match job.output.format() {
-        // The usual file keeps the name that it had before there were others.
-        OutputFormat::Exr if same_but_for_stamp(&job.exr, &ExrOutput::default()) => json!("exr rgba half"),
-        OutputFormat::Exr => json!({
-            "layers": job.exr.aovs.as_slice().iter().map(|layer| layer.name()).collect::<Vec<_>>(),
-            "samples": job.exr.samples.name(),
-            "compression": job.exr.compression.name(),
-            "split": job.exr.is_split,
-        }),
-        OutputFormat::Png => {
-            let window = job.render.window;
-            let exposure = match job.exposure {
-                Exposure::Auto => json!("auto"),
-                Exposure::Ev(ev) => json!(ev.to_bits()),
-            };
-            json!({
-                "png": job.tone.name(),
-                "exposure": exposure,
-                "crop": [window.x0, window.y0, window.x1, window.y1],
-            })
-        }
+/// Content and encoding of EXR files. A stamp describes the run, not the image: it is left out.
+fn exr_key(exr: &ExrOutput) -> serde_json::Value {
+    let ExrOutput { aovs, samples, compression, is_split, is_stamped } = exr;
+    // The default file has a name of its own.
+    if *exr == (ExrOutput { is_stamped: *is_stamped, ..ExrOutput::default() }) {
+        return json!("exr rgba half");
     }
+    json!({
+        "layers": aovs.as_slice().iter().map(|aov| aov.name()).collect::<Vec<_>>(),
+        "samples": samples.name(),
+        "compression": compression.name(),
+        "split": is_split,
+    })
+}
+
+/// Look and crop of PNG files, which have no data window.
+fn png_key(tone: ToneCurve, exposure: Exposure, window: PixelWindow) -> serde_json::Value {
+    let exposure = match exposure {
+        Exposure::Auto => json!("auto"),
+        Exposure::Ev(ev) => json!(ev.to_bits()),
+    };
+    json!({
+        "png": tone.name(),
+        "exposure": exposure,
+        "crop": [window.x0, window.y0, window.x1, window.y1],
+    })
 }
 
 /// Lower-case hexadecimal digits.
@@ -139,7 +191,7 @@ mod tests {
     use crate::scene::{Material, MaterialIndex, Mesh, MeshIndex, Node, Primitive};
 
     #[test]
-    fn catchers_are_those_of_the_variant() {
+    fn shadow_catchers_depend_on_the_variant() {
         let primitive = Primitive {
             material: MaterialIndex(0),
             variants: vec![(VariantIndex(1), MaterialIndex(1))],

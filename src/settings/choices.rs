@@ -1,5 +1,7 @@
 //! Enums that only settings use.
 
+use crate::scene::NameOrIndex;
+
 /// Format of previews.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -34,4 +36,16 @@ pub enum ProgressStyle {
     OpenJd,
     /// No output.
     None,
+}
+
+/// Focus of the lens.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum FocusRequest {
+    /// Whatever the centre of the image shows.
+    Center,
+    /// Distance along the camera's axis.
+    Metres(f32),
+    /// A node.
+    Node(NameOrIndex),
 }

@@ -1,11 +1,10 @@
-//! The definition of a setting: name, help, default, exclusions, and access to its field of [`Settings`].
+//! The definition of a setting: name, help, default, exclusions, and access to its field.
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
 use crate::error::Origin;
 
-use super::definitions::Settings;
 use super::setting_type::{NamedChoice, SettingType, Shape};
 
 /// A value and where it comes from.
@@ -57,20 +56,20 @@ impl Group {
 
 /// Access to the field of one setting.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Access {
-    pub(super) parse: fn(&mut Settings, &OsStr, &Origin) -> Result<(), String>,
-    pub(super) origin: fn(&Settings) -> Option<&Origin>,
-    pub(super) write: fn(&Settings) -> Option<Vec<OsString>>,
+pub(super) struct Access<S: 'static> {
+    pub(super) parse: fn(&mut S, &OsStr, &Origin) -> Result<(), String>,
+    pub(super) origin: fn(&S) -> Option<&Origin>,
+    pub(super) write: fn(&S) -> Option<Vec<OsString>>,
     pub(super) write_default: fn() -> Option<Vec<OsString>>,
-    pub(super) copy: fn(to: &mut Settings, from: &Settings),
-    pub(super) clear: fn(&mut Settings),
+    pub(super) copy: fn(to: &mut S, from: &S),
+    pub(super) clear: fn(&mut S),
     pub(super) rebase: fn(OsString, &Path) -> OsString,
     pub(super) choices: fn() -> Vec<NamedChoice>,
 }
 
-/// One setting.
+/// One setting of the struct `S`.
 #[derive(Clone, Copy, Debug)]
-pub struct Definition {
+pub struct DefinitionOf<S: 'static> {
     /// Its key in shot files.
     pub name: &'static str,
     /// Its heading.
@@ -99,11 +98,11 @@ pub struct Definition {
     pub requires: Option<&'static str>,
     /// Whether it decides about files or the terminal only, and not about what a suite compares.
     pub is_for_runs: bool,
-    pub(super) access: Access,
+    pub(super) access: Access<S>,
 }
 
-impl Definition {
-    pub(super) const fn new(name: &'static str, group: Group, shape: Shape, access: Access) -> Self {
+impl<S> DefinitionOf<S> {
+    pub(super) const fn new(name: &'static str, group: Group, shape: Shape, access: Access<S>) -> Self {
         Self {
             name,
             group,
@@ -121,13 +120,6 @@ impl Definition {
             is_for_runs: false,
             access,
         }
-    }
-
-    /// The definition of the setting `name`.
-    pub fn of(name: &str) -> Option<&'static Self> {
-        super::definitions::DEFINITIONS
-            .iter()
-            .find(|definition| definition.name == name || definition.hidden_aliases.contains(&name))
     }
 
     /// Name of its option, without dashes.
@@ -155,12 +147,12 @@ impl Definition {
     }
 
     /// Where `settings` has its value from.
-    pub fn origin(self, settings: &Settings) -> Option<&Origin> {
+    pub fn origin<'a>(&self, settings: &'a S) -> Option<&'a Origin> {
         (self.access.origin)(settings)
     }
 
     /// The texts of its value in `settings`.
-    pub fn texts(self, settings: &Settings) -> Option<Vec<OsString>> {
+    pub fn texts(&self, settings: &S) -> Option<Vec<OsString>> {
         (self.access.write)(settings)
     }
 
@@ -168,7 +160,7 @@ impl Definition {
     ///
     /// # Errors
     /// Why the text is no value.
-    pub fn parse(self, settings: &mut Settings, text: &OsStr, origin: &Origin) -> Result<(), String> {
+    pub fn parse(&self, settings: &mut S, text: &OsStr, origin: &Origin) -> Result<(), String> {
         (self.access.parse)(settings, text, origin)
     }
 

@@ -6,16 +6,28 @@ use crate::render::{GlassShadows, PixelFilter};
 use crate::scene::ClipSelection;
 use crate::sequence::{Exposure, FrameRate};
 
-use super::choices::{Integrator, PreviewFormat, ProgressStyle};
-use super::definition::{Access, Definition, Given, Group, set};
+use super::choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
+use super::definition::{Access, DefinitionOf, Given, Group, set};
 use super::file_types::{Background, EnvironmentType, FilePath, Pattern};
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
-    Aovs, ApertureType, CameraType, Clips, Crop, ExposureType, ExrEncoding, Factor, Flag, FocusRequest,
-    FocusType, Frames, MemorySize, NameOrIndexType, Names, OneOf, Rate, RefitType, Resolution, Scale, Share,
-    ShutterFrames, Simd, SplitType, SunAngle, Whole,
+    Aovs, ApertureType, CameraType, Clips, Crop, ExposureType, ExrEncoding, Factor, Flag, FocusType, Frames,
+    MemorySize, NameOrIndexType, Names, OneOf, Rate, RefitType, Resolution, Scale, Share, ShutterFrames,
+    Simd, SplitType, SunAngle, Whole,
 };
+
+/// One setting.
+pub type Definition = DefinitionOf<Settings>;
+
+impl Definition {
+    /// The definition of the setting `name`.
+    pub fn of(name: &str) -> Option<&'static Self> {
+        DEFINITIONS
+            .iter()
+            .find(|definition| definition.name == name || definition.hidden_aliases.contains(&name))
+    }
+}
 
 /// Largest side of an image and largest frame number: files store both in signed 32 bits.
 const MAX: i64 = i32::MAX as i64;
@@ -24,10 +36,11 @@ settings! {
     /// The scene: .glb, .gltf, or a shot file .toml that names it and holds settings
     scene: FilePath, Input { value_name: "SCENE", is_common: true }
 
-    /// Output name; ####, %04d or {frame:04} is the frame number, .exr or .png the format
+    /// Output name, such as shot.####.exr or shot.png
+    /// : ####, %04d or {frame:04} is the frame number, .exr or .png the format
     output: Pattern, Output {
         value_name: "PATTERN", short: Some('o'), aliases: &["outfile"], is_common: true, is_for_runs: true,
-        default_help: "<scene>.####.exr in the current folder, <scene>.exr for a still",
+        default_help: "<scene>.####.exr, <scene>.exr for a still",
     }
     /// Tone-mapped previews beside the EXR files
     preview: OneOf<PreviewFormat>, Output { value_name: "FORMAT", is_common: true, is_for_runs: true }
@@ -46,14 +59,16 @@ settings! {
     /// Write time, machine and render duration to EXR files
     /// . Without it equal runs make equal files
     stamp: Flag = false, Output { is_for_runs: true }
-    /// A movie of all frames: .apng (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
+    /// A movie of all frames
+    /// : .apng (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
     movie: FilePath, Output { value_name: "FILE", is_common: true, is_for_runs: true }
     /// A PNG image with small versions of all frames and their numbers
     contact_sheet: FilePath, Output { value_name: "FILE.png", is_for_runs: true }
     /// Show finished frames on the terminal
     /// : as images (kitty, Ghostty, WezTerm, iTerm2), else as coloured blocks
     show: Flag = false, Output { is_common: true, is_for_runs: true }
-    /// Keep finished frames of the same scene, settings and version; render the rest
+    /// Keep finished frames, render the rest
+    /// : a frame is kept if its hash matches the scene, the settings and the version
     resume: Flag = false, Output { excludes: &["overwrite"], is_common: true, is_for_runs: true }
     /// Render every frame and replace existing files
     overwrite: Flag = false, Output { is_common: true, is_for_runs: true }
@@ -106,13 +121,13 @@ settings! {
     aa_threshold: Share = 0.05, Image { value_name: "X", requires: Some("max_samples") }
     /// Pixel reconstruction filter
     filter: OneOf<PixelFilter> = PixelFilter::Box, Image { value_name: "NAME" }
-    /// Motion blur: open time of the shutter in frames, or degrees such as 180deg
-    /// ; it is centred on the time of the frame
+    /// Motion blur: open time in frames, or degrees such as 180deg
+    /// . The shutter opens before the time of the frame and closes as long after it
     shutter: ShutterFrames, Image { value_name: "FRAMES|DEG", is_common: true }
     /// Number of times within the open shutter
     /// . The scene is posed anew at each, and samples are distributed among them
     time_samples: Whole<u32, 1, 4096> = 8, Image { value_name: "N", requires: Some("shutter") }
-    /// Depth of field: lens radius in metres, or an f-number such as f/2.8
+    /// Depth of field: radius in metres, or an f-number such as f/2.8
     /// for a sensor 24 mm high. Its noise falls with more samples
     aperture: ApertureType, Image { value_name: "METRES|f/N", is_common: true }
     /// Focus: distance in metres along the camera's axis, a node's name or #I, or center
@@ -128,23 +143,24 @@ settings! {
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
-    /// Exposure of previews and PNG files in stops, or auto
+    /// Exposure of previews and PNGs in stops, or auto
     /// : one value for the whole animation
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files
     tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "standard" }
 
-    /// Camera: a name, '#0' (in quotes) for the first, or auto to frame the whole scene
+    /// Camera: a name, '#0' for the first, or auto
+    /// , which frames the whole scene. Quote # in shells
     camera: CameraType, Scene {
-        value_name: "NAME|#I|auto", short: Some('c'), default_help: "the first, else auto", is_common: true,
+        value_name: "CAMERA", short: Some('c'), default_help: "the first, else auto", is_common: true,
     }
-    /// Animation clip: a name, '#0' (in quotes) for the first, all or none
-    animation: Clips = ClipSelection::All, Scene { value_name: "NAME|#I|all|none", is_common: true }
-    /// Scene of the file: a name or '#0' (in quotes) for the first
+    /// Animation clip: a name, '#0' for the first, all or none
+    animation: Clips = ClipSelection::All, Scene { value_name: "CLIP", is_common: true }
+    /// Scene of the file: a name or '#0' for the first
     scene_choice: NameOrIndexType, Scene {
         value_name: "NAME|#I", option: Some("scene"), default_help: "the default of the file",
     }
-    /// Material variant of the file: a name or '#0' (in quotes) for the first
+    /// Material variant: a name or '#0' for the first
     variant: NameOrIndexType, Scene { value_name: "NAME|#I", default_help: "none" }
     /// Factor of all lights of the file
     light_scale: Factor = 1.0, Scene { value_name: "X" }
@@ -154,18 +170,19 @@ settings! {
     /// Angular diameter of directional lights in degrees, for soft shadows
     /// . The sun has 0.53. Noise falls with more samples
     sun_angle: SunAngle = 0.0, Scene { value_name: "DEG" }
-    /// Environment light: .hdr or .exr file, optionally @degrees; R,G,B; studio; none
+    /// Environment: .hdr or .exr file, R,G,B, studio or none
+    /// . FILE@DEG rotates the image by degrees
     env: EnvironmentType, Scene {
-        value_name: "FILE[@DEG]|R,G,B|studio|none", default_help: "studio if the scene has no light, else none",
+        value_name: "SOURCE", default_help: "studio if there are no lights",
         is_common: true,
     }
     /// Factor of the environment light
     env_intensity: Factor = 1.0, Scene { value_name: "X" }
     /// Background behind the scene: env (the environment light), none, or as for `env`
     /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest
-    background: Background = None, Scene { value_name: "env|none|R,G,B|FILE[@DEG]", is_common: true }
+    background: Background = None, Scene { value_name: "SOURCE" }
     /// Node or material that is invisible except for shadows on it
-    /// : a name, or '#0' (in quotes) for the first node; may be repeated
+    /// : a name, or '#0' for the first node; may be repeated
     shadow_catcher: Names = Vec::new(), Scene { value_name: "NAME|#I" }
     /// Turn warnings about unsupported features into errors
     strict: Flag = false, Scene { is_common: true }
@@ -190,5 +207,5 @@ settings! {
     /// Print warnings and errors only
     quiet: Flag = false, Run { short: Some('q'), excludes: &["verbose"], is_common: true, is_for_runs: true }
     /// Print the phases of each frame
-    verbose: Flag = false, Run { short: Some('v'), is_common: true, is_for_runs: true }
+    verbose: Flag = false, Run { short: Some('v'), is_for_runs: true }
 }

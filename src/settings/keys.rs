@@ -4,8 +4,7 @@ use std::ffi::OsStr;
 
 use crate::error::{Origin, SettingError};
 
-use super::definition::Definition;
-use super::definitions::{DEFINITIONS, Settings};
+use super::definitions::{DEFINITIONS, Definition, Settings};
 use super::nearest::nearest;
 
 /// Options that are no settings.

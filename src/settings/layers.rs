@@ -2,8 +2,7 @@
 
 use crate::error::{Error, Origin, Result, SettingError};
 
-use super::definition::Definition;
-use super::definitions::{DEFINITIONS, Settings};
+use super::definitions::{DEFINITIONS, Definition, Settings};
 
 impl Settings {
     /// Adds what `lower` gives and these settings neither give nor exclude.

@@ -1,56 +1,56 @@
-//! `--layers` and `--exr`: lists of words to what they stand for.
+//! Values of `aovs` and `exr`: lists of words.
 
 use crate::image_file::ExrCompression;
 use crate::output::{Aov, AovSet, LightSamples};
 
 use super::nearest::nearest;
 
-/// Whether a word stands for a layer.
+/// Whether an AOV belongs to a group.
 type Holds = fn(Aov) -> bool;
 
-/// Words that stand for several layers.
+/// Groups of AOVs.
 const GROUPS: [(&str, Holds); 4] = [
-    ("light", |layer| matches!(layer, Aov::Light(_))),
-    ("data", |layer| !layer.is_light() && !is_crypto(layer)),
+    ("light", |aov| matches!(aov, Aov::Light(_))),
+    ("data", |aov| !aov.is_light() && !is_crypto(aov)),
     ("crypto", is_crypto),
     ("all", |_| true),
 ];
 
 /// `depth,normal,light`.
 pub fn aovs(text: &str) -> Result<AovSet, String> {
-    let mut layers = Vec::new();
+    let mut aovs = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
-        let before = layers.len();
-        layers.extend(Aov::ALL.into_iter().filter(|&layer| match group {
-            Some((_, holds)) => holds(layer),
-            None => layer.name() == word,
+        let before = aovs.len();
+        aovs.extend(Aov::ALL.into_iter().filter(|&aov| match group {
+            Some((_, holds)) => holds(aov),
+            None => aov.name() == word,
         }));
-        if layers.len() == before {
+        if aovs.len() == before {
             let groups = GROUPS.iter().map(|(name, _)| *name);
             let names: Vec<_> = Aov::ALL.into_iter().map(Aov::name).chain(groups).collect();
-            return Err(unknown(word, "a layer", &names));
+            return Err(unknown(word, "an AOV", &names));
         }
     }
-    Ok(AovSet::new(&layers))
+    Ok(AovSet::new(&aovs))
 }
 
-/// The names of the layers that the words stand for, of those that are in files, whoever wrote them.
+/// Names of the AOVs in files that a list of names and groups selects.
 pub fn aovs_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String> {
     let mut names: Vec<String> = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
-        let is_meant = |name: &str| match group {
+        let is_selected = |name: &str| match group {
             Some(("all", _)) => true,
-            Some((_, holds)) => Aov::ALL.into_iter().any(|layer| layer.name() == name && holds(layer)),
+            Some((_, holds)) => Aov::ALL.into_iter().any(|aov| aov.name() == name && holds(aov)),
             None => name == word,
         };
         let before = names.len();
-        names.extend(present.iter().filter(|name| is_meant(name)).map(|name| (*name).to_owned()));
+        names.extend(present.iter().filter(|name| is_selected(name)).map(|name| (*name).to_owned()));
         if names.len() == before {
             let all: std::collections::BTreeSet<_> = present.iter().copied().collect();
             let all: Vec<_> = all.into_iter().collect();
-            return Err(unknown(word, "a layer of these pictures", &all));
+            return Err(unknown(word, "an AOV of these images", &all));
         }
     }
     Ok(names)
@@ -79,15 +79,15 @@ pub fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
     Ok((samples.unwrap_or_default(), compression.unwrap_or_default()))
 }
 
-fn is_crypto(layer: Aov) -> bool {
-    matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial)
+fn is_crypto(aov: Aov) -> bool {
+    matches!(aov, Aov::CryptoObject | Aov::CryptoMaterial)
 }
 
 fn words(text: &str) -> impl Iterator<Item = &str> {
     text.split(',').map(str::trim)
 }
 
-/// Says what was meant, if one of `names` is near, and lists them.
+/// Suggests the nearest of `names`, and lists them.
 pub(super) fn unknown(word: &str, what: &str, names: &[&str]) -> String {
     let meant = nearest(word, names).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
     let there_are = if meant.is_empty() { "; there are" } else { " There are" };
@@ -100,10 +100,10 @@ mod tests {
     use crate::film::LightPass;
 
     #[test]
-    fn layers_and_groups_are_listed() {
+    fn aovs_and_groups_are_listed() {
         let names = |text| {
             let set = aovs(text).unwrap();
-            set.as_slice().iter().map(|layer| layer.name()).collect::<Vec<_>>().join(" ")
+            set.as_slice().iter().map(|aov| aov.name()).collect::<Vec<_>>().join(" ")
         };
         assert_eq!(names("beauty"), "beauty");
         assert_eq!(names("normal, depth,depth"), "beauty depth normal");
@@ -114,12 +114,12 @@ mod tests {
     }
 
     #[test]
-    fn unknown_words_are_told_with_what_is_near() {
+    fn unknown_words_come_with_a_suggestion() {
         let error = aovs("depht").unwrap_err();
         assert!(error.contains("did you mean \"depth\"") && error.contains("crypto_material"), "{error}");
         assert!(aovs("Object-Id").unwrap_err().contains("did you mean \"object_id\""));
         let error = aovs("depth,,uv").unwrap_err();
-        assert!(error.contains("\"\" is not a layer; there are"), "{error}");
+        assert!(error.contains("\"\" is not an AOV; there are"), "{error}");
         assert!(encoding("flaot").unwrap_err().contains("did you mean \"float\""));
     }
 

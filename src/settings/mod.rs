@@ -24,13 +24,12 @@ mod toml_value;
 mod types;
 mod write;
 
-pub use choices::{Integrator, PreviewFormat, ProgressStyle};
-pub use definition::{Definition, Given, Group};
-pub use definitions::{DEFINITIONS, SettingValues, Settings};
+pub use choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
+pub use definition::{DefinitionOf, Given, Group};
+pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
 pub use environment_source::EnvironmentSource;
 pub use lists::aovs_in_files;
 pub use named::Named;
 pub use setting_type::{NamedChoice, SettingType, Shape, Single};
 pub(crate) use suggest::choices as suggest;
 pub(crate) use text_file::{not_toml, read_text};
-pub use types::FocusRequest;

@@ -1,4 +1,4 @@
-//! Which of several words was meant.
+//! The nearest of several words by edit distance.
 
 /// The name that takes the fewest changes to become, at most a third of its letters. Words are joined by `_` however they were typed.
 pub fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {

@@ -9,8 +9,8 @@ use crate::film::PixelWindow;
 use crate::render::Aperture;
 use crate::sequence::Exposure;
 
+use super::choices::FocusRequest;
 use super::environment_source::EnvironmentSource;
-use super::types::FocusRequest;
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 
 /// `1280x720`, or the name of a common size.
@@ -23,7 +23,7 @@ pub fn resolution(text: &str) -> Result<(u32, u32), String> {
     }
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| w.parse().ok().zip(h.parse().ok()));
     match sides {
-        Some((0, _) | (_, 0)) => Err("a picture needs at least one pixel each way".to_owned()),
+        Some((0, _) | (_, 0)) => Err("an image needs at least one pixel each way".to_owned()),
         Some(sides) => Ok(sides),
         None => Err("write width and height in pixels, such as 1280x720, or 720p, 1080p or 4k".to_owned()),
     }
@@ -47,7 +47,7 @@ pub fn frame(text: &str) -> Result<i32, String> {
     whole(text, i32::MIN.into(), i32::MAX.into())
 }
 
-/// `50%` or `0.5`, as a factor. What is meant by a bare number above 1 would be a guess.
+/// `50%` or `0.5`, as a factor. A bare number above 1 is ambiguous.
 pub fn scale(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(number) => (number, 0.01),
@@ -55,7 +55,7 @@ pub fn scale(text: &str) -> Result<f64, String> {
     };
     match number.parse::<f64>() {
         Ok(value) if unit == 1.0 && value > 1.0 && value.is_finite() => {
-            Err(format!("a picture {text} times as large? Write {text}% or {}", value / 100.0))
+            Err(format!("an image {text} times as large? Write {text}% or {}", value / 100.0))
         }
         Ok(value) if value > 0.0 && value * unit <= 100.0 => Ok(value * unit),
         Ok(_) => Err("a scale lies above 0% and at most at 10000%; write 50%, 0.5 or 200%".to_owned()),
@@ -243,16 +243,16 @@ pub fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
         Some((OsString::from(file), finite(degrees).ok()?))
     });
     let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
-    let looks_like_picture = file.to_string_lossy().to_ascii_lowercase();
-    let looks_like_picture = [".hdr", ".exr"].iter().any(|end| looks_like_picture.contains(end));
-    if file.is_empty() || !(looks_like_picture || Path::new(&file).exists()) {
+    let looks_like_image = file.to_string_lossy().to_ascii_lowercase();
+    let looks_like_image = [".hdr", ".exr"].iter().any(|end| looks_like_image.contains(end));
+    if file.is_empty() || !(looks_like_image || Path::new(&file).exists()) {
         let meant = text.to_str().and_then(meant_environment).unwrap_or_default();
         return Err(format!("{meant}write a .hdr or .exr file, R,G,B, studio or none"));
     }
     Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
 }
 
-/// What was meant by words and colours as other programs know them.
+/// Suggestions for words and colours of other programs.
 fn meant_environment(text: &str) -> Option<String> {
     let meant = match text.to_ascii_lowercase().as_str() {
         "studio" => "studio".to_owned(),
@@ -271,7 +271,7 @@ fn meant_environment(text: &str) -> Option<String> {
     Some(format!("did you mean {meant}? Else "))
 }
 
-/// What `environment` takes, or `env` for the light itself, which is `None`.
+/// What `environment` takes, or `env` for the environment light, which is `None`.
 pub fn background(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
     if text == "env" {
         return Ok(None);
@@ -296,7 +296,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pictures_have_pixels() {
+    fn images_have_pixels() {
         assert_eq!(resolution("1280x720"), Ok((1280, 720)));
         assert_eq!((resolution("1080p"), resolution("4K")), (Ok((1920, 1080)), Ok((3840, 2160))));
         for text in ["0x1", "1x0", "1280", "x", "-1x1", "1.5x2", "99999999999x1"] {
@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn names_and_numbers_are_told_apart() {
+    fn names_and_indices_are_distinguished() {
         assert_eq!(choice("#2"), NameOrIndex::Index(2));
         assert_eq!(choice("#x"), NameOrIndex::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn backgrounds_may_be_the_light_itself() {
+    fn backgrounds_may_be_the_environment_light() {
         let parse = |text: &str| background(OsStr::new(text));
         assert_eq!(parse("env"), Ok(None));
         assert_eq!(parse("none"), Ok(Some(EnvironmentSource::None)));

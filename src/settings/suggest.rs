@@ -1,4 +1,4 @@
-//! What could have been meant by a name that nothing has.
+//! Suggests the closest existing name for a misspelled one.
 
 use std::collections::BTreeSet;
 

@@ -12,6 +12,7 @@ use crate::render::Aperture;
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 use crate::sequence::{Exposure, FrameRate, FrameSpec, frames_text};
 
+use super::choices::FocusRequest;
 use super::named::Named;
 use super::setting_type::{NamedChoice, SettingType, Shape, unicode};
 use super::{lists, parse};
@@ -117,18 +118,6 @@ setting_types! {
     /// Sample type and compression of EXR files.
     ExrEncoding: (LightSamples, ExrCompression), Shape::TEXT.or_list(","), lists::encoding,
         |(samples, compression)| format!("{},{}", samples.name(), compression.name());
-}
-
-/// What is in focus.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum FocusRequest {
-    /// Whatever the centre of the image shows.
-    Center,
-    /// Distance along the camera's axis.
-    Metres(f32),
-    /// A node.
-    Node(NameOrIndex),
 }
 
 fn name_or_index(value: &NameOrIndex) -> String {

@@ -6,8 +6,7 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 use toml::de::DeValue;
 
-use super::definition::Definition;
-use super::definitions::{DEFINITIONS, Settings};
+use super::definitions::{DEFINITIONS, Definition, Settings};
 use super::setting_type::{Shape, Single};
 
 impl Settings {

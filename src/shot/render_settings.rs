@@ -2,12 +2,11 @@
 
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
+use crate::output::ExrOutput;
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
 use crate::scene::{NameOrIndex, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 
 use crate::settings::{FocusRequest, Integrator, SettingValues, suggest};
-
-use super::resolve::exr_output;
 
 /// A picture's size unless another is asked for, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
@@ -40,6 +39,18 @@ pub fn render_settings(args: &SettingValues, scene: &Scene, selection: &Selectio
         show_background: true,
         aovs: exr_output(args).aov_flags(),
     })
+}
+
+/// Content and encoding of EXR files.
+pub(super) fn exr_output(args: &SettingValues) -> ExrOutput {
+    let (samples, compression) = args.exr.unwrap_or_default();
+    ExrOutput {
+        aovs: args.aovs.clone().unwrap_or_default(),
+        samples,
+        compression,
+        is_split: args.split_aovs,
+        is_stamped: args.stamp,
+    }
 }
 
 fn adaptive(args: &SettingValues) -> Result<Option<Adaptive>> {

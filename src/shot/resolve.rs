@@ -8,7 +8,7 @@ use crate::bvh::{BuildSettings, SimdLevel};
 use crate::error::{Error, Result, Warning};
 use crate::frame;
 use crate::gltf::{self, ImageLoading, ImportOptions};
-use crate::output::{Aov, AovSet, ExrOutput, matte_collisions};
+use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
     NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
@@ -22,7 +22,7 @@ use crate::settings::{SettingValues, parse, suggest};
 use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
 use super::ineffective::ineffective_settings;
 use super::memory_limit::default_max_memory_bytes;
-use super::render_settings::{known_window, render_settings};
+use super::render_settings::{exr_output, known_window, render_settings};
 use super::shot_settings::ShotSettings;
 
 /// A job, and what is to be said about it.
@@ -214,17 +214,6 @@ fn existing_files(args: &SettingValues) -> ExistingFiles {
         (_, true) => ExistingFiles::Overwrite,
         (true, false) => ExistingFiles::Resume,
         (false, false) => ExistingFiles::Protect,
-    }
-}
-
-pub fn exr_output(args: &SettingValues) -> ExrOutput {
-    let (samples, compression) = args.exr.unwrap_or_default();
-    ExrOutput {
-        aovs: args.aovs.clone().unwrap_or_default(),
-        samples,
-        compression,
-        is_split: args.split_aovs,
-        is_stamped: args.stamp,
     }
 }
 

@@ -86,7 +86,7 @@ fn earlier_spellings_are_accepted() {
 
 #[test]
 fn the_short_help_fits_on_a_screen() {
-    let mut command = RenderOptions::augment_args(Command::new("rayframe render")).term_width(160);
+    let mut command = RenderOptions::augment_args(Command::new("rayframe render")).term_width(100);
     let lines = command.render_help().to_string().lines().count();
-    assert!(lines <= 60, "{lines} lines");
+    assert!(lines <= 50, "{lines} lines");
 }

@@ -6,7 +6,7 @@ use crate::cancel::Cancelled;
 
 mod setting;
 
-pub use setting::{Origin, SettingError};
+pub use setting::{Provenance, SettingError};
 
 /// Error that ends a command. The message is one line. [`Error::exit_code`] distinguishes permanent from retryable errors.
 #[derive(Debug, thiserror::Error)]
@@ -130,7 +130,11 @@ impl Error {
 
     /// A wrong value of `setting`, wherever it was given.
     pub fn setting(setting: &str, why: impl Into<String>) -> Self {
-        Self::Setting(SettingError { setting: setting.to_owned(), origin: Origin::Library, why: why.into() })
+        Self::Setting(SettingError {
+            setting: setting.to_owned(),
+            origin: Provenance::Library,
+            why: why.into(),
+        })
     }
 
     /// [`Error::Missing`] for a `path` that a setting names, as a function for `map_err`.
@@ -142,7 +146,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Different { .. } => 1,
-            Self::Setting(SettingError { origin: Origin::File { .. }, .. }) => 65,
+            Self::Setting(SettingError { origin: Provenance::File { .. }, .. }) => 65,
             Self::Usage { .. } | Self::Setting(_) => 2,
             Self::Invalid { .. } | Self::Unsupported { .. } => 65,
             Self::Missing { .. } => 66,

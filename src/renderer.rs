@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::cancel::CancelFlag;
-use crate::error::{Origin, Result, Warning};
+use crate::error::{Provenance, Result, Warning};
 use crate::gltf::ImageLoading;
 use crate::output::{Aov, AovSet};
 use crate::scene::{CameraRequest, Scene};
@@ -98,7 +98,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
     pub fn set(mut self, name: &str, value: impl AsRef<OsStr>) -> Result<Self> {
-        self.settings.set(name, value.as_ref(), Origin::Library)?;
+        self.settings.set(name, value.as_ref(), Provenance::Library)?;
         Ok(self)
     }
 

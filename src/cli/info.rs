@@ -1,4 +1,4 @@
-//! `rayframe info`: what is in a file, what will be rendered, and what is not supported.
+//! `rayframe info`: contents of a file, default selection, unsupported features.
 
 mod report;
 mod text;
@@ -23,12 +23,12 @@ pub(super) struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Most memory to use, such as 8G; textures take none, of which only the headers are read [default: 80 % of what there is]
+    /// Memory limit, such as 8G; only the headers of textures are read [default: 80 % of the available memory]
     #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
     max_memory: Option<u64>,
 }
 
-/// Prints what is in the file.
+/// Prints the contents of the file.
 pub(super) fn run(args: &InfoArgs) -> Result<()> {
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
     let scene =

@@ -1,4 +1,4 @@
-//! `rayframe merge`.
+//! `rayframe merge`: merges crops into whole frames.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -12,27 +12,28 @@ use rayframe::error::{Error, Result};
 use rayframe::merge::{MergePlan, MergedFrame, merge_frame};
 use rayframe::sequence::OutputPattern;
 
-use super::understood::counted;
-use super::{Ending, ending, signals};
+use super::exit_status::{ExitStatus, exit_status};
+use super::signals;
+use super::summary::counted;
 use rayframe::settings::parse as options;
 use rayframe::shot::memory_limit::default_max_memory_bytes;
 
-/// Options of `rayframe merge`.
+/// Options of `rayframe merge`: merges crops into whole frames.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MergeArgs {
-    /// Crops in any order, whose pixels fill a picture, or the pictures of a sequence, once each
+    /// Crops in any order that cover each image exactly once
     #[arg(required = true, value_name = "TILES")]
     tiles: Vec<PathBuf>,
     /// Output name; with ####, %04d or {frame:04} tiles are merged frame by frame
     #[arg(short, long, visible_alias = "outfile", value_name = "PATTERN", required = true)]
     output: Option<OsString>,
-    /// Merge every frame, whatever is there
+    /// Merge every frame and replace existing files
     #[arg(long)]
     overwrite: bool,
-    /// Threads [default: all cores]
+    /// Number of threads [default: all cores]
     #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u16>(text, 1, 65535))]
     threads: Option<u16>,
-    /// Most memory to use, such as 8G [default: 80 % of what there is]
+    /// Memory limit, such as 8G [default: 80 % of the available memory]
     #[arg(long, value_name = "SIZE", value_parser = options::memory_size)]
     max_memory: Option<u64>,
     /// Print warnings and errors only
@@ -40,18 +41,18 @@ pub(super) struct MergeArgs {
     quiet: bool,
 }
 
-/// Merges what `args` name.
-pub(super) fn run(args: &MergeArgs) -> Ending {
+/// Merges the crops.
+pub(super) fn run(args: &MergeArgs) -> ExitStatus {
     let pool = ThreadPoolBuilder::new().num_threads(args.threads.map_or(0, usize::from)).build();
     let merged = match pool {
         Ok(pool) => pool.install(|| merge(args)),
         Err(error) => Err(Error::Internal { message: format!("the threads cannot be started: {error}") }),
     };
-    merged.unwrap_or_else(|error| ending(Err(error)))
+    merged.unwrap_or_else(|error| exit_status(Err(error)))
 }
 
-fn merge(args: &MergeArgs) -> Result<Ending> {
-    // Find everything that can go wrong before the first frame.
+fn merge(args: &MergeArgs) -> Result<ExitStatus> {
+    // Check everything before the first frame.
     let output = OutputPattern::parse(args.output.as_deref().unwrap_or_default())
         .map_err(|why| Error::usage(format!("--output: {why}")))?;
     let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
@@ -64,7 +65,7 @@ fn merge(args: &MergeArgs) -> Result<Ending> {
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
     for frame in &plan.frames {
         if let (true, Some(signal)) = (cancel.is_raised(), caught.number()) {
-            return Ok(Ending::Signal(signal));
+            return Ok(ExitStatus::Signal(signal));
         }
         if !frame.is_done {
             merge_frame(frame)?;
@@ -73,7 +74,7 @@ fn merge(args: &MergeArgs) -> Result<Ending> {
             print_note(&done_text(frame));
         }
     }
-    Ok(Ending::Code(0))
+    Ok(ExitStatus::Code(0))
 }
 
 /// `out.0001.exr: 6 tiles merged`.

@@ -1,19 +1,21 @@
-//! The command line: one file a subcommand, each from what was typed to what is meant to running it.
+//! Command line: one file per subcommand, from typed arguments to the run.
 
 mod accept;
-mod audience;
 mod diff;
+mod exit_status;
 mod info;
 mod merge;
 mod outcome;
 mod plan;
+mod presenter;
 mod render;
 mod render_options;
 mod review;
 mod signals;
 mod suite_options;
+mod summary;
 mod test;
-mod understood;
+mod warnings;
 mod watch;
 
 use std::ffi::OsString;
@@ -23,13 +25,14 @@ use std::sync::{Arc, Mutex};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
-use crate::progress::{print_error, print_warning};
-use rayframe::error::{Result, Warning};
-use rayframe::shot::refusal;
+use crate::progress::print_error;
 
-use render_options::{RenderOptions, message, option_names};
+use exit_status::exit_status;
+use render_options::RenderOptions;
 
-/// What was typed.
+pub(crate) use exit_status::ExitStatus;
+
+/// Arguments of the program.
 #[derive(Debug, Parser)]
 #[command(name = "rayframe", version, about, propagate_version = true)]
 struct Cli {
@@ -41,66 +44,57 @@ struct Cli {
 enum Command {
     /// Render a glTF scene (.glb, .gltf) or a shot file (.toml) to an image sequence
     Render(RenderOptions),
-    /// Join crops into what one machine would have written
+    /// Merge crops into whole frames
     Merge(merge::MergeArgs),
-    /// Show what is in a file, what will be rendered, and what is not supported
+    /// Show the contents of a file, what is rendered, and what is not supported
     Info(info::InfoArgs),
-    /// Compare two pictures or two sequences; exit code 0: same within the preset, 1: different
+    /// Compare two images or two sequences; exit code 0: same within the preset, 1: different
     Diff(diff::DiffArgs),
     /// Render a suite of shots and compare them with their references; exit code 1: something differs
     Test(test::TestArgs),
-    /// Make pictures that rayframe test kept the references
+    /// Accept pending images as the new references
     Accept(accept::AcceptArgs),
-    /// Forget pictures that rayframe test kept
+    /// Discard pending images
     Reject(accept::RejectArgs),
-    /// Look at pictures that rayframe test kept, one by one, and accept or reject each
+    /// Show pending images one by one, and accept or reject each
     Review(accept::RejectArgs),
-    /// Render one frame, coarse first, and again whenever the scene, a file it names or the shot file changes
+    /// Render one frame, coarse first, and again after every change of the scene or the shot file
     Watch(RenderOptions),
 }
 
-/// How a program ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Ending {
-    /// With this exit code.
-    Code(u8),
-    /// By this signal, as if it had not been caught.
-    Signal(i32),
-}
-
-/// Parses `arguments` (the program's name first), runs what they say, and prints what went wrong in one line.
-pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> Ending {
+/// Parses `arguments` (the program's name first), runs the command, and prints an error in one line.
+pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let panic_place = note_panics();
     let ran = catch_unwind(AssertUnwindSafe(|| {
         let cli = match Cli::try_parse_from(arguments) {
             Ok(cli) => cli,
-            Err(error) => return not_understood(&error),
+            Err(error) => return parse_failure(&error),
         };
         match cli.command {
             Command::Render(given) => render::run(&given),
             Command::Watch(given) => watch::run(&given),
             Command::Merge(args) => merge::run(&args),
             Command::Test(args) => test::run(&args),
-            Command::Accept(args) => ending(accept::accept(&args)),
-            Command::Reject(args) => ending(accept::reject(&args)),
-            Command::Review(args) => ending(review::run(&args)),
-            Command::Info(args) => ending(info::run(&args)),
+            Command::Accept(args) => exit_status(accept::accept(&args)),
+            Command::Reject(args) => exit_status(accept::reject(&args)),
+            Command::Review(args) => exit_status(review::run(&args)),
+            Command::Info(args) => exit_status(info::run(&args)),
             Command::Diff(args) => match diff::run(&args) {
-                Ok(is_same) => Ending::Code(u8::from(!is_same)),
-                Err(error) => ending(Err(error)),
+                Ok(is_same) => ExitStatus::Code(u8::from(!is_same)),
+                Err(error) => exit_status(Err(error)),
             },
         }
     }));
     ran.unwrap_or_else(|_| {
         let place = panic_place.lock().map(|place| place.clone()).unwrap_or_default();
         print_error(&format!("internal error: the program panicked{place}; this is a bug worth reporting"));
-        Ending::Code(70)
+        ExitStatus::Code(70)
     })
 }
 
-/// Has panics noted instead of printed, for decoders may panic over broken input, which is told in one line of its own. Gives
-/// where the last one was, in words. With `RUST_BACKTRACE` set they are printed as ever.
+/// Records the place of panics instead of printing them: decoders may panic on broken input, which has an error message of its
+/// own. With `RUST_BACKTRACE` set, panics are printed as usual.
 fn note_panics() -> Arc<Mutex<String>> {
     let place = Arc::new(Mutex::new(String::new()));
     let noted = Arc::clone(&place);
@@ -114,8 +108,8 @@ fn note_panics() -> Arc<Mutex<String>> {
     place
 }
 
-/// Prints why the command line does not parse: in one line, except for help and version, which come this way too.
-fn not_understood(error: &clap::Error) -> Ending {
+/// Prints a parse error in one line. Help and version also come as errors.
+fn parse_failure(error: &clap::Error) -> ExitStatus {
     match error.kind() {
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
@@ -124,10 +118,10 @@ fn not_understood(error: &clap::Error) -> Ending {
         }
         _ => print_error(&parse_error_text(error)),
     }
-    Ending::Code(u8::try_from(error.exit_code()).unwrap_or(2))
+    ExitStatus::Code(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// The message and its tip, without the usage that follows.
+/// The message and its tip, without the usage text.
 fn parse_error_text(error: &clap::Error) -> String {
     if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
         && [".glb", ".gltf", ".toml"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
@@ -147,29 +141,6 @@ fn parse_error_text(error: &clap::Error) -> String {
         text.push_str(line);
     }
     text
-}
-
-fn ending(result: Result<()>) -> Ending {
-    match result {
-        Ok(()) => Ending::Code(0),
-        Err(error) => {
-            print_error(&message(&error));
-            Ending::Code(error.exit_code())
-        }
-    }
-}
-
-/// Names every warning once; under `--strict` the first one is an error that counts the others.
-fn settle_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool) -> Result<()> {
-    let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
-    // Under --strict the error says the first one.
-    for warning in unique.iter().skip(usize::from(is_strict)) {
-        print_warning(&option_names(&format!("{}: {warning}", path.display())));
-    }
-    match refusal(path, warnings) {
-        Some(error) if is_strict => Err(error),
-        _ => Ok(()),
-    }
 }
 
 #[cfg(test)]

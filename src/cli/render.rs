@@ -13,50 +13,52 @@ use rayframe::image_file::{probe_folder, remove_stale_temporaries, write_atomica
 use rayframe::output::SOFTWARE;
 use rayframe::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
 
-use super::audience::Audience;
+use super::exit_status::{ExitStatus, exit_status};
 use super::outcome::{Outcome, finish, tell_failure};
 use super::plan::{plan_json, plan_text};
+use super::presenter::Presenter;
 use super::render_options::RenderOptions;
-use super::understood::{after_the_end, understood};
-use super::{Ending, ending, settle_warnings, signals};
+use super::signals;
+use super::summary::{after_the_end, summary};
+use super::warnings::report_warnings;
 use rayframe::gltf::ImageLoading;
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{RenderJob, ShotSettings, resolve, resolved_settings};
 
-/// Renders what is asked for.
-pub(super) fn run(options: &RenderOptions) -> Ending {
+/// Renders a sequence.
+pub(super) fn run(options: &RenderOptions) -> ExitStatus {
     let shot = match options.settings() {
         Ok(shot) => shot,
-        Err(error) => return ending(Err(error)),
+        Err(error) => return exit_status(Err(error)),
     };
     let pool = ThreadPoolBuilder::new().num_threads(shot.values.threads.map_or(0, usize::from)).build();
     match pool {
         Ok(pool) => pool.install(|| render(&shot, options.is_dry_run())).unwrap_or_else(|error| {
             let error = shot.settings.locate(error);
             tell_failure(&error, &shot.values);
-            Ending::Code(error.exit_code())
+            ExitStatus::Code(error.exit_code())
         }),
         Err(error) => {
-            ending(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
+            exit_status(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
         }
     }
 }
 
-fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<Ending> {
+fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
     let args = &shot.values;
-    // Find everything that can go wrong before the first frame.
+    // Check everything before the first frame.
     let images = if is_dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
     let RenderJob { sequence: job, choices, warnings, environment, mut inputs } = resolve(shot, images)?;
     inputs.extend(shot.shot_file.clone());
-    settle_warnings(&job.scene.path, &choices, false)?;
-    settle_warnings(&job.scene.path, &warnings, job.strict)?;
+    report_warnings(&job.scene.path, &choices, false)?;
+    report_warnings(&job.scene.path, &warnings, job.strict)?;
     job.sequence_outputs.check()?;
     let plan = Plan::new(&job)?;
     let others = other_files(&job, args);
     refuse_collisions(&plan, &others, &inputs)?;
     if triangle_count(&job.scene, &job.selection.roots) == 0 {
         print_warning(&format!(
-            "{}: the scene draws no triangles; only what surrounds it is seen",
+            "{}: the scene draws no triangles; only the environment is visible",
             job.scene.path.display()
         ));
     }
@@ -64,7 +66,7 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<Ending> {
         print_warning(&warning);
     }
     if !args.quiet {
-        print_note(&understood(&job, &environment));
+        print_note(&summary(&job, &environment));
         if let Some(note) = after_the_end(&job) {
             print_note(&note);
         }
@@ -75,7 +77,7 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<Ending> {
             ProgressStyle::Json => plan_json(&settings, &plan),
             _ => plan_text(&settings, &plan),
         });
-        return Ok(Ending::Code(0));
+        return Ok(ExitStatus::Code(0));
     }
     prepare(&plan, &others)?;
 
@@ -85,15 +87,15 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<Ending> {
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
     let performed = perform(&job, &plan, args, &cancel);
 
-    // Say how it went.
+    // Report the outcome.
     match (performed, caught.number()) {
-        (Err(Error::Interrupted(_)), Some(signal)) => Ok(Ending::Signal(signal)),
+        (Err(Error::Interrupted(_)), Some(signal)) => Ok(ExitStatus::Signal(signal)),
         (Err(error), _) => Err(error),
         (Ok(outcome), signal) => Ok(finish(outcome, signal, args)),
     }
 }
 
-/// Files that are written beside the frames, and the options that ask for them.
+/// Sidecar files, with the options that name them.
 pub(super) fn other_files<'a>(
     job: &'a SequenceJob,
     args: &'a SettingValues,
@@ -103,7 +105,7 @@ pub(super) fn other_files<'a>(
     job.sequence_outputs.files().chain(reports).collect()
 }
 
-/// Makes sure that all files can be written, and removes what dead runs left of them half written.
+/// Checks that all files can be written, and removes temporary files of killed runs.
 pub(super) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
     plan.prepare()?;
     for (path, _) in others {
@@ -113,8 +115,8 @@ pub(super) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
     Ok(())
 }
 
-/// Renders the frames, tells about them, writes manifest and statistics, and makes what is made of finished frames. No failure
-/// keeps the rest from being done.
+/// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not
+/// prevent the rest.
 pub(super) fn perform(
     job: &SequenceJob,
     plan: &Plan,
@@ -124,23 +126,24 @@ pub(super) fn perform(
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress, verbosity, &job.output.shown());
-    let audience = Audience::new(job, plan);
+    let presenter = Presenter::new(job, plan);
     let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
     let summary = sequence::run(job, plan, cancel, &|event| {
         if let Some(manifest) = &manifest {
             manifest.tell(event);
         }
         reporter.print(event);
-        audience.watch(event, &reporter);
+        presenter.watch(event, &reporter);
     });
     let manifest = manifest.map(|manifest| manifest.write());
     let statistics = args.stats.as_deref().map(|path| write_statistics(path, job, &summary));
-    let presented = audience.present(&summary, cancel);
-    let beside = [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
-    Ok(Outcome { beside: beside.collect(), summary })
+    let presented = presenter.present(&summary, cancel);
+    let sidecar_errors =
+        [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
+    Ok(Outcome { sidecar_errors: sidecar_errors.collect(), summary })
 }
 
-/// What resuming is about to throw away; `None` when nothing.
+/// Warning about files that `--resume` replaces; `None` without any.
 fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
     let first = replaced.first()?;
     let example = format!("\"{}\" is {}", first.path.display(), first.why);
@@ -152,9 +155,9 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
     })
 }
 
-/// No file may be written over another one of this run, or over what it reads.
+/// Refuses two files of one name, and files that replace an input.
 pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
-    let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is read")).collect();
+    let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is an input")).collect();
     let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
     let frames = frames.map(|path| (path, "will hold a frame", "-o"));
     let others = others.iter().map(|&(path, option)| (path, "will hold something else", option));
@@ -169,7 +172,7 @@ pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &
     Ok(())
 }
 
-/// The file that `path` names however it is written; links are followed as far as the folder, of which the end may be missing.
+/// Canonical form of `path`. Links are resolved as far as the folder exists.
 fn place(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());

@@ -7,7 +7,7 @@ use clap::builder::OsStringValueParser;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 
-use rayframe::error::{Error, Origin, Result, SettingError};
+use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::settings::{DEFINITIONS, Definition, Settings};
 use rayframe::shot::{ShotSettings, is_shot};
 
@@ -55,7 +55,7 @@ fn arg(definition: &'static Definition) -> Arg {
         let scene = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new());
         return scene.help(help(definition, false)).required_unless_present_any(["config", "set"]);
     }
-    let action = match (definition.is_flag(), definition.shape.is_repeated) {
+    let action = match (definition.is_flag(), definition.form.is_repeated) {
         (true, _) => ArgAction::SetTrue,
         (false, true) => ArgAction::Append,
         (false, false) => ArgAction::Set,
@@ -119,7 +119,7 @@ pub(super) fn option_names(text: &str) -> String {
 pub(super) fn message(error: &Error) -> String {
     match error {
         Error::Setting(SettingError { setting, origin, why })
-            if !matches!(origin, Origin::File { .. } | Origin::Define(_)) && !setting.is_empty() =>
+            if !matches!(origin, Provenance::File { .. } | Provenance::Define(_)) && !setting.is_empty() =>
         {
             option_names(&format!("`{setting}`: {why}"))
         }
@@ -173,10 +173,8 @@ impl RenderOptions {
                 continue;
             }
             for text in raw {
-                definition.parse(&mut settings, text, &Origin::CommandLine).map_err(|why| SettingError {
-                    setting: id.to_owned(),
-                    origin: Origin::CommandLine,
-                    why,
+                definition.parse(&mut settings, text, &Provenance::CommandLine).map_err(|why| {
+                    SettingError { setting: id.to_owned(), origin: Provenance::CommandLine, why }
                 })?;
             }
         }

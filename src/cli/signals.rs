@@ -1,4 +1,4 @@
-//! SIGINT and SIGTERM ask the work to stop; a second one ends the program at once. SIGXFSZ becomes a write error.
+//! Signals: SIGINT and SIGTERM cancel the run, a second one ends the program at once. SIGXFSZ becomes a write error.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -25,7 +25,7 @@ impl CaughtSignal {
 /// Makes signals raise `cancel` from now on.
 ///
 /// # Errors
-/// What the system said.
+/// Errors of the system.
 pub(super) fn watch(cancel: &CancelFlag) -> std::io::Result<CaughtSignal> {
     let caught = CaughtSignal::default();
     for signal in [SIGINT, SIGTERM] {

@@ -1,4 +1,4 @@
-//! What the commands about suites have in common: which suite is meant, and how its shots are read.
+//! The option `--suite`, common to all commands about suites.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{SUITE_FILE, Suite, shell_word};
 use rayframe::shot::check_suite_settings;
 
-/// Which suite is meant.
+/// The option `--suite`.
 #[derive(Clone, Debug, Args)]
 pub(super) struct SuiteOption {
     /// The suite: its folder or its file [default: suite.toml here, or in the nearest folder above that has one]
@@ -49,7 +49,7 @@ impl SuiteOption {
         path.map(|path| format!(" --suite {path}")).unwrap_or_default()
     }
 
-    /// The folder that is named, or the current one.
+    /// The given folder, or the current one.
     pub(super) fn folder(&self) -> &Path {
         self.suite.as_deref().unwrap_or(Path::new(""))
     }

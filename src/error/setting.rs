@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// Where the value of a setting comes from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Origin {
+pub enum Provenance {
     /// An option of the command line.
     CommandLine,
     /// A definition `KEY=VALUE`, with its text.
@@ -35,7 +35,7 @@ pub struct SettingError {
     /// Name of the setting; empty where no known setting is concerned.
     pub setting: String,
     /// Where it was given.
-    pub origin: Origin,
+    pub origin: Provenance,
     /// What is wrong, and what would be right.
     pub why: String,
 }
@@ -43,9 +43,11 @@ pub struct SettingError {
 impl fmt::Display for SettingError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.origin {
-            Origin::File { path, line, column } => write!(formatter, "{}:{line}:{column}: ", path.display())?,
-            Origin::Define(text) => return write!(formatter, "-D {text}: {}", self.why),
-            Origin::CommandLine | Origin::Default | Origin::Library => {}
+            Provenance::File { path, line, column } => {
+                write!(formatter, "{}:{line}:{column}: ", path.display())?
+            }
+            Provenance::Define(text) => return write!(formatter, "-D {text}: {}", self.why),
+            Provenance::CommandLine | Provenance::Default | Provenance::Library => {}
         }
         match self.setting.as_str() {
             "" => write!(formatter, "{}", self.why),

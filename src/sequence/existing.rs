@@ -1,12 +1,12 @@
 //! Policy for files that exist before a run.
 
-/// What becomes of files that are there already.
+/// Treatment of existing files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ExistingFiles {
-    /// Whole frames made from the same things are kept; any other file is an error.
+    /// Finished frames with the same hash are kept; any other file is an error.
     #[default]
     Protect,
-    /// Whole frames made from the same things are kept, others are replaced.
+    /// Finished frames with the same hash are kept, others are replaced.
     Resume,
     /// All are replaced.
     Overwrite,

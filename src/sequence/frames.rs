@@ -1,11 +1,11 @@
-//! Which frames are asked for.
+//! Frame specifications.
 
 use std::collections::BTreeSet;
 
-/// Most frames of one run; more is taken for a slip of the keyboard.
+/// Largest number of frames in one run. More is taken for a typing error.
 const MAX_FRAMES: usize = 1_000_000;
 
-/// Frames as a user asks for them.
+/// Requested frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FrameSpec {
     /// Every frame of the animation, from 0.
@@ -27,7 +27,7 @@ impl FrameSpec {
     /// Parses `7`, `1-10`, `1..10`, `1-10x2` = `1-10:2`, `10-1:-1`, `-3--2`, several of these with commas, or `all`.
     ///
     /// Those are the ranges of Deadline (`1-10x2`, also with `step`, `by` or `every` for the `x`) and of Open Job
-    /// Description (`1-10:2`, `10-1:-1`, blanks anywhere), so that a farm's chunk can be handed on as it is.
+    /// Description (`1-10:2`, `10-1:-1`, blanks anywhere), so that chunks of farms need no conversion.
     ///
     /// # Errors
     /// One line that says what is wrong and what would be right.
@@ -79,7 +79,7 @@ impl FrameSpec {
 /// First frame, last frame and step, which leads from the first to the last or beyond it.
 type Range = (i64, i64, i64);
 
-/// The range that `7`, `1-10` or `1-10x2` stands for.
+/// The range of `7`, `1-10` or `1-10x2`.
 fn parse_part(part: &str) -> Result<Range, String> {
     let (first, rest) = parse_number(part)?;
     if rest.is_empty() {
@@ -88,14 +88,14 @@ fn parse_part(part: &str) -> Result<Range, String> {
     let rest = rest
         .strip_prefix("..")
         .or_else(|| rest.strip_prefix('-'))
-        .ok_or_else(|| format!("\"{rest}\" after {first} is not understood"))?;
+        .ok_or_else(|| format!("\"{rest}\" after {first} is not valid"))?;
     if rest.trim_start().is_empty() {
         return Err(format!("{first}- has no end, and -s {first} renders from there to the animation's end"));
     }
     let (last, rest) = parse_number(rest.trim_start())?;
     let step = if rest.is_empty() { 1 } else { parse_step(rest, last)? };
     if last < first && step > 0 {
-        return Err(format!("{first}-{last} runs backwards ({first}-{last}:-1 is meant to)"));
+        return Err(format!("{first}-{last} runs backwards (write {first}-{last}:-1)"));
     }
     if last > first && step < 0 {
         return Err(format!("steps of {step} never lead from {first} to {last}"));
@@ -103,11 +103,11 @@ fn parse_part(part: &str) -> Result<Range, String> {
     Ok((first, last, step))
 }
 
-/// The number after `x` or another word for it; not 0.
+/// The step after `x` or a synonym; not 0.
 fn parse_step(rest: &str, last: i64) -> Result<i64, String> {
     const WORDS: [&str; 5] = ["x", ":", "step", "by", "every"];
     let step = WORDS.iter().find_map(|word| rest.strip_prefix(word));
-    let step = step.ok_or_else(|| format!("\"{rest}\" after {last} is not understood"))?.trim_start();
+    let step = step.ok_or_else(|| format!("\"{rest}\" after {last} is not valid"))?.trim_start();
     match step.parse::<i32>() {
         Ok(0) => Err("a step cannot be 0".to_owned()),
         Ok(step) => Ok(i64::from(step)),
@@ -133,7 +133,7 @@ fn parse_number(text: &str) -> Result<(i64, &str), String> {
     Ok((i64::from(number), rest.trim_start()))
 }
 
-/// How many frames a range has.
+/// Number of frames of a range.
 fn checked_count((first, last, step): Range) -> Result<i64, String> {
     let count = (last - first).unsigned_abs() / step.unsigned_abs().max(1) + 1;
     if count > MAX_FRAMES as u64 || last > i64::from(i32::MAX) {
@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn frames_are_shown_as_they_are_typed() {
+    fn frames_are_written_as_they_are_parsed() {
         assert_eq!(frames_text(&[7]), "frame 7");
         for text in ["0-60", "1-9x2", "1,5,8-12", "3-1", "-3--1", "1,9", "9,8,1-3"] {
             if let Ok(FrameSpec::Listed(frames)) = FrameSpec::parse(text) {
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn every_form_of_the_command_line_is_understood() {
+    fn every_form_is_parsed() {
         assert_eq!(listed("7"), [7]);
         assert_eq!(listed("1-4"), [1, 2, 3, 4]);
         assert_eq!(listed("1..4"), [1, 2, 3, 4]);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn chunks_of_farms_are_understood() {
+    fn chunks_of_farms_are_parsed() {
         // Deadline.
         assert_eq!(listed("5"), [5]);
         assert_eq!(listed("1,3,5-9"), [1, 3, 5, 6, 7, 8, 9]);
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_is_refused_and_the_right_form_named() {
+    fn invalid_specifications_are_refused_with_the_right_form() {
         for text in [
             "",
             ",",

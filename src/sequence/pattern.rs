@@ -1,9 +1,9 @@
-//! Names of output files: a path with a place for the frame number.
+//! Output patterns: paths with a placeholder for the frame number.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-/// What the extension of an output asks for.
+/// File format of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputFormat {
     /// Scene-linear OpenEXR.
@@ -12,7 +12,7 @@ pub enum OutputFormat {
     Png,
 }
 
-/// A path with any number of places for the frame number.
+/// A path with any number of placeholders for the frame number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputPattern {
     parts: Vec<Part>,
@@ -26,13 +26,13 @@ enum Part {
     Frame {
         width: usize,
     },
-    /// The layer's name.
+    /// Name of the AOV.
     Layer,
 }
 
-/// What a layer's name stands for in the file of the picture itself.
+/// Name in place of the AOV in the main file.
 const MAIN_LAYER: &str = "beauty";
-/// The place for the layer's name.
+/// Placeholder of the name of an AOV.
 const LAYER_PLACE: &[u8] = b"{layer}";
 
 impl OutputPattern {
@@ -40,7 +40,7 @@ impl OutputPattern {
     /// character itself.
     ///
     /// # Errors
-    /// One line: an unknown extension, a folder, or a place for the frame that is not understood.
+    /// One line: an unknown extension, a folder, or a place for the frame that is not valid.
     pub fn parse(text: &OsStr) -> Result<Self, String> {
         let bytes = text.as_encoded_bytes();
         let mut parts = Vec::new();
@@ -66,7 +66,7 @@ impl OutputPattern {
         Ok(Self { parts, format })
     }
 
-    /// `<stem>.####.exr`, or `<stem>.exr` for a single picture; the stem is taken as it is.
+    /// `<stem>.####.exr`, or `<stem>.exr` for a single image; the stem is literal.
     pub fn default_for(stem: &OsStr, numbered: bool) -> Self {
         let mut parts = vec![Part::Literal(stem.to_owned())];
         if numbered {
@@ -77,7 +77,7 @@ impl OutputPattern {
         Self { parts, format: OutputFormat::Exr }
     }
 
-    /// Text in which no character of `path` has a meaning of its own.
+    /// The text of `path` with all special characters escaped.
     pub fn escaped(path: &Path) -> OsString {
         let mut bytes = Vec::new();
         for &byte in path.as_os_str().as_encoded_bytes() {
@@ -90,17 +90,17 @@ impl OutputPattern {
         os_string(bytes).unwrap_or_else(|_| path.as_os_str().to_owned())
     }
 
-    /// What the extension asks for.
+    /// The file format.
     pub fn format(&self) -> OutputFormat {
         self.format
     }
 
-    /// Whether frames get different names.
+    /// Whether the frame number is part of the name.
     pub fn is_numbered(&self) -> bool {
         self.parts.iter().any(|part| matches!(part, Part::Frame { .. }))
     }
 
-    /// The name for people, with `####` for the frame number.
+    /// The pattern for messages, with `####` for the frame number.
     pub fn shown(&self) -> String {
         let part = |part: &Part| match part {
             Part::Literal(text) => text.display().to_string(),
@@ -123,7 +123,7 @@ impl OutputPattern {
         text
     }
 
-    /// Whether there is a place for the layer's name.
+    /// Whether there is a placeholder for the name of an AOV.
     pub fn has_layer_place(&self) -> bool {
         self.parts.contains(&Part::Layer)
     }
@@ -133,7 +133,7 @@ impl OutputPattern {
         filled(&self.parts, frame, MAIN_LAYER)
     }
 
-    /// The file of a layer of `frame` beside the picture's: the layer's name stands at its place, or else in front of the
+    /// The file of an AOV of `frame`: the name of the AOV replaces its placeholder, or goes in front of the
     /// frame number in the file's name, or in front of the extension.
     pub fn layer_path(&self, frame: i64, layer: &str) -> PathBuf {
         if self.has_layer_place() {
@@ -184,12 +184,12 @@ fn name_before_number(before: Option<&Part>, layer: &str) -> OsString {
     })
 }
 
-/// Whether `bytes` begins with a percent sign that takes the meaning from the character behind it.
+/// Whether `bytes` begins with an escaped character.
 fn is_escape(bytes: &[u8]) -> bool {
     matches!(bytes, [b'%', b'%' | b'#' | b'{', ..])
 }
 
-/// Width and length of the place for the frame number that `bytes` begins with.
+/// Width and length of the frame placeholder at the beginning of `bytes`.
 fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
     match bytes {
         [b'#', ..] => {
@@ -240,7 +240,7 @@ fn format_of(path: &Path) -> Result<OutputFormat, String> {
 }
 
 #[cfg(unix)]
-#[expect(clippy::unnecessary_wraps, reason = "the other platforms' twin can fail")]
+#[expect(clippy::unnecessary_wraps, reason = "the version for other platforms can fail")]
 fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
     Ok(std::os::unix::ffi::OsStringExt::from_vec(bytes))
 }
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn every_place_for_the_frame_is_filled() {
+    fn every_frame_placeholder_is_filled() {
         assert_eq!(path("out/a.####.exr", 7), "out/a.0007.exr");
         assert_eq!(path("a_%04d.exr", 12), "a_0012.exr");
         assert_eq!(path("a_%d.EXR", 12), "a_12.EXR");
@@ -273,14 +273,14 @@ mod tests {
     }
 
     #[test]
-    fn escaped_folders_are_taken_as_they_are() {
+    fn escaped_folders_are_literal() {
         let folder = "50%/#1 {frame}/a##b";
         let pattern = Path::new(&OutputPattern::escaped(Path::new(folder))).join("####.exr");
         assert_eq!(path(pattern.to_str().unwrap(), 7), format!("{folder}/0007.exr"));
     }
 
     #[test]
-    fn names_without_a_place_are_told_apart() {
+    fn patterns_without_placeholder_are_not_numbered() {
         let parse = |text: &str| OutputPattern::parse(OsStr::new(text)).unwrap();
         assert!(!parse("a.exr").is_numbered());
         assert!(parse("#.exr").is_numbered());
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_extensions_folders_and_broken_places_are_errors() {
+    fn unknown_extensions_folders_and_broken_placeholders_are_errors() {
         for text in [
             "",
             "a",
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_have_names_beside_the_picture() {
+    fn aovs_have_names_beside_the_image() {
         let layer = |pattern: &str| {
             let pattern = OutputPattern::parse(OsStr::new(pattern)).unwrap();
             pattern.layer_path(7, "depth").into_os_string().into_string().unwrap()

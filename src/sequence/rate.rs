@@ -1,8 +1,8 @@
-//! Frames and time: frame f shows time f / rate, computed exactly and never accumulated.
+//! Frame rates: frame f shows time f / rate, computed exactly and never accumulated.
 
 use std::fmt;
 
-/// Frames a second as a fraction in lowest terms.
+/// Frames per second as a fraction in lowest terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRate {
     numerator: u32,
@@ -10,7 +10,7 @@ pub struct FrameRate {
 }
 
 impl FrameRate {
-    /// The default, 24 frames a second.
+    /// The default, 24 frames per second.
     pub const FILM: Self = Self { numerator: 24, denominator: 1 };
 
     /// Parses `24`, `23.976` or `24000/1001`.
@@ -127,7 +127,7 @@ mod tests {
     fn the_last_frame_forgives_rounded_durations() {
         assert_eq!(FrameRate::FILM.last_frame(2.5), 60);
         assert_eq!(FrameRate::FILM.last_frame(0.0), 0);
-        // 0.7 is 0.699999988 as f32, yet frame 7 of 10 a second is meant to be in it.
+        // 0.7 is 0.699999988 as f32, yet frame 7 at 10 frames per second belongs to it.
         assert_eq!(FrameRate::parse("10").unwrap().last_frame(0.7), 7);
         assert_eq!(FrameRate::FILM.last_frame(2.49), 59);
         // A third of a second at 29.97 is 9.99 frames: frame 10 is clearly outside.

@@ -1,4 +1,4 @@
-//! Hash of everything that a frame is made from: equal exactly when the image is meant to be equal.
+//! Hash of everything that a frame is made from: equal exactly for equal images.
 //!
 //! It covers the version, the content of the scene and of the environment, the selection, every setting that changes a pixel, the
 //! AOVs, sample types and compression of the files, and the time. It does not cover threads, SIMD, builder, splits, crop, other

@@ -1,13 +1,13 @@
-//! How long a frame looks: the times whose mean it is.
+//! Shutter: the times that a frame averages.
 
 use super::FrameRate;
 
 /// A shutter that opens before a frame's time and closes as long after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shutter {
-    /// How long it is open, in frames; 0.5 is a film camera's half turn.
+    /// Open time in frames; 0.5 is the 180 degree shutter of a film camera.
     pub open: f64,
-    /// At how many times the scene is rendered; 1 shows the frame's own time and nothing moves.
+    /// Number of times at which the scene is rendered; 1 gives the frame's own time without motion blur.
     pub time_samples: u32,
 }
 
@@ -18,7 +18,7 @@ impl Default for Shutter {
 }
 
 impl Shutter {
-    /// The times of a frame that shows `time_seconds`: the middles of equal parts of the time that the shutter is open.
+    /// The times of a frame at `time_seconds`: midpoints of equal intervals of the open time.
     pub(super) fn times(self, time_seconds: f64, rate: FrameRate) -> Vec<f64> {
         if self.time_samples <= 1 {
             return vec![time_seconds];

@@ -3,22 +3,22 @@
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
 
-use crate::error::Origin;
+use crate::error::Provenance;
 
-use super::setting_type::{NamedChoice, SettingType, Shape};
+use super::setting_type::{NamedChoice, SettingType, ValueForm};
 
 /// A value and where it comes from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Given<T> {
+pub struct Assigned<T> {
     /// The value.
     pub value: T,
     /// Where it comes from.
-    pub origin: Origin,
+    pub origin: Provenance,
 }
 
-impl<T> From<T> for Given<T> {
+impl<T> From<T> for Assigned<T> {
     fn from(value: T) -> Self {
-        Self { value, origin: Origin::Library }
+        Self { value, origin: Provenance::Library }
     }
 }
 
@@ -57,8 +57,8 @@ impl Group {
 /// Access to the field of one setting.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Access<S: 'static> {
-    pub(super) parse: fn(&mut S, &OsStr, &Origin) -> Result<(), String>,
-    pub(super) origin: fn(&S) -> Option<&Origin>,
+    pub(super) parse: fn(&mut S, &OsStr, &Provenance) -> Result<(), String>,
+    pub(super) origin: fn(&S) -> Option<&Provenance>,
     pub(super) write: fn(&S) -> Option<Vec<OsString>>,
     pub(super) write_default: fn() -> Option<Vec<OsString>>,
     pub(super) copy: fn(to: &mut S, from: &S),
@@ -81,7 +81,7 @@ pub struct DefinitionOf<S: 'static> {
     /// The default in words, where it depends on the scene or the machine.
     pub default_help: &'static str,
     /// How TOML writes it.
-    pub shape: Shape,
+    pub form: ValueForm,
     /// Whether the short help shows it.
     pub is_common: bool,
     /// Letter of the option.
@@ -102,14 +102,14 @@ pub struct DefinitionOf<S: 'static> {
 }
 
 impl<S> DefinitionOf<S> {
-    pub(super) const fn new(name: &'static str, group: Group, shape: Shape, access: Access<S>) -> Self {
+    pub(super) const fn new(name: &'static str, group: Group, form: ValueForm, access: Access<S>) -> Self {
         Self {
             name,
             group,
             help: &[],
             value_name: "",
             default_help: "",
-            shape,
+            form,
             is_common: false,
             short: None,
             option: None,
@@ -129,7 +129,7 @@ impl<S> DefinitionOf<S> {
 
     /// Whether it is `true` or `false`.
     pub fn is_flag(&self) -> bool {
-        self.shape == Shape::FLAG
+        self.form == ValueForm::FLAG
     }
 
     /// The accepted names, where it is an enum.
@@ -147,7 +147,7 @@ impl<S> DefinitionOf<S> {
     }
 
     /// Where `settings` has its value from.
-    pub fn origin<'a>(&self, settings: &'a S) -> Option<&'a Origin> {
+    pub fn origin<'a>(&self, settings: &'a S) -> Option<&'a Provenance> {
         (self.access.origin)(settings)
     }
 
@@ -160,7 +160,7 @@ impl<S> DefinitionOf<S> {
     ///
     /// # Errors
     /// Why the text is no value.
-    pub fn parse(&self, settings: &mut S, text: &OsStr, origin: &Origin) -> Result<(), String> {
+    pub fn parse(&self, settings: &mut S, text: &OsStr, origin: &Provenance) -> Result<(), String> {
         (self.access.parse)(settings, text, origin)
     }
 
@@ -172,9 +172,9 @@ impl<S> DefinitionOf<S> {
 
 /// Sets a field from text.
 pub(super) fn set<T: SettingType>(
-    field: &mut Option<Given<T::Value>>,
+    field: &mut Option<Assigned<T::Value>>,
     text: &OsStr,
-    origin: &Origin,
+    origin: &Provenance,
 ) -> Result<(), String> {
     let value = T::parse(text)?;
     match field {
@@ -182,7 +182,7 @@ pub(super) fn set<T: SettingType>(
             T::add(&mut given.value, value);
             given.origin = origin.clone();
         }
-        None => *field = Some(Given { value, origin: origin.clone() }),
+        None => *field = Some(Assigned { value, origin: origin.clone() }),
     }
     Ok(())
 }

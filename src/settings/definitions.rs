@@ -7,7 +7,7 @@ use crate::scene::ClipSelection;
 use crate::sequence::{Exposure, FrameRate};
 
 use super::choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
-use super::definition::{Access, DefinitionOf, Given, Group, set};
+use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::file_types::{Background, EnvironmentType, FilePath, Pattern};
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};

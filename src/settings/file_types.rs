@@ -7,7 +7,7 @@ use crate::sequence::OutputPattern;
 
 use super::environment_source::EnvironmentSource;
 use super::parse;
-use super::setting_type::{SettingType, Shape};
+use super::setting_type::{SettingType, ValueForm};
 
 /// File.
 #[derive(Debug)]
@@ -15,7 +15,7 @@ pub struct FilePath;
 
 impl SettingType for FilePath {
     type Value = PathBuf;
-    const SHAPE: Shape = Shape::TEXT;
+    const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<PathBuf, String> {
         Ok(PathBuf::from(text))
@@ -36,7 +36,7 @@ pub struct Pattern;
 
 impl SettingType for Pattern {
     type Value = OutputPattern;
-    const SHAPE: Shape = Shape::TEXT;
+    const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<OutputPattern, String> {
         OutputPattern::parse(text)
@@ -60,7 +60,7 @@ pub struct EnvironmentType;
 
 impl SettingType for EnvironmentType {
     type Value = EnvironmentSource;
-    const SHAPE: Shape = Shape::TEXT.or_list(",");
+    const FORM: ValueForm = ValueForm::TEXT.or_list(",");
 
     fn parse(text: &OsStr) -> Result<EnvironmentSource, String> {
         parse::environment(text)
@@ -81,7 +81,7 @@ pub struct Background;
 
 impl SettingType for Background {
     type Value = Option<EnvironmentSource>;
-    const SHAPE: Shape = Shape::TEXT.or_list(",");
+    const FORM: ValueForm = ValueForm::TEXT.or_list(",");
 
     fn parse(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
         parse::background(text)

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 
-use crate::error::{Origin, SettingError};
+use crate::error::{Provenance, SettingError};
 
 use super::definitions::{DEFINITIONS, Definition, Settings};
 use super::nearest::nearest;
@@ -13,7 +13,7 @@ const COMMAND_LINE_ONLY: [&str; 3] = ["config", "set", "dry_run"];
 /// The definition of a key.
 ///
 /// # Errors
-/// What the key may have meant.
+/// A suggestion for an unknown key.
 pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
     if let Some(definition) = Definition::of(key) {
         return Ok(definition);
@@ -27,8 +27,8 @@ pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
         definition.name == plain || definition.aliases.contains(&key) || definition.option == Some(&long)
     });
     let names: Vec<&str> = DEFINITIONS.iter().map(|definition| definition.name).collect();
-    let meant = called.map(|definition| definition.name).or_else(|| nearest(key, &names));
-    Err(match meant {
+    let suggestion = called.map(|definition| definition.name).or_else(|| nearest(key, &names));
+    Err(match suggestion {
         Some(name) => format!("is no setting; did you mean \"{name}\"?"),
         None => "is no setting; keys are the long options of rayframe render, with _ for -".to_owned(),
     })
@@ -39,10 +39,10 @@ impl Settings {
     ///
     /// # Errors
     /// [`Error::Setting`](crate::error::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
-    pub fn set(&mut self, name: &str, text: &OsStr, origin: Origin) -> Result<(), SettingError> {
+    pub fn set(&mut self, name: &str, text: &OsStr, origin: Provenance) -> Result<(), SettingError> {
         let error = |why| SettingError { setting: name.to_owned(), origin: origin.clone(), why };
         let definition = find(name).map_err(error)?;
-        if !definition.shape.is_repeated {
+        if !definition.form.is_repeated {
             self.clear(definition.name);
         }
         definition.parse(self, text, &origin).map_err(error)

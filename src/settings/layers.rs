@@ -1,6 +1,6 @@
 //! Levels of settings, merged field by field.
 
-use crate::error::{Error, Origin, Result, SettingError};
+use crate::error::{Error, Provenance, Result, SettingError};
 
 use super::definitions::{DEFINITIONS, Definition, Settings};
 
@@ -50,7 +50,7 @@ impl Settings {
     }
 
     /// Where the setting `name` was given.
-    pub fn origin_of(&self, name: &str) -> Option<&Origin> {
+    pub fn origin_of(&self, name: &str) -> Option<&Provenance> {
         Definition::of(name)?.origin(self)
     }
 
@@ -63,7 +63,9 @@ impl Settings {
     /// The error with the origin of the setting that it concerns.
     pub fn locate(&self, error: Error) -> Error {
         match error {
-            Error::Setting(error) if error.origin == Origin::Library => self.error(&error.setting, error.why),
+            Error::Setting(error) if error.origin == Provenance::Library => {
+                self.error(&error.setting, error.why)
+            }
             error => error,
         }
     }

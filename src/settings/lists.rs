@@ -89,9 +89,9 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 
 /// Suggests the nearest of `names`, and lists them.
 pub(super) fn unknown(word: &str, what: &str, names: &[&str]) -> String {
-    let meant = nearest(word, names).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
-    let there_are = if meant.is_empty() { "; there are" } else { " There are" };
-    format!("\"{}\" is not {what}{meant}{there_are} {}", word.escape_debug(), names.join(", "))
+    let suggestion = nearest(word, names).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
+    let there_are = if suggestion.is_empty() { "; there are" } else { " There are" };
+    format!("\"{}\" is not {what}{suggestion}{there_are} {}", word.escape_debug(), names.join(", "))
 }
 
 #[cfg(test)]

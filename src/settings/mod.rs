@@ -1,7 +1,7 @@
 //! Settings of a render: one typed definition each, for the command line, shot files, suites and library users.
 //!
 //! [`DEFINITIONS`] is the table of all settings: name, type, unit, default, help. [`Settings`] holds what is given, with the
-//! [`Origin`](crate::error::Origin) of each value; levels merge with [`Settings::fill_from`]. [`Settings::values`] applies the
+//! [`Provenance`](crate::error::Provenance) of each value; levels merge with [`Settings::fill_from`]. [`Settings::values`] applies the
 //! defaults. What settings mean for a scene is decided by [`crate::shot`]; options of the terminal are unknown here.
 
 mod choices;
@@ -25,11 +25,11 @@ mod types;
 mod write;
 
 pub use choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
-pub use definition::{DefinitionOf, Given, Group};
+pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
 pub use environment_source::EnvironmentSource;
 pub use lists::aovs_in_files;
 pub use named::Named;
-pub use setting_type::{NamedChoice, SettingType, Shape, Single};
+pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub(crate) use suggest::choices as suggest;
 pub(crate) use text_file::{not_toml, read_text};

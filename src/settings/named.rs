@@ -49,13 +49,13 @@ named! {
     }
     ToneCurve {
         Standard = "standard", "Natural contrast; middle grey keeps its value";
-        Agx = "agx", "Low contrast, with room for bright and coloured light, as in Blender";
+        Agx = "agx", "Low contrast, with headroom for bright and coloured light, as in Blender";
         Aces = "aces", "High contrast, as films made with ACES 1.0";
         Neutral = "neutral", "Khronos PBR Neutral: base colours keep their values";
     }
     BuilderKind {
         Auto = "auto", "The fastest for the number of triangles and rays";
-        Lbvh = "lbvh", "Karras' radix tree in one linear pass";
+        Lbvh = "lbvh", "Karras' radix tree, built in one pass";
         Ploc = "ploc", "Better tree, slower to build: merges neighbouring clusters";
         Karras = "karras", "Karras' radix tree, node by node as in the paper";
         BruteForce = "brute", "";

@@ -246,15 +246,15 @@ pub fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
     let looks_like_image = file.to_string_lossy().to_ascii_lowercase();
     let looks_like_image = [".hdr", ".exr"].iter().any(|end| looks_like_image.contains(end));
     if file.is_empty() || !(looks_like_image || Path::new(&file).exists()) {
-        let meant = text.to_str().and_then(meant_environment).unwrap_or_default();
-        return Err(format!("{meant}write a .hdr or .exr file, R,G,B, studio or none"));
+        let suggestion = text.to_str().and_then(environment_suggestion).unwrap_or_default();
+        return Err(format!("{suggestion}write a .hdr or .exr file, R,G,B, studio or none"));
     }
     Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
 }
 
 /// Suggestions for words and colours of other programs.
-fn meant_environment(text: &str) -> Option<String> {
-    let meant = match text.to_ascii_lowercase().as_str() {
+fn environment_suggestion(text: &str) -> Option<String> {
+    let suggestion = match text.to_ascii_lowercase().as_str() {
         "studio" => "studio".to_owned(),
         "none" | "off" | "no" => "none".to_owned(),
         "white" => "1,1,1".to_owned(),
@@ -268,7 +268,7 @@ fn meant_environment(text: &str) -> Option<String> {
             format!("{} (linear light)", short.join(","))
         }
     };
-    Some(format!("did you mean {meant}? Else "))
+    Some(format!("did you mean {suggestion}? Else "))
 }
 
 /// What `environment` takes, or `env` for the environment light, which is `None`.

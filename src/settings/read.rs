@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Error, Origin, Result, SettingError};
+use crate::error::{Error, Provenance, Result, SettingError};
 
 use super::definitions::Settings;
 use super::keys::find;
@@ -25,9 +25,9 @@ struct Source<'a> {
 
 impl Source<'_> {
     /// The origin of the key at byte `at`.
-    fn origin(&self, at: usize) -> Origin {
+    fn origin(&self, at: usize) -> Provenance {
         let (line, column) = location(self.text, at);
-        Origin::File { path: self.path.to_owned(), line, column }
+        Provenance::File { path: self.path.to_owned(), line, column }
     }
 
     /// An error about the key at byte `at`.
@@ -68,8 +68,8 @@ impl Source<'_> {
         let origin = self.origin(at);
         let wrong =
             |why: String| SettingError { setting: definition.name.to_owned(), origin: origin.clone(), why };
-        let texts = texts(definition.shape, value)
-            .ok_or_else(|| wrong(format!("is {}; write {}", kind(value), definition.shape.expected())))?;
+        let texts = texts(definition.form, value)
+            .ok_or_else(|| wrong(format!("is {}; write {}", kind(value), definition.form.expected())))?;
         let folder = self.path.parent().unwrap_or(Path::new(""));
         if definition.origin(settings).is_some() {
             return Err(wrong("is set twice".to_owned()).into());
@@ -152,7 +152,7 @@ impl Settings {
     }
 
     fn define(&mut self, definition_text: &str) -> Result<()> {
-        let origin = Origin::Define(definition_text.to_owned());
+        let origin = Provenance::Define(definition_text.to_owned());
         let wrong = |why: String| SettingError { setting: String::new(), origin: origin.clone(), why };
         let (key, value) = definition_text
             .split_once('=')
@@ -160,7 +160,7 @@ impl Settings {
         let key = key.trim().replace('-', "_");
         let definition = find(&key).map_err(|why| wrong(format!("\"{}\" {why}", key.escape_debug())))?;
         let parsed = DeValue::parse(value).ok();
-        let texts = parsed.and_then(|value| texts(definition.shape, value.get_ref()));
+        let texts = parsed.and_then(|value| texts(definition.form, value.get_ref()));
         for text in texts.unwrap_or_else(|| vec![value.into()]) {
             definition.parse(self, &text, &origin).map_err(wrong)?;
         }

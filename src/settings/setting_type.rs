@@ -19,7 +19,7 @@ pub enum Single {
 
 /// How values of a setting are written in TOML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct ValueForm {
     /// A single value.
     pub single: Single,
     /// Separator of list elements in text. Such a setting also takes an array.
@@ -28,7 +28,7 @@ pub struct Shape {
     pub is_repeated: bool,
 }
 
-impl Shape {
+impl ValueForm {
     /// `true` or `false`.
     pub const FLAG: Self = Self::single(Single::Flag);
     /// A number.
@@ -82,7 +82,7 @@ pub trait SettingType {
     /// Its values.
     type Value: Clone + Debug + PartialEq;
     /// How they are written in TOML.
-    const SHAPE: Shape;
+    const FORM: ValueForm;
 
     /// The value of a text.
     ///

@@ -17,14 +17,15 @@ pub fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> String 
     };
     // Half of the letters may be wrong, or fewer.
     let is_near = nearest * 2 <= asked.chars().count().max(1);
-    let meant = if is_near { format!("did you mean \"{}\"? ", name.escape_debug()) } else { String::new() };
+    let suggestion =
+        if is_near { format!("did you mean \"{}\"? ", name.escape_debug()) } else { String::new() };
     let listed: Vec<_> =
         names.iter().take(MOST_LISTED).map(|(_, name)| format!("\"{}\"", name.escape_debug())).collect();
     let more = match names.len() - listed.len() {
         0 => String::new(),
         more => format!(" and {more} more, which rayframe info --json lists"),
     };
-    format!("{meant}there are {}{more}", listed.join(", "))
+    format!("{suggestion}there are {}{more}", listed.join(", "))
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ macro_rules! settings {
         #[derive(Clone, Debug, Default, PartialEq)]
         #[non_exhaustive]
         pub struct Settings {
-            $($(#[doc = $doc])+ pub $name: Option<Given<<$type as SettingType>::Value>>,)+
+            $($(#[doc = $doc])+ pub $name: Option<Assigned<<$type as SettingType>::Value>>,)+
         }
 
         /// All settings with defaults applied.
@@ -34,7 +34,7 @@ macro_rules! settings {
         pub static DEFINITIONS: &[Definition] = &[$(Definition {
             help: &[$($doc),+],
             $($key: $value,)*
-            ..Definition::new(stringify!($name), Group::$group, <$type as SettingType>::SHAPE, Access {
+            ..Definition::new(stringify!($name), Group::$group, <$type as SettingType>::FORM, Access {
                 parse: |settings, text, origin| set::<$type>(&mut settings.$name, text, origin),
                 origin: |settings| settings.$name.as_ref().map(|given| &given.origin),
                 write: |settings| settings.$name.as_ref().map(|given| <$type as SettingType>::write(&given.value)),

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use crate::error::{Error, Origin, Result, SettingError, over_limit};
+use crate::error::{Error, Provenance, Result, SettingError, over_limit};
 
 /// Largest file, bytes; what is larger is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -40,6 +40,6 @@ pub(crate) fn location(text: &str, at: usize) -> (usize, usize) {
 pub(crate) fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> Error {
     let (line, column) = location(text, error.span().map_or(0, |span| span.start));
     let why = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-    let origin = Origin::File { path: path.to_owned(), line, column };
+    let origin = Provenance::File { path: path.to_owned(), line, column };
     SettingError { setting: String::new(), origin, why }.into()
 }

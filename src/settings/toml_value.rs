@@ -4,25 +4,25 @@ use std::ffi::OsString;
 
 use toml::de::{DeInteger, DeValue};
 
-use super::setting_type::{Shape, Single};
+use super::setting_type::{Single, ValueForm};
 
-/// The texts of a value; `None` where the shape does not accept it.
-pub(super) fn texts(shape: Shape, value: &DeValue<'_>) -> Option<Vec<OsString>> {
+/// The texts of a value; `None` where the form does not accept it.
+pub(super) fn texts(form: ValueForm, value: &DeValue<'_>) -> Option<Vec<OsString>> {
     match value {
-        DeValue::Boolean(value) if shape.single == Single::Flag => Some(vec![value.to_string().into()]),
+        DeValue::Boolean(value) if form.single == Single::Flag => Some(vec![value.to_string().into()]),
         DeValue::Array(elements) => {
             let texts: Option<Vec<String>> =
                 elements.iter().map(|element| scalar(element.get_ref())).collect();
-            match shape.separator {
+            match form.separator {
                 Some(separator) => Some(vec![texts?.join(separator).into()]),
-                None if shape.is_repeated && elements.iter().all(|element| element.get_ref().is_str()) => {
+                None if form.is_repeated && elements.iter().all(|element| element.get_ref().is_str()) => {
                     Some(texts?.into_iter().map(OsString::from).collect())
                 }
                 None => None,
             }
         }
-        DeValue::String(text) if shape.takes_text() => Some(vec![text.as_ref().into()]),
-        DeValue::Integer(_) | DeValue::Float(_) if shape.takes_number() => Some(vec![scalar(value)?.into()]),
+        DeValue::String(text) if form.takes_text() => Some(vec![text.as_ref().into()]),
+        DeValue::Integer(_) | DeValue::Float(_) if form.takes_number() => Some(vec![scalar(value)?.into()]),
         _ => None,
     }
 }

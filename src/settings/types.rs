@@ -14,19 +14,19 @@ use crate::sequence::{Exposure, FrameRate, FrameSpec, frames_text};
 
 use super::choices::FocusRequest;
 use super::named::Named;
-use super::setting_type::{NamedChoice, SettingType, Shape, unicode};
+use super::setting_type::{NamedChoice, SettingType, ValueForm, unicode};
 use super::{lists, parse};
 
 /// Declares types of settings: the value, how TOML writes it, text to value, value to text.
 macro_rules! setting_types {
-    ($($(#[doc = $doc:literal])+ $name:ident: $value:ty, $shape:expr, $parse:expr, $write:expr;)+) => {$(
+    ($($(#[doc = $doc:literal])+ $name:ident: $value:ty, $form:expr, $parse:expr, $write:expr;)+) => {$(
         $(#[doc = $doc])+
         #[derive(Debug)]
         pub struct $name;
 
         impl SettingType for $name {
             type Value = $value;
-            const SHAPE: Shape = $shape;
+            const FORM: ValueForm = $form;
 
             fn parse(text: &OsStr) -> Result<$value, String> {
                 let parse: fn(&str) -> Result<$value, String> = $parse;
@@ -43,80 +43,80 @@ macro_rules! setting_types {
 
 setting_types! {
     /// `true` or `false`.
-    Flag: bool, Shape::FLAG, |text| text.parse().map_err(|_| "write true or false".to_owned()), bool::to_string;
+    Flag: bool, ValueForm::FLAG, |text| text.parse().map_err(|_| "write true or false".to_owned()), bool::to_string;
     /// Number from 0.
-    Factor: f32, Shape::NUMBER, parse::factor, f32::to_string;
+    Factor: f32, ValueForm::NUMBER, parse::factor, f32::to_string;
     /// Number from 0 to 1.
-    Share: f32, Shape::NUMBER, parse::share, f32::to_string;
+    Share: f32, ValueForm::NUMBER, parse::share, f32::to_string;
     /// Degrees from 0 to 90.
-    SunAngle: f32, Shape::NUMBER, parse::sun_angle, f32::to_string;
+    SunAngle: f32, ValueForm::NUMBER, parse::sun_angle, f32::to_string;
     /// Width and height in pixels.
-    Resolution: (u32, u32), Shape::TEXT.or_list("x"), parse::resolution, |(width, height)| format!("{width}x{height}");
+    Resolution: (u32, u32), ValueForm::TEXT.or_list("x"), parse::resolution, |(width, height)| format!("{width}x{height}");
     /// Percentage or factor.
-    Scale: f64, Shape::NUMBER_OR_TEXT, parse::scale,
+    Scale: f64, ValueForm::NUMBER_OR_TEXT, parse::scale,
         |&scale| if scale <= 1.0 { scale.to_string() } else { format!("{}%", scale * 100.0) };
     /// Rectangle of pixels.
-    Crop: PixelWindow, Shape::TEXT.or_list(","), parse::crop,
+    Crop: PixelWindow, ValueForm::TEXT.or_list(","), parse::crop,
         |window| format!("{},{},{},{}", window.x0, window.y0, window.x1, window.y1);
     /// Bytes.
-    MemorySize: u64, Shape::NUMBER_OR_TEXT, parse::memory_size, u64::to_string;
+    MemorySize: u64, ValueForm::NUMBER_OR_TEXT, parse::memory_size, u64::to_string;
     /// Early split clipping.
-    SplitType: Split, Shape::NUMBER_OR_TEXT, parse::split, |split| match split {
+    SplitType: Split, ValueForm::NUMBER_OR_TEXT, parse::split, |split| match split {
         Split::Auto => "auto".to_owned(),
         Split::Off => "off".to_owned(),
         Split::Area(area) => area.to_string(),
     };
     /// Refitting.
-    RefitType: Refit, Shape::NUMBER_OR_TEXT, parse::refit, |refit| match refit {
+    RefitType: Refit, ValueForm::NUMBER_OR_TEXT, parse::refit, |refit| match refit {
         Refit::Auto => "auto".to_owned(),
         Refit::Off => "off".to_owned(),
         Refit::UpTo(factor) => factor.to_string(),
     };
     /// Frames for which the shutter is open.
-    ShutterFrames: f64, Shape::NUMBER_OR_TEXT, parse::shutter, f64::to_string;
+    ShutterFrames: f64, ValueForm::NUMBER_OR_TEXT, parse::shutter, f64::to_string;
     /// Radius or f-number of a lens.
-    ApertureType: Aperture, Shape::NUMBER_OR_TEXT, parse::aperture, |aperture| match aperture {
+    ApertureType: Aperture, ValueForm::NUMBER_OR_TEXT, parse::aperture, |aperture| match aperture {
         Aperture::Radius(radius) => radius.to_string(),
         Aperture::FNumber(number) => format!("f/{number}"),
     };
     /// Distance of focus.
-    FocusType: FocusRequest, Shape::NUMBER_OR_TEXT, parse::focus, |focus| match focus {
+    FocusType: FocusRequest, ValueForm::NUMBER_OR_TEXT, parse::focus, |focus| match focus {
         FocusRequest::Center => "center".to_owned(),
         FocusRequest::Metres(distance) => distance.to_string(),
         FocusRequest::Node(node) => name_or_index(node),
     };
     /// Brightness in stops.
-    ExposureType: Exposure, Shape::NUMBER_OR_TEXT, parse::exposure, |exposure| match exposure {
+    ExposureType: Exposure, ValueForm::NUMBER_OR_TEXT, parse::exposure, |exposure| match exposure {
         Exposure::Auto => "auto".to_owned(),
         Exposure::Ev(stops) => stops.to_string(),
     };
     /// Frame numbers.
-    Frames: FrameSpec, Shape::NUMBER_OR_TEXT.or_list(","), FrameSpec::parse, |frames| match frames {
+    Frames: FrameSpec, ValueForm::NUMBER_OR_TEXT.or_list(","), FrameSpec::parse, |frames| match frames {
         FrameSpec::Listed(frames) => {
             frames_text(frames).trim_start_matches("frames ").trim_start_matches("frame ").to_owned()
         }
         FrameSpec::All | FrameSpec::Range { .. } => "all".to_owned(),
     };
     /// Frames per second.
-    Rate: FrameRate, Shape::NUMBER_OR_TEXT, FrameRate::parse, FrameRate::to_string;
+    Rate: FrameRate, ValueForm::NUMBER_OR_TEXT, FrameRate::parse, FrameRate::to_string;
     /// Name or index.
-    NameOrIndexType: NameOrIndex, Shape::TEXT, |text| Ok(parse::choice(text)), name_or_index;
+    NameOrIndexType: NameOrIndex, ValueForm::TEXT, |text| Ok(parse::choice(text)), name_or_index;
     /// Camera.
-    CameraType: CameraRequest, Shape::TEXT, |text| Ok(parse::camera(text)), |camera| match camera {
+    CameraType: CameraRequest, ValueForm::TEXT, |text| Ok(parse::camera(text)), |camera| match camera {
         CameraRequest::Auto => "auto".to_owned(),
         CameraRequest::Camera(camera) => name_or_index(camera),
     };
     /// Animation clips.
-    Clips: ClipSelection, Shape::TEXT, |text| Ok(parse::clips(text)), |clips| match clips {
+    Clips: ClipSelection, ValueForm::TEXT, |text| Ok(parse::clips(text)), |clips| match clips {
         ClipSelection::All => "all".to_owned(),
         ClipSelection::None => "none".to_owned(),
         ClipSelection::One(clip) => name_or_index(clip),
     };
     /// AOVs.
-    Aovs: AovSet, Shape::TEXT.or_list(","), lists::aovs,
+    Aovs: AovSet, ValueForm::TEXT.or_list(","), lists::aovs,
         |aovs| aovs.as_slice().iter().map(|aov| aov.name()).collect::<Vec<_>>().join(",");
     /// Sample type and compression of EXR files.
-    ExrEncoding: (LightSamples, ExrCompression), Shape::TEXT.or_list(","), lists::encoding,
+    ExrEncoding: (LightSamples, ExrCompression), ValueForm::TEXT.or_list(","), lists::encoding,
         |(samples, compression)| format!("{},{}", samples.name(), compression.name());
 }
 
@@ -136,7 +136,7 @@ where
     T: TryFrom<i64> + Clone + Debug + Display + PartialEq,
 {
     type Value = T;
-    const SHAPE: Shape = Shape::NUMBER;
+    const FORM: ValueForm = ValueForm::NUMBER;
 
     fn parse(text: &OsStr) -> Result<T, String> {
         parse::whole(unicode(text)?, MIN, MAX)
@@ -153,7 +153,7 @@ pub struct OneOf<E>(PhantomData<E>);
 
 impl<E: Named> SettingType for OneOf<E> {
     type Value = E;
-    const SHAPE: Shape = Shape::TEXT;
+    const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<E, String> {
         let text = unicode(text)?;
@@ -179,7 +179,7 @@ pub struct Simd;
 
 impl SettingType for Simd {
     type Value = Option<SimdLevel>;
-    const SHAPE: Shape = Shape::TEXT;
+    const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<Option<SimdLevel>, String> {
         if text == "best" {
@@ -209,7 +209,7 @@ pub struct Names;
 
 impl SettingType for Names {
     type Value = Vec<String>;
-    const SHAPE: Shape = Shape { is_repeated: true, ..Shape::TEXT };
+    const FORM: ValueForm = ValueForm { is_repeated: true, ..ValueForm::TEXT };
 
     fn parse(text: &OsStr) -> Result<Vec<String>, String> {
         Ok(vec![unicode(text)?.to_owned()])

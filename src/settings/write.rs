@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use toml::de::DeValue;
 
 use super::definitions::{DEFINITIONS, Definition, Settings};
-use super::setting_type::{Shape, Single};
+use super::setting_type::{Single, ValueForm};
 
 impl Settings {
     /// The same settings with defaults given where they have a meaning, and files named from `folder`.
@@ -18,7 +18,7 @@ impl Settings {
             let is_needless = definition.requires.is_some_and(|needed| self.origin_of(needed).is_none());
             let default = || (definition.access.write_default)().filter(|_| !is_needless);
             let Some(texts) = definition.texts(self).or_else(default) else { continue };
-            let origin = definition.origin(self).cloned().unwrap_or(crate::error::Origin::Default);
+            let origin = definition.origin(self).cloned().unwrap_or(crate::error::Provenance::Default);
             if definition.is_flag() && texts.iter().all(|text| text == "false") {
                 continue;
             }
@@ -49,44 +49,44 @@ impl Settings {
     pub fn to_json(&self) -> Map<String, Value> {
         let given = DEFINITIONS.iter().filter_map(|definition| Some((definition, definition.texts(self)?)));
         given
-            .map(|(definition, texts)| (definition.name.to_owned(), json_value(definition.shape, &texts)))
+            .map(|(definition, texts)| (definition.name.to_owned(), json_value(definition.form, &texts)))
             .collect()
     }
 }
 
 fn line(definition: &Definition, texts: &[OsString]) -> String {
     let key = definition.name;
-    let shape = definition.shape;
+    let form = definition.form;
     let Some(texts) = texts.iter().map(|text| text.to_str()).collect::<Option<Vec<_>>>() else {
         return format!("# {key} cannot be written here, for it is not Unicode");
     };
-    if shape.is_repeated {
+    if form.is_repeated {
         let texts: Vec<_> = texts.into_iter().map(quoted).collect();
         return format!("{key} = [{}]", texts.join(", "));
     }
     let text = texts.last().copied().unwrap_or_default();
-    if shape == Shape::FLAG {
+    if form == ValueForm::FLAG {
         return format!("{key} = {text}");
     }
-    format!("{key} = {}", number(shape, text).unwrap_or_else(|| quoted(text)))
+    format!("{key} = {}", number(form, text).unwrap_or_else(|| quoted(text)))
 }
 
-fn json_value(shape: Shape, texts: &[OsString]) -> Value {
+fn json_value(form: ValueForm, texts: &[OsString]) -> Value {
     let mut texts = texts.iter().map(|text| text.to_string_lossy());
-    if shape.is_repeated {
+    if form.is_repeated {
         return json!(texts.collect::<Vec<_>>());
     }
     let text = texts.next_back().unwrap_or_default();
-    if shape == Shape::FLAG {
+    if form == ValueForm::FLAG {
         return json!(text == "true");
     }
-    let number = number(shape, &text).filter(|_| shape.single == Single::Number);
+    let number = number(form, &text).filter(|_| form.single == Single::Number);
     number.and_then(|number| serde_json::from_str(&number).ok()).unwrap_or_else(|| json!(text))
 }
 
-/// The text as a number of TOML and JSON, where the shape accepts numbers.
-fn number(shape: Shape, text: &str) -> Option<String> {
-    let value = text.parse::<f64>().ok().filter(|value| shape.takes_number() && value.is_finite())?;
+/// The text as a number of TOML and JSON, where the form accepts numbers.
+fn number(form: ValueForm, text: &str) -> Option<String> {
+    let value = text.parse::<f64>().ok().filter(|value| form.takes_number() && value.is_finite())?;
     let is_number = |text: &str| {
         DeValue::parse(text).is_ok_and(|value| value.get_ref().is_integer() || value.get_ref().is_float())
             && serde_json::from_str::<serde_json::Number>(text).is_ok()

@@ -1,4 +1,4 @@
-//! The environment that the command line asks for, loaded.
+//! Loading of environments.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -14,32 +14,32 @@ use crate::scene::{
 
 use crate::settings::EnvironmentSource;
 
-/// An environment and what it was made from.
+/// A loaded environment.
 #[derive(Debug)]
 pub struct LoadedEnvironment {
-    /// The light.
+    /// The environment.
     pub environment: Environment,
-    /// Differs whenever the light does.
+    /// Content key: differs whenever the environment does.
     pub key: String,
-    /// For the first line of a run; empty when there is no environment.
+    /// Summary; empty without an environment.
     pub description: String,
-    /// What was changed to make it usable.
+    /// Warnings about changed pixels.
     pub warnings: Vec<Warning>,
 }
 
-/// What the command line asks for around the scene.
+/// Requested environment and background.
 #[derive(Debug)]
 pub struct EnvironmentRequest {
-    /// What lights the scene, if that was said.
+    /// Source of the light; `None` for the default.
     pub light: Option<EnvironmentSource>,
-    /// Multiplies it.
+    /// Factor of the light.
     pub intensity: f32,
-    /// What is seen behind the scene; `None` is the light.
+    /// Source of the background; `None` is the environment itself.
     pub background: Option<EnvironmentSource>,
 }
 
 impl EnvironmentRequest {
-    /// The picture files that will be read.
+    /// The image files of the request.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         [&self.light, &self.background].into_iter().flatten().filter_map(|source| match source {
             EnvironmentSource::File(path, _) => Some(path.as_path()),
@@ -47,13 +47,13 @@ impl EnvironmentRequest {
         })
     }
 
-    /// Whether camera rays that leave the scene see anything.
+    /// Whether the background is visible.
     pub fn shows_background(&self) -> bool {
         self.background != Some(EnvironmentSource::None)
     }
 }
 
-/// Loads what was asked for; without a wish the studio lights scenes that have no light of their own.
+/// Loads the requested environment. By default the studio lights scenes without lights.
 pub fn load(
     request: &EnvironmentRequest,
     scene: &Scene,
@@ -101,7 +101,7 @@ pub fn load(
     Ok(loaded)
 }
 
-/// The surroundings that come with the file, whose hash covers them.
+/// The image-based light of the file; the hash of the scene covers it.
 fn of_image_light(index: ImageLightIndex, environment: Environment) -> LoadedEnvironment {
     LoadedEnvironment {
         environment,
@@ -111,7 +111,7 @@ fn of_image_light(index: ImageLightIndex, environment: Environment) -> LoadedEnv
     }
 }
 
-/// What one option asks for.
+/// Loads one source.
 fn of_source(source: &EnvironmentSource, setting: &str, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
     let plain = |environment, key: String, description: &str| LoadedEnvironment {
         environment,
@@ -151,7 +151,7 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
     })
 }
 
-/// Adds what can be written where the file is missing.
+/// Adds the accepted forms to the error of a missing file.
 fn explained(error: Error, path: &Path, setting: &str) -> Error {
     let Error::Missing { pointer, source, .. } = error else {
         return error;
@@ -173,7 +173,7 @@ fn explained(error: Error, path: &Path, setting: &str) -> Error {
     Error::Missing { path: path.to_owned(), pointer, source }
 }
 
-/// The whole of a file that is one: devices and pipes may never end.
+/// Reads a regular file: devices and pipes may never end.
 fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let missing = Error::missing(path);
     let metadata = std::fs::metadata(path).map_err(missing)?;
@@ -190,7 +190,7 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Whether any light is placed below the selected roots.
+/// Whether any node has a light below the selected roots.
 pub fn has_lights(scene: &Scene, selection: &Selection) -> bool {
     let mut pending = selection.roots.clone();
     while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {

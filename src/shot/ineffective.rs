@@ -30,7 +30,7 @@ pub fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Wa
         (
             values.split_aovs && job.exr.split_aovs().is_empty(),
             "split_aovs",
-            "the EXR files hold the picture alone; name AOVs with `aovs`",
+            "the EXR files have no AOVs; name some with `aovs`",
         ),
         (
             job.exposure != Exposure::Auto && !is_seen,
@@ -60,7 +60,7 @@ fn moves(job: &SequenceJob) -> bool {
     clips.flat_map(|clip| &clip.channels).any(|channel| channel.keyframes.times_seconds.len() > 1)
 }
 
-/// The kind of every light that is placed below the selected roots.
+/// The kind of every light below the selected roots.
 fn light_kinds(scene: &Scene, selection: &Selection) -> Vec<LightKind> {
     let mut kinds = Vec::new();
     let mut pending = selection.roots.clone();

@@ -1,4 +1,4 @@
-//! A shot as it is rendered for a suite: its file's settings over the suite's.
+//! Jobs of shots of a suite.
 
 use std::path::{Path, PathBuf};
 
@@ -11,27 +11,27 @@ use crate::settings::{DEFINITIONS, Settings};
 use super::resolve::{RenderJob, resolve};
 use super::shot_settings::{ShotSettings, is_shot, no_scene, refusal};
 
-/// Which shot is meant, and what is said about it elsewhere.
+/// A shot of a suite.
 #[derive(Clone, Copy, Debug)]
 pub struct ShotRequest<'a> {
     /// A shot file `.toml`, or a scene.
     pub path: &'a Path,
-    /// A suite file, whose table `[shot]` holds settings that count where the shot says nothing.
+    /// The suite file. Settings of the shot override its table `[shot]`.
     pub suite: Option<&'a Path>,
-    /// `KEY=VALUE`, which count before the shot's own.
+    /// Definitions `KEY=VALUE` that override the shot.
     pub overrides: &'a [String],
 }
 
-/// What is to be rendered, and what is to be said about it.
+/// The job of a shot with its warnings.
 #[derive(Debug)]
 pub struct ShotJob {
-    /// What `rayframe render` would do.
+    /// The job, as for `rayframe render`.
     pub sequence: SequenceJob,
-    /// What is not honoured. Under `strict` these are errors.
+    /// Unsupported features. Under `strict` these are errors.
     pub warnings: Vec<Warning>,
 }
 
-/// Reads a shot file or a scene, and understands all settings as `rayframe render` does.
+/// Reads a shot file or a scene with its settings, and resolves them as `rayframe render` does.
 ///
 /// # Errors
 /// Those of a command line, of a shot file, and of loading the scene; under `strict` the first warning.
@@ -44,7 +44,7 @@ pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
     }
 }
 
-/// The scene that the shot file `path` names. Neither the scene nor other settings are looked at.
+/// The scene of the shot file `path`. Neither the scene nor other settings are read.
 ///
 /// # Errors
 /// Those of reading the file, and [`Error::Invalid`] where it names none.
@@ -54,7 +54,7 @@ pub fn scene_of_shot(path: &Path) -> Result<PathBuf> {
     Settings::read_shot_scene(path)?.ok_or_else(|| no_scene(Some(path)))
 }
 
-/// Finds what is wrong with the settings that a suite file has for all its shots.
+/// Checks the settings that a suite file has for all its shots.
 ///
 /// # Errors
 /// Those of reading the file, and [`Error::Invalid`] with the line for a setting that is wrong or has no effect.
@@ -85,7 +85,7 @@ fn shot_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
     ShotSettings::merge([scene, overrides, suite], None)
 }
 
-/// Shots as the command line understands them: shot files and scenes, with the settings of `rayframe render`.
+/// Reads shots for suites: shot files and scenes, with the settings of `rayframe render`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ShotFiles;
 

@@ -1,10 +1,10 @@
-//! How much memory may be used when the user does not say: four fifths of what the machine, the control group or the
-//! shell gives.
+//! Default memory limit: four fifths of the memory of the machine, the control group or the
+//! shell.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Used where the system tells nothing, bytes.
+/// Limit for systems without this information, bytes.
 const FALLBACK: u64 = 4 << 30;
 
 /// Four fifths of the least of all limits.
@@ -28,7 +28,7 @@ fn physical_bytes(meminfo: &str) -> Option<u64> {
     Some(kilobytes * 1024)
 }
 
-/// What is left of the address space that `ulimit -v` allows, from `/proc/self/limits` and `/proc/self/status`.
+/// Remaining address space under `ulimit -v`, from `/proc/self/limits` and `/proc/self/status`.
 fn address_space_bytes(limits: &str, status: &str) -> Option<u64> {
     let limit = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: u64 = limit.split_whitespace().next()?.parse().ok()?;
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn the_address_space_is_what_the_shell_leaves() {
+    fn the_address_space_limit_counts() {
         let limits = "Max locked memory         8388608   8388608   bytes\n\
                       Max address space         100000000 unlimited bytes\n";
         assert_eq!(address_space_bytes(limits, "VmSize:\t   10000 kB\n"), Some(89_760_000));
@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_machine_tells_its_memory() {
+    fn the_memory_of_the_machine_is_read() {
         assert_eq!(physical_bytes("MemTotal:       24000000 kB\nMemFree: 1 kB"), Some(24_576_000_000));
         assert_eq!(physical_bytes(""), None);
     }

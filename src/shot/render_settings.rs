@@ -1,4 +1,4 @@
-//! What of the options reaches a pixel, but for the scene and what surrounds it: sizes, samples, lens, lights.
+//! Render settings: size, samples, lens, lights.
 
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
@@ -8,17 +8,17 @@ use crate::scene::{NameOrIndex, NodeIndex, Projection, Scene, SelectedCamera, Se
 
 use crate::settings::{FocusRequest, Integrator, SettingValues, suggest};
 
-/// A picture's size unless another is asked for, pixels.
+/// Default image size, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
 
-/// The settings, without the choice of a background.
+/// The render settings, without the background.
 pub fn render_settings(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<RenderSettings> {
-    let resolution = picture_size(args, camera_aspect(scene, selection))?;
+    let resolution = image_size(args, camera_aspect(scene, selection))?;
     let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
     if window.x1 > resolution.0 || window.y1 > resolution.1 {
         return Err(Error::setting(
             "crop",
-            format!("reaches beyond the picture of {}x{} pixels", resolution.0, resolution.1),
+            format!("reaches beyond the image of {}x{} pixels", resolution.0, resolution.1),
         ));
     }
     match args.integrator {
@@ -101,17 +101,17 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
     camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
 }
 
-/// What will be rendered, where that does not depend on the scene's camera.
+/// The pixel window, where it does not depend on the scene's camera.
 pub fn known_window(args: &SettingValues) -> Result<Option<PixelWindow>> {
     if args.width.is_some() != args.height.is_some() {
         return Ok(None);
     }
-    let (width, height) = picture_size(args, 1.0)?;
+    let (width, height) = image_size(args, 1.0)?;
     Ok(Some(args.crop.unwrap_or(PixelWindow::full(width, height))))
 }
 
 /// Columns and rows after `--scale`. One side alone takes the other from the camera.
-fn picture_size(args: &SettingValues, camera_aspect: f64) -> Result<(u32, u32)> {
+fn image_size(args: &SettingValues, camera_aspect: f64) -> Result<(u32, u32)> {
     let default = (f64::from(DEFAULT_RESOLUTION.0), f64::from(DEFAULT_RESOLUTION.1));
     let sides = |(width, height)| (f64::from(width), f64::from(height));
     let (width, height) = match (args.width.map(f64::from), args.height.map(f64::from)) {
@@ -132,7 +132,7 @@ fn picture_size(args: &SettingValues, camera_aspect: f64) -> Result<(u32, u32)> 
     Ok((side(width)?, side(height)?))
 }
 
-/// Width over height that the camera's author had in mind.
+/// Aspect ratio of the camera: width over height.
 fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
     let default = f64::from(DEFAULT_RESOLUTION.0) / f64::from(DEFAULT_RESOLUTION.1);
     let SelectedCamera::Node(node) = selection.camera else {

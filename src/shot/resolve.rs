@@ -25,18 +25,18 @@ use super::memory_limit::default_max_memory_bytes;
 use super::render_settings::{exr_output, known_window, render_settings};
 use super::shot_settings::ShotSettings;
 
-/// A job, and what is to be said about it.
+/// A job with its warnings.
 #[derive(Debug)]
 pub struct RenderJob {
-    /// What to do.
+    /// The job.
     pub sequence: SequenceJob,
-    /// What was left out by choice, which `--strict` has nothing against.
+    /// Notes about settings without effect and clips that are left out. `strict` ignores them.
     pub choices: Vec<Warning>,
-    /// What is not honoured.
+    /// Unsupported features.
     pub warnings: Vec<Warning>,
-    /// The environment in words; empty when there is none.
+    /// Summary of the environment; empty without one.
     pub environment: String,
-    /// Files that are read and must not be written over: the scene, the files it names, and the environment's picture.
+    /// Input files, which must not be overwritten: the scene, its files, and the environment images.
     pub inputs: Vec<PathBuf>,
 }
 

@@ -25,7 +25,7 @@ pub fn resolved_settings(shot: &ShotSettings, job: &SequenceJob) -> Settings {
     settings.with_defaults(&std::env::current_dir().unwrap_or_default())
 }
 
-/// The camera that is selected by default: the first that is placed.
+/// The camera that is selected by default: the first camera of the scene graph.
 fn camera(job: &SequenceJob) -> String {
     let SelectedCamera::Node(node) = job.selection.camera else {
         return "auto".to_owned();

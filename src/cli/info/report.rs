@@ -112,7 +112,7 @@ pub(super) struct LightReport {
     pub(super) support: &'static str,
 }
 
-/// Surroundings that come with the file.
+/// Image-based light of the file.
 #[derive(Debug, Serialize)]
 pub(super) struct ImageLightReport {
     pub(super) name: Option<String>,

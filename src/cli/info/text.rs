@@ -1,6 +1,6 @@
 //! The report for people.
 
-use super::super::understood::{counted, grouped, quoted, short};
+use super::super::summary::{counted, grouped, quoted, short};
 use super::report::{Report, WarningReport};
 
 /// Nodes that are listed.
@@ -125,13 +125,13 @@ fn clips(report: &Report) -> Vec<String> {
 
 fn cameras(report: &Report) -> Vec<String> {
     numbered(&report.cameras, |camera| {
-        (camera.name.as_deref(), placed(camera.kind, camera.is_placed, camera.support))
+        (camera.name.as_deref(), usage(camera.kind, camera.is_placed, camera.support))
     })
 }
 
 fn lights(report: &Report) -> Vec<String> {
     numbered(&report.lights, |light| {
-        (light.name.as_deref(), placed(light.kind, light.is_placed, light.support))
+        (light.name.as_deref(), usage(light.kind, light.is_placed, light.support))
     })
 }
 
@@ -144,12 +144,8 @@ fn image_lights(report: &Report) -> Vec<String> {
     })
 }
 
-fn placed(kind: &str, is_placed: bool, support: &str) -> String {
-    if is_placed {
-        format!("{kind}, {support}")
-    } else {
-        format!("{kind}, not placed by any node, {support}")
-    }
+fn usage(kind: &str, is_used: bool, support: &str) -> String {
+    if is_used { format!("{kind}, {support}") } else { format!("{kind}, not used by any node, {support}") }
 }
 
 fn extensions(report: &Report) -> Vec<String> {

@@ -10,9 +10,10 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::exit_status::{ExitStatus, exit_status};
+use super::signals;
 use super::suite_options::SuiteOption;
-use super::understood::counted;
-use super::{Ending, ending, signals};
+use super::summary::counted;
 use crate::progress::{SuiteProgress, one_line, print_note, print_output, print_warning};
 use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
@@ -55,19 +56,19 @@ pub(super) struct TestArgs {
 }
 
 /// Tests and prints. The exit code is 0 when every image matches its reference, and 1 otherwise.
-pub(super) fn run(args: &TestArgs) -> Ending {
+pub(super) fn run(args: &TestArgs) -> ExitStatus {
     let cancel = CancelFlag::new();
     let caught = match signals::watch(&cancel) {
         Ok(caught) => caught,
         Err(error) => {
             let message = format!("signals cannot be watched: {error}");
-            return ending(Err(Error::Internal { message }));
+            return exit_status(Err(Error::Internal { message }));
         }
     };
     match (test(args, &cancel), caught.number()) {
-        (Err(Error::Interrupted(_)), Some(signal)) => Ending::Signal(signal),
-        (Err(error), _) => ending(Err(error)),
-        (Ok(passes), _) => Ending::Code(u8::from(!passes)),
+        (Err(Error::Interrupted(_)), Some(signal)) => ExitStatus::Signal(signal),
+        (Err(error), _) => exit_status(Err(error)),
+        (Ok(passes), _) => ExitStatus::Code(u8::from(!passes)),
     }
 }
 

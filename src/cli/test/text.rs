@@ -7,7 +7,7 @@ use crate::progress::one_line;
 use rayframe::regression::suite::{folders, is_ci};
 use rayframe::regression::{FolderSummary, FrameResult, FrameStatus, ShotResult, SuiteResult};
 
-use super::super::understood::counted;
+use super::super::summary::counted;
 
 /// Number of failures of one shot that are printed. The report has all.
 const MAX_FAILURES: usize = 3;

@@ -1,4 +1,4 @@
-//! A picture of few pixels, scaled up, to be looked at until the whole one is there.
+//! Coarse image: few pixels, scaled up, shown until the full image is finished.
 
 use std::path::Path;
 
@@ -11,20 +11,20 @@ use rayframe::output::{PreviewLook, exr_file, frame_attributes, png_file};
 use rayframe::render::{PixelFilter, RenderSettings};
 use rayframe::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, render_single_frame};
 
-/// Pixels of the whole picture along a side of a coarse one.
+/// Side of a coarse pixel, in pixels of the full image.
 const COARSENESS: u32 = 8;
-/// Pictures of fewer pixels are made at once.
+/// Smaller images are rendered without a coarse one.
 const LEAST_PIXELS: u64 = 64 * 64;
 
-/// What the hash of a coarse picture begins with.
+/// Prefix of the hash of a coarse image.
 const MARK: &str = "coarse ";
 
-/// Whether the file `path` is a coarse picture.
+/// Whether the file `path` is a coarse image.
 pub(super) fn is_coarse(job: &SequenceJob, path: &Path) -> bool {
     stored_hash(job, path).is_some_and(|hash| hash.starts_with(MARK))
 }
 
-/// Whether a stored hash is that of the frame, or of a coarse picture of any.
+/// Whether a stored hash belongs to the frame, or to a coarse image of any frame.
 pub(super) fn is_of(stored: &str, render_hash: &str) -> bool {
     stored == render_hash || stored.starts_with(MARK)
 }
@@ -37,19 +37,19 @@ fn stored_hash(job: &SequenceJob, path: &Path) -> Option<String> {
     stored.ok()?.render_hash
 }
 
-/// Writes the picture with one sample for many pixels, at one time and without a lens, under the frame's name.
+/// Writes a coarse image under the frame's name: one sample per coarse pixel, without motion blur and depth of field.
 pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFlag) -> Result<()> {
     let window = job.render.window;
     if u64::from(window.width()) * u64::from(window.height()) < LEAST_PIXELS {
         return Ok(());
     }
-    // Better than coarse is there already.
+    // The file is already better.
     if stored_hash(job, &planned.path).as_ref() == Some(&planned.render_hash) {
         return Ok(());
     }
     let frame = Frame::at(&job.scene, &job.selection, planned.time_seconds);
     let film = scaled_up(&few_pixels(job, &frame, cancel)?, job.render.resolution, window);
-    // Nobody must take it for the frame.
+    // The hash marks it as coarse.
     let hash = format!("{MARK}{}", planned.render_hash);
     let file = match job.output.format() {
         OutputFormat::Exr => {
@@ -71,7 +71,7 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
     write_atomically(&planned.path, &file)
 }
 
-/// The whole picture, coarse.
+/// Film of the coarse image at full size.
 fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<Film> {
     let (width, height) = job.render.resolution;
     let resolution = (width.div_ceil(COARSENESS), height.div_ceil(COARSENESS));
@@ -88,11 +88,11 @@ fn few_pixels(job: &SequenceJob, frame: &Frame, cancel: &CancelFlag) -> Result<F
     Ok(render_single_frame(job, frame, &settings, cancel)?.0)
 }
 
-/// Each pixel of the window with the colour of the coarse one over it.
+/// Enlarges a coarse film: each pixel gets the colour of the coarse pixel that covers it.
 fn scaled_up(coarse: &Film, resolution: (u32, u32), window: PixelWindow) -> Film {
     let mut film = Film::new(resolution, window);
     let (width, height) = coarse.resolution;
-    // The pixel of `few` that lies over the middle of pixel `at` of `many`.
+    // The pixel of `few` that covers the centre of pixel `at` of `many`.
     let over = |at: u32, few: u32, many: u32| {
         (u64::from(2 * at + 1) * u64::from(few) / (2 * u64::from(many))) as usize
     };
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn every_pixel_shows_what_lies_over_it() {
-        // Three columns over 20 pixels: 6 2/3 pixels each. The middle of pixel 6 lies at 6.5, that of pixel 7 beyond.
+        // Three columns over 20 pixels: 6 2/3 pixels each. The centre of pixel 6 lies at 6.5, that of pixel 7 beyond.
         let mut coarse = Film::new((3, 1), PixelWindow::full(3, 1));
         coarse.pixels = vec![[1.0; 4], [2.0; 4], [3.0; 4]];
         let film = scaled_up(&coarse, (20, 8), PixelWindow { x0: 5, y0: 1, x1: 20, y1: 3 });

@@ -1,8 +1,8 @@
-//! Noticing that files change.
+//! Detection of changed files by polling.
 //!
-//! Their times, sizes and identities are looked at four times a second. Notices from the system would come sooner, but not from
-//! network file systems, containers' mounts and editors that put a new file in the place of the old one; and a few dozen
-//! files are looked at in less than a millisecond.
+//! Times, sizes and inode numbers are polled four times a second. Notifications of the system would come sooner, but not for
+//! network file systems, container mounts and editors that replace the file. Polling a few dozen files takes less
+//! than a millisecond.
 
 use std::collections::BTreeMap;
 use std::fs::Metadata;
@@ -12,42 +12,42 @@ use std::time::{Duration, Instant, SystemTime};
 
 use rayframe::cancel::CancelFlag;
 
-use super::TICK;
-
-/// How often files are looked at; one that changed must have stayed the same that long before it is read.
+/// Interval between checks for a signal.
+pub(super) const TICK: Duration = Duration::from_millis(25);
+/// Polling interval. A changed file is read after it has been unchanged for one interval.
 const INTERVAL: Duration = Duration::from_millis(250);
 
-/// What tells a file from an earlier state of it; `None` when it is not there.
+/// State of a file: size, time, identity; `None` for a missing file.
 type Stamp = Option<(u64, Option<SystemTime>, u64)>;
 
-/// Files and how they looked before they were read.
+/// Watched files and their states before they were read.
 #[derive(Debug, Default)]
 pub(super) struct WatchedFiles {
     stamps: BTreeMap<PathBuf, Stamp>,
-    /// When the files were looked at before reading began.
+    /// Time of the last poll before reading began.
     looked: Option<SystemTime>,
     last_look: Mutex<Option<Instant>>,
 }
 
 impl WatchedFiles {
-    /// Takes the files as they are now, before they are read.
+    /// Records the present states, before the files are read.
     pub(super) fn look(&mut self) {
         self.looked = Some(SystemTime::now());
         self.stamps = self.now();
     }
 
-    /// Files that are read as well.
+    /// Adds files.
     pub(super) fn add(&mut self, paths: impl IntoIterator<Item = PathBuf>) {
         for path in paths {
             let looked = self.looked;
             self.stamps.entry(path).or_insert_with_key(|path| {
-                // What changed since reading began may have been read before or after that.
+                // A file that changed since reading began may have been read before or after the change.
                 stamp(path).filter(|(_, modified, _)| looked.is_none() || *modified <= looked)
             });
         }
     }
 
-    /// All files that are read; others are forgotten.
+    /// Replaces the watched files.
     pub(super) fn replace(&mut self, paths: impl IntoIterator<Item = PathBuf>) {
         let mut earlier = std::mem::take(&mut self.stamps);
         for path in paths {
@@ -60,7 +60,7 @@ impl WatchedFiles {
         }
     }
 
-    /// Whether anything changed, looked at no more often than the interval allows.
+    /// Whether a file has changed. Polls at most once per interval.
     pub(super) fn has_changed_by_now(&self) -> bool {
         let Ok(mut last) = self.last_look.lock() else { return false };
         if last.is_some_and(|last| last.elapsed() < INTERVAL) {
@@ -70,7 +70,7 @@ impl WatchedFiles {
         self.now() != self.stamps
     }
 
-    /// Waits until something has changed and is quiet again; `false` once `stop` is raised.
+    /// Waits until a file has changed and is unchanged for one interval; `false` once `stop` is raised.
     pub(super) fn wait_for_change(&self, stop: &CancelFlag) -> bool {
         let mut changed = None;
         loop {
@@ -99,7 +99,7 @@ fn stamp(path: &Path) -> Stamp {
     Some((metadata.len(), metadata.modified().ok(), identity(&metadata)))
 }
 
-/// Another number for another file of the same name.
+/// Inode number: differs for another file of the same name.
 #[cfg(unix)]
 fn identity(metadata: &Metadata) -> u64 {
     std::os::unix::fs::MetadataExt::ino(metadata)
@@ -136,7 +136,7 @@ mod tests {
         files.look();
         std::fs::remove_file(&path).unwrap();
         assert_ne!(files.now(), files.stamps);
-        // What is forgotten does not matter any more.
+        // Files that are no longer watched are ignored.
         files.replace([missing]);
         assert_eq!(files.now(), files.stamps);
     }

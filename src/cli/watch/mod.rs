@@ -1,7 +1,7 @@
-//! `rayframe watch`: one frame, rendered again whenever something that it was made from changes.
+//! `rayframe watch`: renders one frame again after every change of its inputs.
 //!
-//! A change ends the picture under way and begins a new one, first coarse, then whole. What is wrong with a file is said in
-//! one line, and the next change is waited for: files are often broken while they are being saved.
+//! A change cancels the current image and starts a new one, first coarse, then full. An error in a file is printed in
+//! one line, and the program waits for the next change: files are often broken while they are being saved.
 
 mod coarse;
 mod files;
@@ -10,7 +10,6 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
-use std::time::Duration;
 
 use rayon::ThreadPoolBuilder;
 
@@ -20,44 +19,43 @@ use rayframe::error::{Error, Result, Warning};
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
+use super::exit_status::{ExitStatus, exit_status};
 use super::render::{other_files, perform, prepare, refuse_collisions};
 use super::render_options::{RenderOptions, message};
-use super::understood::understood;
-use super::{Ending, ending, settle_warnings, signals};
-use rayframe::error::{Origin, SettingError};
+use super::signals;
+use super::summary::summary;
+use super::warnings::report_warnings;
+use rayframe::error::{Provenance, SettingError};
 use rayframe::gltf::ImageLoading;
 use rayframe::sequence::FrameSpec;
 use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
-use files::WatchedFiles;
+use files::{TICK, WatchedFiles};
 
-/// How often a signal is looked for.
-const TICK: Duration = Duration::from_millis(25);
-
-/// The exit code of errors about what a file holds.
+/// Exit code of errors in the content of a file.
 const WRONG_FILE: u8 = 65;
 
-/// What lives from picture to picture.
+/// State that persists between images.
 struct Watch<'a> {
     options: &'a RenderOptions,
     /// Raised by signals.
     stop: CancelFlag,
     files: WatchedFiles,
-    /// The last picture under the output's name that was not coarse.
-    whole: Option<Vec<u8>>,
-    /// What was understood last, and the warnings about it.
-    told: (String, Vec<Warning>),
+    /// The last full image under the output's name.
+    full: Option<Vec<u8>>,
+    /// The last summary, and its warnings.
+    printed: (String, Vec<Warning>),
 }
 
-/// Renders what is asked for until a signal comes.
-pub(super) fn run(options: &RenderOptions) -> Ending {
-    watch(options).unwrap_or_else(|error| ending(Err(error)))
+/// Renders after every change until a signal comes.
+pub(super) fn run(options: &RenderOptions) -> ExitStatus {
+    watch(options).unwrap_or_else(|error| exit_status(Err(error)))
 }
 
-fn watch(options: &RenderOptions) -> Result<Ending> {
+fn watch(options: &RenderOptions) -> Result<ExitStatus> {
     let internal = |message: String| Error::Internal { message };
-    // What is wrong with the settings is said with the first picture.
+    // Errors in the settings are reported with the first image.
     let threads = options.settings().ok().and_then(|shot| shot.values.threads);
     let pool = ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
     let pool = pool.map_err(|error| internal(format!("the threads cannot be started: {error}")))?;
@@ -65,13 +63,13 @@ fn watch(options: &RenderOptions) -> Result<Ending> {
     let caught =
         signals::watch(&stop).map_err(|error| internal(format!("signals cannot be watched: {error}")))?;
     let mut watch =
-        Watch { options, stop, files: WatchedFiles::default(), whole: None, told: Default::default() };
+        Watch { options, stop, files: WatchedFiles::default(), full: None, printed: Default::default() };
     let mut is_first = true;
     loop {
         watch.files.look();
-        match pool.install(|| watch.picture()) {
+        match pool.install(|| watch.render()) {
             Ok(()) | Err(Error::Interrupted(_)) => {}
-            // Only what is wrong in a file will be mended by saving it.
+            // Only an error in the content of a file can be repaired by saving it.
             Err(error) if is_first && error.exit_code() != WRONG_FILE => return Err(error),
             Err(error) => {
                 watch.files.add(path_of(&error));
@@ -83,12 +81,12 @@ fn watch(options: &RenderOptions) -> Result<Ending> {
             break;
         }
     }
-    Ok(caught.number().map_or(Ending::Code(75), Ending::Signal))
+    Ok(caught.number().map_or(ExitStatus::Code(75), ExitStatus::Signal))
 }
 
 impl Watch<'_> {
-    /// Reads everything and makes the picture.
-    fn picture(&mut self) -> Result<()> {
+    /// Reads all inputs and renders the image.
+    fn render(&mut self) -> Result<()> {
         self.files.add(self.options.shot_file());
         if self.options.is_dry_run() {
             return Err(Error::usage("--dry-run: nothing is watched; write rayframe render --dry-run"));
@@ -96,10 +94,10 @@ impl Watch<'_> {
         let mut shot = self.options.settings()?;
         self.files.add([shot.scene.clone()]);
         settle_for_one(&mut shot);
-        self.picture_of(&shot).map_err(|error| shot.settings.locate(error))
+        self.render_shot(&shot).map_err(|error| shot.settings.locate(error))
     }
 
-    fn picture_of(&mut self, shot: &ShotSettings) -> Result<()> {
+    fn render_shot(&mut self, shot: &ShotSettings) -> Result<()> {
         let args = &shot.values;
         let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } =
             resolve(shot, ImageLoading::Texels)?;
@@ -114,40 +112,40 @@ impl Watch<'_> {
         if !args.overwrite {
             protect_foreign(&job, &plan)?;
         }
-        let told = (understood(&job, &environment), [choices.as_slice(), &warnings].concat());
-        if told != self.told || job.strict {
-            settle_warnings(&job.scene.path, &choices, false)?;
-            settle_warnings(&job.scene.path, &warnings, job.strict)?;
+        let printed = (summary(&job, &environment), [choices.as_slice(), &warnings].concat());
+        if printed != self.printed || job.strict {
+            report_warnings(&job.scene.path, &choices, false)?;
+            report_warnings(&job.scene.path, &warnings, job.strict)?;
             if !args.quiet {
-                print_note(&told.0);
+                print_note(&printed.0);
             }
-            self.told = told;
+            self.printed = printed;
         }
         prepare(&plan, &others)?;
-        self.keep_whole(&job, &plan);
-        let drawn = self.draw(&job, &plan, args);
+        self.keep_full(&job, &plan);
+        let rendered = self.render_frames(&job, &plan, args);
         if self.stop.is_raised() {
-            self.put_back_whole(&job, &plan)?;
+            self.restore_full(&job, &plan)?;
         }
-        drawn
+        rendered
     }
 
-    /// Remembers the picture that is there, unless it is a coarse one.
-    fn keep_whole(&mut self, job: &SequenceJob, plan: &Plan) {
+    /// Keeps the existing image, unless it is coarse.
+    fn keep_full(&mut self, job: &SequenceJob, plan: &Plan) {
         for planned in &plan.frames {
             if !coarse::is_coarse(job, &planned.path) {
-                self.whole = std::fs::read(&planned.path).ok();
+                self.full = std::fs::read(&planned.path).ok();
             }
         }
     }
 
-    /// Leaves no coarse picture behind: the last whole one takes its place, or nothing.
-    fn put_back_whole(&self, job: &SequenceJob, plan: &Plan) -> Result<()> {
+    /// Replaces a coarse image by the last full one, or removes it.
+    fn restore_full(&self, job: &SequenceJob, plan: &Plan) -> Result<()> {
         for planned in &plan.frames {
             if coarse::is_coarse(job, &planned.path) {
-                match &self.whole {
+                match &self.full {
                     Some(whole) => write_atomically(&planned.path, whole)?,
-                    // One that cannot be removed says itself what it is.
+                    // A file that cannot be removed is marked as coarse.
                     None => drop(std::fs::remove_file(&planned.path)),
                 }
             }
@@ -155,8 +153,8 @@ impl Watch<'_> {
         Ok(())
     }
 
-    /// Makes the coarse picture and then the whole one, unless something changes before.
-    fn draw(&self, job: &SequenceJob, plan: &Plan, args: &SettingValues) -> Result<()> {
+    /// Renders the coarse image and then the full one, unless an input changes before.
+    fn render_frames(&self, job: &SequenceJob, plan: &Plan, args: &SettingValues) -> Result<()> {
         let cancel = CancelFlag::new();
         let (running, over) = channel::<()>();
         thread::scope(|threads| {
@@ -179,14 +177,14 @@ impl Watch<'_> {
     }
 }
 
-/// Asks for the first frame unless another is asked for, and for lines, which unlike bars stay when the next picture begins.
+/// Selects the first frame by default, a name of its own for the image, and plain progress lines, which stay when the next image begins.
 fn settle_for_one(shot: &mut ShotSettings) {
     let values = &shot.values;
     let asks_for_frames = values.all
         || values.frames.is_some()
         || (values.start, values.end, values.step) != (None, None, None);
     let is_typed =
-        shot.settings.origin_of("output").is_some_and(|origin| !matches!(origin, Origin::File { .. }));
+        shot.settings.origin_of("output").is_some_and(|origin| !matches!(origin, Provenance::File { .. }));
     let output = (!is_typed).then(|| OutputPattern::parse(&own_name(shot)).ok()).flatten();
     shot.change(|settings| {
         if !asks_for_frames {
@@ -208,8 +206,8 @@ fn refuse_many(job: &SequenceJob) -> Result<()> {
     }
 }
 
-/// `robot.watch.png` in the current folder: what a shot file calls its frames stays theirs. EXR where settings ask for what PNG
-/// files do not hold.
+/// `robot.watch.png` in the current folder: the output of a shot file is kept for its frames. EXR where settings need what PNG
+/// files cannot hold.
 fn own_name(shot: &ShotSettings) -> OsString {
     let args = &shot.values;
     let is_exr =
@@ -220,7 +218,7 @@ fn own_name(shot: &ShotSettings) -> OsString {
     name
 }
 
-/// Pictures of Rayframe are replaced, those of others are not, and neither are other frames of a sequence.
+/// Refuses to replace files of other programs, and other frames of a sequence.
 fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
     for planned in &plan.frames {
         for path in planned.paths().filter(|path| path.exists()) {
@@ -239,7 +237,7 @@ fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
             return Err(Error::CannotCreate {
                 path: path.to_owned(),
                 message: format!(
-                    "the file is there and {why}; name the picture with -o, or --overwrite replaces it"
+                    "the file is there and {why}; name the image with -o, or --overwrite replaces it"
                 ),
             });
         }
@@ -247,14 +245,14 @@ fn protect_foreign(job: &SequenceJob, plan: &Plan) -> Result<()> {
     Ok(())
 }
 
-/// The file that an error is about, whose change may mend it.
+/// The file that an error concerns.
 fn path_of(error: &Error) -> Option<PathBuf> {
     match error {
         Error::Invalid { path, .. }
         | Error::Unsupported { path, .. }
         | Error::Missing { path, .. }
         | Error::Refused { path, .. }
-        | Error::Setting(SettingError { origin: Origin::File { path, .. }, .. }) => Some(path.clone()),
+        | Error::Setting(SettingError { origin: Provenance::File { path, .. }, .. }) => Some(path.clone()),
         _ => None,
     }
 }

@@ -1,10 +1,10 @@
-//! The first line of a run: what was understood.
+//! Summary: the first line of a run.
 
 use rayframe::scene::{Scene, Selection};
 use rayframe::sequence::{SequenceJob, duration_seconds, frames_text, triangle_count};
 
 /// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
-pub(super) fn understood(job: &SequenceJob, environment: &str) -> String {
+pub(super) fn summary(job: &SequenceJob, environment: &str) -> String {
     let (width, height) = job.render.resolution;
     let window = job.render.window;
     let crop = if (window.width(), window.height()) == (width, height) {
@@ -53,12 +53,12 @@ fn clips_text(scene: &Scene, selection: &Selection) -> String {
     }
 }
 
-/// The name in quotes, or `#2` where there is none; both can be typed.
+/// The name in quotes, or `#2` without a name. Options accept both.
 pub(super) fn quoted(name: Option<&str>, index: usize) -> String {
     name.map_or_else(|| format!("#{index}"), |name| format!("\"{name}\""))
 }
 
-/// With three decimals at most.
+/// Number with at most three decimals.
 pub(super) fn short(number: f32) -> String {
     let text = format!("{number:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()

@@ -1,4 +1,4 @@
-//! What is shown of frames while they come, and made of them at the end: pictures on the terminal, a movie, a contact sheet.
+//! Presentation of a run: images on the terminal, a movie, a contact sheet.
 
 use std::sync::OnceLock;
 
@@ -8,8 +8,8 @@ use rayframe::error::Result;
 use rayframe::output::PreviewLook;
 use rayframe::sequence::{Plan, SequenceEvent, SequenceJob, Summary, display_frame, write_sequence_outputs};
 
-/// Who looks at the frames of one run.
-pub(super) struct Audience<'a> {
+/// Shows frames during a run, and makes the files of all frames after it.
+pub(super) struct Presenter<'a> {
     job: &'a SequenceJob,
     plan: &'a Plan,
     /// Tone mapping of the run, from its event.
@@ -17,17 +17,17 @@ pub(super) struct Audience<'a> {
     terminal: Option<TerminalImages>,
 }
 
-impl<'a> Audience<'a> {
-    /// Finds out whether the terminal shows images.
+impl<'a> Presenter<'a> {
+    /// Detects whether the terminal shows images.
     pub(super) fn new(job: &'a SequenceJob, plan: &'a Plan) -> Self {
         let terminal = if job.sequence_outputs.shows_frames { TerminalImages::of_stderr() } else { None };
         if job.sequence_outputs.shows_frames && terminal.is_none() {
-            print_warning("--show: this is no terminal that shows pictures or 24-bit colours");
+            print_warning("--show: this terminal shows neither images nor 24-bit colours");
         }
         Self { job, plan, look: OnceLock::new(), terminal }
     }
 
-    /// Shows a frame that is finished.
+    /// Shows a finished frame.
     pub(super) fn watch(&self, event: SequenceEvent<'_>, reporter: &Reporter) {
         if let SequenceEvent::ExposureFound { ev, .. } = event {
             let _ = self.look.set(PreviewLook { exposure_ev: ev, tone: self.job.tone });
@@ -39,13 +39,13 @@ impl<'a> Audience<'a> {
         };
         let planned = self.plan.frames.iter().find(|planned| planned.frame == report.frame);
         match planned.map(|planned| display_frame(self.job, planned, look)) {
-            Some(Ok(picture)) => reporter.show(&terminal.text(&picture)),
+            Some(Ok(image)) => reporter.show(&terminal.text(&image)),
             Some(Err(error)) => print_warning(&format!("--show: {error}")),
             None => {}
         }
     }
 
-    /// Makes what is made of all frames, unless some are missing.
+    /// Makes the movie and the contact sheet, unless frames are missing.
     pub(super) fn present(&self, summary: &Summary, cancel: &CancelFlag) -> Result<()> {
         let Some(look) = summary.look else { return Ok(()) };
         if summary.is_interrupted || !summary.failed.is_empty() {

@@ -32,7 +32,7 @@
 //! Data flows one way: [`gltf`] imports a file into a time-free [`scene::Scene`]; [`frame::Frame`] poses it at a time;
 //! [`bvh::Builder`] builds a [`bvh::Bvh`] over its triangles; [`render`] runs an [`integrator`] over tiles into a [`film::Film`];
 //! [`output`] makes files of it and [`sequence`] repeats that for many frames. The modules are listed in dependency order in
-//! docs/architecture.md. Only the items above are meant for other crates; those of other modules may change in any version.
+//! docs/architecture.md. Only the items above are the public interface; other modules may change in any version.
 
 pub mod cancel;
 

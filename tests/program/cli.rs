@@ -114,7 +114,7 @@ fn a_missing_scene_has_its_own_exit_code() {
 }
 
 #[test]
-fn negative_frames_and_blenders_order_are_understood() {
+fn negative_frames_and_the_argument_order_of_blender_are_accepted() {
     // All of these get as far as the missing file.
     for options in [
         &["-f", "-3--2"][..],

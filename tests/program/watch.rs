@@ -224,7 +224,7 @@ fn invalid_watches_are_refused_at_once() {
         (&["gone.gltf"][..], 66, "gone.gltf"),
         (&["a.gltf", "-f", "1-3"], 2, "add -f 12"),
         (&["a.gltf", "-n"], 2, "rayframe render --dry-run"),
-        (&["a.gltf", "-o", "photo.png"], 73, "made by another program; name the picture"),
+        (&["a.gltf", "-o", "photo.png"], 73, "made by another program; name the image"),
         (&["a.gltf", "-o", "photo.exr", "--preview", "png"], 73, "photo.png: the file is there"),
         (&["a.gltf", "-o", "a.jpg"], 2, "cannot be written"),
         (&["a.gltf", "--stats", "corners.bin"], 2, "is read"),

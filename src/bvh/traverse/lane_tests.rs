@@ -111,7 +111,7 @@ fn levels_agree_with_each_other_and_with_the_definition() {
                 continue;
             }
             let Some(hit) = triangle.intersect(&ray) else {
-                // What surely meets the line is missed by the ray only because it ends or has not begun.
+                // A triangle that surely intersects the line is missed by the ray only because the ray ends or has not begun.
                 assert!(!certain || results.near[lane] <= f32::MIN_POSITIVE, "{ray:?} misses {triangle:?}");
                 continue;
             };
@@ -119,7 +119,7 @@ fn levels_agree_with_each_other_and_with_the_definition() {
             assert!(possible, "{ray:?} passes over {triangle:?}");
             if certain {
                 certain_hits += 1;
-                // Bounds that are not finite, zero here, settle nothing.
+                // Bounds that are not finite, zero here, decide nothing.
                 let apart = results.near[lane] > hit.t || results.far[lane] < hit.t;
                 assert!(!apart || results.far[lane] == 0.0, "{results:?} {hit:?}");
                 assert_eq!(results.back >> lane & 1 != 0, hit.facing == crate::geometry::Facing::Back);

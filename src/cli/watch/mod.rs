@@ -1,7 +1,7 @@
 //! `rayframe watch`: renders one frame again after every change of its inputs.
 //!
 //! A change cancels the current image and starts a new one, first coarse, then full. An error in a file is printed in
-//! one line, and the program waits for the next change: files are often broken while they are being saved.
+//! one line, and the program continues to watch: files are often broken while they are being saved.
 
 mod coarse;
 mod files;

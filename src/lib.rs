@@ -29,59 +29,59 @@
 //!
 //! # Inside
 //!
-//! Data flows one way: [`gltf`] imports a file into a time-free [`scene::Scene`]; [`frame::Frame`] poses it at a time;
-//! [`bvh::Builder`] builds a [`bvh::Bvh`] over its triangles; [`render`] runs an [`integrator`] over tiles into a [`film::Film`];
+//! Data flows one way: `gltf` imports a file into a time-free [`scene::Scene`]; `frame::Frame` poses it at a time;
+//! [`bvh::Builder`] builds a [`bvh::Bvh`] over its triangles; `render` runs an `integrator` over tiles into a `film::Film`;
 //! [`output`] makes files of it and [`sequence`] repeats that for many frames. The modules are listed in dependency order in
-//! docs/architecture.md. Only the items above are the public interface; other modules may change in any version.
+//! docs/architecture.md. Modules that this page does not list are public for the program, tests and benchmarks only, and may change
+//! in any version.
 
 pub mod cancel;
-
 pub mod error;
-
 pub mod geometry;
 
 pub mod bvh;
 
+#[doc(hidden)]
 pub mod color;
-
 pub mod image;
-
+#[doc(hidden)]
 pub mod image_file;
 
 pub mod scene;
 
+#[doc(hidden)]
 pub mod gltf;
 
+#[doc(hidden)]
 pub mod frame;
-
 mod scene_view;
 
+#[doc(hidden)]
+pub mod bsdf;
+#[doc(hidden)]
 pub mod interaction;
 
-pub mod bsdf;
-
-pub mod integrator;
-
+#[doc(hidden)]
 pub mod film;
-
+#[doc(hidden)]
+pub mod integrator;
+#[doc(hidden)]
 pub mod render;
 
 pub mod output;
-
-pub mod settings;
-
 pub mod sequence;
-
+pub mod settings;
+#[doc(hidden)]
 pub mod shot;
 
 mod renderer;
 
+#[doc(hidden)]
+pub mod merge;
+pub mod regression;
+
 pub use error::{Error, Result};
 pub use renderer::{RenderedFrame, Renderer, SequenceRenderer};
-
-pub mod merge;
-
-pub mod regression;
 
 #[cfg(doctest)]
 #[doc = include_str!("../docs/library.md")]

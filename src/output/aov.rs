@@ -4,6 +4,7 @@ use crate::film::{AovFlags, LightPass};
 
 /// An AOV: a few channels that belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Aov {
     /// Colour and coverage: `R`, `G`, `B`, `A`.
     Beauty,

@@ -96,7 +96,7 @@ impl Bars {
                 // The bars are cleared; their own line would not end in a newline.
                 print_note(&summary_text(summary, eta.total, &self.output));
             }
-            SequenceEvent::FrameKept(_) | SequenceEvent::FrameProgress(..) => {}
+            _ => {}
         }
     }
 

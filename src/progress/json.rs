@@ -75,6 +75,7 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
             ("warning", json!({"pointer": warning.pointer, "message": warning.message}))
         }
         SequenceEvent::Finished(summary) => ("summary", summary_json(summary)),
+        _ => ("other", json!({})),
     };
     line["schema"] = json!(SCHEMA);
     line["event"] = json!(name);

@@ -50,10 +50,7 @@ impl PlainLines {
             SequenceEvent::Finished(summary) => {
                 print_note(&summary_text(summary, eta.total, &self.output));
             }
-            SequenceEvent::ExposureFound { .. }
-            | SequenceEvent::FrameKept(_)
-            | SequenceEvent::FrameStarted(_)
-            | SequenceEvent::FrameProgress(..) => {}
+            _ => {}
         }
     }
 }

@@ -29,6 +29,7 @@ const MATERIAL: [&str; 5] = ["material_id", "albedo", "normal", "uv", "crypto_ma
 /// The likely cause.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Cause {
     /// The whole image is displaced.
     Camera {

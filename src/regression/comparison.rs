@@ -14,6 +14,7 @@ use super::root_mean_square::RootMeanSquare;
 /// A difference that no limit allows.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Mismatch {
     /// Sizes or windows differ: size of the display window, first pixel and size of the data window.
     Size {

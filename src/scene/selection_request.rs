@@ -11,6 +11,7 @@ pub enum NameOrIndex {
 
 /// Requested animation clips.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ClipSelection {
     /// All clips whose targets no earlier clip animates.
     #[default]
@@ -36,6 +37,7 @@ pub struct SelectionRequest {
 
 /// Requested camera.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CameraRequest {
     /// Automatic camera that frames the whole scene.
     Auto,

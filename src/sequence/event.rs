@@ -9,6 +9,7 @@ use super::{FrameReport, PlannedFrame, Summary};
 /// The last event of a frame (kept, written or failed) comes in the order of frames. It may come while the next frame is
 /// rendered, and then from another thread.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum SequenceEvent<'a> {
     /// The run starts.
     Started {

@@ -2,6 +2,7 @@
 
 /// Treatment of existing files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ExistingFiles {
     /// Finished frames with the same hash are kept; any other file is an error.
     #[default]

@@ -7,6 +7,7 @@ const MAX_FRAMES: usize = 1_000_000;
 
 /// Requested frames.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FrameSpec {
     /// Every frame of the animation, from 0.
     All,

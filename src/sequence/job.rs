@@ -12,6 +12,7 @@ use super::{ExistingFiles, FrameRate, OutputPattern, SequenceOutputs, Shutter};
 
 /// Exposure of tone-mapped images.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Exposure {
     /// Computed from a few small renders, once for the whole animation.
     Auto,

@@ -4,7 +4,6 @@ use crate::scene::NameOrIndex;
 
 /// Format of previews.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum PreviewFormat {
     /// PNG.
     #[default]

@@ -146,9 +146,10 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Different { .. } => 1,
-            Self::Setting(SettingError { origin: Provenance::File { .. }, .. }) => 65,
+            Self::Setting(SettingError { origin: Provenance::File { .. }, .. })
+            | Self::Invalid { .. }
+            | Self::Unsupported { .. } => 65,
             Self::Usage { .. } | Self::Setting(_) => 2,
-            Self::Invalid { .. } | Self::Unsupported { .. } => 65,
             Self::Missing { .. } => 66,
             Self::Internal { .. } => 70,
             Self::CannotCreate { .. } => 73,

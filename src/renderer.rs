@@ -98,7 +98,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
     pub fn set(mut self, name: &str, value: impl AsRef<OsStr>) -> Result<Self> {
-        self.settings.set(name, value.as_ref(), Provenance::Library)?;
+        self.settings.set(name, value.as_ref(), &Provenance::Library)?;
         Ok(self)
     }
 

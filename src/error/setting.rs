@@ -44,7 +44,7 @@ impl fmt::Display for SettingError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.origin {
             Provenance::File { path, line, column } => {
-                write!(formatter, "{}:{line}:{column}: ", path.display())?
+                write!(formatter, "{}:{line}:{column}: ", path.display())?;
             }
             Provenance::Define(text) => return write!(formatter, "-D {text}: {}", self.why),
             Provenance::CommandLine | Provenance::Default | Provenance::Library => {}

@@ -10,6 +10,7 @@ use crate::image::{Channel, ColorEncoding, Image, half_from_f32};
 use crate::image_file::{DisplayImage, ExrCompression, FrameAttributes, encode_exr, encode_png};
 
 use super::channels::aov_channels;
+use super::cryptomatte::Matte;
 use super::{Aov, ExrOutput, InstanceIds, LightSamples};
 
 /// Tone mapping from scene-linear light to display values.
@@ -70,7 +71,7 @@ fn aovs_file(
     instances: &InstanceIds,
 ) -> Result<Vec<u8>> {
     let mattes = aovs.iter().filter_map(|&aov| instances.matte(aov));
-    attributes.texts.extend(mattes.flat_map(|matte| matte.attributes()));
+    attributes.texts.extend(mattes.flat_map(Matte::attributes));
     let image = aovs_image(film, output, aovs, instances)?;
     encode_exr(image, output.compression_of(aovs), &attributes)
 }

@@ -21,11 +21,15 @@ pub fn pixel_hash(image: &Image) -> String {
         hash.update(channel.name.as_bytes());
         if let Samples::Uint(values) = &channel.samples {
             hash.update(b"i");
-            values.iter().for_each(|value| hash.update(value.to_le_bytes()));
+            for value in values {
+                hash.update(value.to_le_bytes());
+            }
         }
         if let Some(values) = channel.samples.floats() {
             hash.update(b"n");
-            values.iter().for_each(|value| hash.update(value.to_bits().to_le_bytes()));
+            for value in values.iter() {
+                hash.update(value.to_bits().to_le_bytes());
+            }
         }
     }
     hash.finalize().iter().fold(String::new(), |mut text, byte| {

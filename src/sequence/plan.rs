@@ -138,7 +138,7 @@ fn check_aovs(job: &SequenceJob) -> Result<()> {
     if job.render.aovs != job.exr.aov_flags() {
         return Err(Error::Internal { message: "other AOVs are rendered than are written".to_owned() });
     }
-    job.exr.contradiction().map_or(Ok(()), |why| Err(Error::setting("exr", format!("{why}"))))
+    job.exr.contradiction().map_or(Ok(()), |why| Err(Error::setting("exr", why)))
 }
 
 /// Refuses two files of one name.

@@ -39,12 +39,12 @@ impl Settings {
     ///
     /// # Errors
     /// [`Error::Setting`](crate::error::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
-    pub fn set(&mut self, name: &str, text: &OsStr, origin: Provenance) -> Result<(), SettingError> {
+    pub fn set(&mut self, name: &str, text: &OsStr, origin: &Provenance) -> Result<(), SettingError> {
         let error = |why| SettingError { setting: name.to_owned(), origin: origin.clone(), why };
         let definition = find(name).map_err(error)?;
         if !definition.form.is_repeated {
             self.clear(definition.name);
         }
-        definition.parse(self, text, &origin).map_err(error)
+        definition.parse(self, text, origin).map_err(error)
     }
 }

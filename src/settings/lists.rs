@@ -17,7 +17,7 @@ const GROUPS: [(&str, Holds); 4] = [
 ];
 
 /// `depth,normal,light`.
-pub fn aovs(text: &str) -> Result<AovSet, String> {
+pub(crate) fn aovs(text: &str) -> Result<AovSet, String> {
     let mut aovs = Vec::new();
     for word in words(text) {
         let group = GROUPS.iter().find(|(name, _)| *name == word);
@@ -57,7 +57,7 @@ pub fn aovs_in_files(text: &str, present: &[&str]) -> Result<Vec<String>, String
 }
 
 /// `half,zip`, either word alone, in any order.
-pub fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
+pub(crate) fn encoding(text: &str) -> Result<(LightSamples, ExrCompression), String> {
     const SAMPLES: [LightSamples; 2] = [LightSamples::Half, LightSamples::Float];
     let (mut samples, mut compression) = (None, None);
     for word in words(text) {

@@ -1,7 +1,7 @@
 //! The nearest of several words by edit distance.
 
 /// The name that takes the fewest changes to become, at most a third of its letters. Words are joined by `_` however they were typed.
-pub fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
     let plain = word.replace(['-', '.', ' '], "_");
     let near = names.iter().map(|&name| (distance(&plain, name), name));
     near.filter(|&(changes, name)| changes <= name.len().div_ceil(3))
@@ -10,7 +10,7 @@ pub fn nearest<'a>(word: &str, names: &[&'a str]) -> Option<&'a str> {
 }
 
 /// Letters to change, add or take away, whatever their case (Levenshtein), of the first 64.
-pub fn distance(a: &str, b: &str) -> usize {
+pub(crate) fn distance(a: &str, b: &str) -> usize {
     let lower = |text: &str| text.chars().flat_map(char::to_lowercase).take(64).collect::<Vec<_>>();
     let (a, b) = (lower(a), lower(b));
     let mut row: Vec<usize> = (0..=b.len()).collect();

@@ -8,7 +8,7 @@ use super::nearest::distance;
 const MOST_LISTED: usize = 20;
 
 /// `did you mean "floor"? There are "floor", "roof" and 12 more`, the nearest first.
-pub fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> String {
+pub(crate) fn choices<'a>(asked: &str, names: impl Iterator<Item = &'a str>) -> String {
     let names: BTreeSet<&str> = names.collect();
     let mut names: Vec<_> = names.into_iter().map(|name| (distance(asked, name), name)).collect();
     names.sort_unstable();

@@ -7,7 +7,7 @@ use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 use crate::settings::SettingValues;
 
 /// One warning for each setting that has no effect on this job.
-pub fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
+pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
     let lights = light_kinds(&job.scene, &job.selection);
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();

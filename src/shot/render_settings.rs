@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::output::ExrOutput;
-use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, PixelFilter, RenderSettings};
+use crate::render::{Adaptive, Aperture, Focus, Lens, LightSize, RenderSettings};
 use crate::scene::{NameOrIndex, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 
 use crate::settings::{FocusRequest, Integrator, SettingValues, suggest};
@@ -12,7 +12,11 @@ use crate::settings::{FocusRequest, Integrator, SettingValues, suggest};
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
 
 /// The render settings, without the background.
-pub fn render_settings(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<RenderSettings> {
+pub(crate) fn render_settings(
+    args: &SettingValues,
+    scene: &Scene,
+    selection: &Selection,
+) -> Result<RenderSettings> {
     let resolution = image_size(args, camera_aspect(scene, selection))?;
     let window = args.crop.unwrap_or(PixelWindow::full(resolution.0, resolution.1));
     if window.x1 > resolution.0 || window.y1 > resolution.1 {
@@ -102,7 +106,7 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
 }
 
 /// The pixel window, where it does not depend on the scene's camera.
-pub fn known_window(args: &SettingValues) -> Result<Option<PixelWindow>> {
+pub(crate) fn known_window(args: &SettingValues) -> Result<Option<PixelWindow>> {
     if args.width.is_some() != args.height.is_some() {
         return Ok(None);
     }

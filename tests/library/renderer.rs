@@ -7,6 +7,7 @@ use rayframe::{Error, Renderer};
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
 
+#[expect(clippy::unwrap_used, reason = "a helper of tests")]
 fn small() -> Renderer {
     Renderer::open(SCENE).unwrap().size(24, 16).samples(1)
 }

@@ -21,7 +21,7 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     let scene = Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() };
     let mut job = sequence_job(scene, SelectedCamera::Auto, (40, 30), &folder.join(name));
     job.environment = Environment::Constant(Vec3::splat(0.5));
-    job.environment_key = "constant 0.5".to_owned();
+    "constant 0.5".clone_into(&mut job.environment_key);
     job.frames = frames.to_vec();
     job.render.max_depth = 1;
     job

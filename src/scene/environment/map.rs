@@ -170,7 +170,10 @@ impl EnvironmentMap {
 
 /// Lower-case hexadecimal digits.
 fn hex(hash: &[u8; 32]) -> String {
-    hash.iter().map(|byte| format!("{byte:02x}")).collect()
+    hash.iter()
+        .flat_map(|byte| [byte >> 4, byte & 15])
+        .filter_map(|digit| char::from_digit(u32::from(digit), 16))
+        .collect()
 }
 
 fn check_size(path: &Path, (width, height): (u32, u32), pixels: usize) -> Result<()> {

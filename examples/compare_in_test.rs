@@ -1,5 +1,7 @@
 //! Compares a render with a reference image, as a test of an asset does: `cargo run --release --example compare_in_test`.
 
+#![expect(clippy::print_stdout, reason = "an example prints its result")]
+
 use std::path::Path;
 
 use rayframe::Renderer;

@@ -1,6 +1,8 @@
 //! Renders one frame to memory and prints its mean radiance:
 //! `cargo run --release --example render_to_memory -- robot.glb`.
 
+#![expect(clippy::print_stdout, reason = "an example prints its result")]
+
 use rayframe::Renderer;
 use rayframe::settings::EnvironmentSource;
 

@@ -1,6 +1,8 @@
 //! Renders a sequence and prints its progress:
 //! `cargo run --release --example sequence_with_progress -- robot.glb out/robot.####.exr`.
 
+#![expect(clippy::print_stdout, reason = "an example prints its result")]
+
 use rayframe::Renderer;
 use rayframe::sequence::SequenceEvent;
 

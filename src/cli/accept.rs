@@ -8,7 +8,6 @@ use super::suite_options::SuiteOption;
 use crate::progress::print_output;
 use rayframe::error::{Error, Result};
 use rayframe::regression::suite::{self, Approval, Pending, PendingKind, Suite};
-use rayframe::shot::ShotFiles;
 
 /// The message where nothing is pending.
 pub(super) const NOTHING: &str = "no pending images; rayframe test finds differences";
@@ -102,7 +101,7 @@ pub(super) fn done(kind: PendingKind) -> &'static str {
 /// The suite, and its selected pending changes.
 pub(super) fn pending_changes(args: &RejectArgs) -> Result<(Suite, Vec<Pending>)> {
     let suite = args.suite.read()?;
-    let shots = suite::discover(&suite, &ShotFiles)?;
+    let shots = suite::discover(&suite)?;
     let pending_changes = suite::pending(&suite, &shots, &args.filter)?;
     Ok((suite, pending_changes))
 }

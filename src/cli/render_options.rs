@@ -146,10 +146,9 @@ impl RenderOptions {
     pub(super) fn settings(&self) -> Result<ShotSettings> {
         let shot_file = self.shot_file();
         let definitions = self.0.get_many::<String>("set").unwrap_or_default();
-        let mut levels = vec![self.typed()?, Settings::read_definitions(definitions)?];
-        if let Some(shot) = &shot_file {
-            levels.push(Settings::read_shot(shot)?);
-        }
+        // Errors of the file come first: it is wrong whatever overrides it.
+        let file = shot_file.as_deref().map(Settings::read_shot).transpose()?;
+        let levels = [self.typed()?, Settings::read_definitions(definitions)?, file.unwrap_or_default()];
         ShotSettings::merge(levels, shot_file)
     }
 

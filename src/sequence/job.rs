@@ -29,8 +29,6 @@ pub struct SequenceJob {
     pub selection: Selection,
     /// Environment light and background.
     pub environment: Environment,
-    /// Content key of `environment`: differs whenever it does.
-    pub environment_key: String,
     /// Frame numbers in the order of rendering, none twice.
     pub frames: Vec<i64>,
     /// Frames per second.

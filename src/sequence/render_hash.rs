@@ -23,8 +23,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     let SequenceJob {
         scene,
         selection,
-        environment: _,
-        environment_key,
+        environment,
         frames: _,
         rate,
         shutter,
@@ -70,7 +69,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "clips": indices(clips.iter().map(|clip| clip.0).collect()),
         "camera": camera_key(*camera),
         "variant": variant.map(|variant| variant.0),
-        "environment": environment_key,
+        "environment": environment.content_key(),
         "shadow_catchers": shadow_catchers(scene, *variant),
         "integrator": "whitted",
         "resolution": [resolution.0, resolution.1],

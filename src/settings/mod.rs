@@ -33,3 +33,6 @@ pub use named::Named;
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub(crate) use suggest::choices as suggest;
 pub(crate) use text_file::{not_toml, read_text};
+
+#[cfg(test)]
+mod tests;

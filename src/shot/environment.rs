@@ -8,9 +8,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning, over_limit};
 use crate::image_file::{EnvironmentPixels, read_environment};
-use crate::scene::{
-    ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, ImageLightIndex, Scene, Selection,
-};
+use crate::scene::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection};
 
 use crate::settings::EnvironmentSource;
 
@@ -19,8 +17,6 @@ use crate::settings::EnvironmentSource;
 pub struct LoadedEnvironment {
     /// The environment.
     pub environment: Environment,
-    /// Content key: differs whenever the environment does.
-    pub key: String,
     /// Summary; empty without an environment.
     pub description: String,
     /// Warnings about changed pixels.
@@ -64,10 +60,11 @@ pub fn load(
         selection.image_light.and_then(|index| Some((index, scene.image_lights.get(index.index())?)));
     let mut loaded = match (&request.light, image_light) {
         (Some(source), _) => of_source(source, "env", max_memory_bytes)?,
-        (None, Some((index, light))) => of_image_light(
-            index,
-            Environment::of_image_light(light, index, selection.moves_image_light(scene)),
-        ),
+        (None, Some((index, light))) => LoadedEnvironment {
+            environment: Environment::of_image_light(light, index, selection.moves_image_light(scene)),
+            description: "the file's image-based light".to_owned(),
+            warnings: Vec::new(),
+        },
         (None, None) if has_lights(scene, selection) => {
             of_source(&EnvironmentSource::None, "env", max_memory_bytes)?
         }
@@ -80,14 +77,10 @@ pub fn load(
     if intensity == 1.0 && background.is_none() {
         return Ok(loaded);
     }
-    if intensity != 1.0 {
-        loaded.key = format!("{} times {:08x}", loaded.key, intensity.to_bits());
-        if !loaded.description.is_empty() {
-            loaded.description = format!("{} times {intensity}", loaded.description);
-        }
+    if intensity != 1.0 && !loaded.description.is_empty() {
+        loaded.description = format!("{} times {intensity}", loaded.description);
     }
     let background = background.map(|background| {
-        loaded.key = format!("{} before {}", loaded.key, background.key);
         let behind = format!("background {}", background.description.trim_start_matches("environment "));
         let described = [std::mem::take(&mut loaded.description), behind];
         loaded.description =
@@ -101,31 +94,19 @@ pub fn load(
     Ok(loaded)
 }
 
-/// The image-based light of the file; the hash of the scene covers it.
-fn of_image_light(index: ImageLightIndex, environment: Environment) -> LoadedEnvironment {
-    LoadedEnvironment {
-        environment,
-        key: format!("image light {}", index.0),
-        description: "the file's image-based light".to_owned(),
-        warnings: Vec::new(),
-    }
-}
-
 /// Loads one source.
 fn of_source(source: &EnvironmentSource, setting: &str, max_memory_bytes: u64) -> Result<LoadedEnvironment> {
-    let plain = |environment, key: String, description: &str| LoadedEnvironment {
+    let plain = |environment, description: &str| LoadedEnvironment {
         environment,
-        key,
         description: description.to_owned(),
         warnings: Vec::new(),
     };
     Ok(match source {
-        EnvironmentSource::None => plain(Environment::None, "none".to_owned(), ""),
-        EnvironmentSource::Studio => plain(Environment::Studio, "studio".to_owned(), "studio light"),
+        EnvironmentSource::None => plain(Environment::None, ""),
+        EnvironmentSource::Studio => plain(Environment::Studio, "studio light"),
         &EnvironmentSource::Constant([r, g, b]) => {
-            let bits = [r, g, b].map(|value| format!("{:08x}", value.to_bits())).join(" ");
             let description = format!("environment {r},{g},{b}");
-            plain(Environment::Constant(Vec3::new(r, g, b)), format!("constant {bits}"), &description)
+            plain(Environment::Constant(Vec3::new(r, g, b)), &description)
         }
         EnvironmentSource::File(path, degrees) => {
             map(path, *degrees, max_memory_bytes).map_err(|error| explained(error, path, setting))?
@@ -141,7 +122,6 @@ fn map(path: &Path, degrees: f32, max_memory_bytes: u64) -> Result<LoadedEnviron
     let image = EnvironmentImage { width, height, pixels, content_hash };
     let environment = Environment::Map(EnvironmentMap::new(path, image, degrees)?);
     Ok(LoadedEnvironment {
-        key: environment.content_key(),
         environment,
         description: match degrees {
             0.0 => format!("environment {}", path.display()),

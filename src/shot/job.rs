@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Result, Warning};
 use crate::gltf::ImageLoading;
-use crate::regression::suite::{ShotReader, Suite};
 use crate::sequence::SequenceJob;
 use crate::settings::{DEFINITIONS, Settings};
 
@@ -83,21 +82,6 @@ fn shot_settings(request: &ShotRequest<'_>) -> Result<ShotSettings> {
     }
     let scene = Settings { scene: Some(request.path.to_owned().into()), ..Settings::default() };
     ShotSettings::merge([scene, overrides, suite], None)
-}
-
-/// Reads shots for suites: shot files and scenes, with the settings of `rayframe render`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct ShotFiles;
-
-impl ShotReader for ShotFiles {
-    fn scene(&self, shot: &Path) -> Result<PathBuf> {
-        scene_of_shot(shot)
-    }
-
-    fn job(&self, suite: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)> {
-        let job = shot_job(&ShotRequest { path: shot, suite: Some(&suite.file), overrides: &[] })?;
-        Ok((job.sequence, job.warnings))
-    }
 }
 
 #[cfg(test)]

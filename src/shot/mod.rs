@@ -14,7 +14,7 @@ mod resolve;
 mod resolved_settings;
 mod shot_settings;
 
-pub use job::{ShotFiles, ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job};
+pub use job::{ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job};
 pub use resolve::{RenderJob, resolve};
 pub(crate) use resolve::{load_scene, resolve_scene};
 pub use resolved_settings::resolved_settings;

@@ -95,7 +95,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         catch_shadows(Arc::make_mut(&mut scene), &args.shadow_catcher)?;
     }
     let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
-    let LoadedEnvironment { environment, key: environment_key, description, warnings: environment_warnings } =
+    let LoadedEnvironment { environment, description, warnings: environment_warnings } =
         environment::load(&request, &scene, &selection, max_memory_bytes)?;
     let show_background = request.shows_background();
     let mut inputs = vec![shot.scene.clone()];
@@ -128,7 +128,6 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         scene,
         selection,
         environment,
-        environment_key,
         frames,
         rate: args.fps,
         shutter: shutter(args),

@@ -10,7 +10,6 @@ use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
 use rayframe::regression::suite::{RunOptions, Suite, is_ci, report_page, run};
 use rayframe::regression::write_report;
-use rayframe::shot::ShotFiles;
 
 #[test]
 fn all_shots_match_their_references() {
@@ -22,7 +21,7 @@ fn all_shots_match_their_references() {
 fn failures() -> Result<Vec<String>> {
     let suite = Suite::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes"))?;
     let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
-    let result = run(&suite, &ShotFiles, &options, &CancelFlag::new(), &|_, _| {})?;
+    let result = run(&suite, &options, &CancelFlag::new(), &|_, _| {})?;
     let mut failures = result.failures();
     failures.extend(result.not_kept().map(ToString::to_string));
     let page: PathBuf = suite.report.join("index.html");

@@ -21,7 +21,6 @@ fn job(folder: &Path, name: &str, frames: &[i64]) -> SequenceJob {
     let scene = Scene { path: PathBuf::from("empty.gltf"), ..Scene::default() };
     let mut job = sequence_job(scene, SelectedCamera::Auto, (40, 30), &folder.join(name));
     job.environment = Environment::Constant(Vec3::splat(0.5));
-    "constant 0.5".clone_into(&mut job.environment_key);
     job.frames = frames.to_vec();
     job.render.max_depth = 1;
     job
@@ -340,7 +339,7 @@ fn the_render_hash_changes_with_the_image_and_with_nothing_else() {
         &|job| Arc::make_mut(&mut job.scene).content_hash[31] = 1,
         &|job| job.selection.roots.push(rayframe::scene::NodeIndex(0)),
         &|job| job.selection.camera = SelectedCamera::Node(rayframe::scene::NodeIndex(0)),
-        &|job| job.environment_key.push('x'),
+        &|job| job.environment = Environment::Constant(Vec3::splat(0.25)),
         &|job| job.render.resolution.0 += 1,
         &|job| job.render.samples += 1,
         &|job| job.render.max_depth += 1,

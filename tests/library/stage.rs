@@ -193,7 +193,6 @@ pub(crate) fn sequence_job(
         selection: select_all(&scene, camera),
         scene: scene.into(),
         environment: Environment::None,
-        environment_key: String::new(),
         frames: vec![1],
         rate: FrameRate::FILM,
         shutter: Shutter::default(),

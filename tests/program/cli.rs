@@ -265,6 +265,6 @@ fn a_wrong_environment_names_its_option() {
     assert_fails(&["render", &scene, "--env", "white"], 2, "did you mean 1,1,1?");
     assert_fails(&["render", &scene, "--env", "nowhere.hdr"], 66, "R,G,B, studio or none");
     assert_fails(&["render", &scene, "--env", &format!("{map}@abc")], 2, "number of degrees");
-    assert_fails(&["render", &map], 65, "an environment goes after --env");
+    assert_fails(&["render", &map], 65, "environment with --env");
     assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");
 }

@@ -21,7 +21,6 @@ use rayframe::image_file::{probe_folder, write_atomically};
 use rayframe::regression::suite::{self, RunOptions, Suite};
 use rayframe::regression::{SuiteResult, check_report_place, write_report};
 use rayframe::settings::parse as options;
-use rayframe::shot::ShotFiles;
 
 /// Options of `rayframe test`.
 #[derive(Clone, Debug, Args)]
@@ -78,7 +77,7 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     }
     let suite = args.suite.read()?;
     if args.list {
-        let chosen = suite::chosen_shots(&suite, &suite::discover(&suite, &ShotFiles)?, &args.filter)?;
+        let chosen = suite::chosen_shots(&suite, &suite::discover(&suite)?, &args.filter)?;
         let names: Vec<String> = chosen.iter().map(|shot| one_line(&shot.name)).collect();
         print_output(&names.join("\n"));
         return Ok(true);
@@ -120,7 +119,7 @@ fn tested(args: &TestArgs, suite: &Suite, cancel: &CancelFlag) -> Result<SuiteRe
         threads: args.threads.map_or(0, |threads| threads as usize),
     };
     let progress = SuiteProgress::new(!args.quiet && std::io::stderr().is_terminal());
-    let result = suite::run(suite, &ShotFiles, &options, cancel, &|count, shot| {
+    let result = suite::run(suite, &options, cancel, &|count, shot| {
         progress.tell(count, &shot.name, shot.passes());
     });
     if matches!(result, Err(Error::Interrupted(_))) {

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use super::names::{files_below, name_below, numbered_shot};
 use super::suite_file::is_suite_file;
 use super::{SUITE_FILE, Suite};
-use crate::error::{Error, Result, Warning};
-use crate::sequence::SequenceJob;
+use crate::error::{Error, Result};
+use crate::shot::scene_of_shot;
 
 /// One image or sequence of a suite.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,31 +19,16 @@ pub struct SuiteShot {
     pub path: PathBuf,
 }
 
-/// Reads shots.
-pub trait ShotReader: Sync {
-    /// The scene that a shot file names.
-    ///
-    /// # Errors
-    /// Errors of reading the shot file.
-    fn scene(&self, shot: &Path) -> Result<PathBuf>;
-
-    /// The job of a shot file or a scene with the shared settings of the suite, and warnings about features that are not honoured.
-    ///
-    /// # Errors
-    /// Errors of reading the shot file and loading the scene.
-    fn job(&self, suite: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)>;
-}
-
 /// All shots of a suite, sorted by name: its shot files, and the scenes that no shot file names.
 ///
 /// # Errors
 /// [`Error::Missing`] when a folder cannot be read, [`Error::Invalid`] when images of two shots would share a name.
-pub fn discover(suite: &Suite, reader: &dyn ShotReader) -> Result<Vec<SuiteShot>> {
+pub fn discover(suite: &Suite) -> Result<Vec<SuiteShot>> {
     let (shot_files, scenes): (Vec<_>, Vec<_>) =
         own_files(suite)?.into_iter().partition(|file| has_extension(file, &["toml"]));
     let mut named = BTreeSet::new();
     for shot in &shot_files {
-        match reader.scene(shot) {
+        match scene_of_shot(shot) {
             Ok(scene) if scene.exists() => {
                 named.insert(same_file(&scene));
             }
@@ -125,21 +110,6 @@ fn same_file(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
 
-    /// Reads the text of a shot file as the name of its scene.
-    struct TextIsScene;
-
-    impl ShotReader for TextIsScene {
-        fn scene(&self, shot: &Path) -> Result<PathBuf> {
-            let text = std::fs::read_to_string(shot).map_err(Error::missing(shot))?;
-            let scene = text.strip_prefix("# ").ok_or_else(|| Error::invalid(shot, "", "names no scene"))?;
-            Ok(shot.with_file_name(scene))
-        }
-
-        fn job(&self, _: &Suite, shot: &Path) -> Result<(SequenceJob, Vec<Warning>)> {
-            Err(Error::invalid(shot, "", "is not read here"))
-        }
-    }
-
     fn discovered(files: &[(&str, &str)]) -> Result<Vec<String>> {
         let folder = tempfile::tempdir().unwrap();
         for (path, text) in files.iter().chain(&[(SUITE_FILE, "exclude = ['cache/old']")]) {
@@ -147,15 +117,15 @@ mod tests {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, text).unwrap();
         }
-        let shots = discover(&Suite::read(folder.path())?, &TextIsScene)?;
+        let shots = discover(&Suite::read(folder.path())?)?;
         Ok(shots.into_iter().map(|shot| shot.name).collect())
     }
 
     #[test]
     fn shots_are_shot_files_and_unnamed_scenes() {
         let shots = discovered(&[
-            ("b/close.toml", "# robot.glb"),
-            ("b/far.toml", "# ./robot.glb"),
+            ("b/close.toml", "scene = 'robot.glb'"),
+            ("b/far.toml", "scene = './robot.glb'"),
             ("b/lamp.toml", "samples"),
             ("b/fast.toml", "[shot]\nsamples = 1"),
             ("b/robot.glb", ""),
@@ -194,7 +164,7 @@ mod tests {
         std::fs::write(at("suite").join(SUITE_FILE), "").unwrap();
         std::os::unix::fs::symlink(at("models"), at("suite/linked")).unwrap();
         std::os::unix::fs::symlink(at("suite"), at("suite/a/cycle")).unwrap();
-        let shots = discover(&Suite::read(&at("suite")).unwrap(), &TextIsScene).unwrap();
+        let shots = discover(&Suite::read(&at("suite")).unwrap()).unwrap();
         assert_eq!(shots.iter().map(|shot| shot.name.as_str()).collect::<Vec<_>>(), ["linked/m"]);
     }
 }

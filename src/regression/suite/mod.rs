@@ -10,17 +10,16 @@
 //! An image fails when it has no reference, another size, or differences beyond the limits; a reference fails when no shot renders it.
 //! Only [`accept`] writes references, and [`run`] never calls it.
 //!
-//! A [`ShotReader`] makes jobs of shots. A test of another project:
+//! Shots are read by [`crate::shot`]. A test of another project:
 //!
 //! ```no_run
 //! use rayframe::cancel::CancelFlag;
-//! use rayframe::shot::ShotFiles;
 //! use rayframe::regression::suite::{RunOptions, Suite, is_ci, run};
 //!
 //! # fn main() -> rayframe::error::Result<()> {
 //! let suite = Suite::read("images".as_ref())?;
 //! let options = RunOptions { keeps_pending: !is_ci(), ..RunOptions::default() };
-//! let result = run(&suite, &ShotFiles, &options, &CancelFlag::new(), &|_, _| {})?;
+//! let result = run(&suite, &options, &CancelFlag::new(), &|_, _| {})?;
 //! assert!(result.passes(), "{}", result.failures().join("\n"));
 //! # Ok(())
 //! # }
@@ -29,6 +28,7 @@
 mod approvals;
 mod discover;
 mod filter;
+mod job;
 mod limits;
 mod names;
 mod orphans;
@@ -41,7 +41,7 @@ mod suite_file;
 mod test_shot;
 
 pub use approvals::{Approval, read_approvals};
-pub use discover::{ShotReader, SuiteShot, discover};
+pub use discover::{SuiteShot, discover};
 pub use orphans::{finish, orphaned_references};
 pub use page::{folders, report_page};
 pub use pending::{Pending, PendingKind, accept, check_acceptable, compare_pending, is_ci, pending, reject};

@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::filter::Filter;
+use super::job::job_of;
 use super::names::{ReferenceFile, image_name, reference_files, reference_path};
 use super::pending::{discard_image, discard_removal, store_removal};
-use super::{ShotReader, Suite, SuiteShot};
+use super::{Suite, SuiteShot};
 use crate::error::{Error, Result};
 use crate::regression::Image;
 use crate::regression::encoded_image::EncodedImage;
@@ -16,14 +17,10 @@ use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 ///
 /// # Errors
 /// Those of reading the references, and of opening the shots.
-pub fn orphaned_references(
-    suite: &Suite,
-    reader: &dyn ShotReader,
-    shots: &[SuiteShot],
-) -> Result<Vec<String>> {
+pub fn orphaned_references(suite: &Suite, shots: &[SuiteShot]) -> Result<Vec<String>> {
     let mut rendered = BTreeSet::new();
     for shot in shots {
-        let (job, _) = reader.job(suite, &shot.path)?;
+        let job = job_of(suite, &shot.path)?.sequence;
         rendered.extend(job.frames.iter().map(|&frame| image_name(&shot.name, frame, job.frames.len())));
     }
     let files = reference_files(&suite.references)?;

@@ -8,7 +8,7 @@ use rayon::ThreadPoolBuilder;
 
 use super::filter::Filter;
 use super::names::{ReferenceFile, reference_files};
-use super::{ShotReader, Suite, SuiteShot, TestContext, discover, finish, test_shot};
+use super::{Suite, SuiteShot, TestContext, discover, finish, test_shot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::regression::report_page::ImageBudget;
@@ -63,13 +63,12 @@ fn nothing_called(word: &str) -> Error {
 /// shot.
 pub fn run(
     suite: &Suite,
-    reader: &dyn ShotReader,
     options: &RunOptions,
     cancel: &CancelFlag,
     on_shot: &OnShot<'_>,
 ) -> Result<SuiteResult> {
     let start = Instant::now();
-    let shots = discover(suite, reader)?;
+    let shots = discover(suite)?;
     let chosen = chosen_shots(suite, &shots, &options.filter)?;
     let threads = match options.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
@@ -79,7 +78,6 @@ pub fn run(
     let image_budget = ImageBudget::new();
     let context = TestContext {
         suite,
-        reader,
         keeps_pending: options.keeps_pending,
         image_budget: &image_budget,
         shots_at_once: workers,

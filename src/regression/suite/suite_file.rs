@@ -176,18 +176,18 @@ mod tests {
         assert_eq!((limits.limits.tile_flip, limits.limits.mean_flip), (0.5, 0.0));
         std::fs::write(&shot, "scene = 'a.glb'\n[test]\ntile = 0.5").unwrap();
         let error = read.as_ref().unwrap().limits_of(&shot).unwrap_err().to_string();
-        assert!(error.contains("line 3") && error.contains("tile"), "{error}");
+        assert!(error.contains(":3:1: ") && error.contains("tile"), "{error}");
         assert_eq!(read.as_ref().unwrap().limits_of(Path::new("a.glb")).unwrap(), read.unwrap().limits);
     }
 
     #[test]
     fn errors_name_their_line() {
         for (text, words) in [
-            ("scenes = '.'\nrefs = 'r'", "line 2: unknown field `refs`"),
-            ("scenes = 4", "line 1"),
+            ("scenes = '.'\nrefs = 'r'", "suite.toml:2:1: unknown field `refs`"),
+            ("scenes = 4", "suite.toml:1:10: "),
             ("exclude = ['*.glb']", "exclude: \"*.glb\" is a pattern"),
             ("[test]\npreset = 'lose'", "[test] preset"),
-            ("max_reference_kib = -1", "line 1"),
+            ("max_reference_kib = -1", "suite.toml:1:21: "),
         ] {
             let error = suite(text).1.unwrap_err();
             assert!(error.to_string().contains(words), "{error}");

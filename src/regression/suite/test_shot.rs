@@ -4,11 +4,12 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::Instant;
 
+use super::job::job_of;
 use super::limits::PresetLimits;
 use super::names::{image_name, reference_path};
 use super::pending::{discard_image, discard_removal, store_image};
 use super::render::render_shot;
-use super::{ShotReader, Suite, SuiteShot};
+use super::{Suite, SuiteShot};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::regression::compare::compare;
@@ -16,14 +17,13 @@ use crate::regression::encoded_image::EncodedImage;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
 use crate::regression::{Image, Limits, pixel_hash};
+use crate::shot::ShotJob;
 
 /// Settings shared by all shots of a run.
 #[derive(Clone, Copy)]
 pub struct TestContext<'a> {
     /// The suite.
     pub suite: &'a Suite,
-    /// Reads its shots.
-    pub reader: &'a dyn ShotReader,
     /// Whether images that differ or have no reference are stored as pending images.
     pub keeps_pending: bool,
     /// Memory for the images of failures, until the report is written.
@@ -97,7 +97,7 @@ fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
 }
 
 fn tested(context: &TestContext<'_>, shot: &SuiteShot, limits: PresetLimits) -> Result<TestedShot> {
-    let (mut job, warnings) = context.reader.job(context.suite, &shot.path)?;
+    let ShotJob { sequence: mut job, warnings } = job_of(context.suite, &shot.path)?;
     job.max_memory_bytes /= context.shots_at_once.max(1) as u64;
     let rendered = render_shot(job, context.cancel)?;
     let count = rendered.frames.len();

@@ -8,7 +8,7 @@ use rayframe::frame::Frame;
 use rayframe::regression::suite::{Suite, discover};
 use rayframe::render::{Adaptive, Aperture, Focus, Lens, PixelFilter, RenderSettings};
 use rayframe::sequence::{SequenceJob, render_single_frame};
-use rayframe::shot::{ShotFiles, ShotRequest, shot_job};
+use rayframe::shot::{ShotRequest, shot_job};
 
 const ALL: AovFlags = AovFlags { light: true, centers: true, coverage: true };
 
@@ -26,7 +26,7 @@ fn job(path: &Path) -> SequenceJob {
 /// Every image of the suite: name and job of its shot, and its time in seconds.
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn images() -> impl Iterator<Item = (String, SequenceJob, f64)> {
-    let shots = discover(&Suite::read(&scenes()).unwrap(), &ShotFiles).unwrap();
+    let shots = discover(&Suite::read(&scenes()).unwrap()).unwrap();
     shots.into_iter().flat_map(|shot| {
         let job = job(&shot.path);
         let times: Vec<f64> = job.frames.iter().map(|&frame| job.rate.time_seconds(frame)).collect();

@@ -1,0 +1,200 @@
+use std::ffi::OsStr;
+use std::path::Path;
+
+use super::setting_type::Single;
+use super::*;
+use crate::error::{Error, Provenance};
+
+/// A text that the setting accepts.
+fn example(definition: &Definition) -> String {
+    let of_name = match definition.value_name {
+        "" => "true",
+        "SPEC" => "1-9x2",
+        "FRAME" => "-3",
+        "RATE" => "23.976",
+        "WxH" => "640x360",
+        "X0,Y0,X1,Y1" => "0,0,8,8",
+        "PERCENT|FACTOR" => "0.5",
+        "METRES|f/N" => "f/2.8",
+        "SIZE" => "8000000000",
+        "EV" => "-1.5",
+        "LIST" => "beauty,depth,uv",
+        "TYPE,COMPRESSION" => "float,piz",
+        _ if definition.form.takes_number() => "1",
+        _ => "a.exr",
+    };
+    definition.choices().first().map_or(of_name, |(name, _)| name).to_owned()
+}
+
+fn read(text: &str) -> crate::error::Result<Settings> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.toml");
+    std::fs::write(&path, text).unwrap();
+    Settings::read_shot(&path)
+}
+
+fn defined(texts: &[&str]) -> crate::error::Result<Settings> {
+    let texts: Vec<String> = texts.iter().map(ToString::to_string).collect();
+    Settings::read_definitions(&texts)
+}
+
+#[test]
+fn every_setting_is_documented_and_keeps_its_value_in_text_toml_and_json() {
+    let manual = include_str!("../../docs/shots.md");
+    for definition in DEFINITIONS {
+        let name = definition.name;
+        assert!(manual.contains(&format!("`{name}`")), "docs/shots.md lacks {name}");
+        assert!(!definition.help.is_empty() && !definition.help[0].trim().ends_with('.'), "{name}");
+        let mut settings = Settings::default();
+        let text = example(definition);
+        definition.parse(&mut settings, OsStr::new(&text), &Provenance::Library).unwrap_or_else(|why| {
+            panic!("{name} = {text}: {why}");
+        });
+        assert_eq!(definition.texts(&settings).unwrap(), [text.as_str()], "{name}");
+        assert!(settings.to_json().contains_key(name));
+        let reread = read(&settings.to_toml()).unwrap();
+        let is_path =
+            text == "a.exr" && definition.texts(&reread).unwrap()[0].to_string_lossy().ends_with("/a.exr");
+        assert!(is_path || definition.texts(&reread) == definition.texts(&settings), "{name}: {reread:?}");
+    }
+}
+
+#[test]
+fn every_default_is_a_value() {
+    let defaults = Settings::default().with_defaults(Path::new("/folder"));
+    assert_eq!(defaults.values().samples, 4);
+    // Settings that need another one have no value of their own, and neither have flags.
+    assert!(defaults.time_samples.is_none() && defaults.aa_threshold.is_none() && defaults.resume.is_none());
+    assert_eq!(defaults.values(), Settings::default().values());
+    assert_eq!(read(&defaults.to_toml()).unwrap().values(), defaults.values());
+    for name in ["excludes", "requires"] {
+        for definition in DEFINITIONS {
+            let others = if name == "excludes" {
+                definition.excludes.to_vec()
+            } else {
+                Vec::from_iter(definition.requires)
+            };
+            assert!(
+                others.iter().all(|other| Definition::of(other).is_some()),
+                "{}: {name}",
+                definition.name
+            );
+        }
+    }
+}
+
+#[test]
+fn errors_name_file_line_and_column() {
+    for (text, words) in [
+        ("samples = 4\nsampels = 4", &[":2:1: \"sampels\" is no setting", "did you mean \"samples\"?"][..]),
+        ("light-scale = 4", &["did you mean \"light_scale\"?"]),
+        ("spp = 4", &["did you mean \"samples\"?"]),
+        ("xyzzy_plugh = 4", &["is no setting; keys are the long options"]),
+        ("dry_run = true", &["belongs on the command line"]),
+        ("\n[image]\nsamples = 4", &[":2:2: \"image\" is a table"]),
+        ("samples = 'many'", &[":1:1: samples: is a text; write a number"]),
+        ("samples = true", &["is true or false; write a number"]),
+        ("  samples = 0", &[":1:3: samples: write a whole number from 1 to 65536"]),
+        ("samples = 1.5", &["write a whole number"]),
+        ("camera = 0", &["camera: is a number; write a text in quotes"]),
+        ("resume = 'yes'", &["is a text; write true or false"]),
+        ("preview = 'gif'", &["preview: \"gif\" is not one of the choices; there are png"]),
+        ("shadow_catcher = [1]", &["is an array; write", "an array of texts"]),
+        ("fps = 2024-01-01", &["is a date; write a number or a text in quotes"]),
+        ("samples = 1\nsamples = 2", &[":2:1: "]),
+        ("layers = 'uv'\naovs = 'uv'", &[":2:1: aovs: is set twice"]),
+        ("samples = ", &[":1:"]),
+        ("\n\nresume = true\noverwrite = true", &[":4:1: overwrite: cannot be combined with `resume`"]),
+        ("frames = '10-1'\nresolution = '0x1'", &[":1:1: frames: "]),
+    ] {
+        let error = read(text).unwrap_err();
+        assert_eq!(error.exit_code(), 65, "{text}: {error}");
+        for word in words {
+            assert!(error.to_string().contains(word), "{text}: {error}");
+        }
+        assert!(!error.to_string().contains('\n'), "{error}");
+    }
+}
+
+#[test]
+fn definitions_are_toml_or_text() {
+    let values =
+        defined(&["samples=3", "env=none", "resolution=[64, 36]", "camera=\"cam 1\"", "frames=1-3"]).unwrap();
+    let values = values.values();
+    assert_eq!(
+        (values.samples, values.env, values.resolution),
+        (3, Some(EnvironmentSource::None), Some((64, 36)))
+    );
+    assert_eq!(values.camera, Some(parse::camera("cam 1")));
+    assert_eq!(defined(&["samples=3", "samples=5"]).unwrap().values().samples, 5);
+    for (text, word) in [
+        ("samples", "write KEY=VALUE"),
+        ("sampels=4", "did you mean \"samples\"?"),
+        ("samples=many", "-D samples=many: write a whole number"),
+        ("resume=1", "write true or false"),
+        ("config=a.toml", "belongs on the command line"),
+    ] {
+        let error = defined(&[text]).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains(word), "{text}: {error}");
+    }
+}
+
+#[test]
+fn stronger_levels_win_and_exclude() {
+    let mut strong = defined(&["width=4", "resume=false", "start=3"]).unwrap();
+    strong.fill_from(&read("height = 5\noverwrite = true\nframes = 7\n\nsamples = 2").unwrap());
+    strong.fill_from(&read("resolution = '8x8'\nsamples = 9").unwrap());
+    let values = strong.values();
+    assert_eq!((values.width, values.height, values.resolution), (Some(4), Some(5), None));
+    assert_eq!((values.start, values.frames, values.samples), (Some(3), None, 2));
+    // A flag that is false excludes nothing.
+    assert!(values.overwrite && !values.resume);
+    let lines = matches!(strong.origin_of("samples"), Some(Provenance::File { line: 5, column: 1, .. }));
+    assert!(lines, "{:?}", strong.samples);
+    let error = defined(&["time_samples=4"]).unwrap().check_requirements().unwrap_err();
+    assert!(error.to_string().contains("has no effect without `shutter`"), "{error}");
+    assert!(matches!(strong.locate(Error::setting("samples", "too few")), Error::Setting(error)
+        if error.to_string().ends_with(":5:1: samples: too few")));
+}
+
+#[test]
+fn other_files_are_no_shots() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.toml");
+    let code = || Settings::read_shot(&path).unwrap_err().exit_code();
+    assert_eq!(code(), 66);
+    std::fs::write(&path, [0xff, 0xfe]).unwrap();
+    assert_eq!(code(), 65);
+    std::fs::write(&path, vec![b'\n'; (1 << 20) + 1]).unwrap();
+    assert_eq!(code(), 77);
+    std::fs::write(&path, "a = ".to_owned() + &"[".repeat(100_000)).unwrap();
+    assert_eq!(code(), 65);
+    assert_eq!(Settings::read_shot(folder.path()).unwrap_err().exit_code(), 65);
+}
+
+#[test]
+fn files_are_named_from_the_folder_of_the_shot() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.toml");
+    let text = "scene = 'sub/a.glb'\noutput = 'out/####.exr'\nenv = 'sky.hdr@90'\nbackground = [1, 0.5, 0]\nstats = '/s.json'";
+    std::fs::write(&path, text).unwrap();
+    let values = Settings::read_shot(&path).unwrap().values();
+    assert_eq!(values.scene, Some(folder.path().join("sub/a.glb")));
+    assert_eq!(values.output.unwrap().path(7), folder.path().join("out/0007.exr"));
+    assert_eq!(values.env, Some(EnvironmentSource::File(folder.path().join("sky.hdr"), 90.0)));
+    assert_eq!(values.background, Some(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
+    assert_eq!(values.stats, Some("/s.json".into()));
+}
+
+#[test]
+fn numbers_and_texts_have_one_json_type() {
+    let json = defined(&["samples=+2", "exposure=-1.5", "focus=2", "aperture=f/2", "resume=true"])
+        .unwrap()
+        .to_json();
+    assert_eq!(
+        (&json["samples"], &json["exposure"], &json["resume"]),
+        (&2.into(), &"-1.5".into(), &true.into())
+    );
+    assert!(DEFINITIONS.iter().any(|definition| definition.form.single == Single::NumberOrText));
+}

@@ -40,7 +40,7 @@ pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &SettingValues
         if matches!(error, Error::Interrupted(_)) {
             is_interrupted = true;
         } else {
-            tell_failure(&error, args);
+            tell_failure(&error, args.progress);
         }
         code = if code == 0 { error.exit_code() } else { code };
     }
@@ -51,8 +51,8 @@ pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &SettingValues
 }
 
 /// Prints an error that concerns no frame, also as a line of Open Job Description.
-pub(super) fn tell_failure(error: &Error, args: &SettingValues) {
-    if args.progress == ProgressStyle::OpenJd {
+pub(super) fn tell_failure(error: &Error, progress: ProgressStyle) {
+    if progress == ProgressStyle::OpenJd {
         print_openjd_failure(&message(error));
     }
     print_error(&message(error));

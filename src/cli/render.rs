@@ -29,13 +29,16 @@ use rayframe::shot::{RenderJob, ShotSettings, resolve, resolved_settings};
 pub(super) fn run(options: &RenderOptions) -> ExitStatus {
     let shot = match options.settings() {
         Ok(shot) => shot,
-        Err(error) => return exit_status(Err(error)),
+        Err(error) => {
+            tell_failure(&error, options.typed_progress());
+            return ExitStatus::Code(error.exit_code());
+        }
     };
     let pool = ThreadPoolBuilder::new().num_threads(shot.values.threads.map_or(0, usize::from)).build();
     match pool {
         Ok(pool) => pool.install(|| render(&shot, options.is_dry_run())).unwrap_or_else(|error| {
             let error = shot.settings.locate(error);
-            tell_failure(&error, &shot.values);
+            tell_failure(&error, shot.values.progress);
             ExitStatus::Code(error.exit_code())
         }),
         Err(error) => {
@@ -85,14 +88,8 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
     let cancel = CancelFlag::new();
     let caught = signals::watch(&cancel)
         .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
-    let performed = perform(&job, &plan, args, &cancel);
-
-    // Report the outcome.
-    match (performed, caught.number()) {
-        (Err(Error::Interrupted(_)), Some(signal)) => Ok(ExitStatus::Signal(signal)),
-        (Err(error), _) => Err(error),
-        (Ok(outcome), signal) => Ok(finish(outcome, signal, args)),
-    }
+    let outcome = perform(&job, &plan, args, &cancel);
+    Ok(finish(outcome, caught.number(), args))
 }
 
 /// Sidecar files, with the options that name them.
@@ -117,12 +114,7 @@ pub(super) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
 
 /// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not
 /// prevent the rest.
-pub(super) fn perform(
-    job: &SequenceJob,
-    plan: &Plan,
-    args: &SettingValues,
-    cancel: &CancelFlag,
-) -> Result<Outcome> {
+pub(super) fn perform(job: &SequenceJob, plan: &Plan, args: &SettingValues, cancel: &CancelFlag) -> Outcome {
     let verbosity =
         Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
     let reporter = Reporter::new(args.progress, verbosity, &job.output.shown());
@@ -140,7 +132,7 @@ pub(super) fn perform(
     let presented = presenter.present(&summary, cancel);
     let sidecar_errors =
         [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
-    Ok(Outcome { sidecar_errors: sidecar_errors.collect(), summary })
+    Outcome { sidecar_errors: sidecar_errors.collect(), summary }
 }
 
 /// Warning about files that `--resume` replaces; `None` without any.

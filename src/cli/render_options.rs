@@ -1,6 +1,7 @@
 //! Options of `rayframe render` and `rayframe watch`, built from the definitions of the settings.
 
 use std::ffi::{OsStr, OsString};
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::builder::OsStringValueParser;
@@ -8,7 +9,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 
 use rayframe::error::{Error, Provenance, Result, SettingError};
-use rayframe::settings::{DEFINITIONS, Definition, Settings};
+use rayframe::settings::{DEFINITIONS, Definition, Named as _, ProgressStyle, Settings};
 use rayframe::shot::{ShotSettings, is_shot};
 
 /// The typed options.
@@ -88,17 +89,17 @@ fn help(definition: &Definition, is_long: bool) -> String {
         text.push_str(line);
     }
     if let Some(default) = definition.default_text() {
-        text.push_str(&format!(" [default: {default}]"));
+        let _ = write!(text, " [default: {default}]");
     }
     let choices: Vec<_> = definition.choices().into_iter().filter(|(_, help)| !help.is_empty()).collect();
     if is_long && !choices.is_empty() {
         text.push_str("\n\nPossible values:");
         for (name, help) in choices {
-            text.push_str(&format!("\n- {name}: {help}"));
+            let _ = write!(text, "\n- {name}: {help}");
         }
     } else if !choices.is_empty() {
         let names: Vec<_> = choices.into_iter().map(|(name, _)| name).collect();
-        text.push_str(&format!(" [{}]", names.join(", ")));
+        let _ = write!(text, " [{}]", names.join(", "));
     }
     option_names(&text)
 }
@@ -108,7 +109,7 @@ pub(super) fn option_names(text: &str) -> String {
     let mut named = String::new();
     for (index, part) in text.split('`').enumerate() {
         match Definition::of(part).filter(|_| index % 2 == 1) {
-            Some(definition) => named.push_str(&format!("--{}", definition.option_name())),
+            Some(definition) => drop(write!(named, "--{}", definition.option_name())),
             None => named.push_str(part),
         }
     }
@@ -139,6 +140,12 @@ impl RenderOptions {
         self.0.get_flag("dry_run")
     }
 
+    /// The progress style that was typed, whatever is wrong with other settings.
+    pub(super) fn typed_progress(&self) -> ProgressStyle {
+        let typed = self.0.get_one::<OsString>("progress").and_then(|style| style.to_str());
+        typed.and_then(ProgressStyle::of_name).unwrap_or_default()
+    }
+
     /// Reads the shot file, if there is one, and merges all settings.
     ///
     /// # Errors
@@ -160,9 +167,10 @@ impl RenderOptions {
             if self.0.value_source(id) != Some(ValueSource::CommandLine) {
                 continue;
             }
-            let raw: Vec<&OsStr> = match definition.is_flag() {
-                true => vec![OsStr::new("true")],
-                false => self.0.get_raw(id).map(Iterator::collect).unwrap_or_default(),
+            let raw: Vec<&OsStr> = if definition.is_flag() {
+                vec![OsStr::new("true")]
+            } else {
+                self.0.get_raw(id).map(Iterator::collect).unwrap_or_default()
             };
             if id == "scene" && raw.iter().any(|scene| is_shot(Path::new(scene))) {
                 if self.0.value_source("config").is_some() {

@@ -172,7 +172,7 @@ impl Watch<'_> {
             for planned in &plan.frames {
                 coarse::write(job, planned, &cancel)?;
             }
-            perform(job, plan, args, &cancel)?.result()
+            perform(job, plan, args, &cancel).result()
         })
     }
 }

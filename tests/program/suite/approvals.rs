@@ -159,10 +159,10 @@ fn a_failed_test_keeps_pending_images() {
     stage.run(&["test"]).ends(1, &["FAIL point\n"]);
     assert_eq!(stage.references(), references);
     stage.write("suite.toml", &SUITE.replace("samples", "sampels"));
-    stage.run(&["test"]).ends(65, &["suite.toml: line 5: \"sampels\"", "samples"]);
+    stage.run(&["test"]).ends(65, &["suite.toml:5:1: \"sampels\"", "samples"]);
     assert_eq!(stage.references(), references);
     stage.write("suite.toml", &format!("{SUITE}threads = 2\n"));
-    stage.run(&["test"]).ends(65, &["line 7", "threads", "has no effect"]);
+    stage.run(&["test"]).ends(65, &["suite.toml:7:1: ", "threads", "has no effect"]);
 }
 
 #[test]

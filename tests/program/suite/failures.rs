@@ -128,9 +128,9 @@ fn shot_files_have_settings_and_limits_of_their_own() {
     ran.ends(1, &["FAIL dim (preset exact)", "values whose bits differ"]);
     assert!(!ran.text.contains("FAIL bright"), "{}", ran.text);
     stage.write("dim.toml", "scene = 'point.gltf'\n[test]\npresets = 'exact'\n");
-    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "line 3: unknown field `presets`"]);
+    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "dim.toml:3:1: unknown field `presets`"]);
     stage.write("dim.toml", "scene = 'point.gltf'\nsampels = 4\n");
-    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "line 2: \"sampels\"", "samples"]);
+    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "dim.toml:2:1: \"sampels\"", "samples"]);
     stage.run(&["test", "dusk"]).ends(2, &["no shot's name contains \"dusk\""]);
 }
 
@@ -149,7 +149,7 @@ fn warnings_are_reported_and_fail_with_strict() {
 fn an_error_in_a_shot_file_is_the_failure_of_that_shot() {
     let stage = Stage::accepted(SUITE, &[("point.gltf", POINT.1), ("spot.gltf", "light/spot.gltf")]);
     stage.write("point.toml", "scene = 'point.gltf\n");
-    stage.run(&["test"]).ends(1, &["FAIL point\n", "point.toml: line 1", "1 of 2 images failed"]);
+    stage.run(&["test"]).ends(1, &["FAIL point\n", "point.toml:1:", "1 of 2 images failed"]);
     // Its scene is not a shot of its own meanwhile, and a suite file is never a shot.
     stage.write("point.toml", "scene = 'point.gltf'");
     stage.write("fast.toml", "[shot]\nsamples = 1");
@@ -157,7 +157,7 @@ fn an_error_in_a_shot_file_is_the_failure_of_that_shot() {
     // A shot file with a table of suites, or with a missing scene, is still a shot.
     stage.write("point.toml", "scene = 'pint.gltf'");
     stage.write("spot.toml", "scene = 'spot.gltf'\n[shot]\nsamples = 2");
-    let words = ["FAIL point\n", "pint.gltf", "FAIL spot\n", "line 2", "2 of 2 images failed"];
+    let words = ["FAIL point\n", "pint.gltf", "FAIL spot\n", "spot.toml:2:2: ", "2 of 2 images failed"];
     stage.run(&["test"]).ends(1, &words);
     stage.run(&["test", "--list", "--suite", "fast.toml"]).ends(0, &["point\nspot\n"]);
 }

@@ -48,7 +48,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Decoded images.
     pub images: Vec<Image>,
-    /// Mip levels of the images, by [`ImageIndex`]; an image without an entry has none.
+    /// Mip levels of the images, by [`super::ImageIndex`]; an image without an entry has none.
     pub mips: Vec<ImageMips>,
     /// Punctual lights, referenced by nodes.
     pub lights: Vec<Light>,

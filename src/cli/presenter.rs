@@ -51,7 +51,7 @@ impl<'a> Presenter<'a> {
         if summary.is_interrupted || !summary.failed.is_empty() {
             for (path, option) in self.job.sequence_outputs.files() {
                 print_warning(&format!(
-                    "{option}: \"{}\" was not made, as frames are missing",
+                    "`{option}`: \"{}\" was not made, as frames are missing",
                     path.display()
                 ));
             }

@@ -92,12 +92,12 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
     Ok(finish(outcome, caught.number(), args))
 }
 
-/// Sidecar files, with the options that name them.
+/// Sidecar files, with the settings that name them.
 pub(super) fn other_files<'a>(
     job: &'a SequenceJob,
     args: &'a SettingValues,
 ) -> Vec<(&'a Path, &'static str)> {
-    let reports = [(&args.stats, "--stats"), (&args.manifest, "--manifest")];
+    let reports = [(&args.stats, "stats"), (&args.manifest, "manifest")];
     let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
     job.sequence_outputs.files().chain(reports).collect()
 }
@@ -151,12 +151,12 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
 pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
     let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is an input")).collect();
     let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
-    let frames = frames.map(|path| (path, "will hold a frame", "-o"));
+    let frames = frames.map(|path| (path, "will hold a frame", "output"));
     let others = others.iter().map(|&(path, option)| (path, "will hold something else", option));
     for (path, purpose, option) in frames.chain(others) {
         if let Some(other) = names.insert(place(path), purpose) {
             return Err(Error::usage(format!(
-                "{option}: \"{}\" {other} and cannot be written to as well; choose another name",
+                "`{option}`: \"{}\" {other} and cannot be written to as well; choose another name",
                 path.display()
             )));
         }

@@ -8,6 +8,7 @@ use clap::builder::OsStringValueParser;
 use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 
+use crate::progress::option_names;
 use rayframe::error::{Error, Provenance, Result, SettingError};
 use rayframe::settings::{DEFINITIONS, Definition, Named as _, ProgressStyle, Settings};
 use rayframe::shot::{ShotSettings, is_shot};
@@ -104,18 +105,6 @@ fn help(definition: &Definition, is_long: bool) -> String {
     option_names(&text)
 }
 
-/// The text with `--name` for every setting in backquotes.
-pub(super) fn option_names(text: &str) -> String {
-    let mut named = String::new();
-    for (index, part) in text.split('`').enumerate() {
-        match Definition::of(part).filter(|_| index % 2 == 1) {
-            Some(definition) => drop(write!(named, "--{}", definition.option_name())),
-            None => named.push_str(part),
-        }
-    }
-    named
-}
-
 /// The message of an error, with options for settings where they were typed.
 pub(super) fn message(error: &Error) -> String {
     match error {
@@ -124,7 +113,7 @@ pub(super) fn message(error: &Error) -> String {
         {
             option_names(&format!("`{setting}`: {why}"))
         }
-        error => option_names(&error.to_string()),
+        error => error.to_string(),
     }
 }
 

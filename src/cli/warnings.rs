@@ -4,14 +4,12 @@ use crate::progress::print_warning;
 use rayframe::error::{Result, Warning};
 use rayframe::shot::refusal;
 
-use super::render_options::option_names;
-
 /// Prints every warning once. Under `--strict` the first one is an error that counts the others.
 pub(super) fn report_warnings(path: &std::path::Path, warnings: &[Warning], is_strict: bool) -> Result<()> {
     let unique: std::collections::BTreeSet<_> = warnings.iter().collect();
     // Under --strict the error says the first one.
     for warning in unique.iter().skip(usize::from(is_strict)) {
-        print_warning(&option_names(&format!("{}: {warning}", path.display())));
+        print_warning(&format!("{}: {warning}", path.display()));
     }
     match refusal(path, warnings) {
         Some(error) if is_strict => Err(error),

@@ -68,7 +68,7 @@ pub(super) fn read_regular(
             path,
             pointer,
             format!(
-                "the file has {}; raise --max-memory",
+                "the file has {}; raise `max_memory`",
                 over_limit(metadata.len().into(), limit_bytes.into())
             ),
         ));

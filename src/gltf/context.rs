@@ -104,7 +104,7 @@ impl<'a> Context<'a> {
         self.refused(
             pointer,
             format!(
-                "the import needs about {} up to this object; raise --max-memory",
+                "the import needs about {} up to this object; raise `max_memory`",
                 over_limit(total_bytes.into(), self.limit_bytes.into())
             ),
         )

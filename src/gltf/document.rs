@@ -58,7 +58,7 @@ impl Document {
 fn not_text_message(path: &Path) -> String {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let hint =
-        if extension == "hdr" || extension == "exr" { " (pass an environment with --env)" } else { "" };
+        if extension == "hdr" || extension == "exr" { " (pass an environment with `env`)" } else { "" };
     format!("is not a glTF file; name a .glb or .gltf{hint}")
 }
 

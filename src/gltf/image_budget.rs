@@ -60,7 +60,7 @@ pub(super) fn check(context: &Context, images: &[EncodedImage<'_>], textures: &T
     let total = needed.saturating_add(context.used_bytes());
     let message = format!(
         "{all} {} with mip maps{others}, the largest is {}{} with {} ({}x{} texels); the total is {}; use smaller images or \
-         raise --max-memory",
+         raise `max_memory`",
         readable_bytes(needed.into()),
         largest.pointer,
         in_quotes(largest.name.as_deref()),

@@ -46,7 +46,7 @@ fn charge(context: &mut Context, image: &Image, index: Option<&usize>, bytes: u6
     let name = in_quotes(image.name.as_deref());
     let message = format!(
         "with {} for the mip maps of the image{name} of {}x{} texels the import needs {}; use smaller images or raise \
-         --max-memory",
+         `max_memory`",
         readable_bytes(bytes.into()),
         image.width,
         image.height,

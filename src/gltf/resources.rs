@@ -114,7 +114,7 @@ impl Resources {
             Error::Refused { .. } => context.refused(
                 pointer,
                 format!(
-                    "\"{}\" is too large, {} of memory are left; raise --max-memory",
+                    "\"{}\" is too large, {} of memory are left; raise `max_memory`",
                     relative.display(),
                     readable_bytes(limit_bytes.into())
                 ),

@@ -36,7 +36,7 @@ pub fn read_environment(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Res
         return Err(Error::invalid(
             path,
             "",
-            "is neither a Radiance .hdr nor an OpenEXR file; --env takes these two",
+            "is neither a Radiance .hdr nor an OpenEXR file; `env` takes these two",
         ));
     };
     make_physical(&mut environment);
@@ -61,7 +61,7 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let needed = u64::from(width) * u64::from(height) * 28;
     if needed > max_memory_bytes {
         let message = format!(
-            "{width}x{height} pixels need {}; use a smaller image or raise --max-memory",
+            "{width}x{height} pixels need {}; use a smaller image or raise `max_memory`",
             over_limit(needed.into(), max_memory_bytes.into())
         );
         return Err(Error::refused(path, "", message));

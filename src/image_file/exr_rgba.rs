@@ -27,7 +27,7 @@ pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> 
     let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;
     if needed > u128::from(max_memory_bytes) {
         let message = format!(
-            "decoding it needs up to {}; raise --max-memory",
+            "decoding it needs up to {}; raise `max_memory`",
             over_limit(needed, max_memory_bytes.into())
         );
         return Err(Error::refused(path, "", message));

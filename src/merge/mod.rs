@@ -194,7 +194,7 @@ fn check_memory(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<()> {
         return Ok(());
     }
     let message = format!(
-        "merging {width}x{height} pixels takes {}, but only {} may be used; raise --max-memory",
+        "merging {width}x{height} pixels takes {}, but only {} may be used; raise `max_memory`",
         readable_bytes(needed),
         readable_bytes(u128::from(max_memory_bytes))
     );

@@ -8,6 +8,7 @@ mod eta;
 mod json;
 mod manifest;
 mod openjd;
+mod option_names;
 mod plain;
 mod print;
 mod reporter;
@@ -16,6 +17,7 @@ mod terminal_image;
 mod verbosity;
 
 pub(crate) use manifest::Manifest;
+pub(crate) use option_names::option_names;
 pub(crate) use openjd::print_openjd_failure;
 pub(crate) use print::{one_line, print_error, print_note, print_output, print_raw, print_warning};
 pub(crate) use reporter::Reporter;

@@ -2,14 +2,16 @@
 
 use std::io::Write as _;
 
+use super::option_names::option_names;
+
 /// Prints `rayframe: error: …` to the standard error stream.
 pub(crate) fn print_error(message: &str) {
-    to_stderr(&format!("rayframe: error: {}", one_line(message)));
+    to_stderr(&format!("rayframe: error: {}", one_line(&option_names(message))));
 }
 
 /// Prints `rayframe: warning: …` to the standard error stream.
 pub(crate) fn print_warning(message: &str) {
-    to_stderr(&format!("rayframe: warning: {}", one_line(message)));
+    to_stderr(&format!("rayframe: warning: {}", one_line(&option_names(message))));
 }
 
 /// Prints a line to the standard error stream.

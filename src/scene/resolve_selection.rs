@@ -63,7 +63,7 @@ fn disjoint_clips(scene: &Scene) -> (Vec<AnimationIndex>, Vec<Warning>) {
             warnings.push(Warning {
                 pointer: format!("/animations/{i}"),
                 message: format!(
-                    "the clip {} animates a target of an earlier clip and is left out; select it with --animation '#{i}'",
+                    "the clip {} animates a target of an earlier clip and is left out; select it with `animation` '#{i}'",
                     label(i, clip.name.as_deref())
                 ),
             });
@@ -102,7 +102,7 @@ fn resolve_camera(
             match node {
                 Some(&(_, node)) => Ok(SelectedCamera::Node(node)),
                 None => Err(Error::usage(format!(
-                    "camera {} has no node in the selected scene; select another with --camera or --scene, or use --camera auto",
+                    "camera {} has no node in the selected scene; select another with `camera` or `scene_choice`, or set `camera` to auto",
                     label(index, scene.cameras[index].name.as_deref())
                 ))),
             }

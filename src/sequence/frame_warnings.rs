@@ -55,7 +55,7 @@ impl FrameWarnings {
         }
         if tree.budget_reached {
             messages.push(format!(
-                "--split: the area would make more than {} references a triangle and was raised",
+                "`split`: the area would make more than {} references a triangle and was raised",
                 job.build.reference_budget
             ));
         }
@@ -74,7 +74,7 @@ pub(super) fn depth_warning(summary: &Summary, max_depth: u32) -> Option<Warning
     let share = dropped / samples as f64;
     (share > 0.01).then(|| {
         let percent = share * 100.0;
-        warning(format!("{percent:.0} % of the light was cut off at depth {max_depth}: raise --depth"))
+        warning(format!("{percent:.0} % of the light was cut off at depth {max_depth}: raise `depth`"))
     })
 }
 
@@ -109,7 +109,7 @@ mod tests {
         };
         // 8 of 200 samples over both frames.
         let text = message(vec![frame(100, 0.5), frame(100, 7.5)]).unwrap();
-        assert_eq!(text, "4 % of the light was cut off at depth 8: raise --depth");
+        assert_eq!(text, "4 % of the light was cut off at depth 8: raise `depth`");
         assert_eq!(message(vec![frame(100, 1.0)]), None);
         assert_eq!(message(Vec::new()), None);
     }

@@ -83,7 +83,7 @@ pub fn check_image_memory(
     let (width, height) = window.size();
     let size = over_limit(needed, max_memory_bytes.into());
     let message =
-        format!("{width}x{height} pixels need about {size}; render a smaller image or raise --max-memory");
+        format!("{width}x{height} pixels need about {size}; render a smaller image or raise `max_memory`");
     Err(Error::refused(scene, "", message))
 }
 
@@ -100,8 +100,8 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
     if needed > u128::from(job.max_memory_bytes) {
         let (width, height) = job.render.resolution;
         return refuse(format!(
-            "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image or --split off, or \
-             raise --max-memory",
+            "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image or set `split` to off, or \
+             raise `max_memory`",
             over_limit(needed, job.max_memory_bytes.into())
         ));
     }

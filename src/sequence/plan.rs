@@ -189,7 +189,7 @@ fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {
     Err(Error::CannotCreate {
         path: path.clone(),
         message: format!(
-            "the file exists{others} and is {why}; --resume replaces only such frames, --overwrite replaces all"
+            "the file exists{others} and is {why}; `resume` replaces only such frames, `overwrite` replaces all"
         ),
     })
 }

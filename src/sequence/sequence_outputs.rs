@@ -22,10 +22,10 @@ impl SequenceOutputs {
         self.movie.is_some() || self.contact_sheet.is_some() || self.shows_frames
     }
 
-    /// The files, each with the option that requests it.
+    /// The files, each with the setting that requests it.
     pub fn files(&self) -> impl Iterator<Item = (&Path, &'static str)> {
-        let movie = self.movie.as_deref().map(|path| (path, "--movie"));
-        movie.into_iter().chain(self.contact_sheet.as_deref().map(|path| (path, "--contact-sheet")))
+        let movie = self.movie.as_deref().map(|path| (path, "movie"));
+        movie.into_iter().chain(self.contact_sheet.as_deref().map(|path| (path, "contact_sheet")))
     }
 
     /// Checks names and tools before the first frame.
@@ -36,8 +36,7 @@ impl SequenceOutputs {
         if let Some(path) = &self.movie {
             match MovieFormat::of_path(path) {
                 None => {
-                    let message = format!("--movie: \"{}\" does not end in {MOVIE_ENDINGS}", path.display());
-                    return Err(Error::usage(message));
+                    return Err(Error::setting("movie", format!("\"{}\" does not end in {MOVIE_ENDINGS}", path.display())));
                 }
                 Some(MovieFormat::Film { .. }) if !has_ffmpeg() => {
                     return Err(Error::setting(

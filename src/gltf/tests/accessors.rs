@@ -126,7 +126,7 @@ fn accessors_over_the_memory_limit_are_refused_before_allocation() {
     let mut document = Document::triangle();
     document.json["accessors"][0] =
         json!({"componentType": 5126, "type": "VEC3", "count": 4_000_000_000_u64});
-    assert!(document.error(77).contains("--max-memory"));
+    assert!(document.error(77).contains("`max_memory`"));
     // A limit too small for the file itself.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.gltf");

@@ -63,7 +63,7 @@ fn invalid_instances_are_errors_with_a_pointer() {
     let many = document.push("accessors", many);
     document.json["nodes"][0]["extensions"] =
         json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": many}}});
-    assert!(document.error(77).contains("--max-memory"));
+    assert!(document.error(77).contains("`max_memory`"));
     // Each instance takes its own memory besides its matrix and triangle: 20 000 · (12 + 64 + 160 + 256) B.
     let mut document = Document::triangle();
     let often = document.push("accessors", json!({"componentType": 5126, "type": "VEC3", "count": 20_000}));

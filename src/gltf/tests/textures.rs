@@ -117,7 +117,7 @@ fn twenty_images_stay_within_the_memory_limit_or_are_refused_by_name() {
     let largest = "the largest is /images/0 \"wall 0\" with 21.8 kB (64x64 texels)";
     for limit in [enough - 1, enough - texels / 2] {
         let told = error_text(with_limit(limit), 77);
-        for word in [total, largest, "more than the limit of", "raise --max-memory"] {
+        for word in [total, largest, "more than the limit of", "raise `max_memory`"] {
             assert!(told.contains(word), "{told}");
         }
     }

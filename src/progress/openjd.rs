@@ -11,6 +11,7 @@ use rayframe::sequence::SequenceEvent;
 
 use super::eta::Eta;
 use super::one_line;
+use super::option_names::option_names;
 use super::plain::{kept_text, summary_text, written_text};
 
 /// Shortest time between two progress lines of a frame.
@@ -105,7 +106,7 @@ impl State {
 
 /// Prints why a run failed before its first frame.
 pub(crate) fn print_openjd_failure(message: &str) {
-    print_lines(&[failure(message)]);
+    print_lines(&[failure(&option_names(message))]);
 }
 
 fn status(text: &str) -> String {

@@ -9,16 +9,13 @@ pub(crate) fn option_names(text: &str) -> String {
     while let Some((before, after)) = rest.split_once('`') {
         named.push_str(before);
         let setting = after.split_once('`').and_then(|(name, tail)| Some((Definition::of(name)?, tail)));
-        match setting {
-            Some((definition, tail)) => {
-                named.push_str("--");
-                named.push_str(&definition.option_name());
-                rest = tail;
-            }
-            None => {
-                named.push('`');
-                rest = after;
-            }
+        if let Some((definition, tail)) = setting {
+            named.push_str("--");
+            named.push_str(&definition.option_name());
+            rest = tail;
+        } else {
+            named.push('`');
+            rest = after;
         }
     }
     named.push_str(rest);

@@ -8,17 +8,9 @@ use crate::output::ExrOutput;
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
-use super::{ExistingFiles, FrameRate, OutputPattern, SequenceOutputs, Shutter};
+use crate::settings::{ExistingFiles, Exposure, FrameRate, OutputPattern, Shutter};
 
-/// Exposure of tone-mapped images.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Exposure {
-    /// Computed from a few small renders, once for the whole animation.
-    Auto,
-    /// Stops.
-    Ev(f32),
-}
+use super::SequenceOutputs;
 
 /// Description of a sequence of files.
 #[derive(Clone, Debug)]

@@ -5,42 +5,36 @@
 
 mod assemble;
 mod event;
-mod existing;
 mod exposure;
 mod frame_loop;
 mod frame_tracer;
 mod frame_warnings;
-mod frames;
 mod job;
 mod memory;
 mod panic;
-mod pattern;
 mod plan;
 mod posed_frames;
-mod rate;
 mod render_hash;
 mod resume;
 mod sequence_outputs;
-mod shutter;
 mod single_frame;
 mod statistics;
 mod writer;
 
 pub use assemble::{display_frame, write_sequence_outputs};
 pub use event::SequenceEvent;
-pub use existing::ExistingFiles;
 pub use exposure::exposure_ev;
 pub use frame_loop::run;
 pub(crate) use frame_tracer::FrameTracer;
-pub use frames::{FrameSpec, frames_text};
-pub use job::{Exposure, SequenceJob, duration_seconds, triangle_count};
+pub use job::{SequenceJob, duration_seconds, triangle_count};
 pub use memory::check_image_memory;
-pub use pattern::{OutputFormat, OutputPattern};
 pub use plan::{Plan, PlannedFrame, ReplacedFile};
-pub use rate::FrameRate;
 pub use render_hash::hex;
 pub use render_hash::render_hash;
 pub use sequence_outputs::SequenceOutputs;
-pub use shutter::Shutter;
 pub use single_frame::render_single_frame;
 pub use statistics::{AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};
+
+pub use crate::settings::{
+    ExistingFiles, Exposure, FrameRate, FrameSpec, OutputFormat, OutputPattern, Shutter, frames_text,
+};

@@ -36,7 +36,10 @@ impl SequenceOutputs {
         if let Some(path) = &self.movie {
             match MovieFormat::of_path(path) {
                 None => {
-                    return Err(Error::setting("movie", format!("\"{}\" does not end in {MOVIE_ENDINGS}", path.display())));
+                    return Err(Error::setting(
+                        "movie",
+                        format!("\"{}\" does not end in {MOVIE_ENDINGS}", path.display()),
+                    ));
                 }
                 Some(MovieFormat::Film { .. }) if !has_ffmpeg() => {
                     return Err(Error::setting(

@@ -4,11 +4,12 @@ use crate::bvh::{BuilderKind, Refit, Split};
 use crate::color::ToneCurve;
 use crate::render::{GlassShadows, PixelFilter};
 use crate::scene::ClipSelection;
-use crate::sequence::{Exposure, FrameRate};
 
 use super::choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
+use super::exposure::Exposure;
 use super::file_types::{Background, EnvironmentType, FilePath, Pattern};
+use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{

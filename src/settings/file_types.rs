@@ -3,9 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use crate::sequence::OutputPattern;
-
 use super::environment_source::EnvironmentSource;
+use super::output_pattern::OutputPattern;
 use super::parse;
 use super::setting_type::{SettingType, ValueForm};
 

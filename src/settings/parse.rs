@@ -7,10 +7,10 @@ use crate::bvh::{Refit, Split};
 use crate::color::srgb8_to_linear;
 use crate::film::PixelWindow;
 use crate::render::Aperture;
-use crate::sequence::Exposure;
 
 use super::choices::FocusRequest;
 use super::environment_source::EnvironmentSource;
+use super::exposure::Exposure;
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 
 /// `1280x720`, or the name of a common size.

@@ -11,7 +11,7 @@ fn example(definition: &Definition) -> String {
         "" => "true",
         "SPEC" => "1-9x2",
         "FRAME" => "-3",
-        "RATE" => "23.976",
+        "RATE" => "24000/1001",
         "WxH" => "640x360",
         "X0,Y0,X1,Y1" => "0,0,8,8",
         "PERCENT|FACTOR" => "0.5",

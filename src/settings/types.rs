@@ -10,9 +10,11 @@ use crate::image_file::ExrCompression;
 use crate::output::{AovSet, LightSamples};
 use crate::render::Aperture;
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
-use crate::sequence::{Exposure, FrameRate, FrameSpec, frames_text};
 
 use super::choices::FocusRequest;
+use super::exposure::Exposure;
+use super::frame_rate::FrameRate;
+use super::frame_spec::{FrameSpec, frames_text};
 use super::named::Named;
 use super::setting_type::{NamedChoice, SettingType, ValueForm, unicode};
 use super::{lists, parse};

@@ -1,6 +1,6 @@
 //! Shutter: the times that a frame averages.
 
-use super::FrameRate;
+use super::frame_rate::FrameRate;
 
 /// A shutter that opens before a frame's time and closes as long after it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +19,7 @@ impl Default for Shutter {
 
 impl Shutter {
     /// The times of a frame at `time_seconds`: midpoints of equal intervals of the open time.
-    pub(super) fn times(self, time_seconds: f64, rate: FrameRate) -> Vec<f64> {
+    pub(crate) fn times(self, time_seconds: f64, rate: FrameRate) -> Vec<f64> {
         if self.time_samples <= 1 {
             return vec![time_seconds];
         }

@@ -150,6 +150,14 @@ mod tests {
     use super::Cli;
 
     #[test]
+    fn the_short_help_fits_on_a_screen() {
+        let mut command = Cli::command().term_width(100);
+        command.build();
+        let help = command.find_subcommand_mut("render").unwrap().render_help().to_string();
+        assert!(help.lines().count() <= 50, "{help}");
+    }
+
+    #[test]
     fn both_commands_take_the_same_options() {
         Cli::command().debug_assert();
         for command in ["render", "watch"] {

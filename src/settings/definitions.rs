@@ -37,11 +37,11 @@ settings! {
     /// The scene: .glb, .gltf, or a shot file .toml that names it and holds settings
     scene: FilePath, Input { value_name: "SCENE", is_common: true }
 
-    /// Output name, such as shot.####.exr or shot.png
-    /// : ####, %04d or {frame:04} is the frame number, .exr or .png the format
+    /// Output name: shot.####.exr, shot.png
+    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number
     output: Pattern, Output {
-        value_name: "PATTERN", short: Some('o'), aliases: &["outfile"], is_common: true, is_for_runs: true,
-        default_help: "<scene>.####.exr, <scene>.exr for a still",
+        value_name: "PATTERN", short: Some('o'), hidden_aliases: &["outfile"], is_common: true, is_for_runs: true,
+        default_help: "<scene>.####.exr",
     }
     /// Tone-mapped previews beside the EXR files
     preview: OneOf<PreviewFormat>, Output { value_name: "FORMAT", is_common: true, is_for_runs: true }
@@ -150,7 +150,7 @@ settings! {
     /// Tone curve of previews and PNG files
     tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "standard" }
 
-    /// Camera: a name, '#0' for the first, or auto
+    /// Camera: a name, '#0' or auto
     /// , which frames the whole scene. Quote # in shells
     camera: CameraType, Scene {
         value_name: "CAMERA", short: Some('c'), default_help: "the first, else auto", is_common: true,
@@ -171,10 +171,10 @@ settings! {
     /// Angular diameter of directional lights in degrees, for soft shadows
     /// . The sun has 0.53. Noise falls with more samples
     sun_angle: SunAngle = 0.0, Scene { value_name: "DEG" }
-    /// Environment: .hdr or .exr file, R,G,B, studio or none
+    /// Environment: .hdr, .exr, R,G,B, studio or none
     /// . FILE@DEG rotates the image by degrees
     env: EnvironmentType, Scene {
-        value_name: "SOURCE", default_help: "studio if there are no lights",
+        value_name: "SOURCE", default_help: "studio if unlit",
         is_common: true,
     }
     /// Factor of the environment light

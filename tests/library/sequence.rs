@@ -82,7 +82,7 @@ fn finished_frames_of_the_same_job_are_kept() {
     assert_eq!(error.exit_code(), 73);
     let message = error.to_string();
     assert!(
-        message.contains("--resume") && message.contains("--overwrite") && message.contains("a.0002.exr"),
+        message.contains("`resume`") && message.contains("`overwrite`") && message.contains("a.0002.exr"),
         "{message}"
     );
 

@@ -37,74 +37,14 @@ fn a_dry_run_prints_a_shot_that_makes_the_same_files() {
     let folder = outer.path().join("50% #1 {frame}");
     std::fs::create_dir(&folder).unwrap();
     let environment = format!("{PICTURE}@30");
-    for (name, options) in [
-        ("plain", &["-f", "0", "-W", "32", "--samples", "1"][..]),
-        (
-            "much",
-            &[
-                "-r",
-                "64x36",
-                "--scale",
-                "50%",
-                "-s",
-                "1",
-                "-e",
-                "4",
-                "-j",
-                "3",
-                "--fps",
-                "24000/1001",
-                "--samples",
-                "2",
-                "--max-samples",
-                "4",
-                "--aa-threshold",
-                "0.10",
-                "--filter",
-                "mitchell",
-                "--shutter",
-                "180deg",
-                "--time-samples",
-                "2",
-                "--aperture",
-                "f/2.8",
-                "--focus",
-                "6.5",
-                "--depth",
-                "3",
-                "--camera",
-                "#0",
-                "--crop",
-                "4,2,30,17",
-                "--light-scale",
-                "1.25",
-                "--sun-angle",
-                "0.53",
-                "--env",
-                &environment,
-                "--background",
-                "0.1,0.2,0.3",
-                "--env-intensity",
-                ".5",
-                "--preview",
-                "png",
-                "--exposure",
-                "-1.5",
-                "--tone",
-                "agx",
-                "--threads",
-                "1",
-                "--aovs",
-                "depth,uv",
-                "--exr",
-                "float,zips",
-                "--split-aovs",
-                "--contact-sheet",
-                "much/sheet.png",
-                "--keep-going",
-            ],
-        ),
-    ] {
+    let much = "-r 64x36 --scale 50% -s 1 -e 4 -j 3 --fps 24000/1001 --samples 2 --max-samples 4 --aa-threshold 0.10 \
+        --filter mitchell --shutter 180deg --time-samples 2 --aperture f/2.8 --focus 6.5 --depth 3 --camera #0 \
+        --crop 4,2,30,17 --light-scale 1.25 --sun-angle 0.53 --background 0.1,0.2,0.3 --env-intensity .5 \
+        --preview png --exposure -1.5 --tone agx --threads 1 --aovs depth,uv --exr float,zips --split-aovs \
+        --contact-sheet much/sheet.png --keep-going";
+    let mut much: Vec<&str> = much.split_whitespace().collect();
+    much.extend(["--env", &environment]);
+    for (name, options) in [("plain", &["-f", "0", "-W", "32", "--samples", "1"][..]), ("much", &much)] {
         let pattern = format!("{name}/a.%04d.exr");
         let render = [&["render", DEMO, "-o", &pattern][..], options].concat();
         let shot = rendered(&folder, &[&render[..], &["-n"]].concat());

@@ -83,10 +83,3 @@ fn earlier_spellings_are_accepted() {
     assert_eq!(values.scene_choice, Some(NameOrIndex::Index(1)));
     assert_eq!(values.frames, Some(FrameSpec::Listed(vec![1, 3])));
 }
-
-#[test]
-fn the_short_help_fits_on_a_screen() {
-    let mut command = RenderOptions::augment_args(Command::new("rayframe render")).term_width(100);
-    let lines = command.render_help().to_string().lines().count();
-    assert!(lines <= 50, "{lines} lines");
-}

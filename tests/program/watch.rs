@@ -227,7 +227,7 @@ fn invalid_watches_are_refused_at_once() {
         (&["a.gltf", "-o", "photo.png"], 73, "made by another program; name the image"),
         (&["a.gltf", "-o", "photo.exr", "--preview", "png"], 73, "photo.png: the file is there"),
         (&["a.gltf", "-o", "a.jpg"], 2, "cannot be written"),
-        (&["a.gltf", "--stats", "corners.bin"], 2, "is read"),
+        (&["a.gltf", "--stats", "corners.bin"], 2, "is an input"),
     ] {
         let mut running = watch(folder, arguments);
         wait_until(folder, "the end", || told(folder).contains(word));

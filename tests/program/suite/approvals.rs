@@ -90,7 +90,7 @@ fn approvals_are_accepted_where_they_match_the_pending_images() {
     // One that does not match refuses all.
     stage
         .run(&accept)
-        .ends(1, &["nothing was accepted: point: ", "is another than the one that was approved"]);
+        .ends(1, &["nothing was accepted: point: ", "is not the one that was approved"]);
     approvals(json!([{"name": "gone", "hash": "0000"}]));
     stage.run(&accept).ends(1, &["gone: no pending image has this name"]);
     approvals(json!([{"name": "sun", "hash": null}]));
@@ -137,7 +137,7 @@ fn stale_findings_are_not_applied() {
     // A removal whose shot is back.
     let (scene, away) = (stage.path("sun.gltf"), stage.path("sun.away"));
     std::fs::rename(&scene, &away).unwrap();
-    stage.run(&["test"]).ends(1, &["no shot asks for this reference"]);
+    stage.run(&["test"]).ends(1, &["no shot renders this reference"]);
     std::fs::rename(&away, &scene).unwrap();
     stage.run(&["accept"]).ends(77, &["have changed since the change was found"]);
     stage.run(&["test", "point"]).ends(0, &[]);

@@ -80,7 +80,7 @@ impl Stage {
         }
         stage.run(&["test"]).ends(1, &["no reference"]);
         stage.run(&["accept"]).ends(0, &["added"]);
-        stage.run(&["test"]).ends(0, &["as their references"]);
+        stage.run(&["test"]).ends(0, &["match"]);
         stage
     }
 

@@ -171,8 +171,11 @@ fn frames_of_the_shot_are_not_overwritten() {
     std::fs::write(folder.join("frame.0000.png"), "a frame").unwrap();
     let shot = "scene = 'a.gltf'\nresolution = [96, 54]\noutput = 'frame.####.png'\n";
     std::fs::write(folder.join("a.toml"), shot).unwrap();
+    let whole = rendered(folder, &["a.gltf", "-f", "0", "-r", "96x54"]);
     let mut running = watch(folder, &["a.toml", "-q"]);
-    wait_until(folder, "the image", || folder.join("a.watch.png").exists());
+    wait_until(folder, "the image", || {
+        std::fs::read(folder.join("a.watch.png")).is_ok_and(|bytes| bytes == whole)
+    });
     assert_eq!(terminate(&mut running), Some(15));
     assert_eq!(std::fs::read(folder.join("frame.0000.png")).unwrap(), b"a frame");
 

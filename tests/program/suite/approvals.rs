@@ -88,9 +88,7 @@ fn approvals_are_accepted_where_they_match_the_pending_images() {
     let accept = ["accept", "--approvals", "approvals.json"];
     approvals(json!([{"name": "sun", "hash": hash(&stage, "sun")}, {"name": "point", "hash": "0000"}]));
     // One that does not match refuses all.
-    stage
-        .run(&accept)
-        .ends(1, &["nothing was accepted: point: ", "is not the one that was approved"]);
+    stage.run(&accept).ends(1, &["nothing was accepted: point: ", "is not the one that was approved"]);
     approvals(json!([{"name": "gone", "hash": "0000"}]));
     stage.run(&accept).ends(1, &["gone: no pending image has this name"]);
     approvals(json!([{"name": "sun", "hash": null}]));
@@ -102,7 +100,7 @@ fn approvals_are_accepted_where_they_match_the_pending_images() {
     stage.run(&accept).ends(0, &["all approved changes are applied already"]);
 
     std::fs::remove_file(stage.path("sun.gltf")).unwrap();
-    stage.run(&["test"]).ends(1, &["no shot asks"]);
+    stage.run(&["test"]).ends(1, &["no shot renders"]);
     approvals(json!([{"name": "sun", "hash": null}]));
     stage.run(&accept).ends(0, &["removed references/sun.exr"]);
 

@@ -92,7 +92,7 @@ fn sizes_frames_and_broken_files_fail() {
     stage.write(POINT.0, "{");
     stage.run(&["test"]).ends(1, &["FAIL light/point", "light/point.gltf: "]);
     // A shot that could not be opened still uses its reference.
-    assert!(!stage.run(&["test"]).text.contains("no shot asks"));
+    assert!(!stage.run(&["test"]).text.contains("no shot renders"));
 }
 
 #[test]
@@ -170,7 +170,9 @@ fn reports_go_to_the_given_folder_and_replace_nothing_else() {
     }
     assert!(stage.path("pages/index.html").exists());
     stage.write("site/index.html", "<html>mine</html>");
-    stage.run(&["test", "--report", "site"]).ends(73, &["site/index.html: is there already and no report"]);
+    stage
+        .run(&["test", "--report", "site"])
+        .ends(73, &["site/index.html: is there already and is not a report"]);
     stage.run(&["test", "--report", "."]).ends(0, &["1 image matches"]);
 }
 

@@ -30,12 +30,13 @@ use std::time::Instant;
 use rayframe::bvh::{BuildSettings, BuildStatistics, Builder, Bvh, Refit};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
-use rayframe::frame::{Frame, resolve_auto_camera};
+use rayframe::frame::Frame;
+use rayframe::framing::resolve_camera;
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::image_file::write_atomically;
 use rayframe::output::{exr_file, frame_attributes};
 use rayframe::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
-use rayframe::scene::{Environment, Scene, Selection, SelectionRequest};
+use rayframe::scene::{Environment, Scene, Selection, SelectionRequest, ViewRequest};
 use rayframe::sequence::FrameRate;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -136,7 +137,8 @@ impl Subject {
     fn open(path: &Path, resolution: (u32, u32)) -> rayframe::error::Result<Self> {
         let scene = import(path, &ImportOptions::default())?;
         let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene)?;
-        let selection = resolve_auto_camera(&scene, selection, resolution.0 as f32 / resolution.1 as f32);
+        let aspect_ratio = resolution.0 as f32 / resolution.1 as f32;
+        let selection = resolve_camera(&scene, selection, &ViewRequest::default(), aspect_ratio).selection;
         let settings = RenderSettings {
             resolution,
             window: PixelWindow::full(resolution.0, resolution.1),

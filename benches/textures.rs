@@ -19,14 +19,15 @@ use glam::{Mat4, Vec2, Vec3, Vec4};
 use rayframe::bvh::{BuildSettings, Builder, Bvh, Refit};
 use rayframe::cancel::CancelFlag;
 use rayframe::film::PixelWindow;
-use rayframe::frame::{Frame, resolve_auto_camera};
+use rayframe::frame::Frame;
+use rayframe::framing::resolve_camera;
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::render::{RenderSettings, SceneView, render_frame};
 use rayframe::scene::{
     Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind, Material,
     MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture, Primitive,
     Projection, Sampler, Scene, SelectedCamera, Selection, SelectionRequest, Texels, Texture, TextureIndex,
-    TextureRef, UvTransform, mip_levels,
+    TextureRef, UvTransform, ViewRequest, mip_levels,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -158,7 +159,8 @@ fn file_variants(path: &Path, options: &Options) -> Result<Vec<Subject>> {
     let scene = import(path, &ImportOptions::default())?;
     let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene)?;
     let (width, height) = options.size;
-    let selection = resolve_auto_camera(&scene, selection, width as f32 / height as f32);
+    let aspect_ratio = width as f32 / height as f32;
+    let selection = resolve_camera(&scene, selection, &ViewRequest::default(), aspect_ratio).selection;
     let mut plain = scene.clone();
     plain.materials.iter_mut().for_each(remove_textures);
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
@@ -254,6 +256,7 @@ fn selection(scene: &Scene) -> Selection {
         roots: scene.node_order.clone(),
         clips: Vec::new(),
         variant: None,
+        camera_changes: rayframe::scene::CameraChanges::default(),
         image_light: None,
         camera: SelectedCamera::Fixed { world_from_camera, projection },
     }

@@ -54,6 +54,8 @@ pub mod gltf;
 
 #[doc(hidden)]
 pub mod frame;
+#[doc(hidden)]
+pub mod framing;
 mod scene_view;
 
 #[doc(hidden)]

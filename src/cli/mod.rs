@@ -1,6 +1,7 @@
 //! Command line: one file per subcommand, from typed arguments to the run.
 
 mod accept;
+mod camera_text;
 mod diff;
 mod exit_status;
 mod info;

@@ -51,7 +51,8 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
     let args = &shot.values;
     // Check everything before the first frame.
     let images = if is_dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
-    let RenderJob { sequence: job, choices, warnings, environment, mut inputs } = resolve(shot, images)?;
+    let RenderJob { sequence: job, choices, warnings, camera, environment, mut inputs } =
+        resolve(shot, images)?;
     inputs.extend(shot.shot_file.clone());
     report_warnings(&job.scene.path, &choices, false)?;
     report_warnings(&job.scene.path, &warnings, job.strict)?;
@@ -69,7 +70,7 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
         print_warning(&warning);
     }
     if !args.quiet {
-        print_note(&summary(&job, &environment));
+        print_note(&summary(&job, camera, &environment));
         if let Some(note) = after_the_end(&job) {
             print_note(&note);
         }

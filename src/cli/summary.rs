@@ -1,10 +1,13 @@
 //! Summary: the first line of a run.
 
+use rayframe::framing::CameraRule;
 use rayframe::scene::{Scene, Selection};
 use rayframe::sequence::{SequenceJob, duration_seconds, frames_text, triangle_count};
 
+use super::camera_text::camera_text;
+
 /// `orbit.glb: clip "orbit" 2.5 s → frames 0-60 at 24 fps, camera "cam", 1280x720, 7 936 triangles`.
-pub(super) fn summary(job: &SequenceJob, environment: &str) -> String {
+pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) -> String {
     let (width, height) = job.render.resolution;
     let window = job.render.window;
     let crop = if (window.width(), window.height()) == (width, height) {
@@ -19,7 +22,7 @@ pub(super) fn summary(job: &SequenceJob, environment: &str) -> String {
         clips_text(&job.scene, &job.selection),
         frames_text(&job.frames),
         job.rate,
-        job.selection.camera_label(&job.scene),
+        camera_text(&job.scene, &job.selection, camera),
         counted(triangle_count(&job.scene, &job.selection.roots), "triangle"),
     )
 }
@@ -28,7 +31,8 @@ pub(super) fn summary(job: &SequenceJob, environment: &str) -> String {
 pub(super) fn after_the_end(job: &SequenceJob) -> Option<String> {
     let last = job.rate.last_frame(duration_seconds(&job.scene, &job.selection));
     let after: Vec<i64> = job.frames.iter().copied().filter(|&frame| frame > last).collect();
-    if after.is_empty() || job.selection.clips.is_empty() {
+    let is_turntable = matches!(job.selection.camera, rayframe::scene::SelectedCamera::Turntable(_));
+    if after.is_empty() || is_turntable || job.selection.clips.is_empty() {
         return None;
     }
     let (lie, show) = if after.len() == 1 { ("lies", "shows") } else { ("lie", "show") };

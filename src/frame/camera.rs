@@ -2,11 +2,10 @@
 
 use glam::Mat4;
 
-use super::auto_camera::auto_camera;
 use super::posed_nodes::{PosedCamera, posed_camera};
 use super::surfaces::{Frame, Scratch};
 use super::transform;
-use crate::scene::{Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{CameraChanges, Projection, Scene, SelectedCamera, Selection};
 
 impl Frame {
     /// The scene at `time_seconds`.
@@ -18,12 +17,11 @@ impl Frame {
 
     /// Poses `scene` at `time_seconds` and reuses the memory of `self`.
     ///
-    /// A [`SelectedCamera::Auto`] is computed anew for a square image at each call. For several frames, resolve it once with
-    /// [`super::resolve_auto_camera`].
+    /// [`crate::framing::resolve_camera`] replaces a [`SelectedCamera::Auto`] before; posed, it stands in the origin.
     pub fn pose(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.pose_surfaces(scene, selection, time_seconds);
         let Scratch { pose, world, .. } = &self.scratch;
-        self.camera = selected_camera(scene, selection, &pose.projections, world);
+        self.camera = selected_camera(scene, selection, time_seconds, &pose.projections, world);
     }
 
     /// The camera alone at `time_seconds`.
@@ -31,23 +29,36 @@ impl Frame {
         let Scratch { mut pose, mut world, .. } = Scratch::default();
         pose.play(scene, selection, time_seconds, &mut Vec::new());
         transform::world_matrices(scene, &pose.local, &mut world);
-        selected_camera(scene, selection, &pose.projections, &world)
+        selected_camera(scene, selection, time_seconds, &pose.projections, &world)
     }
 }
 
-/// The selected camera in world space.
+/// The selected camera at `time_seconds` in world space.
 fn selected_camera(
     scene: &Scene,
     selection: &Selection,
+    time_seconds: f64,
     projections: &[Projection],
     world: &[Mat4],
 ) -> PosedCamera {
-    let posed = match selection.camera {
-        SelectedCamera::Auto => None,
+    match selection.camera {
+        SelectedCamera::Auto => PosedCamera::default(),
         SelectedCamera::Fixed { world_from_camera, projection } => {
-            Some(PosedCamera { world_from_camera, projection })
+            PosedCamera { world_from_camera, projection }
         }
-        SelectedCamera::Node(node) => posed_camera(scene, projections, node, world),
-    };
-    posed.unwrap_or_else(|| auto_camera(scene, selection, 1.0))
+        SelectedCamera::Turntable(turntable) => {
+            PosedCamera { world_from_camera: turntable.at(time_seconds), projection: turntable.projection }
+        }
+        SelectedCamera::Node(node) => {
+            let own = posed_camera(scene, projections, node, world).unwrap_or_default();
+            let changes = &selection.camera_changes;
+            if *changes == CameraChanges::default() {
+                return own;
+            }
+            PosedCamera {
+                world_from_camera: changes.apply(own.world_from_camera),
+                projection: changes.projection.unwrap_or(own.projection),
+            }
+        }
+    }
 }

@@ -6,7 +6,6 @@
 //! included, and are the same at every time. This module builds no acceleration structure.
 
 mod animation;
-mod auto_camera;
 mod camera;
 mod deform;
 mod material_flags;
@@ -15,7 +14,6 @@ mod posed_nodes;
 mod surfaces;
 mod transform;
 
-pub use auto_camera::resolve_auto_camera;
 pub use deform::PosedVertex;
 pub(crate) use material_flags::{is_volume, transmits};
 pub use mesh_instance::MeshInstance;

@@ -72,7 +72,7 @@ impl Frame {
     }
 
     /// Poses everything except the camera.
-    pub(super) fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+    pub fn pose_surfaces(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
         self.time_seconds = time_seconds;
         let Scratch { pose, world, .. } = &mut self.scratch;
         pose.play(scene, selection, time_seconds, &mut self.materials);

@@ -35,7 +35,17 @@ fn scene_with_scales(scales: &[Vec3]) -> (Scene, Selection) {
         ..Default::default()
     };
     let camera = SelectedCamera::Auto;
-    (scene, Selection { roots: order, clips: Vec::new(), camera, image_light: None, variant: None })
+    (
+        scene,
+        Selection {
+            roots: order,
+            clips: Vec::new(),
+            camera,
+            camera_changes: crate::scene::CameraChanges::default(),
+            image_light: None,
+            variant: None,
+        },
+    )
 }
 
 #[test]

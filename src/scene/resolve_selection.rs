@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    AnimationIndex, AnimationTarget, CameraIndex, CameraRequest, ClipSelection, NameOrIndex, NodeIndex,
-    Scene, SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
+    AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, CameraRequest, ClipSelection, NameOrIndex,
+    NodeIndex, Scene, SceneRoots, SelectedCamera, Selection, SelectionRequest, VariantIndex,
 };
 use crate::error::{Error, Result, Warning};
 
@@ -28,7 +28,8 @@ impl Selection {
         };
         let camera = resolve_camera(request.camera.as_ref(), scene, &roots)?;
         let variant = resolve_variant(request.variant.as_ref(), scene)?;
-        let selection = Self { roots, clips, camera, image_light, variant };
+        let camera_changes = CameraChanges::default();
+        let selection = Self { roots, clips, camera, camera_changes, image_light, variant };
         Ok((selection, warnings))
     }
 }

@@ -1,26 +1,9 @@
 //! Selected scene, clips, camera and variant, resolved against one scene.
 
-use glam::Mat4;
-
 use super::{
-    AnimationIndex, AnimationTarget, CameraIndex, ImageLightIndex, NodeIndex, Projection, Scene, VariantIndex,
+    AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, NodeIndex, Scene,
+    SelectedCamera, VariantIndex,
 };
-
-/// Selected camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SelectedCamera {
-    /// Automatic camera that frames the whole scene over the selected clips.
-    Auto,
-    /// The camera of this node.
-    Node(NodeIndex),
-    /// Static camera, such as a resolved automatic one.
-    Fixed {
-        /// Rotation and translation; columns are right, up, backward, position.
-        world_from_camera: Mat4,
-        /// The projection.
-        projection: Projection,
-    },
-}
 
 /// Selected part of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,6 +14,8 @@ pub struct Selection {
     pub clips: Vec<AnimationIndex>,
     /// The camera.
     pub camera: SelectedCamera,
+    /// Changes to it, where it is a node's.
+    pub camera_changes: CameraChanges,
     /// Image-based light of the selected scene.
     pub image_light: Option<ImageLightIndex>,
     /// Material variant.

@@ -5,6 +5,7 @@
 //! frames, names, stamps and progress: none of them changes a pixel. For tone-mapped files it also covers the look and, as
 //! they have no data window, the crop.
 
+use glam::Mat4;
 use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
@@ -12,7 +13,7 @@ use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
-use crate::scene::{Scene, SelectedCamera, Selection, VariantIndex};
+use crate::scene::{CameraChanges, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
 use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 
@@ -40,7 +41,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         strict: _,
         max_memory_bytes: _,
     } = job;
-    let Selection { roots, clips, camera, image_light: _, variant } = selection;
+    let Selection { roots, clips, camera, camera_changes, image_light: _, variant } = selection;
     let RenderSettings {
         resolution,
         window,
@@ -67,7 +68,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "scene": hex(&scene.content_hash),
         "roots": indices(roots.iter().map(|root| root.0).collect()),
         "clips": indices(clips.iter().map(|clip| clip.0).collect()),
-        "camera": camera_key(*camera),
+        "camera": camera_key(*camera, camera_changes),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
         "shadow_catchers": shadow_catchers(scene, *variant),
@@ -89,13 +90,23 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     hex(&Sha256::digest(content.to_string().as_bytes()))
 }
 
-fn camera_key(camera: SelectedCamera) -> String {
+fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {
+    let bits = |matrix: Mat4| matrix.to_cols_array().map(f32::to_bits);
     match camera {
         SelectedCamera::Auto => "auto".to_owned(),
-        SelectedCamera::Node(node) => format!("node {}", node.0),
+        SelectedCamera::Node(node) if *changes == CameraChanges::default() => format!("node {}", node.0),
+        SelectedCamera::Node(node) => {
+            let CameraChanges { position, target, up, roll_radians, projection } = *changes;
+            let points =
+                [position, target, up].map(|point| point.map(|point| point.to_array().map(f32::to_bits)));
+            format!("node {} {points:x?} {:x} {projection:?}", node.0, roll_radians.to_bits())
+        }
         SelectedCamera::Fixed { world_from_camera, projection } => {
-            let bits = world_from_camera.to_cols_array().map(f32::to_bits);
-            format!("fixed {bits:x?} {projection:?}")
+            format!("fixed {:x?} {projection:?}", bits(world_from_camera))
+        }
+        SelectedCamera::Turntable(Turntable { start, projection, center, axis, turn_seconds }) => {
+            let points = [center, axis].map(|point| point.to_array().map(f32::to_bits));
+            format!("turntable {:x?} {projection:?} {points:x?} {:x}", bits(start), turn_seconds.to_bits())
         }
     }
 }

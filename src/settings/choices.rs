@@ -1,5 +1,7 @@
 //! Enums that only settings use.
 
+use glam::Vec3;
+
 use crate::scene::NameOrIndex;
 
 /// Format of previews.
@@ -35,6 +37,16 @@ pub enum ProgressStyle {
     OpenJd,
     /// No output.
     None,
+}
+
+/// Centre of the image.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LookAt {
+    /// A point in world space, metres.
+    Point(Vec3),
+    /// Centre of a node's bounds.
+    Node(NameOrIndex),
 }
 
 /// Focus of the lens.

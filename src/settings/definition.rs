@@ -34,6 +34,8 @@ pub enum Group {
     Frames,
     /// Image size, sampling and shading.
     Image,
+    /// Placement and lens of the camera.
+    Camera,
     /// What is rendered, and what lights it.
     Scene,
     /// Resources, acceleration and messages.
@@ -48,6 +50,7 @@ impl Group {
             Self::Output => Some("Output"),
             Self::Frames => Some("Frames"),
             Self::Image => Some("Image"),
+            Self::Camera => Some("Camera"),
             Self::Scene => Some("Scene"),
             Self::Run => Some("Run"),
         }

@@ -2,6 +2,7 @@
 
 use crate::bvh::{BuilderKind, Refit, Split};
 use crate::color::ToneCurve;
+use crate::framing::NamedView;
 use crate::render::{GlassShadows, PixelFilter};
 use crate::scene::ClipSelection;
 
@@ -13,9 +14,10 @@ use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
-    Aovs, ApertureType, CameraType, Clips, Crop, ExposureType, ExrEncoding, Factor, Flag, FocusType, Frames,
-    MemorySize, NameOrIndexType, Names, OneOf, Rate, RefitType, Resolution, Scale, Share, ShutterFrames,
-    Simd, SplitType, SunAngle, Whole,
+    Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, ExposureType, ExrEncoding, Factor,
+    FieldOfView, Flag, FocalLength, FocusType, Frames, LookAtType, MemorySize, NameOrIndexType, Names, OneOf,
+    OrbitType, Point, Rate, RefitType, Resolution, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle,
+    Whole,
 };
 
 /// One setting.
@@ -151,10 +153,43 @@ settings! {
     tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "standard" }
 
     /// Camera: a name, '#0' or auto
-    /// , which frames the whole scene. Quote # in shells
-    camera: CameraType, Scene {
+    /// , which frames the whole scene, or stands inside where that shows more. Quote # in shells
+    camera: CameraType, Camera {
         value_name: "CAMERA", short: Some('c'), default_help: "the first, else auto", is_common: true,
     }
+    /// View of the framed scene: azimuth and elevation in degrees
+    /// around its bounds, and the distance as a multiple of the fitting one. 0,0 is the front, seen from +Z; azimuth 90 is
+    /// the side of +X; a positive elevation looks down
+    orbit: OrbitType, Camera { value_name: "AZ,EL[,DIST]", excludes: &["view", "camera_position"], is_common: true }
+    /// View of the framed scene by name
+    view: OneOf<NamedView>, Camera { value_name: "NAME", excludes: &["camera_position"] }
+    /// Position of the camera, metres
+    /// ; it looks at the middle of the scene unless `look_at` says otherwise
+    camera_position: Point, Camera { value_name: "X,Y,Z", hidden_aliases: &["position"], is_common: true }
+    /// Centre of the image: a point in metres, or a node's name or '#0'
+    /// for the first. An orbit turns about it
+    look_at: LookAtType, Camera { value_name: "X,Y,Z|NODE", hidden_aliases: &["target"], is_common: true }
+    /// Direction that points up in the image
+    /// . 0,0,1 suits scenes whose vertical axis is Z
+    up: Point, Camera { value_name: "X,Y,Z", default_help: "0,1,0" }
+    /// Node that is framed instead of the whole scene
+    /// : a name, or '#0' for the first
+    frame_node: NameOrIndexType, Camera { value_name: "NAME|#I" }
+    /// Vertical field of view in degrees
+    fov: FieldOfView, Camera { value_name: "DEG", excludes: &["focal_length"], is_common: true }
+    /// Focal length in millimetres for a sensor 24 mm high
+    focal_length: FocalLength, Camera { value_name: "MM" }
+    /// Parallel projection instead of perspective
+    ortho: Flag = false, Camera { excludes: &["fov", "focal_length"] }
+    /// Rotation of the camera about its axis in degrees
+    /// : counter-clockwise as seen from behind, so that the image turns clockwise
+    roll: Degrees = 0.0, Camera { value_name: "DEG" }
+    /// A whole turn of the camera around the scene in N frames
+    /// . The loop is seamless: frame N equals frame 0. Clips play on; `animation` none stops them
+    turntable: Whole<u32, 2, 1000000>, Camera { value_name: "N", hidden_aliases: &["spin"], is_common: true }
+    /// Elevation of the turntable's camera in degrees
+    elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view"], requires: Some("turntable") }
+
     /// Animation clip: a name, '#0' for the first, all or none
     animation: Clips = ClipSelection::All, Scene { value_name: "CLIP", is_common: true }
     /// Scene of the file: a name or '#0' for the first

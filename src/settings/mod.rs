@@ -4,6 +4,7 @@
 //! [`Provenance`](crate::error::Provenance) of each value; levels merge with [`Settings::fill_from`]. [`Settings::values`] applies the
 //! defaults. What settings mean for a scene is decided by [`crate::shot`]; options of the terminal are unknown here.
 
+mod camera_values;
 mod choices;
 mod definition;
 mod definitions;
@@ -30,7 +31,8 @@ mod toml_value;
 mod types;
 mod write;
 
-pub use choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
+pub(crate) use camera_values::field_of_view_of;
+pub use choices::{FocusRequest, Integrator, LookAt, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
 pub use environment_source::EnvironmentSource;

@@ -2,6 +2,7 @@
 
 use crate::bvh::{BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
+use crate::framing::NamedView;
 use crate::render::{GlassShadows, PixelFilter};
 
 use super::choices::{Integrator, PreviewFormat, ProgressStyle};
@@ -52,6 +53,15 @@ named! {
         Agx = "agx", "Low contrast, with headroom for bright and coloured light, as in Blender";
         Aces = "aces", "High contrast, as films made with ACES 1.0";
         Neutral = "neutral", "Khronos PBR Neutral: base colours keep their values";
+    }
+    NamedView {
+        Front = "front", "From +Z";
+        Back = "back", "From -Z";
+        Left = "left", "From -X";
+        Right = "right", "From +X";
+        Top = "top", "From above; the front is at the bottom";
+        Bottom = "bottom", "From below; the front is at the top";
+        ThreeQuarter = "three-quarter", "From the right, slightly above: orbit 30,20";
     }
     BuilderKind {
         Auto = "auto", "The fastest for the number of triangles and rays";

@@ -4,20 +4,22 @@ use std::ffi::{OsStr, OsString};
 use std::fmt::{Debug, Display};
 use std::marker::PhantomData;
 
+use glam::Vec3;
+
 use crate::bvh::{Refit, SimdLevel, Split};
 use crate::film::PixelWindow;
 use crate::image_file::ExrCompression;
 use crate::output::{AovSet, LightSamples};
 use crate::render::Aperture;
-use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
+use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Orbit};
 
-use super::choices::FocusRequest;
+use super::choices::{FocusRequest, LookAt};
 use super::exposure::Exposure;
 use super::frame_rate::FrameRate;
 use super::frame_spec::{FrameSpec, frames_text};
 use super::named::Named;
 use super::setting_type::{NamedChoice, SettingType, ValueForm, unicode};
-use super::{lists, parse};
+use super::{camera_values, lists, parse};
 
 /// Declares types of settings: the value, how TOML writes it, text to value, value to text.
 macro_rules! setting_types {
@@ -50,6 +52,26 @@ setting_types! {
     Factor: f32, ValueForm::NUMBER, parse::factor, f32::to_string;
     /// Number from 0 to 1.
     Share: f32, ValueForm::NUMBER, parse::share, f32::to_string;
+    /// Degrees.
+    Degrees: f32, ValueForm::NUMBER, parse::finite, f32::to_string;
+    /// Degrees from -90 to 90.
+    Elevation: f32, ValueForm::NUMBER, camera_values::elevation, f32::to_string;
+    /// Vertical field of view in degrees.
+    FieldOfView: f32, ValueForm::NUMBER, camera_values::field_of_view, f32::to_string;
+    /// Focal length in millimetres.
+    FocalLength: f32, ValueForm::NUMBER, camera_values::focal_length, f32::to_string;
+    /// Azimuth, elevation and distance.
+    OrbitType: Orbit, ValueForm::TEXT.or_list(","), camera_values::orbit, |orbit| {
+        let Orbit { azimuth_degrees, elevation_degrees, distance } = orbit;
+        format!("{azimuth_degrees},{elevation_degrees},{distance}")
+    };
+    /// Point or direction.
+    Point: Vec3, ValueForm::TEXT.or_list(","), camera_values::point, point_text;
+    /// Point or node.
+    LookAtType: LookAt, ValueForm::TEXT.or_list(","), camera_values::look_at, |target| match target {
+        LookAt::Point(point) => point_text(point),
+        LookAt::Node(node) => name_or_index(node),
+    };
     /// Degrees from 0 to 90.
     SunAngle: f32, ValueForm::NUMBER, parse::sun_angle, f32::to_string;
     /// Width and height in pixels.
@@ -120,6 +142,11 @@ setting_types! {
     /// Sample type and compression of EXR files.
     ExrEncoding: (LightSamples, ExrCompression), ValueForm::TEXT.or_list(","), lists::encoding,
         |(samples, compression)| format!("{},{}", samples.name(), compression.name());
+}
+
+fn point_text(point: &Vec3) -> String {
+    let [x, y, z] = point.to_array();
+    format!("{x},{y},{z}")
 }
 
 fn name_or_index(value: &NameOrIndex) -> String {

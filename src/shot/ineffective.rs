@@ -1,7 +1,7 @@
 //! Settings that are given and have no effect on a job.
 
 use crate::error::Warning;
-use crate::scene::{Environment, LightKind, Scene, Selection};
+use crate::scene::{Environment, LightKind, Scene, SelectedCamera, Selection};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
 use crate::settings::SettingValues;
@@ -54,8 +54,11 @@ fn is_dark(environment: &Environment) -> bool {
     }
 }
 
-/// Whether any selected clip has two keys for anything.
+/// Whether the camera turns, or any selected clip has two keys for anything.
 fn moves(job: &SequenceJob) -> bool {
+    if matches!(job.selection.camera, SelectedCamera::Turntable(_)) {
+        return true;
+    }
     let clips = job.selection.clips.iter().filter_map(|clip| job.scene.animations.get(clip.index()));
     clips.flat_map(|clip| &clip.channels).any(|channel| channel.keyframes.times_seconds.len() > 1)
 }

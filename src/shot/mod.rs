@@ -13,6 +13,7 @@ mod render_settings;
 mod resolve;
 mod resolved_settings;
 mod shot_settings;
+mod view;
 
 pub use job::{ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job};
 pub use resolve::{RenderJob, resolve};

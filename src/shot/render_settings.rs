@@ -4,9 +4,10 @@ use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::output::ExrOutput;
 use crate::render::{Adaptive, Aperture, Focus, Lens, LightSize, RenderSettings};
-use crate::scene::{NameOrIndex, NodeIndex, Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{Projection, Scene, SelectedCamera, Selection};
+use crate::settings::{FocusRequest, Integrator, SettingValues};
 
-use crate::settings::{FocusRequest, Integrator, SettingValues, suggest};
+use super::view::named_node;
 
 /// Default image size, pixels.
 const DEFAULT_RESOLUTION: (u32, u32) = (1280, 720);
@@ -69,7 +70,7 @@ fn adaptive(args: &SettingValues) -> Result<Option<Adaptive>> {
 
 fn lens(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Option<Lens>> {
     let Some(aperture) = args.aperture else { return Ok(None) };
-    if matches!(aperture, Aperture::FNumber(_)) && is_orthographic(scene, selection) {
+    if matches!(aperture, Aperture::FNumber(_)) && (args.ortho || is_orthographic(scene, selection)) {
         return Err(Error::setting(
             "aperture",
             "an orthographic camera has no f-number; write the lens's radius in metres",
@@ -78,24 +79,14 @@ fn lens(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Op
     let focus = match &args.focus {
         FocusRequest::Center => Focus::Center,
         FocusRequest::Metres(distance) => Focus::Metres(*distance),
-        FocusRequest::Node(name) => Focus::Node(focused_node(scene, name)?),
+        FocusRequest::Node(name) => Focus::Node(named_node(
+            scene,
+            "focus",
+            name,
+            "metres, center, '#0' for the first node, or a name",
+        )?),
     };
     Ok(Some(Lens { aperture, focus }))
-}
-
-fn focused_node(scene: &Scene, name: &NameOrIndex) -> Result<NodeIndex> {
-    let text = match name {
-        NameOrIndex::Name(name) => name.clone(),
-        NameOrIndex::Index(index) => format!("#{index}"),
-    };
-    scene.node(name).ok_or_else(|| {
-        let names = suggest(&text, scene.nodes.iter().filter_map(|node| node.name.as_deref()));
-        let text = text.escape_debug();
-        let why = format!(
-            "the scene has no node \"{text}\"; write metres, center, '#0' for the first node, or a name: {names}"
-        );
-        Error::setting("focus", why)
-    })
 }
 
 fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {

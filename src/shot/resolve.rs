@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::error::{Error, Result, Warning};
-use crate::frame;
+use crate::framing::{CameraRule, ResolvedCamera, resolve_camera};
 use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::RenderSettings;
@@ -24,6 +24,7 @@ use super::ineffective::ineffective_settings;
 use super::memory_limit::default_max_memory_bytes;
 use super::render_settings::{exr_output, known_window, render_settings};
 use super::shot_settings::ShotSettings;
+use super::view::{resolve_frames, view_request};
 
 /// A job with its warnings.
 #[derive(Debug)]
@@ -34,6 +35,8 @@ pub struct RenderJob {
     pub choices: Vec<Warning>,
     /// Unsupported features.
     pub warnings: Vec<Warning>,
+    /// What decided the camera.
+    pub camera: CameraRule,
     /// Summary of the environment; empty without one.
     pub environment: String,
     /// Input files, which must not be overwritten: the scene, its files, and the environment images.
@@ -112,8 +115,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     };
 
     let duration = duration_seconds(&scene, &selection);
-    let frames = frame_spec(args)
-        .resolve(args.fps.last_frame(duration))
+    let frames = resolve_frames(args, &frame_spec(args), args.fps.last_frame(duration))
         .map_err(|why| Error::setting(frame_setting(args), why))?;
     let numbered = frames.len() > 1 || duration > 0.0;
     let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
@@ -121,7 +123,8 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
 
     let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
-    let selection = frame::resolve_auto_camera(&scene, selection, aspect_ratio);
+    let view = view_request(args, &scene)?;
+    let ResolvedCamera { selection, rule } = resolve_camera(&scene, selection, &view, aspect_ratio);
     let sequence = SequenceJob {
         render,
         build: build_settings(args),
@@ -147,7 +150,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         max_memory_bytes,
     };
     choices.extend(ineffective_settings(args, &sequence));
-    Ok(RenderJob { sequence, choices, warnings, environment: description, inputs })
+    Ok(RenderJob { sequence, choices, warnings, camera: rule, environment: description, inputs })
 }
 
 fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {

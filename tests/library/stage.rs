@@ -176,6 +176,7 @@ pub(crate) fn select_all(scene: &Scene, camera: SelectedCamera) -> Selection {
         roots: scene.node_order.clone(),
         clips: (0..scene.animations.len() as u32).map(AnimationIndex).collect(),
         camera,
+        camera_changes: rayframe::scene::CameraChanges::default(),
         image_light: None,
         variant: None,
     }

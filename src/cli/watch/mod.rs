@@ -99,7 +99,7 @@ impl Watch<'_> {
 
     fn render_shot(&mut self, shot: &ShotSettings) -> Result<()> {
         let args = &shot.values;
-        let RenderJob { sequence: mut job, choices, warnings, environment, mut inputs } =
+        let RenderJob { sequence: mut job, choices, warnings, camera, environment, mut inputs } =
             resolve(shot, ImageLoading::Texels)?;
         inputs.extend(shot.shot_file.clone());
         self.files.replace(inputs.iter().cloned());
@@ -112,7 +112,7 @@ impl Watch<'_> {
         if !args.overwrite {
             protect_foreign(&job, &plan)?;
         }
-        let printed = (summary(&job, &environment), [choices.as_slice(), &warnings].concat());
+        let printed = (summary(&job, camera, &environment), [choices.as_slice(), &warnings].concat());
         if printed != self.printed || job.strict {
             report_warnings(&job.scene.path, &choices, false)?;
             report_warnings(&job.scene.path, &warnings, job.strict)?;

@@ -7,10 +7,11 @@ use glam::Vec2;
 use super::{SampleValue, Tracer};
 use crate::bvh::{BuildSettings, Builder};
 use crate::cancel::CancelFlag;
-use crate::frame::{Frame, resolve_auto_camera};
+use crate::frame::Frame;
+use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
 use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, Seed};
-use crate::scene::{Environment, Selection, SelectionRequest};
+use crate::scene::{Environment, Selection, SelectionRequest, ViewRequest};
 use crate::scene_view::SceneView;
 
 const SIZE: (u32, u32) = (16, 12);
@@ -37,7 +38,8 @@ pub(in crate::integrator) fn with_context(
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(scene).with_extension("gltf");
     let scene = import(&path, &ImportOptions::default()).unwrap();
     let (selection, _) = Selection::resolve(&SelectionRequest::default(), &scene).unwrap();
-    let selection = resolve_auto_camera(&scene, selection, SIZE.0 as f32 / SIZE.1 as f32);
+    let aspect_ratio = SIZE.0 as f32 / SIZE.1 as f32;
+    let selection = resolve_camera(&scene, selection, &ViewRequest::default(), aspect_ratio).selection;
     let frame = Frame::at(&scene, &selection, 1.0);
     let (build, cancel) = (BuildSettings::default(), CancelFlag::new());
     let bvh = Builder::default().build(&frame.triangles, &frame.flags, &build, &cancel, None).unwrap();

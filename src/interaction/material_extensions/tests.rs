@@ -48,6 +48,7 @@ fn sampled(material: Material, texels: &[[u8; 4]], mirrored: bool) -> MaterialSa
     };
     let projection = PosedCamera::default().projection;
     let selection = Selection {
+        camera_changes: crate::scene::CameraChanges::default(),
         image_light: None,
         roots: vec![NodeIndex(0)],
         clips: Vec::new(),

@@ -45,6 +45,7 @@ impl Stage {
             ..Scene::default()
         };
         let selection = Selection {
+            camera_changes: crate::scene::CameraChanges::default(),
             image_light: None,
             variant: None,
             roots: vec![NodeIndex(0)],

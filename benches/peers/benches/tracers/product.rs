@@ -126,6 +126,7 @@ fn mirror_scene(soup: &Soup, view: &View) -> (Scene, Selection) {
         roots: vec![NodeIndex(0), NodeIndex(1)],
         clips: Vec::new(),
         camera: camera(view),
+        camera_changes: rayframe::scene::CameraChanges::default(),
         image_light: None,
         variant: None,
     };

@@ -1,0 +1,76 @@
+//! The camera of a job in words.
+
+use glam::{Mat4, Vec3};
+
+use rayframe::framing::CameraRule;
+use rayframe::scene::{Projection, Scene, SelectedCamera, Selection};
+
+/// `camera "name"`, or what decided the camera, with the options that keep an automatic one.
+pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule) -> String {
+    let options = match selection.camera {
+        SelectedCamera::Fixed { world_from_camera, projection } => {
+            placing_options(world_from_camera, &projection)
+        }
+        _ => String::new(),
+    };
+    match rule {
+        CameraRule::Changed => format!("{} changed", selection.camera_label(scene)),
+        CameraRule::Placed => "camera placed".to_owned(),
+        CameraRule::Turntable => "camera on a turntable".to_owned(),
+        CameraRule::Outside => format!("camera auto outside ({options})"),
+        CameraRule::Inside => format!("camera auto inside ({options})"),
+        _ => selection.camera_label(scene),
+    }
+}
+
+/// Options that place the camera alike.
+fn placing_options(camera: Mat4, projection: &Projection) -> String {
+    let position = camera.w_axis.truncate();
+    let ahead = position - camera.z_axis.truncate() * position.length().max(1.0);
+    let lens = match *projection {
+        Projection::Perspective { fov_y_radians, .. } => {
+            format!(" --fov {}", rounded(fov_y_radians.to_degrees()))
+        }
+        Projection::Orthographic { .. } => " --ortho".to_owned(),
+    };
+    format!("--camera-position {} --look-at {}{lens}", point(position), point(ahead))
+}
+
+fn point(point: Vec3) -> String {
+    point.to_array().map(rounded).join(",")
+}
+
+/// Six significant digits.
+fn rounded(number: f32) -> String {
+    let digits = 5 - (number.abs().max(1e-9).log10().floor() as i32);
+    let text = format!("{number:.*}", digits.clamp(0, 12) as usize);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_six_digits() {
+        assert_eq!(rounded(1.234_567_8), "1.23457");
+        assert_eq!(rounded(-0.0), "0");
+        assert_eq!(rounded(12345.678), "12345.7");
+        assert_eq!(rounded(45.0), "45");
+        assert_eq!(rounded(2_000_000.0), "2000000");
+    }
+
+    #[test]
+    fn the_options_place_the_camera_alike() {
+        let projection = Projection::Perspective {
+            fov_y_radians: std::f32::consts::FRAC_PI_4,
+            aspect_ratio: None,
+            z_near: 0.0,
+            z_far: None,
+        };
+        let camera = Mat4::from_translation(Vec3::new(0.0, 0.0, 4.0));
+        let expected = "--camera-position 0,0,4 --look-at 0,0,0 --fov 45";
+        assert_eq!(placing_options(camera, &projection), expected);
+    }
+}

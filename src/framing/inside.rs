@@ -1,0 +1,145 @@
+//! Cameras inside rooms: from a point at eye height along the longest free line.
+
+use glam::{Mat4, Vec2, Vec3};
+
+use super::subject::Subject;
+use crate::bvh::{BuildSettings, Builder, BuilderKind, Bvh, Split, TraversalCounters, TriangleFlags};
+use crate::cancel::CancelFlag;
+use crate::geometry::{Facing, Ray};
+use crate::scene::{Projection, look_along};
+
+/// Points a side of the grid in which a place for the camera is sought.
+const GRID: usize = 7;
+/// Directions in which a point must see surfaces to lie inside.
+const DIRECTIONS: usize = 48;
+/// Share of those directions.
+const ENCLOSED: f32 = 0.9;
+/// Share of the grid's points that lie inside where the scene is an interior.
+const INSIDE_POINTS: f32 = 0.3;
+/// Horizontal directions of free lines.
+const HEADINGS: usize = 32;
+/// Height of the eyes above the floor, metres, or this share of the height above it.
+const EYE_HEIGHT: (f32, f32) = (1.6, 0.5);
+/// Share of the way to the wall behind that the camera moves back.
+const STEP_BACK: f32 = 0.85;
+/// Rays across and down an image that is judged.
+const RAYS: (u32, u32) = (32, 18);
+/// Fewest rays on a node that is counted as seen.
+const RAYS_OF_A_NODE: usize = 2;
+/// Fewest nodes that an interior shows.
+const NODES: usize = 5;
+
+/// The camera inside, where the scene is an interior that shows more nodes from there than `outside` does.
+pub(super) fn inside_camera(subject: &Subject<'_>, projection: &Projection, outside: Mat4) -> Option<Mat4> {
+    let rays = SceneRays::new(subject)?;
+    let eyes = rays.eyes();
+    let inside: Vec<_> = eyes.iter().copied().filter(|&eye| rays.is_inside(eye)).collect();
+    if (inside.len() as f32) < INSIDE_POINTS * (GRID * GRID) as f32 {
+        return None;
+    }
+    let camera = rays.longest_line(&inside)?;
+    let seen = rays.seen_nodes(camera, projection);
+    (seen >= NODES && seen > rays.seen_nodes(outside, projection)).then_some(camera)
+}
+
+/// Rays through the scene at its first time.
+struct SceneRays<'a> {
+    subject: &'a Subject<'a>,
+    bvh: Bvh,
+}
+
+impl<'a> SceneRays<'a> {
+    fn new(subject: &'a Subject<'a>) -> Option<Self> {
+        let settings =
+            BuildSettings { builder: BuilderKind::Lbvh, split: Split::Off, ..BuildSettings::default() };
+        let (triangles, flags) = (&subject.frame.triangles, &subject.frame.flags);
+        let bvh = Builder::default().build(triangles, flags, &settings, &CancelFlag::new(), None).ok()?;
+        Some(Self { subject, bvh })
+    }
+
+    /// Points of a grid at eye height above what is below them.
+    fn eyes(&self) -> Vec<Vec3> {
+        let bounds = self.subject.bounds;
+        let point = |index: usize| {
+            let share = |step: usize| (step as f32 + 0.5) / GRID as f32;
+            let across = bounds.extent() * Vec3::new(share(index % GRID), 0.5, share(index / GRID));
+            bounds.min + across
+        };
+        let above_floor = |middle: Vec3| {
+            let ray = Ray::new(middle, Vec3::NEG_Y);
+            let hit =
+                self.bvh.closest_hit_of_any_side(&ray, None, |_| true, &mut TraversalCounters::default());
+            let floor = hit.map_or(bounds.min.y, |hit| ray.at(hit.t).y);
+            let height = EYE_HEIGHT.0.min((bounds.max.y - floor) * EYE_HEIGHT.1);
+            Vec3::new(middle.x, floor + height, middle.z)
+        };
+        (0..GRID * GRID).map(point).map(above_floor).collect()
+    }
+
+    /// Whether visible sides of surfaces enclose the point. From within a solid, only hidden sides are seen.
+    fn is_inside(&self, eye: Vec3) -> bool {
+        let seen = (0..DIRECTIONS).filter(|&index| {
+            let ray = Ray::new(eye, sphere_direction(index));
+            let mut counters = TraversalCounters::default();
+            let hit = self.bvh.closest_hit_of_any_side(&ray, None, |_| true, &mut counters);
+            hit.is_some_and(|hit| {
+                let is_single_sided =
+                    self.subject.frame.flags[hit.triangle as usize].has(TriangleFlags::SINGLE_SIDED);
+                hit.facing == Facing::Front || !is_single_sided
+            })
+        });
+        seen.count() as f32 >= ENCLOSED * DIRECTIONS as f32
+    }
+
+    /// The camera at the beginning of the longest free horizontal line through one of the points.
+    fn longest_line(&self, eyes: &[Vec3]) -> Option<Mat4> {
+        let size = self.subject.bounds.extent();
+        let limit = Vec2::new(size.x, size.z).length();
+        let free = |origin: Vec3, direction: Vec3| {
+            let ray = Ray { t_max: limit, ..Ray::new(origin, direction) };
+            let hit =
+                self.bvh.closest_hit_of_any_side(&ray, None, |_| true, &mut TraversalCounters::default());
+            hit.map_or(limit, |hit| hit.t)
+        };
+        let mut longest: Option<(f32, Mat4)> = None;
+        for &eye in eyes {
+            for heading in 0..HEADINGS {
+                let (sine, cosine) = libm::sincosf(heading as f32 * std::f32::consts::TAU / HEADINGS as f32);
+                let forward = Vec3::new(sine, 0.0, -cosine);
+                let (ahead, behind) = (free(eye, forward), free(eye, -forward));
+                if longest.is_none_or(|(length, _)| ahead + behind > length) {
+                    let position = eye - forward * (behind * STEP_BACK);
+                    longest = Some((ahead + behind, look_along(position, -forward, Vec3::Y)));
+                }
+            }
+        }
+        longest.map(|(_, camera)| camera)
+    }
+
+    /// Number of framed nodes that an image of the camera shows.
+    fn seen_nodes(&self, camera: Mat4, projection: &Projection) -> usize {
+        let frame = &self.subject.frame;
+        let size = projection.half_size(RAYS.0 as f32 / RAYS.1 as f32);
+        let mut rays_by_node = std::collections::BTreeMap::<_, usize>::new();
+        for (row, column) in (0..RAYS.1).flat_map(|row| (0..RAYS.0).map(move |column| (row, column))) {
+            let x = ((column as f32 + 0.5) / RAYS.0 as f32 * 2.0 - 1.0) * size.x;
+            let y = (1.0 - (row as f32 + 0.5) / RAYS.1 as f32 * 2.0) * size.y;
+            let ray = Ray::new(camera.w_axis.truncate(), camera.transform_vector3(Vec3::new(x, y, -1.0)));
+            let hit = self.bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default());
+            let instance = hit.map(|hit| frame.instance_of_triangle[hit.triangle as usize]);
+            if let Some(instance) = instance.filter(|&instance| self.subject.frames_instance(instance)) {
+                let instance = &frame.instances[instance as usize];
+                *rays_by_node.entry((instance.node, instance.node_instance)).or_default() += 1;
+            }
+        }
+        rays_by_node.values().filter(|&&rays| rays >= RAYS_OF_A_NODE).count()
+    }
+}
+
+/// Directions evenly over the sphere, on a spiral.
+fn sphere_direction(index: usize) -> Vec3 {
+    let height = 1.0 - 2.0 * (index as f32 + 0.5) / DIRECTIONS as f32;
+    let (sine, cosine) = libm::sincosf(index as f32 * 2.399_963_2);
+    let across = (1.0 - height * height).sqrt();
+    Vec3::new(across * cosine, height, across * sine)
+}

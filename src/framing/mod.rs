@@ -1,0 +1,13 @@
+//! Cameras that frame the scene: the automatic one, orbits, named views, turntables, and changes to a file's camera.
+//!
+//! [`resolve_camera`] replaces what was requested by a camera that [`crate::frame::Frame::pose`] can evaluate at any time. Cameras
+//! depend on the scene, the selected clips and the aspect ratio of the image, never on the frames that are rendered.
+
+mod fit;
+mod inside;
+mod orbit;
+mod resolve;
+mod subject;
+
+pub use orbit::NamedView;
+pub use resolve::{CameraRule, ResolvedCamera, resolve_camera};

@@ -1,0 +1,99 @@
+//! Directions of view: angles around the vertical axis, and their names.
+
+use glam::{Mat3, Quat, Vec3};
+
+use crate::scene::Orbit;
+
+/// Views with a name. The front of a glTF asset faces +Z.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NamedView {
+    /// From +Z.
+    Front,
+    /// From −Z.
+    Back,
+    /// From −X.
+    Left,
+    /// From +X.
+    Right,
+    /// From above; the front is at the bottom of the image.
+    Top,
+    /// From below; the front is at the top of the image.
+    Bottom,
+    /// From the right, slightly above.
+    ThreeQuarter,
+}
+
+impl NamedView {
+    /// Its angles.
+    pub fn orbit(self) -> Orbit {
+        let (azimuth_degrees, elevation_degrees) = match self {
+            Self::Front => (0.0, 0.0),
+            Self::Back => (180.0, 0.0),
+            Self::Left => (-90.0, 0.0),
+            Self::Right => (90.0, 0.0),
+            Self::Top => (0.0, 90.0),
+            Self::Bottom => (0.0, -90.0),
+            Self::ThreeQuarter => return Orbit::THREE_QUARTER,
+        };
+        Orbit { azimuth_degrees, elevation_degrees, distance: 1.0 }
+    }
+}
+
+/// Right, up and backward of a camera that looks from the direction of `orbit`, where `up` is the vertical axis.
+pub(super) fn axes(orbit: &Orbit, up: Vec3) -> Mat3 {
+    let (sin_azimuth, cos_azimuth) = sine_and_cosine(orbit.azimuth_degrees);
+    let (sin_elevation, cos_elevation) = sine_and_cosine(orbit.elevation_degrees);
+    let right = Vec3::new(cos_azimuth, 0.0, -sin_azimuth);
+    let backward = Vec3::new(sin_azimuth * cos_elevation, sin_elevation, cos_azimuth * cos_elevation);
+    let axes = Mat3::from_cols(right, backward.cross(right), backward);
+    if up == Vec3::Y { axes } else { Mat3::from_quat(Quat::from_rotation_arc(Vec3::Y, up)) * axes }
+}
+
+/// Exact at multiples of 90 degrees.
+fn sine_and_cosine(degrees: f32) -> (f32, f32) {
+    let turned = f64::from(degrees).rem_euclid(360.0);
+    let (sine, cosine) = match turned {
+        0.0 => (0.0, 1.0),
+        90.0 => (1.0, 0.0),
+        180.0 => (0.0, -1.0),
+        270.0 => (-1.0, 0.0),
+        _ => libm::sincos(turned.to_radians()),
+    };
+    (sine as f32, cosine as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn named_views_have_the_axes_of_their_side() {
+        let axes = |view: NamedView| axes(&view.orbit(), Vec3::Y);
+        let is = |view, right: Vec3, up: Vec3| {
+            let found = axes(view);
+            assert_eq!((found.x_axis, found.y_axis), (right, up), "{view:?}");
+        };
+        is(NamedView::Front, Vec3::X, Vec3::Y);
+        is(NamedView::Back, Vec3::NEG_X, Vec3::Y);
+        is(NamedView::Right, Vec3::NEG_Z, Vec3::Y);
+        is(NamedView::Left, Vec3::Z, Vec3::Y);
+        is(NamedView::Top, Vec3::X, Vec3::NEG_Z);
+        is(NamedView::Bottom, Vec3::X, Vec3::Z);
+    }
+
+    #[test]
+    fn an_orbit_is_a_direction_on_the_sphere() {
+        let orbit = Orbit { azimuth_degrees: 30.0, elevation_degrees: 45.0, distance: 1.0 };
+        // sin 30° cos 45°, sin 45°, cos 30° cos 45°.
+        let expected = Vec3::new(0.353_553, 0.707_107, 0.612_372);
+        assert!(axes(&orbit, Vec3::Y).z_axis.abs_diff_eq(expected, 1e-6));
+        assert!((axes(&orbit, Vec3::Y).determinant() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn with_z_up_the_front_faces_negative_y() {
+        let found = axes(&NamedView::Front.orbit(), Vec3::Z);
+        assert!(found.z_axis.abs_diff_eq(Vec3::NEG_Y, 1e-6) && found.y_axis.abs_diff_eq(Vec3::Z, 1e-6));
+    }
+}

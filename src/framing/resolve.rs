@@ -1,0 +1,240 @@
+//! Resolves the requested view to a camera.
+
+use std::f32::consts::FRAC_PI_4;
+
+use glam::{Mat3, Mat4, Vec3};
+
+use super::fit::{Fitted, fit, fit_turntable};
+use super::inside::inside_camera;
+use super::orbit::axes;
+use super::subject::Subject;
+use crate::frame::{Frame, PosedCamera};
+use crate::scene::{
+    CameraChanges, LensRequest, NodeIndex, Orbit, Projection, Scene, SelectedCamera, Selection, Target,
+    Turntable, TurntableRequest, ViewRequest, look_along, rolled,
+};
+
+/// Vertical field of view of cameras inside rooms, unless requested: 60 degrees.
+const INSIDE_FOV_RADIANS: f32 = std::f32::consts::FRAC_PI_3;
+
+/// Replaces the camera of `selection` by what `request` makes of it, for images of `aspect_ratio` (width over height).
+///
+/// A requested position, orbit, node or turntable stands for itself unless the camera of the file is kept; that one then gives the
+/// lens, and a turntable's start. All other requests change the selected camera.
+pub fn resolve_camera(
+    scene: &Scene,
+    selection: Selection,
+    request: &ViewRequest,
+    aspect_ratio: f32,
+) -> ResolvedCamera {
+    let is_placed = request.places_camera();
+    let of_file = match selection.camera {
+        SelectedCamera::Node(_) if request.keeps_camera || !is_placed => {
+            Some(Frame::camera_at(scene, &selection, 0.0))
+        }
+        _ => None,
+    };
+    let view = View::new(scene, &selection, request, of_file, aspect_ratio);
+    let is_framed = request.orbit.is_some() || request.node.is_some() || request.turntable.is_some();
+    if of_file.is_some() && !is_framed {
+        let camera_changes = view.changes();
+        let is_changed = camera_changes != CameraChanges::default();
+        let rule = if is_changed { CameraRule::Changed } else { CameraRule::OfFile };
+        return ResolvedCamera { selection: Selection { camera_changes, ..selection }, rule };
+    }
+    let (camera, rule) = view.camera(!is_placed);
+    let selection = Selection { camera, camera_changes: CameraChanges::default(), ..selection };
+    ResolvedCamera { selection, rule }
+}
+
+/// A selection whose camera can be posed at any time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ResolvedCamera {
+    /// The selection.
+    pub selection: Selection,
+    /// What decided the camera.
+    pub rule: CameraRule,
+}
+
+/// What decided the camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum CameraRule {
+    /// A camera of the file.
+    OfFile,
+    /// A camera of the file, with changes.
+    Changed,
+    /// The request.
+    Placed,
+    /// A turntable.
+    Turntable,
+    /// Automatic: the scene is seen from outside.
+    Outside,
+    /// Automatic: the scene is a room, seen from inside.
+    Inside,
+}
+
+/// Everything that decides a camera.
+struct View<'a> {
+    request: &'a ViewRequest,
+    subject: Subject<'a>,
+    /// The selected camera of the file, at time 0.
+    of_file: Option<PosedCamera>,
+    /// Perspective projection that frames the subject.
+    lens: Projection,
+    target: Option<Vec3>,
+    up: Vec3,
+    aspect_ratio: f32,
+}
+
+impl<'a> View<'a> {
+    fn new(
+        scene: &'a Scene,
+        selection: &'a Selection,
+        request: &'a ViewRequest,
+        of_file: Option<PosedCamera>,
+        aspect_ratio: f32,
+    ) -> Self {
+        let target = request.target.map(|target| match target {
+            Target::Point(point) => point,
+            Target::Node(node) => center_of(scene, selection, node),
+        });
+        let lens = match (request.lens, of_file.map(|camera| camera.projection)) {
+            (Some(LensRequest::FieldOfView(degrees)), _) => perspective(degrees.to_radians()),
+            (_, Some(own @ Projection::Perspective { .. })) => own,
+            _ => perspective(FRAC_PI_4),
+        };
+        Self {
+            request,
+            subject: Subject::measure(scene, selection, request.node),
+            of_file,
+            lens,
+            target,
+            up: request.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y),
+            aspect_ratio,
+        }
+    }
+
+    /// Changes to the camera of the file.
+    fn changes(&self) -> CameraChanges {
+        let lens = self.request.lens.map(|_| {
+            let camera = self.of_file.unwrap_or_default();
+            let to_center = self.subject.bounds.center() - camera.world_from_camera.w_axis.truncate();
+            self.projection(-to_center.dot(camera.world_from_camera.z_axis.truncate()))
+        });
+        CameraChanges {
+            position: self.request.position,
+            target: self.target,
+            up: self.request.up,
+            roll_radians: self.request.roll_degrees.to_radians(),
+            projection: lens,
+        }
+    }
+
+    /// A camera of our own.
+    fn camera(&self, is_automatic: bool) -> (SelectedCamera, CameraRule) {
+        if let Some(turntable) = &self.request.turntable {
+            return (self.turntable(turntable), CameraRule::Turntable);
+        }
+        let Fitted { mut world_from_camera, distance } = match self.request.position {
+            Some(position) => self.look_from(position),
+            None => self.around_target(&self.request.orbit.unwrap_or(Orbit::THREE_QUARTER)),
+        };
+        let mut projection = self.projection(distance);
+        let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Placed };
+        if is_automatic && self.target.is_none() {
+            let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
+            if let Some(inside) = inside_camera(&self.subject, &lens, world_from_camera) {
+                world_from_camera = inside;
+                rule = CameraRule::Inside;
+                projection = if self.is_orthographic() { projection } else { lens };
+            }
+        }
+        let world_from_camera = self.rolled(world_from_camera);
+        (SelectedCamera::Fixed { world_from_camera, projection }, rule)
+    }
+
+    fn turntable(&self, turntable: &TurntableRequest) -> SelectedCamera {
+        let center = self.target.unwrap_or_else(|| self.subject.bounds.center());
+        let orbit = self.request.orbit.unwrap_or(Orbit {
+            azimuth_degrees: 0.0,
+            elevation_degrees: turntable.elevation_degrees.unwrap_or(Orbit::THREE_QUARTER.elevation_degrees),
+            distance: 1.0,
+        });
+        let is_framed = self.request.orbit.is_some() || self.request.node.is_some();
+        let fitted = match (self.request.position, self.of_file) {
+            (Some(position), _) => self.look_from(position),
+            (None, Some(camera)) if !is_framed => {
+                let world_from_camera = self.changes().apply(camera.world_from_camera);
+                let to_camera = world_from_camera.w_axis.truncate() - center;
+                Fitted { world_from_camera, distance: to_camera.length() }
+            }
+            _ => {
+                let fitted = fit_turntable(&self.subject, &orbit, self.up, &self.lens, self.aspect_ratio);
+                moved_to(fitted, axes(&orbit, self.up), self.target)
+            }
+        };
+        SelectedCamera::Turntable(Turntable {
+            start: self.rolled(fitted.world_from_camera),
+            projection: self.projection(fitted.distance),
+            center,
+            axis: self.up,
+            turn_seconds: turntable.turn_seconds,
+        })
+    }
+
+    fn look_from(&self, position: Vec3) -> Fitted {
+        let backward = position - self.target.unwrap_or_else(|| self.subject.bounds.center());
+        Fitted { world_from_camera: look_along(position, backward, self.up), distance: backward.length() }
+    }
+
+    fn around_target(&self, orbit: &Orbit) -> Fitted {
+        let axes = axes(orbit, self.up);
+        let fitted = fit(&self.subject, axes, &self.lens, self.aspect_ratio, orbit.distance);
+        moved_to(fitted, axes, self.target)
+    }
+
+    fn is_orthographic(&self) -> bool {
+        match self.request.lens {
+            Some(LensRequest::Orthographic) => true,
+            Some(LensRequest::FieldOfView(_)) => false,
+            None => self
+                .of_file
+                .is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. })),
+        }
+    }
+
+    /// The projection of a camera at `distance` from the subject's centre.
+    fn projection(&self, distance: f32) -> Projection {
+        if !self.is_orthographic() {
+            return self.lens;
+        }
+        let half = self.lens.half_size(self.aspect_ratio) * distance.abs().max(f32::MIN_POSITIVE);
+        let z_far = f32::MAX;
+        Projection::Orthographic { x_mag: half.x, y_mag: half.y, z_near: 0.0, z_far }
+    }
+
+    fn rolled(&self, camera: Mat4) -> Mat4 {
+        rolled(camera, self.request.roll_degrees.to_radians())
+    }
+}
+
+/// The camera around `target` instead of the subject's centre.
+fn moved_to(fitted: Fitted, axes: Mat3, target: Option<Vec3>) -> Fitted {
+    let Some(target) = target else { return fitted };
+    let mut world_from_camera = fitted.world_from_camera;
+    world_from_camera.w_axis = (target + axes.z_axis * fitted.distance).extend(1.0);
+    Fitted { world_from_camera, ..fitted }
+}
+
+/// Perspective projection without near and far planes.
+fn perspective(fov_y_radians: f32) -> Projection {
+    Projection::Perspective { fov_y_radians, aspect_ratio: None, z_near: 0.0, z_far: None }
+}
+
+/// Centre of the bounds of the nodes at and below `node` over the whole animation; its origin where it has no mesh.
+fn center_of(scene: &Scene, selection: &Selection, node: NodeIndex) -> Vec3 {
+    let subject = Subject::measure(scene, selection, Some(node));
+    let origin = subject.frame.node_position(node).unwrap_or(Vec3::ZERO);
+    if subject.is_empty { origin } else { subject.bounds.center() }
+}

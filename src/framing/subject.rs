@@ -1,0 +1,238 @@
+//! What a camera frames: the visible triangles of the scene, or of a node, over the selected clips.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use crate::bvh::TriangleFlags;
+use crate::frame::Frame;
+use crate::geometry::{Aabb, Triangle};
+use crate::scene::{NodeIndex, Scene, Selection};
+
+/// Times at which moving scenes are measured, evenly over the clips, both ends included.
+const TIMES: usize = 65;
+/// Fewest times where the scene has many triangles.
+const FEWEST_TIMES: usize = 9;
+/// Products of corners, times and directions that a measurement may take before it uses fewer times.
+const PRODUCTS: usize = 400_000_000;
+/// An instance, or the scene, is too large for its content where its diagonal exceeds that of the rest by this factor.
+const TOO_LARGE: f32 = 3.0;
+/// Largest share of the triangles that such an instance has.
+const SURROUNDINGS_SHARE: f32 = 0.2;
+/// Share of the triangles left out at either end of each axis to find the content.
+const OUTLIERS: f32 = 0.01;
+/// Margin around the content, as a share of its size, in which triangles are framed.
+const CONTENT_MARGIN: f32 = 0.5;
+/// Number of triangles whose positions are sorted.
+const SAMPLED_TRIANGLES: usize = 65_536;
+
+/// Visible triangles over the selected clips, without what only surrounds them.
+pub(super) struct Subject<'a> {
+    scene: &'a Scene,
+    selection: &'a Selection,
+    times: Vec<f64>,
+    /// The scene at the first time.
+    pub(super) frame: Frame,
+    /// Whether an instance is framed, by its index in the frame.
+    is_framed: Vec<bool>,
+    /// Triangles beyond it are not framed.
+    limit: Option<Aabb>,
+    /// Bounds over all times; two metres around the origin where nothing is visible.
+    pub(super) bounds: Aabb,
+    /// Whether nothing is visible.
+    pub(super) is_empty: bool,
+}
+
+impl<'a> Subject<'a> {
+    /// Measures the scene, or the nodes below `node`.
+    ///
+    /// Of a whole scene, large instances with few triangles around all others (skies, ground planes) are left out, and so are
+    /// triangles far from the rest.
+    pub(super) fn measure(scene: &'a Scene, selection: &'a Selection, node: Option<NodeIndex>) -> Self {
+        let mut frame = Frame::default();
+        let times = sample_times(scene, selection);
+        frame.pose_surfaces(scene, selection, times[0]);
+        let below = node.map(|node| descendants(scene, node));
+        let is_framed = frame.instances.iter().map(|instance| {
+            let is_selected = below.as_ref().is_none_or(|below| below[instance.node.index()]);
+            is_selected && !frame.materials[instance.material.index()].is_shadow_catcher
+        });
+        let is_framed = is_framed.collect();
+        let mut subject = Self {
+            scene,
+            selection,
+            times,
+            frame,
+            is_framed,
+            limit: None,
+            bounds: Aabb::EMPTY,
+            is_empty: false,
+        };
+        let by_instance = subject.instance_bounds();
+        if node.is_none() {
+            subject.leave_out_surroundings(&by_instance);
+        }
+        let framed = by_instance.iter().zip(&subject.is_framed).filter(|(_, is_framed)| **is_framed);
+        subject.bounds = framed.fold(Aabb::EMPTY, |bounds, (instance, _)| bounds.union(*instance));
+        if node.is_none() {
+            subject.leave_out_outliers();
+        }
+        subject.is_empty = subject.bounds.is_empty();
+        if subject.is_empty {
+            subject.bounds = Aabb { min: -Vec3::ONE, max: Vec3::ONE };
+        }
+        subject
+    }
+
+    /// The largest product of any framed corner with each of `directions`, over the times. Negative infinity without any.
+    pub(super) fn supports(&self, directions: &[Vec3]) -> Vec<f32> {
+        let products = (self.frame.triangles.len() * 3 * directions.len()).max(1);
+        let count = (PRODUCTS / products).clamp(FEWEST_TIMES, TIMES);
+        let stride = (TIMES - 1) / (count - 1);
+        let mut supports = vec![f32::NEG_INFINITY; directions.len()];
+        self.visit(stride, |frame| {
+            let found = (0..frame.triangles.len())
+                .into_par_iter()
+                .fold(
+                    || vec![f32::NEG_INFINITY; directions.len()],
+                    |mut largest, index| {
+                        if let Some(triangle) = self.framed_triangle(frame, index) {
+                            for (largest, direction) in largest.iter_mut().zip(directions) {
+                                let [a, b, c] = triangle.vertices.map(|corner| corner.dot(*direction));
+                                *largest = largest.max(a).max(b).max(c);
+                            }
+                        }
+                        largest
+                    },
+                )
+                .reduce_with(|a, b| a.iter().zip(&b).map(|(a, b)| a.max(*b)).collect());
+            for (largest, found) in supports.iter_mut().zip(found.unwrap_or_default()) {
+                *largest = largest.max(found);
+            }
+        });
+        supports
+    }
+
+    /// Whether the instance with this index is framed.
+    pub(super) fn frames_instance(&self, instance: u32) -> bool {
+        self.is_framed[instance as usize]
+    }
+
+    /// Calls `visit` with the scene at every `stride`-th time.
+    fn visit(&self, stride: usize, mut visit: impl FnMut(&Frame)) {
+        visit(&self.frame);
+        let mut frame = Frame::default();
+        for &time in self.times.iter().step_by(stride).skip(1) {
+            frame.pose_surfaces(self.scene, self.selection, time);
+            visit(&frame);
+        }
+    }
+
+    fn framed_triangle<'f>(&self, frame: &'f Frame, index: usize) -> Option<&'f Triangle> {
+        let is_visible = !frame.flags[index].has(TriangleFlags::HIDDEN);
+        let is_framed = is_visible && self.is_framed[frame.instance_of_triangle[index] as usize];
+        let triangle = is_framed.then(|| &frame.triangles[index])?;
+        self.limit.is_none_or(|limit| limit.contains(&triangle.bounds())).then_some(triangle)
+    }
+
+    /// Bounds of each framed instance over all times.
+    fn instance_bounds(&self) -> Vec<Aabb> {
+        let mut bounds = vec![Aabb::EMPTY; self.is_framed.len()];
+        self.visit(1, |frame| {
+            for index in 0..frame.triangles.len() {
+                if let Some(triangle) = self.framed_triangle(frame, index) {
+                    let of_instance = &mut bounds[frame.instance_of_triangle[index] as usize];
+                    *of_instance = of_instance.union(triangle.bounds());
+                }
+            }
+        });
+        bounds
+    }
+
+    /// Leaves out large instances of few triangles that contain, or lie below, all others: skies and grounds.
+    fn leave_out_surroundings(&mut self, bounds: &[Aabb]) {
+        let mut triangles = vec![0_usize; bounds.len()];
+        for &instance in &self.frame.instance_of_triangle {
+            triangles[instance as usize] += 1;
+        }
+        loop {
+            let framed: Vec<_> = (0..bounds.len())
+                .filter(|&index| self.is_framed[index] && !bounds[index].is_empty())
+                .collect();
+            let diagonal = |index: &usize| bounds[*index].extent().length();
+            let Some(&largest) = framed.iter().max_by(|a, b| diagonal(a).total_cmp(&diagonal(b))) else {
+                return;
+            };
+            let total: usize = framed.iter().map(|&index| triangles[index]).sum();
+            let others = framed.iter().filter(|&&index| index != largest);
+            let others = others.fold(Aabb::EMPTY, |all, &index| all.union(bounds[index]));
+            let is_too_large = diagonal(&largest) > TOO_LARGE * others.extent().length();
+            let has_few = triangles[largest] as f32 <= SURROUNDINGS_SHARE * total as f32;
+            if others.is_empty() || !is_too_large || !has_few {
+                return;
+            }
+            self.is_framed[largest] = false;
+        }
+    }
+
+    /// Leaves out triangles far from the content, where they make the bounds much larger.
+    fn leave_out_outliers(&mut self) {
+        let Some(content) = self.content() else { return };
+        let margin = content.extent() * CONTENT_MARGIN;
+        let limit = Aabb { min: content.min - margin, max: content.max + margin };
+        if self.bounds.extent().length() > TOO_LARGE * limit.extent().length() {
+            self.limit = Some(limit);
+            let within = self.instance_bounds().into_iter().fold(Aabb::EMPTY, Aabb::union);
+            if within.is_empty() {
+                self.limit = None;
+            } else {
+                self.bounds = within;
+            }
+        }
+    }
+
+    /// The box between the percentiles of the triangles' boxes along each axis, over all times.
+    fn content(&self) -> Option<Aabb> {
+        let stride = (self.frame.triangles.len() * self.times.len()).div_ceil(SAMPLED_TRIANGLES).max(1);
+        let mut corners: [Vec<f32>; 6] = Default::default();
+        self.visit(1, |frame| {
+            for index in (0..frame.triangles.len()).step_by(stride) {
+                if let Some(triangle) = self.framed_triangle(frame, index) {
+                    let Aabb { min, max } = triangle.bounds();
+                    let values = min.to_array().into_iter().chain(max.to_array());
+                    corners.iter_mut().zip(values).for_each(|(all, value)| all.push(value));
+                }
+            }
+        });
+        let count = corners[0].len();
+        if count == 0 {
+            return None;
+        }
+        let below = (count as f32 * OUTLIERS) as usize;
+        corners.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));
+        let min = Vec3::from_array(std::array::from_fn(|axis| corners[axis][below]));
+        let max = Vec3::from_array(std::array::from_fn(|axis| corners[axis + 3][count - 1 - below]));
+        Some(Aabb { min, max })
+    }
+}
+
+/// [`TIMES`] times, or one if the clips have no duration.
+fn sample_times(scene: &Scene, selection: &Selection) -> Vec<f64> {
+    let durations = selection.clips.iter().map(|&clip| scene.animations[clip.index()].duration_seconds());
+    let duration = f64::from(durations.fold(0.0, |a, b| if b > a { b } else { a }));
+    if duration > 0.0 {
+        (0..TIMES).map(|i| duration * i as f64 / (TIMES - 1) as f64).collect()
+    } else {
+        vec![0.0]
+    }
+}
+
+/// For each node, whether it is `node` or below it.
+fn descendants(scene: &Scene, node: NodeIndex) -> Vec<bool> {
+    let mut is_below = vec![false; scene.nodes.len()];
+    let mut pending = vec![node];
+    while let Some(index) = pending.pop() {
+        is_below[index.index()] = true;
+        pending.extend_from_slice(&scene.nodes[index.index()].children);
+    }
+    is_below
+}

@@ -1,0 +1,62 @@
+//! The requested view of a shot, and its frames.
+
+use crate::error::{Error, Result};
+use crate::framing::NamedView;
+use crate::scene::{
+    CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, Target, TurntableRequest, ViewRequest,
+};
+use crate::settings::{FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
+
+/// The view that the settings ask for.
+pub(super) fn view_request(args: &SettingValues, scene: &Scene) -> Result<ViewRequest> {
+    let field_of_view = args.fov.or_else(|| args.focal_length.map(field_of_view_of));
+    let node = |setting, name| named_node(scene, setting, name, "'#0' for the first node, or a name");
+    Ok(ViewRequest {
+        orbit: args.orbit.or_else(|| args.view.map(NamedView::orbit)),
+        position: args.camera_position,
+        target: match &args.look_at {
+            None => None,
+            Some(LookAt::Point(point)) => Some(Target::Point(*point)),
+            Some(LookAt::Node(name)) => Some(Target::Node(node("look_at", name)?)),
+        },
+        up: args.up,
+        roll_degrees: args.roll,
+        lens: match field_of_view {
+            _ if args.ortho => Some(LensRequest::Orthographic),
+            degrees => degrees.map(LensRequest::FieldOfView),
+        },
+        node: args.frame_node.as_ref().map(|name| node("frame_node", name)).transpose()?,
+        turntable: args.turntable.map(|frames| TurntableRequest {
+            elevation_degrees: Some(args.elevation),
+            turn_seconds: args.fps.time_seconds(i64::from(frames)),
+        }),
+        keeps_camera: matches!(args.camera, Some(CameraRequest::Camera(_))),
+    })
+}
+
+/// The frames of a shot whose animation has the last frame `last`: those of one turn on a turntable.
+pub(super) fn resolve_frames(
+    args: &SettingValues,
+    frames: &FrameSpec,
+    last: i64,
+) -> std::result::Result<Vec<i64>, String> {
+    frames.resolve(args.turntable.map_or(last, |frames| i64::from(frames) - 1))
+}
+
+/// The node that a setting names; `forms` says what else may be written.
+pub(super) fn named_node(
+    scene: &Scene,
+    setting: &'static str,
+    name: &NameOrIndex,
+    forms: &str,
+) -> Result<NodeIndex> {
+    let text = match name {
+        NameOrIndex::Name(name) => name.clone(),
+        NameOrIndex::Index(index) => format!("#{index}"),
+    };
+    scene.node(name).ok_or_else(|| {
+        let names = suggest(&text, scene.nodes.iter().filter_map(|node| node.name.as_deref()));
+        let text = text.escape_debug();
+        Error::setting(setting, format!("the scene has no node \"{text}\"; write {forms}: {names}"))
+    })
+}

@@ -1,27 +1,27 @@
 //! Cameras inside rooms: from a point at eye height along the longest free line.
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Vec3};
 
 use super::subject::Subject;
 use crate::bvh::{BuildSettings, Builder, BuilderKind, Bvh, Split, TraversalCounters, TriangleFlags};
 use crate::cancel::CancelFlag;
-use crate::geometry::{Facing, Ray};
+use crate::geometry::{Aabb, Facing, Ray};
 use crate::scene::{Projection, look_along};
 
 /// Points a side of the grid in which a place for the camera is sought.
 const GRID: usize = 7;
 /// Directions in which a point must see surfaces to lie inside.
 const DIRECTIONS: usize = 48;
-/// Share of those directions.
-const ENCLOSED: f32 = 0.9;
+/// Share of those directions; doors and windows are open.
+const ENCLOSED: f32 = 0.75;
 /// Share of the grid's points that lie inside where the scene is an interior.
 const INSIDE_POINTS: f32 = 0.3;
 /// Horizontal directions of free lines.
 const HEADINGS: usize = 32;
 /// Height of the eyes above the floor, metres, or this share of the height above it.
 const EYE_HEIGHT: (f32, f32) = (1.6, 0.5);
-/// Share of the way to the wall behind that the camera moves back.
-const STEP_BACK: f32 = 0.85;
+/// Shares of the way to the wall behind that the camera moves back, where it stays inside.
+const STEPS_BACK: [f32; 4] = [0.85, 0.6, 0.3, 0.0];
 /// Rays across and down an image that is judged.
 const RAYS: (u32, u32) = (32, 18);
 /// Fewest rays on a node that is counted as seen.
@@ -91,29 +91,36 @@ impl<'a> SceneRays<'a> {
         seen.count() as f32 >= ENCLOSED * DIRECTIONS as f32
     }
 
-    /// The camera at the beginning of the longest free horizontal line through one of the points.
+    /// The camera at the beginning of the longest free horizontal line through one of the points, within the bounds.
     fn longest_line(&self, eyes: &[Vec3]) -> Option<Mat4> {
-        let size = self.subject.bounds.extent();
-        let limit = Vec2::new(size.x, size.z).length();
-        let free = |origin: Vec3, direction: Vec3| {
-            let ray = Ray { t_max: limit, ..Ray::new(origin, direction) };
-            let hit =
-                self.bvh.closest_hit_of_any_side(&ray, None, |_| true, &mut TraversalCounters::default());
-            hit.map_or(limit, |hit| hit.t)
-        };
         let mut longest: Option<(f32, Mat4)> = None;
         for &eye in eyes {
             for heading in 0..HEADINGS {
                 let (sine, cosine) = libm::sincosf(heading as f32 * std::f32::consts::TAU / HEADINGS as f32);
                 let forward = Vec3::new(sine, 0.0, -cosine);
-                let (ahead, behind) = (free(eye, forward), free(eye, -forward));
-                if longest.is_none_or(|(length, _)| ahead + behind > length) {
-                    let position = eye - forward * (behind * STEP_BACK);
-                    longest = Some((ahead + behind, look_along(position, -forward, Vec3::Y)));
+                let behind = self.free_length(eye, -forward);
+                let steps_back = STEPS_BACK.iter().map(|share| eye - forward * (behind * share));
+                let Some(position) = steps_back.into_iter().find(|&position| self.is_inside(position)) else {
+                    continue;
+                };
+                let length = self.free_length(position, forward);
+                if longest.is_none_or(|(longest, _)| length > longest) {
+                    longest = Some((length, look_along(position, -forward, Vec3::Y)));
                 }
             }
         }
         longest.map(|(_, camera)| camera)
+    }
+
+    /// Length of the ray before it meets a surface or leaves the bounds.
+    fn free_length(&self, origin: Vec3, direction: Vec3) -> f32 {
+        let Aabb { min, max } = self.subject.bounds;
+        let exits = ((min - origin) / direction).max((max - origin) / direction);
+        let limit =
+            exits.to_array().into_iter().filter(|exit| exit.is_finite()).fold(f32::INFINITY, f32::min);
+        let ray = Ray { t_max: limit, ..Ray::new(origin, direction) };
+        let hit = self.bvh.closest_hit_of_any_side(&ray, None, |_| true, &mut TraversalCounters::default());
+        hit.map_or(limit, |hit| hit.t)
     }
 
     /// Number of framed nodes that an image of the camera shows.

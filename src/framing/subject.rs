@@ -148,30 +148,42 @@ impl<'a> Subject<'a> {
         bounds
     }
 
-    /// Leaves out large instances of few triangles that contain, or lie below, all others: skies and grounds.
+    /// Leaves out the instances that are much larger than all smaller ones together, if they have few triangles or stay away from
+    /// those: skies, grounds and stages.
     fn leave_out_surroundings(&mut self, bounds: &[Aabb]) {
         let mut triangles = vec![0_usize; bounds.len()];
         for &instance in &self.frame.instance_of_triangle {
             triangles[instance as usize] += 1;
         }
-        loop {
-            let framed: Vec<_> = (0..bounds.len())
-                .filter(|&index| self.is_framed[index] && !bounds[index].is_empty())
-                .collect();
-            let diagonal = |index: &usize| bounds[*index].extent().length();
-            let Some(&largest) = framed.iter().max_by(|a, b| diagonal(a).total_cmp(&diagonal(b))) else {
-                return;
-            };
-            let total: usize = framed.iter().map(|&index| triangles[index]).sum();
-            let others = framed.iter().filter(|&&index| index != largest);
-            let others = others.fold(Aabb::EMPTY, |all, &index| all.union(bounds[index]));
-            let is_too_large = diagonal(&largest) > TOO_LARGE * others.extent().length();
-            let has_few = triangles[largest] as f32 <= SURROUNDINGS_SHARE * total as f32;
-            if others.is_empty() || !is_too_large || !has_few {
+        let mut by_size: Vec<_> =
+            (0..bounds.len()).filter(|&index| self.is_framed[index] && !bounds[index].is_empty()).collect();
+        let diagonal = |index: usize| bounds[index].extent().length();
+        by_size.sort_by(|&a, &b| diagonal(a).total_cmp(&diagonal(b)).then(a.cmp(&b)));
+        let total: usize = by_size.iter().map(|&index| triangles[index]).sum();
+        let (mut content, mut content_triangles) = (Aabb::EMPTY, 0);
+        for (count, &index) in by_size.iter().enumerate() {
+            let is_too_large = count > 0 && diagonal(index) > TOO_LARGE * content.extent().length();
+            let have_few = (total - content_triangles) as f32 <= SURROUNDINGS_SHARE * total as f32;
+            let larger = &by_size[count..];
+            if is_too_large && (have_few || larger.iter().all(|&index| self.surrounds(index, content))) {
+                larger.iter().for_each(|&index| self.is_framed[index] = false);
                 return;
             }
-            self.is_framed[largest] = false;
+            content = content.union(bounds[index]);
+            content_triangles += triangles[index];
         }
+    }
+
+    /// Whether the instance contains `content` and stays away from it, as a sky does.
+    fn surrounds(&self, instance: usize, content: Aabb) -> bool {
+        let margin = content.extent() * CONTENT_MARGIN;
+        let near = Aabb { min: content.min - margin, max: content.max + margin };
+        let frame = &self.frame;
+        let mut of_instance = (0..frame.triangles.len())
+            .filter(|&index| frame.instance_of_triangle[index] as usize == instance)
+            .map(|index| frame.triangles[index].bounds());
+        let is_apart = |bounds: Aabb| bounds.min.cmpgt(near.max).any() || bounds.max.cmplt(near.min).any();
+        of_instance.all(is_apart)
     }
 
     /// Leaves out triangles far from the content, where they make the bounds much larger.

@@ -69,7 +69,7 @@ settings! {
     contact_sheet: FilePath, Output { value_name: "FILE.png", is_for_runs: true }
     /// Show finished frames on the terminal
     /// : as images (kitty, Ghostty, WezTerm, iTerm2), else as coloured blocks
-    show: Flag = false, Output { is_common: true, is_for_runs: true }
+    show: Flag = false, Output { is_for_runs: true }
     /// Keep finished frames, render the rest
     /// : a frame is kept if its hash matches the scene, the settings and the version
     resume: Flag = false, Output { excludes: &["overwrite"], is_common: true, is_for_runs: true }
@@ -108,9 +108,9 @@ settings! {
         value_name: "WxH", short: Some('r'), excludes: &["width", "height"], default_help: "1280x720", is_common: true,
     }
     /// Width in pixels; the camera decides the height unless given
-    width: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('W'), is_common: true }
+    width: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('W') }
     /// Height in pixels; the camera decides the width unless given
-    height: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('H'), is_common: true }
+    height: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('H') }
     /// Scale of the resolution: 50%, 0.5 or 200%
     /// ; a number without % is a factor up to 1
     scale: Scale, Image { value_name: "PERCENT|FACTOR", is_common: true }
@@ -126,19 +126,19 @@ settings! {
     filter: OneOf<PixelFilter> = PixelFilter::Box, Image { value_name: "NAME" }
     /// Motion blur: open time in frames, or degrees such as 180deg
     /// . The shutter opens before the time of the frame and closes as long after it
-    shutter: ShutterFrames, Image { value_name: "FRAMES|DEG", is_common: true }
+    shutter: ShutterFrames, Image { value_name: "FRAMES|DEG" }
     /// Number of times within the open shutter
     /// . The scene is posed anew at each, and samples are distributed among them
     time_samples: Whole<u32, 1, 4096> = 8, Image { value_name: "N", requires: Some("shutter") }
     /// Depth of field: radius in metres, or an f-number such as f/2.8
     /// for a sensor 24 mm high. Its noise falls with more samples
-    aperture: ApertureType, Image { value_name: "METRES|f/N", is_common: true }
+    aperture: ApertureType, Image { value_name: "METRES|f/N" }
     /// Focus: distance in metres along the camera's axis, a node's name or #I, or center
     focus: FocusType = FocusRequest::Center, Image {
         value_name: "METRES|NODE|#I|center", requires: Some("aperture"),
     }
     /// Maximum depth of reflection and refraction
-    depth: Whole<u32, 0, 1024> = 8, Image { value_name: "N", is_common: true }
+    depth: Whole<u32, 0, 1024> = 8, Image { value_name: "N" }
     /// Light transport algorithm
     integrator: OneOf<Integrator> = Integrator::Whitted, Image { value_name: "NAME" }
     /// Rays of the first rough reflection or transmission, one at later ones
@@ -221,7 +221,7 @@ settings! {
     /// : a name, or '#0' for the first node; may be repeated
     shadow_catcher: Names = Vec::new(), Scene { value_name: "NAME|#I" }
     /// Turn warnings about unsupported features into errors
-    strict: Flag = false, Scene { is_common: true }
+    strict: Flag = false, Scene {}
 
     /// Number of threads
     threads: Whole<u16, 1, 65535>, Run {

@@ -4,6 +4,7 @@ mod aovs;
 mod bvh;
 mod conformance;
 mod corruptions;
+mod framing;
 mod known_answers;
 mod motion_blur;
 mod references;

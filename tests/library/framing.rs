@@ -1,0 +1,226 @@
+//! Cameras that frame the scene, checked against projected corners.
+
+use glam::{Mat4, Quat, Vec2, Vec3};
+use rayframe::frame::Frame;
+use rayframe::framing::{CameraRule, NamedView, ResolvedCamera, resolve_camera};
+use rayframe::scene::{
+    AnimationTarget, Camera, CameraIndex, LensRequest, LocalTransform, Node, NodeIndex, Orbit, Projection,
+    Scene, SelectedCamera, Target, TurntableRequest, ViewRequest,
+};
+
+use crate::stage::{Stage, animate, cuboid, lambert, rectangle, select_all};
+
+/// Share of half the image that the framed corners reach.
+const FILLED: f32 = 0.8;
+
+fn cubes(cubes: &[(Vec3, f32)]) -> Scene {
+    let mut stage = Stage::new();
+    for &(center, half) in cubes {
+        stage.add(cuboid(center, Vec3::splat(half)), lambert(Vec3::ONE));
+    }
+    stage.scene
+}
+
+fn resolve(scene: &Scene, request: &ViewRequest, aspect_ratio: f32) -> ResolvedCamera {
+    resolve_camera(scene, select_all(scene, SelectedCamera::Auto), request, aspect_ratio)
+}
+
+fn view(view: NamedView) -> ViewRequest {
+    ViewRequest { orbit: Some(view.orbit()), ..ViewRequest::default() }
+}
+
+/// Largest and smallest image coordinates of all corners at `time_seconds`; −1 and 1 are the edges of the image.
+fn image_bounds(scene: &Scene, camera: &ResolvedCamera, aspect_ratio: f32, time_seconds: f64) -> [Vec2; 2] {
+    let frame = Frame::at(scene, &camera.selection, time_seconds);
+    let camera_from_world = frame.camera.world_from_camera.inverse();
+    let half = frame.camera.projection.half_size(aspect_ratio);
+    let corners = frame.triangles.iter().flat_map(|triangle| triangle.vertices);
+    corners.fold([Vec2::MAX, Vec2::MIN], |[min, max], corner| {
+        let local = camera_from_world.transform_point3(corner);
+        let depth = match frame.camera.projection {
+            Projection::Perspective { .. } => -local.z,
+            Projection::Orthographic { .. } => 1.0,
+        };
+        let image = local.truncate() / (half * depth);
+        [min.min(image), max.max(image)]
+    })
+}
+
+/// Asserts that the corners are in the middle of the image and reach [`FILLED`] in one direction.
+#[track_caller]
+fn assert_fits(scene: &Scene, camera: &ResolvedCamera, aspect_ratio: f32) {
+    let [min, max] = image_bounds(scene, camera, aspect_ratio, 0.0);
+    let reach = max.max(-min);
+    assert!((reach.max_element() - FILLED).abs() < 1e-3, "{min} to {max}");
+    let is_wide = reach.x > reach.y;
+    let (low, high) = if is_wide { (min.x, max.x) } else { (min.y, max.y) };
+    assert!((low + high).abs() < 1e-3, "{min} to {max}");
+}
+
+#[test]
+fn the_front_view_of_a_cube_has_its_distance_by_hand() {
+    let camera = resolve(&cubes(&[(Vec3::ZERO, 1.0)]), &view(NamedView::Front), 1.0);
+    // The front face lies at z = 1 with corners at 0.8 of the half height: 1 = 0.8 tan(22.5°) (z − 1).
+    let z = 1.0 + 1.0 / (FILLED * (std::f32::consts::PI / 8.0).tan());
+    let SelectedCamera::Fixed { world_from_camera, .. } = camera.selection.camera else { panic!() };
+    assert!(world_from_camera.abs_diff_eq(Mat4::from_translation(Vec3::new(0.0, 0.0, z)), 1e-4));
+    assert_eq!(camera.rule, CameraRule::Placed);
+}
+
+#[test]
+fn every_view_fits_the_image() {
+    let scene = cubes(&[(Vec3::new(3.0, 1.0, -2.0), 0.5), (Vec3::new(4.0, 2.5, -2.0), 0.25)]);
+    for named in [NamedView::Back, NamedView::Left, NamedView::Right, NamedView::Top, NamedView::Bottom] {
+        for aspect_ratio in [0.5, 1.0, 16.0 / 9.0] {
+            assert_fits(&scene, &resolve(&scene, &view(named), aspect_ratio), aspect_ratio);
+        }
+    }
+    let automatic = resolve(&scene, &ViewRequest::default(), 1.5);
+    assert_eq!(automatic.rule, CameraRule::Outside);
+    assert_fits(&scene, &automatic, 1.5);
+    assert_eq!(
+        automatic.selection.camera,
+        resolve(&scene, &view(NamedView::ThreeQuarter), 1.5).selection.camera
+    );
+    // A narrow lens stands farther away and fits as well.
+    let lens = Some(LensRequest::FieldOfView(10.0));
+    assert_fits(&scene, &resolve(&scene, &ViewRequest { lens, ..view(NamedView::Right) }, 1.5), 1.5);
+}
+
+#[test]
+fn twice_the_distance_is_half_the_size() {
+    // From afar, perspective is nearly parallel.
+    let scene = cubes(&[(Vec3::ZERO, 1.0)]);
+    let size = |distance| {
+        let orbit = Some(Orbit { azimuth_degrees: 0.0, elevation_degrees: 0.0, distance });
+        let lens = Some(LensRequest::FieldOfView(1.0));
+        let camera = resolve(&scene, &ViewRequest { orbit, lens, ..ViewRequest::default() }, 1.0);
+        image_bounds(&scene, &camera, 1.0, 0.0)[1].y
+    };
+    assert!((size(1.0) / size(2.0) - 2.0).abs() < 0.02);
+}
+
+#[test]
+fn a_parallel_view_is_as_high_as_the_perspective_at_the_centre() {
+    let scene = cubes(&[(Vec3::ZERO, 1.0)]);
+    let request = ViewRequest { lens: Some(LensRequest::Orthographic), ..view(NamedView::Front) };
+    let [min, max] = image_bounds(&scene, &resolve(&scene, &request, 1.0), 1.0, 0.0);
+    let half_height = (std::f32::consts::PI / 8.0).tan() + 1.0 / FILLED;
+    assert!((max.y - 1.0 / half_height).abs() < 1e-4 && (min.y + 1.0 / half_height).abs() < 1e-4);
+}
+
+#[test]
+fn a_turntable_shows_everything_at_all_angles() {
+    let scene = cubes(&[(Vec3::new(0.0, 1.0, 0.0), 0.5), (Vec3::new(2.0, 0.5, 0.0), 0.5)]);
+    let turntable = Some(TurntableRequest { elevation_degrees: None, turn_seconds: 2.0 });
+    let camera = resolve(&scene, &ViewRequest { turntable, ..ViewRequest::default() }, 1.0);
+    let reaches = (0..32).map(|step| {
+        let [min, max] = image_bounds(&scene, &camera, 1.0, f64::from(step) / 16.0);
+        max.max(-min).max_element()
+    });
+    let largest = reaches.fold(0.0, f32::max);
+    assert!((largest - FILLED).abs() < 1e-3, "{largest}");
+}
+
+#[test]
+fn what_moves_stays_in_the_image() {
+    let mut scene = cubes(&[(Vec3::ZERO, 0.5)]);
+    animate(&mut scene, AnimationTarget::Translation(NodeIndex(0)), &[0.0, 0.0, 0.0], &[4.0, 0.0, 0.0]);
+    let camera = resolve(&scene, &ViewRequest::default(), 1.0);
+    let reaches = (0..=10).map(|step| {
+        let [min, max] = image_bounds(&scene, &camera, 1.0, f64::from(step) / 10.0);
+        max.max(-min).max_element()
+    });
+    assert!((reaches.fold(0.0, f32::max) - FILLED).abs() < 1e-3);
+}
+
+#[test]
+fn skies_and_grounds_do_not_shrink_the_content() {
+    let content: Vec<_> = (0..12).map(|index| (Vec3::new(index as f32 * 0.1, 0.0, 0.0), 0.5)).collect();
+    let expected = resolve(&cubes(&content), &ViewRequest::default(), 1.0).selection.camera;
+    for sky in [(Vec3::ZERO, 100.0), (Vec3::new(40.0, -50.0, 0.0), 50.0)] {
+        let scene = cubes(&[content.as_slice(), &[sky]].concat());
+        assert_eq!(resolve(&scene, &ViewRequest::default(), 1.0).selection.camera, expected);
+    }
+    // A stray triangle among many.
+    let mut scene = cubes(&content);
+    let primitive = &mut scene.meshes[0].primitives[0];
+    let far = primitive.positions.len() as u32;
+    primitive.positions.push(Vec3::splat(1e4));
+    primitive.triangles.push([0, 1, far]);
+    assert_eq!(resolve(&scene, &ViewRequest::default(), 1.0).selection.camera, expected);
+}
+
+/// A room of six walls that are seen from both sides, with objects on its floor.
+fn room(objects: usize) -> Scene {
+    let mut stage = Stage::new();
+    let wall = rayframe::scene::Material { double_sided: true, ..lambert(Vec3::ONE) };
+    for axis in 0..3 {
+        for sign in [-1.0, 1.0] {
+            let half = Vec3::new(4.0, 1.5, 3.0);
+            let (mut center, mut u, mut v) = (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO);
+            center[axis] = half[axis] * sign;
+            u[(axis + 1) % 3] = half[(axis + 1) % 3];
+            v[(axis + 2) % 3] = half[(axis + 2) % 3];
+            stage.add(rectangle(center, u, v), wall.clone());
+        }
+    }
+    for index in 0..objects {
+        let center = Vec3::new(index as f32 - 2.0, -1.3, (index % 3) as f32 - 1.0);
+        stage.add(cuboid(center, Vec3::splat(0.2)), lambert(Vec3::ONE));
+    }
+    stage.scene
+}
+
+#[test]
+fn rooms_are_seen_from_inside() {
+    let scene = room(6);
+    let camera = resolve(&scene, &ViewRequest::default(), 1.5);
+    assert_eq!(camera.rule, CameraRule::Inside);
+    let SelectedCamera::Fixed { world_from_camera, .. } = camera.selection.camera else { panic!() };
+    let position = world_from_camera.w_axis.truncate();
+    assert!(position.abs().cmplt(Vec3::new(4.0, 1.5, 3.0)).all(), "{position}");
+    // Half of the room's height is below 1.6 metres.
+    assert!((position.y - 0.0).abs() < 0.25, "{position}");
+    // A view that was asked for is not replaced.
+    assert_eq!(resolve(&scene, &view(NamedView::ThreeQuarter), 1.5).rule, CameraRule::Placed);
+}
+
+#[test]
+fn cameras_of_the_file_change_where_asked() {
+    let mut scene = cubes(&[(Vec3::ZERO, 1.0)]);
+    let projection = Projection::Perspective {
+        fov_y_radians: 0.5,
+        aspect_ratio: Some(2.0),
+        z_near: 0.1,
+        z_far: Some(9.0),
+    };
+    scene.cameras.push(Camera { name: None, projection });
+    let (translation, rotation, scale) = (Vec3::new(0.0, 0.0, 7.0), Quat::IDENTITY, Vec3::ONE);
+    let local = LocalTransform::Trs { translation, rotation, scale };
+    scene.nodes.push(Node { camera: Some(CameraIndex(0)), local, ..Node::default() });
+    scene.node_order.push(NodeIndex(1));
+    let selection = || select_all(&scene, SelectedCamera::Node(NodeIndex(1)));
+    let posed = |request: &ViewRequest| {
+        let camera = resolve_camera(&scene, selection(), request, 1.0);
+        (Frame::camera_at(&scene, &camera.selection, 0.0), camera.rule)
+    };
+    let (own, rule) = posed(&ViewRequest::default());
+    assert_eq!((own.projection, rule), (projection, CameraRule::OfFile));
+
+    let target = Some(Target::Point(Vec3::new(0.0, 7.0, 7.0)));
+    let (changed, rule) = posed(&ViewRequest { target, ..ViewRequest::default() });
+    assert_eq!((changed.world_from_camera.z_axis.truncate(), rule), (Vec3::NEG_Y, CameraRule::Changed));
+    let (changed, _) =
+        posed(&ViewRequest { target: Some(Target::Node(NodeIndex(0))), ..ViewRequest::default() });
+    assert_eq!(changed.world_from_camera, own.world_from_camera);
+    let lens = Some(LensRequest::FieldOfView(90.0));
+    let (changed, _) = posed(&ViewRequest { lens, ..ViewRequest::default() });
+    assert!((changed.projection.half_size(1.0).y - 1.0).abs() < 1e-6);
+
+    // An orbit does not keep the camera, unless it is asked for: then it keeps its lens.
+    let orbit = view(NamedView::Front);
+    let height = |request: &ViewRequest| posed(request).0.projection.half_size(2.0).y;
+    assert!((height(&orbit) - (std::f32::consts::PI / 8.0).tan()).abs() < 1e-6);
+    assert!((height(&ViewRequest { keeps_camera: true, ..orbit }) - 0.25_f32.tan()).abs() < 1e-6);
+}

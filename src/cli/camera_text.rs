@@ -15,7 +15,7 @@ pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule
     };
     match rule {
         CameraRule::Changed => format!("{} changed", selection.camera_label(scene)),
-        CameraRule::Placed => "camera placed".to_owned(),
+        CameraRule::Requested => "camera as requested".to_owned(),
         CameraRule::Turntable => "camera on a turntable".to_owned(),
         CameraRule::Outside => format!("camera auto outside ({options})"),
         CameraRule::Inside => format!("camera auto inside ({options})"),

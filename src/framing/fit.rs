@@ -47,7 +47,7 @@ pub(super) fn fit(
     let supports = subject.supports(&sides);
     let center = subject.bounds.center();
     if supports.iter().any(|support| !support.is_finite()) {
-        return placed(axes, center, distance * 2.0 / size.min_element());
+        return around_center(axes, center, distance * 2.0 / size.min_element());
     }
     let x = (supports[0] - supports[1]) * 0.5;
     let y = (supports[2] - supports[3]) * 0.5;
@@ -80,7 +80,7 @@ pub(super) fn fit_turntable(
     let distances = supports.iter().zip(&sides).map(|(support, side)| support - side.dot(center));
     let distance = distances.fold(f32::NEG_INFINITY, f32::max);
     let distance = if distance.is_finite() { distance } else { 2.0 / size.min_element() };
-    placed(axes(orbit, up), center, nonzero(distance, subject) * orbit.distance)
+    around_center(axes(orbit, up), center, nonzero(distance, subject) * orbit.distance)
 }
 
 /// A point or nothing is seen from one metre or from the bounds' size.
@@ -88,7 +88,7 @@ fn nonzero(distance: f32, subject: &Subject<'_>) -> f32 {
     if distance > 0.0 { distance } else { subject.bounds.extent().max_element().max(1.0) }
 }
 
-fn placed(axes: Mat3, center: Vec3, distance: f32) -> Fitted {
+fn around_center(axes: Mat3, center: Vec3, distance: f32) -> Fitted {
     Fitted { world_from_camera: camera(axes, center + axes.z_axis * distance), distance }
 }
 

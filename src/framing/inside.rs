@@ -1,4 +1,4 @@
-//! Cameras inside rooms: from a point at eye height along the longest free line.
+//! Cameras inside interiors: from a point at eye height along the longest free line.
 
 use glam::{Mat4, Vec3};
 
@@ -22,7 +22,7 @@ const HEADINGS: usize = 32;
 const EYE_HEIGHT: (f32, f32) = (1.6, 0.5);
 /// Shares of the way to the wall behind that the camera moves back, where it stays inside.
 const STEPS_BACK: [f32; 4] = [0.85, 0.6, 0.3, 0.0];
-/// Rays across and down an image that is judged.
+/// Rays across and down an image in which nodes are counted.
 const RAYS: (u32, u32) = (32, 18);
 /// Fewest rays on a node that is counted as seen.
 const RAYS_OF_A_NODE: usize = 2;
@@ -112,7 +112,7 @@ impl<'a> SceneRays<'a> {
         longest.map(|(_, camera)| camera)
     }
 
-    /// Length of the ray before it meets a surface or leaves the bounds.
+    /// Length of the ray before it hits a surface or leaves the bounds.
     fn free_length(&self, origin: Vec3, direction: Vec3) -> f32 {
         let Aabb { min, max } = self.subject.bounds;
         let exits = ((min - origin) / direction).max((max - origin) / direction);

@@ -14,7 +14,7 @@ use crate::scene::{
     Turntable, TurntableRequest, ViewRequest, look_along, rolled,
 };
 
-/// Vertical field of view of cameras inside rooms, unless requested: 60 degrees.
+/// Vertical field of view of cameras inside interiors, unless requested: 60 degrees.
 const INSIDE_FOV_RADIANS: f32 = std::f32::consts::FRAC_PI_3;
 
 /// Replaces the camera of `selection` by what `request` makes of it, for images of `aspect_ratio` (width over height).
@@ -65,12 +65,12 @@ pub enum CameraRule {
     /// A camera of the file, with changes.
     Changed,
     /// The request.
-    Placed,
+    Requested,
     /// A turntable.
     Turntable,
     /// Automatic: the scene is seen from outside.
     Outside,
-    /// Automatic: the scene is a room, seen from inside.
+    /// Automatic: the scene is an interior, seen from inside.
     Inside,
 }
 
@@ -141,7 +141,7 @@ impl<'a> View<'a> {
             None => self.around_target(&self.request.orbit.unwrap_or(Orbit::THREE_QUARTER)),
         };
         let mut projection = self.projection(distance);
-        let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Placed };
+        let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Requested };
         if is_automatic && self.target.is_none() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
             if let Some(inside) = inside_camera(&self.subject, &lens, world_from_camera) {

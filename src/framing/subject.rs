@@ -17,7 +17,7 @@ const PRODUCTS: usize = 400_000_000;
 /// An instance, or the scene, is too large for its content where its diagonal exceeds that of the rest by this factor.
 const TOO_LARGE: f32 = 3.0;
 /// Largest share of the triangles that such an instance has.
-const SURROUNDINGS_SHARE: f32 = 0.2;
+const BACKDROP_SHARE: f32 = 0.2;
 /// Share of the triangles left out at either end of each axis to find the content.
 const OUTLIERS: f32 = 0.01;
 /// Margin around the content, as a share of its size, in which triangles are framed.
@@ -25,7 +25,7 @@ const CONTENT_MARGIN: f32 = 0.5;
 /// Number of triangles whose positions are sorted.
 const SAMPLED_TRIANGLES: usize = 65_536;
 
-/// Visible triangles over the selected clips, without what only surrounds them.
+/// Visible triangles over the selected clips, without backdrops.
 pub(super) struct Subject<'a> {
     scene: &'a Scene,
     selection: &'a Selection,
@@ -69,7 +69,7 @@ impl<'a> Subject<'a> {
         };
         let by_instance = subject.instance_bounds();
         if node.is_none() {
-            subject.leave_out_surroundings(&by_instance);
+            subject.leave_out_backdrops(&by_instance);
         }
         let framed = by_instance.iter().zip(&subject.is_framed).filter(|(_, is_framed)| **is_framed);
         subject.bounds = framed.fold(Aabb::EMPTY, |bounds, (instance, _)| bounds.union(*instance));
@@ -150,7 +150,7 @@ impl<'a> Subject<'a> {
 
     /// Leaves out the instances that are much larger than all smaller ones together, if they have few triangles or stay away from
     /// those: skies, grounds and stages.
-    fn leave_out_surroundings(&mut self, bounds: &[Aabb]) {
+    fn leave_out_backdrops(&mut self, bounds: &[Aabb]) {
         let mut triangles = vec![0_usize; bounds.len()];
         for &instance in &self.frame.instance_of_triangle {
             triangles[instance as usize] += 1;
@@ -163,7 +163,7 @@ impl<'a> Subject<'a> {
         let (mut content, mut content_triangles) = (Aabb::EMPTY, 0);
         for (count, &index) in by_size.iter().enumerate() {
             let is_too_large = count > 0 && diagonal(index) > TOO_LARGE * content.extent().length();
-            let have_few = (total - content_triangles) as f32 <= SURROUNDINGS_SHARE * total as f32;
+            let have_few = (total - content_triangles) as f32 <= BACKDROP_SHARE * total as f32;
             let larger = &by_size[count..];
             if is_too_large && (have_few || larger.iter().all(|&index| self.surrounds(index, content))) {
                 larger.iter().for_each(|&index| self.is_framed[index] = false);

@@ -34,7 +34,7 @@ pub enum Group {
     Frames,
     /// Image size, sampling and shading.
     Image,
-    /// Placement and lens of the camera.
+    /// Position and lens of the camera.
     Camera,
     /// What is rendered, and what lights it.
     Scene,

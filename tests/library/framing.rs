@@ -64,7 +64,7 @@ fn the_front_view_of_a_cube_has_its_distance_by_hand() {
     let z = 1.0 + 1.0 / (FILLED * (std::f32::consts::PI / 8.0).tan());
     let SelectedCamera::Fixed { world_from_camera, .. } = camera.selection.camera else { panic!() };
     assert!(world_from_camera.abs_diff_eq(Mat4::from_translation(Vec3::new(0.0, 0.0, z)), 1e-4));
-    assert_eq!(camera.rule, CameraRule::Placed);
+    assert_eq!(camera.rule, CameraRule::Requested);
 }
 
 #[test]
@@ -151,8 +151,8 @@ fn skies_and_grounds_do_not_shrink_the_content() {
     assert_eq!(resolve(&scene, &ViewRequest::default(), 1.0).selection.camera, expected);
 }
 
-/// A room of six walls that are seen from both sides, with objects on its floor.
-fn room(objects: usize) -> Scene {
+/// An interior of six walls that are seen from both sides, with objects on its floor.
+fn interior(objects: usize) -> Scene {
     let mut stage = Stage::new();
     let wall = rayframe::scene::Material { double_sided: true, ..lambert(Vec3::ONE) };
     for axis in 0..3 {
@@ -173,17 +173,17 @@ fn room(objects: usize) -> Scene {
 }
 
 #[test]
-fn rooms_are_seen_from_inside() {
-    let scene = room(6);
+fn interiors_are_seen_from_inside() {
+    let scene = interior(6);
     let camera = resolve(&scene, &ViewRequest::default(), 1.5);
     assert_eq!(camera.rule, CameraRule::Inside);
     let SelectedCamera::Fixed { world_from_camera, .. } = camera.selection.camera else { panic!() };
     let position = world_from_camera.w_axis.truncate();
     assert!(position.abs().cmplt(Vec3::new(4.0, 1.5, 3.0)).all(), "{position}");
-    // Half of the room's height is below 1.6 metres.
+    // Half of the height is below 1.6 metres.
     assert!((position.y - 0.0).abs() < 0.25, "{position}");
     // A view that was asked for is not replaced.
-    assert_eq!(resolve(&scene, &view(NamedView::ThreeQuarter), 1.5).rule, CameraRule::Placed);
+    assert_eq!(resolve(&scene, &view(NamedView::ThreeQuarter), 1.5).rule, CameraRule::Requested);
 }
 
 #[test]

@@ -26,6 +26,7 @@ mod shutter;
 mod suggest;
 mod table;
 mod text_file;
+mod toml_file;
 mod toml_value;
 mod types;
 mod write;
@@ -40,11 +41,14 @@ pub use frame_rate::FrameRate;
 pub use frame_spec::{FrameSpec, frames_text};
 pub use lists::aovs_in_files;
 pub use named::Named;
+pub(crate) use nearest::nearest;
 pub use output_pattern::{OutputFormat, OutputPattern};
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub use shutter::Shutter;
 pub(crate) use suggest::choices as suggest;
-pub(crate) use text_file::{not_toml, read_text};
+pub(crate) use text_file::read_text;
+pub(crate) use toml_file::{TomlEntry, TomlFile, entries};
+pub(crate) use toml_value::number;
 
 #[cfg(test)]
 mod tests;

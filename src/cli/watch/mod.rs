@@ -20,7 +20,7 @@ use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
 use super::exit_status::{ExitStatus, exit_status};
-use super::render::{other_files, perform, prepare, refuse_collisions};
+use super::render::{other_files, perform, prepare};
 use super::render_options::{RenderOptions, message};
 use super::signals;
 use super::summary::summary;
@@ -105,10 +105,9 @@ impl Watch<'_> {
         self.files.replace(inputs.iter().cloned());
         refuse_many(&job)?;
         job.existing = ExistingFiles::Overwrite;
-        job.sequence_outputs.check()?;
         let plan = Plan::new(&job)?;
         let others = other_files(&job, args);
-        refuse_collisions(&plan, &others, &inputs)?;
+        plan.check_collisions(&others, &inputs)?;
         if !args.overwrite {
             protect_foreign(&job, &plan)?;
         }

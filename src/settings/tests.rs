@@ -159,6 +159,28 @@ fn stronger_levels_win_and_exclude() {
 }
 
 #[test]
+fn a_later_setting_replaces_those_that_it_excludes() {
+    let set = |texts: &[(&str, &str)]| {
+        let mut settings = Settings::default();
+        for (name, text) in texts {
+            settings.set(name, OsStr::new(text), &Provenance::Library).unwrap();
+        }
+        settings
+    };
+    let values = set(&[("frames", "1-9"), ("start", "3"), ("end", "5")]).values();
+    assert_eq!((values.frames, values.start, values.end), (None, Some(3), Some(5)));
+    let values = set(&[("start", "3"), ("width", "9"), ("frames", "7"), ("resolution", "8x8")]).values();
+    assert_eq!((values.start, values.width, values.resolution), (None, None, Some((8, 8))));
+    let values = set(&[("resume", "true"), ("overwrite", "false"), ("shadow_catcher", "a")]).values();
+    assert!(values.resume && !values.overwrite);
+    assert_eq!(set(&[("shadow_catcher", "a"), ("shadow_catcher", "b")]).values().shadow_catcher, ["a", "b"]);
+    let mut settings = set(&[("frames", "1-9")]);
+    settings.set("start", OsStr::new("first"), &Provenance::Library).unwrap_err();
+    settings.set("frames", OsStr::new("last"), &Provenance::Library).unwrap_err();
+    assert_eq!(settings, set(&[("frames", "1-9")]));
+}
+
+#[test]
 fn other_files_are_no_shots() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.toml");

@@ -5,6 +5,7 @@
 
 mod coarse;
 mod files;
+mod options;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,8 @@ use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
 use files::{TICK, WatchedFiles};
 
+pub(super) use options::WatchOptions;
+
 /// Exit code of errors in the content of a file.
 const WRONG_FILE: u8 = 65;
 
@@ -49,8 +52,8 @@ struct Watch<'a> {
 }
 
 /// Renders after every change until a signal comes.
-pub(super) fn run(options: &RenderOptions) -> ExitStatus {
-    watch(options).unwrap_or_else(|error| exit_status(Err(error)))
+pub(super) fn run(options: &WatchOptions) -> ExitStatus {
+    watch(&options.0).unwrap_or_else(|error| exit_status(Err(error)))
 }
 
 fn watch(options: &RenderOptions) -> Result<ExitStatus> {

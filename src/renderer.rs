@@ -112,7 +112,12 @@ impl Renderer {
         self
     }
 
-    /// The settings, to read or change all of them.
+    /// The settings that are given.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The settings, to change all of them.
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }

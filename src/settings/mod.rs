@@ -19,6 +19,7 @@ mod lists;
 mod named;
 mod nearest;
 mod output_pattern;
+#[doc(hidden)]
 pub mod parse;
 mod read;
 mod setting_type;
@@ -31,6 +32,14 @@ mod toml_value;
 mod types;
 mod write;
 
+#[doc(inline)]
+pub use crate::color::ToneCurve;
+#[doc(inline)]
+pub use crate::film::PixelWindow;
+#[doc(inline)]
+pub use crate::image_file::ExrCompression;
+#[doc(inline)]
+pub use crate::render::{Aperture, GlassShadows, PixelFilter};
 pub use choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};

@@ -64,8 +64,7 @@ impl PresetLimits {
             let limit =
                 self.limits.named_mut(entry.key).ok_or_else(|| file.unknown_key(entry, "a limit", &KEYS))?;
             let value = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
-            // NaN fails this comparison.
-            if !(value >= 0.0) {
+            if value.is_nan() || value < 0.0 {
                 return Err(file.wrong_value(entry, "write a number from 0, or inf for no limit"));
             }
             *limit = value;

@@ -184,17 +184,21 @@ pub(crate) fn readable_bytes(bytes: u128) -> String {
 pub(crate) fn over_limit(needed: u128, limit: u128) -> String {
     let both = |decimals| [needed, limit].map(|bytes| bytes_with_decimals(bytes, decimals));
     let differing = [1, 3, 5, 7, 9].into_iter().map(both).find(|[needed, limit]| needed != limit);
-    let [needed, limit] = differing.unwrap_or_else(|| [needed, limit].map(|bytes| format!("{bytes} bytes")));
+    let [needed, limit] = differing.unwrap_or_else(|| [needed, limit].map(whole_bytes));
     format!("{needed}, more than the limit of {limit}")
 }
 
 fn bytes_with_decimals(bytes: u128, decimals: usize) -> String {
     const UNITS: [(&str, f64); 4] = [("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)];
     let value = bytes as f64;
-    UNITS.iter().find(|(_, size)| value >= *size).map_or_else(
-        || format!("{bytes} bytes"),
-        |(unit, size)| format!("{:.decimals$} {unit}", value / size),
-    )
+    UNITS
+        .iter()
+        .find(|(_, size)| value >= *size)
+        .map_or_else(|| whole_bytes(bytes), |(unit, size)| format!("{:.decimals$} {unit}", value / size))
+}
+
+fn whole_bytes(bytes: u128) -> String {
+    if bytes == 1 { "1 byte".to_owned() } else { format!("{bytes} bytes") }
 }
 
 fn pointer_prefix(pointer: &str) -> String {
@@ -214,5 +218,6 @@ mod tests {
             "1.000000001 GB, more than the limit of 1.000000000 GB"
         );
         assert_eq!(over_limit(700, 600), "700 bytes, more than the limit of 600 bytes");
+        assert_eq!(over_limit(2, 1), "2 bytes, more than the limit of 1 byte");
     }
 }

@@ -88,3 +88,9 @@ pub use renderer::{RenderedFrame, Renderer, SequenceRenderer};
 #[cfg(doctest)]
 #[doc = include_str!("../docs/library.md")]
 mod library_guide {}
+#[cfg(doctest)]
+#[doc = include_str!("../docs/suites.md")]
+mod suites_guide {}
+#[cfg(doctest)]
+#[doc = include_str!("../docs/regression.md")]
+mod regression_guide {}

@@ -16,7 +16,7 @@ use crate::gltf::ImageLoading;
 use crate::output::{Aov, AovSet};
 use crate::scene::{CameraRequest, Scene};
 use crate::settings::{EnvironmentSource, Settings};
-use crate::shot::{RenderJob, ShotSettings, load_scene, resolve_scene};
+use crate::shot::{RenderJob, ShotSettings, check_warnings, load_scene, resolve_scene};
 
 pub use frame::RenderedFrame;
 pub use sequence::SequenceRenderer;
@@ -56,11 +56,12 @@ impl Renderer {
         Ok(Self { settings, shot_file, scene, cancel: CancelFlag::new() })
     }
 
-    /// Sets the size of the image in pixels. The default is 1280x720.
+    /// Sets the size of the image in pixels, in place of an earlier resolution, width, height or scale. The default is 1280x720.
     #[must_use]
     pub fn size(mut self, width: u32, height: u32) -> Self {
         self.settings.width = None;
         self.settings.height = None;
+        self.settings.scale = None;
         self.settings.resolution = Some((width, height).into());
         self
     }
@@ -93,7 +94,9 @@ impl Renderer {
         self
     }
 
-    /// Sets any setting by its name, from the text that its option takes: `set("shutter", "180deg")`.
+    /// Sets any setting by its name, from the text that its option takes: `set("shutter", "180deg")`. It replaces its earlier value
+    /// and settings that cannot be combined with it. `threads`, `stats`, `manifest`, `show`, `progress`, `quiet` and `verbose`
+    /// concern the program and have no effect here.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
@@ -109,7 +112,12 @@ impl Renderer {
         self
     }
 
-    /// The settings, to read or change all of them.
+    /// The settings that are given.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// The settings, to change all of them.
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }
@@ -127,8 +135,8 @@ impl Renderer {
     /// Renders one frame to memory. It shows the time `frame` / fps, whatever range of frames is set.
     ///
     /// # Errors
-    /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, and errors of loading the
-    /// environment.
+    /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, errors of loading the
+    /// environment, and with the setting `strict` the first warning.
     pub fn frame(&self, frame: i64) -> Result<RenderedFrame> {
         RenderedFrame::render(Arc::new(self.job()?.sequence), frame, &self.cancel)
     }
@@ -140,11 +148,17 @@ impl Renderer {
     /// Those of [`Renderer::frame`], and [`Error::Setting`](crate::Error::Setting) for a wrong name.
     pub fn sequence(&self, output: impl AsRef<OsStr>) -> Result<SequenceRenderer> {
         let renderer = self.clone().set("output", output)?;
-        Ok(SequenceRenderer::new(renderer.job()?.sequence, self.cancel.clone()))
+        let job = renderer.job()?;
+        Ok(SequenceRenderer::new(job, renderer.settings, self.cancel.clone()))
     }
 
     fn job(&self) -> Result<RenderJob> {
         let shot = ShotSettings::merge([self.settings.clone()], self.shot_file.clone())?;
-        resolve_scene(&shot, Arc::clone(&self.scene))
+        let mut job = resolve_scene(&shot, Arc::clone(&self.scene))?;
+        check_warnings(&job.sequence, &job.warnings)?;
+        job.inputs.extend(self.shot_file.clone());
+        // Only the program has a terminal.
+        job.sequence.sequence_outputs.shows_frames = false;
+        Ok(job)
     }
 }

@@ -59,7 +59,7 @@ fn compared(
     page: Option<&mut DiffPage>,
 ) -> Result<(FrameReport, Option<rayframe::regression::FlipMap>)> {
     let whole = (Image::read(&pair.actual)?, Image::read(&pair.reference)?);
-    let layers = layer_options::aovs_in_files(&args.layers, &[whole.0.layers(), whole.1.layers()].concat())
+    let layers = layer_options::aovs_in_files(&args.aovs, &[whole.0.layers(), whole.1.layers()].concat())
         .map_err(Error::usage)?;
     // The page shows colours even where other layers are compared.
     let kept = page.is_some().then(|| whole.clone());

@@ -60,7 +60,7 @@ enum Command {
     /// Show pending images one by one, and accept or reject each
     Review(accept::RejectArgs),
     /// Render one frame, coarse first, and again after every change of the scene or the shot file
-    Watch(RenderOptions),
+    Watch(watch::WatchOptions),
 }
 
 /// Parses `arguments` (the program's name first), runs the command, and prints an error in one line.
@@ -156,6 +156,23 @@ mod tests {
         command.build();
         let help = command.find_subcommand_mut("render").unwrap().render_help().to_string();
         assert!(help.lines().count() <= 50, "{help}");
+    }
+
+    #[test]
+    fn the_help_of_watch_states_its_own_defaults() {
+        let mut command = Cli::command().term_width(200);
+        command.build();
+        let watch = command.find_subcommand_mut("watch").unwrap();
+        for help in [watch.render_help().to_string(), watch.render_long_help().to_string()] {
+            assert!(
+                help.contains("<scene>.watch.png") && help.contains("Frame to render [default: 0]"),
+                "{help}"
+            );
+            assert!(
+                !help.contains("--dry-run") && !help.contains("--end") && !help.contains("####"),
+                "{help}"
+            );
+        }
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! `rayframe render`.
 
-use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
 use rayon::ThreadPoolBuilder;
 use serde_json::json;
@@ -11,7 +10,7 @@ use rayframe::cancel::CancelFlag;
 use rayframe::error::{Error, Result};
 use rayframe::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
 use rayframe::output::SOFTWARE;
-use rayframe::sequence::{self, Plan, PlannedFrame, ReplacedFile, SequenceJob, Summary, triangle_count};
+use rayframe::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_count};
 
 use super::exit_status::{ExitStatus, exit_status};
 use super::outcome::{Outcome, finish, tell_failure};
@@ -56,10 +55,9 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
     inputs.extend(shot.shot_file.clone());
     report_warnings(&job.scene.path, &choices, false)?;
     report_warnings(&job.scene.path, &warnings, job.strict)?;
-    job.sequence_outputs.check()?;
     let plan = Plan::new(&job)?;
     let others = other_files(&job, args);
-    refuse_collisions(&plan, &others, &inputs)?;
+    plan.check_collisions(&others, &inputs)?;
     if triangle_count(&job.scene, &job.selection.roots) == 0 {
         print_warning(&format!(
             "{}: the scene draws no triangles; only the environment is visible",
@@ -146,40 +144,6 @@ fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
             format!("--resume: {count} files made from something else will be replaced; the first, {example}")
         }
     })
-}
-
-/// Refuses two files of one name, and files that replace an input.
-pub(super) fn refuse_collisions(plan: &Plan, others: &[(&Path, &str)], inputs: &[PathBuf]) -> Result<()> {
-    let mut names: BTreeMap<PathBuf, &str> = inputs.iter().map(|path| (place(path), "is an input")).collect();
-    let frames = plan.frames.iter().flat_map(PlannedFrame::paths);
-    let frames = frames.map(|path| (path, "will hold a frame", "output"));
-    let others = others.iter().map(|&(path, option)| (path, "will hold something else", option));
-    for (path, purpose, option) in frames.chain(others) {
-        if let Some(other) = names.insert(place(path), purpose) {
-            return Err(Error::usage(format!(
-                "`{option}`: \"{}\" {other} and cannot be written to as well; choose another name",
-                path.display()
-            )));
-        }
-    }
-    Ok(())
-}
-
-/// Canonical form of `path`. Links are resolved as far as the folder exists.
-fn place(path: &Path) -> PathBuf {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    let mut place = PathBuf::new();
-    for component in absolute.components() {
-        match component {
-            Component::ParentDir => {
-                place.pop();
-            }
-            _ => place.push(component),
-        }
-        place = place.canonicalize().unwrap_or(place);
-    }
-    place.join(path.file_name().unwrap_or_default())
 }
 
 fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result<()> {

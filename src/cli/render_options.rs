@@ -105,15 +105,16 @@ fn help(definition: &Definition, is_long: bool) -> String {
     option_names(&text)
 }
 
-/// The message of an error, with options for settings where they were typed.
+/// The message of an error, with options for settings. Files and `-D` name settings by their keys, and so do messages about them.
 pub(super) fn message(error: &Error) -> String {
     match error {
-        Error::Setting(SettingError { setting, origin, why })
-            if !matches!(origin, Provenance::File { .. } | Provenance::Define(_)) && !setting.is_empty() =>
-        {
+        Error::Setting(SettingError { origin: Provenance::File { .. } | Provenance::Define(_), .. }) => {
+            error.to_string()
+        }
+        Error::Setting(SettingError { setting, why, .. }) if !setting.is_empty() => {
             option_names(&format!("`{setting}`: {why}"))
         }
-        error => error.to_string(),
+        error => option_names(&error.to_string()),
     }
 }
 

@@ -78,7 +78,7 @@ impl OpenJdLines {
             }
             SequenceEvent::FrameFailed(frame, error) => {
                 state.eta.done += 1;
-                vec![failure(&format!("frame {}: {error}", frame.frame))]
+                vec![failure(&option_names(&format!("frame {}: {error}", frame.frame)))]
             }
             SequenceEvent::Finished(summary) => {
                 let is_done = !summary.is_interrupted && summary.failed.is_empty();
@@ -106,7 +106,7 @@ impl State {
 
 /// Prints why a run failed before its first frame.
 pub(crate) fn print_openjd_failure(message: &str) {
-    print_lines(&[failure(&option_names(message))]);
+    print_lines(&[failure(message)]);
 }
 
 fn status(text: &str) -> String {

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use rayframe::sequence::{FrameReport, SequenceEvent, Summary};
 
 use super::eta::{Eta, duration_text};
-use super::{Verbosity, print_error, print_note, print_warning};
+use super::{Verbosity, option_names, print_error, print_note, print_warning};
 
 /// Plain lines on the standard error stream.
 #[derive(Debug)]
@@ -43,7 +43,7 @@ impl PlainLines {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    print_error(&format!("frame {}: {error}", frame.frame));
+                    print_error(&option_names(&format!("frame {}: {error}", frame.frame)));
                 }
             }
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),

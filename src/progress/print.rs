@@ -4,9 +4,9 @@ use std::io::Write as _;
 
 use super::option_names::option_names;
 
-/// Prints `rayframe: error: …` to the standard error stream.
+/// Prints `rayframe: error: …` to the standard error stream, with the message as it is.
 pub(crate) fn print_error(message: &str) {
-    to_stderr(&format!("rayframe: error: {}", one_line(&option_names(message))));
+    to_stderr(&format!("rayframe: error: {}", one_line(message)));
 }
 
 /// Prints `rayframe: warning: …` to the standard error stream.

@@ -6,6 +6,7 @@ use rayframe::settings::ProgressStyle;
 use super::bars::Bars;
 use super::json::JsonLines;
 use super::openjd::OpenJdLines;
+use super::option_names::option_names;
 use super::plain::PlainLines;
 use super::print::{print_error, print_raw, print_warning};
 use super::verbosity::Verbosity;
@@ -78,7 +79,7 @@ impl Reporter {
         match event {
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
             SequenceEvent::FrameFailed(frame, error) if self.verbosity.names_failures => {
-                print_error(&format!("frame {}: {error}", frame.frame));
+                print_error(&option_names(&format!("frame {}: {error}", frame.frame)));
             }
             _ => {}
         }

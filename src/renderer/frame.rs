@@ -19,6 +19,7 @@ pub struct RenderedFrame {
     film: Film,
     attributes: FrameAttributes,
     instance_ids: Arc<InstanceIds>,
+    cancel: CancelFlag,
 }
 
 impl RenderedFrame {
@@ -29,7 +30,7 @@ impl RenderedFrame {
         let attributes = tracer.attributes(frame, &render_hash(&job, frame));
         let instance_ids = tracer.instance_ids();
         drop(tracer);
-        Ok(Self { job, frame, film, attributes, instance_ids })
+        Ok(Self { job, frame, film, attributes, instance_ids, cancel: cancel.clone() })
     }
 
     /// Frame number.
@@ -74,9 +75,10 @@ impl RenderedFrame {
     /// Writes a tone-mapped sRGB image. Automatic exposure renders a few small frames of the animation.
     ///
     /// # Errors
-    /// Those of [`RenderedFrame::write_exr`].
+    /// Those of [`RenderedFrame::write_exr`], and [`Error::Interrupted`](crate::Error::Interrupted) where the flag of
+    /// [`Renderer::cancelled_by`](crate::Renderer::cancelled_by) is raised during automatic exposure.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<()> {
-        let exposure_ev = exposure_ev(&self.job, &CancelFlag::new())?;
+        let exposure_ev = exposure_ev(&self.job, &self.cancel)?;
         let look = PreviewLook { exposure_ev, tone: self.job.tone };
         let png = png_file(self.size(), &self.film.pixels, look, &self.attributes.render_hash)?;
         write_atomically(path.as_ref(), &png)

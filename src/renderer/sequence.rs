@@ -1,19 +1,26 @@
 //! Sequences of files.
 
+use std::path::PathBuf;
+
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
 use crate::sequence::{Plan, SequenceEvent, SequenceJob, Summary, run, write_sequence_outputs};
+use crate::settings::Settings;
+use crate::shot::RenderJob;
 
 /// A sequence that is ready to render to files.
 #[derive(Debug)]
 pub struct SequenceRenderer {
     job: SequenceJob,
+    /// Files that must not be overwritten.
+    inputs: Vec<PathBuf>,
+    settings: Settings,
     cancel: CancelFlag,
 }
 
 impl SequenceRenderer {
-    pub(super) fn new(job: SequenceJob, cancel: CancelFlag) -> Self {
-        Self { job, cancel }
+    pub(super) fn new(job: RenderJob, settings: Settings, cancel: CancelFlag) -> Self {
+        Self { job: job.sequence, inputs: job.inputs, settings, cancel }
     }
 
     /// Frame numbers in the order of rendering.
@@ -29,7 +36,7 @@ impl SequenceRenderer {
     /// What can be found without rendering: names, existing files of other content, folders, memory. Then the first
     /// failure, [`Error::Interrupted`], and errors of writing a movie or a contact sheet.
     pub fn run(&self, on_event: impl Fn(SequenceEvent<'_>) + Sync) -> Result<Summary> {
-        let plan = Plan::new(&self.job)?;
+        let plan = self.plan().map_err(|error| self.settings.locate(error))?;
         plan.prepare()?;
         let summary = run(&self.job, &plan, &self.cancel, &on_event);
         if summary.is_interrupted || !(summary.failed.is_empty() || self.job.keep_going) {
@@ -40,5 +47,12 @@ impl SequenceRenderer {
             write_sequence_outputs(&self.job, &plan, look, &self.cancel)?;
         }
         Ok(summary)
+    }
+
+    fn plan(&self) -> Result<Plan> {
+        let plan = Plan::new(&self.job)?;
+        let others: Vec<_> = self.job.sequence_outputs.files().collect();
+        plan.check_collisions(&others, &self.inputs)?;
+        Ok(plan)
     }
 }

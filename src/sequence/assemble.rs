@@ -35,7 +35,9 @@ pub fn write_sequence_outputs(
     let count = frames.len() as u32;
     let mut movie_writer = match movie {
         Some(path) => {
-            let format = MovieFormat::of_path(path).unwrap_or(MovieFormat::AnimatedPng);
+            let format = MovieFormat::of_path(path).ok_or_else(|| Error::Internal {
+                message: format!("\"{}\" is no movie, and was not refused", path.display()),
+            })?;
             let (numerator, denominator) = job.rate.as_exr_rational();
             let rate = (numerator.unsigned_abs(), denominator);
             Some(MovieWriter::begin(path, format, size, rate, count)?)

@@ -4,6 +4,7 @@
 //! renders. Progress leaves as [`SequenceEvent`]s; nothing is printed here.
 
 mod assemble;
+mod collisions;
 mod event;
 mod exposure;
 mod frame_loop;

@@ -61,9 +61,10 @@ impl Plan {
     /// Checks names, memory and existing files; creates nothing.
     ///
     /// # Errors
-    /// [`Error::Usage`] when frames would share a name, [`Error::Refused`] when memory does not suffice, and
+    /// [`Error::Setting`] when frames would share a name or a file has an unknown ending, [`Error::Refused`] when memory does not suffice, and
     /// [`Error::CannotCreate`] when a file with other content has a frame's name.
     pub fn new(job: &SequenceJob) -> Result<Self> {
+        job.sequence_outputs.check()?;
         memory::check(job)?;
         check_names(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
@@ -106,12 +107,15 @@ impl Plan {
 fn check_names(job: &SequenceJob) -> Result<()> {
     if job.frames.len() > 1 && !job.output.is_numbered() {
         let path = job.output.path(0);
-        return Err(Error::usage(format!(
+        let numbered =
+            path.with_extension(format!("####.{}", path.extension().unwrap_or_default().display()));
+        let why = format!(
             "{} frames would all be written to \"{}\"; put #### where the frame number belongs, such as {}",
             job.frames.len(),
             path.display(),
-            path.with_extension(format!("####.{}", path.extension().unwrap_or_default().display())).display(),
-        )));
+            numbered.display(),
+        );
+        return Err(Error::setting("output", why));
     }
     if job.preview && job.output.format() == OutputFormat::Png {
         return Err(Error::setting(

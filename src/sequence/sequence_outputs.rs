@@ -31,7 +31,7 @@ impl SequenceOutputs {
     /// Checks names and tools before the first frame.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a name with an unknown ending, and for a film format where `ffmpeg` is not installed.
+    /// [`Error::Setting`] for a name with an unknown ending, and for a film format where `ffmpeg` is not installed.
     pub fn check(&self) -> Result<()> {
         if let Some(path) = &self.movie {
             match MovieFormat::of_path(path) {

@@ -141,8 +141,8 @@ settings! {
     depth: Whole<u32, 0, 1024> = 8, Image { value_name: "N" }
     /// Light transport algorithm
     integrator: OneOf<Integrator> = Integrator::Whitted, Image { value_name: "NAME" }
-    /// Rays of the first rough reflection or transmission, one at later ones
-    /// ; 0 looks the prefiltered environment up
+    /// Rays traced for the first rough reflection or transmission; later ones trace one
+    /// . 0 uses the prefiltered environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
@@ -231,10 +231,12 @@ settings! {
     max_memory: MemorySize, Run { value_name: "SIZE", default_help: "80 % of the available memory" }
     /// BVH builder; never changes the image
     bvh: OneOf<BuilderKind> = BuilderKind::Auto, Run { value_name: "KIND" }
-    /// Splits triangles whose boxes exceed an area in square metres; never changes the image
+    /// Split triangles whose boxes waste much area; never changes the image
+    /// . AREA splits triangles whose boxes exceed this, in square metres
     split: SplitType = Split::Auto, Run { value_name: "auto|off|AREA" }
-    /// Refits the BVH of the last frame to moved triangles; never changes the image
-    /// : where that is faster, never, or while its cost is at most FACTOR times the lowest since it was built
+    /// Refit the BVH of the last frame to moved triangles; never changes the image
+    /// . auto refits where that is faster, off never, FACTOR while the cost is at most FACTOR times the lowest since
+    /// the last build
     refit: RefitType = Refit::Auto, Run { value_name: "auto|off|FACTOR" }
     /// SIMD instruction set; never changes the image
     simd: Simd = None, Run { value_name: "LEVEL" }

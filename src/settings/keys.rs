@@ -35,16 +35,25 @@ pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
 }
 
 impl Settings {
-    /// Sets one setting by its name from text. A value of this level that it replaces is lost; repeated settings add up.
+    /// Sets one setting by its name from text. It replaces its earlier value and settings that cannot be combined with it;
+    /// `false` replaces no other setting, and repeated settings add up. After an error nothing has changed.
     ///
     /// # Errors
     /// [`Error::Setting`](crate::error::Error::Setting) for an unknown name, with the closest one, and for a wrong value.
     pub fn set(&mut self, name: &str, text: &OsStr, origin: &Provenance) -> Result<(), SettingError> {
         let error = |why| SettingError { setting: name.to_owned(), origin: origin.clone(), why };
         let definition = find(name).map_err(error)?;
-        if !definition.form.is_repeated {
-            self.clear(definition.name);
+        let mut parsed = Self::default();
+        definition.parse(&mut parsed, text, origin).map_err(error)?;
+        if definition.is_in_effect(&parsed) {
+            for other in DEFINITIONS.iter().filter(|other| other.is_excluded_by(definition)) {
+                self.clear(other.name);
+            }
         }
-        definition.parse(self, text, origin).map_err(error)
+        if definition.form.is_repeated {
+            return definition.parse(self, text, origin).map_err(error);
+        }
+        (definition.access.copy)(self, &parsed);
+        Ok(())
     }
 }

@@ -80,7 +80,7 @@ impl Settings {
 
 impl Definition {
     /// Whether it is given, and not `false`.
-    fn is_in_effect(&self, settings: &Settings) -> bool {
+    pub(super) fn is_in_effect(&self, settings: &Settings) -> bool {
         self.texts(settings).is_some_and(|texts| !self.is_flag() || texts.iter().any(|text| text == "true"))
     }
 }

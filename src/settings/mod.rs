@@ -20,6 +20,7 @@ mod lists;
 mod named;
 mod nearest;
 mod output_pattern;
+#[doc(hidden)]
 pub mod parse;
 mod read;
 mod setting_type;
@@ -27,10 +28,19 @@ mod shutter;
 mod suggest;
 mod table;
 mod text_file;
+mod toml_file;
 mod toml_value;
 mod types;
 mod write;
 
+#[doc(inline)]
+pub use crate::color::ToneCurve;
+#[doc(inline)]
+pub use crate::film::PixelWindow;
+#[doc(inline)]
+pub use crate::image_file::ExrCompression;
+#[doc(inline)]
+pub use crate::render::{Aperture, GlassShadows, PixelFilter};
 pub(crate) use camera_values::field_of_view_of;
 pub use choices::{FocusRequest, Integrator, LookAt, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
@@ -42,11 +52,14 @@ pub use frame_rate::FrameRate;
 pub use frame_spec::{FrameSpec, frames_text};
 pub use lists::aovs_in_files;
 pub use named::Named;
+pub(crate) use nearest::nearest;
 pub use output_pattern::{OutputFormat, OutputPattern};
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub use shutter::Shutter;
 pub(crate) use suggest::choices as suggest;
-pub(crate) use text_file::{not_toml, read_text};
+pub(crate) use text_file::read_text;
+pub(crate) use toml_file::{TomlEntry, TomlFile, entries};
+pub(crate) use toml_value::number;
 
 #[cfg(test)]
 mod tests;

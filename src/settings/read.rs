@@ -5,71 +5,42 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use crate::error::{Error, Provenance, Result, SettingError};
+use crate::error::{Provenance, Result, SettingError};
 
 use super::definitions::Settings;
 use super::keys::find;
-use super::text_file::{location, not_toml, read_text};
-use super::toml_value::{kind, texts};
+use super::text_file::read_text;
+use super::toml_file::{TomlEntry, TomlFile, entries, wrong_kind};
+use super::toml_value::texts;
 
 /// Table of a shot file with the limits of `rayframe test`, which are no settings.
 const LIMITS: &str = "test";
 /// Table of a suite file with settings of all its shots.
 const SHOT: &str = "shot";
 
-/// A settings file, for locating errors.
-struct Source<'a> {
-    path: &'a Path,
-    text: &'a str,
-}
-
-impl Source<'_> {
-    /// The origin of the key at byte `at`.
-    fn origin(&self, at: usize) -> Provenance {
-        let (line, column) = location(self.text, at);
-        Provenance::File { path: self.path.to_owned(), line, column }
-    }
-
-    /// An error about the key at byte `at`.
-    fn wrong_key(&self, at: usize, key: &str, why: &str) -> Error {
-        let why = format!("\"{}\" {why}", key.escape_debug());
-        SettingError { setting: String::new(), origin: self.origin(at), why }.into()
-    }
-
-    fn table(&self) -> Result<DeTable<'_>> {
-        let table = DeTable::parse(self.text);
-        Ok(table.map_err(|error| not_toml(self.path, self.text, &error))?.into_inner())
-    }
-
+impl TomlFile<'_> {
     /// Sets all keys of a table, in the order of the lines.
     fn read_table(&self, settings: &mut Settings, table: &DeTable<'_>) -> Result<()> {
-        let mut entries: Vec<_> = table.iter().collect();
-        entries.sort_by_key(|(key, _)| key.span().start);
-        for (key, value) in entries {
-            self.read_entry(settings, (key.span().start, key.get_ref()), value.get_ref())?;
+        for entry in entries(table) {
+            self.read_entry(settings, entry)?;
         }
         settings.check_exclusions()
     }
 
-    fn read_entry(
-        &self,
-        settings: &mut Settings,
-        (at, key): (usize, &str),
-        value: &DeValue<'_>,
-    ) -> Result<()> {
-        let definition = find(key).map_err(|why| {
-            let why = if value.is_table() {
+    fn read_entry(&self, settings: &mut Settings, entry: TomlEntry<'_>) -> Result<()> {
+        let definition = find(entry.key).map_err(|why| {
+            let why = if entry.value.is_table() {
                 "is a table; only [test] is one, settings are lines above it"
             } else {
                 &why
             };
-            self.wrong_key(at, key, why)
+            self.wrong_key(entry, why)
         })?;
-        let origin = self.origin(at);
+        let origin = self.origin(entry.at);
         let wrong =
             |why: String| SettingError { setting: definition.name.to_owned(), origin: origin.clone(), why };
-        let texts = texts(definition.form, value)
-            .ok_or_else(|| wrong(format!("is {}; write {}", kind(value), definition.form.expected())))?;
+        let texts = texts(definition.form, entry.value)
+            .ok_or_else(|| wrong(wrong_kind(entry.value, &definition.form.expected())))?;
         let folder = self.path.parent().unwrap_or(Path::new(""));
         if definition.origin(settings).is_some() {
             return Err(wrong("is set twice".to_owned()).into());
@@ -86,17 +57,17 @@ impl Settings {
     /// The settings of a shot file.
     ///
     /// # Errors
-    /// [`Error::Missing`] when it cannot be read, [`Error::Refused`] when it is too large, and [`Error::Setting`] with line
+    /// [`Error::Missing`](crate::error::Error::Missing) when it cannot be read, [`Error::Refused`](crate::error::Error::Refused) when it is too large, and [`Error::Setting`](crate::error::Error::Setting) with line
     /// and column for a wrong key or value.
     pub fn read_shot(path: &Path) -> Result<Self> {
         let text = read_text(path)?;
-        let source = Source { path, text: &text };
-        let mut table = source.table()?;
+        let file = TomlFile { path, text: &text };
+        let mut table = file.table()?;
         if table.get(LIMITS).is_some_and(|limits| limits.get_ref().is_table()) {
             table.remove(LIMITS);
         }
         let mut settings = Self::default();
-        source.read_table(&mut settings, &table)?;
+        file.read_table(&mut settings, &table)?;
         Ok(settings)
     }
 
@@ -106,11 +77,11 @@ impl Settings {
     /// Those of [`Settings::read_shot`].
     pub fn read_shot_scene(path: &Path) -> Result<Option<PathBuf>> {
         let text = read_text(path)?;
-        let source = Source { path, text: &text };
-        let table = source.table()?;
+        let file = TomlFile { path, text: &text };
+        let table = file.table()?;
         let mut settings = Self::default();
-        if let Some((key, value)) = table.get_key_value("scene") {
-            source.read_entry(&mut settings, (key.span().start, key.get_ref()), value.get_ref())?;
+        if let Some(scene) = entries(&table).into_iter().find(|entry| entry.key == "scene") {
+            file.read_entry(&mut settings, scene)?;
         }
         Ok(settings.scene.map(|scene| scene.value))
     }
@@ -121,19 +92,20 @@ impl Settings {
     /// Those of [`Settings::read_shot`].
     pub fn read_suite(path: &Path) -> Result<Self> {
         let text = read_text(path)?;
-        let source = Source { path, text: &text };
+        let file = TomlFile { path, text: &text };
         let mut settings = Self::default();
-        let Some((key, shot)) = source.table()?.remove_entry(SHOT) else { return Ok(settings) };
-        let DeValue::Table(table) = shot.get_ref() else {
-            let why =
-                format!("is {}; write [{SHOT}] and below it settings for all shots", kind(shot.get_ref()));
-            return Err(source.wrong_key(key.span().start, key.get_ref(), &why));
+        let whole = file.table()?;
+        let Some(shot) = entries(&whole).into_iter().find(|entry| entry.key == SHOT) else {
+            return Ok(settings);
         };
-        if let Some((key, _)) = table.get_key_value("scene") {
-            let why = "differs from shot to shot; name it in a shot file";
-            return Err(source.wrong_key(key.span().start, key.get_ref(), why));
+        let DeValue::Table(table) = shot.value else {
+            let expected = format!("[{SHOT}] and below it settings for all shots");
+            return Err(file.wrong_kind(shot, &expected));
+        };
+        if let Some(scene) = entries(table).into_iter().find(|entry| entry.key == "scene") {
+            return Err(file.wrong_key(scene, "differs from shot to shot; name it in a shot file"));
         }
-        source.read_table(&mut settings, table)?;
+        file.read_table(&mut settings, table)?;
         Ok(settings)
     }
 
@@ -141,7 +113,7 @@ impl Settings {
     /// definitions of a setting counts; repeated settings add up.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a wrong key or value.
+    /// [`Error::Setting`](crate::error::Error::Setting) for a wrong key or value.
     pub fn read_definitions<'a>(definitions: impl IntoIterator<Item = &'a String>) -> Result<Self> {
         let mut settings = Self::default();
         for text in definitions {

@@ -92,18 +92,18 @@ fn errors_name_file_line_and_column() {
         ("xyzzy_plugh = 4", &["is no setting; keys are the long options"]),
         ("dry_run = true", &["belongs on the command line"]),
         ("\n[image]\nsamples = 4", &[":2:2: \"image\" is a table"]),
-        ("samples = 'many'", &[":1:1: samples: is a text; write a number"]),
-        ("samples = true", &["is true or false; write a number"]),
+        ("samples = 'many'", &[":1:1: samples: expected a number, found a text"]),
+        ("samples = true", &["expected a number, found true or false"]),
         ("  samples = 0", &[":1:3: samples: write a whole number from 1 to 65536"]),
         ("samples = 1.5", &["write a whole number"]),
-        ("camera = 0", &["camera: is a number; write a text in quotes"]),
-        ("resume = 'yes'", &["is a text; write true or false"]),
+        ("camera = 0", &["camera: expected a text in quotes, found a number"]),
+        ("resume = 'yes'", &["expected true or false, found a text"]),
         ("preview = 'gif'", &["preview: \"gif\" is not one of the choices; there are png"]),
-        ("shadow_catcher = [1]", &["is an array; write", "an array of texts"]),
-        ("fps = 2024-01-01", &["is a date; write a number or a text in quotes"]),
+        ("shadow_catcher = [1]", &["expected a text in quotes or an array of texts, found an array"]),
+        ("fps = 2024-01-01", &["expected a number or a text in quotes, found a date"]),
         ("samples = 1\nsamples = 2", &[":2:1: "]),
         ("layers = 'uv'\naovs = 'uv'", &[":2:1: aovs: is set twice"]),
-        ("samples = ", &[":1:"]),
+        ("samples = ", &[":1:", ": not valid TOML: "]),
         ("\n\nresume = true\noverwrite = true", &[":4:1: overwrite: cannot be combined with `resume`"]),
         ("frames = '10-1'\nresolution = '0x1'", &[":1:1: frames: "]),
     ] {
@@ -156,6 +156,28 @@ fn stronger_levels_win_and_exclude() {
     assert!(error.to_string().contains("has no effect without `shutter`"), "{error}");
     assert!(matches!(strong.locate(Error::setting("samples", "too few")), Error::Setting(error)
         if error.to_string().ends_with(":5:1: samples: too few")));
+}
+
+#[test]
+fn a_later_setting_replaces_those_that_it_excludes() {
+    let set = |texts: &[(&str, &str)]| {
+        let mut settings = Settings::default();
+        for (name, text) in texts {
+            settings.set(name, OsStr::new(text), &Provenance::Library).unwrap();
+        }
+        settings
+    };
+    let values = set(&[("frames", "1-9"), ("start", "3"), ("end", "5")]).values();
+    assert_eq!((values.frames, values.start, values.end), (None, Some(3), Some(5)));
+    let values = set(&[("start", "3"), ("width", "9"), ("frames", "7"), ("resolution", "8x8")]).values();
+    assert_eq!((values.start, values.width, values.resolution), (None, None, Some((8, 8))));
+    let values = set(&[("resume", "true"), ("overwrite", "false"), ("shadow_catcher", "a")]).values();
+    assert!(values.resume && !values.overwrite);
+    assert_eq!(set(&[("shadow_catcher", "a"), ("shadow_catcher", "b")]).values().shadow_catcher, ["a", "b"]);
+    let mut settings = set(&[("frames", "1-9")]);
+    settings.set("start", OsStr::new("first"), &Provenance::Library).unwrap_err();
+    settings.set("frames", OsStr::new("last"), &Provenance::Library).unwrap_err();
+    assert_eq!(settings, set(&[("frames", "1-9")]));
 }
 
 #[test]

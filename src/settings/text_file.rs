@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use crate::error::{Error, Provenance, Result, SettingError, over_limit};
+use crate::error::{Error, Result, over_limit};
 
 /// Largest file, bytes; what is larger is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -34,12 +34,4 @@ pub(crate) fn location(text: &str, at: usize) -> (usize, usize) {
     let before = text.get(..at).unwrap_or(text);
     let start = before.rfind('\n').map_or(0, |newline| newline + 1);
     (1 + before.matches('\n').count(), 1 + before[start..].chars().count())
-}
-
-/// The error of a file that is no TOML, or has another form than expected, with line and column.
-pub(crate) fn not_toml(path: &Path, text: &str, error: &toml::de::Error) -> Error {
-    let (line, column) = location(text, error.span().map_or(0, |span| span.start));
-    let why = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
-    let origin = Provenance::File { path: path.to_owned(), line, column };
-    SettingError { setting: String::new(), origin, why }.into()
 }

@@ -37,6 +37,12 @@ fn scalar(value: &DeValue<'_>) -> Option<String> {
     }
 }
 
+/// A number as written; `None` for other values.
+pub(crate) fn number(value: &DeValue<'_>) -> Option<f64> {
+    let is_number = matches!(value, DeValue::Integer(_) | DeValue::Float(_));
+    scalar(value).filter(|_| is_number)?.parse().ok()
+}
+
 /// In decimal digits. A number that is too long stays as it is; no setting accepts it.
 fn decimal(number: &DeInteger<'_>) -> String {
     i64::from_str_radix(number.as_str(), number.radix())

@@ -23,8 +23,9 @@ impl Settings {
                 continue;
             }
             for text in texts {
-                // Both are texts of values.
-                let _ = definition.parse(&mut all, &(definition.access.rebase)(text, folder), &origin);
+                let text = (definition.access.rebase)(text, folder);
+                let parsed = definition.parse(&mut all, &text, &origin);
+                debug_assert!(parsed.is_ok(), "{} is no value of {}", text.display(), definition.name);
             }
         }
         all

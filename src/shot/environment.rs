@@ -8,7 +8,9 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning, over_limit};
 use crate::image_file::{EnvironmentPixels, read_environment};
-use crate::scene::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection};
+use crate::scene::{
+    ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, LightKind, Scene, Selection,
+};
 
 use crate::settings::EnvironmentSource;
 
@@ -172,12 +174,17 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
 
 /// Whether any node has a light below the selected roots.
 pub fn has_lights(scene: &Scene, selection: &Selection) -> bool {
+    !light_kinds(scene, selection).is_empty()
+}
+
+/// The kind of every light below the selected roots.
+pub(super) fn light_kinds(scene: &Scene, selection: &Selection) -> Vec<LightKind> {
+    let mut kinds = Vec::new();
     let mut pending = selection.roots.clone();
     while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
-        if node.light.is_some() {
-            return true;
-        }
+        let light = node.light.and_then(|light| scene.lights.get(light.index()));
+        kinds.extend(light.map(|light| light.kind));
         pending.extend_from_slice(&node.children);
     }
-    false
+    kinds
 }

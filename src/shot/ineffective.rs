@@ -1,10 +1,12 @@
 //! Settings that are given and have no effect on a job.
 
 use crate::error::Warning;
-use crate::scene::{Environment, LightKind, Scene, SelectedCamera, Selection};
+use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
 use crate::settings::SettingValues;
+
+use super::environment::light_kinds;
 
 /// One warning for each setting that has no effect on this job.
 pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
@@ -61,16 +63,4 @@ fn moves(job: &SequenceJob) -> bool {
     }
     let clips = job.selection.clips.iter().filter_map(|clip| job.scene.animations.get(clip.index()));
     clips.flat_map(|clip| &clip.channels).any(|channel| channel.keyframes.times_seconds.len() > 1)
-}
-
-/// The kind of every light below the selected roots.
-fn light_kinds(scene: &Scene, selection: &Selection) -> Vec<LightKind> {
-    let mut kinds = Vec::new();
-    let mut pending = selection.roots.clone();
-    while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
-        let light = node.light.and_then(|light| scene.lights.get(light.index()));
-        kinds.extend(light.map(|light| light.kind));
-        pending.extend_from_slice(&node.children);
-    }
-    kinds
 }

@@ -8,7 +8,7 @@ use crate::sequence::SequenceJob;
 use crate::settings::{DEFINITIONS, Settings};
 
 use super::resolve::{RenderJob, resolve};
-use super::shot_settings::{ShotSettings, is_shot, no_scene, refusal};
+use super::shot_settings::{ShotSettings, check_warnings, is_shot, no_scene};
 
 /// A shot of a suite.
 #[derive(Clone, Copy, Debug)]
@@ -37,10 +37,8 @@ pub struct ShotJob {
 pub fn shot_job(request: &ShotRequest<'_>) -> Result<ShotJob> {
     let shot = shot_settings(request)?;
     let RenderJob { sequence, warnings, .. } = resolve(&shot, ImageLoading::Texels)?;
-    match refusal(&sequence.scene.path, &warnings) {
-        Some(error) if sequence.strict => Err(error),
-        _ => Ok(ShotJob { sequence, warnings }),
-    }
+    check_warnings(&sequence, &warnings)?;
+    Ok(ShotJob { sequence, warnings })
 }
 
 /// The scene of the shot file `path`. Neither the scene nor other settings are read.

@@ -19,4 +19,5 @@ pub use job::{ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_jo
 pub use resolve::{RenderJob, resolve};
 pub(crate) use resolve::{load_scene, resolve_scene};
 pub use resolved_settings::resolved_settings;
+pub(crate) use shot_settings::check_warnings;
 pub use shot_settings::{ShotSettings, is_shot, refusal};

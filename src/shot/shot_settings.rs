@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result, Warning};
+use crate::sequence::SequenceJob;
 use crate::settings::{SettingValues, Settings};
 
 /// The settings of one shot.
@@ -65,6 +66,17 @@ pub(super) fn no_scene(shot: Option<&Path>) -> Error {
     match shot {
         Some(shot) => Error::invalid(shot, "", format!("names no scene; write {example}")),
         None => Error::usage("no scene is named; write its file, or -D scene=FILE"),
+    }
+}
+
+/// Refuses warnings under `strict`.
+///
+/// # Errors
+/// That of [`refusal`].
+pub(crate) fn check_warnings(job: &SequenceJob, warnings: &[Warning]) -> Result<()> {
+    match refusal(&job.scene.path, warnings) {
+        Some(error) if job.strict => Err(error),
+        _ => Ok(()),
     }
 }
 

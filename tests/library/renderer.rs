@@ -66,3 +66,46 @@ fn a_setting_that_the_scene_cannot_honour_is_an_error_of_the_render() {
     assert!(error.to_string().contains("no such camera"), "{error}");
     assert!(matches!(Renderer::open("no such file.glb"), Err(Error::Missing { .. })));
 }
+
+#[test]
+fn sequences_are_checked_as_by_the_program_before_the_first_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let sky = folder.path().join("sky.exr");
+    small().frame(0).unwrap().write_exr(&sky).unwrap();
+    let before = std::fs::read(&sky).unwrap();
+    let one = small().set("frames", "0").unwrap().set("overwrite", "true").unwrap();
+
+    let over_input = one.clone().set("env", &sky).unwrap().sequence(&sky).unwrap().run(|_| ()).unwrap_err();
+    assert!(over_input.to_string().contains("is an input"), "{over_input}");
+    assert_eq!(std::fs::read(&sky).unwrap(), before);
+
+    let movie = one.set("movie", folder.path().join("a.mkvv")).unwrap();
+    let error = movie.sequence(folder.path().join("a.exr")).unwrap().run(|_| ()).unwrap_err();
+    assert!(matches!(&error, Error::Setting(error) if error.setting == "movie"), "{error}");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn strict_refuses_warnings() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("glow.gltf");
+    let text = r#"{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{}],
+        "extensionsUsed": ["ACME_glow"]}"#;
+    std::fs::write(&scene, text).unwrap();
+    let renderer = Renderer::open(&scene).unwrap().size(4, 4);
+    assert_eq!(renderer.warnings().len(), 1);
+    assert!(renderer.frame(0).is_ok());
+    let error = renderer.set("strict", "true").unwrap().frame(0).unwrap_err();
+    assert!(
+        matches!(&error, Error::Unsupported { .. }) && error.to_string().contains("ACME_glow"),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_size_replaces_other_settings_of_it() {
+    let renderer = small().set("scale", "50%").unwrap().set("width", "9").unwrap().size(6, 4);
+    assert_eq!(renderer.frame(0).unwrap().size(), (6, 4));
+    let smaller = renderer.set("scale", "50%").unwrap();
+    assert_eq!(smaller.frame(0).unwrap().size(), (3, 2));
+}

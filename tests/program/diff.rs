@@ -167,6 +167,7 @@ fn exit_codes_distinguish_usage_bad_files_and_missing_files() {
     assert_eq!(code(&[&a]), Some(2));
     assert_eq!(code(&[&a, &a, "--preset", "loose"]), Some(2));
     assert_eq!(code(&[&a, &a, "--layers", "depth"]), Some(2));
+    assert_eq!(code(&[&a, &a, "--aovs", "depth"]), Some(2));
     assert_eq!(code(&[&a, &a, "--heat-map", "heat.exr"]), Some(2));
     assert_eq!(code(&[&a, &stage.at("")]), Some(2));
     assert_eq!(code(&[&a, &text]), Some(65));
@@ -196,7 +197,6 @@ fn aovs_show_the_cause_of_a_change() {
     let brighter = stage.rendered("brighter.exr", "light/point.gltf", |_| {}, &["--light-scale", "1.3"]);
     assert_eq!(kind(&brighter, &lit), "light");
     // Only the selected AOVs count.
-    let code =
-        |layers| rayframe(&["diff", &brighter, &lit, "--preset", "exact", "--layers", layers]).status.code();
+    let code = |aovs| rayframe(&["diff", &brighter, &lit, "--preset", "exact", "--aovs", aovs]).status.code();
     assert_eq!((code("data"), code("beauty"), code("depth,albedo")), (Some(0), Some(1), Some(0)));
 }

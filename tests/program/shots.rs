@@ -127,7 +127,7 @@ fn faults_of_a_shot_file_are_told_in_one_line_with_the_code_of_wrong_files() {
     let scene = format!("scene = '{DEMO}'\n");
     for (text, code, word) in [
         ("sampels = 4", 65, "a.toml:2:1: \"sampels\" is no setting; did you mean \"samples\"?"),
-        ("samples = 'x'", 65, "a.toml:2:1: samples: is a text; write a number"),
+        ("samples = 'x'", 65, "a.toml:2:1: samples: expected a number, found a text"),
         ("fps = 0", 65, "a.toml:2:1: fps: "),
         ("\nframes = '9-1'", 65, "a.toml:3:1: frames: "),
         ("camera = 'nobody'", 65, ":2:1: camera: "),
@@ -135,6 +135,8 @@ fn faults_of_a_shot_file_are_told_in_one_line_with_the_code_of_wrong_files() {
         ("scene_choice = '#99'", 65, ":2:1: scene_choice: "),
         ("env = 'gone.hdr'", 66, "gone.hdr"),
         ("samples = 4 4", 65, "a.toml:2:"),
+        ("frames = '1-2'\noutput = 'x.exr'", 65, ":3:1: output: 2 frames would all be written"),
+        ("frames = 0\noutput = 'x.exr'\nstats = 'x.exr'", 65, ":4:1: stats: \"x.exr\" will hold a frame"),
     ] {
         std::fs::write(folder.path().join("a.toml"), format!("{scene}{text}\n")).unwrap();
         let output = rayframe(folder.path(), &["render", "a.toml", "-n"]);

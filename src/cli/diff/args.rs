@@ -15,9 +15,9 @@ pub(in crate::cli) struct DiffArgs {
     /// Limits on differences: exact, strict, visual or noisy (docs/regression.md lists every limit)
     #[arg(long, value_name = "PRESET", default_value = "visual", value_parser = preset)]
     pub(super) preset: Preset,
-    /// Compare only these layers: names between commas, such as beauty,depth, or light, data, crypto, all
-    #[arg(long, value_name = "LIST", default_value = "all")]
-    pub(super) layers: String,
+    /// Compare only these AOVs: names separated by commas, such as beauty,depth, or light, data, crypto, all
+    #[arg(long, alias = "layers", value_name = "LIST", default_value = "all")]
+    pub(super) aovs: String,
     /// Write FLIP of every pixel as colours; for sequences a name with the frame number, such as heat.####.png
     #[arg(long, value_name = "FILE.png", value_parser = clap::value_parser!(std::ffi::OsString))]
     pub(super) heat_map: Option<std::ffi::OsString>,

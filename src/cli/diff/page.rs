@@ -170,8 +170,8 @@ fn worst_pair<'a>(paired: &'a PairedFiles, frames: &[FrameResult]) -> Option<&'a
 fn command(args: &DiffArgs, actual: &Path, reference: &Path, options: &[&str]) -> String {
     let (actual, reference) = (shown(actual), shown(reference));
     let mut words = vec!["rayframe", "diff", &actual, &reference, "--preset", args.preset.name()];
-    if args.layers != "all" {
-        words.extend(["--layers", &args.layers]);
+    if args.aovs != "all" {
+        words.extend(["--aovs", &args.aovs]);
     }
     words.extend(options);
     words.into_iter().map(shell_word).collect::<Vec<_>>().join(" ")

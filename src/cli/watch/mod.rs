@@ -5,6 +5,7 @@
 
 mod coarse;
 mod files;
+mod options;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -20,7 +21,7 @@ use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
 use rayframe::sequence::{ExistingFiles, OutputFormat, OutputPattern, Plan, SequenceJob};
 
 use super::exit_status::{ExitStatus, exit_status};
-use super::render::{other_files, perform, prepare, refuse_collisions};
+use super::render::{other_files, perform, prepare};
 use super::render_options::{RenderOptions, message};
 use super::signals;
 use super::summary::summary;
@@ -32,6 +33,8 @@ use rayframe::settings::{ProgressStyle, SettingValues};
 use rayframe::shot::{RenderJob, ShotSettings, resolve};
 
 use files::{TICK, WatchedFiles};
+
+pub(super) use options::WatchOptions;
 
 /// Exit code of errors in the content of a file.
 const WRONG_FILE: u8 = 65;
@@ -49,8 +52,8 @@ struct Watch<'a> {
 }
 
 /// Renders after every change until a signal comes.
-pub(super) fn run(options: &RenderOptions) -> ExitStatus {
-    watch(options).unwrap_or_else(|error| exit_status(Err(error)))
+pub(super) fn run(options: &WatchOptions) -> ExitStatus {
+    watch(&options.0).unwrap_or_else(|error| exit_status(Err(error)))
 }
 
 fn watch(options: &RenderOptions) -> Result<ExitStatus> {
@@ -105,10 +108,9 @@ impl Watch<'_> {
         self.files.replace(inputs.iter().cloned());
         refuse_many(&job)?;
         job.existing = ExistingFiles::Overwrite;
-        job.sequence_outputs.check()?;
         let plan = Plan::new(&job)?;
         let others = other_files(&job, args);
-        refuse_collisions(&plan, &others, &inputs)?;
+        plan.check_collisions(&others, &inputs)?;
         if !args.overwrite {
             protect_foreign(&job, &plan)?;
         }

@@ -1,25 +1,27 @@
 //! Limits of a suite or shot: the table `[test]` of suite and shot files.
 
-use serde::Deserialize;
+use toml::de::{DeTable, DeValue};
 
 use super::super::{Limits, Preset};
+use crate::error::Result;
+use crate::settings::{TomlEntry, TomlFile, entries, nearest, number};
 
-/// The table `[test]` as written. Absent fields keep the previous limit.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
-#[serde(deny_unknown_fields, default)]
-pub(super) struct LimitTable {
-    preset: Option<String>,
-    different_values: Option<f64>,
-    light_absolute: Option<f64>,
-    light_relative: Option<f64>,
-    light_share: Option<f64>,
-    data_absolute: Option<f64>,
-    data_relative: Option<f64>,
-    data_share: Option<f64>,
-    mean_flip: Option<f64>,
-    tile_flip: Option<f64>,
-    brightness: Option<f64>,
-}
+/// Name of the table.
+const TEST: &str = "test";
+/// Keys of the table.
+const KEYS: [&str; 11] = [
+    "preset",
+    "different_values",
+    "light_absolute",
+    "light_relative",
+    "light_share",
+    "data_absolute",
+    "data_relative",
+    "data_share",
+    "mean_flip",
+    "tile_flip",
+    "brightness",
+];
 
 /// A preset, and its limits with changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,73 +43,117 @@ impl PresetLimits {
         if self.limits == self.preset.limits() { name.to_owned() } else { format!("{name} with own limits") }
     }
 
-    /// Applies `table`. A preset in it replaces all limits.
+    /// Applies the table `[test]` of a file, if it has one. A preset in it replaces all limits; absent keys keep theirs.
     ///
     /// # Errors
-    /// A message with the name of the invalid field.
-    pub(super) fn with(mut self, table: &LimitTable) -> Result<Self, String> {
-        if let Some(name) = &table.preset {
-            let preset = Preset::of_name(name).ok_or_else(|| {
-                format!("preset: there is no \"{}\"; write {}", name.escape_debug(), Preset::NAMES)
-            })?;
+    /// [`Error::Setting`](crate::error::Error::Setting) with line and column of a wrong key or value.
+    pub(super) fn with(mut self, file: &TomlFile<'_>, whole: &DeTable<'_>) -> Result<Self> {
+        let Some(test) = entries(whole).into_iter().find(|entry| entry.key == TEST) else {
+            return Ok(self);
+        };
+        let DeValue::Table(table) = test.value else {
+            return Err(file.wrong_kind(test, "[test] and below it limits"));
+        };
+        let entries = entries(table);
+        // The preset comes first, wherever it stands.
+        if let Some(&entry) = entries.iter().find(|entry| entry.key == "preset") {
+            let preset = preset(file, entry)?;
             self = Self { preset, limits: preset.limits() };
         }
-        let limits = &mut self.limits;
-        for (name, value, limit) in [
-            ("different_values", table.different_values, &mut limits.different_values),
-            ("light_share", table.light_share, &mut limits.light_share),
-            ("data_share", table.data_share, &mut limits.data_share),
-            ("mean_flip", table.mean_flip, &mut limits.mean_flip),
-            ("tile_flip", table.tile_flip, &mut limits.tile_flip),
-            ("brightness", table.brightness, &mut limits.brightness),
-            ("light_absolute", table.light_absolute, &mut limits.light.absolute),
-            ("light_relative", table.light_relative, &mut limits.light.relative),
-            ("data_absolute", table.data_absolute, &mut limits.data.absolute),
-            ("data_relative", table.data_relative, &mut limits.data.relative),
-        ] {
-            set(name, value, limit)?;
+        for entry in entries.into_iter().filter(|entry| entry.key != "preset") {
+            let limit =
+                self.limits.named_mut(entry.key).ok_or_else(|| file.unknown_key(entry, "a limit", &KEYS))?;
+            let value = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
+            if value.is_nan() || value < 0.0 {
+                return Err(file.wrong_value(entry, "write a number from 0, or inf for no limit"));
+            }
+            *limit = value;
         }
         Ok(self)
     }
 }
 
-fn set(name: &str, value: Option<f64>, limit: &mut f64) -> Result<(), String> {
-    match value {
-        // NaN fails this comparison.
-        Some(value) if value >= 0.0 => *limit = value,
-        Some(_) => return Err(format!("{name}: write a number from 0, or inf for no limit")),
-        None => {}
+impl Limits {
+    fn named_mut(&mut self, name: &str) -> Option<&mut f64> {
+        Some(match name {
+            "different_values" => &mut self.different_values,
+            "light_absolute" => &mut self.light.absolute,
+            "light_relative" => &mut self.light.relative,
+            "light_share" => &mut self.light_share,
+            "data_absolute" => &mut self.data.absolute,
+            "data_relative" => &mut self.data.relative,
+            "data_share" => &mut self.data_share,
+            "mean_flip" => &mut self.mean_flip,
+            "tile_flip" => &mut self.tile_flip,
+            "brightness" => &mut self.brightness,
+            _ => return None,
+        })
     }
-    Ok(())
+}
+
+fn preset(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Preset> {
+    let DeValue::String(name) = entry.value else {
+        return Err(file.wrong_kind(entry, "a text in quotes"));
+    };
+    Preset::of_name(name).ok_or_else(|| {
+        let names = Preset::ALL.map(Preset::name);
+        let suggestion = nearest(name, &names).map(|name| format!("; did you mean \"{name}\"?"));
+        let hint = suggestion.unwrap_or_else(|| format!("; write {}", Preset::NAMES));
+        file.wrong_value(entry, format!("there is no \"{}\"{hint}", name.escape_debug()))
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
-    fn table(text: &str) -> LimitTable {
-        toml::from_str(text).unwrap()
+    fn with(limits: PresetLimits, text: &str) -> Result<PresetLimits> {
+        let text = format!("[test]\n{text}");
+        let file = TomlFile { path: Path::new("suite.toml"), text: &text };
+        limits.with(&file, &file.table()?)
     }
 
     #[test]
-    fn absent_fields_keep_their_limits() {
+    fn absent_keys_keep_their_limits() {
         let strict = PresetLimits { preset: Preset::Strict, limits: Preset::Strict.limits() };
-        assert_eq!(strict.with(&table("")), Ok(strict));
-        let changed = strict.with(&table("tile_flip = 1\nlight_absolute = 0.25")).unwrap();
+        assert_eq!(with(strict, "").unwrap(), strict);
+        let changed = with(strict, "tile_flip = 1\nlight_absolute = 0.25").unwrap();
         assert_eq!((changed.limits.tile_flip, changed.limits.light.absolute), (1.0, 0.25));
         assert_eq!(changed.limits.mean_flip, Preset::Strict.limits().mean_flip);
         assert_eq!(changed.name(), "strict with own limits");
-        let noisy = changed.with(&table("preset = 'noisy'\nbrightness = inf")).unwrap();
+        let noisy = with(changed, "brightness = inf\npreset = 'noisy'").unwrap();
         assert_eq!(noisy.limits.brightness, f64::INFINITY);
         assert_eq!(noisy.limits.tile_flip, Preset::Noisy.limits().tile_flip);
     }
 
     #[test]
-    fn invalid_fields_are_named() {
-        let error = |text: &str| PresetLimits::default().with(&table(text)).unwrap_err();
-        assert!(error("preset = 'lose'").contains("exact, strict, visual or noisy"));
-        assert!(error("mean_flip = -1").starts_with("mean_flip: "));
-        assert!(error("data_relative = nan").starts_with("data_relative: "));
-        assert!(toml::from_str::<LimitTable>("flip = 1").is_err());
+    fn every_key_is_a_limit_or_the_preset() {
+        let mut limits = Preset::Exact.limits();
+        assert!(KEYS.iter().all(|&key| key == "preset" || limits.named_mut(key).is_some()));
+    }
+
+    #[test]
+    fn errors_have_a_position_and_a_suggestion() {
+        for (text, message) in [
+            ("preset = 'exat'", "suite.toml:2:1: preset: there is no \"exat\"; did you mean \"exact\"?"),
+            (
+                "preset = 'xyzzy'",
+                "suite.toml:2:1: preset: there is no \"xyzzy\"; write exact, strict, visual or noisy",
+            ),
+            ("preset = 1", "suite.toml:2:1: preset: expected a text in quotes, found a number"),
+            (
+                "\n mean_flipp = 1",
+                "suite.toml:3:2: \"mean_flipp\" is not a limit; did you mean \"mean_flip\"?",
+            ),
+            ("mean_flip = 'low'", "suite.toml:2:1: mean_flip: expected a number, found a text"),
+            ("mean_flip = -1", "suite.toml:2:1: mean_flip: write a number from 0, or inf for no limit"),
+            ("data_share = nan", "suite.toml:2:1: data_share: write a number from 0, or inf for no limit"),
+        ] {
+            let error = with(PresetLimits::default(), text).unwrap_err();
+            assert_eq!(error.to_string(), message);
+            assert_eq!(error.exit_code(), 65);
+        }
     }
 }

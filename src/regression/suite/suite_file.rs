@@ -2,12 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use toml::de::{DeTable, DeValue};
 
-use super::limits::{LimitTable, PresetLimits};
-use crate::error::{Error, Result};
-use crate::settings::{not_toml, read_text};
+use super::limits::PresetLimits;
+use crate::error::Result;
+use crate::settings::{TomlEntry, TomlFile, entries, number, read_text};
 
 /// The name of suite files.
 pub const SUITE_FILE: &str = "suite.toml";
@@ -32,56 +31,83 @@ pub struct Suite {
     pub(super) limits: PresetLimits,
 }
 
-/// The suite file as written.
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+/// Keys of a suite file.
+const KEYS: [&str; 7] = ["scenes", "exclude", "references", "report", "max_reference_kib", "test", "shot"];
+
+/// The suite file as written, without its tables.
+#[derive(Debug, Default)]
 struct SuiteText {
     scenes: Option<PathBuf>,
     exclude: Vec<PathBuf>,
     references: Option<PathBuf>,
     report: Option<PathBuf>,
     max_reference_kib: Option<u64>,
-    test: LimitTable,
-    #[serde(rename = "shot")]
-    _shot: IgnoredAny,
 }
 
-/// The fields that distinguish suite files from shot files.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-struct SuiteMark {
-    shot: Option<IgnoredAny>,
-    scene: Option<IgnoredAny>,
+impl SuiteText {
+    fn of(file: &TomlFile<'_>, table: &DeTable<'_>) -> Result<Self> {
+        let mut suite = Self::default();
+        for entry in entries(table) {
+            match entry.key {
+                "scenes" => suite.scenes = Some(path(file, entry)?),
+                "exclude" => suite.exclude = excluded(file, entry)?,
+                "references" => suite.references = Some(path(file, entry)?),
+                "report" => suite.report = Some(path(file, entry)?),
+                "max_reference_kib" => suite.max_reference_kib = Some(kib(file, entry)?),
+                "test" | "shot" => {}
+                _ => return Err(file.unknown_key(entry, "a key of a suite", &KEYS)),
+            }
+        }
+        Ok(suite)
+    }
 }
 
-/// The part of a shot file that suites read.
-#[derive(Debug, Default, Deserialize)]
-#[serde(default)]
-struct ShotText {
-    test: LimitTable,
+fn path(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<PathBuf> {
+    match entry.value {
+        DeValue::String(path) => Ok(PathBuf::from(path.as_ref())),
+        _ => Err(file.wrong_kind(entry, "a text in quotes")),
+    }
+}
+
+fn excluded(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<Vec<PathBuf>> {
+    let expected = "an array of texts, such as [\"node_modules\"]";
+    let DeValue::Array(paths) = entry.value else { return Err(file.wrong_kind(entry, expected)) };
+    let paths: Option<Vec<&str>> = paths.iter().map(|path| path.get_ref().as_str()).collect();
+    let paths = paths.ok_or_else(|| file.wrong_value(entry, format!("expected {expected}")))?;
+    // A missing path may be created later. Patterns are not supported.
+    if let Some(pattern) = paths.iter().find(|path| path.contains(['*', '?'])) {
+        let why =
+            format!("\"{}\" is a pattern; write whole names of files and folders", pattern.escape_debug());
+        return Err(file.wrong_value(entry, why));
+    }
+    Ok(paths.into_iter().map(PathBuf::from).collect())
+}
+
+fn kib(file: &TomlFile<'_>, entry: TomlEntry<'_>) -> Result<u64> {
+    let number = number(entry.value).ok_or_else(|| file.wrong_kind(entry, "a number"))?;
+    if number < 0.0 || number.fract() != 0.0 || !number.is_finite() {
+        return Err(file.wrong_value(entry, "write a whole number of KiB from 0"));
+    }
+    Ok(number as u64)
 }
 
 impl Suite {
     /// Reads a suite from its file, or from the suite file of a folder.
     ///
     /// # Errors
-    /// [`Error::Missing`] when the file does not exist, [`Error::Invalid`] with the line when it is invalid.
+    /// [`Error::Missing`](crate::Error::Missing) when the file does not exist, [`Error::Setting`](crate::Error::Setting) with line
+    /// and column of a wrong key or value.
     pub fn read(path: &Path) -> Result<Self> {
         let file = if path.is_dir() { path.join(SUITE_FILE) } else { path.to_owned() };
-        let text: SuiteText = parse(&file)?;
+        let text = read_text(&file)?;
+        let toml = TomlFile { path: &file, text: &text };
+        let table = toml.table()?;
+        let text = SuiteText::of(&toml, &table)?;
+        let limits = PresetLimits::default().with(&toml, &table)?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let below = |path: Option<PathBuf>, default: &str| joined(folder, &path.unwrap_or(default.into()));
-        let limits = PresetLimits::default().with(&text.test);
-        let limits = limits.map_err(|why| Error::invalid(&file, "", format!("[test] {why}")))?;
         let scenes = below(text.scenes.filter(|path| path != Path::new(".")), "");
-        let excluded: Vec<_> = text.exclude.iter().map(|path| scenes.join(path)).collect();
-        // A missing path may be created later. Patterns are not supported.
-        if let Some(pattern) = text.exclude.iter().find(|path| path.to_string_lossy().contains(['*', '?'])) {
-            let pattern = pattern.display();
-            let message =
-                format!("exclude: \"{pattern}\" is a pattern; write whole names of files and folders");
-            return Err(Error::invalid(&file, "", message));
-        }
+        let excluded = text.exclude.iter().map(|path| scenes.join(path)).collect();
         Ok(Self {
             excluded,
             scenes,
@@ -114,15 +140,15 @@ impl Suite {
         if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("toml")) {
             return Ok(self.limits);
         }
-        let text: ShotText = parse(path)?;
-        self.limits.with(&text.test).map_err(|why| Error::invalid(path, "", format!("[test] {why}")))
+        let text = read_text(path)?;
+        let file = TomlFile { path, text: &text };
+        self.limits.with(&file, &file.table()?)
     }
 }
 
 /// Whether a `.toml` file is a suite file: by its name, or by a table `[shot]` without a scene.
 pub(super) fn is_suite_file(path: &Path) -> bool {
-    path.file_name().is_some_and(|name| name == SUITE_FILE)
-        || parse(path).is_ok_and(|mark: SuiteMark| mark.shot.is_some() && mark.scene.is_none())
+    path.file_name().is_some_and(|name| name == SUITE_FILE) || has_shot_settings(path).unwrap_or(false)
 }
 
 /// Joins `path` to `folder`, resolving leading `..` by name.
@@ -134,9 +160,10 @@ fn joined(folder: &Path, path: &Path) -> PathBuf {
     }
 }
 
-fn parse<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<T> {
+fn has_shot_settings(path: &Path) -> Result<bool> {
     let text = read_text(path)?;
-    toml::from_str(&text).map_err(|error| not_toml(path, &text, &error))
+    let table = TomlFile { path, text: &text }.table()?;
+    Ok(table.contains_key("shot") && !table.contains_key("scene"))
 }
 
 #[cfg(test)]
@@ -176,18 +203,24 @@ mod tests {
         assert_eq!((limits.limits.tile_flip, limits.limits.mean_flip), (0.5, 0.0));
         std::fs::write(&shot, "scene = 'a.glb'\n[test]\ntile = 0.5").unwrap();
         let error = read.as_ref().unwrap().limits_of(&shot).unwrap_err().to_string();
-        assert!(error.contains(":3:1: ") && error.contains("tile"), "{error}");
+        assert!(error.contains(":3:1: \"tile\" is not a limit"), "{error}");
         assert_eq!(read.as_ref().unwrap().limits_of(Path::new("a.glb")).unwrap(), read.unwrap().limits);
     }
 
     #[test]
     fn errors_name_their_line() {
         for (text, words) in [
-            ("scenes = '.'\nrefs = 'r'", "suite.toml:2:1: unknown field `refs`"),
-            ("scenes = 4", "suite.toml:1:10: "),
-            ("exclude = ['*.glb']", "exclude: \"*.glb\" is a pattern"),
-            ("[test]\npreset = 'lose'", "[test] preset"),
-            ("max_reference_kib = -1", "suite.toml:1:21: "),
+            (
+                "scenes = '.'\nrefrences = 'r'",
+                "suite.toml:2:1: \"refrences\" is not a key of a suite; did you mean \"references\"?",
+            ),
+            ("scenes = 4", "suite.toml:1:1: scenes: expected a text in quotes, found a number"),
+            ("exclude = ['*.glb']", "suite.toml:1:1: exclude: \"*.glb\" is a pattern"),
+            ("exclude = 'a'", "suite.toml:1:1: exclude: expected an array of texts"),
+            ("[test]\npreset = 'lose'", "suite.toml:2:1: preset: there is no \"lose\""),
+            ("test = 1", "suite.toml:1:1: test: expected [test]"),
+            ("max_reference_kib = -1", "suite.toml:1:1: max_reference_kib: write a whole number"),
+            ("[test", "suite.toml:1:6: not valid TOML: "),
         ] {
             let error = suite(text).1.unwrap_err();
             assert!(error.to_string().contains(words), "{error}");

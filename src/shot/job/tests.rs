@@ -67,8 +67,8 @@ fn mistakes_in_a_suite_are_named_with_file_and_line() {
         (good, "[shot]\nsampels = 4", "suite.toml", &["suite.toml:2:1: \"sampels\"", "\"samples\"?"][..]),
         (good, "[shot]\n\nsamples = 0", "suite.toml", &["suite.toml:3:1: samples: write a whole number"]),
         (good, "[shot]\nscene = 'b.gltf'", "suite.toml", &[":2:1: \"scene\" differs from shot to shot"]),
-        (good, "\nshot = 4", "suite.toml", &[":2:1: \"shot\" is a number; write [shot]"]),
-        (good, "[[shot]]\nsamples = 4", "suite.toml", &[":1:3: \"shot\" is an array; write [shot]"]),
+        (good, "\nshot = 4", "suite.toml", &[":2:1: shot: expected [shot]"]),
+        (good, "[[shot]]\nsamples = 4", "suite.toml", &[":1:3: shot: expected [shot]"]),
         (good, "[shot]\n[shot.test]\nmean = 1", "suite.toml", &[":2:7: \"test\" is a table"]),
         (good, "[shot]\ntime_samples = 4", "suite.toml", &[":2:1: time_samples: ", "`shutter`"]),
         (good, "[shot]\nfps = 0", "suite.toml", &[":2:1: fps: "]),
@@ -124,7 +124,7 @@ fn the_scene_of_a_shot_is_found_whatever_else_it_says() {
     assert_eq!(scene_of_shot(&path).unwrap(), folder.path().join("sub/a.glb"));
     for (text, word) in [
         ("samples = 1", "names no scene"),
-        ("\nscene = 4", ":2:1: scene: is a number"),
+        ("\nscene = 4", ":2:1: scene: expected a text in quotes, found a number"),
         ("\nscene = ", ":2:"),
     ] {
         std::fs::write(&path, text).unwrap();

@@ -48,7 +48,7 @@ preset = "exact"
 resolution = [160, 90]
 samples = 4
 frames = 0
-layers = ["object_id", "material_id"]   # few bytes that tell what moved from what is lit otherwise
+aovs = ["object_id", "material_id"]   # few bytes that tell what moved from what is lit otherwise
 strict = true
 "#;
 

@@ -128,7 +128,9 @@ fn shot_files_have_settings_and_limits_of_their_own() {
     ran.ends(1, &["FAIL dim (preset exact)", "values whose bits differ"]);
     assert!(!ran.text.contains("FAIL bright"), "{}", ran.text);
     stage.write("dim.toml", "scene = 'point.gltf'\n[test]\npresets = 'exact'\n");
-    stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "dim.toml:3:1: unknown field `presets`"]);
+    stage
+        .run(&["test", "dim"])
+        .ends(1, &["FAIL dim", "dim.toml:3:1: \"presets\" is not a limit; did you mean \"preset\"?"]);
     stage.write("dim.toml", "scene = 'point.gltf'\nsampels = 4\n");
     stage.run(&["test", "dim"]).ends(1, &["FAIL dim", "dim.toml:2:1: \"sampels\"", "samples"]);
     stage.run(&["test", "dusk"]).ends(2, &["no shot's name contains \"dusk\""]);

@@ -1,0 +1,48 @@
+//! Files of a run that have the name of another file of the run, or of an input.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use crate::error::{Error, Result};
+
+use super::{Plan, PlannedFrame};
+
+impl Plan {
+    /// Refuses two files of one name, and files that would replace one of `inputs`. `others` are the files beside the frames,
+    /// each with the setting that names it.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] with the setting that names the second file.
+    pub fn check_collisions(&self, others: &[(&Path, &'static str)], inputs: &[PathBuf]) -> Result<()> {
+        let mut names: BTreeMap<PathBuf, &str> =
+            inputs.iter().map(|path| (canonical(path), "is an input")).collect();
+        let frames = self.frames.iter().flat_map(PlannedFrame::paths);
+        let frames = frames.map(|path| (path, "will hold a frame", "output"));
+        let others = others.iter().map(|&(path, setting)| (path, "will hold something else", setting));
+        for (path, purpose, setting) in frames.chain(others) {
+            if let Some(other) = names.insert(canonical(path), purpose) {
+                let path = path.display();
+                let why = format!("\"{path}\" {other} and cannot be written to as well; choose another name");
+                return Err(Error::setting(setting, why));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Canonical form of `path`. Links are resolved as far as the folder exists.
+fn canonical(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let mut canonical = PathBuf::new();
+    for component in absolute.components() {
+        match component {
+            Component::ParentDir => {
+                canonical.pop();
+            }
+            _ => canonical.push(component),
+        }
+        canonical = canonical.canonicalize().unwrap_or(canonical);
+    }
+    canonical.join(path.file_name().unwrap_or_default())
+}

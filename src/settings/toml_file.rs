@@ -1,0 +1,93 @@
+//! Shot files and suite files as TOML, with the line and column of every key.
+
+use std::path::Path;
+
+use toml::de::{DeTable, DeValue};
+
+use crate::error::{Error, Provenance, Result, SettingError};
+
+use super::nearest::nearest;
+use super::text_file::location;
+use super::toml_value::kind;
+
+/// A file of TOML and its text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TomlFile<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) text: &'a str,
+}
+
+/// A key of a table, and its value.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TomlEntry<'t> {
+    /// Byte of the key in the text.
+    pub(crate) at: usize,
+    /// The key.
+    pub(crate) key: &'t str,
+    /// The value.
+    pub(crate) value: &'t DeValue<'t>,
+}
+
+impl<'a> TomlFile<'a> {
+    /// The table of the whole file.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] with line and column where the text is not TOML.
+    pub(crate) fn table(&self) -> Result<DeTable<'a>> {
+        Ok(DeTable::parse(self.text).map_err(|error| self.not_toml(&error))?.into_inner())
+    }
+
+    /// The origin of the key at byte `at`.
+    pub(crate) fn origin(&self, at: usize) -> Provenance {
+        let (line, column) = location(self.text, at);
+        Provenance::File { path: self.path.to_owned(), line, column }
+    }
+
+    /// An error about the key of `entry`, which is not known.
+    pub(crate) fn wrong_key(&self, entry: TomlEntry<'_>, why: &str) -> Error {
+        let why = format!("\"{}\" {why}", entry.key.escape_debug());
+        SettingError { setting: String::new(), origin: self.origin(entry.at), why }.into()
+    }
+
+    /// An error about a key that is none of `names`, with the closest one.
+    pub(crate) fn unknown_key(&self, entry: TomlEntry<'_>, what: &str, names: &[&str]) -> Error {
+        let hint = match nearest(entry.key, names) {
+            Some(name) => format!("did you mean \"{name}\"?"),
+            None => format!("there are {}", names.join(", ")),
+        };
+        self.wrong_key(entry, &format!("is not {what}; {hint}"))
+    }
+
+    /// An error about the value of `entry`.
+    pub(crate) fn wrong_value(&self, entry: TomlEntry<'_>, why: impl Into<String>) -> Error {
+        let setting = entry.key.to_owned();
+        SettingError { setting, origin: self.origin(entry.at), why: why.into() }.into()
+    }
+
+    /// An error about a value of another kind than `expected`.
+    pub(crate) fn wrong_kind(&self, entry: TomlEntry<'_>, expected: &str) -> Error {
+        self.wrong_value(entry, wrong_kind(entry.value, expected))
+    }
+
+    fn not_toml(&self, error: &toml::de::Error) -> Error {
+        let why = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+        let origin = self.origin(error.span().map_or(0, |span| span.start));
+        SettingError { setting: String::new(), origin, why: format!("not valid TOML: {why}") }.into()
+    }
+}
+
+/// `expected a number, found a text`.
+pub(super) fn wrong_kind(value: &DeValue<'_>, expected: &str) -> String {
+    format!("expected {expected}, found {}", kind(value))
+}
+
+/// The entries of a table in the order of the lines.
+pub(crate) fn entries<'t>(table: &'t DeTable<'t>) -> Vec<TomlEntry<'t>> {
+    let entry =
+        |(key, value): (&'t toml::Spanned<std::borrow::Cow<'t, str>>, &'t toml::Spanned<DeValue<'t>>)| {
+            TomlEntry { at: key.span().start, key: key.get_ref(), value: value.get_ref() }
+        };
+    let mut entries: Vec<_> = table.iter().map(entry).collect();
+    entries.sort_by_key(|entry| entry.at);
+    entries
+}

@@ -45,6 +45,18 @@ impl Selection {
         clips.flat_map(|clip| &clip.channels).any(|channel| is_light(channel.target))
     }
 
+    /// Whether any node below the selected roots has a light.
+    pub fn has_lights(&self, scene: &Scene) -> bool {
+        let mut pending = self.roots.clone();
+        while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
+            if node.light.is_some() {
+                return true;
+            }
+            pending.extend_from_slice(&node.children);
+        }
+        false
+    }
+
     /// Label of the camera for messages: `camera "name"`, `camera #2` without a name, or `camera auto`.
     pub fn camera_label(&self, scene: &Scene) -> String {
         let SelectedCamera::Node(node) = self.camera else {

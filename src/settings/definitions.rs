@@ -149,7 +149,7 @@ settings! {
     /// surfaces near the brightness of their base colours
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files
-    tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "standard" }
+    tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "neutral" }
 
     /// Camera: a name, '#0' or auto
     /// , which frames the whole scene. Quote # in shells

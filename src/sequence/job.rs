@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::bvh::BuildSettings;
 use crate::color::ToneCurve;
-use crate::output::ExrOutput;
+use crate::output::{ExrOutput, PreviewLook};
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
@@ -45,6 +45,8 @@ pub struct SequenceJob {
     pub tone: ToneCurve,
     /// Treatment of existing files.
     pub existing: ExistingFiles,
+    /// sRGB colour behind the scene in tone-mapped files. It shows where the render is transparent.
+    pub display_background: Option<[u8; 3]>,
     /// Whether other frames are rendered after one fails.
     pub keep_going: bool,
     /// Whether a pixel that is infinite or NaN fails its frame.
@@ -55,6 +57,13 @@ pub struct SequenceJob {
 
 /// Time of the last keyframe of the selected clips, seconds.
 pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
+impl SequenceJob {
+    /// Tone mapping at an exposure.
+    pub fn look(&self, exposure_ev: f32) -> PreviewLook {
+        PreviewLook { exposure_ev, tone: self.tone, background: self.display_background }
+    }
+}
+
     selection
         .clips
         .iter()

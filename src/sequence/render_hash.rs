@@ -36,6 +36,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         exposure,
         tone,
         existing: _,
+        display_background,
         keep_going: _,
         strict: _,
         max_memory_bytes: _,
@@ -59,7 +60,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     let indices = |list: Vec<u32>| json!(list);
     let file = match output.format() {
         OutputFormat::Exr => exr_key(exr),
-        OutputFormat::Png => png_key(*tone, *exposure, *window),
+        OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let content = json!({
@@ -166,7 +167,12 @@ fn exr_key(exr: &ExrOutput) -> serde_json::Value {
 }
 
 /// Look and crop of PNG files, which have no data window.
-fn png_key(tone: ToneCurve, exposure: Exposure, window: PixelWindow) -> serde_json::Value {
+fn png_key(
+    tone: ToneCurve,
+    exposure: Exposure,
+    background: Option<[u8; 3]>,
+    window: PixelWindow,
+) -> serde_json::Value {
     let exposure = match exposure {
         Exposure::Auto => json!("auto"),
         Exposure::Ev(ev) => json!(ev.to_bits()),
@@ -175,6 +181,7 @@ fn png_key(tone: ToneCurve, exposure: Exposure, window: PixelWindow) -> serde_js
         "png": tone.name(),
         "exposure": exposure,
         "crop": [window.x0, window.y0, window.x1, window.y1],
+        "background": background,
     })
 }
 

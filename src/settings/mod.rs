@@ -33,7 +33,7 @@ mod write;
 pub use choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
-pub use environment_source::EnvironmentSource;
+pub use environment_source::{BackgroundSource, EnvironmentSource};
 pub use existing_files::ExistingFiles;
 pub use exposure::Exposure;
 pub use frame_rate::FrameRate;

@@ -210,6 +210,7 @@ pub(crate) fn sequence_job(
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         existing: ExistingFiles::Protect,
+        display_background: None,
         keep_going: false,
         strict: false,
         max_memory_bytes: 1 << 30,

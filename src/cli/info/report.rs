@@ -10,8 +10,6 @@ use rayframe::scene::{
 };
 use rayframe::sequence::{FrameRate, duration_seconds, triangle_count};
 
-use rayframe::shot::environment::has_lights;
-
 /// The support state of what is shown as the file means it.
 const SUPPORTED: &str = "supported";
 
@@ -174,7 +172,7 @@ impl Report {
                 clips: selection.clips.iter().map(|clip| clip.index()).collect(),
                 seconds,
                 last_frame_at_24_fps: FrameRate::FILM.last_frame(seconds),
-                is_lit_by_studio: selection.image_light.is_none() && !has_lights(scene, selection),
+                is_lit_by_studio: selection.image_light.is_none() && !selection.has_lights(scene),
                 camera: selection.camera_label(scene),
                 triangles: triangle_count(scene, &selection.roots),
             },

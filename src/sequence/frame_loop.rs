@@ -231,8 +231,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         let on_event = self.on_event;
         let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
         let rendered = self.tracer.render(planned.frame, film, &on_progress)?;
-        for warning in self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)? {
-            (self.on_event)(SequenceEvent::Warned(&warning));
+        let warnings = self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)?;
+        let hint = self.warnings.studio_hint(self.job, film, &rendered.rays, self.look.exposure_ev);
+        for warning in warnings.iter().chain(&hint) {
+            (self.on_event)(SequenceEvent::Warned(warning));
         }
         Ok(rendered)
     }

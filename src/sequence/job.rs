@@ -21,6 +21,8 @@ pub struct SequenceJob {
     pub selection: Selection,
     /// Environment light and background.
     pub environment: Environment,
+    /// Whether `environment` was left to the scene. Then a hint may name others.
+    pub is_environment_default: bool,
     /// Frame numbers in the order of rendering, none twice.
     pub frames: Vec<i64>,
     /// Frames per second.
@@ -43,10 +45,10 @@ pub struct SequenceJob {
     pub exposure: Exposure,
     /// Tone curve of tone-mapped files.
     pub tone: ToneCurve,
-    /// Treatment of existing files.
-    pub existing: ExistingFiles,
     /// sRGB colour behind the scene in tone-mapped files. It shows where the render is transparent.
     pub display_background: Option<[u8; 3]>,
+    /// Treatment of existing files.
+    pub existing: ExistingFiles,
     /// Whether other frames are rendered after one fails.
     pub keep_going: bool,
     /// Whether a pixel that is infinite or NaN fails its frame.
@@ -55,8 +57,6 @@ pub struct SequenceJob {
     pub max_memory_bytes: u64,
 }
 
-/// Time of the last keyframe of the selected clips, seconds.
-pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
 impl SequenceJob {
     /// Tone mapping at an exposure.
     pub fn look(&self, exposure_ev: f32) -> PreviewLook {
@@ -64,6 +64,8 @@ impl SequenceJob {
     }
 }
 
+/// Time of the last keyframe of the selected clips, seconds.
+pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
     selection
         .clips
         .iter()

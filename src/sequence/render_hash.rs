@@ -24,6 +24,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         scene,
         selection,
         environment,
+        is_environment_default: _,
         frames: _,
         rate,
         shutter,
@@ -35,8 +36,8 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         sequence_outputs: _,
         exposure,
         tone,
-        existing: _,
         display_background,
+        existing: _,
         keep_going: _,
         strict: _,
         max_memory_bytes: _,
@@ -180,8 +181,8 @@ fn png_key(
     json!({
         "png": tone.name(),
         "exposure": exposure,
-        "crop": [window.x0, window.y0, window.x1, window.y1],
         "background": background,
+        "crop": [window.x0, window.y0, window.x1, window.y1],
     })
 }
 

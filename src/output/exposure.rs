@@ -12,6 +12,8 @@ const REFLECTANCE: f64 = 0.04;
 
 /// Lower bound of a pixel's value as a share of the mean. Black pixels tell nothing about the light.
 const DARKEST_SHARE: f64 = 0.25;
+/// Share of the surfaces that are brightest, and how many times their base colours they may reach.
+const BRIGHTEST: (f64, f64) = (0.05, 1.5);
 /// Coverage by surfaces above which the background is ignored.
 const LEAST_COVERAGE: f64 = 0.01;
 
@@ -32,17 +34,21 @@ pub fn covers_enough(films: &[Film]) -> bool {
 ///
 /// Both enter by their geometric means, so a dark asset stays dark and a white one white: what is measured is the light on
 /// them. Pixels that emit more light than they reflect are left out where the film has light passes. The others are weighted by
-/// coverage. Values have a lower bound, or a few black pixels would lower the geometric mean
-/// without limit. Without any light the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to
-/// hundredths, so that the printed value can be passed as an option.
+/// coverage. Values have a lower bound, or a few black pixels would lower the geometric mean without limit. Where base colours are
+/// known, all but the brightest twentieth stay below 1.5 times their own, so that a pool of light in the dark is not blown out.
+/// Without any light the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to hundredths, so that the
+/// printed value can be passed as an option.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
     let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
     let light = mean_stops(&pixels, |pixel| pixel.luminance);
     let target = mean_stops(&pixels, |pixel| pixel.target);
     let (Some(light), Some(target)) = (light, target) else { return 0.0 };
+    let has_base_colors = films.iter().any(|film| film.aovs.centers.is_some());
+    let most_for_highlights = if has_base_colors { highlight_limit_ev(pixels) } else { f64::INFINITY };
+    let ev = most_for_highlights.min(target - light);
     let [least, most] = AUTO_EXPOSURE_BOUNDS;
     // The sum with zero turns −0 into 0.
-    ((libm::round((target - light) * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
+    ((libm::round(ev * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
 }
 
 /// A pixel that is at least partly covered, and not mainly by what emits light.
@@ -67,6 +73,22 @@ fn metered_pixels(film: &Film) -> impl Iterator<Item = MeteredPixel> {
         let is_metered = alpha > 0.0 && value.is_finite() && target.is_finite() && is_reflector;
         is_metered.then_some(MeteredPixel { cover: f64::from(alpha), luminance: value, target })
     })
+}
+
+/// Exposure that brings the darkest of the brightest pixels to a multiple of its target.
+fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>) -> f64 {
+    let (share, multiple) = BRIGHTEST;
+    let brightness = |pixel: &MeteredPixel| pixel.luminance / pixel.target;
+    pixels.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
+    let mut rest = share * pixels.iter().map(|pixel| pixel.cover).sum::<f64>();
+    let reached = pixels.iter().find(|pixel| {
+        rest -= pixel.cover;
+        rest <= 0.0
+    });
+    match reached.map(brightness) {
+        Some(brightness) if brightness > 0.0 => libm::log2(multiple / brightness),
+        _ => f64::INFINITY,
+    }
 }
 
 /// Mean of the binary logarithm of a value of the pixels; `None` without any light or coverage.
@@ -151,6 +173,18 @@ mod tests {
         // A chequer of black and white.
         let chequer = [[0.04, 0.04, 0.04, 1.0], [0.94, 0.94, 0.94, 1.0]];
         assert_eq!(auto_exposure_ev(&[film_of_surfaces(&chequer, &[0.0, 0.9])]), 0.0);
+    }
+
+    #[test]
+    fn pools_of_light_are_not_blown_out() {
+        // A fifth has 8 times its base colour, the rest 1/64 of it: 1.5 times the base colour is log2(1.5 / 8) = −2.415 stops.
+        let (shown, dark) = (0.22 * 8.0, 0.22 / 64.0);
+        let pool = [[shown, shown, shown, 1.0]];
+        let pixels = [&pool[..], &[[dark, dark, dark, 1.0]; 4]].concat();
+        assert_eq!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 5])]), -2.42);
+        // A highlight of a thirtieth does not decide.
+        let pixels = [&pool[..], &[[0.22, 0.22, 0.22, 1.0]; 29]].concat();
+        assert!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 30])]) > -0.2);
     }
 
     #[test]

@@ -58,7 +58,6 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         show_background,
         aovs: _,
     } = render;
-    let indices = |list: Vec<u32>| json!(list);
     let file = match output.format() {
         OutputFormat::Exr => exr_key(exr),
         OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
@@ -67,8 +66,8 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     let content = json!({
         "software": SOFTWARE,
         "scene": hex(&scene.content_hash),
-        "roots": indices(roots.iter().map(|root| root.0).collect()),
-        "clips": indices(clips.iter().map(|clip| clip.0).collect()),
+        "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
+        "clips": clips.iter().map(|clip| clip.0).collect::<Vec<_>>(),
         "camera": camera_key(*camera),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),

@@ -30,7 +30,7 @@ impl<'a> Presenter<'a> {
     /// Shows a finished frame.
     pub(super) fn watch(&self, event: SequenceEvent<'_>, reporter: &Reporter) {
         if let SequenceEvent::ExposureFound { ev, .. } = event {
-            let _ = self.look.set(PreviewLook { exposure_ev: ev, tone: self.job.tone });
+            let _ = self.look.set(self.job.look(ev));
         }
         let (SequenceEvent::FrameWritten(report), Some(terminal), Some(&look)) =
             (event, self.terminal, self.look.get())

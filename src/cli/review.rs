@@ -5,7 +5,6 @@ use std::path::Path;
 
 use super::accept::{NOTHING, RejectArgs, done, pending_changes, refuse_in_ci, rejected};
 use crate::progress::{TerminalImages, one_line, print_output, print_raw};
-use rayframe::color::ToneCurve;
 use rayframe::error::{Error, Result};
 use rayframe::output::{PreviewLook, display_image};
 use rayframe::regression::suite::{self, Pending, PendingKind, Suite, compare_pending};
@@ -133,11 +132,7 @@ fn described(comparison: &Comparison) -> String {
 fn terminal_text(terminal: TerminalImages, image: &Image) -> Option<String> {
     let colors = image.clone().into_linear().colors()?;
     let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
-    Some(terminal.text(&display_image(
-        image.size(),
-        &pixels,
-        PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard },
-    )))
+    Some(terminal.text(&display_image(image.size(), &pixels, PreviewLook::default())))
 }
 
 #[cfg(test)]

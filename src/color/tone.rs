@@ -14,13 +14,13 @@ use channels::positive;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ToneCurve {
     /// Rayframe's own: natural contrast around mid-grey, which it keeps, and a long shoulder.
-    #[default]
     Standard,
     /// AgX: low contrast, with headroom for bright and saturated light.
     Agx,
     /// The look of ACES 1.0: high contrast.
     Aces,
     /// Khronos PBR Neutral: reproduces base colours unchanged.
+    #[default]
     Neutral,
 }
 

@@ -3,15 +3,23 @@
 use glam::Vec3;
 
 use crate::color::luminance;
-use crate::film::Film;
+use crate::film::{Film, LightPass};
 
-/// Luminance of a photographic grey card, the target of the geometric mean.
+/// Luminance of a photographic grey card: the target where no base colours are known.
 const MIDDLE_GREY: f64 = 0.18;
+/// Reflectance of a common dielectric, which is added to its base colour: the least target of a surface.
+const REFLECTANCE: f64 = 0.04;
 
-/// Lower bound of a pixel's luminance as a share of the mean. Black pixels tell nothing about the light.
+/// Lower bound of a pixel's value as a share of the mean. Black pixels tell nothing about the light.
 const DARKEST_SHARE: f64 = 0.25;
+/// Share of the surfaces that are brightest, and how many times their base colours they may reach.
+const BRIGHTEST: (f64, f64) = (0.05, 1.5);
 /// Coverage by surfaces above which the background is ignored.
 const LEAST_COVERAGE: f64 = 0.01;
+
+/// Bounds of automatic exposure, in stops. Files that give their lamps in physical units are up to 16 stops too bright. Weak
+/// light is raised by two stops at most, so that dark scenes stay dark.
+pub const AUTO_EXPOSURE_BOUNDS: [f32; 2] = [-16.0, 2.0];
 
 /// Whether surfaces cover enough of the films to decide the exposure.
 pub fn covers_enough(films: &[Film]) -> bool {
@@ -21,35 +29,84 @@ pub fn covers_enough(films: &[Film]) -> bool {
     cover >= LEAST_COVERAGE * count as f64 && cover > 0.0
 }
 
-/// Exposure, in stops, that brings the geometric mean of the pixels' luminance to middle grey.
+/// Exposure, in stops, that brings the pixels' luminance to that of their base colours, or to middle grey in films without
+/// pixel-centre samples.
 ///
-/// Pixels are weighted by coverage. Their luminance has a lower bound, or a few black pixels would lower the geometric mean
-/// without limit. Without any light the exposure is 0. The value is rounded to hundredths, so that the printed value can be
-/// passed as an option.
+/// Both enter by their geometric means, so a dark asset stays dark and a white one white: what is measured is the light on
+/// them. Pixels that emit more light than they reflect are left out where the film has light passes. The others are weighted by
+/// coverage. Values have a lower bound, or a few black pixels would lower the geometric mean without limit. Where base colours are
+/// known, all but the brightest twentieth stay below 1.5 times their own, so that a pool of light in the dark is not blown out.
+/// Without any light the exposure is 0. The value stays within [`AUTO_EXPOSURE_BOUNDS`] and is rounded to hundredths, so that the
+/// printed value can be passed as an option.
 pub fn auto_exposure_ev(films: &[Film]) -> f32 {
-    let pixels = || films.iter().flat_map(|film| &film.pixels).filter_map(straight);
-    let cover: f64 = pixels().map(|(_, cover)| cover).sum();
-    let mean = pixels().map(|(value, cover)| value * cover).sum::<f64>() / cover;
+    let pixels: Vec<MeteredPixel> = films.iter().flat_map(metered_pixels).collect();
+    let light = mean_stops(&pixels, |pixel| pixel.luminance);
+    let target = mean_stops(&pixels, |pixel| pixel.target);
+    let (Some(light), Some(target)) = (light, target) else { return 0.0 };
+    let has_base_colors = films.iter().any(|film| film.aovs.centers.is_some());
+    let most_for_highlights = if has_base_colors { highlight_limit_ev(pixels) } else { f64::INFINITY };
+    let ev = most_for_highlights.min(target - light);
+    let [least, most] = AUTO_EXPOSURE_BOUNDS;
+    // The sum with zero turns −0 into 0.
+    ((libm::round(ev * 100.0) / 100.0) as f32).clamp(least, most) + 0.0
+}
+
+/// A pixel that is at least partly covered, and not mainly by what emits light.
+struct MeteredPixel {
+    cover: f64,
+    luminance: f64,
+    /// Luminance that it should have.
+    target: f64,
+}
+
+fn metered_pixels(film: &Film) -> impl Iterator<Item = MeteredPixel> {
+    film.pixels.iter().enumerate().filter_map(|(index, &[r, g, b, alpha])| {
+        let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
+        let center = film.aovs.centers.as_ref().map(|centers| centers[index]);
+        let target = match center.filter(|center| center.instance.is_some()) {
+            None => MIDDLE_GREY,
+            Some(center) => f64::from(luminance(center.albedo)) + REFLECTANCE,
+        };
+        let passes = film.aovs.light.as_ref().map(|passes| passes[index][LightPass::Emission.index()]);
+        let emitted = passes.map_or(0.0, |emission| f64::from(luminance(Vec3::from_array(emission))));
+        let is_reflector = emitted <= value * f64::from(alpha) * 0.5;
+        let is_metered = alpha > 0.0 && value.is_finite() && target.is_finite() && is_reflector;
+        is_metered.then_some(MeteredPixel { cover: f64::from(alpha), luminance: value, target })
+    })
+}
+
+/// Exposure that brings the darkest of the brightest pixels to a multiple of its target.
+fn highlight_limit_ev(mut pixels: Vec<MeteredPixel>) -> f64 {
+    let (share, multiple) = BRIGHTEST;
+    let brightness = |pixel: &MeteredPixel| pixel.luminance / pixel.target;
+    pixels.sort_by(|a, b| brightness(b).total_cmp(&brightness(a)));
+    let mut rest = share * pixels.iter().map(|pixel| pixel.cover).sum::<f64>();
+    let reached = pixels.iter().find(|pixel| {
+        rest -= pixel.cover;
+        rest <= 0.0
+    });
+    match reached.map(brightness) {
+        Some(brightness) if brightness > 0.0 => libm::log2(multiple / brightness),
+        _ => f64::INFINITY,
+    }
+}
+
+/// Mean of the binary logarithm of a value of the pixels; `None` without any light or coverage.
+fn mean_stops(pixels: &[MeteredPixel], value: fn(&MeteredPixel) -> f64) -> Option<f64> {
+    let cover: f64 = pixels.iter().map(|pixel| pixel.cover).sum();
+    let mean = pixels.iter().map(|pixel| value(pixel) * pixel.cover).sum::<f64>() / cover;
     if cover <= 0.0 || mean <= 0.0 {
-        return 0.0;
+        return None;
     }
     let darkest = mean * DARKEST_SHARE;
     let stops = |value: f64| libm::log2(if value > darkest { value } else { darkest });
-    let sum: f64 = pixels().map(|(value, cover)| stops(value) * cover).sum();
-    let ev = libm::log2(MIDDLE_GREY) - sum / cover;
-    (libm::round(ev * 100.0) / 100.0) as f32
-}
-
-/// Luminance and coverage of a pixel; `None` without coverage.
-fn straight(&[r, g, b, alpha]: &[f32; 4]) -> Option<(f64, f64)> {
-    let value = f64::from(luminance(Vec3::new(r, g, b))) / f64::from(alpha);
-    (alpha > 0.0 && value.is_finite()).then_some((value, f64::from(alpha)))
+    Some(pixels.iter().map(|pixel| stops(value(pixel)) * pixel.cover).sum::<f64>() / cover)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::PixelWindow;
+    use crate::film::{PixelCenterSample, PixelWindow};
 
     fn film(pixels: &[[f32; 4]]) -> Film {
         let size = (pixels.len() as u32, 1);
@@ -90,6 +147,62 @@ mod tests {
         let mut many = vec![[0.0, 0.0, 0.0, 1.0]; 9999];
         many.push([1800.0, 1800.0, 1800.0, 1.0]);
         assert_eq!(auto_exposure_ev(&[film(&many)]), 2.0);
+    }
+
+    /// A film whose pixels all show surfaces of the base colours `albedos`.
+    fn film_of_surfaces(pixels: &[[f32; 4]], albedos: &[f32]) -> Film {
+        let of = |&albedo: &f32| PixelCenterSample {
+            instance: Some(0),
+            albedo: Vec3::splat(albedo),
+            ..PixelCenterSample::default()
+        };
+        let mut film = film(pixels);
+        film.aovs.centers = Some(albedos.iter().map(of).collect());
+        film
+    }
+
+    #[test]
+    fn base_colours_decide_and_dark_assets_stay_dark() {
+        // Under light of one a dielectric of base colour c reflects c + 0.04.
+        for albedo in [0.0, 0.02, 0.18, 0.9] {
+            let shown = albedo + 0.04;
+            let lit = |light: f32| [[shown * light, shown * light, shown * light, 1.0]];
+            assert_eq!(auto_exposure_ev(&[film_of_surfaces(&lit(1.0), &[albedo])]), 0.0, "{albedo}");
+            assert_eq!(auto_exposure_ev(&[film_of_surfaces(&lit(8.0), &[albedo])]), -3.0, "{albedo}");
+        }
+        // A chequer of black and white.
+        let chequer = [[0.04, 0.04, 0.04, 1.0], [0.94, 0.94, 0.94, 1.0]];
+        assert_eq!(auto_exposure_ev(&[film_of_surfaces(&chequer, &[0.0, 0.9])]), 0.0);
+    }
+
+    #[test]
+    fn pools_of_light_are_not_blown_out() {
+        // A fifth has 8 times its base colour, the rest 1/64 of it: 1.5 times the base colour is log2(1.5 / 8) = −2.415 stops.
+        let (shown, dark) = (0.22 * 8.0, 0.22 / 64.0);
+        let pool = [[shown, shown, shown, 1.0]];
+        let pixels = [&pool[..], &[[dark, dark, dark, 1.0]; 4]].concat();
+        assert_eq!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 5])]), -2.42);
+        // A highlight of a thirtieth does not decide.
+        let pixels = [&pool[..], &[[0.22, 0.22, 0.22, 1.0]; 29]].concat();
+        assert!(auto_exposure_ev(&[film_of_surfaces(&pixels, &[0.18; 30])]) > -0.2);
+    }
+
+    #[test]
+    fn emitters_do_not_decide() {
+        let mut film = film(&[[0.36, 0.36, 0.36, 1.0], [9.0, 9.0, 9.0, 1.0]]);
+        let emission = |value: f32| [[value; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]];
+        film.aovs.light = Some(vec![emission(0.0), emission(8.0)]);
+        assert_eq!(auto_exposure_ev(&[film.clone()]), -1.0);
+        // An unlit scene shows its own colours.
+        film.aovs.light = Some(vec![emission(0.36), emission(9.0)]);
+        assert_eq!(auto_exposure_ev(&[film]), 0.0);
+    }
+
+    #[test]
+    fn automatic_exposure_is_bounded() {
+        let grey = |value: f32| auto_exposure_ev(&[film(&[[value, value, value, 1.0]])]);
+        assert_eq!((grey(1e-4), grey(0.0448)), (2.0, 2.0));
+        assert_eq!((grey(1e4), grey(1e6)), (-15.76, -16.0));
     }
 
     #[test]

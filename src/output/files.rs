@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8};
+use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8, srgb8_to_linear};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
 use crate::image::{Channel, ColorEncoding, Image, half_from_f32};
@@ -14,12 +14,14 @@ use super::cryptomatte::Matte;
 use super::{Aov, ExrOutput, InstanceIds, LightSamples};
 
 /// Tone mapping from scene-linear light to display values.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PreviewLook {
     /// Exposure in stops.
     pub exposure_ev: f32,
     /// Curve from scene to display.
     pub tone: ToneCurve,
+    /// sRGB colour behind the scene, which becomes opaque. Neither exposure nor curve changes it.
+    pub background: Option<[u8; 3]>,
 }
 
 /// The EXR files of a frame.
@@ -113,16 +115,23 @@ pub fn display_image(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -
 /// one made from the stored EXR file.
 fn display_pixels(pixels: &[[f32; 4]], look: PreviewLook) -> Vec<[u8; 4]> {
     let gain = exposure_scale(look.exposure_ev);
+    let background = look.background.map(|color| Vec3::from_array(color.map(srgb8_to_linear)));
     pixels
         .iter()
-        .map(|pixel| display_pixel(pixel.map(|value| half_from_f32(value).to_f32()), gain, look.tone))
+        .map(|pixel| {
+            let [r, g, b, alpha] = pixel.map(|value| half_from_f32(value).to_f32());
+            // Light without coverage, such as a glow over the background, is not divided.
+            let cover = if alpha > 0.0 { alpha } else { 1.0 };
+            let color = look.tone.apply(Vec3::new(r, g, b) * (1.0 / cover * gain));
+            match background {
+                Some(background) => display_pixel(color * cover + background * (1.0 - alpha), 1.0),
+                None => display_pixel(color, alpha),
+            }
+        })
         .collect()
 }
 
-fn display_pixel([r, g, b, alpha]: [f32; 4], gain: f32, tone: ToneCurve) -> [u8; 4] {
-    // Light without coverage, such as a glow over the background, is not divided.
-    let straight = if alpha > 0.0 { 1.0 / alpha } else { 1.0 };
-    let color = tone.apply(Vec3::new(r, g, b) * (straight * gain));
+fn display_pixel(color: Vec3, alpha: f32) -> [u8; 4] {
     let [r, g, b] = color.to_array().map(linear_to_srgb8);
     [r, g, b, (alpha * 255.0 + 0.5) as u8]
 }
@@ -135,7 +144,7 @@ mod tests {
     use crate::output::{AovSet, frame_attributes};
     use crate::scene::Scene;
 
-    const LOOK: PreviewLook = PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard };
+    const LOOK: PreviewLook = PreviewLook { exposure_ev: 0.0, tone: ToneCurve::Standard, background: None };
 
     #[test]
     fn alpha_is_kept_and_colour_is_straight() {
@@ -143,6 +152,31 @@ mod tests {
         let half = display_pixels(&[[0.25, 0.125, 0.0625, 0.5]], LOOK)[0];
         assert_eq!(full[..3], half[..3]);
         assert_eq!((full[3], half[3]), (255, 128));
+    }
+
+    #[test]
+    fn display_backgrounds_are_exact_under_every_curve_and_exposure() {
+        let curves = [ToneCurve::Standard, ToneCurve::Agx, ToneCurve::Aces, ToneCurve::Neutral];
+        for (tone, exposure_ev) in curves.into_iter().zip([-7.5, 0.0, 1.0, 16.0]) {
+            for code in 0..=255 {
+                let look = PreviewLook { exposure_ev, tone, background: Some([code, 255, 255 - code]) };
+                assert_eq!(display_pixels(&[[0.0; 4]], look), [[code, 255, 255 - code, 255]]);
+            }
+        }
+    }
+
+    #[test]
+    fn surfaces_are_tone_mapped_before_they_cover_the_background() {
+        let look = PreviewLook { background: Some([255; 3]), ..LOOK };
+        let surface = [0.18, 0.09, 0.04, 1.0];
+        assert_eq!(display_pixels(&[surface], look), display_pixels(&[surface], LOOK));
+        // Mid-grey keeps its value 0.18 under the curve. Half of it and half of white: 0.59, sRGB 202.
+        assert_eq!(display_pixels(&[[0.09, 0.09, 0.09, 0.5]], look), [[202, 202, 202, 255]]);
+        // A shadow is black of some alpha: 0.75 of white, sRGB 225.
+        assert_eq!(display_pixels(&[[0.0, 0.0, 0.0, 0.25]], look), [[225, 225, 225, 255]]);
+        // Light without coverage adds to the background.
+        let black = PreviewLook { background: Some([0; 3]), ..LOOK };
+        assert_eq!(display_pixels(&[[0.18, 0.18, 0.18, 0.0]], black)[0][..3], [118, 118, 118]);
     }
 
     /// A film with all AOVs.

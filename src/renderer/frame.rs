@@ -8,7 +8,7 @@ use crate::error::Result;
 use crate::film::Film;
 use crate::image::Image;
 use crate::image_file::{FrameAttributes, write_atomically};
-use crate::output::{ExrOutput, InstanceIds, PreviewLook, exr_files, exr_image, png_file};
+use crate::output::{ExrOutput, InstanceIds, exr_files, exr_image, png_file};
 use crate::sequence::{FrameTracer, SequenceJob, exposure_ev, render_hash};
 
 /// A rendered frame in memory: linear colour, alpha and AOVs.
@@ -79,8 +79,12 @@ impl RenderedFrame {
     /// [`Renderer::cancelled_by`](crate::Renderer::cancelled_by) is raised during automatic exposure.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<()> {
         let exposure_ev = exposure_ev(&self.job, &self.cancel)?;
-        let look = PreviewLook { exposure_ev, tone: self.job.tone };
-        let png = png_file(self.size(), &self.film.pixels, look, &self.attributes.render_hash)?;
+        let png = png_file(
+            self.size(),
+            &self.film.pixels,
+            self.job.look(exposure_ev),
+            &self.attributes.render_hash,
+        )?;
         write_atomically(path.as_ref(), &png)
     }
 

@@ -1,8 +1,8 @@
 //! Selected scene, clips, camera and variant, resolved against one scene.
 
 use super::{
-    AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, NodeIndex, Scene,
-    SelectedCamera, VariantIndex,
+    AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, LightKind, NodeIndex,
+    Scene, SelectedCamera, VariantIndex,
 };
 
 /// Selected part of a scene.
@@ -28,6 +28,23 @@ impl Selection {
         let is_light = |target| matches!(target, AnimationTarget::ImageLight(light, _) if Some(light) == self.image_light);
         let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
         clips.flat_map(|clip| &clip.channels).any(|channel| is_light(channel.target))
+    }
+
+    /// Whether any node below the selected roots has a light.
+    pub fn has_lights(&self, scene: &Scene) -> bool {
+        !self.light_kinds(scene).is_empty()
+    }
+
+    /// The kind of every light below the selected roots.
+    pub fn light_kinds(&self, scene: &Scene) -> Vec<LightKind> {
+        let mut kinds = Vec::new();
+        let mut pending = self.roots.clone();
+        while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
+            let light = node.light.and_then(|light| scene.lights.get(light.index()));
+            kinds.extend(light.map(|light| light.kind));
+            pending.extend_from_slice(&node.children);
+        }
+        kinds
     }
 
     /// Label of the camera for messages: `camera "name"`, `camera #2` without a name, or `camera auto`.

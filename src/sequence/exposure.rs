@@ -15,8 +15,8 @@ const SIZE: (u32, u32) = (64, 36);
 /// Number of measured times, from the animation's first to its last.
 const TIMES: u32 = 5;
 
-/// Exposure of tone-mapped files in stops. Automatic exposure renders a few small frames; [`super::run`] computes it once
-/// and hands it on.
+/// Exposure of tone-mapped files in stops. Automatic exposure renders a few small frames, unless the studio alone lights the
+/// scene; [`super::run`] computes it once and hands it on.
 ///
 /// # Errors
 /// [`Cancelled`] when `cancel` is raised.
@@ -27,8 +27,13 @@ pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancel
     }
 }
 
-/// Measures the scene's surfaces without the background; with it where surfaces cover next to nothing.
+/// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
+/// was made for an exposure and lights the scene alone decides instead.
 fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
+    let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
+    if let Some(ev) = job.environment.exposure_ev().filter(|_| !has_lamps) {
+        return Ok(ev);
+    }
     let surfaces = small_renders(job, false, cancel)?;
     if covers_enough(&surfaces) || !job.render.show_background {
         return Ok(auto_exposure_ev(&surfaces));
@@ -45,7 +50,8 @@ fn small_renders(
         resolution: SIZE,
         window: PixelWindow::full(SIZE.0, SIZE.1),
         samples: 1,
-        aovs: AovFlags::NONE,
+        // Base colours and emission, which a background does not have.
+        aovs: AovFlags { centers: !show_background, light: !show_background, coverage: false },
         show_background,
         ..job.render.clone()
     };

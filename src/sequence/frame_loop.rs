@@ -68,7 +68,7 @@ fn tone_mapping(
     let exposure_ev = exposure_ev(job, cancel)?;
     let is_automatic = job.exposure == Exposure::Auto;
     on_event(SequenceEvent::ExposureFound { ev: exposure_ev, is_automatic });
-    Ok(Some(PreviewLook { exposure_ev, tone: job.tone }))
+    Ok(Some(job.look(exposure_ev)))
 }
 
 /// Inputs of a run.
@@ -112,7 +112,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
                 results,
                 films,
                 film: None,
-                look: look.unwrap_or(PreviewLook { exposure_ev: 0.0, tone: job.tone }),
+                look: look.unwrap_or(job.look(0.0)),
                 tracer: FrameTracer::new(job, stop),
                 warnings: FrameWarnings::default(),
             };
@@ -231,8 +231,10 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
         let on_event = self.on_event;
         let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
         let rendered = self.tracer.render(planned.frame, film, &on_progress)?;
-        for warning in self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)? {
-            (self.on_event)(SequenceEvent::Warned(&warning));
+        let warnings = self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)?;
+        let hint = self.warnings.studio_hint(self.job, film, &rendered.rays, self.look.exposure_ev);
+        for warning in warnings.iter().chain(&hint) {
+            (self.on_event)(SequenceEvent::Warned(warning));
         }
         Ok(rendered)
     }

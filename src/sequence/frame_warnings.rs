@@ -1,11 +1,19 @@
 //! Warnings about rendered frames that may not look as intended.
 
+use glam::Vec3;
+
 use crate::bvh::BuildStatistics;
+use crate::color::{exposure_scale, luminance};
 use crate::error::{Error, Result, Warning};
+use crate::film::Film;
 use crate::integrator::TRANSPARENCY_LIMIT;
 use crate::render::RenderStatistics;
+use crate::scene::Environment;
 
 use super::{PlannedFrame, SequenceJob, Summary};
+
+/// Luminance that counts as black at an exposure of 0: sRGB 6 of 255.
+const BLACK: f32 = 0.002;
 
 /// Warnings of the frames of a run, each given once.
 #[derive(Debug, Default)]
@@ -13,6 +21,8 @@ pub(super) struct FrameWarnings {
     given: Vec<Warning>,
     /// Whether the warning that the camera sees nothing was given.
     warned_of_empty_view: bool,
+    /// Whether the hint at the studio was given.
+    hinted_at_studio: bool,
 }
 
 impl FrameWarnings {
@@ -63,6 +73,33 @@ impl FrameWarnings {
         warnings.retain(|warning| !self.given.contains(warning));
         self.given.extend_from_slice(&warnings);
         Ok(warnings)
+    }
+
+    /// Hint at the studio, once, where the file's own lights leave most of what the camera sees black at an exposure.
+    pub(super) fn studio_hint(
+        &mut self,
+        job: &SequenceJob,
+        film: &Film,
+        rays: &RenderStatistics,
+        exposure_ev: f32,
+    ) -> Option<Warning> {
+        let is_lit_by_file = job.is_environment_default && matches!(job.environment, Environment::None);
+        if self.hinted_at_studio || !is_lit_by_file || rays.integrator.camera_hits == 0 {
+            return None;
+        }
+        // Without an environment the background is black as well, so lit pixels show surfaces.
+        let black = BLACK / exposure_scale(exposure_ev);
+        let lit = film.pixels.iter().filter(|[r, g, b, _]| luminance(Vec3::new(*r, *g, *b)) > black).count();
+        let surface_share = rays.integrator.camera_hits as f64 / rays.integrator.camera_rays as f64;
+        let black_share = 1.0 - lit as f64 / (film.pixels.len() as f64 * surface_share);
+        self.hinted_at_studio = black_share > 0.5;
+        let percent = (black_share * 100.0) as u32;
+        self.hinted_at_studio.then(|| {
+            warning(format!(
+                "the file's own lights leave {percent} % of what is seen black; `env` studio adds the studio's light, \
+                 `env_intensity` scales it"
+            ))
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::bvh::BuildSettings;
 use crate::color::ToneCurve;
-use crate::output::ExrOutput;
+use crate::output::{ExrOutput, PreviewLook};
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
@@ -21,6 +21,8 @@ pub struct SequenceJob {
     pub selection: Selection,
     /// Environment light and background.
     pub environment: Environment,
+    /// Whether `environment` was left to the scene. Then a hint may name others.
+    pub is_environment_default: bool,
     /// Frame numbers in the order of rendering, none twice.
     pub frames: Vec<i64>,
     /// Frames per second.
@@ -43,6 +45,8 @@ pub struct SequenceJob {
     pub exposure: Exposure,
     /// Tone curve of tone-mapped files.
     pub tone: ToneCurve,
+    /// sRGB colour behind the scene in tone-mapped files. It shows where the render is transparent.
+    pub display_background: Option<[u8; 3]>,
     /// Treatment of existing files.
     pub existing: ExistingFiles,
     /// Whether other frames are rendered after one fails.
@@ -51,6 +55,13 @@ pub struct SequenceJob {
     pub strict: bool,
     /// Memory limit, bytes.
     pub max_memory_bytes: u64,
+}
+
+impl SequenceJob {
+    /// Tone mapping at an exposure.
+    pub fn look(&self, exposure_ev: f32) -> PreviewLook {
+        PreviewLook { exposure_ev, tone: self.tone, background: self.display_background }
+    }
 }
 
 /// Time of the last keyframe of the selected clips, seconds.

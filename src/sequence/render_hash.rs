@@ -25,6 +25,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         scene,
         selection,
         environment,
+        is_environment_default: _,
         frames: _,
         rate,
         shutter,
@@ -36,6 +37,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         sequence_outputs: _,
         exposure,
         tone,
+        display_background,
         existing: _,
         keep_going: _,
         strict: _,
@@ -57,17 +59,16 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         show_background,
         aovs: _,
     } = render;
-    let indices = |list: Vec<u32>| json!(list);
     let file = match output.format() {
         OutputFormat::Exr => exr_key(exr),
-        OutputFormat::Png => png_key(*tone, *exposure, *window),
+        OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let content = json!({
         "software": SOFTWARE,
         "scene": hex(&scene.content_hash),
-        "roots": indices(roots.iter().map(|root| root.0).collect()),
-        "clips": indices(clips.iter().map(|clip| clip.0).collect()),
+        "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
+        "clips": clips.iter().map(|clip| clip.0).collect::<Vec<_>>(),
         "camera": camera_key(*camera, camera_changes),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
@@ -177,7 +178,12 @@ fn exr_key(exr: &ExrOutput) -> serde_json::Value {
 }
 
 /// Look and crop of PNG files, which have no data window.
-fn png_key(tone: ToneCurve, exposure: Exposure, window: PixelWindow) -> serde_json::Value {
+fn png_key(
+    tone: ToneCurve,
+    exposure: Exposure,
+    background: Option<[u8; 3]>,
+    window: PixelWindow,
+) -> serde_json::Value {
     let exposure = match exposure {
         Exposure::Auto => json!("auto"),
         Exposure::Ev(ev) => json!(ev.to_bits()),
@@ -185,6 +191,7 @@ fn png_key(tone: ToneCurve, exposure: Exposure, window: PixelWindow) -> serde_js
     json!({
         "png": tone.name(),
         "exposure": exposure,
+        "background": background,
         "crop": [window.x0, window.y0, window.x1, window.y1],
     })
 }

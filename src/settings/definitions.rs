@@ -8,8 +8,9 @@ use crate::scene::ClipSelection;
 
 use super::choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
+use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
-use super::file_types::{Background, EnvironmentType, FilePath, Pattern};
+use super::file_types::{BackgroundType, EnvironmentType, FilePath, Pattern};
 use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
@@ -147,10 +148,11 @@ settings! {
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
     /// Exposure of previews and PNGs in stops, or auto
-    /// : one value for the whole animation
+    /// : one value for the whole animation, from -16 to 2. It is 0 under the studio's light alone; elsewhere it brings
+    /// surfaces near the brightness of their base colours
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files
-    tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "standard" }
+    tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "neutral" }
 
     /// Camera: a name, '#0' or auto
     /// , which frames the whole scene, or stands inside where that shows more. Quote # in shells
@@ -214,9 +216,11 @@ settings! {
     }
     /// Factor of the environment light
     env_intensity: Factor = 1.0, Scene { value_name: "X" }
-    /// Background behind the scene: env (the environment light), none, or as for `env`
-    /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest
-    background: Background = None, Scene { value_name: "SOURCE" }
+    /// Background behind the scene: env (the environment light), none, white, black, '#rrggbb', or as for `env`
+    /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest. white, black and '#rrggbb'
+    /// are exact sRGB values of PNG files, previews and movies, whatever the exposure and tone curve; EXR files stay
+    /// transparent there. Quote # in shells
+    background: BackgroundType = BackgroundSource::Light, Scene { value_name: "SOURCE" }
     /// Node or material that is invisible except for shadows on it
     /// : a name, or '#0' for the first node; may be repeated
     shadow_catcher: Names = Vec::new(), Scene { value_name: "NAME|#I" }

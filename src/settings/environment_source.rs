@@ -1,7 +1,11 @@
-//! Sources of environments.
+//! Sources of environments and backgrounds.
 
-use std::ffi::OsString;
-use std::path::PathBuf;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use crate::color::srgb8_to_linear;
+
+use super::parse::{factor, finite};
 
 /// Source of an environment.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +22,31 @@ pub enum EnvironmentSource {
 }
 
 impl EnvironmentSource {
+    /// `none`, `studio`, `R,G,B`, or a file with `@degrees` behind it or not.
+    ///
+    /// # Errors
+    /// One line that says what to write.
+    pub fn parse(text: &OsStr) -> Result<Self, String> {
+        match text.to_str() {
+            Some("none") => return Ok(Self::None),
+            Some("studio") => return Ok(Self::Studio),
+            Some(text) if is_number_list(text) => return constant(text).map(Self::Constant),
+            _ => {}
+        }
+        let turned = text.to_str().and_then(|text| {
+            let (file, degrees) = text.rsplit_once('@')?;
+            Some((OsString::from(file), finite(degrees).ok()?))
+        });
+        let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
+        let looks_like_image = file.to_string_lossy().to_ascii_lowercase();
+        let looks_like_image = [".hdr", ".exr"].iter().any(|end| looks_like_image.contains(end));
+        if file.is_empty() || !(looks_like_image || Path::new(&file).exists()) {
+            let suggestion = text.to_str().and_then(environment_suggestion).unwrap_or_default();
+            return Err(format!("{suggestion}write a .hdr or .exr file, R,G,B, studio or none"));
+        }
+        Ok(Self::File(PathBuf::from(file), degrees))
+    }
+
     /// As the setting is written.
     pub fn to_text(&self) -> OsString {
         match self {
@@ -33,5 +62,148 @@ impl EnvironmentSource {
                 text
             }
         }
+    }
+}
+
+/// What camera rays that leave the scene see.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum BackgroundSource {
+    /// The environment that lights the scene.
+    #[default]
+    Light,
+    /// An environment of its own; [`EnvironmentSource::None`] is transparent.
+    Environment(EnvironmentSource),
+    /// An exact sRGB colour of display images, behind the tone-mapped scene. EXR files are transparent there.
+    Display([u8; 3]),
+}
+
+impl BackgroundSource {
+    /// `env` for the environment light, `white`, `black` or `#rrggbb` for an exact display colour, or an environment.
+    ///
+    /// # Errors
+    /// One line that says what to write.
+    pub fn parse(text: &OsStr) -> Result<Self, String> {
+        match text.to_str().map(str::to_ascii_lowercase).as_deref() {
+            Some("env") => return Ok(Self::Light),
+            Some("white") => return Ok(Self::Display([255; 3])),
+            Some("black") => return Ok(Self::Display([0; 3])),
+            Some(code) if code.starts_with('#') => {
+                let color =
+                    color_code(code).ok_or("write six hexadecimal digits after #, such as #ff8800")?;
+                return Ok(Self::Display(color));
+            }
+            _ => {}
+        }
+        let source =
+            EnvironmentSource::parse(text).map_err(|why| format!("{why}, or env, white, black, #rrggbb"))?;
+        Ok(Self::Environment(source))
+    }
+
+    /// As the setting is written.
+    pub fn to_text(&self) -> OsString {
+        match self {
+            Self::Light => "env".into(),
+            Self::Environment(source) => source.to_text(),
+            Self::Display([255, 255, 255]) => "white".into(),
+            Self::Display([0, 0, 0]) => "black".into(),
+            Self::Display([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}").into(),
+        }
+    }
+
+    /// The separate environment that it shows, if any.
+    pub fn environment(&self) -> Option<&EnvironmentSource> {
+        match self {
+            Self::Environment(source) => Some(source),
+            Self::Light | Self::Display(_) => None,
+        }
+    }
+}
+
+/// Suggestions for words and colours of other programs.
+fn environment_suggestion(text: &str) -> Option<String> {
+    let suggestion = match text.to_ascii_lowercase().as_str() {
+        "studio" => "studio".to_owned(),
+        "none" | "off" | "no" => "none".to_owned(),
+        "white" => "1,1,1".to_owned(),
+        "black" => "0,0,0".to_owned(),
+        "grey" | "gray" => "0.18,0.18,0.18".to_owned(),
+        other => {
+            let linear = color_code(other)?.map(|channel| format!("{:.3}", srgb8_to_linear(channel)));
+            let short = linear.map(|text| text.trim_end_matches('0').trim_end_matches('.').to_owned());
+            format!("{} (linear light)", short.join(","))
+        }
+    };
+    Some(format!("did you mean {suggestion}? Else "))
+}
+
+/// The sRGB values of `#rrggbb`.
+fn color_code(text: &str) -> Option<[u8; 3]> {
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6)?;
+    let is_hexadecimal = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let [_, r, g, b] = u32::from_str_radix(digits, 16).ok().filter(|_| is_hexadecimal)?.to_be_bytes();
+    Some([r, g, b])
+}
+
+fn is_number_list(text: &str) -> bool {
+    text.contains(',') && text.split(',').all(|part| part.trim().parse::<f32>().is_ok())
+}
+
+fn constant(text: &str) -> Result<[f32; 3], String> {
+    let values: Vec<f32> = text.split(',').map_while(|part| factor(part.trim()).ok()).collect();
+    match (values.as_slice(), text.split(',').count()) {
+        (&[r, g, b], 3) => Ok([r, g, b]),
+        _ => Err("a constant environment is three numbers R,G,B that are not negative".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backgrounds_may_be_the_environment_light() {
+        let parse = |text: &str| BackgroundSource::parse(OsStr::new(text));
+        let of = |source| Ok(BackgroundSource::Environment(source));
+        assert_eq!(parse("env"), Ok(BackgroundSource::Light));
+        assert_eq!(parse("none"), of(EnvironmentSource::None));
+        assert_eq!(parse("0,1,0"), of(EnvironmentSource::Constant([0.0, 1.0, 0.0])));
+        assert_eq!(parse("sky.exr@-30"), of(EnvironmentSource::File("sky.exr".into(), -30.0)));
+        assert!(parse("1,2").is_err() && parse("").is_err());
+    }
+
+    #[test]
+    fn backgrounds_may_be_display_colours() {
+        for (text, color) in [("white", [255; 3]), ("black", [0; 3]), ("#ff8800", [255, 136, 0])] {
+            let parsed = BackgroundSource::parse(OsStr::new(text)).unwrap();
+            assert_eq!(parsed, BackgroundSource::Display(color));
+            assert_eq!(parsed.to_text(), text);
+        }
+        let orange = Ok(BackgroundSource::Display([255, 136, 0]));
+        assert_eq!(BackgroundSource::parse(OsStr::new("#FF8800")), orange);
+        assert_eq!(BackgroundSource::parse(OsStr::new("White")), Ok(BackgroundSource::Display([255; 3])));
+        for text in ["#fff", "#+12345", "#ff88zz", "#", "#ff88001"] {
+            assert!(BackgroundSource::parse(OsStr::new(text)).unwrap_err().contains("#ff8800"), "{text}");
+        }
+    }
+
+    #[test]
+    fn environments_are_files_colours_or_words() {
+        let parse = |text: &str| EnvironmentSource::parse(OsStr::new(text));
+        assert_eq!(parse("none"), Ok(EnvironmentSource::None));
+        assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
+        assert_eq!(parse("a.hdr@90"), Ok(EnvironmentSource::File("a.hdr".into(), 90.0)));
+        assert_eq!(parse("a@b.hdr"), Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0)));
+        assert!(parse("Studio").unwrap_err().contains("did you mean studio?"));
+        // sRGB 0x88 is 0.246 of linear light.
+        assert!(parse("#ff8800").unwrap_err().contains("did you mean 1,0.246,0 (linear light)?"));
+        assert!(parse("white").unwrap_err().contains("did you mean 1,1,1?"));
+        assert_eq!(parse("a,b.hdr"), Ok(EnvironmentSource::File("a,b.hdr".into(), 0.0)));
+        assert!(
+            parse("1,2").is_err()
+                && parse("1,2,-3").is_err()
+                && parse("").is_err()
+                && parse("1,2,inf").is_err()
+        );
     }
 }

@@ -3,9 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use super::environment_source::EnvironmentSource;
+use super::environment_source::{BackgroundSource, EnvironmentSource};
 use super::output_pattern::OutputPattern;
-use super::parse;
 use super::setting_type::{SettingType, ValueForm};
 
 /// File.
@@ -62,7 +61,7 @@ impl SettingType for EnvironmentType {
     const FORM: ValueForm = ValueForm::TEXT.or_list(",");
 
     fn parse(text: &OsStr) -> Result<EnvironmentSource, String> {
-        parse::environment(text)
+        EnvironmentSource::parse(text)
     }
 
     fn write(value: &EnvironmentSource) -> Vec<OsString> {
@@ -74,20 +73,20 @@ impl SettingType for EnvironmentType {
     }
 }
 
-/// Background: an environment, or none for the environment that lights the scene.
+/// Background.
 #[derive(Debug)]
-pub struct Background;
+pub struct BackgroundType;
 
-impl SettingType for Background {
-    type Value = Option<EnvironmentSource>;
+impl SettingType for BackgroundType {
+    type Value = BackgroundSource;
     const FORM: ValueForm = ValueForm::TEXT.or_list(",");
 
-    fn parse(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
-        parse::background(text)
+    fn parse(text: &OsStr) -> Result<BackgroundSource, String> {
+        BackgroundSource::parse(text)
     }
 
-    fn write(value: &Option<EnvironmentSource>) -> Vec<OsString> {
-        vec![value.as_ref().map_or("env".into(), EnvironmentSource::to_text)]
+    fn write(value: &BackgroundSource) -> Vec<OsString> {
+        vec![value.to_text()]
     }
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
@@ -100,8 +99,8 @@ fn joined(folder: &Path, text: OsString) -> OsString {
 }
 
 fn rebased_source(text: OsString, folder: &Path) -> OsString {
-    let is_file = match parse::background(&text) {
-        Ok(source) => matches!(source, Some(EnvironmentSource::File(..))),
+    let is_file = match BackgroundSource::parse(&text) {
+        Ok(source) => matches!(source, BackgroundSource::Environment(EnvironmentSource::File(..))),
         // A name without a known ending may still be that of a file.
         Err(_) => folder.join(&text).is_file(),
     };

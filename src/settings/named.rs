@@ -49,10 +49,10 @@ named! {
         BlackmanHarris = "blackman-harris", "Three pixels wide and soft, as in Blender";
     }
     ToneCurve {
-        Standard = "standard", "Natural contrast; middle grey keeps its value";
+        Neutral = "neutral", "Khronos PBR Neutral: base colours keep their values";
+        Standard = "standard", "Natural contrast; middle grey keeps its value, bright colours turn pale";
         Agx = "agx", "Low contrast, with headroom for bright and coloured light, as in Blender";
         Aces = "aces", "High contrast, as films made with ACES 1.0";
-        Neutral = "neutral", "Khronos PBR Neutral: base colours keep their values";
     }
     NamedView {
         Front = "front", "From +Z";

@@ -1,15 +1,10 @@
 //! Texts of single settings to values. Each error is one line that says what to write.
 
-use std::ffi::{OsStr, OsString};
-use std::path::{Path, PathBuf};
-
 use crate::bvh::{Refit, Split};
-use crate::color::srgb8_to_linear;
 use crate::film::PixelWindow;
 use crate::render::Aperture;
 
 use super::choices::FocusRequest;
-use super::environment_source::EnvironmentSource;
 use super::exposure::Exposure;
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex};
 
@@ -230,67 +225,6 @@ pub fn clips(text: &str) -> ClipSelection {
     }
 }
 
-/// `none`, `studio`, `R,G,B`, or a file with `@degrees` behind it or not.
-pub fn environment(text: &OsStr) -> Result<EnvironmentSource, String> {
-    match text.to_str() {
-        Some("none") => return Ok(EnvironmentSource::None),
-        Some("studio") => return Ok(EnvironmentSource::Studio),
-        Some(text) if is_number_list(text) => return constant(text).map(EnvironmentSource::Constant),
-        _ => {}
-    }
-    let turned = text.to_str().and_then(|text| {
-        let (file, degrees) = text.rsplit_once('@')?;
-        Some((OsString::from(file), finite(degrees).ok()?))
-    });
-    let (file, degrees) = turned.unwrap_or_else(|| (text.to_owned(), 0.0));
-    let looks_like_image = file.to_string_lossy().to_ascii_lowercase();
-    let looks_like_image = [".hdr", ".exr"].iter().any(|end| looks_like_image.contains(end));
-    if file.is_empty() || !(looks_like_image || Path::new(&file).exists()) {
-        let suggestion = text.to_str().and_then(environment_suggestion).unwrap_or_default();
-        return Err(format!("{suggestion}write a .hdr or .exr file, R,G,B, studio or none"));
-    }
-    Ok(EnvironmentSource::File(PathBuf::from(file), degrees))
-}
-
-/// Suggestions for words and colours of other programs.
-fn environment_suggestion(text: &str) -> Option<String> {
-    let suggestion = match text.to_ascii_lowercase().as_str() {
-        "studio" => "studio".to_owned(),
-        "none" | "off" | "no" => "none".to_owned(),
-        "white" => "1,1,1".to_owned(),
-        "black" => "0,0,0".to_owned(),
-        "grey" | "gray" => "0.18,0.18,0.18".to_owned(),
-        other => {
-            let code = other.strip_prefix('#').filter(|code| code.len() == 6)?;
-            let [_, r, g, b] = u32::from_str_radix(code, 16).ok()?.to_be_bytes();
-            let linear = [r, g, b].map(|channel| format!("{:.3}", srgb8_to_linear(channel)));
-            let short = linear.map(|text| text.trim_end_matches('0').trim_end_matches('.').to_owned());
-            format!("{} (linear light)", short.join(","))
-        }
-    };
-    Some(format!("did you mean {suggestion}? Else "))
-}
-
-/// What `environment` takes, or `env` for the environment light, which is `None`.
-pub fn background(text: &OsStr) -> Result<Option<EnvironmentSource>, String> {
-    if text == "env" {
-        return Ok(None);
-    }
-    environment(text).map(Some).map_err(|why| format!("{why}, or env"))
-}
-
-fn is_number_list(text: &str) -> bool {
-    text.contains(',') && text.split(',').all(|part| part.trim().parse::<f32>().is_ok())
-}
-
-fn constant(text: &str) -> Result<[f32; 3], String> {
-    let values: Vec<f32> = text.split(',').map_while(|part| factor(part.trim()).ok()).collect();
-    match (values.as_slice(), text.split(',').count()) {
-        (&[r, g, b], 3) => Ok([r, g, b]),
-        _ => Err("a constant environment is three numbers R,G,B that are not negative".to_owned()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -341,35 +275,5 @@ mod tests {
         assert_eq!(choice("#x"), NameOrIndex::Name("#x".to_owned()));
         assert_eq!(camera("auto"), CameraRequest::Auto);
         assert_eq!(clips("Walk"), ClipSelection::One(NameOrIndex::Name("Walk".to_owned())));
-    }
-
-    #[test]
-    fn backgrounds_may_be_the_environment_light() {
-        let parse = |text: &str| background(OsStr::new(text));
-        assert_eq!(parse("env"), Ok(None));
-        assert_eq!(parse("none"), Ok(Some(EnvironmentSource::None)));
-        assert_eq!(parse("0,1,0"), Ok(Some(EnvironmentSource::Constant([0.0, 1.0, 0.0]))));
-        assert_eq!(parse("sky.exr@-30"), Ok(Some(EnvironmentSource::File("sky.exr".into(), -30.0))));
-        assert!(parse("1,2").is_err() && parse("").is_err());
-    }
-
-    #[test]
-    fn environments_are_files_colours_or_words() {
-        let parse = |text: &str| environment(OsStr::new(text));
-        assert_eq!(parse("none"), Ok(EnvironmentSource::None));
-        assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
-        assert_eq!(parse("a.hdr@90"), Ok(EnvironmentSource::File("a.hdr".into(), 90.0)));
-        assert_eq!(parse("a@b.hdr"), Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0)));
-        assert!(parse("Studio").unwrap_err().contains("did you mean studio?"));
-        // sRGB 0x88 is 0.246 of linear light.
-        assert!(parse("#ff8800").unwrap_err().contains("did you mean 1,0.246,0 (linear light)?"));
-        assert!(parse("white").unwrap_err().contains("did you mean 1,1,1?"));
-        assert_eq!(parse("a,b.hdr"), Ok(EnvironmentSource::File("a,b.hdr".into(), 0.0)));
-        assert!(
-            parse("1,2").is_err()
-                && parse("1,2,-3").is_err()
-                && parse("").is_err()
-                && parse("1,2,inf").is_err()
-        );
     }
 }

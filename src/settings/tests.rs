@@ -205,7 +205,8 @@ fn files_are_named_from_the_folder_of_the_shot() {
     assert_eq!(values.scene, Some(folder.path().join("sub/a.glb")));
     assert_eq!(values.output.unwrap().path(7), folder.path().join("out/0007.exr"));
     assert_eq!(values.env, Some(EnvironmentSource::File(folder.path().join("sky.hdr"), 90.0)));
-    assert_eq!(values.background, Some(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
+    let orange = EnvironmentSource::Constant([1.0, 0.5, 0.0]);
+    assert_eq!(values.background, BackgroundSource::Environment(orange));
     assert_eq!(values.stats, Some("/s.json".into()));
 }
 

@@ -8,11 +8,9 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning, over_limit};
 use crate::image_file::{EnvironmentPixels, read_environment};
-use crate::scene::{
-    ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, LightKind, Scene, Selection,
-};
+use crate::scene::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection};
 
-use crate::settings::EnvironmentSource;
+use crate::settings::{BackgroundSource, EnvironmentSource};
 
 /// A loaded environment.
 #[derive(Debug)]
@@ -32,22 +30,43 @@ pub struct EnvironmentRequest {
     pub light: Option<EnvironmentSource>,
     /// Factor of the light.
     pub intensity: f32,
-    /// Source of the background; `None` is the environment itself.
-    pub background: Option<EnvironmentSource>,
+    /// Source of the background.
+    pub background: BackgroundSource,
 }
 
 impl EnvironmentRequest {
     /// The image files of the request.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
-        [&self.light, &self.background].into_iter().flatten().filter_map(|source| match source {
+        let sources = [self.light.as_ref(), self.background.environment()];
+        sources.into_iter().flatten().filter_map(|source| match source {
             EnvironmentSource::File(path, _) => Some(path.as_path()),
             _ => None,
         })
     }
 
-    /// Whether the background is visible.
+    /// Whether the background is rendered. Without it pixels are transparent.
     pub fn shows_background(&self) -> bool {
-        self.background != Some(EnvironmentSource::None)
+        match self.background {
+            BackgroundSource::Environment(EnvironmentSource::None) | BackgroundSource::Display(_) => false,
+            BackgroundSource::Light | BackgroundSource::Environment(_) => true,
+        }
+    }
+
+    /// Summary of the environment, with a background that is not rendered.
+    pub fn with_background(&self, description: String) -> String {
+        if self.shows_background() {
+            return description;
+        }
+        let background = format!("background {}", self.background.to_text().display());
+        if description.is_empty() { background } else { format!("{description}, {background}") }
+    }
+
+    /// The exact colour of display images behind the scene, if there is one.
+    pub fn display_background(&self) -> Option<[u8; 3]> {
+        match self.background {
+            BackgroundSource::Display(color) => Some(color),
+            BackgroundSource::Light | BackgroundSource::Environment(_) => None,
+        }
     }
 }
 
@@ -67,12 +86,12 @@ pub fn load(
             description: "the file's image-based light".to_owned(),
             warnings: Vec::new(),
         },
-        (None, None) if has_lights(scene, selection) => {
+        (None, None) if selection.has_lights(scene) => {
             of_source(&EnvironmentSource::None, "env", max_memory_bytes)?
         }
         (None, None) => of_source(&EnvironmentSource::Studio, "env", max_memory_bytes)?,
     };
-    let background = request.background.as_ref().filter(|_| request.shows_background());
+    let background = request.background.environment().filter(|_| request.shows_background());
     let background =
         background.map(|source| of_source(source, "background", max_memory_bytes)).transpose()?;
     let intensity = request.intensity;
@@ -148,7 +167,9 @@ fn explained(error: Error, path: &Path, setting: &str) -> Error {
         );
     }
     let forms = match setting {
-        "background" => "`background` takes env, none, R,G,B, studio, or a .hdr or .exr file",
+        "background" => {
+            "`background` takes env, none, white, black, #rrggbb, R,G,B, studio, or a .hdr or .exr file"
+        }
         _ => "`env` takes a .hdr or .exr file, R,G,B, studio or none",
     };
     let source = std::io::Error::new(source.kind(), format!("{source}; {forms}"));
@@ -170,21 +191,4 @@ fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(max_bytes).read_to_end(&mut bytes).map_err(missing)?;
     Ok(bytes)
-}
-
-/// Whether any node has a light below the selected roots.
-pub fn has_lights(scene: &Scene, selection: &Selection) -> bool {
-    !light_kinds(scene, selection).is_empty()
-}
-
-/// The kind of every light below the selected roots.
-pub(super) fn light_kinds(scene: &Scene, selection: &Selection) -> Vec<LightKind> {
-    let mut kinds = Vec::new();
-    let mut pending = selection.roots.clone();
-    while let Some(node) = pending.pop().and_then(|index| scene.nodes.get(index.index())) {
-        let light = node.light.and_then(|light| scene.lights.get(light.index()));
-        kinds.extend(light.map(|light| light.kind));
-        pending.extend_from_slice(&node.children);
-    }
-    kinds
 }

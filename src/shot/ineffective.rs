@@ -6,11 +6,9 @@ use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
 use crate::settings::SettingValues;
 
-use super::environment::light_kinds;
-
 /// One warning for each setting that has no effect on this job.
 pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
-    let lights = light_kinds(&job.scene, &job.selection);
+    let lights = job.selection.light_kinds(&job.scene);
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();
     let is_seen =

@@ -100,7 +100,6 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
     let LoadedEnvironment { environment, description, warnings: environment_warnings } =
         environment::load(&request, &scene, &selection, max_memory_bytes)?;
-    let show_background = request.shows_background();
     let mut inputs = vec![shot.scene.clone()];
     inputs.extend(scene.files.iter().cloned());
     inputs.extend(request.files().map(PathBuf::from));
@@ -108,11 +107,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
     let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
     let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
-    let description = match (show_background, description.as_str()) {
-        (true, _) => description,
-        (false, "") => "background none".to_owned(),
-        (false, _) => format!("{description}, background none"),
-    };
+    let description = request.with_background(description);
 
     let duration = duration_seconds(&scene, &selection);
     let frames = resolve_frames(args, &frame_spec(args), args.fps.last_frame(duration))
@@ -121,7 +116,10 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = args.output.clone().unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
-    let render = RenderSettings { show_background, ..render_settings(args, &scene, &selection)? };
+    let render = RenderSettings {
+        show_background: request.shows_background(),
+        ..render_settings(args, &scene, &selection)?
+    };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
     let view = view_request(args, &scene)?;
     let ResolvedCamera { selection, rule } = resolve_camera(&scene, selection, &view, aspect_ratio);
@@ -131,6 +129,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         scene,
         selection,
         environment,
+        is_environment_default: args.env.is_none(),
         frames,
         rate: args.fps,
         shutter: shutter(args),
@@ -144,6 +143,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         },
         exposure: args.exposure,
         tone: args.tone.unwrap_or_default(),
+        display_background: request.display_background(),
         existing: existing_files(args),
         keep_going: args.keep_going,
         strict: args.strict,

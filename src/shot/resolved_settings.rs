@@ -4,7 +4,6 @@ use crate::scene::SelectedCamera;
 use crate::sequence::{FrameSpec, SequenceJob};
 use crate::settings::{EnvironmentSource, Settings, parse};
 
-use super::environment::has_lights;
 use super::shot_settings::ShotSettings;
 
 /// Settings that make the same files, wherever they are read: defaults included, files by absolute paths.
@@ -18,7 +17,7 @@ pub fn resolved_settings(shot: &ShotSettings, job: &SequenceJob) -> Settings {
     settings.output.get_or_insert_with(|| job.output.clone().into());
     settings.camera.get_or_insert_with(|| parse::camera(&camera(job)).into());
     if settings.env.is_none() && job.selection.image_light.is_none() {
-        let has_lights = has_lights(&job.scene, &job.selection);
+        let has_lights = job.selection.has_lights(&job.scene);
         let source = if has_lights { EnvironmentSource::None } else { EnvironmentSource::Studio };
         settings.env = Some(source.into());
     }

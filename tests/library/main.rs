@@ -2,6 +2,7 @@
 
 mod aovs;
 mod bvh;
+mod colors;
 mod conformance;
 mod corruptions;
 mod framing;

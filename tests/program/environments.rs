@@ -77,3 +77,62 @@ fn missing_nodes_and_files_are_named() {
     fails(&["--background", "gone.hdr"], 66, &["gone.hdr", "--background takes env, none"]);
     fails(&["--background", "Cargo.toml"], 65, &["Cargo.toml"]);
 }
+
+#[test]
+fn a_hint_names_the_studio_where_a_files_lamps_leave_most_black() {
+    let folder = tempfile::tempdir().unwrap();
+    let told = |name: &str, options: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+            .args(["render", "scenes/light/point.gltf", "-r", "64x36", "--samples", "1", "-o"])
+            .arg(folder.path().join(name))
+            .args(options)
+            .current_dir(ROOT)
+            .output()
+            .unwrap();
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{told}");
+        told
+    };
+    for (name, options) in
+        [("dark.exr", &["--light-scale", "1e-5"][..]), ("dark.png", &["--light-scale", "1e-5"])]
+    {
+        let told = told(name, options);
+        assert!(told.contains("--env studio") && told.contains("--env-intensity"), "{told}");
+    }
+    // Not where the lamps suffice, nor where darkness was requested.
+    for (name, options) in [
+        ("lit.exr", &[][..]),
+        ("lit.png", &[]),
+        ("none.png", &["--light-scale", "1e-5", "--env", "none"]),
+        ("studio.png", &["--light-scale", "1e-5", "--env", "studio"]),
+    ] {
+        let told = told(name, options);
+        assert!(!told.contains("--env studio"), "{told}");
+    }
+}
+
+#[test]
+fn display_backgrounds_are_exact_in_png_files_and_transparent_in_exr_files() {
+    let exr = render("picture", &["--env", "quarters.hdr", "--background", "white"]);
+    assert_eq!(exr.rgba().unwrap()[0], [0.0; 4]);
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("shot.toml"),
+        format!(
+            "scene = '{ROOT}/scenes/demo/whitted_1980.gltf'\nbackground = '#20c0ff'\nframes = 0\nsamples = 1\n\
+             resolution = [64, 36]\noutput = 'a.exr'\npreview = 'png'\ncamera = 'auto'\n"
+        ),
+    )
+    .unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_rayframe"))
+        .args(["render", "shot.toml"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("background #20c0ff"));
+    let preview = Image::read(&folder.path().join("a.png")).unwrap();
+    assert_eq!(Image::read(&folder.path().join("a.exr")).unwrap().rgba().unwrap()[0], [0.0; 4]);
+    let corner = preview.rgba().unwrap()[0].map(|value| (value * 255.0).round());
+    assert_eq!(corner, [32.0, 192.0, 255.0, 255.0]);
+}

@@ -11,8 +11,6 @@ use rayframe::scene::{
 };
 use rayframe::sequence::{FrameRate, duration_seconds, triangle_count};
 
-use rayframe::shot::environment::has_lights;
-
 use crate::cli::camera_text::camera_text;
 
 /// Width over height of default images.
@@ -181,7 +179,7 @@ impl Report {
                 clips: selection.clips.iter().map(|clip| clip.index()).collect(),
                 seconds,
                 last_frame_at_24_fps: FrameRate::FILM.last_frame(seconds),
-                is_lit_by_studio: selection.image_light.is_none() && !has_lights(scene, selection),
+                is_lit_by_studio: selection.image_light.is_none() && !selection.has_lights(scene),
                 camera: camera_text(scene, &resolved.selection, resolved.rule),
                 triangles: triangle_count(scene, &selection.roots),
             },

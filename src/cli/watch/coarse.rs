@@ -7,7 +7,7 @@ use rayframe::error::Result;
 use rayframe::film::{AovFlags, Film, PixelWindow};
 use rayframe::frame::Frame;
 use rayframe::image_file::{inspect_exr, inspect_png, write_atomically};
-use rayframe::output::{PreviewLook, exr_file, frame_attributes, png_file};
+use rayframe::output::{exr_file, frame_attributes, png_file};
 use rayframe::render::{PixelFilter, RenderSettings};
 use rayframe::sequence::{OutputFormat, PlannedFrame, SequenceJob, exposure_ev, render_single_frame};
 
@@ -63,7 +63,7 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
             exr_file(&film, &attributes)?
         }
         OutputFormat::Png => {
-            let look = PreviewLook { exposure_ev: exposure_ev(job, cancel)?, tone: job.tone };
+            let look = job.look(exposure_ev(job, cancel)?);
             png_file((window.width(), window.height()), &film.pixels, look, &hash)?
         }
     };

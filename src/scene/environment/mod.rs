@@ -172,6 +172,16 @@ impl Environment {
         }
     }
 
+    /// Exposure in stops that the environment was made for, at which surfaces keep the brightness of their base colours;
+    /// `None` where it has to be measured. A factor on the light does not change it.
+    pub fn exposure_ev(&self) -> Option<f32> {
+        match self {
+            Self::Studio => Some(studio::EXPOSURE_EV),
+            Self::Composed(composed) => composed.light.exposure_ev(),
+            Self::None | Self::Constant(_) | Self::Map(_) => None,
+        }
+    }
+
     /// Whether the environment emits any light.
     pub fn is_lit(&self) -> bool {
         match self {

@@ -25,6 +25,9 @@ struct Part {
     profile: fn(f32) -> f32,
 }
 
+/// Exposure that the studio is made for, in stops.
+pub(super) const EXPOSURE_EV: f32 = 0.0;
+
 /// The parts of the studio. The backdrop goes from 0.12 at the floor over 0.29 at the horizon to 0.5 at the ceiling.
 const PARTS: [Part; 3] = [
     Part {

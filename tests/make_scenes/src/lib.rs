@@ -9,6 +9,8 @@
 mod animation;
 mod bvh;
 mod camera;
+pub mod color_chart;
+pub mod color_difference;
 mod demo;
 mod demo_bodies;
 mod environment;

@@ -14,6 +14,7 @@ use super::SequenceOutputs;
 
 /// Description of a sequence of files.
 #[derive(Clone, Debug)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a setting of its own")]
 pub struct SequenceJob {
     /// The scene.
     pub scene: Arc<Scene>,

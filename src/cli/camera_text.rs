@@ -2,8 +2,8 @@
 
 use glam::{Mat4, Vec3};
 
-use rayframe::framing::CameraRule;
-use rayframe::scene::{Projection, Scene, SelectedCamera, Selection};
+use rayframe::framing::{CameraRule, ResolvedCamera, resolve_camera};
+use rayframe::scene::{Projection, Scene, SelectedCamera, Selection, ViewRequest};
 
 /// `camera "name"`, or what decided the camera, with the options that keep an automatic one.
 pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule) -> String {
@@ -21,6 +21,13 @@ pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule
         CameraRule::Inside => format!("camera auto inside ({options})"),
         _ => selection.camera_label(scene),
     }
+}
+
+/// The camera that `selection` gives an image of the default aspect ratio.
+pub(super) fn default_camera_text(scene: &Scene, selection: &Selection) -> String {
+    let view = ViewRequest::default();
+    let ResolvedCamera { selection, rule } = resolve_camera(scene, selection.clone(), &view, 16.0 / 9.0);
+    camera_text(scene, &selection, rule)
 }
 
 /// Options that place the camera alike.

@@ -16,7 +16,9 @@ const FEWEST_TIMES: usize = 9;
 const PRODUCTS: usize = 400_000_000;
 /// An instance, or the scene, is too large for its content where its diagonal exceeds that of the rest by this factor.
 const TOO_LARGE: f32 = 3.0;
-/// Largest share of the triangles that such an instance has.
+/// The same factor for instances of many triangles, none of which are near the rest.
+const AS_LARGE_AS_A_SKY: f32 = 10.0;
+/// Largest share of the triangles that other instances of the kind have.
 const BACKDROP_SHARE: f32 = 0.2;
 /// Share of the triangles left out at either end of each axis to find the content.
 const OUTLIERS: f32 = 0.01;
@@ -148,8 +150,8 @@ impl<'a> Subject<'a> {
         bounds
     }
 
-    /// Leaves out the instances that are much larger than all smaller ones together, if they have few triangles or stay away from
-    /// those: skies, grounds and stages.
+    /// Leaves out the instances that are much larger than all smaller ones together: those with few triangles, most of which lie
+    /// beyond those (grounds, stages), and very large ones around them (skies).
     fn leave_out_backdrops(&mut self, bounds: &[Aabb]) {
         let mut triangles = vec![0_usize; bounds.len()];
         for &instance in &self.frame.instance_of_triangle {
@@ -162,10 +164,14 @@ impl<'a> Subject<'a> {
         let total: usize = by_size.iter().map(|&index| triangles[index]).sum();
         let (mut content, mut content_triangles) = (Aabb::EMPTY, 0);
         for (count, &index) in by_size.iter().enumerate() {
-            let is_too_large = count > 0 && diagonal(index) > TOO_LARGE * content.extent().length();
+            let size = if count > 0 { diagonal(index) / content.extent().length() } else { 0.0 };
             let have_few = (total - content_triangles) as f32 <= BACKDROP_SHARE * total as f32;
             let larger = &by_size[count..];
-            if is_too_large && (have_few || larger.iter().all(|&index| self.surrounds(index, content))) {
+            let are_backdrops = |is_backdrop: fn(usize, usize) -> bool| {
+                larger.iter().all(|&index| is_backdrop(self.triangles_near(index, content), triangles[index]))
+            };
+            let is_ground = size > TOO_LARGE && have_few && are_backdrops(|near, all| 2 * near < all);
+            if is_ground || size > AS_LARGE_AS_A_SKY && are_backdrops(|near, _| near == 0) {
                 larger.iter().for_each(|&index| self.is_framed[index] = false);
                 return;
             }
@@ -174,16 +180,14 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Whether the instance contains `content` and stays away from it, as a sky does.
-    fn surrounds(&self, instance: usize, content: Aabb) -> bool {
+    /// Number of triangles of the instance that lie within the content and the margin around it, at the first time.
+    fn triangles_near(&self, instance: usize, content: Aabb) -> usize {
         let margin = content.extent() * CONTENT_MARGIN;
         let near = Aabb { min: content.min - margin, max: content.max + margin };
         let frame = &self.frame;
-        let mut of_instance = (0..frame.triangles.len())
-            .filter(|&index| frame.instance_of_triangle[index] as usize == instance)
-            .map(|index| frame.triangles[index].bounds());
-        let is_apart = |bounds: Aabb| bounds.min.cmpgt(near.max).any() || bounds.max.cmplt(near.min).any();
-        of_instance.all(is_apart)
+        let of_instance = (0..frame.triangles.len())
+            .filter(|&index| frame.instance_of_triangle[index] as usize == instance);
+        of_instance.filter(|&index| near.contains(&frame.triangles[index].bounds())).count()
     }
 
     /// Leaves out triangles far from the content, where they make the bounds much larger.

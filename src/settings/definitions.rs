@@ -188,7 +188,7 @@ settings! {
     roll: Degrees = 0.0, Camera { value_name: "DEG" }
     /// A whole turn of the camera around the scene in N frames
     /// . The loop is seamless: frame N equals frame 0. Clips play on; `animation` none stops them
-    turntable: Whole<u32, 2, 1000000>, Camera { value_name: "N", hidden_aliases: &["spin"], is_common: true }
+    turntable: Whole<u32, 1, 1000000>, Camera { value_name: "N", hidden_aliases: &["spin"], is_common: true }
     /// Elevation of the turntable's camera in degrees
     elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view"], requires: Some("turntable") }
 

@@ -120,7 +120,7 @@ fn display_backgrounds_are_exact_in_png_files_and_transparent_in_exr_files() {
         folder.path().join("shot.toml"),
         format!(
             "scene = '{ROOT}/scenes/demo/whitted_1980.gltf'\nbackground = '#20c0ff'\nframes = 0\nsamples = 1\n\
-             resolution = [64, 36]\noutput = 'a.exr'\npreview = 'png'\ncamera = 'auto'\n"
+             resolution = [64, 36]\noutput = 'a.exr'\npreview = 'png'\norbit = '0,0,100'\n"
         ),
     )
     .unwrap();

@@ -144,6 +144,7 @@ fn faults_of_a_shot_file_are_told_in_one_line_with_the_code_of_wrong_files() {
         assert_eq!(output.status.code(), Some(code), "{text}: {told}");
         assert!(told.contains(word) && told.lines().count() == 1, "{text}: {told}");
     }
+    std::fs::write(folder.path().join("a.toml"), format!("{scene}samples = 4 4\n")).unwrap();
     let typed = rayframe(folder.path(), &["render", "a.toml", "-D", "fps=0", "-n"]);
     assert_eq!(typed.status.code(), Some(65), "the file is broken whatever is typed");
     let missing = rayframe(folder.path(), &["render", "b.toml"]);

@@ -3,18 +3,14 @@
 use serde::Serialize;
 
 use rayframe::error::Warning;
-use rayframe::framing::resolve_camera;
 use rayframe::gltf::{ExtensionSupport, extension_support};
 use rayframe::scene::{
     AlphaMode, Filter, Image, LightKind, Material, MipFilter, Node, Projection, Scene, Selection, Texels,
-    Texture, ViewRequest, WrapMode,
+    Texture, WrapMode,
 };
 use rayframe::sequence::{FrameRate, duration_seconds, triangle_count};
 
-use crate::cli::camera_text::camera_text;
-
-/// Width over height of default images.
-const ASPECT_RATIO: f32 = 16.0 / 9.0;
+use crate::cli::camera_text::default_camera_text;
 
 /// The support state of what is shown as the file means it.
 const SUPPORTED: &str = "supported";
@@ -157,7 +153,6 @@ impl Report {
     /// `left_out` says which clips `selection` leaves out, and why.
     pub(super) fn new(scene: &Scene, selection: &Selection, left_out: &[Warning]) -> Self {
         let seconds = duration_seconds(scene, selection);
-        let resolved = resolve_camera(scene, selection.clone(), &ViewRequest::default(), ASPECT_RATIO);
         Self {
             schema: 2,
             file: scene.path.display().to_string(),
@@ -180,7 +175,7 @@ impl Report {
                 seconds,
                 last_frame_at_24_fps: FrameRate::FILM.last_frame(seconds),
                 is_lit_by_studio: selection.image_light.is_none() && !selection.has_lights(scene),
-                camera: camera_text(scene, &resolved.selection, resolved.rule),
+                camera: default_camera_text(scene, selection),
                 triangles: triangle_count(scene, &selection.roots),
             },
             left_out: warnings(left_out),

@@ -49,7 +49,7 @@ fn point(point: Vec3) -> String {
 
 /// Six significant digits.
 fn rounded(number: f32) -> String {
-    let digits = 5 - (number.abs().max(1e-9).log10().floor() as i32);
+    let digits = 5 - (libm::log10f(number.abs().max(1e-9)).floor() as i32);
     let text = format!("{number:.*}", digits.clamp(0, 12) as usize);
     let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if text == "-0" { "0".to_owned() } else { text.to_owned() }

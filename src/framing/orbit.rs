@@ -84,9 +84,9 @@ mod tests {
 
     #[test]
     fn an_orbit_is_a_direction_on_the_sphere() {
-        let orbit = Orbit { azimuth_degrees: 30.0, elevation_degrees: 45.0, distance: 1.0 };
-        // sin 30° cos 45°, sin 45°, cos 30° cos 45°.
-        let expected = Vec3::new(0.353_553, 0.707_107, 0.612_372);
+        let orbit = Orbit { azimuth_degrees: 30.0, elevation_degrees: 60.0, distance: 1.0 };
+        // sin 30° cos 60°, sin 60°, cos 30° cos 60°.
+        let expected = Vec3::new(0.25, 0.866_025, 0.433_013);
         assert!(axes(&orbit, Vec3::Y).z_axis.abs_diff_eq(expected, 1e-6));
         assert!((axes(&orbit, Vec3::Y).determinant() - 1.0).abs() < 1e-6);
     }

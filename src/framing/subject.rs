@@ -172,7 +172,9 @@ impl<'a> Subject<'a> {
             };
             let is_ground = size > TOO_LARGE && have_few && are_backdrops(|near, all| 2 * near < all);
             if is_ground || size > AS_LARGE_AS_A_SKY && are_backdrops(|near, _| near == 0) {
-                larger.iter().for_each(|&index| self.is_framed[index] = false);
+                for &index in larger {
+                    self.is_framed[index] = false;
+                }
                 return;
             }
             content = content.union(bounds[index]);
@@ -224,7 +226,9 @@ impl<'a> Subject<'a> {
             return None;
         }
         let below = (count as f32 * OUTLIERS) as usize;
-        corners.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));
+        for values in &mut corners {
+            values.sort_unstable_by(f32::total_cmp);
+        }
         let min = Vec3::from_array(std::array::from_fn(|axis| corners[axis][below]));
         let max = Vec3::from_array(std::array::from_fn(|axis| corners[axis + 3][count - 1 - below]));
         Some(Aabb { min, max })

@@ -101,7 +101,7 @@ impl CameraChanges {
 /// Camera at `position` with the axis `backward` and `up` in the image's upper half, or the nearest to it. Where both are
 /// parallel, −Z is up from above, and +Z from below.
 pub fn look_along(position: Vec3, backward: Vec3, up: Vec3) -> Mat4 {
-    let unit = |vector: Vec3| vector.as_dvec3().try_normalize().map(|unit| unit.as_vec3());
+    let unit = |vector: Vec3| vector.as_dvec3().try_normalize().map(glam::DVec3::as_vec3);
     let backward = unit(backward).unwrap_or(Vec3::Z);
     let right = unit(up)
         .and_then(|up| Some(up.cross(backward)).filter(|right| right.length_squared() > 1e-10))

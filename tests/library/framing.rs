@@ -61,7 +61,7 @@ fn assert_fits(scene: &Scene, camera: &ResolvedCamera, aspect_ratio: f32) {
 fn the_front_view_of_a_cube_has_its_distance_by_hand() {
     let camera = resolve(&cubes(&[(Vec3::ZERO, 1.0)]), &view(NamedView::Front), 1.0);
     // The front face lies at z = 1 with corners at 0.8 of the half height: 1 = 0.8 tan(22.5°) (z − 1).
-    let z = 1.0 + 1.0 / (FILLED * (std::f32::consts::PI / 8.0).tan());
+    let z = 1.0 + 1.0 / (FILLED * libm::tanf(std::f32::consts::FRAC_PI_8));
     let SelectedCamera::Fixed { world_from_camera, .. } = camera.selection.camera else { panic!() };
     assert!(world_from_camera.abs_diff_eq(Mat4::from_translation(Vec3::new(0.0, 0.0, z)), 1e-4));
     assert_eq!(camera.rule, CameraRule::Requested);
@@ -105,7 +105,7 @@ fn a_parallel_view_is_as_high_as_the_perspective_at_the_centre() {
     let scene = cubes(&[(Vec3::ZERO, 1.0)]);
     let request = ViewRequest { lens: Some(LensRequest::Orthographic), ..view(NamedView::Front) };
     let [min, max] = image_bounds(&scene, &resolve(&scene, &request, 1.0), 1.0, 0.0);
-    let half_height = (std::f32::consts::PI / 8.0).tan() + 1.0 / FILLED;
+    let half_height = libm::tanf(std::f32::consts::FRAC_PI_8) + 1.0 / FILLED;
     assert!((max.y - 1.0 / half_height).abs() < 1e-4 && (min.y + 1.0 / half_height).abs() < 1e-4);
 }
 
@@ -221,6 +221,6 @@ fn cameras_of_the_file_change_where_asked() {
     // An orbit does not keep the camera, unless it is asked for: then it keeps its lens.
     let orbit = view(NamedView::Front);
     let height = |request: &ViewRequest| posed(request).0.projection.half_size(2.0).y;
-    assert!((height(&orbit) - (std::f32::consts::PI / 8.0).tan()).abs() < 1e-6);
-    assert!((height(&ViewRequest { keeps_camera: true, ..orbit }) - 0.25_f32.tan()).abs() < 1e-6);
+    assert!((height(&orbit) - libm::tanf(std::f32::consts::FRAC_PI_8)).abs() < 1e-6);
+    assert!((height(&ViewRequest { keeps_camera: true, ..orbit }) - libm::tanf(0.25)).abs() < 1e-6);
 }

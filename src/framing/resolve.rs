@@ -1,5 +1,6 @@
 //! Resolves the requested view to a camera.
 
+use std::cell::OnceCell;
 use std::f32::consts::FRAC_PI_4;
 
 use glam::{Mat3, Mat4, Vec3};
@@ -76,8 +77,11 @@ pub enum CameraRule {
 
 /// Everything that decides a camera.
 struct View<'a> {
+    scene: &'a Scene,
+    selection: &'a Selection,
     request: &'a ViewRequest,
-    subject: Subject<'a>,
+    /// Measured where the camera depends on it: that poses the whole animation.
+    subject: OnceCell<Subject<'a>>,
     /// The selected camera of the file, at time 0.
     of_file: Option<PosedCamera>,
     /// Perspective projection that frames the subject.
@@ -105,8 +109,10 @@ impl<'a> View<'a> {
             _ => perspective(FRAC_PI_4),
         };
         Self {
+            scene,
+            selection,
             request,
-            subject: Subject::measure(scene, selection, request.node),
+            subject: OnceCell::new(),
             of_file,
             lens,
             target,
@@ -115,11 +121,18 @@ impl<'a> View<'a> {
         }
     }
 
+    fn subject(&self) -> &Subject<'a> {
+        self.subject.get_or_init(|| Subject::measure(self.scene, self.selection, self.request.node))
+    }
+
     /// Changes to the camera of the file.
     fn changes(&self) -> CameraChanges {
         let lens = self.request.lens.map(|_| {
+            if !self.is_orthographic() {
+                return self.lens;
+            }
             let camera = self.of_file.unwrap_or_default();
-            let to_center = self.subject.bounds.center() - camera.world_from_camera.w_axis.truncate();
+            let to_center = self.subject().bounds.center() - camera.world_from_camera.w_axis.truncate();
             self.projection(-to_center.dot(camera.world_from_camera.z_axis.truncate()))
         });
         CameraChanges {
@@ -144,7 +157,7 @@ impl<'a> View<'a> {
         let mut rule = if is_automatic { CameraRule::Outside } else { CameraRule::Requested };
         if is_automatic && self.target.is_none() {
             let lens = if self.request.lens.is_some() { self.lens } else { perspective(INSIDE_FOV_RADIANS) };
-            if let Some(inside) = inside_camera(&self.subject, &lens, world_from_camera) {
+            if let Some(inside) = inside_camera(self.subject(), &lens, world_from_camera) {
                 world_from_camera = inside;
                 rule = CameraRule::Inside;
                 projection = if self.is_orthographic() { projection } else { lens };
@@ -155,7 +168,7 @@ impl<'a> View<'a> {
     }
 
     fn turntable(&self, turntable: &TurntableRequest) -> SelectedCamera {
-        let center = self.target.unwrap_or_else(|| self.subject.bounds.center());
+        let center = self.target.unwrap_or_else(|| self.subject().bounds.center());
         let orbit = self.request.orbit.unwrap_or(Orbit {
             azimuth_degrees: 0.0,
             elevation_degrees: turntable.elevation_degrees.unwrap_or(Orbit::THREE_QUARTER.elevation_degrees),
@@ -170,7 +183,7 @@ impl<'a> View<'a> {
                 Fitted { world_from_camera, distance: to_camera.length() }
             }
             _ => {
-                let fitted = fit_turntable(&self.subject, &orbit, self.up, &self.lens, self.aspect_ratio);
+                let fitted = fit_turntable(self.subject(), &orbit, self.up, &self.lens, self.aspect_ratio);
                 moved_to(fitted, axes(&orbit, self.up), self.target)
             }
         };
@@ -184,13 +197,13 @@ impl<'a> View<'a> {
     }
 
     fn look_from(&self, position: Vec3) -> Fitted {
-        let backward = position - self.target.unwrap_or_else(|| self.subject.bounds.center());
+        let backward = position - self.target.unwrap_or_else(|| self.subject().bounds.center());
         Fitted { world_from_camera: look_along(position, backward, self.up), distance: backward.length() }
     }
 
     fn around_target(&self, orbit: &Orbit) -> Fitted {
         let axes = axes(orbit, self.up);
-        let fitted = fit(&self.subject, axes, &self.lens, self.aspect_ratio, orbit.distance);
+        let fitted = fit(self.subject(), axes, &self.lens, self.aspect_ratio, orbit.distance);
         moved_to(fitted, axes, self.target)
     }
 

@@ -16,9 +16,9 @@ const FEWEST_TIMES: usize = 9;
 const PRODUCTS: usize = 400_000_000;
 /// An instance, or the scene, is too large for its content where its diagonal exceeds that of the rest by this factor.
 const TOO_LARGE: f32 = 3.0;
-/// The same factor for instances of many triangles, none of which are near the rest.
+/// The same factor for instances around the rest that may have most of the triangles, but none near the rest.
 const AS_LARGE_AS_A_SKY: f32 = 10.0;
-/// Largest share of the triangles that other instances of the kind have.
+/// Largest share of the triangles that grounds have, and smallest share of what skies surround.
 const BACKDROP_SHARE: f32 = 0.2;
 /// Share of the triangles left out at either end of each axis to find the content.
 const OUTLIERS: f32 = 0.01;
@@ -165,13 +165,15 @@ impl<'a> Subject<'a> {
         let (mut content, mut content_triangles) = (Aabb::EMPTY, 0);
         for (count, &index) in by_size.iter().enumerate() {
             let size = if count > 0 { diagonal(index) / content.extent().length() } else { 0.0 };
-            let have_few = (total - content_triangles) as f32 <= BACKDROP_SHARE * total as f32;
             let larger = &by_size[count..];
-            let are_backdrops = |is_backdrop: fn(usize, usize) -> bool| {
-                larger.iter().all(|&index| is_backdrop(self.triangles_near(index, content), triangles[index]))
-            };
-            let is_ground = size > TOO_LARGE && have_few && are_backdrops(|near, all| 2 * near < all);
-            if is_ground || size > AS_LARGE_AS_A_SKY && are_backdrops(|near, _| near == 0) {
+            let has_most = content_triangles as f32 >= (1.0 - BACKDROP_SHARE) * total as f32;
+            let has_some = content_triangles as f32 >= BACKDROP_SHARE * total as f32;
+            let near = |index: usize| self.triangles_near(index, triangles[index], content);
+            let are_grounds = || larger.iter().all(|&index| 2 * near(index) < triangles[index]);
+            let are_skies =
+                || larger.iter().all(|&index| bounds[index].contains(&content) && near(index) == 0);
+            let is_ground = size > TOO_LARGE && has_most && are_grounds();
+            if is_ground || size > AS_LARGE_AS_A_SKY && has_some && are_skies() {
                 for &index in larger {
                     self.is_framed[index] = false;
                 }
@@ -182,14 +184,13 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Number of triangles of the instance that lie within the content and the margin around it, at the first time.
-    fn triangles_near(&self, instance: usize, content: Aabb) -> usize {
+    /// Number of the instance's `count` triangles that lie within the content and the margin around it, at the first time.
+    fn triangles_near(&self, instance: usize, count: usize, content: Aabb) -> usize {
         let margin = content.extent() * CONTENT_MARGIN;
         let near = Aabb { min: content.min - margin, max: content.max + margin };
-        let frame = &self.frame;
-        let of_instance = (0..frame.triangles.len())
-            .filter(|&index| frame.instance_of_triangle[index] as usize == instance);
-        of_instance.filter(|&index| near.contains(&frame.triangles[index].bounds())).count()
+        let first = self.frame.instances[instance].first_triangle as usize;
+        let triangles = &self.frame.triangles[first..first + count];
+        triangles.iter().filter(|triangle| near.contains(&triangle.bounds())).count()
     }
 
     /// Leaves out triangles far from the content, where they make the bounds much larger.
@@ -237,8 +238,7 @@ impl<'a> Subject<'a> {
 
 /// [`TIMES`] times, or one if the clips have no duration.
 fn sample_times(scene: &Scene, selection: &Selection) -> Vec<f64> {
-    let durations = selection.clips.iter().map(|&clip| scene.animations[clip.index()].duration_seconds());
-    let duration = f64::from(durations.fold(0.0, |a, b| if b > a { b } else { a }));
+    let duration = f64::from(selection.duration_seconds(scene));
     if duration > 0.0 {
         (0..TIMES).map(|i| duration * i as f64 / (TIMES - 1) as f64).collect()
     } else {

@@ -1,8 +1,8 @@
 //! Selected scene, clips, camera and variant, resolved against one scene.
 
 use super::{
-    AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, LightKind, NodeIndex,
-    Scene, SelectedCamera, VariantIndex,
+    Animation, AnimationIndex, AnimationTarget, CameraChanges, CameraIndex, ImageLightIndex, LightKind,
+    NodeIndex, Scene, SelectedCamera, VariantIndex,
 };
 
 /// Selected part of a scene.
@@ -23,6 +23,12 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Time of the last keyframe of the selected clips, seconds.
+    pub fn duration_seconds(&self, scene: &Scene) -> f32 {
+        let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
+        clips.map(Animation::duration_seconds).fold(0.0, |a, b| if b > a { b } else { a })
+    }
+
     /// Whether a selected clip animates the image-based light.
     pub fn moves_image_light(&self, scene: &Scene) -> bool {
         let is_light = |target| matches!(target, AnimationTarget::ImageLight(light, _) if Some(light) == self.image_light);

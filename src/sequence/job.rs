@@ -67,12 +67,7 @@ impl SequenceJob {
 
 /// Time of the last keyframe of the selected clips, seconds.
 pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
-    selection
-        .clips
-        .iter()
-        .filter_map(|clip| scene.animations.get(clip.index()))
-        .map(crate::scene::Animation::duration_seconds)
-        .fold(0.0, |a, b| if b > a { b } else { a })
+    selection.duration_seconds(scene)
 }
 
 /// Number of triangles below `roots`.

@@ -142,6 +142,11 @@ fn skies_and_grounds_do_not_shrink_the_content() {
         let scene = cubes(&[content.as_slice(), &[sky]].concat());
         assert_eq!(resolve(&scene, &ViewRequest::default(), 1.0).selection.camera, expected);
     }
+    // Far smaller instances are no content of their own.
+    let bolt = [(Vec3::new(3.0, 0.0, 0.0), 0.01), (Vec3::ZERO, 0.5), (Vec3::new(0.0, 2.0, 0.0), 0.5)];
+    let both = resolve(&cubes(&bolt), &ViewRequest::default(), 1.0);
+    let [min, max] = image_bounds(&cubes(&bolt), &both, 1.0, 0.0);
+    assert!((max.max(-min).max_element() - FILLED).abs() < 1e-3, "{min} to {max}");
     // A stray triangle among many.
     let mut scene = cubes(&content);
     let primitive = &mut scene.meshes[0].primitives[0];

@@ -12,7 +12,7 @@ mod references;
 mod renderer;
 mod scenes;
 mod sequence;
-mod source_tree;
+mod source_lengths;
 mod stage;
 
 use rayframe::bvh::SimdLevel;

@@ -1,6 +1,8 @@
 //! Reference implementation of the extensions' formulas, in f64 and in the notation of their texts, against the lobes.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::sync::Mutex;
 
 use glam::{DVec3, Vec3};
 
@@ -88,8 +90,19 @@ fn sheen_lobe(v: DVec3, l: DVec3, roughness: f64) -> f64 {
     d / ((1.0 + lambda_sheen(v.z, alpha) + lambda_sheen(l.z, alpha)) * 4.0 * v.z * l.z)
 }
 
-/// E(cos θ) of the sheen by quadrature.
+/// E(cos θ) of the sheen by quadrature. Few cosines come back often.
 fn sheen_albedo(cos: f64, roughness: f64) -> f64 {
+    static KNOWN: Mutex<BTreeMap<[u64; 2], f64>> = Mutex::new(BTreeMap::new());
+    let key = [cos, roughness].map(f64::to_bits);
+    let known = KNOWN.lock().unwrap().get(&key).copied();
+    known.unwrap_or_else(|| {
+        let albedo = sheen_quadrature(cos, roughness);
+        KNOWN.lock().unwrap().insert(key, albedo);
+        albedo
+    })
+}
+
+fn sheen_quadrature(cos: f64, roughness: f64) -> f64 {
     let v = DVec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
     let steps = 300;
     let mut sum = 0.0;

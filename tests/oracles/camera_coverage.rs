@@ -1,9 +1,9 @@
 //! Renders files with the automatic camera and prints what share of the image the asset covers:
 //! `cargo run --release -p oracles --bin camera_coverage [--all] FILE…`. Files with cameras of their own are left out without `--all`.
 //!
-//! Coverage is the larger of width and height of the covered rectangle, as shares of the image's width and height. It is
-//! measured in up to nine frames, evenly over the animation. The exit code is 1 where a frame lies outside 25–85 %. Cameras inside
-//! interiors are listed with the number of nodes that they see, at least five.
+//! It is measured in up to nine frames, evenly over the animation, by the rectangle of the covered pixels: the least is its larger side as
+//! a share of the image's smaller side, the most the larger share of its sides in those of the image. The exit code is 1 where the
+//! least is below 25 % or the most above 85 %. Cameras inside interiors are listed with the number of nodes that they see, at least five.
 
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
@@ -24,8 +24,9 @@ use rayframe::{RenderedFrame, Renderer};
 
 /// Size of the images in pixels.
 const SIZE: (u32, u32) = (320, 180);
-/// Accepted shares.
-const COVERAGE: std::ops::RangeInclusive<f32> = 0.25..=0.85;
+/// Accepted coverage.
+const LEAST: f32 = 0.25;
+const MOST: f32 = 0.85;
 /// Fewest nodes that an interior shows.
 const NODES: usize = 5;
 /// Most frames of one file.
@@ -34,8 +35,8 @@ const FRAMES: usize = 9;
 /// One line of the table.
 struct Measured {
     rule: CameraRule,
-    smallest: f32,
-    largest: f32,
+    least: f32,
+    most: f32,
     nodes: usize,
     /// Time to resolve the job with the automatic camera, and with a camera at a given place.
     seconds: [Duration; 2],
@@ -45,7 +46,7 @@ impl Measured {
     fn is_good(&self) -> bool {
         match self.rule {
             CameraRule::Inside => self.nodes >= NODES,
-            _ => COVERAGE.contains(&self.smallest) && COVERAGE.contains(&self.largest),
+            _ => self.least >= LEAST && self.most <= MOST,
         }
     }
 }
@@ -65,8 +66,8 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             "{:<44} {:<8} {:7.1}% {:7.1}% {:>6} {:6.1} ms{verdict}",
             file.file_name().unwrap_or_default().to_string_lossy(),
             if measured.rule == CameraRule::Inside { "inside" } else { "outside" },
-            measured.smallest * 100.0,
-            measured.largest * 100.0,
+            measured.least * 100.0,
+            measured.most * 100.0,
             measured.nodes,
             (automatic - given).max(0.0),
         );
@@ -94,12 +95,12 @@ fn measure(file: &Path, is_all: bool) -> Result<Option<Measured>, Box<dyn Error>
     let frames: BTreeSet<i64> =
         (0..count).map(|index| all[index * (all.len() - 1) / count.saturating_sub(1).max(1)]).collect();
     let mut measured =
-        Measured { rule, smallest: f32::INFINITY, largest: 0.0, nodes: 0, seconds: [automatic, given] };
+        Measured { rule, least: f32::INFINITY, most: 0.0, nodes: 0, seconds: [automatic, given] };
     for frame in frames {
         let image = renderer.frame(frame)?;
-        let coverage = coverage(&image);
-        measured.smallest = measured.smallest.min(coverage);
-        measured.largest = measured.largest.max(coverage);
+        let (of_smaller_side, of_own_sides) = coverage(&image);
+        measured.least = measured.least.min(of_smaller_side);
+        measured.most = measured.most.max(of_own_sides);
         measured.nodes = measured.nodes.max(seen_nodes(&image)?);
     }
     Ok(Some(measured))
@@ -115,18 +116,21 @@ fn resolved(settings: &Settings, file: &Path) -> Result<(CameraRule, Duration), 
     Ok((job.camera, begin.elapsed()))
 }
 
-/// Larger share of the image's sides that the rectangle of covered pixels takes.
-fn coverage(image: &RenderedFrame) -> f32 {
+/// The larger side of the rectangle of covered pixels as a share of the image's smaller side, and the larger share of its sides in
+/// those of the image.
+fn coverage(image: &RenderedFrame) -> (f32, f32) {
     let (width, height) = image.size();
     let covered = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let covered: Vec<_> =
         covered.filter(|&(x, y)| image.pixel(x, y).is_some_and(|[.., alpha]| alpha > 0.0)).collect();
-    let share = |of: fn(&(u32, u32)) -> u32, size: u32| {
+    let side = |of: fn(&(u32, u32)) -> u32| {
         let least = covered.iter().map(of).min().unwrap_or(1);
         let most = covered.iter().map(of).max().unwrap_or(0);
-        (most + 1).saturating_sub(least) as f32 / size as f32
+        (most + 1).saturating_sub(least) as f32
     };
-    share(|&(x, _)| x, width).max(share(|&(_, y)| y, height))
+    let sides = [side(|&(x, _)| x), side(|&(_, y)| y)];
+    let share = sides[0].max(sides[1]) / width.min(height) as f32;
+    (share, (sides[0] / width as f32).max(sides[1] / height as f32))
 }
 
 /// Number of different nodes in the image.

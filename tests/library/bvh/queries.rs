@@ -38,7 +38,7 @@ fn equals_brute_force_for_all_settings() {
         let flags = flags(triangles.len());
         let brute_force =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
-        let rays = rays(&triangles, 400, &mut random);
+        let rays = rays(&triangles, 150, &mut random);
         let expected: Vec<_> = rays.iter().map(|ray| answers(&brute_force, ray)).collect();
         let hits = expected.iter().filter(|answer| answer.1.is_some()).count();
         if !["none", "collinear"].contains(&name) {

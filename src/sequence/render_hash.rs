@@ -13,7 +13,7 @@ use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
-use crate::scene::{CameraChanges, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
+use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
 use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 
@@ -57,6 +57,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         light_size: _,
         glossy_samples: _,
         show_background,
+        ground,
         aovs: _,
     } = render;
     let file = match output.format() {
@@ -64,7 +65,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
-    let content = json!({
+    let mut content = json!({
         "software": SOFTWARE,
         "scene": hex(&scene.content_hash),
         "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
@@ -88,6 +89,9 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "frame": frame,
         "file": file,
     });
+    if let Some(Ground { up, height, is_mirror }) = ground {
+        content["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
+    }
     hex(&Sha256::digest(content.to_string().as_bytes()))
 }
 

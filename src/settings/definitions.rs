@@ -6,7 +6,7 @@ use crate::framing::NamedView;
 use crate::render::{GlassShadows, PixelFilter};
 use crate::scene::ClipSelection;
 
-use super::choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
+use super::choices::{FocusRequest, GroundKind, Integrator, PreviewFormat, ProgressStyle};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
@@ -16,7 +16,7 @@ use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
     Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, ExposureType, ExrEncoding, Factor,
-    FieldOfView, Flag, FocalLength, FocusType, Frames, LookAtType, MemorySize, NameOrIndexType, Names, OneOf,
+    FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType, MemorySize, NameOrIndexType, Names, OneOf,
     OrbitType, Point, Rate, RefitType, Resolution, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle,
     Whole,
 };
@@ -224,6 +224,10 @@ settings! {
     /// Node or material that is invisible except for shadows on it
     /// : a name, or '#0' for the first node; may be repeated
     shadow_catcher: Names = Vec::new(), Scene { value_name: "NAME|#I" }
+    /// Plane below the scene that is invisible except for shadows on it, and mirror images if asked
+    /// . It lies under the lowest point of the framed scene over the whole animation, perpendicular to `up`. Its value
+    /// follows =
+    ground: GroundType = GroundKind::None, Scene { value_name: "KIND", value_alone: Some("true") }
     /// Turn warnings about unsupported features into errors
     strict: Flag = false, Scene {}
 

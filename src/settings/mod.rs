@@ -42,7 +42,7 @@ pub use crate::image_file::ExrCompression;
 #[doc(inline)]
 pub use crate::render::{Aperture, GlassShadows, PixelFilter};
 pub(crate) use camera_values::field_of_view_of;
-pub use choices::{FocusRequest, Integrator, LookAt, PreviewFormat, ProgressStyle};
+pub use choices::{FocusRequest, GroundKind, Integrator, LookAt, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
 pub use environment_source::{BackgroundSource, EnvironmentSource};

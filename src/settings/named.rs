@@ -5,7 +5,7 @@ use crate::color::ToneCurve;
 use crate::framing::NamedView;
 use crate::render::{GlassShadows, PixelFilter};
 
-use super::choices::{Integrator, PreviewFormat, ProgressStyle};
+use super::choices::{GroundKind, Integrator, PreviewFormat, ProgressStyle};
 
 /// An enum whose values have names.
 pub trait Named: Copy + std::fmt::Debug + PartialEq + 'static {
@@ -42,6 +42,11 @@ named! {
     GlassShadows {
         Straight = "straight", "Light passes straight through, coloured by the glass";
         Opaque = "opaque", "Glass casts full shadows";
+    }
+    GroundKind {
+        None = "none", "No ground";
+        Shadow = "shadow", "Shadows; also true";
+        Reflection = "reflection", "Shadows and mirror images, as on a polished floor";
     }
     PixelFilter {
         Box = "box", "The pixel's square";

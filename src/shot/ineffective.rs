@@ -4,7 +4,7 @@ use crate::error::Warning;
 use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
-use crate::settings::SettingValues;
+use crate::settings::{GroundKind, SettingValues};
 
 /// One warning for each setting that has no effect on this job.
 pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
@@ -43,7 +43,19 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         pointer: String::new(),
         message: format!("`{setting}` does nothing: {why}"),
     };
-    ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning).collect()
+    let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
+    ineffective.chain(ground_without_shadows(values, job)).collect()
+}
+
+/// Note that no light casts a shadow on the ground.
+fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<Warning> {
+    let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
+    let casts_shadows = has_lamps || job.environment.key_light().is_some();
+    (values.ground != GroundKind::None && !casts_shadows).then(|| Warning {
+        pointer: String::new(),
+        message: "`ground` shows no shadow: an environment alone casts none; add a light to the scene, or light it with `env` studio"
+            .to_owned(),
+    })
 }
 
 fn is_dark(environment: &Environment) -> bool {

@@ -6,18 +6,18 @@ use std::sync::Arc;
 
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::error::{Error, Result, Warning};
-use crate::framing::{CameraRule, ResolvedCamera, resolve_camera};
+use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera};
 use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
-    NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
+    Ground, NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
     ExistingFiles, FrameSpec, OutputPattern, SequenceJob, SequenceOutputs, Shutter, check_image_memory,
     duration_seconds,
 };
-use crate::settings::{SettingValues, parse, suggest};
+use crate::settings::{GroundKind, SettingValues, parse, suggest};
 
 use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
 use super::ineffective::ineffective_settings;
@@ -118,6 +118,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
 
     let render = RenderSettings {
         show_background: request.shows_background(),
+        ground: ground(args, &scene, &selection),
         ..render_settings(args, &scene, &selection)?
     };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
@@ -151,6 +152,13 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     };
     choices.extend(ineffective_settings(args, &sequence));
     Ok(RenderJob { sequence, choices, warnings, camera: rule, environment: description, inputs })
+}
+
+fn ground(args: &SettingValues, scene: &Scene, selection: &Selection) -> Option<Ground> {
+    match args.ground {
+        GroundKind::None => None,
+        kind => ground_below(scene, selection, args.up, kind == GroundKind::Reflection),
+    }
 }
 
 fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {

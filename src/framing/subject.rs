@@ -61,9 +61,10 @@ impl<'a> Subject<'a> {
             is_selected && !frame.materials[instance.material.index()].is_shadow_catcher
         });
         let is_framed = is_framed.collect();
-        let catchers = frame.instances.iter().map(|instance| {
-            node.is_none() && frame.materials[instance.material.index()].is_shadow_catcher
-        });
+        let catchers = frame
+            .instances
+            .iter()
+            .map(|instance| node.is_none() && frame.materials[instance.material.index()].is_shadow_catcher);
         let may_be_floor = catchers.collect();
         let mut subject = Self {
             scene,

@@ -39,7 +39,10 @@ mod tests {
         assert_eq!(from(2.0, Vec3::NEG_Y), Some(3.0));
         assert_eq!(from(1.0, Vec3::new(0.6, -0.8, 0.0)), Some(2.5));
         assert_eq!((from(2.0, Vec3::Y), from(2.0, Vec3::X)), (None, None));
-        assert_eq!((from(-2.0, Vec3::Y), from(-2.0, Vec3::NEG_Y), from(-1.0, Vec3::NEG_Y)), (None, None, None));
+        assert_eq!(
+            (from(-2.0, Vec3::Y), from(-2.0, Vec3::NEG_Y), from(-1.0, Vec3::NEG_Y)),
+            (None, None, None)
+        );
         let near = Ray { t_max: 3.0, ..Ray::new(Vec3::Y * 2.0, Vec3::NEG_Y) };
         assert_eq!(ground.hit(&near), None);
     }

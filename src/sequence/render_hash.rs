@@ -38,6 +38,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         exposure,
         tone,
         display_background,
+        plates,
         existing: _,
         keep_going: _,
         strict: _,
@@ -89,6 +90,10 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "frame": frame,
         "file": file,
     });
+    if let Some(plates) = plates {
+        let (content_hash, fit) = plates.content_key(frame);
+        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
+    }
     if let Some(Ground { up, height, is_mirror }) = ground {
         content["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }

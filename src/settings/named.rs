@@ -3,6 +3,7 @@
 use crate::bvh::{BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
 use crate::framing::NamedView;
+use crate::image::PlateFit;
 use crate::render::{GlassShadows, PixelFilter};
 
 use super::choices::{GroundKind, Integrator, PreviewFormat, ProgressStyle};
@@ -47,6 +48,11 @@ named! {
         None = "none", "No ground";
         Shadow = "shadow", "Shadows; also true";
         Reflection = "reflection", "Shadows and mirror images, as on a polished floor";
+    }
+    PlateFit {
+        Fill = "fill", "Covers the image; what reaches beyond is cut off";
+        Fit = "fit", "Lies inside the image; the rest is transparent";
+        Stretch = "stretch", "Takes the image's aspect ratio";
     }
     PixelFilter {
         Box = "box", "The pixel's square";

@@ -1,6 +1,7 @@
 //! Settings that are given and have no effect on a job.
 
 use crate::error::Warning;
+use crate::image::PlateFit;
 use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
@@ -27,6 +28,11 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         ),
         (values.sun_angle != 0.0 && !has_sun, "sun_angle", "the scene places no directional light"),
         (values.shutter.is_some() && !moves(job), "shutter", "nothing moves"),
+        (
+            values.background_fit != PlateFit::Fill && job.plates.is_none(),
+            "background_fit",
+            "the background is no image",
+        ),
         (
             values.split_aovs && job.exr.split_aovs().is_empty(),
             "split_aovs",

@@ -14,10 +14,10 @@ use crate::scene::{
     Ground, NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, FrameSpec, OutputPattern, SequenceJob, SequenceOutputs, Shutter, check_image_memory,
-    duration_seconds,
+    ExistingFiles, FrameSpec, OutputPattern, Plates, SequenceJob, SequenceOutputs, Shutter,
+    check_image_memory, duration_seconds,
 };
-use crate::settings::{GroundKind, SettingValues, parse, suggest};
+use crate::settings::{BackgroundSource, GroundKind, SettingValues, parse, suggest};
 
 use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
 use super::ineffective::ineffective_settings;
@@ -112,6 +112,8 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let duration = duration_seconds(&scene, &selection);
     let frames = resolve_frames(args, &frame_spec(args), args.fps.last_frame(duration))
         .map_err(|why| Error::setting(frame_setting(args), why))?;
+    let plates = plates(args, &frames, max_memory_bytes)?;
+    inputs.extend(plates.iter().flat_map(Plates::files).map(PathBuf::from));
     let numbered = frames.len() > 1 || duration > 0.0;
     let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = args.output.clone().unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
@@ -145,6 +147,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         exposure: args.exposure,
         tone: args.tone.unwrap_or_default(),
         display_background: request.display_background(),
+        plates,
         existing: existing_files(args),
         keep_going: args.keep_going,
         strict: args.strict,
@@ -152,6 +155,15 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     };
     choices.extend(ineffective_settings(args, &sequence));
     Ok(RenderJob { sequence, choices, warnings, camera: rule, environment: description, inputs })
+}
+
+fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result<Option<Plates>> {
+    match &args.background {
+        BackgroundSource::Plate(pattern) => {
+            Plates::open(pattern, args.background_fit, frames, max_memory_bytes).map(Some)
+        }
+        _ => Ok(None),
+    }
 }
 
 fn ground(args: &SettingValues, scene: &Scene, selection: &Selection) -> Option<Ground> {

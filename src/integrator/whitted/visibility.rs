@@ -45,8 +45,8 @@ impl Tracer<'_, '_> {
         let mut light_pass = state.light_pass;
         let mut next = first;
         let ground = self.context.settings.ground;
-        let mut ground_hit = ground
-            .and_then(|ground| Some(GroundHit { ground, slot, ray, state, t: ground.hit(ray)? }));
+        let mut ground_hit =
+            ground.and_then(|ground| Some(GroundHit { ground, slot, ray, state, t: ground.hit(ray)? }));
         for _ in 0..TRANSPARENCY_LIMIT {
             let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
             if let Some(ground) = ground_hit.take_if(in_front) {

@@ -40,9 +40,21 @@ impl Plates {
         frames: &[i64],
         max_memory_bytes: u64,
     ) -> Result<Self> {
+        let mut plates = Self { pattern: pattern.clone(), fit, max_memory_bytes, files: BTreeMap::new() };
+        plates.open_frames(frames)?;
+        Ok(plates)
+    }
+
+    /// Opens the plates of further frames.
+    ///
+    /// # Errors
+    /// Those of [`Plates::open`].
+    pub fn open_frames(&mut self, frames: &[i64]) -> Result<()> {
+        let Self { pattern, max_memory_bytes, .. } = self;
+        let (pattern, max_memory_bytes) = (&*pattern, *max_memory_bytes);
         let of_frames = frames.iter().map(|&frame| (pattern.path(frame), frame));
         let first_frames: BTreeMap<PathBuf, i64> = of_frames.rev().collect();
-        let files: Vec<_> = first_frames
+        let files: Vec<Result<(PathBuf, PlateFile)>> = first_frames
             .into_par_iter()
             .map(|(path, frame)| {
                 let bytes = read_regular_file(&path, max_memory_bytes)
@@ -53,8 +65,11 @@ impl Plates {
             })
             .collect();
         // Of several errors, that of the first file, whatever thread was the fastest.
-        let files = files.into_iter().collect::<Result<_>>()?;
-        Ok(Self { pattern: pattern.clone(), fit, max_memory_bytes, files })
+        for file in files {
+            let (path, file) = file?;
+            self.files.insert(path, file);
+        }
+        Ok(())
     }
 
     /// The files.

@@ -25,7 +25,7 @@ pub enum PlateFit {
 pub struct Plate {
     /// Row-major linear R, G, B, A of the window, premultiplied.
     pub pixels: Vec<[f32; 4]>,
-    /// Whether the values are meant for displays: neither exposure nor tone curve changes them.
+    /// Whether the values are display-referred: neither exposure nor tone curve changes them.
     pub is_display_referred: bool,
 }
 

@@ -14,7 +14,7 @@ use super::{Aov, LightSamples};
 /// `Z` where the camera ray hits nothing, metres: a finite value beyond every scene, so that depth compositing and fog work.
 pub const DEPTH_WITHOUT_HIT: f32 = 1e10;
 
-/// Channels of the scene without the plate behind it. Files have them where the plate is meant for displays, so that the scene can be
+/// Channels of the scene without the plate behind it. Files have them over display-referred plates, so that the scene can be
 /// tone-mapped alone.
 pub const SCENE_CHANNELS: [&str; 4] = ["scene.R", "scene.G", "scene.B", "scene.A"];
 

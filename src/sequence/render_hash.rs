@@ -15,7 +15,7 @@ use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
-use super::{Exposure, OutputFormat, SequenceJob, Shutter};
+use super::{Exposure, OutputFormat, Plates, SequenceJob, Shutter};
 
 /// The hash of `frame`, 64 hexadecimal digits.
 ///
@@ -90,6 +90,12 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "frame": frame,
         "file": file,
     });
+    add_stage(&mut content, *ground, plates.as_ref(), frame);
+    hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// Adds the ground and the frame's plate, where there are any.
+fn add_stage(content: &mut serde_json::Value, ground: Option<Ground>, plates: Option<&Plates>, frame: i64) {
     if let Some(plates) = plates {
         let (content_hash, fit) = plates.content_key(frame);
         content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
@@ -97,7 +103,6 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     if let Some(Ground { up, height, is_mirror }) = ground {
         content["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }
-    hex(&Sha256::digest(content.to_string().as_bytes()))
 }
 
 fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {

@@ -3,12 +3,14 @@
 use glam::Vec3;
 
 use super::subject::Subject;
+use crate::geometry::Aabb;
 use crate::scene::{Ground, Scene, Selection};
 
 /// Gap between the lowest point and the ground, as a share of the framed diagonal: wide enough for the rounding of rays that a
 /// camera sends from a hundred diagonals away, and less than a tenth of a pixel in an image of 2000 rows.
 const GAP: f32 = 1.0 / 32_768.0;
-/// The gap's least size, as a share of the largest coordinate: eight steps between numbers of single precision.
+/// The gap's least size, as a share of the largest coordinate, those of floors included: eight steps between numbers of single
+/// precision, so that a floor of large triangles hides the ground.
 const LEAST_GAP: f32 = 8.0 * f32::EPSILON;
 /// A floor lies at most this share of the framed diagonal below the lowest framed point. Lower ones belong to skies.
 const FLOOR_DEPTH: f32 = 0.5;
@@ -28,9 +30,11 @@ pub fn ground_below(
     }
     let lowest = -subject.supports(&[-up])[0];
     let diagonal = subject.bounds.extent().length();
-    let is_near = |height: &f32| lowest - height <= diagonal * FLOOR_DEPTH;
-    let lowest = subject.floor_heights(up).into_iter().filter(is_near).fold(lowest, f32::min);
-    let farthest = subject.bounds.min.abs().max(subject.bounds.max.abs()).max_element();
+    let mut floors = subject.floors(up);
+    floors.retain(|(height, _)| lowest - height <= diagonal * FLOOR_DEPTH);
+    let lowest = floors.iter().map(|(height, _)| *height).fold(lowest, f32::min);
+    let bounds = floors.iter().map(|(_, bounds)| *bounds).fold(subject.bounds, Aabb::union);
+    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
     let (gap, least) = (diagonal * GAP, farthest * LEAST_GAP);
     Some(Ground { up, height: lowest - if gap > least { gap } else { least }, is_mirror })
 }

@@ -122,22 +122,25 @@ impl<'a> Subject<'a> {
         supports
     }
 
-    /// The lowest points of the instances that may be floors, along the unit vector `up`; infinite for all others.
-    pub(super) fn floor_heights(&self, up: Vec3) -> Vec<f32> {
-        let mut heights = vec![f32::INFINITY; self.may_be_floor.len()];
+    /// The bounds of the instances that may be floors over all times, each with its lowest point along the unit vector `up`.
+    pub(super) fn floors(&self, up: Vec3) -> Vec<(f32, Aabb)> {
+        let mut floors = vec![(f32::INFINITY, Aabb::EMPTY); self.may_be_floor.len()];
         if !self.may_be_floor.contains(&true) {
-            return heights;
+            return Vec::new();
         }
         self.visit(1, |frame| {
             for (index, &instance) in frame.instance_of_triangle.iter().enumerate() {
                 let instance = instance as usize;
                 if self.may_be_floor[instance] && !frame.flags[index].has(TriangleFlags::HIDDEN) {
-                    let [a, b, c] = frame.triangles[index].vertices.map(|corner| corner.dot(up));
-                    heights[instance] = heights[instance].min(a).min(b).min(c);
+                    let triangle = &frame.triangles[index];
+                    let [a, b, c] = triangle.vertices.map(|corner| corner.dot(up));
+                    let (lowest, bounds) = floors[instance];
+                    floors[instance] = (lowest.min(a).min(b).min(c), bounds.union(triangle.bounds()));
                 }
             }
         });
-        heights
+        floors.retain(|(_, bounds)| !bounds.is_empty());
+        floors
     }
 
     /// Whether the instance with this index is framed.

@@ -41,9 +41,10 @@ pub(super) fn decode_exr_window(
         let part = read_first_part(bytes)?;
         let (display, layer) = (part.attributes.display_window, part.layer_data);
         let size = (layer.size.0 as u32, layer.size.1 as u32);
-        let start = layer.attributes.layer_position - display.position;
+        let (start, origin) = (layer.attributes.layer_position, display.position);
+        let offset = |start: i32, origin: i32| i64::from(start) - i64::from(origin);
         let image = RgbaImage { size, pixels: rgba(&layer)? };
-        Ok(WindowedRgba { image, position: (i64::from(start.0), i64::from(start.1)) })
+        Ok(WindowedRgba { image, position: (offset(start.0, origin.0), offset(start.1, origin.1)) })
     };
     decoded().map_err(|why: String| Error::invalid(path, "", why))
 }

@@ -132,14 +132,30 @@ fn the_ground_lies_below_the_whole_animation() {
     assert_height(ground_of(&stage.scene, None), -2.5, 18.0_f32.sqrt());
 }
 
+/// A cube of 1 m around the origin and a floor that reaches `reach` to each side.
+fn cube_over_floor(height: f32, reach: f32) -> Stage {
+    let mut stage = Stage::new();
+    let mut cube = cuboid(Vec3::ZERO, Vec3::splat(0.5));
+    // Backdrops have few of the triangles.
+    cube.triangles = cube.triangles.repeat(4);
+    stage.add(cube, lambert(Vec3::ONE));
+    stage.add(rectangle(Vec3::Y * height, Vec3::Z * reach, Vec3::X * reach), lambert(Vec3::ONE));
+    stage
+}
+
 #[test]
 fn a_floor_of_its_own_lies_above_the_ground() {
     for (floor, lowest) in [(-0.6, -0.6), (-0.5, -0.5), (-0.4, -0.5), (-40.0, -0.5)] {
-        let mut stage = Stage::new();
-        let mut sphere_like = cuboid(Vec3::ZERO, Vec3::splat(0.5));
-        sphere_like.triangles = sphere_like.triangles.repeat(4);
-        stage.add(sphere_like, lambert(Vec3::ONE));
-        stage.add(rectangle(Vec3::Y * floor, Vec3::Z * 20.0, Vec3::X * 20.0), lambert(Vec3::ONE));
-        assert_height(ground_of(&stage.scene, None), lowest, 3.0_f32.sqrt());
+        assert_height(ground_of(&cube_over_floor(floor, 20.0).scene, None), lowest, 3.0_f32.sqrt());
+    }
+    // The gap below a floor of 4 km covers the rounding of its corners, 2⁻²⁰ of 2 km, and no ground shows through it.
+    let mut wide = cube_over_floor(-0.5, 2048.0);
+    assert_eq!(ground_of(&wide.scene, None), -0.5 - 1.0 / 512.0);
+    wide.settings.show_background = false;
+    wide.settings.ground = plane(ground_of(&wide.scene, None), false);
+    wide.add_light(LightKind::Directional, 1.0, Vec3::ZERO, Vec3::new(1.0, -1.0, 0.0));
+    for distance in [3.0, 30.0, 300.0, 1500.0] {
+        let seen = wide.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(distance, -0.5, 1.0));
+        assert_close(seen, Vec3::splat(0.5_f32.sqrt() / std::f32::consts::PI), 1e-5);
     }
 }

@@ -94,6 +94,7 @@ fn no_shadow_is_caught_twice() {
     assert!((seen_at(&stage, 1.5, 0.0).w - 0.5).abs() < 1e-5);
 }
 
+#[expect(clippy::unwrap_used, reason = "a helper of tests")]
 fn ground_of(scene: &Scene, up: Option<Vec3>) -> f32 {
     ground_below(scene, &select_all(scene, SelectedCamera::Auto), up, false).unwrap().height
 }

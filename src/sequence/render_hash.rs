@@ -79,10 +79,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "resolution": [resolution.0, resolution.1],
         "samples": samples,
         "max_depth": max_depth,
-        "glass_shadows": match glass_shadows {
-            GlassShadows::Straight => "straight",
-            GlassShadows::Opaque => "opaque",
-        },
+        "glass_shadows": glass_shadows_key(*glass_shadows),
         "light_scale": light_scale.to_bits(),
         "show_background": show_background,
         "sampling": sampling_key(render, *shutter),
@@ -102,6 +99,13 @@ fn add_stage(content: &mut serde_json::Value, ground: Option<Ground>, plates: Op
     }
     if let Some(Ground { up, height, is_mirror }) = ground {
         content["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
+    }
+}
+
+fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
+    match glass_shadows {
+        GlassShadows::Straight => "straight",
+        GlassShadows::Opaque => "opaque",
     }
 }
 

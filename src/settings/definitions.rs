@@ -220,7 +220,7 @@ settings! {
     /// Background behind the scene: env (the environment light), none, white, black, '#rrggbb', an image, or as for `env`
     /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest. white, black and '#rrggbb'
     /// are exact sRGB values of PNG files, previews and movies, whatever the exposure and tone curve; EXR files stay
-    /// transparent there. An image is a PNG, JPEG or WebP file, a sequence such as plate.####.exr, or plate:FILE for a single
+    /// transparent there. An image is a PNG, JPEG or WebP file, a sequence such as plate.%04d.exr, or plate:FILE for a single
     /// .exr or .hdr file. It covers EXR files, too; PNG, JPEG and WebP files keep their exact values in PNG files, previews and
     /// movies. Quote # in shells
     background: BackgroundType = BackgroundSource::Light, Scene { value_name: "SOURCE" }

@@ -103,10 +103,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let mut inputs = vec![shot.scene.clone()];
     inputs.extend(scene.files.iter().cloned());
     inputs.extend(request.files().map(PathBuf::from));
-    let layers = args.aovs.iter().flat_map(AovSet::as_slice);
-    let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
-    let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
-    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
+    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings(args, &scene)].concat();
     let description = request.with_background(description);
 
     let duration = duration_seconds(&scene, &selection);
@@ -155,6 +152,12 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     };
     choices.extend(ineffective_settings(args, &sequence));
     Ok(RenderJob { sequence, choices, warnings, camera: rule, environment: description, inputs })
+}
+
+fn matte_warnings(args: &SettingValues, scene: &Scene) -> Vec<Warning> {
+    let layers = args.aovs.iter().flat_map(AovSet::as_slice);
+    let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
+    if has_mattes { matte_collisions(scene) } else { Vec::new() }
 }
 
 fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result<Option<Plates>> {

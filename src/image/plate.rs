@@ -81,10 +81,8 @@ fn scales(source: (u32, u32), resolution: (u32, u32), fit: PlateFit) -> (f64, f6
     let x = f64::from(resolution.0) / f64::from(source.0);
     let y = f64::from(resolution.1) / f64::from(source.1);
     match fit {
-        PlateFit::Fill if x > y => (x, x),
-        PlateFit::Fill => (y, y),
-        PlateFit::Fit if x < y => (x, x),
-        PlateFit::Fit => (y, y),
+        PlateFit::Fill => (x.max(y), x.max(y)),
+        PlateFit::Fit => (x.min(y), x.min(y)),
         PlateFit::Stretch => (x, y),
     }
 }

@@ -101,10 +101,9 @@ fn joined(folder: &Path, text: OsString) -> OsString {
 
 fn rebased_source(text: OsString, folder: &Path) -> OsString {
     let is_file = match BackgroundSource::parse(&text) {
-        Ok(BackgroundSource::Plate(_)) => folder.join(&text).is_file(),
+        // A name without a known ending may still be that of a file, and so may one with a place for the frame.
+        Ok(BackgroundSource::Plate(_)) | Err(_) => folder.join(&text).is_file(),
         Ok(source) => matches!(source, BackgroundSource::Environment(EnvironmentSource::File(..))),
-        // A name without a known ending may still be that of a file.
-        Err(_) => folder.join(&text).is_file(),
     };
     if is_file { joined(folder, text) } else { text }
 }

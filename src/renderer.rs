@@ -138,7 +138,11 @@ impl Renderer {
     /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, errors of loading the
     /// environment, and with the setting `strict` the first warning.
     pub fn frame(&self, frame: i64) -> Result<RenderedFrame> {
-        RenderedFrame::render(Arc::new(self.job()?.sequence), frame, &self.cancel)
+        let mut job = self.job()?.sequence;
+        if let Some(plates) = &mut job.plates {
+            plates.open_frames(&[frame])?;
+        }
+        RenderedFrame::render(Arc::new(job), frame, &self.cancel)
     }
 
     /// The sequence of all frames that are set (by default the whole animation) under the names `output`, such as

@@ -105,7 +105,7 @@ fn reflectance_along_normal(relative_ior: f32) -> f32 {
 }
 
 /// Fresnel reflectance of unpolarised light; 1 beyond the critical angle. `cosine` is on the near side.
-pub(super) fn exact(cosine: f32, relative_ior: f32) -> f32 {
+pub(crate) fn exact(cosine: f32, relative_ior: f32) -> f32 {
     if relative_ior == 1.0 {
         return 0.0;
     }

@@ -31,6 +31,7 @@ use crate::interaction::MaterialSample;
 
 pub use albedos::Albedos;
 pub use coat::Coat;
+pub(crate) use fresnel::exact as dielectric_reflectance;
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;

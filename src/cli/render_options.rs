@@ -67,6 +67,9 @@ fn arg(definition: &'static Definition) -> Arg {
         arg = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new());
         arg = arg.allow_hyphen_values(true);
     }
+    if let Some(value) = definition.value_alone {
+        arg = arg.num_args(0..=1).require_equals(true).default_missing_value(value);
+    }
     if let Some(short) = definition.short {
         arg = arg.short(short);
     }

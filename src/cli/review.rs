@@ -132,7 +132,7 @@ fn described(comparison: &Comparison) -> String {
 fn terminal_text(terminal: TerminalImages, image: &Image) -> Option<String> {
     let colors = image.clone().into_linear().colors()?;
     let pixels: Vec<[f32; 4]> = colors.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
-    Some(terminal.text(&display_image(image.size(), &pixels, PreviewLook::default())))
+    Some(terminal.text(&display_image(image.size(), &pixels, None, PreviewLook::default())))
 }
 
 #[cfg(test)]

@@ -5,7 +5,10 @@
 
 mod aovs;
 
-use crate::image::{ColorEncoding, Image};
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use crate::image::{ColorEncoding, Image, Plate};
 
 pub use crate::image::PixelWindow;
 pub use aovs::{AovFlags, CoverageSample, FilmAovs, LightPass, LightPasses, PixelCenterSample, add_share};
@@ -21,6 +24,8 @@ pub struct Film {
     pub pixels: Vec<[f32; 4]>,
     /// Further values of each pixel.
     pub aovs: FilmAovs,
+    /// The plate behind the pixels, which do not contain it.
+    pub plate: Option<Arc<Plate>>,
 }
 
 impl Film {
@@ -32,13 +37,27 @@ impl Film {
     /// A film of transparent black with AOVs.
     pub fn with_aovs(resolution: (u32, u32), window: PixelWindow, flags: AovFlags) -> Self {
         let count = window.pixel_count();
-        Self { resolution, window, pixels: vec![[0.0; 4]; count], aovs: FilmAovs::new(count, flags) }
+        Self {
+            resolution,
+            window,
+            pixels: vec![[0.0; 4]; count],
+            aovs: FilmAovs::new(count, flags),
+            plate: None,
+        }
+    }
+
+    /// The pixels with the plate behind them.
+    pub fn pixels_over_plate(&self) -> Cow<'_, [[f32; 4]]> {
+        match &self.plate {
+            Some(plate) => Cow::Owned(plate.under(&self.pixels)),
+            None => Cow::Borrowed(&self.pixels),
+        }
     }
 
     /// The colours as an image of the channels A, B, G and R.
     pub fn to_image(&self) -> Image {
         let display_window = PixelWindow::full(self.resolution.0, self.resolution.1);
-        let colors = Image::from_rgba(self.window.size(), ColorEncoding::Linear, &self.pixels);
+        let colors = Image::from_rgba(self.window.size(), ColorEncoding::Linear, &self.pixels_over_plate());
         Image { display_window, data_window: self.window, ..colors }
     }
 

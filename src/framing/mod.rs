@@ -4,10 +4,12 @@
 //! depend on the scene, the selected clips and the aspect ratio of the image, never on the frames that are rendered.
 
 mod fit;
+mod ground;
 mod inside;
 mod orbit;
 mod resolve;
 mod subject;
 
+pub use ground::ground_below;
 pub use orbit::NamedView;
 pub use resolve::{CameraRule, ResolvedCamera, resolve_camera};

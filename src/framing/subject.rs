@@ -36,6 +36,8 @@ pub(super) struct Subject<'a> {
     pub(super) frame: Frame,
     /// Whether an instance is framed, by its index in the frame.
     is_framed: Vec<bool>,
+    /// Whether an instance may be a floor under what is framed: it is a shadow catcher or a backdrop.
+    may_be_floor: Vec<bool>,
     /// Triangles beyond it are not framed.
     limit: Option<Aabb>,
     /// Bounds over all times; two metres around the origin where nothing is visible.
@@ -59,12 +61,18 @@ impl<'a> Subject<'a> {
             is_selected && !frame.materials[instance.material.index()].is_shadow_catcher
         });
         let is_framed = is_framed.collect();
+        let catchers = frame
+            .instances
+            .iter()
+            .map(|instance| node.is_none() && frame.materials[instance.material.index()].is_shadow_catcher);
+        let may_be_floor = catchers.collect();
         let mut subject = Self {
             scene,
             selection,
             times,
             frame,
             is_framed,
+            may_be_floor,
             limit: None,
             bounds: Aabb::EMPTY,
             is_empty: false,
@@ -112,6 +120,27 @@ impl<'a> Subject<'a> {
             }
         });
         supports
+    }
+
+    /// The bounds of the instances that may be floors over all times, each with its lowest point along the unit vector `up`.
+    pub(super) fn floors(&self, up: Vec3) -> Vec<(f32, Aabb)> {
+        let mut floors = vec![(f32::INFINITY, Aabb::EMPTY); self.may_be_floor.len()];
+        if !self.may_be_floor.contains(&true) {
+            return Vec::new();
+        }
+        self.visit(1, |frame| {
+            for (index, &instance) in frame.instance_of_triangle.iter().enumerate() {
+                let instance = instance as usize;
+                if self.may_be_floor[instance] && !frame.flags[index].has(TriangleFlags::HIDDEN) {
+                    let triangle = &frame.triangles[index];
+                    let [a, b, c] = triangle.vertices.map(|corner| corner.dot(up));
+                    let (lowest, bounds) = floors[instance];
+                    floors[instance] = (lowest.min(a).min(b).min(c), bounds.union(triangle.bounds()));
+                }
+            }
+        });
+        floors.retain(|(_, bounds)| !bounds.is_empty());
+        floors
     }
 
     /// Whether the instance with this index is framed.
@@ -176,6 +205,7 @@ impl<'a> Subject<'a> {
             if is_ground || size > AS_LARGE_AS_A_SKY && has_some && are_skies() {
                 for &index in larger {
                     self.is_framed[index] = false;
+                    self.may_be_floor[index] = true;
                 }
                 return;
             }

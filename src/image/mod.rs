@@ -4,6 +4,7 @@
 //! [`crate::film::Film`] until it is stored. Files are the concern of [`crate::image_file`].
 
 mod channel;
+mod plate;
 mod window;
 
 use std::borrow::Cow;
@@ -11,6 +12,7 @@ use std::borrow::Cow;
 use crate::color::srgb_to_linear;
 
 pub use channel::{BEAUTY, Channel, Samples, finite_f32, half_from_f32, layer_of};
+pub use plate::{Plate, PlateFit, over, resample};
 pub use window::PixelWindow;
 
 /// Meaning of the values of an image's colour channels.

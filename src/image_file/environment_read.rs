@@ -58,7 +58,7 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
         |error: image::ImageError| Error::invalid(path, "", format!("not a readable .hdr file: {error}"));
     let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(damaged)?;
     let (width, height) = decoder.dimensions();
-    let needed = u64::from(width) * u64::from(height) * 28;
+    let needed = needed_bytes((width, height));
     if needed > max_memory_bytes {
         let message = format!(
             "{width}x{height} pixels need {}; use a smaller image or raise `max_memory`",
@@ -69,6 +69,18 @@ fn from_hdr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Environm
     let image = DynamicImage::from_decoder(decoder).map_err(damaged)?.into_rgb32f();
     let (pixels, _) = image.as_raw().as_chunks::<3>();
     Ok(EnvironmentPixels { width, height, pixels: pixels.to_vec(), warnings: Vec::new() })
+}
+
+/// Size of a Radiance file, and the bytes that decoding it takes.
+pub(super) fn hdr_bytes(path: &Path, bytes: &[u8]) -> Result<((u32, u32), u64)> {
+    let decoder = HdrDecoder::new(Cursor::new(bytes))
+        .map_err(|error| Error::invalid(path, "", format!("not a readable .hdr file: {error}")))?;
+    let size = decoder.dimensions();
+    Ok((size, needed_bytes(size)))
+}
+
+fn needed_bytes((width, height): (u32, u32)) -> u64 {
+    u64::from(width).saturating_mul(u64::from(height)).saturating_mul(28)
 }
 
 /// Makes all radiance finite and not negative. Infinity, such as an overflowed sun, becomes the largest half; NaN and

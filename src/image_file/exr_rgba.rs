@@ -22,6 +22,43 @@ pub fn decode_exr_rgba(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Resu
     decode(bytes).map_err(|why| Error::invalid(path, "", why))
 }
 
+/// Pixels of a data window and its place in the display window.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct WindowedRgba {
+    pub(super) image: RgbaImage,
+    /// Column and row of the first pixel in the display window.
+    pub(super) position: (i64, i64),
+}
+
+/// Decodes what [`decode_exr_rgba`] does, with its place in the display window.
+pub(super) fn decode_exr_window(
+    path: &Path,
+    bytes: &[u8],
+    max_memory_bytes: u64,
+) -> Result<WindowedRgba, Error> {
+    check_memory(path, bytes, max_memory_bytes)?;
+    let decoded = || {
+        let part = read_first_part(bytes)?;
+        let (display, layer) = (part.attributes.display_window, part.layer_data);
+        let size = (layer.size.0 as u32, layer.size.1 as u32);
+        let (start, origin) = (layer.attributes.layer_position, display.position);
+        let offset = |start: i32, origin: i32| i64::from(start) - i64::from(origin);
+        let image = RgbaImage { size, pixels: rgba(&layer)? };
+        Ok(WindowedRgba { image, position: (offset(start.0, origin.0), offset(start.1, origin.1)) })
+    };
+    decoded().map_err(|why: String| Error::invalid(path, "", why))
+}
+
+/// Size of the display window, and the bytes that decoding the file takes.
+pub(super) fn exr_display_size(bytes: &[u8]) -> Result<((u32, u32), u64), String> {
+    let reader = exr::block::read(Cursor::new(bytes), false)
+        .map_err(|error| format!("not a readable OpenEXR file: {error}"))?;
+    let header = reader.headers().first().ok_or("the file holds no image")?;
+    let size = header.shared_attributes.display_window.size;
+    let size = u32::try_from(size.0).ok().zip(u32::try_from(size.1).ok()).ok_or("the image is too large")?;
+    Ok((size, u64::try_from(decoded_bytes(bytes)?).unwrap_or(u64::MAX)))
+}
+
 /// Refuses a file whose pixels would take more than `max_memory_bytes`. Reads its header alone.
 pub(super) fn check_memory(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<(), Error> {
     let needed = decoded_bytes(bytes).map_err(|why| Error::invalid(path, "", why))?;

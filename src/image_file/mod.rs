@@ -16,8 +16,10 @@ mod exr_rgba;
 mod exr_write;
 mod ktx2;
 mod movie;
+mod plate_read;
 mod png_text;
 mod png_write;
+mod regular_file;
 mod stored_frame;
 mod texture_decode;
 mod texture_format;
@@ -33,8 +35,10 @@ pub use exr_read::decode_exr;
 pub use exr_rgba::decode_exr_rgba;
 pub use exr_write::encode_exr;
 pub use movie::{MOVIE_ENDINGS, MovieFormat, MovieWriter, has_ffmpeg};
+pub use plate_read::{PlateHeader, PlateImage, plate_header, read_plate};
 pub use png_text::inspect_png;
 pub use png_write::encode_png;
+pub(crate) use regular_file::read_regular_file;
 pub use stored_frame::{StoredFrame, inspect_exr};
 pub(crate) use texture_decode::{
     DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,

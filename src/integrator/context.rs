@@ -4,6 +4,7 @@ use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
 use super::settings::IntegratorSettings;
+use crate::color::luminance;
 use crate::geometry::{Aabb, Ray};
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
@@ -21,6 +22,8 @@ pub struct IntegratorContext<'a> {
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
     camera_media: Vec<Medium>,
+    /// Luminance of the environment's irradiance on the ground.
+    pub(super) ground_irradiance: f32,
     /// Settings.
     pub settings: IntegratorSettings,
 }
@@ -33,7 +36,9 @@ impl<'a> IntegratorContext<'a> {
         let volume_bounds = interiors.bounds(view.frame);
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
-        Self { view, lights, interiors, volume_bounds, camera_media, settings }
+        let on_ground = settings.ground.map(|ground| view.environment.irradiance(ground.up));
+        let ground_irradiance = on_ground.map_or(0.0, luminance);
+        Self { view, lights, interiors, volume_bounds, camera_media, ground_irradiance, settings }
     }
 
     /// The volumes in which a camera ray starts. Perspective rays start in those around the camera; for orthographic rays they

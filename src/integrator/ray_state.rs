@@ -45,4 +45,6 @@ pub enum RayKind {
     Reflection,
     /// A ray that its last surface transmitted.
     Refraction,
+    /// A mirror ray of the ground, which sees surfaces and no environment.
+    GroundReflection,
 }

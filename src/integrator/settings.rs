@@ -1,5 +1,7 @@
 //! Settings of an integrator.
 
+use crate::scene::Ground;
+
 /// How volumes and thin glass darken the surfaces in their shadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GlassShadows {
@@ -19,6 +21,8 @@ pub struct IntegratorSettings {
     pub glass_shadows: GlassShadows,
     /// Whether camera rays that leave the scene see the environment; otherwise they are transparent.
     pub show_background: bool,
+    /// The plane that shows shadows below the scene.
+    pub ground: Option<Ground>,
     /// Multiplies the frame's own lights.
     pub light_scale: f32,
     /// Size of the lights; decides how soft their shadows are.
@@ -34,6 +38,7 @@ impl Default for IntegratorSettings {
             max_depth: 8,
             glass_shadows: GlassShadows::Straight,
             show_background: true,
+            ground: None,
             light_scale: 1.0,
             light_size: LightSize::default(),
             glossy_samples: 0,

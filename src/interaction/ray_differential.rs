@@ -22,6 +22,17 @@ impl RayDifferential {
     /// A ray without extent.
     pub const ZERO: Self = Self { origin: [Vec3::ZERO; 2], direction: [Vec3::ZERO; 2] };
 
+    /// The differential of the mirror ray of a plane that the ray along the unit vector `direction` hits at `t`; zero where the ray
+    /// grazes the plane.
+    #[must_use]
+    pub fn mirrored(&self, direction: Vec3, t: f32, normal: Vec3) -> Self {
+        let origin = self.on_surface(direction, t, normal);
+        if !origin.iter().all(|step| step.is_finite()) {
+            return Self::ZERO;
+        }
+        Self { origin, direction: self.direction.map(|step| step - normal * (2.0 * step.dot(normal))) }
+    }
+
     /// Derivatives of the hit point in the plane of `normal`, for a ray along the unit vector `direction` that hits the plane at `t`.
     /// Infinite or not a number where the ray grazes the plane.
     pub(super) fn on_surface(&self, direction: Vec3, t: f32, normal: Vec3) -> [Vec3; 2] {

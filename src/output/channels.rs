@@ -1,9 +1,11 @@
 //! Conversion of a film's AOVs to image channels.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::film::{Film, PixelCenterSample};
+use crate::film::{Film, LightPass, LightPasses, PixelCenterSample};
 use crate::image::{Channel, Samples, finite_f32, half_from_f32};
 
 use super::instance_ids::InstanceIds;
@@ -11,6 +13,10 @@ use super::{Aov, LightSamples};
 
 /// `Z` where the camera ray hits nothing, metres: a finite value beyond every scene, so that depth compositing and fog work.
 pub const DEPTH_WITHOUT_HIT: f32 = 1e10;
+
+/// Channels of the scene without the plate behind it. Files have them over display-referred plates, so that the scene can be
+/// tone-mapped alone.
+pub const SCENE_CHANNELS: [&str; 4] = ["scene.R", "scene.G", "scene.B", "scene.A"];
 
 /// Channels of one AOV of `film`.
 ///
@@ -24,13 +30,17 @@ pub(super) fn aov_channels(
 ) -> Result<Vec<Channel>> {
     Ok(match aov {
         Aov::Beauty => {
-            let channel = |(c, name): (usize, &str)| light(name.to_owned(), samples, &film.pixels, |p| p[c]);
-            ["R", "G", "B", "A"].into_iter().enumerate().map(channel).collect()
+            let mut channels = rgba_channels(["R", "G", "B", "A"], samples, &film.pixels_over_plate());
+            if film.plate.as_ref().is_some_and(|plate| plate.is_display_referred) {
+                channels.extend(rgba_channels(SCENE_CHANNELS, samples, &film.pixels));
+            }
+            channels
         }
         Aov::Light(pass) => {
             let passes = film.aovs.light.as_deref().ok_or_else(|| unrecorded(aov))?;
+            let passes = with_plate(film, pass, passes);
             let name = |channel| format!("{}.{channel}", pass.name());
-            let channel = |(c, channel)| light(name(channel), samples, passes, |p| p[pass as usize][c]);
+            let channel = |(c, channel)| light(name(channel), samples, &passes, |p| p[pass as usize][c]);
             ["R", "G", "B"].into_iter().enumerate().map(channel).collect()
         }
         Aov::CryptoObject | Aov::CryptoMaterial => {
@@ -95,6 +105,26 @@ fn data_channels(aov: Aov) -> &'static [(&'static str, Value)] {
     }
 }
 
+fn rgba_channels(names: [&str; 4], samples: LightSamples, pixels: &[[f32; 4]]) -> Vec<Channel> {
+    let channel = |(c, name): (usize, &str)| light(name.to_owned(), samples, pixels, |p| p[c]);
+    names.into_iter().enumerate().map(channel).collect()
+}
+
+/// The light passes with the light of the plate, which is seen as an environment is.
+fn with_plate<'f>(film: &Film, pass: LightPass, passes: &'f [LightPasses]) -> Cow<'f, [LightPasses]> {
+    let Some(plate) = film.plate.as_ref().filter(|_| pass == LightPass::Environment) else {
+        return Cow::Borrowed(passes);
+    };
+    let pixels = passes.iter().zip(&film.pixels).zip(&plate.pixels);
+    let added = pixels.map(|((passes, pixel), plate)| {
+        let mut passes = *passes;
+        let light = passes[pass.index()].iter_mut().zip(plate);
+        light.for_each(|(sum, channel)| *sum += channel * (1.0 - pixel[3]));
+        passes
+    });
+    Cow::Owned(added.collect())
+}
+
 fn light<T: Sync>(
     name: String,
     samples: LightSamples,
@@ -123,7 +153,7 @@ fn unrecorded(aov: Aov) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{AovFlags, LightPass, PixelWindow};
+    use crate::film::{AovFlags, PixelWindow};
     use glam::{Vec2, Vec3};
 
     /// Two pixels: the first hits instance 0, the second nothing.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::color::{ToneCurve, exposure_scale, linear_to_srgb8, srgb8_to_linear};
 use crate::error::Result;
 use crate::film::{Film, PixelWindow};
-use crate::image::{Channel, ColorEncoding, Image, half_from_f32};
+use crate::image::{Channel, ColorEncoding, Image, Plate, half_from_f32};
 use crate::image_file::{DisplayImage, ExrCompression, FrameAttributes, encode_exr, encode_png};
 
 use super::channels::aov_channels;
@@ -96,19 +96,25 @@ pub fn exr_file(film: &Film, attributes: &FrameAttributes) -> Result<Vec<u8>> {
     encode_exr(image(film, channels), ExrCompression::Zip, attributes)
 }
 
-/// Encodes linear pixels as a tone-mapped PNG file with their render hash: a frame, or the preview of an EXR file.
-pub fn png_file(
-    size: (u32, u32),
-    pixels: &[[f32; 4]],
-    look: PreviewLook,
-    render_hash: &str,
-) -> Result<Vec<u8>> {
-    encode_png(size, &display_pixels(pixels, look), render_hash)
+/// Encodes a film as a tone-mapped PNG file with its render hash: a frame, or the preview of an EXR file.
+pub fn png_file(film: &Film, look: PreviewLook, render_hash: &str) -> Result<Vec<u8>> {
+    let image = display_image(film.window.size(), &film.pixels, film.plate.as_deref(), look);
+    encode_png(image.size, &image.pixels, render_hash)
 }
 
-/// Tone-maps linear pixels.
-pub fn display_image(size: (u32, u32), pixels: &[[f32; 4]], look: PreviewLook) -> DisplayImage {
-    DisplayImage { size, pixels: display_pixels(pixels, look) }
+/// Tone-maps linear pixels over a plate. A plate for displays keeps its values; the light of any other is mapped with the pixels.
+pub fn display_image(
+    size: (u32, u32),
+    pixels: &[[f32; 4]],
+    plate: Option<&Plate>,
+    look: PreviewLook,
+) -> DisplayImage {
+    let pixels = match plate {
+        Some(plate) if plate.is_display_referred => pixels_over_display_plate(pixels, plate, look),
+        Some(plate) => display_pixels(&plate.under(pixels), look),
+        None => display_pixels(pixels, look),
+    };
+    DisplayImage { size, pixels }
 }
 
 /// Tone-maps to sRGB with straight alpha. Values are rounded to halves first, so that a preview made while rendering equals
@@ -119,16 +125,43 @@ fn display_pixels(pixels: &[[f32; 4]], look: PreviewLook) -> Vec<[u8; 4]> {
     pixels
         .iter()
         .map(|pixel| {
-            let [r, g, b, alpha] = pixel.map(|value| half_from_f32(value).to_f32());
-            // Light without coverage, such as a glow over the background, is not divided.
-            let cover = if alpha > 0.0 { alpha } else { 1.0 };
-            let color = look.tone.apply(Vec3::new(r, g, b) * (1.0 / cover * gain));
+            let ToneMapped { color, cover, alpha } = tone_mapped(pixel, look.tone, gain);
             match background {
                 Some(background) => display_pixel(color * cover + background * (1.0 - alpha), 1.0),
                 None => display_pixel(color, alpha),
             }
         })
         .collect()
+}
+
+/// A pixel of the scene in linear display light.
+struct ToneMapped {
+    /// Straight colour.
+    color: Vec3,
+    /// Factor of the colour over a background: alpha, or 1 for light without coverage.
+    cover: f32,
+    alpha: f32,
+}
+
+fn tone_mapped(pixel: &[f32; 4], tone: ToneCurve, gain: f32) -> ToneMapped {
+    let [r, g, b, alpha] = pixel.map(|value| half_from_f32(value).to_f32());
+    // Light without coverage, such as a glow over the background, is not divided.
+    let cover = if alpha > 0.0 { alpha } else { 1.0 };
+    ToneMapped { color: tone.apply(Vec3::new(r, g, b) * (1.0 / cover * gain)), cover, alpha }
+}
+
+/// Tone-maps a scene and puts it over a plate for displays, with straight alpha.
+fn pixels_over_display_plate(pixels: &[[f32; 4]], plate: &Plate, look: PreviewLook) -> Vec<[u8; 4]> {
+    let gain = exposure_scale(look.exposure_ev);
+    let mapped = pixels.iter().zip(&plate.pixels).map(|(pixel, &[r, g, b, plate_alpha])| {
+        let ToneMapped { color, cover, alpha } = tone_mapped(pixel, look.tone, gain);
+        let covered = alpha + plate_alpha * (1.0 - alpha);
+        if plate_alpha == 0.0 || covered <= 0.0 {
+            return display_pixel(color, alpha);
+        }
+        display_pixel((color * cover + Vec3::new(r, g, b) * (1.0 - alpha)) / covered, covered)
+    });
+    mapped.collect()
 }
 
 fn display_pixel(color: Vec3, alpha: f32) -> [u8; 4] {

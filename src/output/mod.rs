@@ -15,7 +15,7 @@ mod stamp;
 
 pub use aov::{Aov, AovSet};
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
-pub use channels::DEPTH_WITHOUT_HIT;
+pub use channels::{DEPTH_WITHOUT_HIT, SCENE_CHANNELS};
 pub use contact_sheet::ContactSheet;
 pub use cryptomatte::matte_collisions;
 pub use exposure::{AUTO_EXPOSURE_BOUNDS, auto_exposure_ev, covers_enough};

@@ -87,6 +87,7 @@ fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
         max_depth: settings.max_depth,
         glass_shadows: settings.glass_shadows,
         show_background: settings.show_background,
+        ground: settings.ground,
         light_scale: settings.light_scale,
         light_size: settings.light_size,
         glossy_samples: settings.glossy_samples,

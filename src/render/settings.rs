@@ -5,6 +5,7 @@ use super::filter::PixelFilter;
 use super::lens::Lens;
 use crate::film::{AovFlags, PixelWindow};
 use crate::integrator::{GlassShadows, LightSize};
+use crate::scene::Ground;
 
 /// What decides an image besides the frame itself.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,6 +34,8 @@ pub struct RenderSettings {
     pub glossy_samples: u32,
     /// Whether camera rays that leave the scene see the environment; otherwise they are transparent.
     pub show_background: bool,
+    /// The plane that shows shadows below the scene.
+    pub ground: Option<Ground>,
     /// AOVs besides colour and coverage. They change neither of these.
     pub aovs: AovFlags,
 }
@@ -53,6 +56,7 @@ impl Default for RenderSettings {
             light_size: LightSize::default(),
             glossy_samples: 0,
             show_background: true,
+            ground: None,
             aovs: AovFlags::NONE,
         }
     }

@@ -17,6 +17,8 @@ pub struct RenderedFrame {
     job: Arc<SequenceJob>,
     frame: i64,
     film: Film,
+    /// The pixels over the plate, where there is one.
+    over_plate: Option<Vec<[f32; 4]>>,
     attributes: FrameAttributes,
     instance_ids: Arc<InstanceIds>,
     cancel: CancelFlag,
@@ -30,7 +32,8 @@ impl RenderedFrame {
         let attributes = tracer.attributes(frame, &render_hash(&job, frame));
         let instance_ids = tracer.instance_ids();
         drop(tracer);
-        Ok(Self { job, frame, film, attributes, instance_ids, cancel: cancel.clone() })
+        let over_plate = film.plate.as_ref().map(|plate| plate.under(&film.pixels));
+        Ok(Self { job, frame, film, over_plate, attributes, instance_ids, cancel: cancel.clone() })
     }
 
     /// Frame number.
@@ -45,14 +48,14 @@ impl RenderedFrame {
 
     /// Row-major R, G, B, A, top row first: linear Rec.709 radiance, premultiplied, and coverage.
     pub fn pixels(&self) -> &[[f32; 4]] {
-        &self.film.pixels
+        self.over_plate.as_deref().unwrap_or(&self.film.pixels)
     }
 
     /// The pixel in column `x` and row `y` from the top left of [`RenderedFrame::pixels`]; `None` outside.
     pub fn pixel(&self, x: u32, y: u32) -> Option<[f32; 4]> {
         let (width, height) = self.size();
         let is_inside = x < width && y < height;
-        is_inside.then(|| self.film.pixels[y as usize * width as usize + x as usize])
+        is_inside.then(|| self.pixels()[y as usize * width as usize + x as usize])
     }
 
     /// The channels that [`RenderedFrame::write_exr`] writes, AOVs included, such as `Z` and `normal.X`.
@@ -79,12 +82,7 @@ impl RenderedFrame {
     /// [`Renderer::cancelled_by`](crate::Renderer::cancelled_by) is raised during automatic exposure.
     pub fn write_png(&self, path: impl AsRef<Path>) -> Result<()> {
         let exposure_ev = exposure_ev(&self.job, &self.cancel)?;
-        let png = png_file(
-            self.size(),
-            &self.film.pixels,
-            self.job.look(exposure_ev),
-            &self.attributes.render_hash,
-        )?;
+        let png = png_file(&self.film, self.job.look(exposure_ev), &self.attributes.render_hash)?;
         write_atomically(path.as_ref(), &png)
     }
 

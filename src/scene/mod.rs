@@ -10,6 +10,7 @@ mod animation;
 mod camera;
 mod content;
 mod environment;
+mod ground;
 mod image_light;
 mod index;
 mod light;
@@ -37,6 +38,7 @@ pub use camera::{Camera, Projection};
 pub use content::{Scene, SceneRoots};
 pub(crate) use environment::columns_for_cube;
 pub use environment::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight};
+pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{
     AnimationIndex, CameraIndex, ImageIndex, ImageLightIndex, LightIndex, MaterialIndex, MeshIndex,

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::image_file::{DisplayImage, MovieFormat, MovieWriter, decode_png, encode_png, write_atomically};
-use crate::output::{ContactSheet, PreviewLook, display_image};
+use crate::output::{ContactSheet, PreviewLook};
 
-use super::writer::read_frame;
+use super::stored_frame::display_exr;
 use super::{OutputFormat, Plan, PlannedFrame, SequenceJob, SequenceOutputs};
 
 /// Writes the movie and the contact sheet of `job` from the frames of `plan`, in the order of their numbers. All frames must
@@ -84,7 +84,9 @@ fn frame_bytes(job: &SequenceJob) -> u64 {
     let (width, height) = job.render.window.size();
     // The file and its decoded channels.
     let channels = 2 * job.exr.bytes_a_pixel();
-    (u64::from(width) * u64::from(height)).saturating_mul(BYTES_A_PIXEL + channels)
+    let plate = job.plates.as_ref().map_or(0, |plates| plates.working_bytes(job.render.window));
+    let plate = u64::try_from(plate).unwrap_or(u64::MAX);
+    (u64::from(width) * u64::from(height)).saturating_mul(BYTES_A_PIXEL + channels).saturating_add(plate)
 }
 
 /// Reads the frame's file as a display image.
@@ -93,10 +95,7 @@ fn frame_bytes(job: &SequenceJob) -> u64 {
 /// Those of reading the file.
 pub fn display_frame(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Result<DisplayImage> {
     match job.output.format() {
-        OutputFormat::Exr => {
-            let image = read_frame(&planned.path, job.max_memory_bytes)?;
-            Ok(display_image(image.size, &image.pixels, look))
-        }
+        OutputFormat::Exr => display_exr(job, planned, look),
         OutputFormat::Png => {
             let bytes = std::fs::read(&planned.path).map_err(Error::missing(&planned.path))?;
             decode_png(&planned.path, &bytes)

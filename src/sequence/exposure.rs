@@ -53,6 +53,8 @@ fn small_renders(
         // Base colours and emission, which a background does not have.
         aovs: AovFlags { centers: !show_background, light: !show_background, coverage: false },
         show_background,
+        // Shadows alone tell nothing about the light.
+        ground: None,
         ..job.render.clone()
     };
     let duration = f64::from(duration_seconds(&job.scene, &job.selection));

@@ -6,6 +6,7 @@ use crate::bvh::BuildStatistics;
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film};
+use crate::image::Plate;
 use crate::image_file::FrameAttributes;
 use crate::output::{InstanceIds, frame_attributes};
 use crate::render::{RenderStatistics, SceneView, ShutterSample, render_frame_into};
@@ -22,6 +23,8 @@ pub(crate) struct FrameTracer<'a> {
     /// Ids and names of the mesh instances of all frames.
     instance_ids: Option<Arc<InstanceIds>>,
     posed: PosedFrames,
+    /// The plate behind a frame.
+    plate: Option<(i64, Arc<Plate>)>,
 }
 
 /// Statistics of a traced frame.
@@ -37,7 +40,7 @@ pub(crate) struct FrameStatistics {
 
 impl<'a> FrameTracer<'a> {
     pub(crate) fn new(job: &'a SequenceJob, cancel: &'a CancelFlag) -> Self {
-        Self { job, cancel, scratch: None, instance_ids: None, posed: PosedFrames::default() }
+        Self { job, cancel, scratch: None, instance_ids: None, posed: PosedFrames::default(), plate: None }
     }
 
     /// Forgets the poses of earlier frames, which a panic may have left inconsistent.
@@ -92,7 +95,22 @@ impl<'a> FrameTracer<'a> {
             rendered.phases.add(&phases);
             rendered.rays.trace_seconds += phases.trace;
         }
+        film.plate = self.plate(frame)?;
         Ok(rendered)
+    }
+
+    /// The plate behind a frame.
+    fn plate(&mut self, frame: i64) -> Result<Option<Arc<Plate>>> {
+        let Some(plates) = &self.job.plates else { return Ok(None) };
+        if let Some((of_frame, plate)) = &self.plate
+            && plates.is_same(*of_frame, frame)
+        {
+            return Ok(Some(plate.clone()));
+        }
+        let settings = &self.job.render;
+        let plate = Arc::new(plates.plate(frame, settings.resolution, settings.window)?);
+        self.plate = Some((frame, plate.clone()));
+        Ok(Some(plate))
     }
 
     /// Traces the posed scene.

@@ -10,7 +10,7 @@ use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
 use crate::settings::{ExistingFiles, Exposure, FrameRate, OutputPattern, Shutter};
 
-use super::SequenceOutputs;
+use super::{Plates, SequenceOutputs};
 
 /// Description of a sequence of files.
 #[derive(Clone, Debug)]
@@ -48,6 +48,8 @@ pub struct SequenceJob {
     pub tone: ToneCurve,
     /// sRGB colour behind the scene in tone-mapped files. It shows where the render is transparent.
     pub display_background: Option<[u8; 3]>,
+    /// Plates behind the frames.
+    pub plates: Option<Plates>,
     /// Treatment of existing files.
     pub existing: ExistingFiles,
     /// Whether other frames are rendered after one fails.

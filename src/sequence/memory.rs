@@ -15,6 +15,9 @@ use super::{SequenceJob, Shutter};
 const BYTES_A_PIXEL: u128 = 72;
 /// A pixel of the further film that sums shutter samples.
 const BYTES_A_TIME_PIXEL: u128 = 16;
+/// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
+/// its channels without the plate before and after compression (8 each).
+const BYTES_A_PLATE_PIXEL: u128 = 64;
 /// Instances that cover a pixel: most pixels have one or two, edges and foliage more.
 const SHARES_A_PIXEL: usize = 4;
 /// A posed triangle of this frame and of the previous one: corners, flags and attributes; and its leaf's data for refitting.
@@ -33,7 +36,12 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     };
     let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
     let motion = if job.exr.aov_flags().centers { BYTES_A_MOVING_TRIANGLE } else { 0 };
-    pixel_bytes(job.render.window, job.shutter, &job.exr)
+    let window = job.render.window;
+    let pixels = u128::from(window.width()) * u128::from(window.height());
+    let plate =
+        job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
+    pixel_bytes(window, job.shutter, &job.exr)
+        + plate
         + triangles * (BYTES_A_TRIANGLE + motion)
         + references * BYTES_A_REFERENCE
 }

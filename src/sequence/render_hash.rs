@@ -13,9 +13,9 @@ use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
-use crate::scene::{CameraChanges, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
+use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
-use super::{Exposure, OutputFormat, SequenceJob, Shutter};
+use super::{Exposure, OutputFormat, Plates, SequenceJob, Shutter};
 
 /// The hash of `frame`, 64 hexadecimal digits.
 ///
@@ -38,6 +38,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         exposure,
         tone,
         display_background,
+        plates,
         existing: _,
         keep_going: _,
         strict: _,
@@ -57,6 +58,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         light_size: _,
         glossy_samples: _,
         show_background,
+        ground,
         aovs: _,
     } = render;
     let file = match output.format() {
@@ -64,7 +66,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
-    let content = json!({
+    let mut content = json!({
         "software": SOFTWARE,
         "scene": hex(&scene.content_hash),
         "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
@@ -77,10 +79,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "resolution": [resolution.0, resolution.1],
         "samples": samples,
         "max_depth": max_depth,
-        "glass_shadows": match glass_shadows {
-            GlassShadows::Straight => "straight",
-            GlassShadows::Opaque => "opaque",
-        },
+        "glass_shadows": glass_shadows_key(*glass_shadows),
         "light_scale": light_scale.to_bits(),
         "show_background": show_background,
         "sampling": sampling_key(render, *shutter),
@@ -88,7 +87,26 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "frame": frame,
         "file": file,
     });
+    add_stage(&mut content, *ground, plates.as_ref(), frame);
     hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// Adds the ground and the frame's plate, where there are any.
+fn add_stage(content: &mut serde_json::Value, ground: Option<Ground>, plates: Option<&Plates>, frame: i64) {
+    if let Some(plates) = plates {
+        let (content_hash, fit) = plates.content_key(frame);
+        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
+    }
+    if let Some(Ground { up, height, is_mirror }) = ground {
+        content["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
+    }
+}
+
+fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
+    match glass_shadows {
+        GlassShadows::Straight => "straight",
+        GlassShadows::Opaque => "opaque",
+    }
 }
 
 fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {

@@ -4,7 +4,7 @@
 //! disk. It also completes every frame in the loop's order: it sends the event that ends the frame and keeps the summary. So
 //! of several failures the first frame's comes first, whatever happened first.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
@@ -15,14 +15,14 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image::RgbaImage;
-use crate::image_file::{FrameAttributes, decode_exr_rgba, write_atomically};
+use crate::image_file::{FrameAttributes, encode_png, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, exr_files, png_file};
 
 use super::frame_tracer::FrameTracer;
 use super::panic::catch_panic;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
+use super::stored_frame::display_exr;
 use super::{
     AovFileReport, FailedFrame, FrameReport, OutputFormat, Phases, PlannedFrame, RayReport, SequenceEvent,
     SequenceJob, Summary, TreeReport,
@@ -107,8 +107,7 @@ impl<'a> FrameEncoder<'a> {
     fn encode(self) -> Result<EncodedFrame> {
         let start = Instant::now();
         let Self { planned, film, attributes, look, format, exr, instance_ids } = self;
-        let size = film.window.size();
-        let png = || png_file(size, &film.pixels, look, &planned.render_hash);
+        let png = || png_file(&film, look, &planned.render_hash);
         let file = || match format {
             OutputFormat::Png => png().map(|main| ExrFiles { main, aovs: Vec::new() }),
             OutputFormat::Exr => exr_files(&film, &attributes, exr, &instance_ids),
@@ -221,8 +220,8 @@ impl Writer<'_> {
             return Ok(());
         };
         catch_panic(planned.frame, || {
-            let RgbaImage { size, pixels } = read_frame(&planned.path, self.job.max_memory_bytes)?;
-            write_atomically(preview_path, &png_file(size, &pixels, look, &planned.render_hash)?)
+            let image = display_exr(self.job, planned, look)?;
+            write_atomically(preview_path, &encode_png(image.size, &image.pixels, &planned.render_hash)?)
         })
     }
 }
@@ -250,10 +249,4 @@ pub(super) fn receive_while_working<T>(channel: &Receiver<T>) -> Option<T> {
             }
         }
     }
-}
-
-/// Reads the colours of a frame's EXR file.
-pub(super) fn read_frame(path: &Path, max_memory_bytes: u64) -> Result<RgbaImage> {
-    let bytes = std::fs::read(path).map_err(Error::missing(path))?;
-    decode_exr_rgba(path, &bytes, max_memory_bytes)
 }

@@ -21,6 +21,19 @@ pub enum Integrator {
     Whitted,
 }
 
+/// The ground below the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GroundKind {
+    /// There is none.
+    #[default]
+    None,
+    /// It catches shadows.
+    Shadow,
+    /// It catches shadows and shows mirror images.
+    Reflection,
+}
+
 /// Progress output style.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ProgressStyle {

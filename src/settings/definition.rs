@@ -87,6 +87,8 @@ pub struct DefinitionOf<S: 'static> {
     pub form: ValueForm,
     /// Whether the short help shows it.
     pub is_common: bool,
+    /// Value of the option without one. Then a value follows `=` alone, so that a file after the option is not taken for it.
+    pub value_alone: Option<&'static str>,
     /// Letter of the option.
     pub short: Option<char>,
     /// Name of the option, where it is not the key with `-` for `_`.
@@ -114,6 +116,7 @@ impl<S> DefinitionOf<S> {
             default_help: "",
             form,
             is_common: false,
+            value_alone: None,
             short: None,
             option: None,
             aliases: &[],

@@ -3,10 +3,11 @@
 use crate::bvh::{BuilderKind, Refit, Split};
 use crate::color::ToneCurve;
 use crate::framing::NamedView;
+use crate::image::PlateFit;
 use crate::render::{GlassShadows, PixelFilter};
 use crate::scene::ClipSelection;
 
-use super::choices::{FocusRequest, Integrator, PreviewFormat, ProgressStyle};
+use super::choices::{FocusRequest, GroundKind, Integrator, PreviewFormat, ProgressStyle};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
@@ -16,9 +17,9 @@ use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
     Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, ExposureType, ExrEncoding, Factor,
-    FieldOfView, Flag, FocalLength, FocusType, Frames, LookAtType, MemorySize, NameOrIndexType, Names, OneOf,
-    OrbitType, Point, Rate, RefitType, Resolution, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle,
-    Whole,
+    FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType, MemorySize, NameOrIndexType,
+    Names, OneOf, OrbitType, Point, Rate, RefitType, Resolution, Scale, Share, ShutterFrames, Simd,
+    SplitType, SunAngle, Whole,
 };
 
 /// One setting.
@@ -216,14 +217,22 @@ settings! {
     }
     /// Factor of the environment light
     env_intensity: Factor = 1.0, Scene { value_name: "X" }
-    /// Background behind the scene: env (the environment light), none, white, black, '#rrggbb', or as for `env`
+    /// Background behind the scene: env (the environment light), none, white, black, '#rrggbb', an image, or as for `env`
     /// . none is transparent. R,G,B is linear light, exposed and tone-mapped like the rest. white, black and '#rrggbb'
     /// are exact sRGB values of PNG files, previews and movies, whatever the exposure and tone curve; EXR files stay
-    /// transparent there. Quote # in shells
+    /// transparent there. An image is a PNG, JPEG or WebP file, a sequence such as plate.%04d.exr, or plate:FILE for a single
+    /// .exr or .hdr file. It covers EXR files, too; PNG, JPEG and WebP files keep their exact values in PNG files, previews and
+    /// movies. Quote # in shells
     background: BackgroundType = BackgroundSource::Light, Scene { value_name: "SOURCE" }
+    /// How an image as background fills an image of another aspect ratio
+    background_fit: OneOf<PlateFit> = PlateFit::Fill, Scene { value_name: "FIT" }
     /// Node or material that is invisible except for shadows on it
     /// : a name, or '#0' for the first node; may be repeated
     shadow_catcher: Names = Vec::new(), Scene { value_name: "NAME|#I" }
+    /// Plane below the scene that is invisible except for shadows on it, and mirror images if asked
+    /// . It lies under the lowest point of the framed scene over the whole animation, perpendicular to `up`. Its value
+    /// follows =
+    ground: GroundType = GroundKind::None, Scene { value_name: "KIND", value_alone: Some("true") }
     /// Turn warnings about unsupported features into errors
     strict: Flag = false, Scene {}
 

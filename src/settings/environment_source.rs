@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::color::srgb8_to_linear;
 
 use super::parse::{factor, finite};
+use super::plate_pattern::PlatePattern;
 
 /// Source of an environment.
 #[derive(Clone, Debug, PartialEq)]
@@ -76,14 +77,19 @@ pub enum BackgroundSource {
     Environment(EnvironmentSource),
     /// An exact sRGB colour of display images, behind the tone-mapped scene. EXR files are transparent there.
     Display([u8; 3]),
+    /// Images behind the scene.
+    Plate(PlatePattern),
 }
 
 impl BackgroundSource {
-    /// `env` for the environment light, `white`, `black` or `#rrggbb` for an exact display colour, or an environment.
+    /// A plate, `env` for the environment light, `white`, `black` or `#rrggbb` for an exact display colour, or an environment.
     ///
     /// # Errors
     /// One line that says what to write.
     pub fn parse(text: &OsStr) -> Result<Self, String> {
+        if let Some(plate) = PlatePattern::parse(text)? {
+            return Ok(Self::Plate(plate));
+        }
         match text.to_str().map(str::to_ascii_lowercase).as_deref() {
             Some("env") => return Ok(Self::Light),
             Some("white") => return Ok(Self::Display([255; 3])),
@@ -95,8 +101,8 @@ impl BackgroundSource {
             }
             _ => {}
         }
-        let source =
-            EnvironmentSource::parse(text).map_err(|why| format!("{why}, or env, white, black, #rrggbb"))?;
+        let source = EnvironmentSource::parse(text)
+            .map_err(|why| format!("{why}, or env, white, black, #rrggbb, or an image such as plate.png"))?;
         Ok(Self::Environment(source))
     }
 
@@ -105,6 +111,7 @@ impl BackgroundSource {
         match self {
             Self::Light => "env".into(),
             Self::Environment(source) => source.to_text(),
+            Self::Plate(plate) => plate.to_text(),
             Self::Display([255, 255, 255]) => "white".into(),
             Self::Display([0, 0, 0]) => "black".into(),
             Self::Display([r, g, b]) => format!("#{r:02x}{g:02x}{b:02x}").into(),
@@ -115,7 +122,7 @@ impl BackgroundSource {
     pub fn environment(&self) -> Option<&EnvironmentSource> {
         match self {
             Self::Environment(source) => Some(source),
-            Self::Light | Self::Display(_) => None,
+            Self::Light | Self::Display(_) | Self::Plate(_) => None,
         }
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::environment_source::{BackgroundSource, EnvironmentSource};
 use super::output_pattern::OutputPattern;
+use super::plate_pattern;
 use super::setting_type::{SettingType, ValueForm};
 
 /// File.
@@ -90,7 +91,7 @@ impl SettingType for BackgroundType {
     }
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
-        rebased_source(text, folder)
+        plate_pattern::rebased(&text, folder).unwrap_or_else(|| rebased_source(text, folder))
     }
 }
 
@@ -100,9 +101,9 @@ fn joined(folder: &Path, text: OsString) -> OsString {
 
 fn rebased_source(text: OsString, folder: &Path) -> OsString {
     let is_file = match BackgroundSource::parse(&text) {
+        // A name without a known ending may still be that of a file, and so may one with a place for the frame.
+        Ok(BackgroundSource::Plate(_)) | Err(_) => folder.join(&text).is_file(),
         Ok(source) => matches!(source, BackgroundSource::Environment(EnvironmentSource::File(..))),
-        // A name without a known ending may still be that of a file.
-        Err(_) => folder.join(&text).is_file(),
     };
     if is_file { joined(folder, text) } else { text }
 }

@@ -22,6 +22,7 @@ mod nearest;
 mod output_pattern;
 #[doc(hidden)]
 pub mod parse;
+mod plate_pattern;
 mod read;
 mod setting_type;
 mod shutter;
@@ -42,7 +43,7 @@ pub use crate::image_file::ExrCompression;
 #[doc(inline)]
 pub use crate::render::{Aperture, GlassShadows, PixelFilter};
 pub(crate) use camera_values::field_of_view_of;
-pub use choices::{FocusRequest, Integrator, LookAt, PreviewFormat, ProgressStyle};
+pub use choices::{FocusRequest, GroundKind, Integrator, LookAt, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
 pub use environment_source::{BackgroundSource, EnvironmentSource};
@@ -54,6 +55,7 @@ pub use lists::aovs_in_files;
 pub use named::Named;
 pub(crate) use nearest::nearest;
 pub use output_pattern::{OutputFormat, OutputPattern};
+pub use plate_pattern::PlatePattern;
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub use shutter::Shutter;
 pub(crate) use suggest::choices as suggest;

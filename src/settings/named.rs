@@ -3,9 +3,10 @@
 use crate::bvh::{BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
 use crate::framing::NamedView;
+use crate::image::PlateFit;
 use crate::render::{GlassShadows, PixelFilter};
 
-use super::choices::{Integrator, PreviewFormat, ProgressStyle};
+use super::choices::{GroundKind, Integrator, PreviewFormat, ProgressStyle};
 
 /// An enum whose values have names.
 pub trait Named: Copy + std::fmt::Debug + PartialEq + 'static {
@@ -42,6 +43,16 @@ named! {
     GlassShadows {
         Straight = "straight", "Light passes straight through, coloured by the glass";
         Opaque = "opaque", "Glass casts full shadows";
+    }
+    GroundKind {
+        None = "none", "No ground";
+        Shadow = "shadow", "Shadows; also true";
+        Reflection = "reflection", "Shadows and mirror images, as on a polished floor";
+    }
+    PlateFit {
+        Fill = "fill", "Covers the image; what reaches beyond is cut off";
+        Fit = "fit", "Lies inside the image; the rest is transparent";
+        Stretch = "stretch", "Takes the image's aspect ratio";
     }
     PixelFilter {
         Box = "box", "The pixel's square";

@@ -20,12 +20,11 @@ pub struct OutputPattern {
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Part {
+pub(super) enum Part {
+    /// Text as it is.
     Literal(OsString),
     /// The frame number, padded with zeros to this many characters, a minus sign included (as `printf` does).
-    Frame {
-        width: usize,
-    },
+    Frame { width: usize },
     /// Name of the AOV.
     Layer,
 }
@@ -42,26 +41,7 @@ impl OutputPattern {
     /// # Errors
     /// One line: an unknown extension, a folder, or a place for the frame that is not valid.
     pub fn parse(text: &OsStr) -> Result<Self, String> {
-        let bytes = text.as_encoded_bytes();
-        let mut parts = Vec::new();
-        let mut literal = Vec::new();
-        let mut at = 0;
-        while at < bytes.len() {
-            if let Some((width, length)) = frame_place(&bytes[at..])? {
-                parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
-                parts.push(Part::Frame { width });
-                at += length;
-            } else if bytes[at..].starts_with(LAYER_PLACE) {
-                parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
-                parts.push(Part::Layer);
-                at += LAYER_PLACE.len();
-            } else {
-                at += usize::from(is_escape(&bytes[at..]));
-                literal.push(bytes[at]);
-                at += 1;
-            }
-        }
-        parts.push(Part::Literal(os_string(literal)?));
+        let parts = parse_parts(text)?;
         let format = format_of(Path::new(text))?;
         Ok(Self { parts, format })
     }
@@ -155,7 +135,32 @@ impl OutputPattern {
     }
 }
 
-fn filled(parts: &[Part], frame: i64, layer: &str) -> PathBuf {
+/// The parts of a name with placeholders.
+pub(super) fn parse_parts(text: &OsStr) -> Result<Vec<Part>, String> {
+    let bytes = text.as_encoded_bytes();
+    let mut parts = Vec::new();
+    let mut literal = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        if let Some((width, length)) = frame_place(&bytes[at..])? {
+            parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
+            parts.push(Part::Frame { width });
+            at += length;
+        } else if bytes[at..].starts_with(LAYER_PLACE) {
+            parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
+            parts.push(Part::Layer);
+            at += LAYER_PLACE.len();
+        } else {
+            at += usize::from(is_escape(&bytes[at..]));
+            literal.push(bytes[at]);
+            at += 1;
+        }
+    }
+    parts.push(Part::Literal(os_string(literal)?));
+    Ok(parts)
+}
+
+pub(super) fn filled(parts: &[Part], frame: i64, layer: &str) -> PathBuf {
     let mut path = OsString::new();
     for part in parts {
         match part {
@@ -199,14 +204,14 @@ fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
         _ if is_escape(bytes) => Ok(None),
         [b'%', rest @ ..] => closed_place(rest, b'd')
             .map(|(width, length)| Some((width, length + 1)))
-            .ok_or_else(|| "a % in an output name must be %04d, %d, or %% for a percent sign".to_owned()),
+            .ok_or_else(|| "a % in a name must be %04d, %d, or %% for a percent sign".to_owned()),
         _ => match bytes.strip_prefix(b"{frame") {
             None => Ok(None),
             Some(rest) => {
                 let colon = usize::from(rest.starts_with(b":"));
                 closed_place(&rest[colon..], b'}')
                     .map(|(width, length)| Some((width, length + colon + b"{frame".len())))
-                    .ok_or_else(|| "a {frame in an output name must be {frame:04} or {frame}".to_owned())
+                    .ok_or_else(|| "a {frame in a name must be {frame:04} or {frame}".to_owned())
             }
         },
     }
@@ -247,9 +252,7 @@ fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
 
 #[cfg(not(unix))]
 fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
-    String::from_utf8(bytes)
-        .map(OsString::from)
-        .map_err(|_| "the output name is not valid Unicode".to_owned())
+    String::from_utf8(bytes).map(OsString::from).map_err(|_| "the name is not valid Unicode".to_owned())
 }
 
 #[cfg(test)]

@@ -15,6 +15,8 @@ pub enum Single {
     Text,
     /// A number or a string.
     NumberOrText,
+    /// `true`, `false` or a string.
+    FlagOrText,
 }
 
 /// How values of a setting are written in TOML.
@@ -38,6 +40,9 @@ impl ValueForm {
     /// A number or a string.
     pub const NUMBER_OR_TEXT: Self = Self::single(Single::NumberOrText);
 
+    /// `true`, `false` or a string.
+    pub const FLAG_OR_TEXT: Self = Self::single(Single::FlagOrText);
+
     const fn single(single: Single) -> Self {
         Self { single, separator: None, is_repeated: false }
     }
@@ -55,7 +60,7 @@ impl ValueForm {
 
     /// Whether a TOML string is accepted.
     pub fn takes_text(self) -> bool {
-        matches!(self.single, Single::Text | Single::NumberOrText)
+        matches!(self.single, Single::Text | Single::NumberOrText | Single::FlagOrText)
     }
 
     /// The accepted values in words.
@@ -65,6 +70,7 @@ impl ValueForm {
             Single::Number => "a number",
             Single::Text => "a text in quotes",
             Single::NumberOrText => "a number or a text in quotes",
+            Single::FlagOrText => "true, false or a text in quotes",
         };
         match (self.separator, self.is_repeated) {
             (Some(_), _) => format!("{single} or an array"),

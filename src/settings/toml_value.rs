@@ -9,7 +9,9 @@ use super::setting_type::{Single, ValueForm};
 /// The texts of a value; `None` where the form does not accept it.
 pub(super) fn texts(form: ValueForm, value: &DeValue<'_>) -> Option<Vec<OsString>> {
     match value {
-        DeValue::Boolean(value) if form.single == Single::Flag => Some(vec![value.to_string().into()]),
+        DeValue::Boolean(value) if matches!(form.single, Single::Flag | Single::FlagOrText) => {
+            Some(vec![value.to_string().into()])
+        }
         DeValue::Array(elements) => {
             let texts: Option<Vec<String>> =
                 elements.iter().map(|element| scalar(element.get_ref())).collect();

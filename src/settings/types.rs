@@ -13,7 +13,7 @@ use crate::output::{AovSet, LightSamples};
 use crate::render::Aperture;
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Orbit};
 
-use super::choices::{FocusRequest, LookAt};
+use super::choices::{FocusRequest, GroundKind, LookAt};
 use super::exposure::Exposure;
 use super::frame_rate::FrameRate;
 use super::frame_spec::{FrameSpec, frames_text};
@@ -199,6 +199,31 @@ impl<E: Named> SettingType for OneOf<E> {
 
     fn choices() -> Vec<NamedChoice> {
         E::CHOICES.iter().map(|&(_, name, help)| (name, help)).collect()
+    }
+}
+
+/// Ground; `true` catches shadows.
+#[derive(Debug)]
+pub struct GroundType;
+
+impl SettingType for GroundType {
+    type Value = GroundKind;
+    const FORM: ValueForm = ValueForm::FLAG_OR_TEXT;
+
+    fn parse(text: &OsStr) -> Result<GroundKind, String> {
+        match text.to_str() {
+            Some("true") => Ok(GroundKind::Shadow),
+            Some("false") => Ok(GroundKind::None),
+            _ => OneOf::<GroundKind>::parse(text),
+        }
+    }
+
+    fn write(value: &GroundKind) -> Vec<OsString> {
+        OneOf::<GroundKind>::write(value)
+    }
+
+    fn choices() -> Vec<NamedChoice> {
+        OneOf::<GroundKind>::choices()
     }
 }
 

@@ -1,13 +1,12 @@
 //! Loading of environments.
 
-use std::io::Read as _;
 use std::path::Path;
 
 use glam::Vec3;
 use sha2::{Digest as _, Sha256};
 
-use crate::error::{Error, Result, Warning, over_limit};
-use crate::image_file::{EnvironmentPixels, read_environment};
+use crate::error::{Error, Result, Warning};
+use crate::image_file::{EnvironmentPixels, read_environment, read_regular_file};
 use crate::scene::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection};
 
 use crate::settings::{BackgroundSource, EnvironmentSource};
@@ -47,7 +46,9 @@ impl EnvironmentRequest {
     /// Whether the background is rendered. Without it pixels are transparent.
     pub fn shows_background(&self) -> bool {
         match self.background {
-            BackgroundSource::Environment(EnvironmentSource::None) | BackgroundSource::Display(_) => false,
+            BackgroundSource::Environment(EnvironmentSource::None)
+            | BackgroundSource::Display(_)
+            | BackgroundSource::Plate(_) => false,
             BackgroundSource::Light | BackgroundSource::Environment(_) => true,
         }
     }
@@ -65,7 +66,7 @@ impl EnvironmentRequest {
     pub fn display_background(&self) -> Option<[u8; 3]> {
         match self.background {
             BackgroundSource::Display(color) => Some(color),
-            BackgroundSource::Light | BackgroundSource::Environment(_) => None,
+            BackgroundSource::Light | BackgroundSource::Environment(_) | BackgroundSource::Plate(_) => None,
         }
     }
 }
@@ -168,27 +169,10 @@ fn explained(error: Error, path: &Path, setting: &str) -> Error {
     }
     let forms = match setting {
         "background" => {
-            "`background` takes env, none, white, black, #rrggbb, R,G,B, studio, or a .hdr or .exr file"
+            "`background` takes env, none, white, black, #rrggbb, R,G,B, studio, an image, or a .hdr or .exr file"
         }
         _ => "`env` takes a .hdr or .exr file, R,G,B, studio or none",
     };
     let source = std::io::Error::new(source.kind(), format!("{source}; {forms}"));
     Error::Missing { path: path.to_owned(), pointer, source }
-}
-
-/// Reads a regular file: devices and pipes may never end.
-fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
-    let missing = Error::missing(path);
-    let metadata = std::fs::metadata(path).map_err(missing)?;
-    if !metadata.is_file() {
-        return Err(Error::invalid(path, "", "is not a regular file"));
-    }
-    if metadata.len() > max_bytes {
-        let size = over_limit(metadata.len().into(), max_bytes.into());
-        return Err(Error::refused(path, "", format!("the file has {size}; raise `max_memory`")));
-    }
-    let file = std::fs::File::open(path).map_err(missing)?;
-    let mut bytes = Vec::new();
-    file.take(max_bytes).read_to_end(&mut bytes).map_err(missing)?;
-    Ok(bytes)
 }

@@ -1,10 +1,11 @@
 //! Settings that are given and have no effect on a job.
 
 use crate::error::Warning;
+use crate::image::PlateFit;
 use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
-use crate::settings::SettingValues;
+use crate::settings::{GroundKind, SettingValues};
 
 /// One warning for each setting that has no effect on this job.
 pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
@@ -28,6 +29,11 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         (values.sun_angle != 0.0 && !has_sun, "sun_angle", "the scene places no directional light"),
         (values.shutter.is_some() && !moves(job), "shutter", "nothing moves"),
         (
+            values.background_fit != PlateFit::Fill && job.plates.is_none(),
+            "background_fit",
+            "the background is no image",
+        ),
+        (
             values.split_aovs && job.exr.split_aovs().is_empty(),
             "split_aovs",
             "the EXR files have no AOVs; name some with `aovs`",
@@ -43,7 +49,19 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         pointer: String::new(),
         message: format!("`{setting}` does nothing: {why}"),
     };
-    ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning).collect()
+    let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
+    ineffective.chain(ground_without_shadows(values, job)).collect()
+}
+
+/// Note that no light casts a shadow on the ground.
+fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<Warning> {
+    let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
+    let casts_shadows = has_lamps || job.environment.key_light().is_some();
+    (values.ground != GroundKind::None && !casts_shadows).then(|| Warning {
+        pointer: String::new(),
+        message: "`ground` shows no shadow: an environment alone casts none; add a light to the scene, or light it with `env` studio"
+            .to_owned(),
+    })
 }
 
 fn is_dark(environment: &Environment) -> bool {

@@ -42,6 +42,7 @@ pub(crate) fn render_settings(
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
         show_background: true,
+        ground: None,
         aovs: exr_output(args).aov_flags(),
     })
 }

@@ -6,18 +6,18 @@ use std::sync::Arc;
 
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::error::{Error, Result, Warning};
-use crate::framing::{CameraRule, ResolvedCamera, resolve_camera};
+use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera};
 use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
-    NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
+    Ground, NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, FrameSpec, OutputPattern, SequenceJob, SequenceOutputs, Shutter, check_image_memory,
-    duration_seconds,
+    ExistingFiles, FrameSpec, OutputPattern, Plates, SequenceJob, SequenceOutputs, Shutter,
+    check_image_memory, duration_seconds,
 };
-use crate::settings::{SettingValues, parse, suggest};
+use crate::settings::{BackgroundSource, GroundKind, SettingValues, parse, suggest};
 
 use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
 use super::ineffective::ineffective_settings;
@@ -103,21 +103,21 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let mut inputs = vec![shot.scene.clone()];
     inputs.extend(scene.files.iter().cloned());
     inputs.extend(request.files().map(PathBuf::from));
-    let layers = args.aovs.iter().flat_map(AovSet::as_slice);
-    let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
-    let matte_warnings = if has_mattes { matte_collisions(&scene) } else { Vec::new() };
-    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings].concat();
+    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings(args, &scene)].concat();
     let description = request.with_background(description);
 
     let duration = duration_seconds(&scene, &selection);
     let frames = resolve_frames(args, &frame_spec(args), args.fps.last_frame(duration))
         .map_err(|why| Error::setting(frame_setting(args), why))?;
+    let plates = plates(args, &frames, max_memory_bytes)?;
+    inputs.extend(plates.iter().flat_map(Plates::files).map(PathBuf::from));
     let numbered = frames.len() > 1 || duration > 0.0;
     let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = args.output.clone().unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
 
     let render = RenderSettings {
         show_background: request.shows_background(),
+        ground: ground(args, &scene, &selection),
         ..render_settings(args, &scene, &selection)?
     };
     let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
@@ -144,6 +144,7 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
         exposure: args.exposure,
         tone: args.tone.unwrap_or_default(),
         display_background: request.display_background(),
+        plates,
         existing: existing_files(args),
         keep_going: args.keep_going,
         strict: args.strict,
@@ -151,6 +152,28 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     };
     choices.extend(ineffective_settings(args, &sequence));
     Ok(RenderJob { sequence, choices, warnings, camera: rule, environment: description, inputs })
+}
+
+fn matte_warnings(args: &SettingValues, scene: &Scene) -> Vec<Warning> {
+    let layers = args.aovs.iter().flat_map(AovSet::as_slice);
+    let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
+    if has_mattes { matte_collisions(scene) } else { Vec::new() }
+}
+
+fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result<Option<Plates>> {
+    match &args.background {
+        BackgroundSource::Plate(pattern) => {
+            Plates::open(pattern, args.background_fit, frames, max_memory_bytes).map(Some)
+        }
+        _ => Ok(None),
+    }
+}
+
+fn ground(args: &SettingValues, scene: &Scene, selection: &Selection) -> Option<Ground> {
+    match args.ground {
+        GroundKind::None => None,
+        kind => ground_below(scene, selection, args.up, kind == GroundKind::Reflection),
+    }
 }
 
 fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {

@@ -212,6 +212,7 @@ pub(crate) fn sequence_job(
         exposure: Exposure::Auto,
         tone: ToneCurve::Standard,
         display_background: None,
+        plates: None,
         existing: ExistingFiles::Protect,
         keep_going: false,
         strict: false,

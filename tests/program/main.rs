@@ -10,6 +10,7 @@ mod diff;
 mod environments;
 mod killed;
 mod merge;
+mod plates;
 mod presentation;
 mod progress;
 mod refusals;

@@ -1,6 +1,7 @@
 //! Coarse image: few pixels, scaled up, shown until the full image is finished.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use rayframe::cancel::CancelFlag;
 use rayframe::error::Result;
@@ -48,7 +49,10 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
         return Ok(());
     }
     let frame = Frame::at(&job.scene, &job.selection, planned.time_seconds);
-    let film = scaled_up(&few_pixels(job, &frame, cancel)?, job.render.resolution, window);
+    let mut film = scaled_up(&few_pixels(job, &frame, cancel)?, job.render.resolution, window);
+    if let Some(plates) = &job.plates {
+        film.plate = Some(Arc::new(plates.plate(planned.frame, job.render.resolution, window)?));
+    }
     // The hash marks it as coarse.
     let hash = format!("{MARK}{}", planned.render_hash);
     let file = match job.output.format() {
@@ -64,7 +68,7 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
         }
         OutputFormat::Png => {
             let look = job.look(exposure_ev(job, cancel)?);
-            png_file((window.width(), window.height()), &film.pixels, look, &hash)?
+            png_file(&film, look, &hash)?
         }
     };
     cancel.check()?;

@@ -15,6 +15,7 @@ mod coat;
 mod direct_light;
 mod environment;
 mod glossy;
+mod ground;
 mod local_frame;
 mod sample_aovs;
 mod secondary_rays;

@@ -113,13 +113,13 @@ impl Tracer<'_, '_> {
                     shading.relative_ior,
                 ),
             ),
-            RayKind::Camera | RayKind::Reflection => {
+            RayKind::Camera | RayKind::Reflection | RayKind::GroundReflection => {
                 (parent.media.clone(), None, point.reflected_differential(frame, &parent.differential))
             }
         };
         let light_pass = shading.light_pass.or(match kind {
             RayKind::Camera => None,
-            RayKind::Reflection => Some(LightPass::Reflection),
+            RayKind::Reflection | RayKind::GroundReflection => Some(LightPass::Reflection),
             RayKind::Refraction => Some(LightPass::Refraction),
         });
         let depth = parent.depth + 1;

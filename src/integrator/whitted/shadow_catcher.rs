@@ -4,27 +4,49 @@
 //! before the ray goes on beyond the catcher, so its shadow rays are traced at once and not with those of the wavefront.
 //! Light of the environment is never occluded and does not count. Catchers occlude nothing.
 
+use glam::Vec3;
+
 use super::tracer::Tracer;
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::{MediaStack, RayState};
+use crate::integrator::{MediaStack, RayState, Seed};
 use crate::interaction::{RayDifferential, SurfacePoint};
+
+/// A point that receives light.
+#[derive(Clone, Copy)]
+pub(super) struct Receiver {
+    pub(super) position: Vec3,
+    /// Unit normal on the lit side.
+    pub(super) normal: Vec3,
+    pub(super) seed: Seed,
+}
 
 impl Tracer<'_, '_> {
     /// The share of direct light that is occluded where `ray` hits a shadow catcher; 0 where no light shines.
     pub(super) fn caught_shadow(&mut self, ray: &Ray, state: &RayState, hit: &Hit) -> f32 {
+        let point = SurfacePoint::new(self.context.view, ray, hit, &RayDifferential::ZERO);
+        let receiver = Receiver { position: point.position, normal: point.shading_normal, seed: state.seed };
+        let (all, arriving) = self.direct_light_on(&receiver, |span| point.shadow_end_outside(span));
+        if all > 0.0 { (1.0 - arriving / all).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Luminance of the direct light on a point, unoccluded and as it arrives. `shadow_end` returns the end of a shadow ray by its span.
+    pub(super) fn direct_light_on(
+        &mut self,
+        receiver: &Receiver,
+        shadow_end: impl Fn(Vec3) -> Vec3,
+    ) -> (f32, f32) {
         let context = self.context;
-        let point = SurfacePoint::new(context.view, ray, hit, &RayDifferential::ZERO);
         let mut batch = std::mem::take(&mut self.catcher_shadows);
         batch.clear();
         let mut lit = Vec::new();
         for (index, light) in context.lights.iter().enumerate() {
-            let Some(incidence) = light.incidence(point.position) else { continue };
-            let cosine = incidence.wi.dot(point.shading_normal);
+            let Some(incidence) = light.incidence(receiver.position) else { continue };
+            let cosine = incidence.wi.dot(receiver.normal);
             if cosine > 0.0 {
-                let end = point.shadow_end_outside(light.shadow_span(point.position));
-                let shadow_ray = light.shadow_ray(end, state.seed, index);
+                let end = shadow_end(light.shadow_span(receiver.position));
+                let shadow_ray = light.shadow_ray(end, receiver.seed, index);
                 lit.push((batch.push(shadow_ray), incidence.irradiance * cosine));
             }
         }
@@ -38,6 +60,6 @@ impl Tracer<'_, '_> {
             arriving += luminance(irradiance * shadow.transmittance);
         }
         self.catcher_shadows = batch;
-        if all > 0.0 { (1.0 - arriving / all).clamp(0.0, 1.0) } else { 0.0 }
+        (all, arriving)
     }
 }

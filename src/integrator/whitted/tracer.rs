@@ -37,7 +37,7 @@ pub struct Tracer<'w, 'a> {
     pub(super) children: Wavefront,
     pub(super) surface_hits: Vec<SurfaceHit>,
     pub(super) shadows: ShadowQueue,
-    /// The shadow rays of one point of a shadow catcher.
+    /// The shadow rays of one point of a shadow catcher or the ground.
     pub(super) catcher_shadows: ShadowBatch,
     /// Surfaces that touch the one that is shaded.
     pub(super) touching: TransparentHits,

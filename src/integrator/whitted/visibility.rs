@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::ground::GroundHit;
 use super::surface_hit::SurfaceHit;
 use super::tracer::{MIN_WEIGHT, Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
@@ -29,7 +30,7 @@ impl Tracer<'_, '_> {
                     self.statistics.camera_rays += 1;
                     self.statistics.camera_hits += u64::from(first.is_some());
                 }
-                RayKind::Reflection => self.statistics.reflection_rays += 1,
+                RayKind::Reflection | RayKind::GroundReflection => self.statistics.reflection_rays += 1,
                 RayKind::Refraction => self.statistics.refraction_rays += 1,
             }
             self.follow(slot, (ray, state), first);
@@ -43,11 +44,23 @@ impl Tracer<'_, '_> {
         let mut through = 1.0_f32;
         let mut light_pass = state.light_pass;
         let mut next = first;
+        let ground = self.context.settings.ground;
+        let mut ground_hit =
+            ground.and_then(|ground| Some(GroundHit { ground, slot, ray, state, t: ground.hit(ray)? }));
         for _ in 0..TRANSPARENCY_LIMIT {
+            let in_front = |ground: &mut GroundHit<'_>| next.is_none_or(|hit| ground.t < hit.t);
+            if let Some(ground) = ground_hit.take_if(in_front) {
+                through *= 1.0 - self.ground_alpha(&ground, through, light_pass);
+                if self.ends(state, weight * through) {
+                    return;
+                }
+            }
             let Some(hit) = next else {
                 return self.escape(ray, state, through, light_pass);
             };
             let alpha = if catches_shadows(view, &hit) {
+                // A catcher stands for a solid surface, which hides the ground.
+                ground_hit = None;
                 self.caught_shadow(ray, state, &hit)
             } else {
                 let alpha = alpha_at(view, &hit);
@@ -58,9 +71,8 @@ impl Tracer<'_, '_> {
                 alpha
             };
             through *= 1.0 - alpha;
-            if weight * through < MIN_WEIGHT {
-                self.statistics.dropped_weight += f64::from(weight * through);
-                return self.set_coverage(state, 1.0);
+            if self.ends(state, weight * through) {
+                return;
             }
             let visible = |hit: &Hit| alpha_at(view, hit) > 0.0;
             next = view.bvh.closest_hit(ray, Some(hit.order()), visible, &mut self.counters);
@@ -69,9 +81,24 @@ impl Tracer<'_, '_> {
         self.set_coverage(state, 1.0);
     }
 
+    /// Ends a ray of which too little is left.
+    fn ends(&mut self, state: &RayState, left: f32) -> bool {
+        let ends = left < MIN_WEIGHT;
+        if ends {
+            self.statistics.dropped_weight += f64::from(left);
+            self.set_coverage(state, 1.0);
+        }
+        ends
+    }
+
     /// Adds the environment to a ray that leaves the scene with the share `through` of its weight.
     fn escape(&mut self, ray: &Ray, state: &RayState, through: f32, light_pass: Option<LightPass>) {
-        if state.kind == RayKind::Camera && !self.context.settings.show_background {
+        let sees_environment = match state.kind {
+            RayKind::Camera => self.context.settings.show_background,
+            RayKind::Reflection | RayKind::Refraction => true,
+            RayKind::GroundReflection => false,
+        };
+        if !sees_environment {
             return self.set_coverage(state, 1.0 - through);
         }
         let weight = state.weight * state.media.transmittance(f32::INFINITY) * through;
@@ -79,7 +106,7 @@ impl Tracer<'_, '_> {
         let differential = state.differential.direction;
         let radiance = match state.kind {
             RayKind::Camera => environment.background_over(ray.direction, differential),
-            RayKind::Reflection | RayKind::Refraction => {
+            RayKind::Reflection | RayKind::Refraction | RayKind::GroundReflection => {
                 environment.radiance_over(ray.direction, differential)
             }
         };

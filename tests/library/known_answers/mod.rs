@@ -6,6 +6,7 @@ mod distributed;
 mod environments;
 mod far;
 mod glass;
+mod ground;
 mod light;
 mod light_passes;
 mod material_extensions;

@@ -1,0 +1,179 @@
+//! Decoding of image plates: PNG, JPEG and WebP files for displays, OpenEXR and Radiance files of scene-linear light.
+
+use std::path::Path;
+
+use super::environment_read::{hdr_bytes, read_environment};
+use super::exr_rgba::{WindowedRgba, check_memory, decode_exr_window, exr_display_size};
+use super::texture_decode::{
+    DecodedTexels, decode_texels, decompression_bomb, image_header, png_decompression_bomb,
+};
+use super::texture_format::{ImageFormat, image_format};
+use crate::color::{srgb8_to_linear, srgb16_to_linear};
+use crate::error::{Error, Result, over_limit};
+use crate::image::RgbaImage;
+
+/// Bytes of a linear pixel.
+const BYTES_A_PIXEL: u64 = 16;
+
+/// A decoded plate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlateImage {
+    /// Linear pixels, premultiplied; finite.
+    pub image: RgbaImage,
+    /// Whether the file holds sRGB values for displays.
+    pub is_display_referred: bool,
+}
+
+/// Size, kind and memory of a plate, from its header.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlateHeader {
+    /// Columns and rows.
+    pub size: (u32, u32),
+    /// Whether the file holds sRGB values for displays.
+    pub is_display_referred: bool,
+    /// Memory that decoding takes, bytes.
+    pub decoded_bytes: u64,
+}
+
+/// Reads the header of `bytes`, the content of `path`. The first bytes tell the format.
+///
+/// # Errors
+/// [`Error::Invalid`] for other formats, [`Error::Refused`] for decompression bombs and images that take more than `max_memory_bytes`.
+pub fn plate_header(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<PlateHeader> {
+    let invalid = |why: String| Error::invalid(path, "", why);
+    let (size, is_display_referred, decoded_bytes) = match image_format(bytes) {
+        ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP => {
+            if let Some(why) = png_decompression_bomb(bytes) {
+                return Err(Error::refused(path, "", why));
+            }
+            let header = image_header(bytes).map_err(invalid)?;
+            if let Some(why) = decompression_bomb(&header, bytes.len()) {
+                return Err(Error::refused(path, "", why));
+            }
+            // Decoders keep the texels of the file besides those that they return.
+            let size = (header.width, header.height);
+            (size, true, pixels(size).saturating_mul(2 * header.texel_bytes + BYTES_A_PIXEL))
+        }
+        _ if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) => {
+            check_memory(path, bytes, max_memory_bytes)?;
+            let (size, data_bytes) = exr_display_size(bytes).map_err(invalid)?;
+            (size, false, data_bytes.saturating_add(pixels(size).saturating_mul(BYTES_A_PIXEL)))
+        }
+        _ if bytes.starts_with(b"#?") => {
+            let (size, bytes) = hdr_bytes(path, bytes)?;
+            (size, false, bytes.saturating_add(pixels(size).saturating_mul(BYTES_A_PIXEL)))
+        }
+        _ => {
+            let why = "is neither a PNG, JPEG, WebP, OpenEXR nor Radiance .hdr file; `background` plates are one of these";
+            return Err(Error::invalid(path, "", why));
+        }
+    };
+    if size.0 == 0 || size.1 == 0 {
+        return Err(Error::invalid(path, "", "holds no pixels"));
+    }
+    if decoded_bytes > max_memory_bytes {
+        let (width, height) = size;
+        let excess = over_limit(decoded_bytes.into(), max_memory_bytes.into());
+        let why = format!("{width}x{height} pixels need {excess}; use a smaller image or raise `max_memory`");
+        return Err(Error::refused(path, "", why));
+    }
+    Ok(PlateHeader { size, is_display_referred, decoded_bytes })
+}
+
+/// Decodes `bytes`, the content of `path`. Of an OpenEXR file the display window counts: what reaches beyond is cut off, what is missing
+/// is transparent.
+///
+/// # Errors
+/// Those of [`plate_header`], and [`Error::Invalid`] for damaged files.
+pub fn read_plate(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<PlateImage> {
+    let PlateHeader { size, is_display_referred, .. } = plate_header(path, bytes, max_memory_bytes)?;
+    let mut pixels = if is_display_referred {
+        let texels = decode_texels(bytes).map_err(|why| Error::invalid(path, "", why))?;
+        linear_pixels(&texels)
+    } else if bytes.starts_with(b"#?") {
+        let environment = read_environment(path, bytes, max_memory_bytes)?;
+        environment.pixels.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
+    } else {
+        within(&decode_exr_window(path, bytes, max_memory_bytes)?, size)
+    };
+    for value in pixels.as_flattened_mut() {
+        if !value.is_finite() {
+            *value = if *value == f32::INFINITY { 65504.0 } else { 0.0 };
+        }
+    }
+    Ok(PlateImage { image: RgbaImage { size, pixels }, is_display_referred })
+}
+
+fn pixels((width, height): (u32, u32)) -> u64 {
+    u64::from(width).saturating_mul(u64::from(height))
+}
+
+/// sRGB texels with straight alpha in premultiplied linear light.
+fn linear_pixels(texels: &DecodedTexels) -> Vec<[f32; 4]> {
+    let premultiplied = |[r, g, b]: [f32; 3], alpha: f32| [r * alpha, g * alpha, b * alpha, alpha];
+    match texels {
+        DecodedTexels::Rgba8(texels) => texels
+            .iter()
+            .map(|&[r, g, b, a]| premultiplied([r, g, b].map(srgb8_to_linear), f32::from(a) / 255.0))
+            .collect(),
+        DecodedTexels::Rgba16(texels) => texels
+            .iter()
+            .map(|&[r, g, b, a]| premultiplied([r, g, b].map(srgb16_to_linear), f32::from(a) / 65535.0))
+            .collect(),
+    }
+}
+
+/// The pixels of a display window of `size`.
+fn within(windowed: &WindowedRgba, (width, height): (u32, u32)) -> Vec<[f32; 4]> {
+    let WindowedRgba { image, position } = windowed;
+    if (image.size, *position) == ((width, height), (0, 0)) {
+        return image.pixels.clone();
+    }
+    let mut pixels = vec![[0.0; 4]; width as usize * height as usize];
+    let first = position.0.max(0);
+    let end = (position.0 + i64::from(image.size.0)).min(i64::from(width));
+    for row in 0..i64::from(image.size.1) {
+        let y = row + position.1;
+        if first < end && (0..i64::from(height)).contains(&y) {
+            let from = (row * i64::from(image.size.0) + first - position.0) as usize;
+            let to = (y * i64::from(width) + first) as usize;
+            let count = (end - first) as usize;
+            pixels[to..to + count].copy_from_slice(&image.pixels[from..from + count]);
+        }
+    }
+    pixels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::image_file::encode_png;
+
+    #[test]
+    fn display_files_become_premultiplied_light() {
+        let png = encode_png((2, 1), &[[255, 188, 0, 255], [255, 255, 0, 51]], "").unwrap();
+        let plate = read_plate(Path::new("a.png"), &png, 1 << 20).unwrap();
+        assert!(plate.is_display_referred);
+        let linear = srgb8_to_linear(188);
+        assert_eq!(plate.image.pixels, [[1.0, linear, 0.0, 1.0], [0.2, 0.2, 0.0, 0.2]]);
+        assert_eq!(read_plate(Path::new("a.png"), &png, 8).unwrap_err().exit_code(), 77);
+        assert_eq!(read_plate(Path::new("a.png"), b"hello", 1 << 20).unwrap_err().exit_code(), 65);
+    }
+
+    #[test]
+    fn huge_headers_are_refused() {
+        let mut png = encode_png((1, 1), &[[0; 4]], "").unwrap();
+        png[16..24].copy_from_slice(&[0, 0, 255, 255, 0, 0, 255, 255]);
+        let error = plate_header(Path::new("a.png"), &png, u64::MAX).unwrap_err();
+        assert_eq!(error.exit_code(), 77);
+        assert!(error.to_string().contains("decompression bomb"), "{error}");
+    }
+
+    #[test]
+    fn the_display_window_counts() {
+        let pixel = |value: f32| [value; 4];
+        let image = RgbaImage { size: (3, 2), pixels: (1..=6).map(|value| pixel(value as f32)).collect() };
+        let placed = within(&WindowedRgba { image, position: (-1, 1) }, (3, 2));
+        assert_eq!(placed, [pixel(0.0), pixel(0.0), pixel(0.0), pixel(2.0), pixel(3.0), pixel(0.0)]);
+    }
+}

@@ -1,0 +1,94 @@
+//! The ground: shadows as on a shadow catcher, and the mirror image of a polished floor.
+//!
+//! A shadow is black; its opacity is the share of the ground's light that is occluded, by luminance. Unlike that of a shadow catcher it
+//! counts the light of the environment, which is never occluded, so that the studio's shadows are as dark as on a diffuse
+//! floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
+//! mirror ray sees, and nothing of the environment.
+
+use super::shadow_catcher::Receiver;
+use super::tracer::{MIN_WEIGHT, Tracer};
+use super::wavefront::RaySlot;
+use crate::bsdf::dielectric_reflectance;
+use crate::geometry::Ray;
+use crate::integrator::random::Purpose;
+use crate::integrator::{LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
+use crate::interaction::{alpha_at, catches_shadows};
+use crate::scene::Ground;
+
+/// Index of refraction of the floor's polish, that of varnish and polished stone.
+const FLOOR_IOR: f32 = 1.5;
+
+/// A ray that hits the ground.
+#[derive(Clone, Copy)]
+pub(super) struct GroundHit<'r> {
+    pub(super) ground: Ground,
+    pub(super) slot: RaySlot,
+    pub(super) ray: &'r Ray,
+    pub(super) state: &'r RayState,
+    pub(super) t: f32,
+}
+
+impl Tracer<'_, '_> {
+    /// The opacity of the ground where a ray hits it, of which the share `through` is left. Sends the mirror ray.
+    pub(super) fn ground_alpha(
+        &mut self,
+        hit: &GroundHit<'_>,
+        through: f32,
+        light_pass: Option<LightPass>,
+    ) -> f32 {
+        let position = hit.ray.at(hit.t);
+        let receiver = Receiver { position, normal: hit.ground.up, seed: hit.state.seed };
+        let (all, arriving) = self.direct_light_on(&receiver, |_| position);
+        let light = all + self.context.ground_irradiance;
+        let shadow = if light > 0.0 { ((all - arriving) / light).clamp(0.0, 1.0) } else { 0.0 };
+        let mirrored = if hit.ground.is_mirror { self.mirror(hit, through, light_pass) } else { 0.0 };
+        1.0 - (1.0 - shadow) * (1.0 - mirrored)
+    }
+
+    /// Sends the mirror ray of the ground and returns the coverage of what it sees, times its reflectance.
+    fn mirror(&mut self, hit: &GroundHit<'_>, through: f32, light_pass: Option<LightPass>) -> f32 {
+        let GroundHit { ground, slot, ray, state, t } = *hit;
+        let cosine = -ground.up.dot(ray.direction);
+        let reflectance = dielectric_reflectance(cosine, FLOOR_IOR);
+        let weight = state.weight * state.media.transmittance(t) * (through * reflectance);
+        if state.depth >= self.context.settings.max_depth || weight.max_element() < MIN_WEIGHT {
+            return 0.0;
+        }
+        let mirrored = Ray::new(ray.at(t), (ray.direction + ground.up * (2.0 * cosine)).normalize());
+        let coverage = self.coverage_along(&mirrored);
+        if coverage == 0.0 {
+            return 0.0;
+        }
+        let child = RayState {
+            differential: state.differential.mirrored(ray.direction, t, ground.up),
+            touching: None,
+            weight,
+            kind: RayKind::GroundReflection,
+            light_pass: light_pass.or(Some(LightPass::Reflection)),
+            depth: state.depth + 1,
+            seed: state.seed.child(Purpose::Reflection, 0, 1),
+            ..state.clone()
+        };
+        self.children.push(slot.signature.then(child.kind), mirrored, child);
+        reflectance * coverage
+    }
+
+    /// The share of a ray that surfaces cover. It must be known before the ray that hit the ground goes on, so it is found at once.
+    fn coverage_along(&mut self, ray: &Ray) -> f32 {
+        let view = self.context.view;
+        let mut through = 1.0;
+        let mut after = None;
+        for _ in 0..TRANSPARENCY_LIMIT {
+            let is_visible = |hit: &crate::bvh::Hit| alpha_at(view, hit) > 0.0 && !catches_shadows(view, hit);
+            let Some(hit) = view.bvh.closest_hit(ray, after, is_visible, &mut self.counters) else {
+                return 1.0 - through;
+            };
+            through *= 1.0 - alpha_at(view, &hit);
+            if through < MIN_WEIGHT {
+                return 1.0;
+            }
+            after = Some(hit.order());
+        }
+        1.0
+    }
+}

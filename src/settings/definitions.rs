@@ -208,7 +208,7 @@ settings! {
     /// Angular diameter of directional lights in degrees, for soft shadows
     /// . The sun has 0.53. Noise falls with more samples
     sun_angle: SunAngle = 0.0, Scene { value_name: "DEG" }
-    /// Environment: .hdr, .exr, R,G,B, studio or none
+    /// Environment: .hdr, .exr, R,G,B, studio, softbox, outdoor, dark or none
     /// . FILE@DEG rotates the image by degrees
     env: EnvironmentType, Scene {
         value_name: "SOURCE", default_help: "studio if unlit",

@@ -164,7 +164,8 @@ impl Subject {
         let bvh = self.builder.build(triangles, flags, &build, &cancel, self.bvh.take())?;
 
         // Trace.
-        let environment = if lights.is_empty() { Environment::BuiltIn(BuiltInLight::Studio) } else { Environment::None };
+        let environment =
+            if lights.is_empty() { Environment::BuiltIn(BuiltInLight::Studio) } else { Environment::None };
         let input =
             SceneView { scene: &self.scene, frame: &self.frame, bvh: &bvh, environment: &environment };
         let (film, rays) = render_frame(&input, &self.settings, &cancel, &|_| ())?;

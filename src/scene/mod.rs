@@ -36,7 +36,9 @@ pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframe
 pub use camera::{Camera, Projection};
 pub use content::{Scene, SceneRoots};
 pub(crate) use environment::columns_for_cube;
-pub use environment::{BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight};
+pub use environment::{
+    BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
+};
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{
     AnimationIndex, CameraIndex, ImageIndex, ImageLightIndex, LightIndex, MaterialIndex, MeshIndex,

@@ -148,7 +148,7 @@ settings! {
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
     /// Exposure of previews and PNGs in stops, or auto
-    /// : one value for the whole animation, from -16 to 2. It is 0 under the studio's light alone; elsewhere it brings
+    /// : one value for the whole animation, from -16 to 2. It is 0 under a built-in light alone; elsewhere it brings
     /// surfaces near the brightness of their base colours
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files

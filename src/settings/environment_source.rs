@@ -206,7 +206,20 @@ mod tests {
         assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
         assert_eq!(parse("a.hdr@90"), Ok(EnvironmentSource::File("a.hdr".into(), 90.0)));
         assert_eq!(parse("a@b.hdr"), Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0)));
-        assert!(parse("Studio").unwrap_err().contains("did you mean studio?"));
+        for light in BuiltInLight::ALL {
+            let source = EnvironmentSource::BuiltIn(light);
+            assert_eq!((parse(light.name()), source.to_text()), (Ok(source.clone()), light.name().into()));
+            assert!(ENVIRONMENT_FORMS.contains(light.name()));
+            let background = BackgroundSource::parse(OsStr::new(light.name()));
+            assert_eq!(background, Ok(BackgroundSource::Environment(source)));
+        }
+        for (text, meant) in
+            [("Studio", "studio"), ("soft_box", "softbox"), ("outdoors", "outdoor"), ("darc", "dark")]
+        {
+            assert!(parse(text).unwrap_err().contains(&format!("did you mean {meant}?")), "{text}");
+        }
+        // They are not turned.
+        assert!(parse("studio@90").is_err());
         // sRGB 0x88 is 0.246 of linear light.
         assert!(parse("#ff8800").unwrap_err().contains("did you mean 1,0.246,0 (linear light)?"));
         assert!(parse("white").unwrap_err().contains("did you mean 1,1,1?"));

@@ -8,7 +8,9 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning, over_limit};
 use crate::image_file::{EnvironmentPixels, read_environment};
-use crate::scene::{BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection};
+use crate::scene::{
+    BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection,
+};
 
 use crate::settings::{BackgroundSource, ENVIRONMENT_FORMS, EnvironmentSource};
 
@@ -89,7 +91,9 @@ pub fn load(
         (None, None) if selection.has_lights(scene) => {
             of_source(&EnvironmentSource::None, "env", max_memory_bytes)?
         }
-        (None, None) => of_source(&EnvironmentSource::BuiltIn(BuiltInLight::Studio), "env", max_memory_bytes)?,
+        (None, None) => {
+            of_source(&EnvironmentSource::BuiltIn(BuiltInLight::Studio), "env", max_memory_bytes)?
+        }
     };
     let background = request.background.environment().filter(|_| request.shows_background());
     let background =
@@ -126,7 +130,7 @@ fn of_source(source: &EnvironmentSource, setting: &str, max_memory_bytes: u64) -
         EnvironmentSource::None => plain(Environment::None, ""),
         &EnvironmentSource::BuiltIn(light) => {
             plain(Environment::BuiltIn(light), &format!("{} light", light.name()))
-        },
+        }
         &EnvironmentSource::Constant([r, g, b]) => {
             let description = format!("environment {r},{g},{b}");
             plain(Environment::Constant(Vec3::new(r, g, b)), &description)

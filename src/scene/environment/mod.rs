@@ -268,7 +268,10 @@ mod tests {
 
         let green = composed(Some(Environment::Constant(Vec3::Y)));
         assert_eq!(green.background_over(direction, differentials), Vec3::Y);
-        assert_eq!(green.radiance_over(direction, differentials), half.radiance_over(direction, differentials));
+        assert_eq!(
+            green.radiance_over(direction, differentials),
+            half.radiance_over(direction, differentials)
+        );
         let dark = ComposedEnvironment { light: studio, intensity: 0.0, background: None };
         assert!(!Environment::Composed(Box::new(dark)).is_lit() && half.is_lit());
     }

@@ -22,7 +22,13 @@ pub(super) struct KeyDesign {
     pub(super) irradiance: Vec3,
 }
 
-pub(super) const fn area(azimuth: f32, elevation: f32, size: [f32; 2], edge: f32, radiance: [f32; 3]) -> AreaDesign {
+pub(super) const fn area(
+    azimuth: f32,
+    elevation: f32,
+    size: [f32; 2],
+    edge: f32,
+    radiance: [f32; 3],
+) -> AreaDesign {
     AreaDesign { azimuth, elevation, size, edge, radiance: Vec3::from_array(radiance) }
 }
 
@@ -106,4 +112,3 @@ pub(super) static DARK: Design = Design {
     key: KeyDesign { azimuth: -100.0, elevation: 42.0, irradiance: Vec3::new(1.6, 1.65, 1.7) },
     exposure_ev: 0.0,
 };
-

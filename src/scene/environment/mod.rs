@@ -238,7 +238,10 @@ mod tests {
         for light in BuiltInLight::ALL.map(Environment::BuiltIn) {
             let zero = [Vec3::ZERO; 2];
             // The backdrop depends on the height alone; the areas do not.
-            let around = [Vec3::new(0.8, 0.6, 0.0), Vec3::new(-0.8, 0.6, 0.0), Vec3::new(0.0, 0.6, 0.8)];
+            let around: [Vec3; 24] = std::array::from_fn(|step| {
+                let (sin_azimuth, cos_azimuth) = libm::sincosf(step as f32 * PI / 12.0);
+                Vec3::new(0.96 * sin_azimuth, 0.28, 0.96 * cos_azimuth)
+            });
             let seen = light.background_over(around[0], zero);
             assert!(around.iter().all(|&direction| light.background_over(direction, zero) == seen));
             assert!(around.iter().any(|&direction| light.radiance_over(direction, zero) != seen));

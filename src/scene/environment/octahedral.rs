@@ -95,7 +95,7 @@ mod tests {
         let image = OctahedralImage::new(32, |d| Vec3::ONE + d);
         for direction in directions() {
             let found = image.bilinear(direction);
-            assert!((found - Vec3::ONE - direction).abs().max_element() < 0.01, "{direction}: {found}");
+            assert!((found - Vec3::ONE - direction).abs().max_element() < 0.02, "{direction}: {found}");
         }
         // Both sides of each fold of the lower half.
         for (x, z) in [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)] {

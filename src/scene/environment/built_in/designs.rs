@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::Gradient;
 use super::area::AreaDesign;
+use super::gradient::Gradient;
 
 /// A light as it is stated.
 pub(super) struct Design {

@@ -7,8 +7,6 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
-use super::Prepared;
-
 /// Steps of roughness from 0 (the radiance itself) to 1.
 pub(super) const STEPS: usize = 8;
 
@@ -30,22 +28,23 @@ struct Sample {
 impl Lobe {
     /// Cosine lobe.
     pub(super) fn cosine() -> Self {
-        const COUNT: u32 = 64;
+        const COUNT: u32 = 256;
         let samples = (0..COUNT).map(|index| {
             let cosine = (1.0 - (index as f32 + 0.5) / COUNT as f32).sqrt();
             // The density is cos θ / π.
             sample(index, cosine, 1.0, PI / (COUNT as f32 * cosine))
         });
-        Self::new(24, samples.collect())
+        Self::new(16, samples.collect())
     }
 
     /// GGX lobe of a roughness of `step` eighths.
     pub(super) fn ggx(step: usize) -> Self {
-        // Narrow lobes need more cells and fewer samples for the same quality.
+        // Narrow lobes need more cells, wide ones more samples.
         let (cells, count) = match step {
             1 => (64, 16),
             2 => (48, 32),
-            _ => (24, 40),
+            3 | 4 => (24, 64),
+            _ => (16, 128),
         };
         let roughness = step as f32 / STEPS as f32;
         let alpha = roughness * roughness;
@@ -74,13 +73,13 @@ impl Lobe {
         Self { cells, samples }
     }
 
-    /// Mean of the radiance under the lobe around an axis.
-    pub(super) fn mean(&self, light: &Prepared, axis: Vec3) -> Vec3 {
+    /// Mean under the lobe around an axis of a radiance that is asked for around a direction, over a square of a width.
+    pub(super) fn mean(&self, axis: Vec3, radiance: impl Fn(Vec3, f32) -> Vec3) -> Vec3 {
         let (east, north) = axis.any_orthonormal_pair();
         let mut sum = Vec3::ZERO;
         for Sample { direction, weight, width } in &self.samples {
             let towards = east * direction.x + north * direction.y + axis * direction.z;
-            sum += light.radiance_over_square(towards, *width) * *weight;
+            sum += radiance(towards, *width) * *weight;
         }
         sum
     }
@@ -91,7 +90,7 @@ fn sample(index: u32, cosine: f32, weight: f32, solid_angle: f32) -> Sample {
     const GOLDEN_ANGLE: f32 = 2.399_963_2;
     let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
     let sine = (1.0 - cosine * cosine).sqrt();
-    // Squares of twice the edge would blur; adjacent ones of the sample's own solid angle just touch.
+    // Squares of the samples' own solid angles just touch; beyond one they would leave the tangent plane.
     let width = solid_angle.sqrt().min(1.0);
     Sample { direction: Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine), weight, width }
 }

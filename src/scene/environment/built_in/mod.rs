@@ -7,6 +7,7 @@
 
 mod area;
 mod designs;
+mod gradient;
 mod lobes;
 
 use std::f32::consts::PI;
@@ -16,8 +17,9 @@ use glam::Vec3;
 
 use super::key_light::KeyLight;
 use super::octahedral::OctahedralImage;
-use area::{Area, Parallelogram, direction, smooth_step};
+use area::{Area, Parallelogram, direction};
 use designs::Design;
+use gradient::Gradient;
 use lobes::{Lobe, STEPS};
 
 /// A light that needs no file.
@@ -67,7 +69,9 @@ impl BuiltInLight {
         let prepared = self.prepared();
         let lookup = prepared.irradiance.get_or_init(|| {
             let lobe = Lobe::cosine();
-            OctahedralImage::new(lobe.cells, |normal| lobe.mean(prepared, normal) * PI)
+            OctahedralImage::new(lobe.cells, |normal| {
+                lobe.mean(normal, |towards, width| prepared.radiance_over_square(towards, width)) * PI
+            })
         });
         lookup.bilinear(normal)
     }
@@ -108,27 +112,6 @@ impl BuiltInLight {
     fn prepared(self) -> &'static Prepared {
         static PREPARED: [OnceLock<Prepared>; 4] = [const { OnceLock::new() }; 4];
         PREPARED[self as usize].get_or_init(|| Prepared::new(self.design()))
-    }
-}
-
-/// Radiance that depends on the height of a direction alone.
-#[derive(Debug)]
-struct Gradient {
-    floor: Vec3,
-    horizon: Vec3,
-    ceiling: Vec3,
-    /// Sine of the elevation from which down the floor has its radiance.
-    floor_height: f32,
-}
-
-impl Gradient {
-    #[inline]
-    fn radiance(&self, direction: Vec3) -> Vec3 {
-        let (end, share) = match direction.y {
-            height if height < 0.0 => (self.floor, smooth_step(height / self.floor_height)),
-            height => (self.ceiling, smooth_step(height)),
-        };
-        self.horizon + (end - self.horizon) * share
     }
 }
 
@@ -179,7 +162,9 @@ impl Prepared {
     fn lobe_image(&self, step: usize) -> &OctahedralImage {
         self.lobes[step - 1].get_or_init(|| {
             let lobe = Lobe::ggx(step);
-            OctahedralImage::new(lobe.cells, |direction| lobe.mean(self, direction))
+            OctahedralImage::new(lobe.cells, |direction| {
+                lobe.mean(direction, |towards, width| self.radiance_over_square(towards, width))
+            })
         })
     }
 }

@@ -91,6 +91,6 @@ fn sample(index: u32, cosine: f32, weight: f32, solid_angle: f32) -> Sample {
     let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
     let sine = (1.0 - cosine * cosine).sqrt();
     // Squares of the samples' own solid angles just touch; beyond one they would leave the tangent plane.
-    let width = solid_angle.sqrt().min(1.0);
+    let width = if solid_angle < 1.0 { solid_angle.sqrt() } else { 1.0 };
     Sample { direction: Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine), weight, width }
 }

@@ -36,7 +36,7 @@ use rayframe::gltf::{ImportOptions, import};
 use rayframe::image_file::write_atomically;
 use rayframe::output::{exr_file, frame_attributes};
 use rayframe::render::{RenderSettings, RenderStatistics, SceneView, render_frame};
-use rayframe::scene::{Environment, Scene, Selection, SelectionRequest, ViewRequest};
+use rayframe::scene::{BuiltInLight, Environment, Scene, Selection, SelectionRequest, ViewRequest};
 use rayframe::sequence::FrameRate;
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -164,7 +164,8 @@ impl Subject {
         let bvh = self.builder.build(triangles, flags, &build, &cancel, self.bvh.take())?;
 
         // Trace.
-        let environment = if lights.is_empty() { Environment::Studio } else { Environment::None };
+        let environment =
+            if lights.is_empty() { Environment::BuiltIn(BuiltInLight::Studio) } else { Environment::None };
         let input =
             SceneView { scene: &self.scene, frame: &self.frame, bvh: &bvh, environment: &environment };
         let (film, rays) = render_frame(&input, &self.settings, &cancel, &|_| ())?;

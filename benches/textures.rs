@@ -24,10 +24,10 @@ use rayframe::framing::resolve_camera;
 use rayframe::gltf::{ImportOptions, import};
 use rayframe::render::{RenderSettings, SceneView, render_frame};
 use rayframe::scene::{
-    Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind, Material,
-    MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture, Primitive,
-    Projection, Sampler, Scene, SelectedCamera, Selection, SelectionRequest, Texels, Texture, TextureIndex,
-    TextureRef, UvTransform, ViewRequest, mip_levels,
+    BuiltInLight, Encoding, Environment, Image, ImageIndex, ImageMips, Light, LightIndex, LightKind,
+    Material, MaterialIndex, Mesh, MeshIndex, MipFilter, Node, NodeIndex, NormalTexture, OcclusionTexture,
+    Primitive, Projection, Sampler, Scene, SelectedCamera, Selection, SelectionRequest, Texels, Texture,
+    TextureIndex, TextureRef, UvTransform, ViewRequest, mip_levels,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -151,7 +151,11 @@ fn generated_variants(only: Option<&str>) -> Vec<Subject> {
     ];
     let is_selected = |name: &str| name == "untextured" || only.is_none_or(|only| only == name);
     let kinds = kinds.into_iter().filter(|(name, _)| is_selected(name));
-    kinds.map(|(name, scene)| Subject::new(name, (selection(&scene), scene), Environment::Studio)).collect()
+    kinds
+        .map(|(name, scene)| {
+            Subject::new(name, (selection(&scene), scene), Environment::BuiltIn(BuiltInLight::Studio))
+        })
+        .collect()
 }
 
 /// Variants of a file's scene: without and with its textures.
@@ -167,7 +171,11 @@ fn file_variants(path: &Path, options: &Options) -> Result<Vec<Subject>> {
     let subject = |name: &str, scene: Scene| {
         let mut frame = Frame::default();
         frame.pose(&scene, &selection, 0.0);
-        let environment = if frame.lights.is_empty() { Environment::Studio } else { Environment::None };
+        let environment = if frame.lights.is_empty() {
+            Environment::BuiltIn(BuiltInLight::Studio)
+        } else {
+            Environment::None
+        };
         Subject::new(name, (selection.clone(), scene), environment)
     };
     Ok(vec![subject("untextured", plain), subject(&name, scene)])

@@ -37,7 +37,9 @@ pub use animation::{Animation, AnimationTarget, Channel, Interpolation, Keyframe
 pub use camera::{Camera, Projection};
 pub use content::{Scene, SceneRoots};
 pub(crate) use environment::columns_for_cube;
-pub use environment::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight};
+pub use environment::{
+    BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
+};
 pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{

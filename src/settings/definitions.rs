@@ -149,7 +149,7 @@ settings! {
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
     /// Exposure of previews and PNGs in stops, or auto
-    /// : one value for the whole animation, from -16 to 2. It is 0 under the studio's light alone; elsewhere it brings
+    /// : one value for the whole animation, from -16 to 2. It is 0 under a built-in light alone; elsewhere it brings
     /// surfaces near the brightness of their base colours
     exposure: ExposureType = Exposure::Auto, Image { value_name: "EV", is_common: true }
     /// Tone curve of previews and PNG files
@@ -209,7 +209,7 @@ settings! {
     /// Angular diameter of directional lights in degrees, for soft shadows
     /// . The sun has 0.53. Noise falls with more samples
     sun_angle: SunAngle = 0.0, Scene { value_name: "DEG" }
-    /// Environment: .hdr, .exr, R,G,B, studio or none
+    /// Environment: .hdr, .exr, R,G,B, studio, softbox, outdoor, dark or none
     /// . FILE@DEG rotates the image by degrees
     env: EnvironmentType, Scene {
         value_name: "SOURCE", default_help: "studio if unlit",

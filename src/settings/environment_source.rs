@@ -4,9 +4,15 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use crate::color::srgb8_to_linear;
+use crate::scene::BuiltInLight;
 
+use super::nearest::nearest;
 use super::parse::{factor, finite};
 use super::plate_pattern::PlatePattern;
+
+/// Forms of an environment, for messages.
+pub(crate) const ENVIRONMENT_FORMS: &str =
+    "a .hdr or .exr file, R,G,B, studio, softbox, outdoor, dark or none";
 
 /// Source of an environment.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,8 +20,8 @@ use super::plate_pattern::PlatePattern;
 pub enum EnvironmentSource {
     /// No light.
     None,
-    /// The built-in gradient and key light.
-    Studio,
+    /// A light that needs no file.
+    BuiltIn(BuiltInLight),
     /// Constant radiance, linear Rec.709.
     Constant([f32; 3]),
     /// Equirectangular image, rotated about +Y by degrees.
@@ -23,16 +29,20 @@ pub enum EnvironmentSource {
 }
 
 impl EnvironmentSource {
-    /// `none`, `studio`, `R,G,B`, or a file with `@degrees` behind it or not.
+    /// `none`, the name of a built-in light, `R,G,B`, or a file with `@degrees` behind it or not.
     ///
     /// # Errors
     /// One line that says what to write.
     pub fn parse(text: &OsStr) -> Result<Self, String> {
         match text.to_str() {
             Some("none") => return Ok(Self::None),
-            Some("studio") => return Ok(Self::Studio),
             Some(text) if is_number_list(text) => return constant(text).map(Self::Constant),
-            _ => {}
+            Some(text) => {
+                if let Some(light) = BuiltInLight::ALL.into_iter().find(|light| light.name() == text) {
+                    return Ok(Self::BuiltIn(light));
+                }
+            }
+            None => {}
         }
         let turned = text.to_str().and_then(|text| {
             let (file, degrees) = text.rsplit_once('@')?;
@@ -43,7 +53,7 @@ impl EnvironmentSource {
         let looks_like_image = [".hdr", ".exr"].iter().any(|end| looks_like_image.contains(end));
         if file.is_empty() || !(looks_like_image || Path::new(&file).exists()) {
             let suggestion = text.to_str().and_then(environment_suggestion).unwrap_or_default();
-            return Err(format!("{suggestion}write a .hdr or .exr file, R,G,B, studio or none"));
+            return Err(format!("{suggestion}write {ENVIRONMENT_FORMS}"));
         }
         Ok(Self::File(PathBuf::from(file), degrees))
     }
@@ -52,7 +62,7 @@ impl EnvironmentSource {
     pub fn to_text(&self) -> OsString {
         match self {
             Self::None => "none".into(),
-            Self::Studio => "studio".into(),
+            Self::BuiltIn(light) => light.name().into(),
             Self::Constant([r, g, b]) => format!("{r},{g},{b}").into(),
             Self::File(path, degrees) => {
                 let mut text = path.clone().into_os_string();
@@ -130,12 +140,14 @@ impl BackgroundSource {
 /// Suggestions for words and colours of other programs.
 fn environment_suggestion(text: &str) -> Option<String> {
     let suggestion = match text.to_ascii_lowercase().as_str() {
-        "studio" => "studio".to_owned(),
         "none" | "off" | "no" => "none".to_owned(),
         "white" => "1,1,1".to_owned(),
         "black" => "0,0,0".to_owned(),
         "grey" | "gray" => "0.18,0.18,0.18".to_owned(),
         other => {
+            if let Some(name) = nearest(other, &BuiltInLight::ALL.map(BuiltInLight::name)) {
+                return Some(format!("did you mean {name}? Else "));
+            }
             let linear = color_code(other)?.map(|channel| format!("{:.3}", srgb8_to_linear(channel)));
             let short = linear.map(|text| text.trim_end_matches('0').trim_end_matches('.').to_owned());
             format!("{} (linear light)", short.join(","))
@@ -201,7 +213,20 @@ mod tests {
         assert_eq!(parse("1,0.5,0"), Ok(EnvironmentSource::Constant([1.0, 0.5, 0.0])));
         assert_eq!(parse("a.hdr@90"), Ok(EnvironmentSource::File("a.hdr".into(), 90.0)));
         assert_eq!(parse("a@b.hdr"), Ok(EnvironmentSource::File("a@b.hdr".into(), 0.0)));
-        assert!(parse("Studio").unwrap_err().contains("did you mean studio?"));
+        for light in BuiltInLight::ALL {
+            let source = EnvironmentSource::BuiltIn(light);
+            assert_eq!((parse(light.name()), source.to_text()), (Ok(source.clone()), light.name().into()));
+            assert!(ENVIRONMENT_FORMS.contains(light.name()));
+            let background = BackgroundSource::parse(OsStr::new(light.name()));
+            assert_eq!(background, Ok(BackgroundSource::Environment(source)));
+        }
+        for (text, meant) in
+            [("Studio", "studio"), ("soft_box", "softbox"), ("outdoors", "outdoor"), ("darc", "dark")]
+        {
+            assert!(parse(text).unwrap_err().contains(&format!("did you mean {meant}?")), "{text}");
+        }
+        // They are not turned.
+        assert!(parse("studio@90").is_err());
         // sRGB 0x88 is 0.246 of linear light.
         assert!(parse("#ff8800").unwrap_err().contains("did you mean 1,0.246,0 (linear light)?"));
         assert!(parse("white").unwrap_err().contains("did you mean 1,1,1?"));

@@ -46,6 +46,7 @@ pub(crate) use camera_values::field_of_view_of;
 pub use choices::{FocusRequest, GroundKind, Integrator, LookAt, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
 pub use definitions::{DEFINITIONS, Definition, SettingValues, Settings};
+pub(crate) use environment_source::ENVIRONMENT_FORMS;
 pub use environment_source::{BackgroundSource, EnvironmentSource};
 pub use existing_files::ExistingFiles;
 pub use exposure::Exposure;

@@ -7,9 +7,11 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::{Error, Result, Warning};
 use crate::image_file::{EnvironmentPixels, read_environment, read_regular_file};
-use crate::scene::{ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection};
+use crate::scene::{
+    BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection,
+};
 
-use crate::settings::{BackgroundSource, EnvironmentSource};
+use crate::settings::{BackgroundSource, ENVIRONMENT_FORMS, EnvironmentSource};
 
 /// A loaded environment.
 #[derive(Debug)]
@@ -90,7 +92,9 @@ pub fn load(
         (None, None) if selection.has_lights(scene) => {
             of_source(&EnvironmentSource::None, "env", max_memory_bytes)?
         }
-        (None, None) => of_source(&EnvironmentSource::Studio, "env", max_memory_bytes)?,
+        (None, None) => {
+            of_source(&EnvironmentSource::BuiltIn(BuiltInLight::Studio), "env", max_memory_bytes)?
+        }
     };
     let background = request.background.environment().filter(|_| request.shows_background());
     let background =
@@ -125,7 +129,9 @@ fn of_source(source: &EnvironmentSource, setting: &str, max_memory_bytes: u64) -
     };
     Ok(match source {
         EnvironmentSource::None => plain(Environment::None, ""),
-        EnvironmentSource::Studio => plain(Environment::Studio, "studio light"),
+        &EnvironmentSource::BuiltIn(light) => {
+            plain(Environment::BuiltIn(light), &format!("{} light", light.name()))
+        }
         &EnvironmentSource::Constant([r, g, b]) => {
             let description = format!("environment {r},{g},{b}");
             plain(Environment::Constant(Vec3::new(r, g, b)), &description)
@@ -169,9 +175,9 @@ fn explained(error: Error, path: &Path, setting: &str) -> Error {
     }
     let forms = match setting {
         "background" => {
-            "`background` takes env, none, white, black, #rrggbb, R,G,B, studio, an image, or a .hdr or .exr file"
+            format!("`background` takes env, white, black, #rrggbb, an image, {ENVIRONMENT_FORMS}")
         }
-        _ => "`env` takes a .hdr or .exr file, R,G,B, studio or none",
+        _ => format!("`env` takes {ENVIRONMENT_FORMS}"),
     };
     let source = std::io::Error::new(source.kind(), format!("{source}; {forms}"));
     Error::Missing { path: path.to_owned(), pointer, source }

@@ -1,6 +1,6 @@
 //! All settings of a job, with what the scene decides in their places.
 
-use crate::scene::SelectedCamera;
+use crate::scene::{BuiltInLight, SelectedCamera};
 use crate::sequence::{FrameSpec, SequenceJob};
 use crate::settings::{EnvironmentSource, Settings, parse};
 
@@ -18,7 +18,11 @@ pub fn resolved_settings(shot: &ShotSettings, job: &SequenceJob) -> Settings {
     settings.camera.get_or_insert_with(|| parse::camera(&camera(job)).into());
     if settings.env.is_none() && job.selection.image_light.is_none() {
         let has_lights = job.selection.has_lights(&job.scene);
-        let source = if has_lights { EnvironmentSource::None } else { EnvironmentSource::Studio };
+        let source = if has_lights {
+            EnvironmentSource::None
+        } else {
+            EnvironmentSource::BuiltIn(BuiltInLight::Studio)
+        };
         settings.env = Some(source.into());
     }
     settings.with_defaults(&std::env::current_dir().unwrap_or_default())

@@ -1,6 +1,7 @@
 //! The façade: equal bytes in memory and in sequences, settings, errors.
 
 use rayframe::output::Aov;
+use rayframe::scene::BuiltInLight;
 use rayframe::sequence::SequenceEvent;
 use rayframe::settings::EnvironmentSource;
 use rayframe::{Error, Renderer};
@@ -34,6 +35,21 @@ fn a_frame_in_memory_and_a_frame_of_a_sequence_have_equal_bytes() {
     assert_eq!(std::fs::read(alone).unwrap(), std::fs::read(folder.path().join("a.0008.exr")).unwrap());
     let image = frame.image().unwrap();
     assert!(image.channel("Z").is_some() && image.channel("forward.u").is_some());
+}
+
+#[test]
+fn every_built_in_light_renders_its_own_image() {
+    let image = |light| {
+        let frame = small().environment(EnvironmentSource::BuiltIn(light)).frame(0).unwrap();
+        let pixels = frame.pixels().to_vec();
+        assert!(pixels.iter().flatten().all(|value| value.is_finite()), "{light:?}");
+        pixels
+    };
+    let images = BuiltInLight::ALL.map(image);
+    for (index, pixels) in images.iter().enumerate() {
+        assert!(images[..index].iter().all(|other| other != pixels), "{:?}", BuiltInLight::ALL[index]);
+        assert_eq!(*pixels, image(BuiltInLight::ALL[index]));
+    }
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Renders a chart of 24 known colours with the default settings, lit by the default studio, and prints how far each is from
-//! its base colour: `cargo run --release -p oracles --bin color_chart [CHART.png]`.
+//! Renders a chart of 24 known colours with the default settings, lit by the default studio or the given environment, and prints
+//! how far each is from its base colour: `cargo run --release -p oracles --bin color_chart [ENV [CHART.png]]`.
 
 #![expect(clippy::print_stdout, reason = "a program that prints a table")]
 
@@ -17,8 +17,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = tempfile::tempdir()?;
     let scene = folder.path().join("chart.gltf");
     std::fs::write(&scene, color_chart())?;
-    let png = std::env::args_os().nth(1).map_or(folder.path().join("chart.png"), PathBuf::from);
-    Renderer::open(&scene)?.size(SIZE.0 * PATCH, SIZE.1 * PATCH).frame(0)?.write_png(&png)?;
+    let environment = std::env::args().nth(1).unwrap_or_else(|| "studio".to_owned());
+    let png = std::env::args_os().nth(2).map_or(folder.path().join("chart.png"), PathBuf::from);
+    let renderer = Renderer::open(&scene)?.size(SIZE.0 * PATCH, SIZE.1 * PATCH).set("env", &environment)?;
+    renderer.frame(0)?.write_png(&png)?;
     let image = decode_png(&png, &std::fs::read(&png)?)?;
     let patches = measure(image.size.0, &image.pixels);
     println!("{:<12} {:>11}  {:>11}  ΔE2000", "patch", "base", "shown");

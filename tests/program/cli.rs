@@ -58,6 +58,8 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--env", "1,2"], "R,G,B"),
         (&["--env", "-1,0,0"], "not negative"),
         (&["--env", "Studio"], "did you mean studio?"),
+        (&["--env", "outdoors"], "did you mean outdoor?"),
+        (&["--background", "soft-box"], "did you mean softbox?"),
         (&["--env", "#ff8800"], "did you mean 1,0.246,0 (linear light)?"),
         (&["--background", "-1,0,0"], "not negative"),
         (&["--glossy", "-1"], "write a whole number from 0 to 4096"),
@@ -263,7 +265,11 @@ fn a_wrong_environment_names_its_option() {
     let scene = path("a.gltf", br#"{"asset": {"version": "2.0"}}"#);
     let map = path("sky.hdr", b"\xff\xfe");
     assert_fails(&["render", &scene, "--env", "white"], 2, "did you mean 1,1,1?");
-    assert_fails(&["render", &scene, "--env", "nowhere.hdr"], 66, "R,G,B, studio or none");
+    assert_fails(
+        &["render", &scene, "--env", "nowhere.hdr"],
+        66,
+        "R,G,B, studio, softbox, outdoor, dark or none",
+    );
     assert_fails(&["render", &scene, "--env", &format!("{map}@abc")], 2, "number of degrees");
     assert_fails(&["render", &map], 65, "environment with --env");
     assert_fails(&["render", &scene, "-s", "5"], 2, "last frame, 0");

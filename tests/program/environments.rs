@@ -74,7 +74,7 @@ fn missing_nodes_and_files_are_named() {
         assert!(words.iter().all(|word| told.contains(word)), "{told}");
     };
     fails(&["--shadow-catcher", "flor"], 2, &["--shadow-catcher", "\"flor\""]);
-    fails(&["--background", "gone.hdr"], 66, &["gone.hdr", "--background takes env, none"]);
+    fails(&["--background", "gone.hdr"], 66, &["gone.hdr", "--background takes env, white"]);
     fails(&["--background", "Cargo.toml"], 65, &["Cargo.toml"]);
 }
 

@@ -11,7 +11,7 @@ use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
 use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, Seed};
-use crate::scene::{Environment, Selection, SelectionRequest, ViewRequest};
+use crate::scene::{BuiltInLight, Environment, Selection, SelectionRequest, ViewRequest};
 use crate::scene_view::SceneView;
 
 const SIZE: (u32, u32) = (16, 12);
@@ -54,10 +54,10 @@ fn samples_are_the_same_alone_and_in_batches() {
     for (scene, environment) in [
         // Mirrors and glass; nested volumes; transparent surfaces; several lights; the studio environment.
         ("demo/whitted_1980", Environment::None),
-        ("material/nested_glass", Environment::Studio),
+        ("material/nested_glass", Environment::BuiltIn(BuiltInLight::Studio)),
         ("material/alpha_blend_stack", Environment::None),
         ("light/two_lights_shadows", Environment::None),
-        ("camera/orthographic", Environment::Studio),
+        ("camera/orthographic", Environment::BuiltIn(BuiltInLight::Studio)),
     ] {
         with_context(scene, &environment, |context, camera| {
             let tracer = &mut Tracer::new(context);

@@ -3,14 +3,15 @@
 //! Directions are unit vectors in world space and point away from the surface. This module reads no image files;
 //! [`EnvironmentMap::new`] takes decoded pixels.
 
+mod built_in;
 mod cube_map;
 mod equirect;
 mod filtered_image;
 mod irradiance;
 mod key_light;
 mod map;
+mod octahedral;
 mod prefilter;
-mod studio;
 
 use std::f32::consts::PI;
 
@@ -18,6 +19,7 @@ use glam::{Quat, Vec3};
 
 use super::{ImageLight, ImageLightIndex, ImageLightPose};
 
+pub use built_in::BuiltInLight;
 pub(crate) use cube_map::columns_for_cube;
 pub use key_light::KeyLight;
 pub use map::{EnvironmentImage, EnvironmentMap};
@@ -30,8 +32,8 @@ pub enum Environment {
     None,
     /// The same radiance from every direction.
     Constant(Vec3),
-    /// A soft gradient with one key light. Lights scenes that have no light of their own.
-    Studio,
+    /// A procedural light with one key light.
+    BuiltIn(BuiltInLight),
     /// An equirectangular image, or a cube map that was converted to one.
     Map(EnvironmentMap),
     /// An environment with an intensity factor and, optionally, a separate background.
@@ -72,7 +74,7 @@ impl Environment {
                 let [r, g, b] = radiance.to_array().map(f32::to_bits);
                 format!("constant {r:08x} {g:08x} {b:08x}")
             }
-            Self::Studio => "studio".to_owned(),
+            Self::BuiltIn(light) => light.name().to_owned(),
             Self::Map(map) => map.content_key().to_owned(),
             Self::Composed(composed) => {
                 let ComposedEnvironment { light, intensity, background } = &**composed;
@@ -107,32 +109,33 @@ impl Environment {
         match self {
             Self::None => Vec3::ZERO,
             Self::Constant(radiance) => *radiance,
-            Self::Studio => studio::radiance(direction),
+            Self::BuiltIn(light) => light.radiance(direction),
             Self::Map(map) => map.radiance(direction),
             Self::Composed(composed) => composed.light.radiance(direction) * composed.intensity,
         }
     }
 
     /// Mean of [`Environment::radiance`] over the parallelogram around `direction` that the two ray `differentials` span.
-    /// A smooth environment is looked up at its centre only.
     pub fn radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         match self {
+            Self::BuiltIn(light) => light.radiance_over(direction, differentials),
             Self::Map(map) => map.radiance_over(direction, differentials),
             Self::Composed(composed) => {
                 composed.light.radiance_over(direction, differentials) * composed.intensity
             }
-            Self::None | Self::Constant(_) | Self::Studio => self.radiance(direction),
+            Self::None | Self::Constant(_) => self.radiance(direction),
         }
     }
 
-    /// [`Environment::radiance_over`] for camera rays, which see the background.
+    /// [`Environment::radiance_over`] for camera rays, which see the background, and of a built-in light its backdrop only.
     pub fn background_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         match self {
+            Self::BuiltIn(light) => light.backdrop(direction),
             Self::Composed(composed) => match &composed.background {
-                Some(background) => background.radiance_over(direction, differentials),
-                None => self.radiance_over(direction, differentials),
+                Some(background) => background.background_over(direction, differentials),
+                None => composed.light.background_over(direction, differentials) * composed.intensity,
             },
-            _ => self.radiance_over(direction, differentials),
+            Self::None | Self::Constant(_) | Self::Map(_) => self.radiance_over(direction, differentials),
         }
     }
 
@@ -141,7 +144,7 @@ impl Environment {
         match self {
             Self::None => Vec3::ZERO,
             Self::Constant(radiance) => *radiance * PI,
-            Self::Studio => studio::irradiance(normal),
+            Self::BuiltIn(light) => light.irradiance(normal),
             Self::Map(map) => map.irradiance(normal),
             Self::Composed(composed) => composed.light.irradiance(normal) * composed.intensity,
         }
@@ -154,16 +157,16 @@ impl Environment {
         match self {
             Self::None => Vec3::ZERO,
             Self::Constant(radiance) => *radiance,
-            Self::Studio => studio::prefiltered(direction, roughness),
+            Self::BuiltIn(light) => light.prefiltered(direction, roughness),
             Self::Map(map) => map.prefiltered(direction, roughness),
             Self::Composed(composed) => composed.light.prefiltered(direction, roughness) * composed.intensity,
         }
     }
 
-    /// The directional light of the environment; only the studio has one.
+    /// The directional light of the environment; only built-in lights have one.
     pub fn key_light(&self) -> Option<KeyLight> {
         match self {
-            Self::Studio => Some(studio::key_light()),
+            Self::BuiltIn(light) => Some(light.key_light()),
             Self::Composed(composed) => composed
                 .light
                 .key_light()
@@ -176,7 +179,7 @@ impl Environment {
     /// `None` where it has to be measured. A factor on the light does not change it.
     pub fn exposure_ev(&self) -> Option<f32> {
         match self {
-            Self::Studio => Some(studio::EXPOSURE_EV),
+            Self::BuiltIn(light) => Some(light.exposure_ev()),
             Self::Composed(composed) => composed.light.exposure_ev(),
             Self::None | Self::Constant(_) | Self::Map(_) => None,
         }
@@ -187,7 +190,7 @@ impl Environment {
         match self {
             Self::None => false,
             Self::Constant(radiance) => *radiance != Vec3::ZERO,
-            Self::Studio => true,
+            Self::BuiltIn(_) => true,
             Self::Map(map) => map.is_lit(),
             Self::Composed(composed) => composed.intensity > 0.0 && composed.light.is_lit(),
         }
@@ -219,19 +222,43 @@ mod tests {
     }
 
     #[test]
-    fn only_the_studio_brings_a_key_light() {
-        let key = Environment::Studio.key_light().unwrap();
-        assert!((key.direction_to_light.length() - 1.0).abs() < 1e-6);
-        assert!(key.direction_to_light.y > 0.5 && key.irradiance.min_element() > 0.0);
+    fn built_in_lights_bring_a_key_light() {
+        for light in BuiltInLight::ALL {
+            let key = Environment::BuiltIn(light).key_light().unwrap();
+            assert!((key.direction_to_light.length() - 1.0).abs() < 1e-6);
+            assert!(key.direction_to_light.y > 0.5 && key.irradiance.min_element() > 0.0);
+        }
+    }
+
+    #[test]
+    fn camera_rays_see_the_backdrop_without_the_areas() {
+        let composed = |light, background| {
+            Environment::Composed(Box::new(ComposedEnvironment { light, intensity: 2.0, background }))
+        };
+        for light in BuiltInLight::ALL.map(Environment::BuiltIn) {
+            let zero = [Vec3::ZERO; 2];
+            // The backdrop depends on the height alone; the areas do not.
+            let around: [Vec3; 24] = std::array::from_fn(|step| {
+                let (sin_azimuth, cos_azimuth) = libm::sincosf(step as f32 * PI / 12.0);
+                Vec3::new(0.96 * sin_azimuth, 0.28, 0.96 * cos_azimuth)
+            });
+            let seen = light.background_over(around[0], zero);
+            assert!(around.iter().all(|&direction| light.background_over(direction, zero) == seen));
+            assert!(around.iter().any(|&direction| light.radiance_over(direction, zero) != seen));
+            // As the light, times its intensity, and as a background of its own.
+            assert_eq!(composed(light.clone(), None).background_over(around[1], zero), seen * 2.0);
+            let constant = Environment::Constant(Vec3::X);
+            assert_eq!(composed(constant, Some(light)).background_over(around[2], zero), seen);
+        }
     }
 
     #[test]
     fn intensity_scales_all_light_but_not_the_background() {
         let composed = |background| {
-            let light = Environment::Studio;
+            let light = Environment::BuiltIn(BuiltInLight::Studio);
             Environment::Composed(Box::new(ComposedEnvironment { light, intensity: 0.5, background }))
         };
-        let (half, studio) = (composed(None), Environment::Studio);
+        let (half, studio) = (composed(None), Environment::BuiltIn(BuiltInLight::Studio));
         let direction = Vec3::new(0.6, 0.0, -0.8);
         assert_eq!(half.radiance(direction) * 2.0, studio.radiance(direction));
         assert_eq!(half.irradiance(direction) * 2.0, studio.irradiance(direction));
@@ -239,11 +266,15 @@ mod tests {
         let key = |environment: &Environment| environment.key_light().unwrap().irradiance;
         assert_eq!(key(&half) * 2.0, key(&studio));
         let differentials = [Vec3::ZERO; 2];
-        assert_eq!(half.background_over(direction, differentials), half.radiance(direction));
+        let seen = half.background_over(direction, differentials) * 2.0;
+        assert_eq!(seen, studio.background_over(direction, differentials));
 
         let green = composed(Some(Environment::Constant(Vec3::Y)));
         assert_eq!(green.background_over(direction, differentials), Vec3::Y);
-        assert_eq!(green.radiance_over(direction, differentials), half.radiance(direction));
+        assert_eq!(
+            green.radiance_over(direction, differentials),
+            half.radiance_over(direction, differentials)
+        );
         let dark = ComposedEnvironment { light: studio, intensity: 0.0, background: None };
         assert!(!Environment::Composed(Box::new(dark)).is_lit() && half.is_lit());
     }
@@ -293,7 +324,7 @@ mod tests {
         let constant = Environment::Constant(Vec3::new(1.0, 0.5, 0.0));
         assert_eq!(constant.content_key(), "constant 3f800000 3f000000 00000000");
         let composed = |intensity, background| {
-            let light = Environment::Studio;
+            let light = Environment::BuiltIn(BuiltInLight::Studio);
             Environment::Composed(Box::new(ComposedEnvironment { light, intensity, background }))
         };
         assert_eq!(composed(1.0, Some(Environment::None)).content_key(), "studio before none");

@@ -1,0 +1,26 @@
+//! Backdrop of a built-in light.
+
+use glam::Vec3;
+
+use super::area::smooth_step;
+
+/// Radiance that depends on the height of a direction alone.
+#[derive(Debug)]
+pub(super) struct Gradient {
+    pub(super) floor: Vec3,
+    pub(super) horizon: Vec3,
+    pub(super) ceiling: Vec3,
+    /// Sine of the elevation from which down the floor has its radiance.
+    pub(super) floor_height: f32,
+}
+
+impl Gradient {
+    #[inline]
+    pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
+        let (end, share) = match direction.y {
+            height if height < 0.0 => (self.floor, smooth_step(height / self.floor_height)),
+            height => (self.ceiling, smooth_step(height)),
+        };
+        self.horizon + (end - self.horizon) * share
+    }
+}

@@ -1,0 +1,173 @@
+//! Built-in lights: procedural environments with a key light.
+//!
+//! The radiance is a gradient from the floor over the horizon to the ceiling, the backdrop, with soft-edged areas over it.
+//! Camera rays see the backdrop alone. Lobes look up small octahedral images of the means of the radiance, computed from it when
+//! they are first needed. One thread computes an image: a lookup may come from within a job of a thread pool, and a job that
+//! waits there may start another that asks for the same image.
+
+mod area;
+mod designs;
+mod gradient;
+mod lobes;
+
+use std::f32::consts::PI;
+use std::sync::OnceLock;
+
+use glam::Vec3;
+
+use super::key_light::KeyLight;
+use super::octahedral::OctahedralImage;
+use area::{Area, Parallelogram, direction};
+use designs::Design;
+use gradient::Gradient;
+use lobes::{Lobe, STEPS};
+
+/// A light that needs no file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BuiltInLight {
+    /// Key, fill and rim areas around a neutral gradient. Lights scenes that have no light of their own.
+    Studio,
+    /// Large soft boxes above and at the sides, bright and even.
+    Softbox,
+    /// Blue sky, sun, and light from the ground.
+    Outdoor,
+    /// Two strong rim lights in the dark.
+    Dark,
+}
+
+impl BuiltInLight {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Studio, Self::Softbox, Self::Outdoor, Self::Dark];
+
+    /// The name, as settings have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Studio => "studio",
+            Self::Softbox => "softbox",
+            Self::Outdoor => "outdoor",
+            Self::Dark => "dark",
+        }
+    }
+
+    /// Radiance along a direction.
+    pub(super) fn radiance(self, direction: Vec3) -> Vec3 {
+        self.prepared().radiance(direction)
+    }
+
+    /// Mean of the radiance over the parallelogram around `direction` that the `differentials` span.
+    pub(super) fn radiance_over(self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        self.prepared().radiance_over(direction, differentials)
+    }
+
+    /// Radiance that camera rays see: without the areas.
+    pub(super) fn backdrop(self, direction: Vec3) -> Vec3 {
+        self.design().backdrop.radiance(direction)
+    }
+
+    /// See [`super::Environment::irradiance`].
+    pub(super) fn irradiance(self, normal: Vec3) -> Vec3 {
+        let prepared = self.prepared();
+        let lookup = prepared.irradiance.get_or_init(|| {
+            let lobe = Lobe::cosine();
+            OctahedralImage::new(lobe.cells, |normal| {
+                lobe.mean(normal, |towards, width| prepared.radiance_over_square(towards, width)) * PI
+            })
+        });
+        lookup.bilinear(normal)
+    }
+
+    /// See [`super::Environment::prefiltered`].
+    pub(super) fn prefiltered(self, direction: Vec3, roughness: f32) -> Vec3 {
+        let prepared = self.prepared();
+        let step = roughness.clamp(0.0, 1.0) * STEPS as f32;
+        let below = (step as usize).min(STEPS - 1);
+        let share = step - below as f32;
+        let sharper = match below {
+            0 if share <= 0.0 => return prepared.radiance(direction),
+            0 => prepared.radiance(direction),
+            _ => prepared.lobe_image(below).bilinear(direction),
+        };
+        sharper * (1.0 - share) + prepared.lobe_image(below + 1).bilinear(direction) * share
+    }
+
+    /// The directional light, which is not part of the radiance.
+    pub(super) fn key_light(self) -> KeyLight {
+        self.prepared().key_light
+    }
+
+    /// Exposure that the light is made for, in stops.
+    pub(super) fn exposure_ev(self) -> f32 {
+        self.design().exposure_ev
+    }
+
+    fn design(self) -> &'static Design {
+        match self {
+            Self::Studio => &designs::STUDIO,
+            Self::Softbox => &designs::SOFTBOX,
+            Self::Outdoor => &designs::OUTDOOR,
+            Self::Dark => &designs::DARK,
+        }
+    }
+
+    fn prepared(self) -> &'static Prepared {
+        static PREPARED: [OnceLock<Prepared>; 4] = [const { OnceLock::new() }; 4];
+        PREPARED[self as usize].get_or_init(|| Prepared::new(self.design()))
+    }
+}
+
+/// A light, prepared for lookups.
+#[derive(Debug)]
+struct Prepared {
+    backdrop: &'static Gradient,
+    areas: Vec<Area>,
+    key_light: KeyLight,
+    irradiance: OnceLock<OctahedralImage>,
+    /// Means under lobes of roughness 1/8, 2/8, … 1.
+    lobes: [OnceLock<OctahedralImage>; STEPS],
+}
+
+impl Prepared {
+    fn new(design: &'static Design) -> Self {
+        let key = &design.key;
+        Self {
+            backdrop: &design.backdrop,
+            areas: design.areas.iter().map(Area::new).collect(),
+            key_light: KeyLight {
+                direction_to_light: direction(key.azimuth, key.elevation),
+                irradiance: key.irradiance,
+            },
+            irradiance: OnceLock::new(),
+            lobes: std::array::from_fn(|_| OnceLock::new()),
+        }
+    }
+
+    fn radiance(&self, direction: Vec3) -> Vec3 {
+        let backdrop = self.backdrop.radiance(direction);
+        self.areas.iter().fold(backdrop, |behind, area| area.over(behind, direction))
+    }
+
+    fn radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        let backdrop = self.backdrop.radiance(direction);
+        let directions = Parallelogram::new(direction, differentials);
+        self.areas.iter().fold(backdrop, |behind, area| area.mean_over(behind, &directions))
+    }
+
+    /// Mean of the radiance over a square of directions of the given width, as an angle.
+    fn radiance_over_square(&self, direction: Vec3, width: f32) -> Vec3 {
+        let backdrop = self.backdrop.radiance(direction);
+        self.areas.iter().fold(backdrop, |behind, area| area.mean_over_square(behind, direction, width))
+    }
+
+    /// Means under the lobe of a roughness of `step` eighths, from 1 to 8.
+    fn lobe_image(&self, step: usize) -> &OctahedralImage {
+        self.lobes[step - 1].get_or_init(|| {
+            let lobe = Lobe::ggx(step);
+            OctahedralImage::new(lobe.cells, |direction| {
+                lobe.mean(direction, |towards, width| self.radiance_over_square(towards, width))
+            })
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+//! Octahedral images: radiance on a square grid of directions, for lookups without trigonometry.
+//!
+//! Source: Cigolle et al., "A Survey of Efficient Representations for Independent Unit Vectors" (JCGT 2014), section 3.1. The
+//! upper half of the sphere fills the inner diamond. Texels lie on the nodes of the grid, its border included, so that directions
+//! on both sides of a fold have the same value and need no border texels.
+
+use glam::Vec3;
+
+/// Values on a square grid of directions.
+#[derive(Debug)]
+pub(super) struct OctahedralImage {
+    /// Cells an edge, one less than nodes.
+    cells: usize,
+    nodes: Vec<Vec3>,
+}
+
+impl OctahedralImage {
+    /// An image of `value` in each node's direction. `cells` must be even and positive.
+    pub(super) fn new(cells: usize, value: impl Fn(Vec3) -> Vec3) -> Self {
+        let side = cells + 1;
+        let position = |index: usize| index as f32 / cells as f32 * 2.0 - 1.0;
+        let nodes =
+            (0..side * side).map(|i| value(direction_of(position(i % side), position(i / side)))).collect();
+        Self { cells, nodes }
+    }
+
+    /// Bilinear interpolation between the nodes around a direction.
+    #[inline]
+    pub(super) fn bilinear(&self, direction: Vec3) -> Vec3 {
+        let (right, down) = position_of(direction);
+        let x = (right + 1.0) * 0.5 * self.cells as f32;
+        let y = (down + 1.0) * 0.5 * self.cells as f32;
+        let (column, row) = ((x as usize).min(self.cells - 1), (y as usize).min(self.cells - 1));
+        let (right_share, bottom_share) = (x - column as f32, y - row as f32);
+        let side = self.cells + 1;
+        let node = row * side + column;
+        let (Some([a, b]), Some([c, d])) =
+            (self.nodes.get(node..node + 2), self.nodes.get(node + side..node + side + 2))
+        else {
+            return Vec3::ZERO;
+        };
+        let top = *a + (*b - *a) * right_share;
+        let bottom = *c + (*d - *c) * right_share;
+        top + (bottom - top) * bottom_share
+    }
+}
+
+/// Position in the square from −1 to 1 of a direction.
+#[inline]
+fn position_of(direction: Vec3) -> (f32, f32) {
+    let Vec3 { x, y, z } = direction;
+    let sum = x.abs() + y.abs() + z.abs();
+    let (right, down) = (x / sum, z / sum);
+    if y >= 0.0 { (right, down) } else { folded(right, down) }
+}
+
+/// Unit vector of a position in the square from −1 to 1.
+fn direction_of(right: f32, down: f32) -> Vec3 {
+    let height = 1.0 - right.abs() - down.abs();
+    let (x, z) = if height >= 0.0 { (right, down) } else { folded(right, down) };
+    Vec3::new(x, height, z).normalize()
+}
+
+/// Reflects a position at the side of the diamond nearest to it.
+fn folded(right: f32, down: f32) -> (f32, f32) {
+    let sign = |value: f32| if value >= 0.0 { 1.0 } else { -1.0 };
+    ((1.0 - down.abs()) * sign(right), (1.0 - right.abs()) * sign(down))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn directions() -> impl Iterator<Item = Vec3> {
+        (0..500).map(|index| {
+            let height = 1.0 - 2.0 * (index as f32 + 0.5) / 500.0;
+            let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * 2.4);
+            let sine = (1.0 - height * height).sqrt();
+            Vec3::new(sine * cos_azimuth, height, sine * sin_azimuth)
+        })
+    }
+
+    #[test]
+    fn positions_and_directions_are_inverse() {
+        let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
+        for direction in directions().chain(axes) {
+            let (right, down) = position_of(direction);
+            assert!(right.abs() <= 1.0 && down.abs() <= 1.0);
+            assert!((direction_of(right, down) - direction).length() < 1e-6, "{direction}");
+        }
+    }
+
+    #[test]
+    fn lookups_interpolate_without_seams() {
+        let image = OctahedralImage::new(32, |d| Vec3::ONE + d);
+        for direction in directions() {
+            let found = image.bilinear(direction);
+            assert!((found - Vec3::ONE - direction).abs().max_element() < 0.02, "{direction}: {found}");
+        }
+        // Both sides of each fold of the lower half.
+        for (x, z) in [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)] {
+            for side in [1e-5, -1e-5] {
+                let beside = Vec3::new(x + z * side, -0.5, z - x * side).normalize();
+                let on = Vec3::new(x, -0.5, z).normalize();
+                assert!((image.bilinear(beside) - image.bilinear(on)).length() < 1e-3, "{beside}");
+            }
+        }
+    }
+}

@@ -11,15 +11,15 @@ use crate::stage::{Stage, animate, assert_close, cuboid, lambert, rectangle, sel
 /// Gap below the lowest point, as a share of the framed diagonal.
 const GAP: f32 = 1.0 / 32_768.0;
 
-fn plane(height: f32, is_mirror: bool) -> Option<Ground> {
-    Some(Ground { up: Vec3::Y, height, is_mirror })
+fn plane(height: f32, is_mirror: bool) -> Ground {
+    Ground { up: Vec3::Y, height, is_mirror }
 }
 
 /// A cube of 1 m that floats 1 m above a ground at 0, and a sun that shines along (1, −1, 0).
 fn floating_cube() -> Stage {
     let mut stage = Stage::new();
     stage.settings.show_background = false;
-    stage.settings.ground = plane(0.0, false);
+    stage.settings.ground = Some(plane(0.0, false));
     stage.add(cuboid(Vec3::Y * 1.5, Vec3::splat(0.5)), lambert(Vec3::ONE));
     stage.add_light(LightKind::Directional, 1.0, Vec3::ZERO, Vec3::new(1.0, -1.0, 0.0));
     stage
@@ -64,7 +64,7 @@ fn the_environment_brightens_shadows() {
 fn mirror_images_are_premultiplied_and_leave_the_environment_out() {
     let mut stage = Stage::new();
     stage.settings.show_background = false;
-    stage.settings.ground = plane(0.0, true);
+    stage.settings.ground = Some(plane(0.0, true));
     stage.environment = Environment::Constant(Vec3::ONE);
     let color = Vec3::new(0.25, 0.5, 2.0);
     stage.add(rectangle(Vec3::new(0.0, 1.0, 0.0), Vec3::X * 0.4, Vec3::Y * 0.4), unlit(color));
@@ -80,7 +80,7 @@ fn mirror_images_are_premultiplied_and_leave_the_environment_out() {
     let seen = stage.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(0.0, 0.0, 1.0));
     assert_close(seen, Vec3::splat(1.0 - reflectance) + color * reflectance, 1e-5);
     // Without the mirror there is none.
-    stage.settings.ground = plane(0.0, false);
+    stage.settings.ground = Some(plane(0.0, false));
     assert_close(stage.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(0.0, 0.0, 1.0)), Vec3::ONE, 0.0);
 }
 
@@ -153,7 +153,7 @@ fn a_floor_of_its_own_lies_above_the_ground() {
     let mut wide = cube_over_floor(-0.5, 2048.0);
     assert_eq!(ground_of(&wide.scene, None), -0.5 - 1.0 / 512.0);
     wide.settings.show_background = false;
-    wide.settings.ground = plane(ground_of(&wide.scene, None), false);
+    wide.settings.ground = Some(plane(ground_of(&wide.scene, None), false));
     wide.add_light(LightKind::Directional, 1.0, Vec3::ZERO, Vec3::new(1.0, -1.0, 0.0));
     for distance in [3.0, 30.0, 300.0, 1500.0] {
         let seen = wide.look(Vec3::new(0.0, 1.0, 2.0), Vec3::new(distance, -0.5, 1.0));

@@ -36,6 +36,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         preview: _,
         sequence_outputs: _,
         exposure,
+        shared_exposure,
         tone,
         display_background,
         existing: _,
@@ -63,8 +64,15 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         OutputFormat::Exr => exr_key(exr),
         OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
+    // Automatic exposure of several sequences depends on all of them.
+    let measured = shared_exposure.as_ref().filter(|_| {
+        output.format() == OutputFormat::Png && *exposure == Exposure::Auto
+    });
+    let measured = measured.map(|shared| {
+        shared.selections.iter().map(selection_key).collect::<Vec<_>>()
+    });
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
-    let content = json!({
+    let mut content = json!({
         "software": SOFTWARE,
         "scene": hex(&scene.content_hash),
         "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
@@ -88,7 +96,16 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "frame": frame,
         "file": file,
     });
+    if let Some(measured) = measured {
+        content["measured"] = json!(measured);
+    }
     hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+/// Clips and camera of a selection. All of a scene share the rest.
+fn selection_key(selection: &Selection) -> serde_json::Value {
+    let clips: Vec<_> = selection.clips.iter().map(|clip| clip.0).collect();
+    json!([clips, camera_key(selection.camera, &selection.camera_changes)])
 }
 
 fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {

@@ -20,6 +20,7 @@ mod lists;
 mod named;
 mod nearest;
 mod output_pattern;
+mod placeholder;
 #[doc(hidden)]
 pub mod parse;
 mod read;
@@ -54,6 +55,7 @@ pub use lists::aovs_in_files;
 pub use named::Named;
 pub(crate) use nearest::nearest;
 pub use output_pattern::{OutputFormat, OutputPattern};
+pub use placeholder::{OutputNames, Placeholder, file_name_part};
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub use shutter::Shutter;
 pub(crate) use suggest::choices as suggest;

@@ -104,7 +104,7 @@ settings! {
     }
     /// Frames per second; fractions such as 24000/1001 are exact
     fps: Rate = FrameRate::FILM, Frames { value_name: "RATE", is_common: true }
-    /// Render the other frames when one fails
+    /// Render the other frames and scenes when one fails
     keep_going: Flag = false, Frames { is_for_runs: true }
 
     /// Width and height in pixels, or 720p, 1080p or 4k

@@ -63,7 +63,8 @@ impl clap::Args for RenderOptions {
 fn arg(definition: &'static Definition) -> Arg {
     let arg = Arg::new(definition.name);
     if definition.name == "scene" {
-        let scene = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new()).num_args(1..);
+        let scene =
+            arg.value_name(definition.value_name).value_parser(OsStringValueParser::new()).num_args(1..);
         return scene.help(help(definition, false)).required_unless_present_any(["config", "set"]);
     }
     let action = match (definition.is_flag(), definition.form.is_repeated) {

@@ -11,8 +11,8 @@ use super::orbit::axes;
 use super::subject::Subject;
 use crate::frame::{Frame, PosedCamera};
 use crate::scene::{
-    AnimationIndex, CameraChanges, LensRequest, NodeIndex, Orbit, Projection, Scene, SelectedCamera, Selection, Target,
-    Turntable, TurntableRequest, ViewRequest, look_along, rolled,
+    AnimationIndex, CameraChanges, LensRequest, NodeIndex, Orbit, Projection, Scene, SelectedCamera,
+    Selection, Target, Turntable, TurntableRequest, ViewRequest, look_along, rolled,
 };
 
 /// Vertical field of view of cameras inside interiors, unless requested: 60 degrees.

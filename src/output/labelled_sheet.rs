@@ -161,7 +161,9 @@ mod tests {
         assert_eq!(at(328 + 5, 4 + 180 + TEXT_HEIGHT + 4 + 5), EMPTY);
         let ink = |left: u32| {
             let row = 4 + 180..4 + 180 + TEXT_HEIGHT;
-            row.flat_map(|y| (left..left + 320).map(move |x| (x, y))).filter(|&(x, y)| at(x, y) == INK).count()
+            row.flat_map(|y| (left..left + 320).map(move |x| (x, y)))
+                .filter(|&(x, y)| at(x, y) == INK)
+                .count()
         };
         let dots = |text: &str| text.chars().flat_map(columns).map(u8::count_ones).sum::<u32>() as usize;
         assert_eq!(ink(4), dots("wide") * 4);

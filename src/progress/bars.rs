@@ -87,7 +87,10 @@ impl Bars {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    self.line(&format!("rayframe: error: {}: {error}", self.reported.frame_text(frame.frame)));
+                    self.line(&format!(
+                        "rayframe: error: {}: {error}",
+                        self.reported.frame_text(frame.frame)
+                    ));
                 }
                 self.advance(eta);
             }

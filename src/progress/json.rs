@@ -162,7 +162,10 @@ mod tests {
         };
         let mut line = json_line(SequenceEvent::Finished(&Summary::default()));
         sequence.add_to(&mut line);
-        assert_eq!((&line["scene"], &line["clip"], &line["camera"]), (&json!("a.glb"), &json!("walk"), &Value::Null));
+        assert_eq!(
+            (&line["scene"], &line["clip"], &line["camera"]),
+            (&json!("a.glb"), &json!("walk"), &Value::Null)
+        );
     }
 
     #[cfg(unix)]

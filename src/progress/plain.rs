@@ -44,7 +44,10 @@ impl PlainLines {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    print_error(&option_names(&format!("{}: {error}", self.sequence.frame_text(frame.frame))));
+                    print_error(&option_names(&format!(
+                        "{}: {error}",
+                        self.sequence.frame_text(frame.frame)
+                    )));
                 }
             }
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),

@@ -52,7 +52,8 @@ impl Total {
 
     /// `55 scenes: 60 frames written, 3 kept in 41.2 s`, `53 of 55 scenes complete: …`.
     fn text(&self) -> String {
-        let plural = |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let plural =
+            |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         let scenes = if self.is_complete() {
             plural(self.scenes, "scene")
         } else {

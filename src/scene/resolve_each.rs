@@ -56,7 +56,9 @@ impl Selection {
     /// The clips that each selection of `request` plays alone; empty unless each is requested.
     pub(crate) fn clips_of_each(request: &SelectionRequest, scene: &Scene) -> Vec<AnimationIndex> {
         match request.clips {
-            ClipSelection::Each => (0..scene.animations.len()).map(|i| AnimationIndex(index_u32(i))).collect(),
+            ClipSelection::Each => {
+                (0..scene.animations.len()).map(|i| AnimationIndex(index_u32(i))).collect()
+            }
             _ => Vec::new(),
         }
     }

@@ -33,11 +33,7 @@ pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancel
 
 /// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
 /// was made for an exposure and lights the scene alone decides instead.
-fn auto_exposure(
-    job: &SequenceJob,
-    selections: &[Selection],
-    cancel: &CancelFlag,
-) -> Result<f32, Cancelled> {
+fn auto_exposure(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
     if let Some(ev) = job.environment.exposure_ev().filter(|_| !has_lamps) {
         return Ok(ev);

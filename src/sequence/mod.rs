@@ -23,8 +23,8 @@ mod single_frame;
 mod statistics;
 mod writer;
 
-pub use collisions::canonical;
 pub use assemble::{display_frame, write_sequence_outputs};
+pub use collisions::canonical;
 pub use event::SequenceEvent;
 pub use exposure::exposure_ev;
 pub use frame_loop::run;
@@ -37,7 +37,9 @@ pub use render_hash::render_hash;
 pub use sequence_outputs::SequenceOutputs;
 pub use shared_exposure::SharedExposure;
 pub use single_frame::render_single_frame;
-pub use statistics::{AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport, permanence};
+pub use statistics::{
+    AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport, permanence,
+};
 
 pub use crate::settings::{
     ExistingFiles, Exposure, FrameRate, FrameSpec, OutputFormat, OutputPattern, Shutter, frames_text,

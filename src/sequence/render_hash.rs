@@ -65,12 +65,10 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
     // Automatic exposure of several sequences depends on all of them.
-    let measured = shared_exposure.as_ref().filter(|_| {
-        output.format() == OutputFormat::Png && *exposure == Exposure::Auto
-    });
-    let measured = measured.map(|shared| {
-        shared.selections.iter().map(selection_key).collect::<Vec<_>>()
-    });
+    let measured = shared_exposure
+        .as_ref()
+        .filter(|_| output.format() == OutputFormat::Png && *exposure == Exposure::Auto);
+    let measured = measured.map(|shared| shared.selections.iter().map(selection_key).collect::<Vec<_>>());
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let mut content = json!({
         "software": SOFTWARE,

@@ -46,7 +46,11 @@ impl SettingType for NamedFile {
     }
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
-        if text.is_empty() || Path::new(&text).is_absolute() { text } else { joined(&escaped_folder(folder), text) }
+        if text.is_empty() || Path::new(&text).is_absolute() {
+            text
+        } else {
+            joined(&escaped_folder(folder), text)
+        }
     }
 }
 

@@ -20,9 +20,9 @@ mod lists;
 mod named;
 mod nearest;
 mod output_pattern;
-mod placeholder;
 #[doc(hidden)]
 pub mod parse;
+mod placeholder;
 mod read;
 mod setting_type;
 mod shutter;

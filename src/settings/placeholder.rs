@@ -196,12 +196,16 @@ mod tests {
 
     #[test]
     fn placeholders_of_file_names_are_replaced() {
-        let names = OutputNames::new(Path::new("in/robot.v2.glb"), Some(Path::new("s/010.toml")), "a/b", "auto");
+        let names =
+            OutputNames::new(Path::new("in/robot.v2.glb"), Some(Path::new("s/010.toml")), "a/b", "auto");
         let fill = |path: &str| names.fill(Path::new(path)).into_os_string().into_string().unwrap();
         assert_eq!(fill("out/{scene}/{shot}.{clip}.{camera}.mp4"), "out/robot.v2/010.a_b.auto.mp4");
         assert_eq!(fill("%{scene}{x}%{y.png"), "{scene}{x}%{y.png");
         let folder = escaped_folder(Path::new("a {clip}/%b"));
         assert_eq!(names.fill(&folder.join("{clip}.gif")), Path::new("a {clip}/%b/a_b.gif"));
-        assert!(Placeholder::Clip.is_in(Path::new("{clip}.gif")) && !Placeholder::Clip.is_in(Path::new("%{clip}.gif")));
+        assert!(
+            Placeholder::Clip.is_in(Path::new("{clip}.gif"))
+                && !Placeholder::Clip.is_in(Path::new("%{clip}.gif"))
+        );
     }
 }

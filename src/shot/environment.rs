@@ -153,14 +153,11 @@ fn compose(
             description: "the file's image-based light".to_owned(),
             warnings: Vec::new(),
         },
-        (None, None) if selection.has_lights(scene) => {
-            of_source(&EnvironmentSource::None, "env")?
-        }
+        (None, None) if selection.has_lights(scene) => of_source(&EnvironmentSource::None, "env")?,
         (None, None) => of_source(&EnvironmentSource::Studio, "env")?,
     };
     let background = request.background.environment().filter(|_| request.shows_background());
-    let background =
-        background.map(|source| of_source(source, "background")).transpose()?;
+    let background = background.map(|source| of_source(source, "background")).transpose()?;
     let intensity = request.intensity;
     if intensity == 1.0 && background.is_none() {
         return Ok(loaded);

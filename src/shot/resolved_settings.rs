@@ -21,7 +21,8 @@ pub fn resolved_settings(shot: &ShotSettings, jobs: &[RenderJob]) -> Settings {
         settings.resolution = Some(first.render.resolution.into());
     }
     // The printed file is another shot file.
-    let files = [&mut settings.movie, &mut settings.contact_sheet, &mut settings.stats, &mut settings.manifest];
+    let files =
+        [&mut settings.movie, &mut settings.contact_sheet, &mut settings.stats, &mut settings.manifest];
     for file in files.into_iter().flatten() {
         file.value = outline.names.fill_shot(&file.value);
     }

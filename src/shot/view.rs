@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::framing::NamedView;
 use crate::scene::{
-    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, Target, TurntableRequest, ViewRequest,
+    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, Target, TurntableRequest,
+    ViewRequest,
 };
 use crate::settings::{FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
 

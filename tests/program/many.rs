@@ -8,7 +8,7 @@ use scene_builder::document::{Built, Gltf};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
 use scene_builder::shapes::cuboid;
-use scene_builder::staging::{Track, camera, clip, directional_light, flat3};
+use scene_builder::staging::{Track, clip, directional_light, flat3, perspective};
 use serde_json::Value;
 
 use crate::names;
@@ -46,8 +46,9 @@ fn still() -> Built {
 fn moving(clips: &[(&str, f32)], cameras: usize) -> Gltf {
     let mut gltf = still().unwrap();
     directional_light(&mut gltf, Vec3::new(0.0, 0.0, 1.0), 40.0);
-    for index in 0..cameras {
-        camera(&mut gltf, Vec3::new(index as f32, 0.0, 4.0), Vec3::ZERO, 40.0);
+    for name in ["left", "right"].into_iter().take(cameras) {
+        let lens = perspective(&mut gltf, 40.0, None);
+        gltf.node(Node { camera: Some(lens), ..Node::default() }.named(name).at(0.0, 0.0, 4.0));
     }
     for &(name, distance) in clips {
         let times = [0.0, 1.0 / 24.0];
@@ -71,7 +72,8 @@ fn scenes_are_rendered_one_after_another_under_their_names() {
     let folder = folder.path();
     write(folder, "b.c.gltf", &still().unwrap());
     write(folder, ".hidden.gltf", &still().unwrap());
-    std::fs::write(folder.join("shot.toml"), "scene = 'b.c.gltf'\noutput = 'own.{scene}.{shot}.exr'").unwrap();
+    std::fs::write(folder.join("shot.toml"), "scene = 'b.c.gltf'\noutput = 'own.{scene}.{shot}.exr'")
+        .unwrap();
     let output = rayframe(folder, &["b.c.gltf", ".hidden.gltf", "-o", "thumbs/{scene}.{clip}.{camera}.png"]);
     let told = assert_code(&output, 0);
     assert_eq!(names(&folder.join("thumbs")), ["_hidden.all.auto.png", "b.c.all.auto.png"]);
@@ -128,7 +130,8 @@ fn a_broken_scene_stops_all_or_only_itself() {
     write(folder, "a.gltf", &still().unwrap());
     write(folder, "c.gltf", &still().unwrap());
     std::fs::write(folder.join("b.gltf"), "{").unwrap();
-    let scenes = ["a.gltf", "b.gltf", "gone.glb", "c.gltf", "-o", "{scene}.png", "--contact-sheet", "all.png"];
+    let scenes =
+        ["a.gltf", "b.gltf", "gone.glb", "c.gltf", "-o", "{scene}.png", "--contact-sheet", "all.png"];
     let told = assert_code(&rayframe(folder, &scenes), 65);
     assert!(told.contains("b.gltf: ") && told.lines().count() == 1, "{told}");
     assert_eq!(names(folder), ["a.gltf", "b.gltf", "c.gltf"]);
@@ -141,7 +144,10 @@ fn a_broken_scene_stops_all_or_only_itself() {
     let events: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     events.iter().for_each(|event| schema.check(event));
     let total = events.last().unwrap();
-    assert_eq!((&total["event"], &total["scenes"], &total["written"]), (&"total".into(), &4.into(), &2.into()));
+    assert_eq!(
+        (&total["event"], &total["scenes"], &total["written"]),
+        (&"total".into(), &4.into(), &2.into())
+    );
     assert_eq!(total["failed_scenes"][1]["scene"], "gone.glb");
     let done: Vec<_> = events.iter().filter(|event| event["event"] == "frame_done").collect();
     assert_eq!(done.iter().map(|event| &event["scene"]).collect::<Vec<_>>(), ["a.gltf", "c.gltf"]);
@@ -171,14 +177,17 @@ fn each_clip_and_each_camera_is_a_sequence() {
     );
     assert_eq!(
         names(&folder.join("p")),
-        ["m.a_b_c.camera0.png", "m.a_b_c.camera1.png", "m.walk.camera0.png", "m.walk.camera1.png", "s.none.auto.png"]
+        ["m.a_b_c.left.png", "m.a_b_c.right.png", "m.walk.left.png", "m.walk.right.png", "s.none.auto.png"]
     );
     assert!(told.contains("2 scenes: 5 frames written in "), "{told}");
     assert_code(&rayframe(folder, &crate::both(&["s.gltf"], &each)), 0);
     assert!(folder.join("s.exr").is_file());
     // One exposure for all clips and cameras, and a frame of its own for each on the sheet.
     let told = assert_code(
-        &rayframe(folder, &crate::both(&["m.gltf", "-o", "q/{clip}.{camera}.png", "--contact-sheet", "q.png"], &each)),
+        &rayframe(
+            folder,
+            &crate::both(&["m.gltf", "-o", "q/{clip}.{camera}.png", "--contact-sheet", "q.png"], &each),
+        ),
         0,
     );
     let exposures: std::collections::BTreeSet<_> =
@@ -254,13 +263,13 @@ fn reports_have_a_file_each_and_name_the_clip() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     write(folder, "m.gltf", &moving(&[("walk", 0.5), ("run", 1.0)], 1));
-    let options = ["--stats", "{clip}.stats.json", "--manifest", "{scene}.{clip}.json", "--movie", "{clip}.gif"];
+    let options =
+        ["--stats", "{clip}.stats.json", "--manifest", "{scene}.{clip}.json", "--movie", "{clip}.gif"];
     let told = assert_code(&rayframe(folder, &crate::both(&["m.gltf", "--animation", "each"], &options)), 0);
     for name in ["walk.stats.json", "run.stats.json", "m.walk.json", "m.run.json", "walk.gif", "run.gif"] {
         assert!(folder.join(name).is_file(), "{name}: {told}");
     }
-    let manifest: Value =
-        serde_json::from_slice(&std::fs::read(folder.join("m.run.json")).unwrap()).unwrap();
+    let manifest: Value = serde_json::from_slice(&std::fs::read(folder.join("m.run.json")).unwrap()).unwrap();
     Schema::read("manifest").check(&manifest);
     assert_eq!(manifest["clip"], "run");
 }
@@ -283,7 +292,10 @@ fn one_sequence_is_needed_elsewhere() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rayframe"));
     let output = command.args(["test", "--suite", "suite"]).current_dir(folder).output().unwrap();
     let both = format!("{}{}", told_all(&output), told);
-    assert!(output.status.code() != Some(0) && both.contains("camera: each makes several sequences"), "{both}");
+    assert!(
+        output.status.code() != Some(0) && both.contains("camera: each makes several sequences"),
+        "{both}"
+    );
 }
 
 fn told_all(output: &Output) -> String {

@@ -105,7 +105,10 @@ impl CommonSheets {
     /// Says that the sheets were not made, because the run ended early.
     pub(super) fn tell_missing(&self) {
         for (path, _) in &self.sheets {
-            print_warning(&format!("`contact_sheet`: \"{}\" was not made, as frames are missing", path.display()));
+            print_warning(&format!(
+                "`contact_sheet`: \"{}\" was not made, as frames are missing",
+                path.display()
+            ));
         }
     }
 

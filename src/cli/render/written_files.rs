@@ -67,7 +67,10 @@ impl WrittenFiles {
     fn add_file(&mut self, file: &Path, setting: &'static str) -> Result<()> {
         let canonical = self.canonical(file);
         if self.inputs.contains(&canonical) {
-            let why = format!("\"{}\" is an input and cannot be written to as well; choose another name", file.display());
+            let why = format!(
+                "\"{}\" is an input and cannot be written to as well; choose another name",
+                file.display()
+            );
             return Err(Error::setting(setting, why));
         }
         let index = self.sequences.len() - 1;

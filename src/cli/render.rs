@@ -137,25 +137,27 @@ impl Run {
     fn render_all(&mut self, shots: &[NamedShot]) -> std::result::Result<(), Stop> {
         // Check all scenes before the first frame.
         let mut ready = Vec::new();
-        for named in shots {
+        for (position, named) in shots.iter().enumerate() {
+            self.sheets.begin(position);
             match &named.settings {
-                Ok(shot) if shots.len() == 1 => ready.push((named, shot)),
+                Ok(shot) if shots.len() == 1 => ready.push((position, named, shot)),
                 Ok(shot) => match self.check(shot) {
                     Ok(outline) => {
                         self.add_files(named, shot, &outline).or_else(|error| self.stop(named, &error))?;
-                        ready.push((named, shot));
+                        ready.push((position, named, shot));
                     }
                     Err(error) => self.fail(named, &error)?,
                 },
                 Err(error) => self.fail(named, error)?,
             }
         }
-        if let ([(named, _), _, ..], false) = (ready.as_slice(), self.is_dry_run) {
+        if let ([(_, named, _), _, ..], false) = (ready.as_slice(), self.is_dry_run) {
             self.files.probe_folders().or_else(|error| self.stop(named, &error))?;
         }
 
         // Render.
-        for (named, shot) in ready {
+        for (position, named, shot) in ready {
+            self.sheets.begin(position);
             match self.render_shot(named, shot).map_err(|error| shot.settings.locate(error)) {
                 Ok(None) => {}
                 Ok(Some(stop)) => return Err(stop),

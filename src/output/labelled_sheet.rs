@@ -64,14 +64,17 @@ impl LabelledSheet {
         let pixels = vec![GROUND; size.0 as usize * size.1 as usize];
         let mut sheet = DisplayImage { size, pixels };
 
+        // Small dots where a text is long.
+        let longest = self.tiles.iter().map(|tile| tile.label.chars().count()).max().unwrap_or(0);
+        let dot = if longest <= fitting(cell.0, DOT) { DOT } else { 1 };
         for (index, (tile, image)) in self.tiles.iter().zip(&images).enumerate() {
             let (column, row) = (index as u32 % across, index as u32 / across);
             let corner = (GAP + column * (cell.0 + GAP), GAP + row * (cell.1 + GAP));
             match image {
-                Some(image) => draw_image(&mut sheet, image, corner, (cell.0, largest.1)),
+                Some(image) => blit(&mut sheet, image, corner, (cell.0, largest.1)),
                 None => fill(&mut sheet, corner, (cell.0, largest.1)),
             }
-            draw_text(&mut sheet, &tile.label, (corner.0, corner.1 + largest.1 + 2), cell.0);
+            write_text(&mut sheet, &tile.label, (corner.0, corner.1 + largest.1 + 2), cell.0, dot);
         }
         sheet
     }
@@ -93,7 +96,7 @@ fn fitted(image: &DisplayImage, size: (u32, u32)) -> DisplayImage {
 }
 
 /// Draws an image in the middle of a cell.
-fn draw_image(sheet: &mut DisplayImage, image: &DisplayImage, corner: (u32, u32), cell: (u32, u32)) {
+fn blit(sheet: &mut DisplayImage, image: &DisplayImage, corner: (u32, u32), cell: (u32, u32)) {
     let (left, top) = (corner.0 + (cell.0 - image.size.0) / 2, corner.1 + (cell.1 - image.size.1) / 2);
     for (index, pixel) in image.pixels.iter().enumerate() {
         let index = index as u32;
@@ -110,13 +113,16 @@ fn fill(sheet: &mut DisplayImage, corner: (u32, u32), cell: (u32, u32)) {
     }
 }
 
-/// Draws a text in one line of `width` pixels: with small dots where it is long, cut where it is longer.
-fn draw_text(sheet: &mut DisplayImage, text: &str, corner: (u32, u32), width: u32) {
-    let fits = |dot: u32| (width / ((GLYPH.0 + 1) * dot)) as usize;
-    let count = text.chars().count();
-    let dot = if count <= fits(DOT) { DOT } else { 1 };
-    let cut = count > fits(dot);
-    let shown = text.chars().take(if cut { fits(dot).saturating_sub(2) } else { count });
+/// Characters that fit into `width` pixels.
+fn fitting(width: u32, dot: u32) -> usize {
+    (width / ((GLYPH.0 + 1) * dot)) as usize
+}
+
+/// Draws a text in one line of `width` pixels, cut where it is longer.
+fn write_text(sheet: &mut DisplayImage, text: &str, corner: (u32, u32), width: u32, dot: u32) {
+    let (count, fitting) = (text.chars().count(), fitting(width, dot));
+    let cut = count > fitting;
+    let shown = text.chars().take(if cut { fitting.saturating_sub(2) } else { count });
     for (place, character) in shown.chain(cut.then_some("..").into_iter().flat_map(str::chars)).enumerate() {
         let left = corner.0 + place as u32 * (GLYPH.0 + 1) * dot;
         for (x, column) in columns(character).into_iter().enumerate() {

@@ -19,13 +19,21 @@ pub(super) struct CommonSheets {
     is_many: bool,
     /// Whether labels name the scene.
     names_scenes: bool,
-    sheets: Vec<(PathBuf, LabelledSheet)>,
+    /// Each sheet with its tiles, and the position of the scene of each.
+    sheets: Vec<(PathBuf, Vec<(usize, LabelledTile)>)>,
+    /// Position of the current scene.
+    position: usize,
 }
 
 impl CommonSheets {
     /// No sheets yet.
     pub(super) fn new(is_many: bool, names_scenes: bool) -> Self {
-        Self { is_many, names_scenes, sheets: Vec::new() }
+        Self { is_many, names_scenes, sheets: Vec::new(), position: 0 }
+    }
+
+    /// Makes the scene at `position` the current one.
+    pub(super) fn begin(&mut self, position: usize) {
+        self.position = position;
     }
 
     /// Takes the contact sheet of a job over, where it shows several sequences: its name has no placeholder for what tells them
@@ -73,7 +81,7 @@ impl CommonSheets {
         let scene = self.names_scenes.then(|| outline.names.of(Placeholder::Shot).display().to_string());
         let parts = scene.into_iter().chain(outline.clip.clone()).chain(outline.camera.clone());
         let label = parts.collect::<Vec<_>>().join(" / ");
-        self.sheet(path).add(LabelledTile::new(label, image.as_ref()));
+        self.add_tile(path, LabelledTile::new(label, image.as_ref()));
     }
 
     /// Adds an empty tile for a scene that cannot be rendered.
@@ -86,15 +94,19 @@ impl CommonSheets {
         let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), "", "");
         let label = names.of(Placeholder::Shot).display().to_string();
         let path = names.fill(name);
-        self.sheet(path).add(LabelledTile::new(label, None));
+        self.add_tile(path, LabelledTile::new(label, None));
     }
 
     /// Writes all sheets.
     ///
     /// # Errors
     /// Those of writing files.
-    pub(super) fn write(&self) -> Result<()> {
-        for (path, sheet) in &self.sheets {
+    pub(super) fn write(&mut self) -> Result<()> {
+        for (path, tiles) in &mut self.sheets {
+            // Scenes that failed were added first.
+            tiles.sort_by_key(|(position, _)| *position);
+            let mut sheet = LabelledSheet::default();
+            tiles.drain(..).for_each(|(_, tile)| sheet.add(tile));
             let image = sheet.image();
             write_atomically(path, &encode_png(image.size, &image.pixels, "contact sheet")?)?;
             print_note(&format!("all together: {}", path.display()));
@@ -112,11 +124,11 @@ impl CommonSheets {
         }
     }
 
-    fn sheet(&mut self, path: PathBuf) -> &mut LabelledSheet {
-        let index = self.sheets.iter().position(|(other, _)| *other == path).unwrap_or_else(|| {
-            self.sheets.push((path, LabelledSheet::default()));
-            self.sheets.len() - 1
-        });
-        &mut self.sheets[index].1
+    fn add_tile(&mut self, path: PathBuf, tile: LabelledTile) {
+        let tile = (self.position, tile);
+        match self.sheets.iter_mut().find(|(other, _)| *other == path) {
+            Some((_, tiles)) => tiles.push(tile),
+            None => self.sheets.push((path, vec![tile])),
+        }
     }
 }

@@ -120,7 +120,7 @@ impl Run {
                     tell_failure_text(&message(&error), self.style);
                     self.count(error.exit_code());
                 }
-            } else {
+            } else if self.part.before > 0 {
                 self.sheets.tell_missing();
             }
             self.total.seconds = start.elapsed().as_secs_f64();

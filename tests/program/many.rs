@@ -164,7 +164,8 @@ fn each_clip_and_each_camera_is_a_sequence() {
     write(folder, "s.gltf", &still().unwrap());
     assert_code(&rayframe(folder, &["m.gltf", "--animation", "each"]), 0);
     let clips = ["m.a_b_c.0000.exr", "m.a_b_c.0001.exr", "m.walk.0000.exr", "m.walk.0001.exr"];
-    assert_eq!(names(folder), [&clips[..], &["m.gltf", "s.gltf"]].concat());
+    let images: Vec<_> = names(folder).into_iter().filter(|name| name.ends_with(".exr")).collect();
+    assert_eq!(images, clips);
     // Each clip is what it is alone where the file has a camera.
     assert_code(&rayframe(folder, &["m.gltf", "--animation", "walk", "-o", "w/a.#.exr"]), 0);
     let read = |name: &str| std::fs::read(folder.join(name)).unwrap();

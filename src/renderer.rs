@@ -160,7 +160,6 @@ impl Renderer {
         let shot = ShotSettings::merge([self.settings.clone()], self.shot_file.clone())?;
         let mut job = resolve_scene(&shot, Arc::clone(&self.scene))?;
         check_warnings(&job.sequence, &job.warnings)?;
-        job.inputs.extend(self.shot_file.clone());
         // Only the program has a terminal.
         job.sequence.sequence_outputs.shows_frames = false;
         Ok(job)

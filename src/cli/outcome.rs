@@ -52,10 +52,15 @@ pub(super) fn finish(outcome: Outcome, signal: Option<i32>, args: &SettingValues
 
 /// Prints an error that concerns no frame, also as a line of Open Job Description.
 pub(super) fn tell_failure(error: &Error, progress: ProgressStyle) {
+    tell_failure_text(&message(error), progress);
+}
+
+/// Prints the message of an error that concerns no frame, also as a line of Open Job Description.
+pub(super) fn tell_failure_text(text: &str, progress: ProgressStyle) {
     if progress == ProgressStyle::OpenJd {
-        print_openjd_failure(&message(error));
+        print_openjd_failure(text);
     }
-    print_error(&message(error));
+    print_error(text);
 }
 
 #[cfg(test)]

@@ -1,35 +1,58 @@
 //! The output of a dry run: the settings as a shot file and the frames, or both as JSON.
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::progress::one_line;
 use rayframe::output::SOFTWARE;
 use rayframe::sequence::{Plan, PlannedFrame};
 use rayframe::settings::Settings;
+use rayframe::shot::{RenderJob, SequenceOutline};
 
 /// Raised when a field changes its meaning.
 const SCHEMA: u32 = 1;
 
-/// A shot file that makes the same frames from any folder. The frames follow as comments.
-pub(super) fn plan_text(settings: &Settings, plan: &Plan) -> String {
+/// A shot file that makes the same frames from any folder. The frames of each sequence follow as comments.
+pub(super) fn plan_text(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) -> String {
     let mut lines = vec![format!("# {SOFTWARE}"), settings.to_toml()];
     lines.push("\n# Frames and their present state".to_owned());
-    lines.extend(plan.frames.iter().map(|frame| format!("# {}", one_line(&frame_text(frame)))));
+    for (job, plan) in sequences {
+        let label = Some(job.outline.label()).filter(|label| !label.is_empty());
+        lines.extend(label.map(|label| format!("# {}", one_line(&label))));
+        lines.extend(plan.frames.iter().map(|frame| format!("# {}", one_line(&frame_text(frame)))));
+    }
     lines.join("\n")
 }
 
 /// The same as one JSON object.
-pub(super) fn plan_json(settings: &Settings, plan: &Plan) -> String {
-    let frames = plan.frames.iter().map(|frame| {
-        json!({
-            "frame": frame.frame,
-            "time_seconds": frame.time_seconds,
-            "action": action(frame),
-            "path": frame.path.to_string_lossy(),
-        })
+pub(super) fn plan_json(settings: &Settings, sequences: &[(&RenderJob, &Plan)]) -> String {
+    let mut frames = Vec::new();
+    for (job, plan) in sequences {
+        frames.extend(plan.frames.iter().map(|frame| frame_json(&job.outline, frame)));
+    }
+    let scene = sequences.first().map(|(job, _)| job.sequence.scene.path.to_string_lossy());
+    json!({
+        "schema": SCHEMA,
+        "event": "plan",
+        "scene": scene,
+        "settings": settings.to_json(),
+        "frames": frames,
+    })
+    .to_string()
+}
+
+fn frame_json(outline: &SequenceOutline, frame: &PlannedFrame) -> Value {
+    let mut line = json!({
+        "frame": frame.frame,
+        "time_seconds": frame.time_seconds,
+        "action": action(frame),
+        "path": frame.path.to_string_lossy(),
     });
-    let frames: Vec<_> = frames.collect();
-    json!({ "schema": SCHEMA, "event": "plan", "settings": settings.to_json(), "frames": frames }).to_string()
+    for (key, name) in [("clip", &outline.clip), ("camera", &outline.camera)] {
+        if let Some(name) = name {
+            line[key] = json!(name);
+        }
+    }
+    line
 }
 
 fn frame_text(frame: &PlannedFrame) -> String {

@@ -1,44 +1,50 @@
-//! `rayframe render`.
+//! `rayframe render`: the named scenes and shot files one after another, each with its sequences.
+//!
+//! A single scene is the run of one. Several are first checked without texels, one at a time, so that most of what can fail does so
+//! before the first frame.
 
-use std::path::Path;
+mod common_sheets;
+mod sequence;
+mod written_files;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use rayon::ThreadPoolBuilder;
-use serde_json::json;
 
-use crate::progress::{Manifest, Reporter, Verbosity, print_note, print_output, print_warning};
+use crate::progress::{Part, Total, print_note, print_output, print_scene_failure, print_warning};
 use rayframe::cancel::CancelFlag;
-use rayframe::error::{Error, Result};
-use rayframe::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
-use rayframe::output::SOFTWARE;
-use rayframe::sequence::{self, Plan, ReplacedFile, SequenceJob, Summary, triangle_count};
+use rayframe::error::{Error, Provenance, Result, SettingError};
+use rayframe::gltf::ImageLoading;
+use rayframe::scene::{CameraRequest, ClipSelection};
+use rayframe::sequence::{Plan, permanence, triangle_count};
+use rayframe::settings::{ProgressStyle, SettingValues};
+use rayframe::shot::{
+    LoadedEnvironments, RenderJob, ShotOutline, ShotSettings, check_shot, resolve_each, resolved_settings,
+};
 
 use super::exit_status::{ExitStatus, exit_status};
-use super::outcome::{Outcome, finish, tell_failure};
+use super::outcome::{finish, tell_failure_text};
 use super::plan::{plan_json, plan_text};
-use super::presenter::Presenter;
-use super::render_options::RenderOptions;
-use super::signals;
+use super::render_options::{NamedShot, RenderOptions, message};
+use super::signals::{self, CaughtSignal};
 use super::summary::{after_the_end, summary};
 use super::warnings::report_warnings;
-use rayframe::gltf::ImageLoading;
-use rayframe::settings::{ProgressStyle, SettingValues};
-use rayframe::shot::{RenderJob, ShotSettings, resolve, resolved_settings};
+use common_sheets::CommonSheets;
+use sequence::replacing_text;
+pub(super) use sequence::{other_files, perform, prepare};
+use written_files::{WrittenFiles, frame_files};
 
-/// Renders a sequence.
+/// Renders all named scenes and shot files.
 pub(super) fn run(options: &RenderOptions) -> ExitStatus {
-    let shot = match options.settings() {
-        Ok(shot) => shot,
-        Err(error) => {
-            tell_failure(&error, options.typed_progress());
-            return ExitStatus::Code(error.exit_code());
-        }
-    };
-    let pool = ThreadPoolBuilder::new().num_threads(shot.values.threads.map_or(0, usize::from)).build();
-    match pool {
-        Ok(pool) => pool.install(|| render(&shot, options.is_dry_run())).unwrap_or_else(|error| {
-            let error = shot.settings.locate(error);
-            tell_failure(&error, shot.values.progress);
-            ExitStatus::Code(error.exit_code())
+    let shots = options.shots();
+    let first = shots.iter().find_map(|shot| shot.settings.as_ref().ok());
+    let threads = first.and_then(|shot| shot.values.threads).map_or(0, usize::from);
+    match ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(|| match Run::new(options, &shots) {
+            Ok(run) => run.render(&shots),
+            Err(error) => exit_status(Err(error)),
         }),
         Err(error) => {
             exit_status(Err(Error::Internal { message: format!("the threads cannot be started: {error}") }))
@@ -46,131 +52,295 @@ pub(super) fn run(options: &RenderOptions) -> ExitStatus {
     }
 }
 
-fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
-    let args = &shot.values;
-    // Check everything before the first frame.
-    let images = if is_dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
-    let RenderJob { sequence: job, choices, warnings, camera, environment, mut inputs } =
-        resolve(shot, images)?;
-    inputs.extend(shot.shot_file.clone());
-    report_warnings(&job.scene.path, &choices, false)?;
-    report_warnings(&job.scene.path, &warnings, job.strict)?;
-    let plan = Plan::new(&job)?;
-    let others = other_files(&job, args);
-    plan.check_collisions(&others, &inputs)?;
-    if triangle_count(&job.scene, &job.selection.roots) == 0 {
-        print_warning(&format!(
-            "{}: the scene draws no triangles; only the environment is visible",
-            job.scene.path.display()
-        ));
+/// State of a run.
+struct Run {
+    is_dry_run: bool,
+    /// Whether there are several scenes, or each clip or camera of one.
+    is_many: bool,
+    /// Progress style and quietness of messages that concern no single scene.
+    style: ProgressStyle,
+    is_quiet: bool,
+    /// Whether other scenes follow one whose settings cannot be read.
+    keeps_going_unread: bool,
+    cancel: CancelFlag,
+    caught: CaughtSignal,
+    /// Whether a signal ends the program at once, because no frame is being rendered.
+    ends_at_once: Arc<AtomicBool>,
+    environments: LoadedEnvironments,
+    files: WrittenFiles,
+    sheets: CommonSheets,
+    total: Total,
+    /// Position of the next sequence.
+    part: Part,
+    /// The most permanent exit code so far.
+    code: u8,
+}
+
+/// Why a run ends before its last scene.
+enum Stop {
+    /// A failure without `keep_going`, already told.
+    Failed,
+    Signal(i32),
+}
+
+impl Run {
+    fn new(options: &RenderOptions, shots: &[NamedShot]) -> Result<Self> {
+        let values = || shots.iter().filter_map(|shot| Some(&shot.settings.as_ref().ok()?.values));
+        let (cancel, ends_at_once) = (CancelFlag::new(), Arc::new(AtomicBool::new(true)));
+        let caught = signals::watch_unless(&cancel, &ends_at_once)
+            .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
+        let is_many = shots.len() > 1 || values().any(asks_for_each);
+        Ok(Self {
+            is_dry_run: options.is_dry_run(),
+            is_many,
+            style: values().next().map_or(options.typed_progress(), |values| values.progress),
+            is_quiet: values().next().is_some_and(|values| values.quiet),
+            keeps_going_unread: options.keeps_going(),
+            cancel,
+            caught,
+            ends_at_once,
+            environments: LoadedEnvironments::default(),
+            files: WrittenFiles::default(),
+            sheets: CommonSheets::default(),
+            total: Total { scenes: shots.len(), ..Total::default() },
+            part: Part::default(),
+            code: 0,
+        })
     }
-    if let Some(warning) = replacing_text(&plan.replaced) {
-        print_warning(&warning);
-    }
-    if !args.quiet {
-        print_note(&summary(&job, camera, &environment));
-        if let Some(note) = after_the_end(&job) {
-            print_note(&note);
+
+    fn render(mut self, shots: &[NamedShot]) -> ExitStatus {
+        let start = Instant::now();
+        self.sheets = CommonSheets::new(self.is_many, self.total.scenes > 1);
+        let stopped = self.render_all(shots).err();
+        self.total.is_interrupted = matches!(stopped, Some(Stop::Signal(_)));
+        if self.is_many && !self.is_dry_run {
+            if stopped.is_none() {
+                self.ends_at_once.store(false, Ordering::Relaxed);
+                if let Err(error) = self.sheets.write() {
+                    tell_failure_text(&message(&error), self.style);
+                    self.count(error.exit_code());
+                }
+            } else if self.part.before > 0 {
+                self.sheets.tell_missing();
+            }
+            self.total.seconds = start.elapsed().as_secs_f64();
+            if self.part.before > 0 || stopped.is_none() {
+                self.total.print(self.style, self.is_quiet);
+            }
+        }
+        match stopped {
+            Some(Stop::Signal(signal)) => ExitStatus::Signal(signal),
+            _ => ExitStatus::Code(self.code),
         }
     }
-    if is_dry_run {
-        let settings = resolved_settings(shot, &job);
-        print_output(&match args.progress {
-            ProgressStyle::Json => plan_json(&settings, &plan),
-            _ => plan_text(&settings, &plan),
-        });
-        return Ok(ExitStatus::Code(0));
+
+    fn render_all(&mut self, shots: &[NamedShot]) -> std::result::Result<(), Stop> {
+        // Check all scenes before the first frame.
+        let mut ready = Vec::new();
+        for (position, named) in shots.iter().enumerate() {
+            self.sheets.begin(position);
+            match &named.settings {
+                Ok(shot) if shots.len() == 1 => ready.push((position, named, shot)),
+                Ok(shot) => match self.check(shot) {
+                    Ok(outline) => {
+                        self.add_files(named, shot, &outline).or_else(|error| self.stop(named, &error))?;
+                        ready.push((position, named, shot));
+                    }
+                    Err(error) => self.fail(named, &error)?,
+                },
+                Err(error) => self.fail(named, error)?,
+            }
+        }
+        if let ([(_, named, _), _, ..], false) = (ready.as_slice(), self.is_dry_run) {
+            self.files.probe_folders().or_else(|error| self.stop(named, &error))?;
+        }
+
+        // Render.
+        for (position, named, shot) in ready {
+            self.sheets.begin(position);
+            match self.render_shot(named, shot).map_err(|error| shot.settings.locate(error)) {
+                Ok(None) => {}
+                Ok(Some(stop)) => return Err(stop),
+                Err(error) => self.fail(named, &error)?,
+            }
+        }
+        Ok(())
     }
-    prepare(&plan, &others)?;
 
-    // Render.
-    let cancel = CancelFlag::new();
-    let caught = signals::watch(&cancel)
-        .map_err(|error| Error::Internal { message: format!("signals cannot be watched: {error}") })?;
-    let outcome = perform(&job, &plan, args, &cancel);
-    Ok(finish(outcome, caught.number(), args))
+    /// Checks a scene without texels.
+    fn check(&mut self, shot: &ShotSettings) -> Result<ShotOutline> {
+        let outline = check_shot(shot)?;
+        // Existing files are compared with what would be rendered.
+        let args = &shot.values;
+        let mut files = outline.sequences.iter().flat_map(|sequence| frame_files(sequence, args));
+        if !args.overwrite && !args.resume && files.any(|file| file.is_file()) {
+            for job in resolve_each(shot, ImageLoading::Budget, &mut self.environments)? {
+                Plan::new(&job.sequence).map_err(|error| shot.settings.locate(error))?;
+            }
+        }
+        Ok(outline)
+    }
+
+    /// Adds the files of a checked scene to those of the scenes before it.
+    fn add_files(&mut self, named: &NamedShot, shot: &ShotSettings, outline: &ShotOutline) -> Result<()> {
+        self.part.total += outline.sequences.iter().map(|sequence| sequence.frames.len()).sum::<usize>();
+        let path = if named.path.as_os_str().is_empty() { &shot.scene } else { &named.path };
+        let added = self.files.add(path, &shot.values, outline);
+        added.map_err(|error| shot.settings.locate(error))
+    }
+
+    /// Loads a scene, plans its sequences and renders them, or prints them in a dry run.
+    fn render_shot(&mut self, named: &NamedShot, shot: &ShotSettings) -> Result<Option<Stop>> {
+        let images = if self.is_dry_run { ImageLoading::Budget } else { ImageLoading::Texels };
+        let mut jobs = resolve_each(shot, images, &mut self.environments)?;
+        if self.total.scenes == 1 && self.is_many {
+            let sequences = jobs.iter().map(|job| job.outline.clone()).collect();
+            let inputs = jobs.first().map(|job| job.inputs.clone()).unwrap_or_default();
+            self.add_files(named, shot, &ShotOutline { sequences, choices: Vec::new(), inputs })?;
+        }
+        report_shot_warnings(&jobs)?;
+        let mut planned = Vec::new();
+        for job in &mut jobs {
+            if self.is_many {
+                self.sheets.take(job, &shot.values);
+            }
+            planned.push(Plan::new(&job.sequence)?);
+        }
+        let planned: Vec<_> = jobs.iter().zip(&planned).collect();
+        for (job, plan) in &planned {
+            plan.check_collisions(&other_files(job), &job.inputs)?;
+        }
+        warn_about_files(&planned);
+        if self.is_dry_run {
+            self.print_plan(shot, &jobs, &planned);
+            return Ok(None);
+        }
+        for (job, plan) in &planned {
+            prepare(plan, &other_files(job))?;
+        }
+        self.render_sequences(&planned, &shot.values)
+    }
+
+    /// Renders planned sequences of one scene.
+    fn render_sequences(
+        &mut self,
+        planned: &[(&RenderJob, &Plan)],
+        args: &SettingValues,
+    ) -> Result<Option<Stop>> {
+        let mut is_complete = true;
+        for (job, plan) in planned {
+            print_summary(job, args);
+            let part = self.is_many.then_some(self.part);
+            self.ends_at_once.store(false, Ordering::Relaxed);
+            let outcome = perform(job, plan, args, part, &self.cancel);
+            self.sheets.add(job, plan, &outcome.summary);
+            self.part.before += plan.frames.len();
+            self.total.written += outcome.summary.written.len();
+            self.total.kept += outcome.summary.kept.len();
+            self.total.failed += outcome.summary.failed.len();
+            match finish(outcome, self.caught.number(), args) {
+                ExitStatus::Signal(signal) => return Ok(Some(Stop::Signal(signal))),
+                ExitStatus::Code(0) => {}
+                ExitStatus::Code(code) => {
+                    is_complete = false;
+                    self.count(code);
+                    if !args.keep_going {
+                        return Ok(Some(Stop::Failed));
+                    }
+                }
+            }
+            self.ends_at_once.store(true, Ordering::Relaxed);
+        }
+        self.total.complete_scenes += usize::from(is_complete);
+        Ok(None)
+    }
+
+    fn print_plan(&self, shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &Plan)]) {
+        for job in jobs {
+            print_summary(job, &shot.values);
+        }
+        let settings = resolved_settings(shot, jobs);
+        print_output(&match shot.values.progress {
+            ProgressStyle::Json => plan_json(&settings, planned),
+            _ => plan_text(&settings, planned),
+        });
+    }
+
+    /// Tells the failure of a whole scene. The run ends unless it keeps going.
+    fn fail(&mut self, named: &NamedShot, error: &Error) -> std::result::Result<(), Stop> {
+        let text = self.tell(named, error);
+        self.total.failed_scenes.push((named.path.clone(), error.exit_code(), text));
+        self.sheets.add_failed(named);
+        let keeps_going =
+            named.settings.as_ref().map_or(self.keeps_going_unread, |shot| shot.values.keep_going);
+        if keeps_going && self.total.scenes > 1 { Ok(()) } else { Err(Stop::Failed) }
+    }
+
+    /// Tells a failure that ends the run.
+    fn stop<T>(&mut self, named: &NamedShot, error: &Error) -> std::result::Result<T, Stop> {
+        self.tell(named, error);
+        Err(Stop::Failed)
+    }
+
+    /// Prints an error about a scene, with the scene where there are several, and counts its exit code.
+    fn tell(&mut self, named: &NamedShot, error: &Error) -> String {
+        let mut text = message(error);
+        let names_no_file = match error {
+            Error::Setting(SettingError { origin, .. }) => !matches!(origin, Provenance::File { .. }),
+            Error::Usage { .. } | Error::Internal { .. } => true,
+            _ => false,
+        };
+        if self.total.scenes > 1 && names_no_file {
+            text = format!("{}: {text}", named.path.display());
+        }
+        tell_failure_text(&text, self.style);
+        if self.total.scenes > 1 {
+            print_scene_failure(self.style, &named.path, error.exit_code(), &text);
+        }
+        self.count(error.exit_code());
+        text
+    }
+
+    /// Keeps the most permanent exit code.
+    fn count(&mut self, code: u8) {
+        if permanence(code) > permanence(self.code) {
+            self.code = code;
+        }
+    }
 }
 
-/// Sidecar files, with the settings that name them.
-pub(super) fn other_files<'a>(
-    job: &'a SequenceJob,
-    args: &'a SettingValues,
-) -> Vec<(&'a Path, &'static str)> {
-    let reports = [(&args.stats, "stats"), (&args.manifest, "manifest")];
-    let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
-    job.sequence_outputs.files().chain(reports).collect()
+fn asks_for_each(values: &SettingValues) -> bool {
+    values.animation == ClipSelection::Each || values.camera == Some(CameraRequest::Each)
 }
 
-/// Checks that all files can be written, and removes temporary files of killed runs.
-pub(super) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
-    plan.prepare()?;
-    for (path, _) in others {
-        probe_folder(path)?;
-        remove_stale_temporaries(&[path.to_path_buf()]);
+/// Prints the warnings of all jobs of a scene.
+fn report_shot_warnings(jobs: &[RenderJob]) -> Result<()> {
+    let Some(first) = jobs.first() else { return Ok(()) };
+    let choices: Vec<_> = jobs.iter().flat_map(|job| job.choices.iter().cloned()).collect();
+    let scene = &first.sequence.scene;
+    report_warnings(&scene.path, &choices, false)?;
+    report_warnings(&scene.path, &first.warnings, first.sequence.strict)?;
+    if triangle_count(scene, &first.sequence.selection.roots) == 0 {
+        print_warning(&format!(
+            "{}: the scene draws no triangles; only the environment is visible",
+            scene.path.display()
+        ));
     }
     Ok(())
 }
 
-/// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not
-/// prevent the rest.
-pub(super) fn perform(job: &SequenceJob, plan: &Plan, args: &SettingValues, cancel: &CancelFlag) -> Outcome {
-    let verbosity =
-        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: job.keep_going };
-    let reporter = Reporter::new(args.progress, verbosity, &job.output.shown());
-    let presenter = Presenter::new(job, plan);
-    let manifest = args.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
-    let summary = sequence::run(job, plan, cancel, &|event| {
-        if let Some(manifest) = &manifest {
-            manifest.tell(event);
-        }
-        reporter.print(event);
-        presenter.watch(event, &reporter);
-    });
-    let manifest = manifest.map(|manifest| manifest.write());
-    let statistics = args.stats.as_deref().map(|path| write_statistics(path, job, &summary));
-    let presented = presenter.present(&summary, cancel);
-    let sidecar_errors =
-        [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
-    Outcome { sidecar_errors: sidecar_errors.collect(), summary }
+fn warn_about_files(planned: &[(&RenderJob, &Plan)]) {
+    let replaced: Vec<_> = planned.iter().flat_map(|(_, plan)| plan.replaced.iter().cloned()).collect();
+    if let Some(warning) = replacing_text(&replaced) {
+        print_warning(&warning);
+    }
 }
 
-/// Warning about files that `--resume` replaces; `None` without any.
-fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
-    let first = replaced.first()?;
-    let example = format!("\"{}\" is {}", first.path.display(), first.why);
-    Some(match replaced.len() {
-        1 => format!("--resume: 1 file made from something else will be replaced: {example}"),
-        count => {
-            format!("--resume: {count} files made from something else will be replaced; the first, {example}")
+fn print_summary(job: &RenderJob, args: &SettingValues) {
+    if !args.quiet {
+        print_note(&summary(&job.sequence, job.camera, &job.environment));
+        if let Some(note) = after_the_end(&job.sequence) {
+            print_note(&note);
         }
-    })
-}
-
-fn write_statistics(path: &Path, job: &SequenceJob, summary: &Summary) -> Result<()> {
-    let failed: Vec<_> = summary
-        .failed
-        .iter()
-        .map(|failed| {
-            json!({
-                "frame": failed.frame,
-                "code": failed.error.exit_code(),
-                "message": failed.error.to_string(),
-            })
-        })
-        .collect();
-    let (width, height) = job.render.resolution;
-    let statistics = json!({
-        "schema": 2,
-        "software": SOFTWARE,
-        "scene": job.scene.path.to_string_lossy(),
-        "resolution": [width, height],
-        "samples": job.render.samples,
-        "threads": rayon::current_num_threads(),
-        "seconds": summary.seconds,
-        "interrupted": summary.is_interrupted,
-        "frames": summary.written,
-        "kept": summary.kept,
-        "failed": failed,
-    });
-    write_atomically(path, format!("{statistics:#}\n").as_bytes())
+    }
 }

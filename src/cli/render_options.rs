@@ -17,6 +17,15 @@ use rayframe::shot::{ShotSettings, is_shot};
 #[derive(Clone, Debug)]
 pub(super) struct RenderOptions(ArgMatches);
 
+/// A scene or a shot file that was typed.
+#[derive(Debug)]
+pub(super) struct NamedShot {
+    /// As it was typed.
+    pub(super) path: PathBuf,
+    /// Its settings; an error where they are wrong or the shot file cannot be read.
+    pub(super) settings: Result<ShotSettings>,
+}
+
 impl FromArgMatches for RenderOptions {
     fn from_arg_matches(matches: &ArgMatches) -> std::result::Result<Self, clap::Error> {
         Ok(Self(matches.clone()))
@@ -54,7 +63,8 @@ impl clap::Args for RenderOptions {
 fn arg(definition: &'static Definition) -> Arg {
     let arg = Arg::new(definition.name);
     if definition.name == "scene" {
-        let scene = arg.value_name(definition.value_name).value_parser(OsStringValueParser::new());
+        let scene =
+            arg.value_name(definition.value_name).value_parser(OsStringValueParser::new()).num_args(1..);
         return scene.help(help(definition, false)).required_unless_present_any(["config", "set"]);
     }
     let action = match (definition.is_flag(), definition.form.is_repeated) {
@@ -124,8 +134,24 @@ pub(super) fn message(error: &Error) -> String {
 impl RenderOptions {
     /// The shot file that is named, whether it can be read or not.
     pub(super) fn shot_file(&self) -> Option<PathBuf> {
-        let path = |id| self.0.get_one::<OsString>(id).map(PathBuf::from);
-        path("config").or_else(|| path("scene").filter(|scene| is_shot(scene)))
+        self.shot_file_of(self.scenes().first().copied())
+    }
+
+    fn shot_file_of(&self, scene: Option<&OsStr>) -> Option<PathBuf> {
+        let config = self.0.get_one::<OsString>("config").map(PathBuf::from);
+        config.or_else(|| scene.map(PathBuf::from).filter(|scene| is_shot(scene)))
+    }
+
+    /// The scenes and shot files as they were typed.
+    fn scenes(&self) -> Vec<&OsStr> {
+        let typed = self.0.get_many::<OsString>("scene").unwrap_or_default();
+        typed.map(OsString::as_os_str).collect()
+    }
+
+    /// Whether other scenes are rendered after one fails whose own settings cannot be read.
+    pub(super) fn keeps_going(&self) -> bool {
+        let definitions = Settings::read_definitions(self.0.get_many::<String>("set").unwrap_or_default());
+        self.0.get_flag("keep_going") || definitions.is_ok_and(|settings| settings.values().keep_going)
     }
 
     /// Whether nothing is to be rendered.
@@ -144,16 +170,30 @@ impl RenderOptions {
     /// # Errors
     /// Wrong settings, and a shot file that cannot be read.
     pub(super) fn settings(&self) -> Result<ShotSettings> {
-        let shot_file = self.shot_file();
+        self.settings_of(self.scenes().first().copied())
+    }
+
+    /// Every scene and shot file that was typed, with its settings; one without a name where the settings name it.
+    pub(super) fn shots(&self) -> Vec<NamedShot> {
+        let scenes = self.scenes();
+        if scenes.is_empty() {
+            return vec![NamedShot { path: PathBuf::new(), settings: self.settings_of(None) }];
+        }
+        let named = |scene| NamedShot { path: PathBuf::from(scene), settings: self.settings_of(Some(scene)) };
+        scenes.into_iter().map(named).collect()
+    }
+
+    fn settings_of(&self, scene: Option<&OsStr>) -> Result<ShotSettings> {
+        let shot_file = self.shot_file_of(scene);
         let definitions = self.0.get_many::<String>("set").unwrap_or_default();
         // Errors of the file come first: it is wrong whatever overrides it.
         let file = shot_file.as_deref().map(Settings::read_shot).transpose()?;
-        let levels = [self.typed()?, Settings::read_definitions(definitions)?, file.unwrap_or_default()];
+        let levels = [self.typed(scene)?, Settings::read_definitions(definitions)?, file.unwrap_or_default()];
         ShotSettings::merge(levels, shot_file)
     }
 
-    /// The settings that were typed as options and as the scene.
-    fn typed(&self) -> Result<Settings> {
+    /// The settings that were typed as options, and the scene unless it is a shot file.
+    fn typed(&self, scene: Option<&OsStr>) -> Result<Settings> {
         let mut settings = Settings::default();
         for definition in DEFINITIONS {
             let id = definition.name;
@@ -162,10 +202,12 @@ impl RenderOptions {
             }
             let raw: Vec<&OsStr> = if definition.is_flag() {
                 vec![OsStr::new("true")]
+            } else if id == "scene" {
+                scene.into_iter().collect()
             } else {
                 self.0.get_raw(id).map(Iterator::collect).unwrap_or_default()
             };
-            if id == "scene" && raw.iter().any(|scene| is_shot(Path::new(scene))) {
+            if id == "scene" && scene.is_some_and(|scene| is_shot(Path::new(scene))) {
                 if self.0.value_source("config").is_some() {
                     let message = "--config: the scene is a shot file already; name one of the two";
                     return Err(Error::usage(message));

@@ -27,8 +27,20 @@ impl CaughtSignal {
 /// # Errors
 /// Errors of the system.
 pub(super) fn watch(cancel: &CancelFlag) -> std::io::Result<CaughtSignal> {
+    watch_unless(cancel, &Arc::default())
+}
+
+/// The same, except that a signal ends the program at once while `ends_at_once` is set.
+///
+/// # Errors
+/// Errors of the system.
+pub(super) fn watch_unless(
+    cancel: &CancelFlag,
+    ends_at_once: &Arc<AtomicBool>,
+) -> std::io::Result<CaughtSignal> {
     let caught = CaughtSignal::default();
     for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_default(signal, Arc::clone(ends_at_once))?;
         // Handlers run in this order: once the flag is up, the first of them ends the program.
         flag::register_conditional_default(signal, cancel.as_atomic())?;
         flag::register_usize(signal, Arc::clone(&caught.0), signal as usize)?;

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::subject::Subject;
 use crate::geometry::Aabb;
-use crate::scene::{Ground, Scene, Selection};
+use crate::scene::{Ground, Scene, Selection, ViewRequest};
 
 /// Gap between the lowest point and the ground, as a share of the framed diagonal: wide enough for the rounding of rays that a
 /// camera sends from a hundred diagonals away, and less than a tenth of a pixel in an image of 2000 rows.
@@ -15,16 +15,16 @@ const LEAST_GAP: f32 = 8.0 * f32::EPSILON;
 /// A floor lies at most this share of the framed diagonal below the lowest framed point. Lower ones belong to skies.
 const FLOOR_DEPTH: f32 = 0.5;
 
-/// The plane perpendicular to `up` just below the lowest point of the scene over the whole animation, or below its own floor, so that
-/// no shadow is caught twice. `None` where nothing is visible.
+/// The plane perpendicular to the view's direction up just below the lowest point of the scene over the whole animation, or below its
+/// own floor, so that no shadow is caught twice. `None` where nothing is visible.
 pub fn ground_below(
     scene: &Scene,
     selection: &Selection,
-    up: Option<Vec3>,
+    view: &ViewRequest,
     is_mirror: bool,
 ) -> Option<Ground> {
-    let up = up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
-    let subject = Subject::measure(scene, selection, None);
+    let up = view.up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y);
+    let subject = Subject::measure(scene, selection, None, &view.measured_clips);
     if subject.is_empty {
         return None;
     }

@@ -11,8 +11,8 @@ use super::orbit::axes;
 use super::subject::Subject;
 use crate::frame::{Frame, PosedCamera};
 use crate::scene::{
-    CameraChanges, LensRequest, NodeIndex, Orbit, Projection, Scene, SelectedCamera, Selection, Target,
-    Turntable, TurntableRequest, ViewRequest, look_along, rolled,
+    AnimationIndex, CameraChanges, LensRequest, NodeIndex, Orbit, Projection, Scene, SelectedCamera,
+    Selection, Target, Turntable, TurntableRequest, ViewRequest, look_along, rolled,
 };
 
 /// Vertical field of view of cameras inside interiors, unless requested: 60 degrees.
@@ -101,7 +101,7 @@ impl<'a> View<'a> {
     ) -> Self {
         let target = request.target.map(|target| match target {
             Target::Point(point) => point,
-            Target::Node(node) => center_of(scene, selection, node),
+            Target::Node(node) => center_of(scene, selection, node, &request.measured_clips),
         });
         let lens = match (request.lens, of_file.map(|camera| camera.projection)) {
             (Some(LensRequest::FieldOfView(degrees)), _) => perspective(degrees.to_radians()),
@@ -122,7 +122,8 @@ impl<'a> View<'a> {
     }
 
     fn subject(&self) -> &Subject<'a> {
-        self.subject.get_or_init(|| Subject::measure(self.scene, self.selection, self.request.node))
+        let clips = &self.request.measured_clips;
+        self.subject.get_or_init(|| Subject::measure(self.scene, self.selection, self.request.node, clips))
     }
 
     /// Changes to the camera of the file.
@@ -246,8 +247,8 @@ fn perspective(fov_y_radians: f32) -> Projection {
 }
 
 /// Centre of the bounds of the nodes at and below `node` over the whole animation; its origin where it has no mesh.
-fn center_of(scene: &Scene, selection: &Selection, node: NodeIndex) -> Vec3 {
-    let subject = Subject::measure(scene, selection, Some(node));
+fn center_of(scene: &Scene, selection: &Selection, node: NodeIndex, clips: &[AnimationIndex]) -> Vec3 {
+    let subject = Subject::measure(scene, selection, Some(node), clips);
     let origin = subject.frame.node_position(node).unwrap_or(Vec3::ZERO);
     if subject.is_empty { origin } else { subject.bounds.center() }
 }

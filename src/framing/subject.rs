@@ -6,10 +6,12 @@ use rayon::prelude::*;
 use crate::bvh::TriangleFlags;
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Triangle};
-use crate::scene::{NodeIndex, Scene, Selection};
+use crate::scene::{AnimationIndex, NodeIndex, Scene, Selection};
 
 /// Times at which moving scenes are measured, evenly over the clips, both ends included.
 const TIMES: usize = 65;
+/// Fewest times of a clip where several are measured one by one.
+const FEWEST_CLIP_TIMES: usize = 17;
 /// Fewest times where the scene has many triangles.
 const FEWEST_TIMES: usize = 9;
 /// Products of corners, times and directions that a measurement may take before it uses fewer times.
@@ -30,8 +32,10 @@ const SAMPLED_TRIANGLES: usize = 65_536;
 /// Visible triangles over the selected clips, without backdrops.
 pub(super) struct Subject<'a> {
     scene: &'a Scene,
-    selection: &'a Selection,
-    times: Vec<f64>,
+    /// What is posed: the selected clips together, or each of the measured clips alone.
+    selections: Vec<Selection>,
+    /// Times at which it is measured, each with the index of its selection.
+    times: Vec<(usize, f64)>,
     /// The scene at the first time.
     pub(super) frame: Frame,
     /// Whether an instance is framed, by its index in the frame.
@@ -47,14 +51,25 @@ pub(super) struct Subject<'a> {
 }
 
 impl<'a> Subject<'a> {
-    /// Measures the scene, or the nodes below `node`.
+    /// Measures the scene, or the nodes below `node`, while the clips of `selection` play together; where `clips` are given, while
+    /// each of these plays alone.
     ///
     /// Of a whole scene, large instances with few triangles around all others (skies, ground planes) are left out, and so are
     /// triangles far from the rest.
-    pub(super) fn measure(scene: &'a Scene, selection: &'a Selection, node: Option<NodeIndex>) -> Self {
+    pub(super) fn measure(
+        scene: &'a Scene,
+        selection: &Selection,
+        node: Option<NodeIndex>,
+        clips: &[AnimationIndex],
+    ) -> Self {
         let mut frame = Frame::default();
-        let times = sample_times(scene, selection);
-        frame.pose_surfaces(scene, selection, times[0]);
+        let alone = clips.iter().map(|&clip| Selection { clips: vec![clip], ..selection.clone() });
+        let mut selections: Vec<Selection> = alone.collect();
+        if selections.is_empty() {
+            selections.push(selection.clone());
+        }
+        let times = sample_times(scene, &selections);
+        frame.pose_surfaces(scene, &selections[0], 0.0);
         let below = node.map(|node| descendants(scene, node));
         let is_framed = frame.instances.iter().map(|instance| {
             let is_selected = below.as_ref().is_none_or(|below| below[instance.node.index()]);
@@ -68,7 +83,7 @@ impl<'a> Subject<'a> {
         let may_be_floor = catchers.collect();
         let mut subject = Self {
             scene,
-            selection,
+            selections,
             times,
             frame,
             is_framed,
@@ -96,8 +111,9 @@ impl<'a> Subject<'a> {
     /// The largest product of any framed corner with each of `directions`, over the times. Negative infinity without any.
     pub(super) fn supports(&self, directions: &[Vec3]) -> Vec<f32> {
         let products = (self.frame.triangles.len() * 3 * directions.len()).max(1);
-        let count = (PRODUCTS / products).clamp(FEWEST_TIMES, TIMES);
-        let stride = (TIMES - 1) / (count - 1);
+        let most = self.times.len().max(FEWEST_TIMES);
+        let count = (PRODUCTS / products).clamp(FEWEST_TIMES, most);
+        let stride = ((most - 1) / (count - 1)).max(1);
         let mut supports = vec![f32::NEG_INFINITY; directions.len()];
         self.visit(stride, |frame| {
             let found = (0..frame.triangles.len())
@@ -152,8 +168,8 @@ impl<'a> Subject<'a> {
     fn visit(&self, stride: usize, mut visit: impl FnMut(&Frame)) {
         visit(&self.frame);
         let mut frame = Frame::default();
-        for &time in self.times.iter().step_by(stride).skip(1) {
-            frame.pose_surfaces(self.scene, self.selection, time);
+        for &(selection, time) in self.times.iter().step_by(stride).skip(1) {
+            frame.pose_surfaces(self.scene, &self.selections[selection], time);
             visit(&frame);
         }
     }
@@ -266,14 +282,19 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// [`TIMES`] times, or one if the clips have no duration.
-fn sample_times(scene: &Scene, selection: &Selection) -> Vec<f64> {
-    let duration = f64::from(selection.duration_seconds(scene));
-    if duration > 0.0 {
-        (0..TIMES).map(|i| duration * i as f64 / (TIMES - 1) as f64).collect()
-    } else {
-        vec![0.0]
+/// Times of every selection: [`TIMES`] of a single one, fewer of each of several, and one where nothing moves.
+fn sample_times(scene: &Scene, selections: &[Selection]) -> Vec<(usize, f64)> {
+    let count = (4 * TIMES / selections.len()).clamp(FEWEST_CLIP_TIMES, TIMES);
+    let mut times = Vec::new();
+    for (index, selection) in selections.iter().enumerate() {
+        let duration = f64::from(selection.duration_seconds(scene));
+        if duration > 0.0 {
+            times.extend((0..count).map(|i| (index, duration * i as f64 / (count - 1) as f64)));
+        } else {
+            times.push((index, 0.0));
+        }
     }
+    times
 }
 
 /// For each node, whether it is `node` or below it.

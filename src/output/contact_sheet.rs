@@ -3,13 +3,13 @@
 use crate::image_file::DisplayImage;
 
 /// Least and greatest width of a frame on the sheet, pixels.
-const TILE_WIDTH: (u32, u32) = (64, 320);
+pub(super) const TILE_WIDTH: (u32, u32) = (64, 320);
 /// Width above which frames shrink instead of the sheet growing.
-const SHEET_WIDTH: u32 = 3840;
+pub(super) const SHEET_WIDTH: u32 = 3840;
 /// Pixels between frames.
-const GAP: u32 = 4;
+pub(super) const GAP: u32 = 4;
 /// Colour around and between frames.
-const GROUND: [u8; 4] = [24, 24, 24, 255];
+pub(super) const GROUND: [u8; 4] = [24, 24, 24, 255];
 /// Colours of numbers and of their background.
 const INK: [u8; 4] = [240, 240, 240, 255];
 const PAPER: [u8; 4] = [0, 0, 0, 255];
@@ -111,7 +111,7 @@ fn glyph_rows(character: char) -> [u8; 5] {
     }
 }
 
-fn over([r, g, b, alpha]: [u8; 4], [under_r, under_g, under_b, _]: [u8; 4]) -> [u8; 4] {
+pub(super) fn over([r, g, b, alpha]: [u8; 4], [under_r, under_g, under_b, _]: [u8; 4]) -> [u8; 4] {
     let blend = |front: u8, behind: u8| {
         let (front, behind, alpha) = (u32::from(front), u32::from(behind), u32::from(alpha));
         ((front * alpha + behind * (255 - alpha) + 127) / 255) as u8

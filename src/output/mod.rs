@@ -4,6 +4,7 @@
 
 mod aov;
 mod attributes;
+mod bitmap_font;
 mod channels;
 mod contact_sheet;
 mod cryptomatte;
@@ -11,6 +12,7 @@ mod exposure;
 mod exr_output;
 mod files;
 mod instance_ids;
+mod labelled_sheet;
 mod stamp;
 
 pub use aov::{Aov, AovSet};
@@ -22,4 +24,5 @@ pub use exposure::{AUTO_EXPOSURE_BOUNDS, auto_exposure_ev, covers_enough};
 pub use exr_output::{ExrOutput, LightSamples};
 pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, exr_image, png_file};
 pub use instance_ids::InstanceIds;
+pub use labelled_sheet::{LabelledSheet, LabelledTile};
 pub use stamp::run_stamp;

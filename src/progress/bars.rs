@@ -11,6 +11,7 @@ use super::Verbosity;
 use super::eta::{Eta, duration_text};
 use super::plain::{exposure_text, kept_text, phases_text, summary_text};
 use super::print::{one_line, print_note};
+use super::reported::ReportedSequence;
 
 /// Steps of the frame bar.
 const FRAME_STEPS: u64 = 1000;
@@ -24,7 +25,7 @@ pub(super) struct Bars {
     all: MultiProgress,
     sequence: ProgressBar,
     frame: ProgressBar,
-    output: String,
+    reported: ReportedSequence,
     times: Mutex<Times>,
 }
 
@@ -37,12 +38,12 @@ struct Times {
 }
 
 impl Bars {
-    pub(super) fn new(verbosity: Verbosity, output: &str) -> Self {
+    pub(super) fn new(verbosity: Verbosity, reported: &ReportedSequence) -> Self {
         let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
         let sequence = all.add(ProgressBar::new(0).with_style(style("frames {bar:40} {pos}/{len} {msg}")));
         let frame =
             all.add(ProgressBar::new(FRAME_STEPS).with_style(style("{prefix:6} {bar:40} {percent} %")));
-        Self { verbosity, all, sequence, frame, output: output.to_owned(), times: Mutex::default() }
+        Self { verbosity, all, sequence, frame, reported: reported.clone(), times: Mutex::default() }
     }
 
     pub(super) fn print(&self, event: SequenceEvent<'_>) {
@@ -57,8 +58,9 @@ impl Bars {
         let eta = &mut times.eta;
         match event {
             SequenceEvent::Started { to_render, kept } => {
-                eta.total = to_render;
-                self.sequence.set_length(to_render as u64);
+                (eta.done, eta.total) = self.reported.done_and_total(to_render, kept);
+                self.sequence.set_length(eta.total as u64);
+                self.sequence.set_position(eta.done as u64);
                 if let Some(text) = kept_text(kept, to_render) {
                     self.line(&text);
                 }
@@ -85,7 +87,10 @@ impl Bars {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    self.line(&format!("rayframe: error: frame {}: {error}", frame.frame));
+                    self.line(&format!(
+                        "rayframe: error: {}: {error}",
+                        self.reported.frame_text(frame.frame)
+                    ));
                 }
                 self.advance(eta);
             }
@@ -94,7 +99,9 @@ impl Bars {
                 self.frame.finish_and_clear();
                 self.sequence.finish_and_clear();
                 // The bars are cleared; their own line would not end in a newline.
-                print_note(&summary_text(summary, eta.total, &self.output));
+                if self.reported.part.is_none() {
+                    print_note(&summary_text(summary, eta.total, &self.reported.output));
+                }
             }
             _ => {}
         }

@@ -4,34 +4,41 @@
 //! given percent-encoded, without loss, as `path_percent`. `schema/progress.schema.json` describes all lines.
 
 use std::io::Write as _;
-use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use percent_encoding::{NON_ALPHANUMERIC, percent_encode};
 use serde_json::{Value, json};
 
 use rayframe::sequence::{PlannedFrame, SequenceEvent, Summary};
+
+use super::percent_path::add_percent_path;
+use super::reported::ReportedSequence;
 
 const SCHEMA: u32 = 1;
 /// Shortest time between two progress lines of a frame.
 const INTERVAL: Duration = Duration::from_millis(500);
 
 /// JSON lines on the standard output.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct JsonLines {
+    sequence: ReportedSequence,
     last_progress: Mutex<Option<Instant>>,
 }
 
 impl JsonLines {
+    pub(super) fn new(sequence: &ReportedSequence) -> Self {
+        Self { sequence: sequence.clone(), last_progress: Mutex::default() }
+    }
+
     pub(super) fn print(&self, event: SequenceEvent<'_>) {
         if let SequenceEvent::FrameProgress(..) = event
             && !self.is_time_for_progress()
         {
             return;
         }
-        let mut stdout = std::io::stdout().lock();
-        let _ = writeln!(stdout, "{}", json_line(event)).and_then(|()| stdout.flush());
+        let mut line = json_line(event);
+        self.sequence.add_to(&mut line);
+        print_json(&line);
     }
 
     fn is_time_for_progress(&self) -> bool {
@@ -45,6 +52,12 @@ impl JsonLines {
         }
         is_time
     }
+}
+
+/// Prints an object as a line of the standard output.
+pub(super) fn print_json(line: &Value) {
+    let mut stdout = std::io::stdout().lock();
+    let _ = writeln!(stdout, "{line}").and_then(|()| stdout.flush());
 }
 
 fn json_line(event: SequenceEvent<'_>) -> Value {
@@ -62,7 +75,7 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
         }
         SequenceEvent::FrameWritten(report) => {
             let mut line = serde_json::to_value(report).unwrap_or_default();
-            add_percent_path(&mut line, &report.path);
+            add_percent_path(&mut line, "path_percent", &report.path);
             ("frame_done", line)
         }
         SequenceEvent::FrameFailed(frame, error) => {
@@ -88,16 +101,8 @@ fn frame_json(frame: &PlannedFrame) -> Value {
         "time_seconds": frame.time_seconds,
         "path": frame.path.to_string_lossy(),
     });
-    add_percent_path(&mut line, &frame.path);
+    add_percent_path(&mut line, "path_percent", &frame.path);
     line
-}
-
-/// Adds the percent-encoded path where it is not Unicode.
-pub(super) fn add_percent_path(line: &mut Value, path: &Path) {
-    if path.to_str().is_none() {
-        let bytes = path.as_os_str().as_encoded_bytes();
-        line["path_percent"] = json!(percent_encode(bytes, NON_ALPHANUMERIC).to_string());
-    }
 }
 
 fn summary_json(summary: &Summary) -> Value {
@@ -146,6 +151,21 @@ mod tests {
         let frame = planned("a.exr".into());
         let line = json_line(SequenceEvent::FrameProgress(&frame, 0.5));
         assert_eq!(line.to_string(), r#"{"event":"progress","frame":7,"schema":1,"share":0.5}"#);
+    }
+
+    #[test]
+    fn every_line_names_its_sequence() {
+        let sequence = ReportedSequence {
+            scene: "a.glb".into(),
+            clip: Some("walk".to_owned()),
+            ..ReportedSequence::default()
+        };
+        let mut line = json_line(SequenceEvent::Finished(&Summary::default()));
+        sequence.add_to(&mut line);
+        assert_eq!(
+            (&line["scene"], &line["clip"], &line["camera"]),
+            (&json!("a.glb"), &json!("walk"), &Value::Null)
+        );
     }
 
     #[cfg(unix)]

@@ -15,8 +15,9 @@ use rayframe::error::Result;
 use rayframe::image_file::write_atomically;
 use rayframe::output::SOFTWARE;
 use rayframe::sequence::{FrameReport, Plan, PlannedFrame, SequenceEvent, SequenceJob, hex};
+use rayframe::shot::RenderJob;
 
-use super::json::add_percent_path;
+use super::percent_path::add_percent_path;
 
 const SCHEMA: u32 = 1;
 /// Shortest time between two updates, so that long manifests do not delay short frames.
@@ -27,6 +28,8 @@ const INTERVAL: Duration = Duration::from_secs(1);
 pub(crate) struct Manifest<'a> {
     path: &'a Path,
     job: &'a SequenceJob,
+    clip: Option<&'a str>,
+    camera: Option<&'a str>,
     plan: &'a Plan,
     state: Mutex<State>,
 }
@@ -40,8 +43,9 @@ struct State {
 
 impl<'a> Manifest<'a> {
     /// Manifest of a run of `plan`, to be written to `path`.
-    pub(crate) fn new(path: &'a Path, job: &'a SequenceJob, plan: &'a Plan) -> Self {
-        Self { path, job, plan, state: Mutex::default() }
+    pub(crate) fn new(path: &'a Path, job: &'a RenderJob, plan: &'a Plan) -> Self {
+        let (clip, camera) = (job.outline.clip.as_deref(), job.outline.camera.as_deref());
+        Self { path, job: &job.sequence, clip, camera, plan, state: Mutex::default() }
     }
 
     /// Records an event and updates the file, unless it was updated a moment ago. Errors are reported at the end of the run by
@@ -77,7 +81,7 @@ impl<'a> Manifest<'a> {
         let frames: Vec<_> = self.plan.frames.iter().map(|frame| frame_json(frame, state)).collect();
         let exists = |frame: &Value| frame["status"] == "written" || frame["status"] == "kept";
         let (job, window) = (self.job, self.job.render.window);
-        let manifest = json!({
+        let mut manifest = json!({
             "schema": SCHEMA,
             "software": SOFTWARE,
             "scene": job.scene.path.to_string_lossy(),
@@ -87,6 +91,11 @@ impl<'a> Manifest<'a> {
             "complete": frames.iter().all(exists),
             "frames": frames,
         });
+        for (key, name) in [("clip", self.clip), ("camera", self.camera)] {
+            if let Some(name) = name {
+                manifest[key] = json!(name);
+            }
+        }
         write_atomically(self.path, format!("{manifest:#}\n").as_bytes())
     }
 
@@ -133,6 +142,6 @@ fn file_json(path: &Path, facts: Option<(&str, usize)>) -> Value {
         "sha256": facts.map(|(sha256, _)| sha256),
         "bytes": facts.map(|(_, bytes)| bytes),
     });
-    add_percent_path(&mut file, path);
+    add_percent_path(&mut file, "path_percent", path);
     file
 }

@@ -13,6 +13,7 @@ use super::eta::Eta;
 use super::one_line;
 use super::option_names::option_names;
 use super::plain::{kept_text, summary_text, written_text};
+use super::reported::ReportedSequence;
 
 /// Shortest time between two progress lines of a frame.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -23,7 +24,7 @@ const MOST_BEFORE_END: f64 = 0.999;
 /// Lines of Open Job Description on the standard output.
 #[derive(Debug)]
 pub(super) struct OpenJdLines {
-    output: String,
+    sequence: ReportedSequence,
     state: Mutex<State>,
 }
 
@@ -38,8 +39,8 @@ struct State {
 }
 
 impl OpenJdLines {
-    pub(super) fn new(output: &str) -> Self {
-        Self { output: output.to_owned(), state: Mutex::default() }
+    pub(super) fn new(sequence: &ReportedSequence) -> Self {
+        Self { sequence: sequence.clone(), state: Mutex::default() }
     }
 
     pub(super) fn print(&self, event: SequenceEvent<'_>) {
@@ -63,9 +64,10 @@ impl OpenJdLines {
     fn lines(&self, state: &mut State, event: SequenceEvent<'_>) -> Vec<String> {
         match event {
             SequenceEvent::Started { to_render, kept } => {
-                state.eta.total = to_render;
+                (state.eta.done, state.eta.total) = self.sequence.done_and_total(to_render, kept);
+                state.started = state.eta.done;
                 let kept = kept_text(kept, to_render).map(|text| status(&text));
-                std::iter::once(state.progress(0.0)).chain(kept).collect()
+                std::iter::once(state.progress(state.eta.done as f64)).chain(kept).collect()
             }
             SequenceEvent::FrameStarted(_) => {
                 state.started += 1;
@@ -78,12 +80,12 @@ impl OpenJdLines {
             }
             SequenceEvent::FrameFailed(frame, error) => {
                 state.eta.done += 1;
-                vec![failure(&option_names(&format!("frame {}: {error}", frame.frame)))]
+                vec![failure(&option_names(&format!("{}: {error}", self.sequence.frame_text(frame.frame))))]
             }
-            SequenceEvent::Finished(summary) => {
+            SequenceEvent::Finished(summary) if self.sequence.part.is_none() => {
                 let is_done = !summary.is_interrupted && summary.failed.is_empty();
                 let progress = is_done.then(|| state.progress(state.eta.total as f64));
-                let text = status(&summary_text(summary, state.eta.total, &self.output));
+                let text = status(&summary_text(summary, state.eta.total, &self.sequence.output));
                 progress.into_iter().chain([text]).collect()
             }
             _ => Vec::new(),
@@ -109,6 +111,12 @@ pub(crate) fn print_openjd_failure(message: &str) {
     print_lines(&[failure(message)]);
 }
 
+/// Prints the result of a run of several sequences.
+pub(crate) fn print_openjd_total(text: &str, is_complete: bool) {
+    let progress = is_complete.then(|| "openjd_progress: 100.0".to_owned());
+    print_lines(&progress.into_iter().chain([status(text)]).collect::<Vec<_>>());
+}
+
 fn status(text: &str) -> String {
     format!("openjd_status: {}", one_line(text))
 }
@@ -132,7 +140,7 @@ mod tests {
 
     #[test]
     fn progress_never_decreases_and_ends_at_a_hundred() {
-        let lines = OpenJdLines::new("a.####.exr");
+        let lines = OpenJdLines::new(&ReportedSequence::default());
         let mut state = State::default();
         let begin = SequenceEvent::Started { to_render: 4, kept: 2 };
         assert_eq!(

@@ -5,26 +5,27 @@ use std::sync::{Mutex, PoisonError};
 use rayframe::sequence::{FrameReport, SequenceEvent, Summary};
 
 use super::eta::{Eta, duration_text};
+use super::reported::ReportedSequence;
 use super::{Verbosity, option_names, print_error, print_note, print_warning};
 
 /// Plain lines on the standard error stream.
 #[derive(Debug)]
 pub(super) struct PlainLines {
     verbosity: Verbosity,
-    output: String,
+    sequence: ReportedSequence,
     eta: Mutex<Eta>,
 }
 
 impl PlainLines {
-    pub(super) fn new(verbosity: Verbosity, output: &str) -> Self {
-        Self { verbosity, output: output.to_owned(), eta: Mutex::default() }
+    pub(super) fn new(verbosity: Verbosity, sequence: &ReportedSequence) -> Self {
+        Self { verbosity, sequence: sequence.clone(), eta: Mutex::default() }
     }
 
     pub(super) fn print(&self, event: SequenceEvent<'_>) {
         let mut eta = self.eta.lock().unwrap_or_else(PoisonError::into_inner);
         match event {
             SequenceEvent::Started { to_render, kept } => {
-                eta.total = to_render;
+                (eta.done, eta.total) = self.sequence.done_and_total(to_render, kept);
                 if let Some(text) = kept_text(kept, to_render) {
                     print_note(&text);
                 }
@@ -43,12 +44,15 @@ impl PlainLines {
             SequenceEvent::FrameFailed(frame, error) => {
                 eta.done += 1;
                 if self.verbosity.names_failures {
-                    print_error(&option_names(&format!("frame {}: {error}", frame.frame)));
+                    print_error(&option_names(&format!(
+                        "{}: {error}",
+                        self.sequence.frame_text(frame.frame)
+                    )));
                 }
             }
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
-            SequenceEvent::Finished(summary) => {
-                print_note(&summary_text(summary, eta.total, &self.output));
+            SequenceEvent::Finished(summary) if self.sequence.part.is_none() => {
+                print_note(&summary_text(summary, eta.total, &self.sequence.output));
             }
             _ => {}
         }

@@ -9,6 +9,7 @@ use super::openjd::OpenJdLines;
 use super::option_names::option_names;
 use super::plain::PlainLines;
 use super::print::{print_error, print_raw, print_warning};
+use super::reported::ReportedSequence;
 use super::verbosity::Verbosity;
 
 /// Prints the events of one run.
@@ -16,6 +17,7 @@ use super::verbosity::Verbosity;
 pub(crate) struct Reporter {
     form: Form,
     verbosity: Verbosity,
+    sequence: ReportedSequence,
 }
 
 #[derive(Debug)]
@@ -28,25 +30,25 @@ enum Form {
 }
 
 impl Reporter {
-    /// A reporter of a run that writes `output`, with `####` for the frame number.
-    pub(crate) fn new(style: ProgressStyle, verbosity: Verbosity, output: &str) -> Self {
+    /// A reporter of a run of `sequence`.
+    pub(crate) fn new(style: ProgressStyle, verbosity: Verbosity, sequence: &ReportedSequence) -> Self {
         let form = match style {
-            ProgressStyle::Json => Form::Json(JsonLines::default()),
-            ProgressStyle::OpenJd => Form::OpenJd(OpenJdLines::new(output)),
+            ProgressStyle::Json => Form::Json(JsonLines::new(sequence)),
+            ProgressStyle::OpenJd => Form::OpenJd(OpenJdLines::new(sequence)),
             ProgressStyle::None => Form::Silent,
             _ if verbosity.is_quiet => Form::Silent,
-            ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity, output)),
+            ProgressStyle::Plain => Form::Plain(PlainLines::new(verbosity, sequence)),
             ProgressStyle::Auto | ProgressStyle::Bar => {
                 // Bars are hidden in pipes and on terminals that cannot show them; plain lines are not.
-                let bars = Bars::new(verbosity, output);
+                let bars = Bars::new(verbosity, sequence);
                 if bars.is_hidden() {
-                    Form::Plain(PlainLines::new(verbosity, output))
+                    Form::Plain(PlainLines::new(verbosity, sequence))
                 } else {
                     Form::Bars(bars)
                 }
             }
         };
-        Self { form, verbosity }
+        Self { form, verbosity, sequence: sequence.clone() }
     }
 
     /// Prints one event. May be called from any thread.
@@ -79,7 +81,7 @@ impl Reporter {
         match event {
             SequenceEvent::Warned(warning) => print_warning(&warning.to_string()),
             SequenceEvent::FrameFailed(frame, error) if self.verbosity.names_failures => {
-                print_error(&option_names(&format!("frame {}: {error}", frame.frame)));
+                print_error(&option_names(&format!("{}: {error}", self.sequence.frame_text(frame.frame))));
             }
             _ => {}
         }

@@ -14,10 +14,12 @@ impl Selection {
     ///
     /// # Errors
     ///
-    /// [`Error::Usage`] for a name or index that does not exist; the message lists the existing ones.
+    /// [`Error::Setting`] for a name or index that does not exist, with the existing ones, and for a request that has several
+    /// selections, which [`Selection::resolve_each`] resolves.
     pub fn resolve(request: &SelectionRequest, scene: &Scene) -> Result<(Self, Vec<Warning>)> {
         let SceneRoots { roots, image_light, .. } = resolve_roots(request.scene.as_ref(), scene)?;
         let (clips, warnings) = match &request.clips {
+            ClipSelection::Each => return Err(one_of_each("animation", "clip")),
             ClipSelection::None => (Vec::new(), Vec::new()),
             ClipSelection::All => disjoint_clips(scene),
             ClipSelection::One(selected) => {
@@ -32,6 +34,11 @@ impl Selection {
         let selection = Self { roots, clips, camera, camera_changes, image_light, variant };
         Ok((selection, warnings))
     }
+}
+
+/// The error of a request for several sequences where one is needed.
+fn one_of_each(setting: &str, what: &str) -> Error {
+    Error::setting(setting, format!("each makes several sequences, and here is one; name a {what}"))
 }
 
 fn resolve_roots(selected: Option<&NameOrIndex>, scene: &Scene) -> Result<SceneRoots> {
@@ -84,6 +91,7 @@ fn resolve_camera(
     let cameras = selected_cameras(scene, roots);
     match request {
         Some(CameraRequest::Auto) => Ok(SelectedCamera::Auto),
+        Some(CameraRequest::Each) => Err(one_of_each("camera", "camera")),
         None => Ok(cameras.first().map_or(SelectedCamera::Auto, |&(_, node)| SelectedCamera::Node(node))),
         Some(CameraRequest::Camera(selected)) => {
             // Authoring tools show a camera under the name of its object, so the node's name is accepted as well.
@@ -123,7 +131,7 @@ fn camera_or_node_name<'a>(
 }
 
 /// The cameras of nodes below `roots`, ordered by camera, then by node.
-fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, NodeIndex)> {
+pub(super) fn selected_cameras(scene: &Scene, roots: &[NodeIndex]) -> Vec<(CameraIndex, NodeIndex)> {
     let mut cameras = Vec::new();
     let mut pending = roots.to_vec();
     while let Some(index) = pending.pop() {
@@ -166,7 +174,7 @@ fn label(index: usize, name: Option<&str>) -> String {
     name.map_or_else(|| format!("#{index}"), |name| format!("#{index} \"{name}\""))
 }
 
-fn index_u32(index: usize) -> u32 {
+pub(super) fn index_u32(index: usize) -> u32 {
     u32::try_from(index).unwrap_or(u32::MAX)
 }
 

@@ -20,6 +20,8 @@ pub enum ClipSelection {
     None,
     /// One clip.
     One(NameOrIndex),
+    /// Each clip alone, in a sequence of its own. [`super::Selection::resolve_each`] resolves it.
+    Each,
 }
 
 /// Requested part of a file, before it is resolved.
@@ -43,4 +45,6 @@ pub enum CameraRequest {
     Auto,
     /// A camera of the file, by its name, its node's name or its index.
     Camera(NameOrIndex),
+    /// Each camera of the selected scene, in a sequence of its own. [`super::Selection::resolve_each`] resolves it.
+    Each,
 }

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::NodeIndex;
+use super::{AnimationIndex, NodeIndex};
 
 /// Requested placement and lens. Axes are those of glTF: +Y is up, and an asset's front faces +Z.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,6 +21,8 @@ pub struct ViewRequest {
     pub lens: Option<LensRequest>,
     /// Node that is framed instead of the whole scene.
     pub node: Option<NodeIndex>,
+    /// Clips over each of which, played alone, bounds are measured; empty for the selected ones together.
+    pub measured_clips: Vec<AnimationIndex>,
     /// Turntable.
     pub turntable: Option<TurntableRequest>,
     /// Whether the selected camera of the file is kept where the request places a camera: its lens, and its position on a turntable.

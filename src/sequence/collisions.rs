@@ -30,8 +30,8 @@ impl Plan {
     }
 }
 
-/// Canonical form of `path`. Links are resolved as far as the folder exists.
-fn canonical(path: &Path) -> PathBuf {
+/// Canonical form of the file name `path`. Links are resolved as far as the folder exists.
+pub fn canonical(path: &Path) -> PathBuf {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
     let mut canonical = PathBuf::new();

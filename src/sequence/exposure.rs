@@ -6,6 +6,7 @@ use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::output::{auto_exposure_ev, covers_enough};
 use crate::render::RenderSettings;
+use crate::scene::Selection;
 
 use super::job::duration_seconds;
 use super::{Exposure, SequenceJob, render_single_frame};
@@ -23,26 +24,30 @@ const TIMES: u32 = 5;
 pub fn exposure_ev(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
     match job.exposure {
         Exposure::Ev(ev) => Ok(ev),
-        Exposure::Auto => auto_exposure(job, cancel),
+        Exposure::Auto => match &job.shared_exposure {
+            Some(shared) => shared.find(|| auto_exposure(job, &shared.selections, cancel)),
+            None => auto_exposure(job, std::slice::from_ref(&job.selection), cancel),
+        },
     }
 }
 
 /// Measures the light on the scene's surfaces; where these cover next to nothing, that of the background. An environment that
 /// was made for an exposure and lights the scene alone decides instead.
-fn auto_exposure(job: &SequenceJob, cancel: &CancelFlag) -> Result<f32, Cancelled> {
+fn auto_exposure(job: &SequenceJob, selections: &[Selection], cancel: &CancelFlag) -> Result<f32, Cancelled> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
     if let Some(ev) = job.environment.exposure_ev().filter(|_| !has_lamps) {
         return Ok(ev);
     }
-    let surfaces = small_renders(job, false, cancel)?;
+    let surfaces = small_renders(job, selections, false, cancel)?;
     if covers_enough(&surfaces) || !job.render.show_background {
         return Ok(auto_exposure_ev(&surfaces));
     }
-    Ok(auto_exposure_ev(&small_renders(job, true, cancel)?))
+    Ok(auto_exposure_ev(&small_renders(job, selections, true, cancel)?))
 }
 
 fn small_renders(
     job: &SequenceJob,
+    selections: &[Selection],
     show_background: bool,
     cancel: &CancelFlag,
 ) -> Result<Vec<Film>, Cancelled> {
@@ -57,14 +62,16 @@ fn small_renders(
         ground: None,
         ..job.render.clone()
     };
-    let duration = f64::from(duration_seconds(&job.scene, &job.selection));
-    let times = if duration > 0.0 { TIMES } else { 1 };
     let mut films = Vec::new();
-    for step in 0..times {
-        let time_seconds = duration * f64::from(step) / f64::from(TIMES - 1);
-        let mut frame = Frame::at(&job.scene, &job.selection, time_seconds);
-        hide_shadow_catchers(&mut frame);
-        films.push(render_single_frame(job, &frame, &settings, cancel)?.0);
+    for selection in selections {
+        let duration = f64::from(duration_seconds(&job.scene, selection));
+        let times = if duration > 0.0 { TIMES } else { 1 };
+        for step in 0..times {
+            let time_seconds = duration * f64::from(step) / f64::from(TIMES - 1);
+            let mut frame = Frame::at(&job.scene, selection, time_seconds);
+            hide_shadow_catchers(&mut frame);
+            films.push(render_single_frame(job, &frame, &settings, cancel)?.0);
+        }
     }
     Ok(films)
 }

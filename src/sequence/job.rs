@@ -10,7 +10,7 @@ use crate::scene::{Environment, NodeIndex, Scene, Selection};
 
 use crate::settings::{ExistingFiles, Exposure, FrameRate, OutputPattern, Shutter};
 
-use super::{Plates, SequenceOutputs};
+use super::{Plates, SequenceOutputs, SharedExposure};
 
 /// Description of a sequence of files.
 #[derive(Clone, Debug)]
@@ -44,6 +44,8 @@ pub struct SequenceJob {
     pub sequence_outputs: SequenceOutputs,
     /// Exposure of tone-mapped files.
     pub exposure: Exposure,
+    /// What automatic exposure measures, where it is that of several sequences.
+    pub shared_exposure: Option<Arc<SharedExposure>>,
     /// Tone curve of tone-mapped files.
     pub tone: ToneCurve,
     /// sRGB colour behind the scene in tone-mapped files. It shows where the render is transparent.

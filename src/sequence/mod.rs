@@ -19,12 +19,14 @@ mod posed_frames;
 mod render_hash;
 mod resume;
 mod sequence_outputs;
+mod shared_exposure;
 mod single_frame;
 mod statistics;
 mod stored_frame;
 mod writer;
 
 pub use assemble::{display_frame, write_sequence_outputs};
+pub use collisions::canonical;
 pub use event::SequenceEvent;
 pub use exposure::exposure_ev;
 pub use frame_loop::run;
@@ -36,8 +38,11 @@ pub use plates::Plates;
 pub use render_hash::hex;
 pub use render_hash::render_hash;
 pub use sequence_outputs::SequenceOutputs;
+pub use shared_exposure::SharedExposure;
 pub use single_frame::render_single_frame;
-pub use statistics::{AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport};
+pub use statistics::{
+    AovFileReport, FailedFrame, FrameReport, Phases, RayReport, Summary, TreeReport, permanence,
+};
 
 pub use crate::settings::{
     ExistingFiles, Exposure, FrameRate, FrameSpec, OutputFormat, OutputPattern, Shutter, frames_text,

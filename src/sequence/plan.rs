@@ -64,9 +64,7 @@ impl Plan {
     /// [`Error::Setting`] when frames would share a name or a file has an unknown ending, [`Error::Refused`] when memory does not suffice, and
     /// [`Error::CannotCreate`] when a file with other content has a frame's name.
     pub fn new(job: &SequenceJob) -> Result<Self> {
-        job.sequence_outputs.check()?;
-        memory::check(job)?;
-        check_names(job)?;
+        Self::check(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
         let (frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
         refuse_shared_names(&frames)?;
@@ -75,6 +73,16 @@ impl Plan {
             refuse_to_replace(&replaced)?;
         }
         Ok(Self { frames, replaced })
+    }
+
+    /// The checks of [`Plan::new`] that need neither the camera nor the environment nor existing files.
+    ///
+    /// # Errors
+    /// Those of [`Plan::new`] but the last.
+    pub fn check(job: &SequenceJob) -> Result<()> {
+        job.sequence_outputs.check()?;
+        memory::check(job)?;
+        check_names(job)
     }
 
     /// Creates the folders, checks that files can be written there, and removes temporary files of ended runs.
@@ -110,7 +118,7 @@ fn check_names(job: &SequenceJob) -> Result<()> {
         let numbered =
             path.with_extension(format!("####.{}", path.extension().unwrap_or_default().display()));
         let why = format!(
-            "{} frames would all be written to \"{}\"; put #### where the frame number belongs, such as {}",
+            "{} frames would all be written to \"{}\"; put #### where the frame number belongs, such as {}, or choose one with `frames`",
             job.frames.len(),
             path.display(),
             numbered.display(),

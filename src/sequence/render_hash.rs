@@ -36,6 +36,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         preview: _,
         sequence_outputs: _,
         exposure,
+        shared_exposure,
         tone,
         display_background,
         plates,
@@ -65,6 +66,11 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         OutputFormat::Exr => exr_key(exr),
         OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
     };
+    // Automatic exposure of several sequences depends on all of them.
+    let measured = shared_exposure
+        .as_ref()
+        .filter(|_| output.format() == OutputFormat::Png && *exposure == Exposure::Auto);
+    let measured = measured.map(|shared| shared.selections.iter().map(selection_key).collect::<Vec<_>>());
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let mut content = json!({
         "software": SOFTWARE,
@@ -88,6 +94,9 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "file": file,
     });
     add_stage(&mut content, *ground, plates.as_ref(), frame);
+    if let Some(measured) = measured {
+        content["measured"] = json!(measured);
+    }
     hex(&Sha256::digest(content.to_string().as_bytes()))
 }
 
@@ -107,6 +116,12 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
         GlassShadows::Straight => "straight",
         GlassShadows::Opaque => "opaque",
     }
+}
+
+/// Clips and camera of a selection. All of a scene share the rest.
+fn selection_key(selection: &Selection) -> serde_json::Value {
+    let clips: Vec<_> = selection.clips.iter().map(|clip| clip.0).collect();
+    json!([clips, camera_key(selection.camera, &selection.camera_changes)])
 }
 
 fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {

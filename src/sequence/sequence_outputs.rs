@@ -12,6 +12,8 @@ pub struct SequenceOutputs {
     pub movie: Option<PathBuf>,
     /// PNG image with small versions of all frames.
     pub contact_sheet: Option<PathBuf>,
+    /// Whether a frame is shown on a contact sheet of several sequences, which the caller makes.
+    pub is_on_common_sheet: bool,
     /// Whether finished frames are shown on the terminal.
     pub shows_frames: bool,
 }
@@ -19,7 +21,7 @@ pub struct SequenceOutputs {
 impl SequenceOutputs {
     /// Whether any of them tone-maps frames.
     pub fn needs_tone_mapping(&self) -> bool {
-        self.movie.is_some() || self.contact_sheet.is_some() || self.shows_frames
+        self.movie.is_some() || self.contact_sheet.is_some() || self.is_on_common_sheet || self.shows_frames
     }
 
     /// The files, each with the setting that requests it.

@@ -189,14 +189,15 @@ impl Summary {
         if self.is_interrupted {
             return Err(Error::Interrupted(Cancelled));
         }
-        let worst = self.failed.into_iter().max_by_key(|failed| permanence(&failed.error));
+        let worst = self.failed.into_iter().max_by_key(|failed| permanence(failed.error.exit_code()));
         worst.map_or(Ok(()), |failed| Err(failed.error))
     }
 }
 
-/// Rank of an error by how permanent it is: highest for a bug, low for a full disk.
-fn permanence(error: &Error) -> u8 {
-    match error.exit_code() {
+/// Rank of an exit code by how permanent its failure is: highest for a bug, low for a full disk, 0 for success.
+pub fn permanence(exit_code: u8) -> u8 {
+    match exit_code {
+        0 => 0,
         70 => 4,
         65 | 66 => 3,
         77 => 2,

@@ -11,7 +11,7 @@ use super::choices::{FocusRequest, GroundKind, Integrator, PreviewFormat, Progre
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
-use super::file_types::{BackgroundType, EnvironmentType, FilePath, Pattern};
+use super::file_types::{BackgroundType, EnvironmentType, FilePath, NamedFile, Pattern};
 use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
@@ -39,10 +39,12 @@ const MAX: i64 = i32::MAX as i64;
 
 settings! {
     /// The scene: .glb, .gltf, or a shot file .toml that names it and holds settings
+    /// . Several are rendered one after another
     scene: FilePath, Input { value_name: "SCENE", is_common: true }
 
     /// Output name: shot.####.exr, shot.png
-    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number
+    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number. {scene}, {shot}, {clip}
+    /// and {camera} are their names, here and in names of movies, contact sheets, statistics and manifests
     output: Pattern, Output {
         value_name: "PATTERN", short: Some('o'), hidden_aliases: &["outfile"], is_common: true, is_for_runs: true,
         default_help: "<scene>.####.exr",
@@ -66,9 +68,10 @@ settings! {
     stamp: Flag = false, Output { is_for_runs: true }
     /// A movie of all frames
     /// : .apng (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
-    movie: FilePath, Output { value_name: "FILE", is_common: true, is_for_runs: true }
+    movie: NamedFile, Output { value_name: "FILE", is_common: true, is_for_runs: true }
     /// A PNG image with small versions of all frames and their numbers
-    contact_sheet: FilePath, Output { value_name: "FILE.png", is_for_runs: true }
+    /// ; of several scenes, clips or cameras with one frame and the names of each
+    contact_sheet: NamedFile, Output { value_name: "FILE.png", is_for_runs: true }
     /// Show finished frames on the terminal
     /// : as images (kitty, Ghostty, WezTerm, iTerm2), else as coloured blocks
     show: Flag = false, Output { is_for_runs: true }
@@ -78,9 +81,9 @@ settings! {
     /// Render every frame and replace existing files
     overwrite: Flag = false, Output { is_common: true, is_for_runs: true }
     /// Statistics of each frame as JSON
-    stats: FilePath, Output { value_name: "FILE", is_for_runs: true }
+    stats: NamedFile, Output { value_name: "FILE", is_for_runs: true }
     /// State of each frame and hashes of its files as JSON, updated during the run
-    manifest: FilePath, Output { value_name: "FILE", is_for_runs: true }
+    manifest: NamedFile, Output { value_name: "FILE", is_for_runs: true }
 
     /// Frames: 7, 1-10, 1-10x2, 1,5,8-12, -3--2 or all
     /// ; also 1..10, 1-10:2 and 10-1:-1
@@ -102,7 +105,7 @@ settings! {
     }
     /// Frames per second; fractions such as 24000/1001 are exact
     fps: Rate = FrameRate::FILM, Frames { value_name: "RATE", is_common: true }
-    /// Render the other frames when one fails
+    /// Render the other frames and scenes when one fails
     keep_going: Flag = false, Frames { is_for_runs: true }
 
     /// Width and height in pixels, or 720p, 1080p or 4k
@@ -155,8 +158,9 @@ settings! {
     /// Tone curve of previews and PNG files
     tone: OneOf<ToneCurve>, Image { value_name: "NAME", default_help: "neutral" }
 
-    /// Camera: a name, '#0' or auto
-    /// , which frames the whole scene, or stands inside where that shows more. Quote # in shells
+    /// Camera: a name, '#0', auto or each
+    /// . auto frames the whole scene, or stands inside where that shows more. each renders a sequence with every camera. Quote
+    /// # in shells
     camera: CameraType, Camera {
         value_name: "CAMERA", short: Some('c'), default_help: "the first, else auto", is_common: true,
     }
@@ -193,7 +197,8 @@ settings! {
     /// Elevation of the turntable's camera in degrees
     elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view"], requires: Some("turntable") }
 
-    /// Animation clip: a name, '#0' for the first, all or none
+    /// Animation clip: a name, '#0' for the first, all, none or each
+    /// . each renders a sequence of every clip, all with one automatic exposure and camera
     animation: Clips = ClipSelection::All, Scene { value_name: "CLIP", is_common: true }
     /// Scene of the file: a name or '#0' for the first
     scene_choice: NameOrIndexType, Scene {

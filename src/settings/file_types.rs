@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::environment_source::{BackgroundSource, EnvironmentSource};
 use super::output_pattern::OutputPattern;
+use super::placeholder::escaped_folder;
 use super::plate_pattern;
 use super::setting_type::{SettingType, ValueForm};
 
@@ -26,6 +27,31 @@ impl SettingType for FilePath {
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
         joined(folder, text)
+    }
+}
+
+/// File with placeholders for the names of the scene, the shot file, the clip and the camera.
+#[derive(Debug)]
+pub struct NamedFile;
+
+impl SettingType for NamedFile {
+    type Value = PathBuf;
+    const FORM: ValueForm = ValueForm::TEXT;
+
+    fn parse(text: &OsStr) -> Result<PathBuf, String> {
+        Ok(PathBuf::from(text))
+    }
+
+    fn write(value: &PathBuf) -> Vec<OsString> {
+        vec![value.clone().into_os_string()]
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        if text.is_empty() || Path::new(&text).is_absolute() {
+            text
+        } else {
+            joined(&escaped_folder(folder), text)
+        }
     }
 }
 

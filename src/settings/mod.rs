@@ -22,6 +22,7 @@ mod nearest;
 mod output_pattern;
 #[doc(hidden)]
 pub mod parse;
+mod placeholder;
 mod plate_pattern;
 mod read;
 mod setting_type;
@@ -56,6 +57,7 @@ pub use lists::aovs_in_files;
 pub use named::Named;
 pub(crate) use nearest::nearest;
 pub use output_pattern::{OutputFormat, OutputPattern};
+pub use placeholder::{OutputNames, Placeholder, file_name_part};
 pub use plate_pattern::PlatePattern;
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub use shutter::Shutter;

@@ -3,6 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
+use super::placeholder::{OutputNames, Placeholder, os_string};
+
 /// File format of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputFormat {
@@ -27,6 +29,8 @@ pub(super) enum Part {
     Frame { width: usize },
     /// Name of the AOV.
     Layer,
+    /// Name of the scene, the shot file, the clip or the camera, until [`OutputPattern::with_names`] replaces it.
+    Name(Placeholder),
 }
 
 /// Name in place of the AOV in the main file.
@@ -35,7 +39,7 @@ const MAIN_LAYER: &str = "beauty";
 const LAYER_PLACE: &[u8] = b"{layer}";
 
 impl OutputPattern {
-    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; `%%`, `%#` and `%{` are the second
+    /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; each [`Placeholder`]; `%%`, `%#` and `%{` are the second
     /// character itself.
     ///
     /// # Errors
@@ -46,9 +50,12 @@ impl OutputPattern {
         Ok(Self { parts, format })
     }
 
-    /// `<stem>.####.exr`, or `<stem>.exr` for a single image; the stem is literal.
-    pub fn default_for(stem: &OsStr, numbered: bool) -> Self {
+    /// `<stem>.####.exr`, or `<stem>.exr` for a single image; the stem is literal. `names` follow it, separated by dots.
+    pub fn default_for(stem: &OsStr, names: &[Placeholder], numbered: bool) -> Self {
         let mut parts = vec![Part::Literal(stem.to_owned())];
+        for &name in names {
+            parts.extend([Part::Literal(".".into()), Part::Name(name)]);
+        }
         if numbered {
             parts.push(Part::Literal(".".into()));
             parts.push(Part::Frame { width: 4 });
@@ -86,6 +93,7 @@ impl OutputPattern {
             Part::Literal(text) => text.display().to_string(),
             Part::Frame { width } => "#".repeat(*width),
             Part::Layer => "{layer}".to_owned(),
+            Part::Name(placeholder) => placeholder.text().to_owned(),
         };
         self.parts.iter().map(part).collect()
     }
@@ -98,6 +106,7 @@ impl OutputPattern {
                 Part::Literal(literal) => text.push(Self::escaped(Path::new(literal))),
                 Part::Frame { width } => text.push("#".repeat(*width)),
                 Part::Layer => text.push("{layer}"),
+                Part::Name(placeholder) => text.push(placeholder.text()),
             }
         }
         text
@@ -106,6 +115,32 @@ impl OutputPattern {
     /// Whether there is a placeholder for the name of an AOV.
     pub fn has_layer_place(&self) -> bool {
         self.parts.contains(&Part::Layer)
+    }
+
+    /// Whether `placeholder` is part of the name.
+    pub fn has(&self, placeholder: Placeholder) -> bool {
+        self.parts.contains(&Part::Name(placeholder))
+    }
+
+    /// The pattern with these of its placeholders replaced by names.
+    #[must_use]
+    pub fn with_names(&self, names: &OutputNames, replaced: &[Placeholder]) -> Self {
+        let mut parts: Vec<Part> = Vec::new();
+        for part in &self.parts {
+            let literal = match part {
+                Part::Literal(text) => text.as_os_str(),
+                Part::Name(placeholder) if replaced.contains(placeholder) => names.of(*placeholder),
+                _ => {
+                    parts.push(part.clone());
+                    continue;
+                }
+            };
+            match parts.last_mut() {
+                Some(Part::Literal(text)) => text.push(literal),
+                _ => parts.push(Part::Literal(literal.to_owned())),
+            }
+        }
+        Self { parts, format: self.format }
     }
 
     /// The file of `frame`.
@@ -150,6 +185,10 @@ pub(super) fn parse_parts(text: &OsStr) -> Result<Vec<Part>, String> {
             parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
             parts.push(Part::Layer);
             at += LAYER_PLACE.len();
+        } else if let Some(placeholder) = Placeholder::at(&bytes[at..]) {
+            parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
+            parts.push(Part::Name(placeholder));
+            at += placeholder.text().len();
         } else {
             at += usize::from(is_escape(&bytes[at..]));
             literal.push(bytes[at]);
@@ -167,6 +206,7 @@ pub(super) fn filled(parts: &[Part], frame: i64, layer: &str) -> PathBuf {
             Part::Literal(text) => path.push(text),
             Part::Frame { width } => path.push(format!("{frame:0width$}")),
             Part::Layer => path.push(layer),
+            Part::Name(placeholder) => path.push(placeholder.text()),
         }
     }
     PathBuf::from(path)
@@ -244,17 +284,6 @@ fn format_of(path: &Path) -> Result<OutputFormat, String> {
     }
 }
 
-#[cfg(unix)]
-#[expect(clippy::unnecessary_wraps, reason = "the version for other platforms can fail")]
-fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
-    Ok(std::os::unix::ffi::OsStringExt::from_vec(bytes))
-}
-
-#[cfg(not(unix))]
-fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
-    String::from_utf8(bytes).map(OsString::from).map_err(|_| "the name is not valid Unicode".to_owned())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -330,9 +359,25 @@ mod tests {
 
     #[test]
     fn a_default_name_takes_the_stem_literally() {
-        let name = |numbered| OutputPattern::default_for(OsStr::new("50%#1"), numbered).path(2);
+        let name = |numbered| OutputPattern::default_for(OsStr::new("50%#1"), &[], numbered).path(2);
         assert_eq!(name(true), Path::new("50%#1.0002.exr"));
         assert_eq!(name(false), Path::new("50%#1.exr"));
+    }
+
+    #[test]
+    fn names_replace_their_placeholders_literally() {
+        let names = OutputNames::new(Path::new("50%#1.glb"), None, "a|{camera}", "####");
+        let pattern = OutputPattern::parse(OsStr::new("{scene}/%{clip}.{clip}{camera}.##.exr")).unwrap();
+        let filled = pattern.with_names(&names, &Placeholder::ALL);
+        assert_eq!(filled.path(3), Path::new("50%#1/{clip}.a_{camera}####.03.exr"));
+        assert_eq!(filled.layer_path(3, "depth"), Path::new("50%#1/{clip}.a_{camera}####.depth.03.exr"));
+        assert_eq!(OutputPattern::parse(&filled.to_text()).unwrap().path(3), filled.path(3));
+        // Those that are left are read again.
+        let partly = pattern.with_names(&names, &[Placeholder::Scene]);
+        assert_eq!(partly.to_text(), "50%%%#1/%{clip}.{clip}{camera}.##.exr");
+        assert!(partly.has(Placeholder::Clip) && !partly.has(Placeholder::Scene));
+        let each = OutputPattern::default_for(OsStr::new("a"), &[Placeholder::Clip], true);
+        assert_eq!(each.to_text(), "a.{clip}.####.exr");
     }
 
     #[cfg(unix)]

@@ -212,13 +212,15 @@ pub fn choice(text: &str) -> NameOrIndex {
 pub fn camera(text: &str) -> CameraRequest {
     match text {
         "auto" => CameraRequest::Auto,
+        "each" => CameraRequest::Each,
         _ => CameraRequest::Camera(choice(text)),
     }
 }
 
-/// `all`, `none`, `#2` or a name.
+/// `all`, `none`, `each`, `#2` or a name.
 pub fn clips(text: &str) -> ClipSelection {
     match text {
+        "each" => ClipSelection::Each,
         "all" => ClipSelection::All,
         "none" => ClipSelection::None,
         _ => ClipSelection::One(choice(text)),

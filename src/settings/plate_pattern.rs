@@ -46,8 +46,10 @@ impl PlatePattern {
                 Err(why) => return Err(why),
             }
         };
-        if pattern.parts.contains(&Part::Layer) {
-            return Err("{layer} has no meaning in the name of a plate".to_owned());
+        let is_meaningless = |part: &&Part| matches!(part, Part::Layer | Part::Name(_));
+        if let Some(part) = pattern.parts.iter().find(is_meaningless) {
+            let placeholder = if let Part::Name(placeholder) = part { placeholder.text() } else { "{layer}" };
+            return Err(format!("{placeholder} has no meaning in the name of a plate"));
         }
         Ok(Some(pattern).filter(|pattern| is_plate || pattern.is_numbered()))
     }
@@ -69,7 +71,7 @@ impl PlatePattern {
             match part {
                 Part::Literal(text) => name.push(OutputPattern::escaped(Path::new(text))),
                 Part::Frame { width } => name.push("#".repeat(*width)),
-                Part::Layer => {}
+                Part::Layer | Part::Name(_) => {}
             }
         }
         let is_plate = DISPLAY_ENDINGS.contains(&ending(&name).as_str()) || self.is_numbered();
@@ -130,7 +132,7 @@ mod tests {
         for text in ["sky.exr", "sky.hdr@90", "studio", "none", "0,0,1", "50%.exr"] {
             assert_eq!(plate(text), None, "{text}");
         }
-        for text in ["plate:", "a.%s.png", "a.{layer}.png"] {
+        for text in ["plate:", "a.%s.png", "a.{layer}.png", "{scene}.png"] {
             assert!(PlatePattern::parse(OsStr::new(text)).is_err(), "{text}");
         }
     }

@@ -128,12 +128,14 @@ setting_types! {
     /// Camera.
     CameraType: CameraRequest, ValueForm::TEXT, |text| Ok(parse::camera(text)), |camera| match camera {
         CameraRequest::Auto => "auto".to_owned(),
+        CameraRequest::Each => "each".to_owned(),
         CameraRequest::Camera(camera) => name_or_index(camera),
     };
     /// Animation clips.
     Clips: ClipSelection, ValueForm::TEXT, |text| Ok(parse::clips(text)), |clips| match clips {
         ClipSelection::All => "all".to_owned(),
         ClipSelection::None => "none".to_owned(),
+        ClipSelection::Each => "each".to_owned(),
         ClipSelection::One(clip) => name_or_index(clip),
     };
     /// AOVs.

@@ -11,10 +11,10 @@ use crate::scene::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, Scene, Selection,
 };
 
-use crate::settings::{BackgroundSource, ENVIRONMENT_FORMS, EnvironmentSource};
+use crate::settings::{BackgroundSource, ENVIRONMENT_FORMS, EnvironmentSource, SettingValues};
 
 /// A loaded environment.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct LoadedEnvironment {
     /// The environment.
     pub environment: Environment,
@@ -73,6 +73,15 @@ impl EnvironmentRequest {
     }
 }
 
+/// The environment and the background that the settings ask for.
+pub(super) fn environment_request(args: &SettingValues) -> EnvironmentRequest {
+    EnvironmentRequest {
+        light: args.env.clone(),
+        intensity: args.env_intensity,
+        background: args.background.clone(),
+    }
+}
+
 /// Loads the requested environment. By default the studio lights scenes without lights.
 pub fn load(
     request: &EnvironmentRequest,
@@ -80,25 +89,78 @@ pub fn load(
     selection: &Selection,
     max_memory_bytes: u64,
 ) -> Result<LoadedEnvironment> {
+    LoadedEnvironments::default().load(request, scene, selection, max_memory_bytes)
+}
+
+/// The images of the last environments, shared by scenes that are lit alike.
+#[derive(Debug, Default)]
+pub struct LoadedEnvironments {
+    images: Vec<(EnvironmentSource, LoadedEnvironment)>,
+}
+
+impl LoadedEnvironments {
+    /// Images that are kept: that of a light and that of a background.
+    const KEPT: usize = 2;
+
+    /// Loads the requested environment, unless it is loaded. By default the studio lights scenes without lights.
+    ///
+    /// # Errors
+    /// Those of reading an image.
+    pub fn load(
+        &mut self,
+        request: &EnvironmentRequest,
+        scene: &Scene,
+        selection: &Selection,
+        max_memory_bytes: u64,
+    ) -> Result<LoadedEnvironment> {
+        compose(request, scene, selection, &mut |source, setting| {
+            self.of_source(source, setting, max_memory_bytes)
+        })
+    }
+
+    fn of_source(
+        &mut self,
+        source: &EnvironmentSource,
+        setting: &str,
+        max_memory_bytes: u64,
+    ) -> Result<LoadedEnvironment> {
+        if let Some((_, loaded)) = self.images.iter().find(|(kept, _)| kept == source) {
+            return Ok(loaded.clone());
+        }
+        let is_image = matches!(source, EnvironmentSource::File(..));
+        if is_image && self.images.len() >= Self::KEPT {
+            // Free it before the next one is read.
+            self.images.remove(0);
+        }
+        let loaded = of_source(source, setting, max_memory_bytes)?;
+        if is_image {
+            self.images.push((source.clone(), loaded.clone()));
+        }
+        Ok(loaded)
+    }
+}
+
+/// The environment of `scene` from sources that `of_source` loads.
+fn compose(
+    request: &EnvironmentRequest,
+    scene: &Scene,
+    selection: &Selection,
+    of_source: &mut dyn FnMut(&EnvironmentSource, &str) -> Result<LoadedEnvironment>,
+) -> Result<LoadedEnvironment> {
     let image_light =
         selection.image_light.and_then(|index| Some((index, scene.image_lights.get(index.index())?)));
     let mut loaded = match (&request.light, image_light) {
-        (Some(source), _) => of_source(source, "env", max_memory_bytes)?,
+        (Some(source), _) => of_source(source, "env")?,
         (None, Some((index, light))) => LoadedEnvironment {
             environment: Environment::of_image_light(light, index, selection.moves_image_light(scene)),
             description: "the file's image-based light".to_owned(),
             warnings: Vec::new(),
         },
-        (None, None) if selection.has_lights(scene) => {
-            of_source(&EnvironmentSource::None, "env", max_memory_bytes)?
-        }
-        (None, None) => {
-            of_source(&EnvironmentSource::BuiltIn(BuiltInLight::Studio), "env", max_memory_bytes)?
-        }
+        (None, None) if selection.has_lights(scene) => of_source(&EnvironmentSource::None, "env")?,
+        (None, None) => of_source(&EnvironmentSource::BuiltIn(BuiltInLight::Studio), "env")?,
     };
     let background = request.background.environment().filter(|_| request.shows_background());
-    let background =
-        background.map(|source| of_source(source, "background", max_memory_bytes)).transpose()?;
+    let background = background.map(|source| of_source(source, "background")).transpose()?;
     let intensity = request.intensity;
     if intensity == 1.0 && background.is_none() {
         return Ok(loaded);

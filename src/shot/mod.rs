@@ -9,14 +9,17 @@ pub mod environment;
 mod ineffective;
 mod job;
 pub mod memory_limit;
+mod outline;
 mod render_settings;
 mod resolve;
 mod resolved_settings;
 mod shot_settings;
 mod view;
 
+pub use environment::LoadedEnvironments;
 pub use job::{ShotJob, ShotRequest, check_suite_settings, scene_of_shot, shot_job};
-pub use resolve::{RenderJob, resolve};
+pub use outline::{SequenceOutline, ShotOutline};
+pub use resolve::{RenderJob, check_shot, resolve, resolve_each};
 pub(crate) use resolve::{load_scene, resolve_scene};
 pub use resolved_settings::resolved_settings;
 pub(crate) use shot_settings::check_warnings;

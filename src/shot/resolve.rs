@@ -1,6 +1,5 @@
 //! Settings to the job that they describe.
 
-use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -11,26 +10,28 @@ use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
-    Ground, NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
+    CameraRequest, ClipSelection, Environment, Ground, NameOrIndex, Scene, Selection, mark_shadow_catchers,
+    mark_shadow_catching_node,
 };
 use crate::sequence::{
-    ExistingFiles, FrameSpec, OutputPattern, Plates, SequenceJob, SequenceOutputs, Shutter,
-    check_image_memory, duration_seconds,
+    ExistingFiles, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter, check_image_memory,
 };
 use crate::settings::{BackgroundSource, GroundKind, SettingValues, parse, suggest};
 
-use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
+use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::ineffective_settings;
 use super::memory_limit::default_max_memory_bytes;
-use super::render_settings::{exr_output, known_window, render_settings};
+use super::outline::{SequenceOutline, ShotOutline};
+use super::render_settings::{exr_output, known_window};
 use super::shot_settings::ShotSettings;
-use super::view::{resolve_frames, view_request};
 
 /// A job with its warnings.
 #[derive(Debug)]
 pub struct RenderJob {
     /// The job.
     pub sequence: SequenceJob,
+    /// Its clip, its camera and the names of its files.
+    pub outline: SequenceOutline,
     /// Notes about settings without effect and clips that are left out. `strict` ignores them.
     pub choices: Vec<Warning>,
     /// Unsupported features.
@@ -39,16 +40,54 @@ pub struct RenderJob {
     pub camera: CameraRule,
     /// Summary of the environment; empty without one.
     pub environment: String,
-    /// Input files, which must not be overwritten: the scene, its files, and the environment images.
+    /// Input files, which must not be overwritten: the scene, its files, the environment images and the shot file.
     pub inputs: Vec<PathBuf>,
 }
 
 /// Loads the scene and the environment of a shot, and resolves its settings against them.
 ///
 /// # Errors
-/// [`Error::Setting`] for settings that have no meaning for the scene, and all errors of loading.
+/// [`Error::Setting`] for settings that have no meaning for the scene or make several sequences, and all errors of loading.
 pub fn resolve(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
+    refuse_each(shot)?;
     resolve_scene(shot, Arc::new(load_scene(shot, images)?))
+}
+
+/// The same with one job for each clip and each camera where the settings ask for each. Environment images that `environments`
+/// holds are not loaded again.
+///
+/// # Errors
+/// Those of [`resolve`].
+pub fn resolve_each(
+    shot: &ShotSettings,
+    images: ImageLoading,
+    environments: &mut LoadedEnvironments,
+) -> Result<Vec<RenderJob>> {
+    let scene = Arc::new(load_scene(shot, images)?);
+    resolve_sequences(shot, scene, environments).map_err(|error| shot.settings.locate(error))
+}
+
+/// Loads the scene of a shot without texels, and checks everything that needs neither environment nor camera. Environment images
+/// must exist; they are not read.
+///
+/// # Errors
+/// Those of [`resolve`] and of [`Plan::new`] as far as they can be found so.
+pub fn check_shot(shot: &ShotSettings) -> Result<ShotOutline> {
+    let scene = Arc::new(load_scene(shot, ImageLoading::Budget)?);
+    check_scene(shot, scene).map_err(|error| shot.settings.locate(error))
+}
+
+fn check_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
+    let scene = prepared(shot, scene)?;
+    let outline = ShotOutline::new(shot, &scene)?;
+    for path in environment_request(&shot.values).files() {
+        std::fs::metadata(path).map_err(Error::missing(path))?;
+    }
+    for sequence in &outline.sequences {
+        let selection = sequence.selection.clone();
+        Plan::check(&sequence_job(shot, Arc::clone(&scene), sequence, selection, Environment::None))?;
+    }
+    Ok(outline)
 }
 
 /// Loads the scene of a shot.
@@ -57,17 +96,16 @@ pub fn resolve(shot: &ShotSettings, images: ImageLoading) -> Result<RenderJob> {
 /// Those of the import, and [`Error::Refused`] where the image or the scene needs more memory than the limit.
 pub(crate) fn load_scene(shot: &ShotSettings, images: ImageLoading) -> Result<Scene> {
     check_image(shot).map_err(|error| shot.settings.locate(error))?;
-    let max_memory_bytes = shot.values.max_memory.unwrap_or_else(default_max_memory_bytes);
-    gltf::import(&shot.scene, &ImportOptions { max_memory_bytes, images })
+    gltf::import(&shot.scene, &ImportOptions { max_memory_bytes: max_memory_bytes(&shot.values), images })
 }
 
 /// Refuses an image that needs too much memory, where its size does not depend on the scene.
 fn check_image(shot: &ShotSettings) -> Result<()> {
     let values = &shot.values;
-    let max_memory_bytes = values.max_memory.unwrap_or_else(default_max_memory_bytes);
     match known_window(values)? {
         Some(window) => {
-            check_image_memory(&shot.scene, window, shutter(values), &exr_output(values), max_memory_bytes)
+            let limit = max_memory_bytes(values);
+            check_image_memory(&shot.scene, window, shutter(values), &exr_output(values), limit)
         }
         None => Ok(()),
     }
@@ -76,82 +114,142 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
 /// Loads the environment of a shot whose scene is loaded, and resolves its settings against both.
 ///
 /// # Errors
-/// [`Error::Setting`] for settings that have no meaning for the scene, and errors of loading the environment.
+/// [`Error::Setting`] for settings that have no meaning for the scene or make several sequences, and errors of loading the
+/// environment.
 pub(crate) fn resolve_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<RenderJob> {
-    resolve_values(shot, scene).map_err(|error| shot.settings.locate(error))
+    refuse_each(shot)?;
+    let jobs = resolve_sequences(shot, scene, &mut LoadedEnvironments::default());
+    let mut jobs = jobs.map_err(|error| shot.settings.locate(error))?;
+    match (jobs.pop(), jobs.is_empty()) {
+        (Some(job), true) => Ok(job),
+        _ => Err(Error::Internal { message: "one sequence was requested and not one resolved".to_owned() }),
+    }
+}
+
+/// Refuses settings that make several sequences.
+fn refuse_each(shot: &ShotSettings) -> Result<()> {
+    let SettingValues { animation, camera, .. } = &shot.values;
+    let refuse = |setting, what| {
+        let why = format!("each makes several sequences, which only rayframe render takes; name one {what}");
+        Err(shot.settings.error(setting, why))
+    };
+    match (animation, camera) {
+        (ClipSelection::Each, _) => refuse("animation", "clip"),
+        (_, Some(CameraRequest::Each)) => refuse("camera", "camera"),
+        _ => Ok(()),
+    }
 }
 
 fn shutter(values: &SettingValues) -> Shutter {
     values.shutter.map_or(Shutter::default(), |open| Shutter { open, time_samples: values.time_samples })
 }
 
-fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJob> {
-    let args = &shot.values;
-    let max_memory_bytes = args.max_memory.unwrap_or_else(default_max_memory_bytes);
-    let request = EnvironmentRequest {
-        light: args.env.clone(),
-        intensity: args.env_intensity,
-        background: args.background.clone(),
-    };
-    let exr = exr_output(args);
-    if !args.shadow_catcher.is_empty() {
-        catch_shadows(Arc::make_mut(&mut scene), &args.shadow_catcher)?;
+/// The scene with its shadow catchers.
+fn prepared(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<Arc<Scene>> {
+    if !shot.values.shadow_catcher.is_empty() {
+        catch_shadows(Arc::make_mut(&mut scene), &shot.values.shadow_catcher)?;
     }
-    let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
-    let LoadedEnvironment { environment, description, warnings: environment_warnings } =
-        environment::load(&request, &scene, &selection, max_memory_bytes)?;
-    let mut inputs = vec![shot.scene.clone()];
-    inputs.extend(scene.files.iter().cloned());
-    inputs.extend(request.files().map(PathBuf::from));
-    let warnings = [scene.warnings.clone(), environment_warnings, matte_warnings(args, &scene)].concat();
-    let description = request.with_background(description);
+    Ok(scene)
+}
 
-    let duration = duration_seconds(&scene, &selection);
-    let frames = resolve_frames(args, &frame_spec(args), args.fps.last_frame(duration))
-        .map_err(|why| Error::setting(frame_setting(args), why))?;
-    let plates = plates(args, &frames, max_memory_bytes)?;
-    inputs.extend(plates.iter().flat_map(Plates::files).map(PathBuf::from));
-    let numbered = frames.len() > 1 || duration > 0.0;
-    let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
-    let output = args.output.clone().unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
+fn resolve_sequences(
+    shot: &ShotSettings,
+    scene: Arc<Scene>,
+    environments: &mut LoadedEnvironments,
+) -> Result<Vec<RenderJob>> {
+    let args = &shot.values;
+    let scene = prepared(shot, scene)?;
+    let ShotOutline { sequences, choices, inputs } = ShotOutline::new(shot, &scene)?;
+    let request = environment_request(args);
+    let matte_warnings = matte_warnings(args, &scene);
 
-    let render = RenderSettings {
-        show_background: request.shows_background(),
-        ground: ground(args, &scene, &selection),
-        ..render_settings(args, &scene, &selection)?
-    };
-    let aspect_ratio = render.resolution.0 as f32 / render.resolution.1 as f32;
-    let view = view_request(args, &scene)?;
-    let ResolvedCamera { selection, rule } = resolve_camera(&scene, selection, &view, aspect_ratio);
-    let sequence = SequenceJob {
-        render,
-        build: build_settings(args),
+    // Environment, stage and camera of each sequence.
+    let mut jobs = Vec::new();
+    for outline in sequences {
+        let max_memory_bytes = max_memory_bytes(args);
+        let LoadedEnvironment { environment, description, warnings } =
+            environments.load(&request, &scene, &outline.selection, max_memory_bytes)?;
+        let (width, height) = outline.render.resolution;
+        let aspect_ratio = width as f32 / height as f32;
+        let ResolvedCamera { selection, rule } =
+            resolve_camera(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
+        let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
+        sequence.render.ground = ground(args, &scene, &outline);
+        sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
+        let plate_files = sequence.plates.iter().flat_map(Plates::files).map(PathBuf::from);
+        let inputs = inputs.iter().cloned().chain(plate_files).collect();
+        let mut choices = choices.clone();
+        choices.extend(ineffective_settings(args, &sequence));
+        jobs.push(RenderJob {
+            sequence,
+            outline,
+            choices,
+            warnings: [scene.warnings.as_slice(), &warnings, &matte_warnings].concat(),
+            camera: rule,
+            environment: request.with_background(description),
+            inputs,
+        });
+    }
+    share_exposure(&mut jobs);
+    Ok(jobs)
+}
+
+/// Gives the jobs of one scene one automatic exposure.
+fn share_exposure(jobs: &mut [RenderJob]) {
+    if jobs.len() < 2 {
+        return;
+    }
+    let selections = jobs.iter().map(|job| job.sequence.selection.clone()).collect();
+    let shared = Arc::new(SharedExposure::new(selections));
+    for job in jobs {
+        job.sequence.shared_exposure = Some(Arc::clone(&shared));
+    }
+}
+
+fn sequence_job(
+    shot: &ShotSettings,
+    scene: Arc<Scene>,
+    outline: &SequenceOutline,
+    selection: Selection,
+    environment: Environment,
+) -> SequenceJob {
+    let args = &shot.values;
+    SequenceJob {
         scene,
         selection,
         environment,
         is_environment_default: args.env.is_none(),
-        frames,
+        frames: outline.frames.clone(),
         rate: args.fps,
         shutter: shutter(args),
-        output,
-        exr,
+        render: RenderSettings {
+            show_background: environment_request(args).shows_background(),
+            ..outline.render.clone()
+        },
+        build: build_settings(args),
+        output: outline.output.clone(),
+        exr: exr_output(args),
         preview: args.preview.is_some(),
         sequence_outputs: SequenceOutputs {
-            movie: args.movie.clone(),
-            contact_sheet: args.contact_sheet.clone(),
+            movie: outline.movie.clone(),
+            contact_sheet: outline.contact_sheet.clone(),
+            is_on_common_sheet: false,
             shows_frames: args.show,
         },
         exposure: args.exposure,
+        shared_exposure: None,
         tone: args.tone.unwrap_or_default(),
-        display_background: request.display_background(),
-        plates,
+        display_background: environment_request(args).display_background(),
+        plates: None,
         existing: existing_files(args),
         keep_going: args.keep_going,
         strict: args.strict,
-        max_memory_bytes,
-    };
-    choices.extend(ineffective_settings(args, &sequence));
-    Ok(RenderJob { sequence, choices, warnings, camera: rule, environment: description, inputs })
+        max_memory_bytes: max_memory_bytes(args),
+    }
+}
+
+fn max_memory_bytes(args: &SettingValues) -> u64 {
+    args.max_memory.unwrap_or_else(default_max_memory_bytes)
 }
 
 fn matte_warnings(args: &SettingValues, scene: &Scene) -> Vec<Warning> {
@@ -169,10 +267,11 @@ fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result
     }
 }
 
-fn ground(args: &SettingValues, scene: &Scene, selection: &Selection) -> Option<Ground> {
+fn ground(args: &SettingValues, scene: &Scene, outline: &SequenceOutline) -> Option<Ground> {
+    let SequenceOutline { selection, view, .. } = outline;
     match args.ground {
         GroundKind::None => None,
-        kind => ground_below(scene, selection, args.up, kind == GroundKind::Reflection),
+        kind => ground_below(scene, selection, view, kind == GroundKind::Reflection),
     }
 }
 
@@ -199,39 +298,6 @@ fn catch_shadows(scene: &mut Scene, names: &[String]) -> Result<()> {
         ));
     }
     Ok(())
-}
-
-fn frame_spec(args: &SettingValues) -> FrameSpec {
-    if let Some(frames) = &args.frames {
-        return frames.clone();
-    }
-    // Blender's -a is combined with -s and -e, so it means no more than the default.
-    if (args.start, args.end, args.step) == (None, None, None) {
-        return FrameSpec::All;
-    }
-    FrameSpec::Range {
-        start: args.start.map(i64::from),
-        end: args.end.map(i64::from),
-        step: args.step.map_or(1, i64::from),
-    }
-}
-
-/// The setting that decides the frames.
-fn frame_setting(args: &SettingValues) -> &'static str {
-    match (&args.frames, args.start, args.end) {
-        (None, Some(_), _) => "start",
-        (None, None, Some(_)) => "end",
-        _ => "frames",
-    }
-}
-
-fn selection_request(args: &SettingValues) -> SelectionRequest {
-    SelectionRequest {
-        scene: args.scene_choice.clone(),
-        clips: args.animation.clone(),
-        camera: args.camera.clone(),
-        variant: args.variant.clone(),
-    }
 }
 
 fn existing_files(args: &SettingValues) -> ExistingFiles {

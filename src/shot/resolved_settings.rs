@@ -2,30 +2,47 @@
 
 use crate::scene::{BuiltInLight, SelectedCamera};
 use crate::sequence::{FrameSpec, SequenceJob};
-use crate::settings::{EnvironmentSource, Settings, parse};
+use crate::settings::{Assigned, EnvironmentSource, Placeholder, Settings, parse};
 
+use super::resolve::RenderJob;
 use super::shot_settings::ShotSettings;
 
-/// Settings that make the same files, wherever they are read: defaults included, files by absolute paths.
-pub fn resolved_settings(shot: &ShotSettings, job: &SequenceJob) -> Settings {
+/// Settings that make the same files as the `jobs` of `shot`, wherever they are read: defaults included, files by absolute paths.
+/// What differs between jobs stays as it was given.
+pub fn resolved_settings(shot: &ShotSettings, jobs: &[RenderJob]) -> Settings {
     let mut settings = shot.settings.clone();
-    for replaced in ["all", "start", "end", "step", "width", "height", "scale"] {
-        settings.clear(replaced);
+    let Some(RenderJob { sequence: first, outline, .. }) = jobs.first() else { return settings };
+    if jobs.iter().all(|job| job.sequence.frames == first.frames) {
+        clear(&mut settings, &["all", "start", "end", "step"]);
+        settings.frames = Some(FrameSpec::Listed(first.frames.clone()).into());
     }
-    settings.frames = Some(FrameSpec::Listed(job.frames.clone()).into());
-    settings.resolution = Some(job.render.resolution.into());
-    settings.output.get_or_insert_with(|| job.output.clone().into());
-    settings.camera.get_or_insert_with(|| parse::camera(&camera(job)).into());
-    if settings.env.is_none() && job.selection.image_light.is_none() {
-        let has_lights = job.selection.has_lights(&job.scene);
-        let source = if has_lights {
-            EnvironmentSource::None
-        } else {
-            EnvironmentSource::BuiltIn(BuiltInLight::Studio)
-        };
+    if jobs.iter().all(|job| job.sequence.render.resolution == first.render.resolution) {
+        clear(&mut settings, &["width", "height", "scale"]);
+        settings.resolution = Some(first.render.resolution.into());
+    }
+    // The printed file is another shot file.
+    let files =
+        [&mut settings.movie, &mut settings.contact_sheet, &mut settings.stats, &mut settings.manifest];
+    for file in files.into_iter().flatten() {
+        file.value = outline.names.fill_shot(&file.value);
+    }
+    let origin = settings.origin_of("output").cloned().unwrap_or_default();
+    let value = outline.pattern.with_names(&outline.names, &[Placeholder::Scene, Placeholder::Shot]);
+    settings.output = Some(Assigned { value, origin });
+    settings.camera.get_or_insert_with(|| parse::camera(&camera(first)).into());
+    if settings.env.is_none() && first.selection.image_light.is_none() {
+        let has_lights = first.selection.has_lights(&first.scene);
+        let studio = EnvironmentSource::BuiltIn(BuiltInLight::Studio);
+        let source = if has_lights { EnvironmentSource::None } else { studio };
         settings.env = Some(source.into());
     }
     settings.with_defaults(&std::env::current_dir().unwrap_or_default())
+}
+
+fn clear(settings: &mut Settings, names: &[&str]) {
+    for name in names {
+        settings.clear(name);
+    }
 }
 
 /// The camera that is selected by default: the first camera of the scene graph.

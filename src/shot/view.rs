@@ -3,12 +3,17 @@
 use crate::error::{Error, Result};
 use crate::framing::NamedView;
 use crate::scene::{
-    CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, Target, TurntableRequest, ViewRequest,
+    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, Target, TurntableRequest,
+    ViewRequest,
 };
 use crate::settings::{FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
 
 /// The view that the settings ask for.
-pub(super) fn view_request(args: &SettingValues, scene: &Scene) -> Result<ViewRequest> {
+pub(super) fn view_request(
+    args: &SettingValues,
+    scene: &Scene,
+    measured_clips: Vec<AnimationIndex>,
+) -> Result<ViewRequest> {
     let field_of_view = args.fov.or_else(|| args.focal_length.map(field_of_view_of));
     let node = |setting, name| named_node(scene, setting, name, "'#0' for the first node, or a name");
     Ok(ViewRequest {
@@ -26,11 +31,12 @@ pub(super) fn view_request(args: &SettingValues, scene: &Scene) -> Result<ViewRe
             degrees => degrees.map(LensRequest::FieldOfView),
         },
         node: args.frame_node.as_ref().map(|name| node("frame_node", name)).transpose()?,
+        measured_clips,
         turntable: args.turntable.map(|frames| TurntableRequest {
             elevation_degrees: Some(args.elevation),
             turn_seconds: args.fps.time_seconds(i64::from(frames)),
         }),
-        keeps_camera: matches!(args.camera, Some(CameraRequest::Camera(_))),
+        keeps_camera: matches!(args.camera, Some(CameraRequest::Camera(_) | CameraRequest::Each)),
     })
 }
 

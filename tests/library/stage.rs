@@ -210,6 +210,7 @@ pub(crate) fn sequence_job(
         preview: false,
         sequence_outputs: SequenceOutputs::default(),
         exposure: Exposure::Auto,
+        shared_exposure: None,
         tone: ToneCurve::Standard,
         display_background: None,
         plates: None,

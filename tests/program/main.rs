@@ -9,6 +9,7 @@ mod determinism;
 mod diff;
 mod environments;
 mod killed;
+mod many;
 mod merge;
 mod plates;
 mod presentation;

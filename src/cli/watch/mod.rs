@@ -102,32 +102,31 @@ impl Watch<'_> {
 
     fn render_shot(&mut self, shot: &ShotSettings) -> Result<()> {
         let args = &shot.values;
-        let RenderJob { sequence: mut job, choices, warnings, camera, environment, mut inputs } =
-            resolve(shot, ImageLoading::Texels)?;
-        inputs.extend(shot.shot_file.clone());
-        self.files.replace(inputs.iter().cloned());
-        refuse_many(&job)?;
-        job.existing = ExistingFiles::Overwrite;
-        let plan = Plan::new(&job)?;
-        let others = other_files(&job, args);
-        plan.check_collisions(&others, &inputs)?;
+        let mut resolved = resolve(shot, ImageLoading::Texels)?;
+        self.files.replace(resolved.inputs.iter().cloned());
+        refuse_many(&resolved.sequence)?;
+        resolved.sequence.existing = ExistingFiles::Overwrite;
+        let RenderJob { sequence: job, choices, warnings, camera, environment, inputs, .. } = &resolved;
+        let plan = Plan::new(job)?;
+        let others = other_files(&resolved);
+        plan.check_collisions(&others, inputs)?;
         if !args.overwrite {
-            protect_foreign(&job, &plan)?;
+            protect_foreign(job, &plan)?;
         }
-        let printed = (summary(&job, camera, &environment), [choices.as_slice(), &warnings].concat());
+        let printed = (summary(job, *camera, environment), [choices.as_slice(), warnings].concat());
         if printed != self.printed || job.strict {
-            report_warnings(&job.scene.path, &choices, false)?;
-            report_warnings(&job.scene.path, &warnings, job.strict)?;
+            report_warnings(&job.scene.path, choices, false)?;
+            report_warnings(&job.scene.path, warnings, job.strict)?;
             if !args.quiet {
                 print_note(&printed.0);
             }
             self.printed = printed;
         }
         prepare(&plan, &others)?;
-        self.keep_full(&job, &plan);
-        let rendered = self.render_frames(&job, &plan, args);
+        self.keep_full(job, &plan);
+        let rendered = self.render_frames(&resolved, &plan, args);
         if self.stop.is_raised() {
-            self.restore_full(&job, &plan)?;
+            self.restore_full(job, &plan)?;
         }
         rendered
     }
@@ -156,7 +155,7 @@ impl Watch<'_> {
     }
 
     /// Renders the coarse image and then the full one, unless an input changes before.
-    fn render_frames(&self, job: &SequenceJob, plan: &Plan, args: &SettingValues) -> Result<()> {
+    fn render_frames(&self, job: &RenderJob, plan: &Plan, args: &SettingValues) -> Result<()> {
         let cancel = CancelFlag::new();
         let (running, over) = channel::<()>();
         thread::scope(|threads| {
@@ -172,9 +171,9 @@ impl Watch<'_> {
                 }
             });
             for planned in &plan.frames {
-                coarse::write(job, planned, &cancel)?;
+                coarse::write(&job.sequence, planned, &cancel)?;
             }
-            perform(job, plan, args, &cancel).result()
+            perform(job, plan, args, None, &cancel).result()
         })
     }
 }

@@ -31,7 +31,7 @@ impl FromArgMatches for WatchOptions {
 
 impl clap::Args for WatchOptions {
     fn augment_args(command: Command) -> Command {
-        let command = RenderOptions::augment_args(command);
+        let command = RenderOptions::augment_args(command).mut_arg("scene", |arg| arg.num_args(1));
         let command =
             HIDDEN.into_iter().fold(command, |command, name| command.mut_arg(name, |arg| arg.hide(true)));
         OWN_HELP.into_iter().fold(command, |command, (name, help)| {

@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 use rayframe::framing::ground_below;
 use rayframe::scene::{
-    AnimationTarget, Environment, Ground, LightKind, Material, NodeIndex, Scene, SelectedCamera,
+    AnimationTarget, Environment, Ground, LightKind, Material, NodeIndex, Scene, SelectedCamera, ViewRequest,
 };
 
 use crate::stage::{Stage, animate, assert_close, cuboid, lambert, rectangle, select_all, unlit};
@@ -96,7 +96,8 @@ fn no_shadow_is_caught_twice() {
 
 #[expect(clippy::unwrap_used, reason = "a helper of tests")]
 fn ground_of(scene: &Scene, up: Option<Vec3>) -> f32 {
-    ground_below(scene, &select_all(scene, SelectedCamera::Auto), up, false).unwrap().height
+    let view = ViewRequest { up, ..ViewRequest::default() };
+    ground_below(scene, &select_all(scene, SelectedCamera::Auto), &view, false).unwrap().height
 }
 
 #[track_caller]
@@ -117,8 +118,9 @@ fn the_ground_lies_just_below_the_lowest_point() {
     let mut far = Stage::new();
     far.add(cuboid(Vec3::new(0.0, 1e5, 0.0), Vec3::splat(0.5)), lambert(Vec3::ONE));
     assert!(ground_of(&far.scene, None) < 99_999.5 - 0.05);
+    let empty = Scene::default();
     assert_eq!(
-        ground_below(&Scene::default(), &select_all(&Scene::default(), SelectedCamera::Auto), None, true),
+        ground_below(&empty, &select_all(&empty, SelectedCamera::Auto), &ViewRequest::default(), true),
         None
     );
 }

@@ -1,0 +1,134 @@
+//! Contact sheets of several sequences: one frame of each, with the names of scene, clip and camera.
+
+use std::path::PathBuf;
+
+use crate::progress::{print_note, print_warning};
+use rayframe::error::Result;
+use rayframe::image_file::{encode_png, write_atomically};
+use rayframe::output::{LabelledSheet, LabelledTile};
+use rayframe::sequence::{Plan, Summary, display_frame};
+use rayframe::settings::{OutputNames, Placeholder, SettingValues};
+use rayframe::shot::RenderJob;
+
+use crate::cli::render_options::NamedShot;
+
+/// The sheets of a run, in the order of their first sequences.
+#[derive(Debug, Default)]
+pub(super) struct CommonSheets {
+    /// Whether there are several sequences.
+    is_many: bool,
+    /// Whether labels name the scene.
+    names_scenes: bool,
+    /// Each sheet with its tiles, and the position of the scene of each.
+    sheets: Vec<(PathBuf, Vec<(usize, LabelledTile)>)>,
+    /// Position of the current scene.
+    position: usize,
+}
+
+impl CommonSheets {
+    /// No sheets yet.
+    pub(super) fn new(is_many: bool, names_scenes: bool) -> Self {
+        Self { is_many, names_scenes, sheets: Vec::new(), position: 0 }
+    }
+
+    /// Makes the scene at `position` the current one.
+    pub(super) fn begin(&mut self, position: usize) {
+        self.position = position;
+    }
+
+    /// Takes the contact sheet of a job over, where it shows several sequences: its name has no placeholder for what tells them
+    /// apart.
+    pub(super) fn take(&mut self, job: &mut RenderJob, args: &SettingValues) {
+        if !self.is_common(job, args) {
+            return;
+        }
+        job.sequence.sequence_outputs.contact_sheet = None;
+        job.sequence.sequence_outputs.is_on_common_sheet = true;
+    }
+
+    fn is_common(&self, job: &RenderJob, args: &SettingValues) -> bool {
+        let Some(name) = args.contact_sheet.as_deref().filter(|_| self.is_many) else { return false };
+        let has = |placeholder: Placeholder| placeholder.is_in(name);
+        let is_of_one_scene = !self.names_scenes || has(Placeholder::Scene) || has(Placeholder::Shot);
+        let is_of_one_clip = job.outline.clip.is_none() || has(Placeholder::Clip);
+        let is_of_one_camera = job.outline.camera.is_none() || has(Placeholder::Camera);
+        !(is_of_one_scene && is_of_one_clip && is_of_one_camera)
+    }
+
+    /// Adds the middle frame of a sequence that was rendered; an empty tile where it is missing.
+    pub(super) fn add(&mut self, job: &RenderJob, plan: &Plan, summary: &Summary) {
+        let outline = &job.outline;
+        let Some(path) = outline.contact_sheet.clone() else { return };
+        if !job.sequence.sequence_outputs.is_on_common_sheet {
+            return;
+        }
+        let mut frames: Vec<_> = plan.frames.iter().collect();
+        frames.sort_by_key(|planned| planned.frame);
+        let exists = |frame: i64| {
+            summary.kept.contains(&frame) || summary.written.iter().any(|report| report.frame == frame)
+        };
+        let middle = frames.get(frames.len() / 2).filter(|planned| exists(planned.frame));
+        let image = match (middle, summary.look) {
+            (Some(planned), Some(look)) => match display_frame(&job.sequence, planned, look) {
+                Ok(image) => Some(image),
+                Err(error) => {
+                    print_warning(&format!("`contact_sheet`: {error}"));
+                    None
+                }
+            },
+            _ => None,
+        };
+        let scene = self.names_scenes.then(|| outline.names.of(Placeholder::Shot).display().to_string());
+        let parts = scene.into_iter().chain(outline.clip.clone()).chain(outline.camera.clone());
+        let label = parts.collect::<Vec<_>>().join(" / ");
+        self.add_tile(path, LabelledTile::new(label, image.as_ref()));
+    }
+
+    /// Adds an empty tile for a scene that cannot be rendered.
+    pub(super) fn add_failed(&mut self, named: &NamedShot) {
+        let Ok(shot) = &named.settings else { return };
+        let Some(name) = shot.values.contact_sheet.as_deref() else { return };
+        if Placeholder::ALL.into_iter().any(|placeholder| placeholder.is_in(name)) {
+            return;
+        }
+        let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), "", "");
+        let label = names.of(Placeholder::Shot).display().to_string();
+        let path = names.fill(name);
+        self.add_tile(path, LabelledTile::new(label, None));
+    }
+
+    /// Writes all sheets.
+    ///
+    /// # Errors
+    /// Those of writing files.
+    pub(super) fn write(&mut self) -> Result<()> {
+        for (path, tiles) in &mut self.sheets {
+            // Scenes that failed were added first.
+            tiles.sort_by_key(|(position, _)| *position);
+            let mut sheet = LabelledSheet::default();
+            tiles.drain(..).for_each(|(_, tile)| sheet.add(tile));
+            let image = sheet.image();
+            write_atomically(path, &encode_png(image.size, &image.pixels, "contact sheet")?)?;
+            print_note(&format!("all together: {}", path.display()));
+        }
+        Ok(())
+    }
+
+    /// Says that the sheets were not made, because the run ended early.
+    pub(super) fn tell_missing(&self) {
+        for (path, _) in &self.sheets {
+            print_warning(&format!(
+                "`contact_sheet`: \"{}\" was not made, as frames are missing",
+                path.display()
+            ));
+        }
+    }
+
+    fn add_tile(&mut self, path: PathBuf, tile: LabelledTile) {
+        let tile = (self.position, tile);
+        match self.sheets.iter_mut().find(|(other, _)| *other == path) {
+            Some((_, tiles)) => tiles.push(tile),
+            None => self.sheets.push((path, vec![tile])),
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Rendering of one planned sequence: its frames with progress output, and the files beside them.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::progress::{Manifest, Part, ReportedSequence, Reporter, Verbosity};
+use rayframe::cancel::CancelFlag;
+use rayframe::error::Result;
+use rayframe::image_file::{probe_folder, remove_stale_temporaries, write_atomically};
+use rayframe::output::SOFTWARE;
+use rayframe::sequence::{self, Plan, ReplacedFile, Summary};
+use rayframe::settings::SettingValues;
+use rayframe::shot::RenderJob;
+
+use crate::cli::outcome::Outcome;
+use crate::cli::presenter::Presenter;
+
+/// Sidecar files, with the settings that name them.
+pub(in crate::cli) fn other_files(job: &RenderJob) -> Vec<(&Path, &'static str)> {
+    let outline = &job.outline;
+    let reports = [(&outline.stats, "stats"), (&outline.manifest, "manifest")];
+    let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
+    job.sequence.sequence_outputs.files().chain(reports).collect()
+}
+
+/// Checks that all files can be written, and removes temporary files of killed runs.
+pub(in crate::cli) fn prepare(plan: &Plan, others: &[(&Path, &str)]) -> Result<()> {
+    plan.prepare()?;
+    for (path, _) in others {
+        probe_folder(path)?;
+        remove_stale_temporaries(&[path.to_path_buf()]);
+    }
+    Ok(())
+}
+
+/// Renders the frames with progress output, and writes manifest, statistics, movie and contact sheet. One failure does not
+/// prevent the rest. `part` is the position of the sequence where it is one of several.
+pub(in crate::cli) fn perform(
+    job: &RenderJob,
+    plan: &Plan,
+    args: &SettingValues,
+    part: Option<Part>,
+    cancel: &CancelFlag,
+) -> Outcome {
+    let RenderJob { sequence, outline, .. } = job;
+    let verbosity =
+        Verbosity { is_quiet: args.quiet, is_verbose: args.verbose, names_failures: sequence.keep_going };
+    let reported = ReportedSequence {
+        output: sequence.output.shown(),
+        scene: sequence.scene.path.clone(),
+        clip: outline.clip.clone(),
+        camera: outline.camera.clone(),
+        part,
+    };
+    let reporter = Reporter::new(args.progress, verbosity, &reported);
+    let presenter = Presenter::new(sequence, plan);
+    let manifest = outline.manifest.as_deref().map(|path| Manifest::new(path, job, plan));
+    let summary = sequence::run(sequence, plan, cancel, &|event| {
+        if let Some(manifest) = &manifest {
+            manifest.tell(event);
+        }
+        reporter.print(event);
+        presenter.watch(event, &reporter);
+    });
+    let manifest = manifest.map(|manifest| manifest.write());
+    let statistics = outline.stats.as_deref().map(|path| write_statistics(path, job, &summary));
+    let presented = presenter.present(&summary, cancel);
+    let sidecar_errors =
+        [manifest, statistics, Some(presented)].into_iter().flatten().filter_map(Result::err);
+    Outcome { sidecar_errors: sidecar_errors.collect(), summary }
+}
+
+/// Warning about files that `--resume` replaces; `None` without any.
+pub(super) fn replacing_text(replaced: &[ReplacedFile]) -> Option<String> {
+    let first = replaced.first()?;
+    let example = format!("\"{}\" is {}", first.path.display(), first.why);
+    Some(match replaced.len() {
+        1 => format!("--resume: 1 file made from something else will be replaced: {example}"),
+        count => {
+            format!("--resume: {count} files made from something else will be replaced; the first, {example}")
+        }
+    })
+}
+
+fn write_statistics(path: &Path, job: &RenderJob, summary: &Summary) -> Result<()> {
+    let failed: Vec<_> = summary
+        .failed
+        .iter()
+        .map(|failed| {
+            json!({
+                "frame": failed.frame,
+                "code": failed.error.exit_code(),
+                "message": failed.error.to_string(),
+            })
+        })
+        .collect();
+    let (width, height) = job.sequence.render.resolution;
+    let mut statistics = json!({
+        "schema": 2,
+        "software": SOFTWARE,
+        "scene": job.sequence.scene.path.to_string_lossy(),
+        "resolution": [width, height],
+        "samples": job.sequence.render.samples,
+        "threads": rayon::current_num_threads(),
+        "seconds": summary.seconds,
+        "interrupted": summary.is_interrupted,
+        "frames": summary.written,
+        "kept": summary.kept,
+        "failed": failed,
+    });
+    for (key, name) in [("clip", &job.outline.clip), ("camera", &job.outline.camera)] {
+        if let Some(name) = name {
+            statistics[key] = json!(name);
+        }
+    }
+    write_atomically(path, format!("{statistics:#}\n").as_bytes())
+}

@@ -1,0 +1,134 @@
+//! The files of all sequences of a run: no two may have one name, and none may be an input.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use rayframe::error::{Error, Result};
+use rayframe::image_file::probe_folder;
+use rayframe::sequence::canonical;
+use rayframe::settings::{OutputNames, Placeholder, SettingValues};
+use rayframe::shot::{SequenceOutline, ShotOutline};
+
+/// The files of the sequences that were added.
+///
+/// Names that differ only in case are the same, because they are on many file systems.
+#[derive(Debug, Default)]
+pub(super) struct WrittenFiles {
+    sequences: Vec<Owner>,
+    /// Index of the sequence and the setting of each file, by its canonical name in lower case.
+    files: BTreeMap<String, (usize, &'static str, PathBuf)>,
+    inputs: BTreeSet<PathBuf>,
+    /// Canonical forms of folders.
+    folders: BTreeMap<PathBuf, PathBuf>,
+}
+
+/// A sequence for messages.
+#[derive(Debug)]
+struct Owner {
+    label: String,
+    names: OutputNames,
+}
+
+impl WrittenFiles {
+    /// Adds the files of a shot, which was named `path`.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a file that an added sequence writes, too, or that is an input of any shot so far.
+    pub(super) fn add(&mut self, path: &Path, args: &SettingValues, shot: &ShotOutline) -> Result<()> {
+        self.inputs.extend(shot.inputs.iter().map(|input| canonical(input)));
+        for sequence in &shot.sequences {
+            let separator = if sequence.label().is_empty() { "" } else { " " };
+            let label = format!("{}{separator}{}", path.display(), sequence.label());
+            self.sequences.push(Owner { label, names: sequence.names.clone() });
+            for file in frame_files(sequence, args) {
+                self.add_file(&file, "output")?;
+            }
+            for (file, setting) in sequence.sidecar_files() {
+                self.add_file(file, setting)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that a file can be created in each folder.
+    ///
+    /// # Errors
+    /// [`Error::CannotCreate`] with the folder.
+    pub(super) fn probe_folders(&self) -> Result<()> {
+        let mut probed = BTreeSet::new();
+        for (_, _, file) in self.files.values() {
+            if probed.insert(file.parent()) {
+                probe_folder(file)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn add_file(&mut self, file: &Path, setting: &'static str) -> Result<()> {
+        let canonical = self.canonical(file);
+        if self.inputs.contains(&canonical) {
+            let why = format!(
+                "\"{}\" is an input and cannot be written to as well; choose another name",
+                file.display()
+            );
+            return Err(Error::setting(setting, why));
+        }
+        let index = self.sequences.len() - 1;
+        let key = canonical.display().to_string().to_lowercase();
+        match self.files.get(&key) {
+            // One sheet shows several sequences.
+            Some((_, "contact_sheet", _)) if setting == "contact_sheet" => Ok(()),
+            // Within a sequence the plan checks.
+            Some((owner, ..)) if *owner == index => Ok(()),
+            Some((owner, _, other)) => {
+                let (first, second) = (&self.sequences[*owner], &self.sequences[index]);
+                Err(Error::setting(setting, collision(first, second, [other, file])))
+            }
+            None => {
+                self.files.insert(key, (index, setting, file.to_owned()));
+                Ok(())
+            }
+        }
+    }
+
+    fn canonical(&mut self, file: &Path) -> PathBuf {
+        let (Some(folder), Some(name)) = (file.parent(), file.file_name()) else { return canonical(file) };
+        if let Some(folder) = self.folders.get(folder) {
+            return folder.join(name);
+        }
+        let whole = canonical(file);
+        if let Some(of_folder) = whole.parent() {
+            self.folders.insert(folder.to_owned(), of_folder.to_owned());
+        }
+        whole
+    }
+}
+
+/// The frames' main files and previews.
+pub(super) fn frame_files(sequence: &SequenceOutline, args: &SettingValues) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for &frame in &sequence.frames {
+        let main = sequence.output.path(frame);
+        files.extend(args.preview.map(|_| main.with_extension("png")));
+        files.push(main);
+    }
+    files
+}
+
+/// What is wrong with two sequences that write one file, and the placeholder that tells them apart.
+fn collision(first: &Owner, second: &Owner, files: [&Path; 2]) -> String {
+    let file = files[1].display();
+    let differs = |placeholder: &Placeholder| first.names.of(*placeholder) != second.names.of(*placeholder);
+    let remedy = if files[0] != files[1] && files[0].file_name() != files[1].file_name() {
+        format!("\"{}\" differs in case only; choose another name", files[0].display())
+    } else if let Some(placeholder) = Placeholder::ALL.into_iter().find(differs) {
+        let placeholder = placeholder.text();
+        let name = files[1].file_name().unwrap_or_default().display();
+        format!("put {placeholder} in the name, such as {placeholder}.{name}")
+    } else if first.label.split(' ').next() == second.label.split(' ').next() {
+        "they have one name; select one by its index, such as '#1'".to_owned()
+    } else {
+        "they have one name; render them one by one".to_owned()
+    };
+    format!("{} and {} would both be written to \"{file}\"; {remedy}", first.label, second.label)
+}

@@ -1,0 +1,126 @@
+//! Result of a run over several scenes, clips or cameras: one line for people, one object for programs.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+
+use rayframe::settings::ProgressStyle;
+
+use super::eta::duration_text;
+use super::json::print_json;
+use super::openjd::print_openjd_total;
+use super::print::print_note;
+
+const SCHEMA: u32 = 1;
+
+/// Counts of a run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Total {
+    /// Scenes that were named.
+    pub(crate) scenes: usize,
+    /// Scenes whose frames all exist.
+    pub(crate) complete_scenes: usize,
+    /// Scenes that could not be rendered at all, each with the exit code and the message.
+    pub(crate) failed_scenes: Vec<(PathBuf, u8, String)>,
+    /// Written frames.
+    pub(crate) written: usize,
+    /// Kept frames.
+    pub(crate) kept: usize,
+    /// Failed frames.
+    pub(crate) failed: usize,
+    /// Whether the run was cancelled.
+    pub(crate) is_interrupted: bool,
+    /// Wall-clock seconds.
+    pub(crate) seconds: f64,
+}
+
+impl Total {
+    /// Prints it in one of the styles.
+    pub(crate) fn print(&self, style: ProgressStyle, is_quiet: bool) {
+        match style {
+            ProgressStyle::Json => print_json(&self.json()),
+            ProgressStyle::OpenJd => print_openjd_total(&self.text(), self.is_complete()),
+            ProgressStyle::None => {}
+            _ if is_quiet => {}
+            _ => print_note(&self.text()),
+        }
+    }
+
+    fn is_complete(&self) -> bool {
+        self.complete_scenes == self.scenes
+    }
+
+    /// `55 scenes: 60 frames written, 3 kept in 41.2 s`, `53 of 55 scenes complete: …`.
+    fn text(&self) -> String {
+        let plural =
+            |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        let scenes = if self.is_complete() {
+            plural(self.scenes, "scene")
+        } else {
+            format!("{} of {} complete", self.complete_scenes, plural(self.scenes, "scene"))
+        };
+        let counted = |count: usize, what: &str| match count {
+            0 => String::new(),
+            _ => format!(", {count} {what}"),
+        };
+        let stopped = if self.is_interrupted {
+            "; stopped before the end, the same command with --resume goes on from here"
+        } else {
+            ""
+        };
+        format!(
+            "{scenes}: {} written{}{} in {}{stopped}",
+            plural(self.written, "frame"),
+            counted(self.kept, "kept"),
+            counted(self.failed, "failed"),
+            duration_text(self.seconds),
+        )
+    }
+
+    fn json(&self) -> Value {
+        let failed = self.failed_scenes.iter().map(|(scene, code, message)| {
+            json!({"scene": scene.to_string_lossy(), "code": code, "message": message})
+        });
+        json!({
+            "schema": SCHEMA,
+            "event": "total",
+            "scenes": self.scenes,
+            "complete_scenes": self.complete_scenes,
+            "failed_scenes": failed.collect::<Vec<_>>(),
+            "written": self.written,
+            "kept": self.kept,
+            "failed": self.failed,
+            "interrupted": self.is_interrupted,
+            "seconds": self.seconds,
+        })
+    }
+}
+
+/// Prints that a scene cannot be rendered, for programs.
+pub(crate) fn print_scene_failure(style: ProgressStyle, scene: &Path, code: u8, message: &str) {
+    if style == ProgressStyle::Json {
+        let scene = scene.to_string_lossy();
+        let line = json!({
+            "schema": SCHEMA,
+            "event": "scene_failed",
+            "scene": scene,
+            "code": code,
+            "message": message,
+        });
+        print_json(&line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_line_counts_scenes_and_frames() {
+        let total = Total { scenes: 2, complete_scenes: 2, written: 1, seconds: 4.2, ..Total::default() };
+        assert_eq!(total.text(), "2 scenes: 1 frame written in 4.2 s");
+        let failed_scenes = vec![("b.glb".into(), 65, "empty".to_owned())];
+        let total = Total { complete_scenes: 1, kept: 3, failed: 1, failed_scenes, ..total };
+        assert_eq!(total.text(), "1 of 2 scenes complete: 1 frame written, 3 kept, 1 failed in 4.2 s");
+    }
+}

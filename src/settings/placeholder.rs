@@ -1,0 +1,211 @@
+//! Placeholders of output names for the scene, the shot file, the clip and the camera.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+/// A placeholder of output names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Placeholder {
+    /// Name of the scene file, without its extension.
+    Scene,
+    /// Name of the shot file, without its extension; that of the scene where there is no shot file.
+    Shot,
+    /// Name of the animation clip.
+    Clip,
+    /// Name of the camera.
+    Camera,
+}
+
+impl Placeholder {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Scene, Self::Shot, Self::Clip, Self::Camera];
+
+    /// The placeholder as it is written.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Scene => "{scene}",
+            Self::Shot => "{shot}",
+            Self::Clip => "{clip}",
+            Self::Camera => "{camera}",
+        }
+    }
+
+    /// The placeholder with which `text` begins.
+    pub(super) fn at(text: &[u8]) -> Option<Self> {
+        Self::ALL.into_iter().find(|placeholder| text.starts_with(placeholder.text().as_bytes()))
+    }
+
+    /// Whether the file name `path` has this placeholder.
+    pub fn is_in(self, path: &Path) -> bool {
+        let mut is_found = false;
+        let _ = replaced(path, true, &mut |placeholder| {
+            is_found |= placeholder == self;
+            OsString::new()
+        });
+        is_found
+    }
+}
+
+/// The names that replace the placeholders for one sequence, as parts of file names.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OutputNames {
+    scene: OsString,
+    shot: OsString,
+    clip: OsString,
+    camera: OsString,
+}
+
+impl OutputNames {
+    /// Makes the names safe with [`file_name_part`]. Scene and shot are files.
+    pub fn new(scene: &Path, shot: Option<&Path>, clip: &str, camera: &str) -> Self {
+        let stem = |path: &Path| file_name_part(path.file_stem().unwrap_or(OsStr::new("scene")));
+        Self {
+            scene: stem(scene),
+            shot: stem(shot.unwrap_or(scene)),
+            clip: file_name_part(OsStr::new(clip)),
+            camera: file_name_part(OsStr::new(camera)),
+        }
+    }
+
+    /// The name in place of `placeholder`.
+    pub fn of(&self, placeholder: Placeholder) -> &OsStr {
+        match placeholder {
+            Placeholder::Scene => &self.scene,
+            Placeholder::Shot => &self.shot,
+            Placeholder::Clip => &self.clip,
+            Placeholder::Camera => &self.camera,
+        }
+    }
+
+    /// A file name with its placeholders replaced. `%{scene}` stands for the text `{scene}`.
+    pub fn fill(&self, path: &Path) -> PathBuf {
+        replaced(path, true, &mut |placeholder| self.of(placeholder).to_owned()).into()
+    }
+
+    /// A file name with `{shot}` replaced and everything else as it was.
+    pub(crate) fn fill_shot(&self, path: &Path) -> PathBuf {
+        let name = |placeholder: Placeholder| match placeholder {
+            Placeholder::Shot => escaped_folder(Path::new(&self.shot)).into_os_string(),
+            _ => placeholder.text().into(),
+        };
+        replaced(path, false, &mut { name }).into()
+    }
+}
+
+/// A name as part of a file name on any system: control characters and each of `/ \ : * ? " < > |` become `_`, and so do dots at the
+/// beginning, and dots and spaces at the end. An empty name becomes `_`.
+pub fn file_name_part(name: &OsStr) -> OsString {
+    let mut bytes = name.as_encoded_bytes().to_vec();
+    for byte in &mut bytes {
+        if byte.is_ascii_control() || br#"/\:*?"<>|"#.contains(byte) {
+            *byte = b'_';
+        }
+    }
+    let leading = bytes.iter().take_while(|&&byte| byte == b'.').count();
+    let trailing = bytes.iter().rev().take_while(|&&byte| matches!(byte, b'.' | b' ')).count();
+    let end = bytes.len() - trailing;
+    bytes.iter_mut().take(leading).for_each(|byte| *byte = b'_');
+    bytes.iter_mut().skip(end).for_each(|byte| *byte = b'_');
+    if bytes.is_empty() {
+        bytes.push(b'_');
+    }
+    // Only ASCII was replaced by ASCII, so that what was Unicode still is.
+    os_string(bytes).unwrap_or_else(|_| name.to_owned())
+}
+
+/// A folder as the beginning of a file name with placeholders.
+pub(super) fn escaped_folder(folder: &Path) -> PathBuf {
+    let bytes = folder.as_os_str().as_encoded_bytes();
+    let mut escaped = Vec::new();
+    for (at, &byte) in bytes.iter().enumerate() {
+        if Placeholder::at(&bytes[at..]).is_some() {
+            escaped.push(b'%');
+        }
+        escaped.push(byte);
+    }
+    os_string(escaped).map_or_else(|_| folder.to_owned(), PathBuf::from)
+}
+
+/// `path` with `name` of each placeholder in its place. `unescapes` removes the `%` of escaped ones.
+fn replaced(path: &Path, unescapes: bool, name: &mut dyn FnMut(Placeholder) -> OsString) -> OsString {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    let mut text = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let rest = &bytes[at..];
+        let escaped = rest.strip_prefix(b"%").and_then(Placeholder::at);
+        if let Some(escaped) = escaped {
+            text.extend_from_slice(if unescapes { b"" } else { b"%" });
+            text.extend_from_slice(escaped.text().as_bytes());
+            at += 1 + escaped.text().len();
+        } else if let Some(placeholder) = Placeholder::at(rest) {
+            text.extend_from_slice(name(placeholder).as_encoded_bytes());
+            at += placeholder.text().len();
+        } else {
+            text.push(bytes[at]);
+            at += 1;
+        }
+    }
+    os_string(text).unwrap_or_else(|_| path.as_os_str().to_owned())
+}
+
+/// The bytes as text of the system.
+///
+/// # Errors
+/// One line, where the system has Unicode names only.
+#[cfg(unix)]
+#[expect(clippy::unnecessary_wraps, reason = "the version for other platforms can fail")]
+pub(super) fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
+    Ok(std::os::unix::ffi::OsStringExt::from_vec(bytes))
+}
+
+/// The bytes as text of the system.
+///
+/// # Errors
+/// One line, where the system has Unicode names only.
+#[cfg(not(unix))]
+pub(super) fn os_string(bytes: Vec<u8>) -> Result<OsString, String> {
+    String::from_utf8(bytes)
+        .map(OsString::from)
+        .map_err(|_| "the output name is not valid Unicode".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_become_parts_of_file_names() {
+        let part = |name: &str| file_name_part(OsStr::new(name)).into_string().unwrap();
+        assert_eq!(part("Armature|Walk"), "Armature_Walk");
+        assert_eq!(part("../../etc/passwd"), "___.._etc_passwd");
+        assert_eq!(part(".hidden"), "_hidden");
+        assert_eq!(part("a\nb\u{7f}. ."), "a_b____");
+        assert_eq!(part("..."), "___");
+        assert_eq!(part(""), "_");
+        assert_eq!(part("Größe 50% #1"), "Größe 50% #1");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn names_need_not_be_unicode() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let names = OutputNames::new(Path::new(OsStr::from_bytes(b"a/\xff.glb")), None, "x", "y");
+        assert_eq!(names.fill(Path::new("{scene}.json")).as_os_str().as_bytes(), b"\xff.json");
+    }
+
+    #[test]
+    fn placeholders_of_file_names_are_replaced() {
+        let names =
+            OutputNames::new(Path::new("in/robot.v2.glb"), Some(Path::new("s/010.toml")), "a/b", "auto");
+        let fill = |path: &str| names.fill(Path::new(path)).into_os_string().into_string().unwrap();
+        assert_eq!(fill("out/{scene}/{shot}.{clip}.{camera}.mp4"), "out/robot.v2/010.a_b.auto.mp4");
+        assert_eq!(fill("%{scene}{x}%{y.png"), "{scene}{x}%{y.png");
+        let folder = escaped_folder(Path::new("a {clip}/%b"));
+        assert_eq!(names.fill(&folder.join("{clip}.gif")), Path::new("a {clip}/%b/a_b.gif"));
+        assert!(
+            Placeholder::Clip.is_in(Path::new("{clip}.gif"))
+                && !Placeholder::Clip.is_in(Path::new("%{clip}.gif"))
+        );
+    }
+}

@@ -1,0 +1,199 @@
+//! The sequences of a shot, as far as they are known without its environment and its automatic camera.
+
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result, Warning};
+use crate::render::RenderSettings;
+use crate::scene::{
+    CameraRequest, ClipSelection, NamedSelection, Scene, Selection, SelectionRequest, ViewRequest,
+};
+use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
+use crate::settings::{OutputNames, Placeholder, SettingValues};
+
+use super::environment::environment_request;
+use super::render_settings::render_settings;
+use super::shot_settings::{ShotSettings, refusal};
+use super::view::{resolve_frames, view_request};
+
+/// The sequences of a shot: one, or one for each clip and each camera.
+#[derive(Clone, Debug)]
+pub struct ShotOutline {
+    /// The sequences, cameras within clips.
+    pub sequences: Vec<SequenceOutline>,
+    /// Notes about clips that are left out.
+    pub choices: Vec<Warning>,
+    /// Input files, which must not be overwritten: the scene, its files, the environment images and the shot file.
+    pub inputs: Vec<PathBuf>,
+}
+
+/// One sequence: a clip seen by a camera, its frames and the names of its files.
+#[derive(Clone, Debug)]
+pub struct SequenceOutline {
+    /// Its clips and its camera, before the view changes that.
+    pub selection: Selection,
+    /// The requested view.
+    pub view: ViewRequest,
+    /// Image, sampling and shading.
+    pub render: RenderSettings,
+    /// Frame numbers in the order of rendering.
+    pub frames: Vec<i64>,
+    /// Name of its clip, where the settings ask for each.
+    pub clip: Option<String>,
+    /// Name of its camera, where the settings ask for each.
+    pub camera: Option<String>,
+    /// The names that replace placeholders.
+    pub names: OutputNames,
+    /// Names of the frame files, with placeholders.
+    pub pattern: OutputPattern,
+    /// Names of the frame files.
+    pub output: OutputPattern,
+    /// Movie.
+    pub movie: Option<PathBuf>,
+    /// Contact sheet.
+    pub contact_sheet: Option<PathBuf>,
+    /// Statistics.
+    pub stats: Option<PathBuf>,
+    /// Manifest.
+    pub manifest: Option<PathBuf>,
+}
+
+impl SequenceOutline {
+    /// The files beside the frames, each with the setting that names it.
+    pub fn sidecar_files(&self) -> impl Iterator<Item = (&Path, &'static str)> {
+        let files = [
+            (&self.movie, "movie"),
+            (&self.contact_sheet, "contact_sheet"),
+            (&self.stats, "stats"),
+            (&self.manifest, "manifest"),
+        ];
+        files.into_iter().filter_map(|(path, setting)| Some((path.as_deref()?, setting)))
+    }
+
+    /// `clip "walk", camera "left"`, as far as the settings ask for each; empty otherwise.
+    pub fn label(&self) -> String {
+        let clip = self.clip.as_ref().map(|clip| format!("clip \"{clip}\""));
+        let camera = self.camera.as_ref().map(|camera| format!("camera \"{camera}\""));
+        clip.into_iter().chain(camera).collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl ShotOutline {
+    /// Resolves the settings of `shot` against its scene.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings that have no meaning for the scene; under `strict` the first warning of the scene.
+    pub(super) fn new(shot: &ShotSettings, scene: &Scene) -> Result<Self> {
+        let args = &shot.values;
+        if let Some(error) = refusal(&scene.path, &scene.warnings).filter(|_| args.strict) {
+            return Err(error);
+        }
+        let request = selection_request(args);
+        let (selections, choices) = Selection::resolve_each(&request, scene)?;
+        let view = view_request(args, scene, Selection::clips_of_each(&request, scene))?;
+        let pattern = output_pattern(shot, scene, &request, &selections)?;
+        let outline = |named| sequence_outline(shot, scene, named, &view, &pattern);
+        let sequences = selections.into_iter().map(outline).collect::<Result<_>>()?;
+        let mut inputs = vec![shot.scene.clone()];
+        inputs.extend(scene.files.iter().cloned());
+        inputs.extend(environment_request(args).files().map(PathBuf::from));
+        inputs.extend(shot.shot_file.clone());
+        Ok(Self { sequences, choices, inputs })
+    }
+}
+
+fn sequence_outline(
+    shot: &ShotSettings,
+    scene: &Scene,
+    named: NamedSelection,
+    view: &ViewRequest,
+    pattern: &OutputPattern,
+) -> Result<SequenceOutline> {
+    let args = &shot.values;
+    let NamedSelection { selection, clip, camera } = named;
+    // A view that does not keep the camera of the file has no name.
+    let camera = if view.places_camera() && !view.keeps_camera { "auto".to_owned() } else { camera };
+    let names = OutputNames::new(&shot.scene, shot.shot_file.as_deref(), &clip, &camera);
+    let fill = |path: &Option<PathBuf>| path.as_ref().map(|path| names.fill(path));
+    Ok(SequenceOutline {
+        view: view.clone(),
+        render: render_settings(args, scene, &selection)?,
+        frames: frames(args, scene, &selection)?,
+        clip: (args.animation == ClipSelection::Each).then_some(clip),
+        camera: (args.camera == Some(CameraRequest::Each)).then_some(camera),
+        pattern: pattern.clone(),
+        output: pattern.with_names(&names, &Placeholder::ALL),
+        movie: fill(&args.movie),
+        contact_sheet: fill(&args.contact_sheet),
+        stats: fill(&args.stats),
+        manifest: fill(&args.manifest),
+        names,
+        selection,
+    })
+}
+
+/// The output setting, or `<scene>.####.exr` with the names of each clip and each camera; without a number if all sequences are
+/// stills.
+fn output_pattern(
+    shot: &ShotSettings,
+    scene: &Scene,
+    request: &SelectionRequest,
+    selections: &[NamedSelection],
+) -> Result<OutputPattern> {
+    let args = &shot.values;
+    if let Some(output) = &args.output {
+        return Ok(output.clone());
+    }
+    let mut names = Vec::new();
+    if request.clips == ClipSelection::Each && !scene.animations.is_empty() {
+        names.push(Placeholder::Clip);
+    }
+    let has_cameras = selections.iter().any(|named| named.camera != "auto");
+    if request.camera == Some(CameraRequest::Each) && has_cameras {
+        names.push(Placeholder::Camera);
+    }
+    let mut numbered = false;
+    for NamedSelection { selection, .. } in selections {
+        numbered |= duration_seconds(scene, selection) > 0.0 || frames(args, scene, selection)?.len() > 1;
+    }
+    let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
+    Ok(OutputPattern::default_for(stem, &names, numbered))
+}
+
+fn frames(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Vec<i64>> {
+    let last = args.fps.last_frame(duration_seconds(scene, selection));
+    resolve_frames(args, &frame_spec(args), last).map_err(|why| Error::setting(frame_setting(args), why))
+}
+
+fn frame_spec(args: &SettingValues) -> FrameSpec {
+    if let Some(frames) = &args.frames {
+        return frames.clone();
+    }
+    // Blender's -a is combined with -s and -e, so it means no more than the default.
+    if (args.start, args.end, args.step) == (None, None, None) {
+        return FrameSpec::All;
+    }
+    FrameSpec::Range {
+        start: args.start.map(i64::from),
+        end: args.end.map(i64::from),
+        step: args.step.map_or(1, i64::from),
+    }
+}
+
+/// The setting that decides the frames.
+fn frame_setting(args: &SettingValues) -> &'static str {
+    match (&args.frames, args.start, args.end) {
+        (None, Some(_), _) => "start",
+        (None, None, Some(_)) => "end",
+        _ => "frames",
+    }
+}
+
+fn selection_request(args: &SettingValues) -> SelectionRequest {
+    SelectionRequest {
+        scene: args.scene_choice.clone(),
+        clips: args.animation.clone(),
+        camera: args.camera.clone(),
+        variant: args.variant.clone(),
+    }
+}

@@ -42,8 +42,8 @@ pub(super) fn run(options: &RenderOptions) -> ExitStatus {
     let first = shots.iter().find_map(|shot| shot.settings.as_ref().ok());
     let threads = first.and_then(|shot| shot.values.threads).map_or(0, usize::from);
     match ThreadPoolBuilder::new().num_threads(threads).build() {
-        Ok(pool) => pool.install(|| match Run::new(options, &shots) {
-            Ok(run) => run.render(&shots),
+        Ok(pool) => pool.install(|| match Session::new(options, &shots) {
+            Ok(session) => session.render(&shots),
             Err(error) => exit_status(Err(error)),
         }),
         Err(error) => {
@@ -53,13 +53,12 @@ pub(super) fn run(options: &RenderOptions) -> ExitStatus {
 }
 
 /// State of a run.
-struct Run {
+struct Session {
     is_dry_run: bool,
     /// Whether there are several scenes, or each clip or camera of one.
     is_many: bool,
-    /// Progress style and quietness of messages that concern no single scene.
+    /// Progress style of messages that concern no single scene.
     style: ProgressStyle,
-    is_quiet: bool,
     /// Whether other scenes follow one whose settings cannot be read.
     keeps_going_unread: bool,
     cancel: CancelFlag,
@@ -83,7 +82,7 @@ enum Stop {
     Signal(i32),
 }
 
-impl Run {
+impl Session {
     fn new(options: &RenderOptions, shots: &[NamedShot]) -> Result<Self> {
         let values = || shots.iter().filter_map(|shot| Some(&shot.settings.as_ref().ok()?.values));
         let (cancel, ends_at_once) = (CancelFlag::new(), Arc::new(AtomicBool::new(true)));
@@ -93,8 +92,7 @@ impl Run {
         Ok(Self {
             is_dry_run: options.is_dry_run(),
             is_many,
-            style: values().next().map_or(options.typed_progress(), |values| values.progress),
-            is_quiet: values().next().is_some_and(|values| values.quiet),
+            style: values().next().map_or(options.typed_progress(), style_of),
             keeps_going_unread: options.keeps_going(),
             cancel,
             caught,
@@ -125,7 +123,7 @@ impl Run {
             }
             self.total.seconds = start.elapsed().as_secs_f64();
             if self.part.before > 0 || stopped.is_none() {
-                self.total.print(self.style, self.is_quiet);
+                self.total.print(self.style);
             }
         }
         match stopped {
@@ -212,13 +210,13 @@ impl Run {
         }
         warn_about_files(&planned);
         if self.is_dry_run {
-            self.print_plan(shot, &jobs, &planned);
+            print_plan(shot, &jobs, &planned);
             return Ok(None);
         }
         for (job, plan) in &planned {
             prepare(plan, &other_files(job))?;
         }
-        self.render_sequences(&planned, &shot.values)
+        Ok(self.render_sequences(&planned, &shot.values).err())
     }
 
     /// Renders planned sequences of one scene.
@@ -226,7 +224,7 @@ impl Run {
         &mut self,
         planned: &[(&RenderJob, &Plan)],
         args: &SettingValues,
-    ) -> Result<Option<Stop>> {
+    ) -> std::result::Result<(), Stop> {
         let mut is_complete = true;
         for (job, plan) in planned {
             print_summary(job, args);
@@ -239,31 +237,20 @@ impl Run {
             self.total.kept += outcome.summary.kept.len();
             self.total.failed += outcome.summary.failed.len();
             match finish(outcome, self.caught.number(), args) {
-                ExitStatus::Signal(signal) => return Ok(Some(Stop::Signal(signal))),
+                ExitStatus::Signal(signal) => return Err(Stop::Signal(signal)),
                 ExitStatus::Code(0) => {}
                 ExitStatus::Code(code) => {
                     is_complete = false;
                     self.count(code);
                     if !args.keep_going {
-                        return Ok(Some(Stop::Failed));
+                        return Err(Stop::Failed);
                     }
                 }
             }
             self.ends_at_once.store(true, Ordering::Relaxed);
         }
         self.total.complete_scenes += usize::from(is_complete);
-        Ok(None)
-    }
-
-    fn print_plan(&self, shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &Plan)]) {
-        for job in jobs {
-            print_summary(job, &shot.values);
-        }
-        let settings = resolved_settings(shot, jobs);
-        print_output(&match shot.values.progress {
-            ProgressStyle::Json => plan_json(&settings, planned),
-            _ => plan_text(&settings, planned),
-        });
+        Ok(())
     }
 
     /// Tells the failure of a whole scene. The run ends unless it keeps going.
@@ -309,6 +296,16 @@ impl Run {
     }
 }
 
+/// The style of messages about a whole run: none where it is quiet.
+fn style_of(values: &SettingValues) -> ProgressStyle {
+    match values.progress {
+        ProgressStyle::Auto | ProgressStyle::Bar | ProgressStyle::Plain if values.quiet => {
+            ProgressStyle::None
+        }
+        style => style,
+    }
+}
+
 fn asks_for_each(values: &SettingValues) -> bool {
     values.animation == ClipSelection::Each || values.camera == Some(CameraRequest::Each)
 }
@@ -334,6 +331,17 @@ fn warn_about_files(planned: &[(&RenderJob, &Plan)]) {
     if let Some(warning) = replacing_text(&replaced) {
         print_warning(&warning);
     }
+}
+
+fn print_plan(shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &Plan)]) {
+    for job in jobs {
+        print_summary(job, &shot.values);
+    }
+    let settings = resolved_settings(shot, jobs);
+    print_output(&match shot.values.progress {
+        ProgressStyle::Json => plan_json(&settings, planned),
+        _ => plan_text(&settings, planned),
+    });
 }
 
 fn print_summary(job: &RenderJob, args: &SettingValues) {

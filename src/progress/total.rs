@@ -36,12 +36,11 @@ pub(crate) struct Total {
 
 impl Total {
     /// Prints it in one of the styles.
-    pub(crate) fn print(&self, style: ProgressStyle, is_quiet: bool) {
+    pub(crate) fn print(&self, style: ProgressStyle) {
         match style {
             ProgressStyle::Json => print_json(&self.json()),
             ProgressStyle::OpenJd => print_openjd_total(&self.text(), self.is_complete()),
             ProgressStyle::None => {}
-            _ if is_quiet => {}
             _ => print_note(&self.text()),
         }
     }

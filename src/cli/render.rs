@@ -18,7 +18,7 @@ use super::plan::{plan_json, plan_text};
 use super::presenter::Presenter;
 use super::render_options::RenderOptions;
 use super::signals;
-use super::summary::{after_the_end, summary};
+use super::summary::{after_the_end, frames_beside_the_movie, summary};
 use super::warnings::report_warnings;
 use rayframe::gltf::ImageLoading;
 use rayframe::settings::{ProgressStyle, SettingValues};
@@ -69,7 +69,7 @@ fn render(shot: &ShotSettings, is_dry_run: bool) -> Result<ExitStatus> {
     }
     if !args.quiet {
         print_note(&summary(&job, camera, &environment));
-        if let Some(note) = after_the_end(&job) {
+        for note in after_the_end(&job).into_iter().chain(frames_beside_the_movie(&job, args)) {
             print_note(&note);
         }
     }

@@ -3,6 +3,7 @@
 use rayframe::framing::CameraRule;
 use rayframe::scene::{Scene, Selection};
 use rayframe::sequence::{SequenceJob, duration_seconds, frames_text, triangle_count};
+use rayframe::settings::SettingValues;
 
 use super::camera_text::camera_text;
 
@@ -37,6 +38,13 @@ pub(super) fn after_the_end(job: &SequenceJob) -> Option<String> {
     }
     let (lie, show) = if after.len() == 1 { ("lies", "shows") } else { ("lie", "show") };
     Some(format!("{} {lie} after the animation's end ({last}) and {show} its last pose", frames_text(&after)))
+}
+
+/// `--movie also writes robot.####.exr; -o turn.mp4 writes the movie alone`; `None` where the frames are named or there is no movie.
+pub(super) fn frames_beside_the_movie(job: &SequenceJob, args: &SettingValues) -> Option<String> {
+    let movie = args.movie.as_deref().filter(|_| args.output.is_none())?;
+    let (frames, movie) = (job.output.shown(), movie.display());
+    Some(format!("--movie also writes {frames}; -o {movie} in its place writes the movie alone"))
 }
 
 fn file_name(scene: &Scene) -> String {

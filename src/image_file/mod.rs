@@ -21,6 +21,7 @@ mod png_write;
 mod stored_frame;
 mod texture_decode;
 mod texture_format;
+mod webp_animation;
 
 pub use atomic::{check_name, probe_folder, remove_stale_temporaries, write_atomically};
 pub use display::{DisplayImage, decode_png, decode_png_values};

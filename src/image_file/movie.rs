@@ -1,11 +1,11 @@
-//! Movies: animated PNG and GIF by crates, film formats by `ffmpeg` where it is installed.
+//! Movies: animated PNG, WebP and GIF, and film formats by `ffmpeg` where it is installed.
 //!
-//! Frames are sRGB with straight alpha. Animated PNG is lossless. GIF has 256 colours a frame and one-bit alpha. Films have no
+//! Frames are sRGB with straight alpha. Animated PNG and WebP are lossless. GIF has 256 colours a frame and one-bit alpha. Films have no
 //! alpha; frames are composited over black.
 
 use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, BufWriter, Read as _, Write};
+use std::io::{self, BufWriter, Read as _, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,6 +14,7 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
+use super::webp_animation::{self, WebpAnimation};
 use crate::error::{Error, Result};
 
 /// Format of a movie file.
@@ -21,6 +22,8 @@ use crate::error::{Error, Result};
 pub enum MovieFormat {
     /// Animated PNG: lossless, plays in browsers.
     AnimatedPng,
+    /// Animated WebP: lossless, smaller than PNG, plays in browsers.
+    WebP,
     /// GIF: plays everywhere.
     Gif,
     /// Film encoded by `ffmpeg`: H.264 in MP4, QuickTime or Matroska, VP9 in `WebM`.
@@ -33,7 +36,7 @@ pub enum MovieFormat {
 }
 
 /// File name extensions that [`MovieFormat::of_path`] knows, for messages.
-pub const MOVIE_ENDINGS: &str = ".apng, .gif, .mp4, .mov, .webm or .mkv";
+pub const MOVIE_ENDINGS: &str = ".apng, .webp, .gif, .mp4, .mov, .webm or .mkv";
 
 impl MovieFormat {
     /// Format of a file name extension.
@@ -42,6 +45,7 @@ impl MovieFormat {
         let film = |container, codec| Some(Self::Film { container, codec });
         match ending.as_str() {
             "apng" | "png" => Some(Self::AnimatedPng),
+            "webp" => Some(Self::WebP),
             "gif" => Some(Self::Gif),
             "mp4" | "m4v" => film("mp4", "libx264"),
             "mov" => film("mov", "libx264"),
@@ -49,6 +53,29 @@ impl MovieFormat {
             "mkv" => film("matroska", "libx264"),
             _ => None,
         }
+    }
+
+    /// Whether movies of this format can be written here with frames of `size`.
+    ///
+    /// # Errors
+    /// What to do instead, in one line: `ffmpeg` is missing, or a side is too long for the format.
+    pub fn check(self, (width, height): (u32, u32)) -> std::result::Result<(), String> {
+        let longest = match self {
+            Self::WebP => webp_animation::MAX_SIDE,
+            Self::Gif => u32::from(u16::MAX),
+            Self::Film { .. } if !has_ffmpeg() => {
+                return Err("this format needs ffmpeg, which is not installed here; .apng, .webp and .gif need no other \
+                            program"
+                    .to_owned());
+            }
+            Self::AnimatedPng | Self::Film { .. } => return Ok(()),
+        };
+        if width.max(height) > longest {
+            return Err(format!(
+                "this format holds images of at most {longest} pixels a side, and {width}x{height} are asked for; write .apng"
+            ));
+        }
+        Ok(())
     }
 }
 
@@ -72,6 +99,7 @@ pub struct MovieWriter {
 
 enum Encoder {
     AnimatedPng(png::Writer<Sink>, Sink),
+    WebP(WebpAnimation<Sink>),
     Gif(Box<GifEncoder<Sink>>, Sink),
     Film(Ffmpeg),
 }
@@ -87,6 +115,12 @@ impl Write for Sink {
 
     fn flush(&mut self) -> io::Result<()> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).flush()
+    }
+}
+
+impl Seek for Sink {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).seek(to)
     }
 }
 
@@ -122,6 +156,10 @@ impl MovieWriter {
                 let png = animated_png(sink.clone(), size, rate, frames);
                 Encoder::AnimatedPng(png.map_err(|error| write_failed(path, error))?, sink)
             }
+            MovieFormat::WebP => {
+                let webp = WebpAnimation::new(sink()?, size, frames);
+                Encoder::WebP(webp.map_err(|error| write_failed(path, error))?)
+            }
             MovieFormat::Gif => {
                 let sink = sink()?;
                 // Speed 10 of 30 looks as good as 1 and takes a fraction of the time.
@@ -155,6 +193,9 @@ impl MovieWriter {
             Encoder::AnimatedPng(png, _) => {
                 png.write_image_data(pixels.as_flattened()).map_err(|error| write_failed(&self.path, error))
             }
+            Encoder::WebP(webp) => webp
+                .add(pixels, rounded_delay(added, self.rate, 1000).clamp(1, (1 << 24) - 1))
+                .map_err(|error| write_failed(&self.path, error)),
             Encoder::Gif(gif, _) => {
                 let delay = Delay::from_numer_denom_ms(gif_delay_ms(added, self.rate), 1);
                 let image = RgbaImage::from_raw(width, height, pixels.as_flattened().to_vec());
@@ -187,6 +228,7 @@ impl MovieWriter {
                 png.finish().map_err(|error| write_failed(&path, error))?;
                 sink.flush().map_err(|error| write_failed(&path, error))?;
             }
+            Encoder::WebP(webp) => webp.finish().map_err(|error| write_failed(&path, error))?,
             Encoder::Gif(gif, mut sink) => {
                 drop(gif);
                 sink.flush().map_err(|error| write_failed(&path, error))?;
@@ -227,13 +269,18 @@ fn png_delay((numerator, denominator): (u32, u32)) -> (u16, u16) {
     (ten_thousandths.round().clamp(1.0, 65535.0) as u16, 10_000)
 }
 
-/// Duration of frame `index`. GIF counts hundredths of a second; rounding errors do not accumulate over frames.
-fn gif_delay_ms(index: u64, (numerator, denominator): (u32, u32)) -> u32 {
-    let hundredths = |index: u64| {
-        let exact = 100 * u128::from(index) * u128::from(denominator);
+/// Duration of frame `index` in whole parts of a second, `parts` to the second. Rounding errors do not accumulate over frames.
+fn rounded_delay(index: u64, (numerator, denominator): (u32, u32), parts: u32) -> u32 {
+    let start = |index: u64| {
+        let exact = u128::from(parts) * u128::from(index) * u128::from(denominator);
         (exact + u128::from(numerator) / 2) / u128::from(numerator.max(1))
     };
-    (hundredths(index + 1) - hundredths(index)).clamp(1, 65535) as u32 * 10
+    u32::try_from(start(index + 1) - start(index)).unwrap_or(u32::MAX)
+}
+
+/// Duration of frame `index`. GIF counts hundredths of a second.
+fn gif_delay_ms(index: u64, rate: (u32, u32)) -> u32 {
+    rounded_delay(index, rate, 100).clamp(1, 65535) * 10
 }
 
 fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
@@ -328,6 +375,20 @@ mod tests {
             [(24, 1), (24000, 1001), (100_000, 1)].map(png_delay),
             [(1, 24), (1001, 24000), (1, 10_000)]
         );
+    }
+
+    #[test]
+    fn animated_webps_hold_every_frame_and_keep_time() {
+        let bytes = written("a.webp");
+        let decoder = image::codecs::webp::WebPDecoder::new(io::Cursor::new(&bytes)).unwrap();
+        let decoded = decoder.into_frames().collect_frames().unwrap();
+        for (frame, expected) in decoded.iter().zip(frames()) {
+            assert_eq!(frame.buffer().as_raw().as_slice(), expected.as_flattened());
+        }
+        // Frames of 24 fps begin at 0, 42, 83, 125, 167 and 208 ms.
+        let milliseconds: Vec<_> = decoded.iter().map(|frame| frame.delay().numer_denom_ms().0).collect();
+        assert_eq!(milliseconds, [42, 41, 42, 42, 41]);
+        assert!(MovieFormat::WebP.check((16384, 1)).is_ok() && MovieFormat::WebP.check((1, 16385)).is_err());
     }
 
     #[test]

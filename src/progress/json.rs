@@ -30,6 +30,9 @@ impl JsonLines {
         {
             return;
         }
+        if let SequenceEvent::FrameImage(_) = event {
+            return;
+        }
         let mut stdout = std::io::stdout().lock();
         let _ = writeln!(stdout, "{}", json_line(event)).and_then(|()| stdout.flush());
     }

@@ -61,7 +61,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     } = render;
     let file = match output.format() {
         OutputFormat::Exr => exr_key(exr),
-        OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
+        OutputFormat::Png | OutputFormat::Movie(_) => png_key(*tone, *exposure, *display_background, *window),
     };
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let content = json!({
@@ -177,7 +177,7 @@ fn exr_key(exr: &ExrOutput) -> serde_json::Value {
     })
 }
 
-/// Look and crop of PNG files, which have no data window.
+/// Look and crop of PNG files and movies, which have no data window.
 fn png_key(
     tone: ToneCurve,
     exposure: Exposure,

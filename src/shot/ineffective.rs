@@ -12,7 +12,7 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();
     let is_seen =
-        job.preview || job.output.format() == OutputFormat::Png || job.sequence_outputs.needs_tone_mapping();
+        job.preview || job.output.format() != OutputFormat::Exr || job.sequence_outputs.needs_tone_mapping();
     let ineffective = [
         (
             values.env_intensity != 1.0 && is_dark(&job.environment),
@@ -43,7 +43,17 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         pointer: String::new(),
         message: format!("`{setting}` does nothing: {why}"),
     };
-    ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning).collect()
+    let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
+    ineffective.chain(equal_frames(job)).collect()
+}
+
+/// A warning about several frames of a scene in which nothing moves.
+fn equal_frames(job: &SequenceJob) -> Option<Warning> {
+    let count = job.frames.len();
+    let message = || {
+        format!("nothing moves, so that all {count} frames are equal; `turntable` {count} turns the camera")
+    };
+    (count > 1 && !moves(job)).then(|| Warning { pointer: String::new(), message: message() })
 }
 
 fn is_dark(environment: &Environment) -> bool {

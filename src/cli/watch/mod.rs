@@ -107,6 +107,9 @@ impl Watch<'_> {
         inputs.extend(shot.shot_file.clone());
         self.files.replace(inputs.iter().cloned());
         refuse_many(&job)?;
+        if job.output.is_movie() {
+            return Err(Error::setting("output", "one image is watched; end the name with .png or .exr"));
+        }
         job.existing = ExistingFiles::Overwrite;
         let plan = Plan::new(&job)?;
         let others = other_files(&job, args);

@@ -1,13 +1,14 @@
-//! Selected camera: a node's, a fixed one, or one on a turntable.
+//! Selected camera: a node's, a fixed one, or one on a turntable or a path.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::{DQuat, Mat4, Vec3};
 
-use super::{NodeIndex, Projection};
+use super::{CameraPath, NodeIndex, Projection};
 
 /// Selected camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SelectedCamera {
     /// Automatic camera, until [`crate::framing::resolve_camera`] replaces it. Posed, it stands in the origin.
     Auto,
@@ -22,6 +23,8 @@ pub enum SelectedCamera {
     },
     /// Camera that turns about an axis.
     Turntable(Turntable),
+    /// Camera that moves along a path.
+    Path(Arc<CameraPath>),
 }
 
 /// Camera that turns about an axis at constant speed. Whole turns give the same bits.
@@ -39,7 +42,7 @@ pub struct Turntable {
     pub turn_seconds: f64,
 }
 
-/// Changes to a node's camera. `None` keeps what the node has.
+/// Changes to the camera of a node or a path. `None` keeps what that has.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraChanges {
     /// Position, metres.

@@ -69,7 +69,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "scene": hex(&scene.content_hash),
         "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
         "clips": clips.iter().map(|clip| clip.0).collect::<Vec<_>>(),
-        "camera": camera_key(*camera, camera_changes),
+        "camera": camera_key(camera, camera_changes),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
         "shadow_catchers": shadow_catchers(scene, *variant),
@@ -91,25 +91,27 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     hex(&Sha256::digest(content.to_string().as_bytes()))
 }
 
-fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {
+fn camera_key(camera: &SelectedCamera, changes: &CameraChanges) -> String {
     let bits = |matrix: Mat4| matrix.to_cols_array().map(f32::to_bits);
     match camera {
         SelectedCamera::Auto => "auto".to_owned(),
         SelectedCamera::Node(node) if *changes == CameraChanges::default() => format!("node {}", node.0),
-        SelectedCamera::Node(node) => {
-            let CameraChanges { position, target, up, roll_radians, projection } = *changes;
-            let points =
-                [position, target, up].map(|point| point.map(|point| point.to_array().map(f32::to_bits)));
-            format!("node {} {points:x?} {:x} {projection:?}", node.0, roll_radians.to_bits())
-        }
+        SelectedCamera::Node(node) => format!("node {} {}", node.0, changes_key(changes)),
+        SelectedCamera::Path(path) => format!("path {} {}", path.content_key, changes_key(changes)),
         SelectedCamera::Fixed { world_from_camera, projection } => {
-            format!("fixed {:x?} {projection:?}", bits(world_from_camera))
+            format!("fixed {:x?} {projection:?}", bits(*world_from_camera))
         }
         SelectedCamera::Turntable(Turntable { start, projection, center, axis, turn_seconds }) => {
             let points = [center, axis].map(|point| point.to_array().map(f32::to_bits));
-            format!("turntable {:x?} {projection:?} {points:x?} {:x}", bits(start), turn_seconds.to_bits())
+            format!("turntable {:x?} {projection:?} {points:x?} {:x}", bits(*start), turn_seconds.to_bits())
         }
     }
+}
+
+fn changes_key(changes: &CameraChanges) -> String {
+    let CameraChanges { position, target, up, roll_radians, projection } = *changes;
+    let points = [position, target, up].map(|point| point.map(|point| point.to_array().map(f32::to_bits)));
+    format!("{points:x?} {:x} {projection:?}", roll_radians.to_bits())
 }
 
 /// Nodes, and which primitives of theirs only catch shadows as they look in `variant`.

@@ -64,9 +64,9 @@ fn is_dark(environment: &Environment) -> bool {
     }
 }
 
-/// Whether the camera turns, or any selected clip has two keys for anything.
+/// Whether the camera turns or follows a path, or any selected clip has two keys for anything.
 fn moves(job: &SequenceJob) -> bool {
-    if matches!(job.selection.camera, SelectedCamera::Turntable(_)) {
+    if matches!(job.selection.camera, SelectedCamera::Turntable(_) | SelectedCamera::Path(_)) {
         return true;
     }
     let clips = job.selection.clips.iter().filter_map(|clip| job.scene.animations.get(clip.index()));

@@ -11,7 +11,8 @@ use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
 use crate::render::RenderSettings;
 use crate::scene::{
-    NameOrIndex, Scene, Selection, SelectionRequest, mark_shadow_catchers, mark_shadow_catching_node,
+    NameOrIndex, Scene, SelectedCamera, Selection, SelectionRequest, mark_shadow_catchers,
+    mark_shadow_catching_node,
 };
 use crate::sequence::{
     ExistingFiles, FrameSpec, OutputPattern, SequenceJob, SequenceOutputs, Shutter, check_image_memory,
@@ -19,12 +20,13 @@ use crate::sequence::{
 };
 use crate::settings::{SettingValues, parse, suggest};
 
+use super::camera_path::{self, LoadedPath};
 use super::environment::{self, EnvironmentRequest, LoadedEnvironment};
 use super::ineffective::ineffective_settings;
 use super::memory_limit::default_max_memory_bytes;
 use super::render_settings::{exr_output, known_window, render_settings};
 use super::shot_settings::ShotSettings;
-use super::view::{resolve_frames, view_request};
+use super::view::{last_frame, resolve_frames, view_request};
 
 /// A job with its warnings.
 #[derive(Debug)]
@@ -97,10 +99,15 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     if !args.shadow_catcher.is_empty() {
         catch_shadows(Arc::make_mut(&mut scene), &args.shadow_catcher)?;
     }
-    let (selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
+    let (mut selection, mut choices) = Selection::resolve(&selection_request(args), &scene)?;
+    let mut inputs = vec![shot.scene.clone()];
+    if let Some(source) = &args.camera_path {
+        let LoadedPath { path, files } = camera_path::load(source, max_memory_bytes)?;
+        selection.camera = SelectedCamera::Path(Arc::new(path));
+        inputs.extend(files);
+    }
     let LoadedEnvironment { environment, description, warnings: environment_warnings } =
         environment::load(&request, &scene, &selection, max_memory_bytes)?;
-    let mut inputs = vec![shot.scene.clone()];
     inputs.extend(scene.files.iter().cloned());
     inputs.extend(request.files().map(PathBuf::from));
     let layers = args.aovs.iter().flat_map(AovSet::as_slice);
@@ -110,11 +117,17 @@ fn resolve_values(shot: &ShotSettings, mut scene: Arc<Scene>) -> Result<RenderJo
     let description = request.with_background(description);
 
     let duration = duration_seconds(&scene, &selection);
-    let frames = resolve_frames(args, &frame_spec(args), args.fps.last_frame(duration))
+    let frames = resolve_frames(args, &frame_spec(args), last_frame(args.fps, &scene, &selection))
         .map_err(|why| Error::setting(frame_setting(args), why))?;
     let numbered = frames.len() > 1 || duration > 0.0;
     let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
     let output = args.output.clone().unwrap_or_else(|| OutputPattern::default_for(stem, numbered));
+
+    if output.is_movie() && args.manifest.is_some() {
+        let why =
+            "lists the files of frames, and a movie is one file; leave it out, or name frames with `output`";
+        return Err(Error::setting("manifest", why));
+    }
 
     let render = RenderSettings {
         show_background: request.shows_background(),

@@ -15,7 +15,9 @@ pub fn resolved_settings(shot: &ShotSettings, job: &SequenceJob) -> Settings {
     settings.frames = Some(FrameSpec::Listed(job.frames.clone()).into());
     settings.resolution = Some(job.render.resolution.into());
     settings.output.get_or_insert_with(|| job.output.clone().into());
-    settings.camera.get_or_insert_with(|| parse::camera(&camera(job)).into());
+    if settings.camera_path.is_none() {
+        settings.camera.get_or_insert_with(|| parse::camera(&camera(job)).into());
+    }
     if settings.env.is_none() && job.selection.image_light.is_none() {
         let has_lights = job.selection.has_lights(&job.scene);
         let source = if has_lights { EnvironmentSource::None } else { EnvironmentSource::Studio };

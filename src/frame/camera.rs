@@ -9,7 +9,7 @@ use super::surfaces::{Frame, Scratch};
 use super::transform;
 use crate::scene::{CameraChanges, CameraMotion, CameraPath, Projection, Scene, SelectedCamera, Selection};
 
-/// Projection of keys without a field of view: 45 degrees, as other placed cameras have.
+/// Projection of keys without a field of view: 45 degrees, as other requested cameras have.
 const PATH_PROJECTION: Projection =
     Projection::Perspective { fov_y_radians: FRAC_PI_4, aspect_ratio: None, z_near: 0.0, z_far: None };
 
@@ -75,7 +75,17 @@ fn changed(own: PosedCamera, changes: &CameraChanges) -> PosedCamera {
 
 fn on_path(path: &CameraPath, time_seconds: f64) -> PosedCamera {
     match &path.motion {
-        CameraMotion::Scene(scene, selection) => Frame::camera_at(scene, selection, time_seconds),
+        CameraMotion::Scene { scene, clips, node } => {
+            let selection = Selection {
+                roots: Vec::new(),
+                clips: clips.clone(),
+                camera: SelectedCamera::Node(*node),
+                camera_changes: CameraChanges::default(),
+                image_light: None,
+                variant: None,
+            };
+            Frame::camera_at(scene, &selection, time_seconds)
+        }
         CameraMotion::Keys(keys) => {
             let (world_from_camera, projection) = keys.at(time_seconds);
             let projection = projection.unwrap_or(PATH_PROJECTION);

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::{DVec3, Mat4, Vec3};
 
 use super::camera_curve::{KeyedPoint, KeyedValue};
-use super::{Projection, Scene, Selection, look_along, rolled};
+use super::camera_placement::{look_along, rolled};
+use super::{AnimationIndex, NodeIndex, Projection, Scene};
 
 /// Camera that moves along a path. Time is in seconds from frame 0.
 #[derive(Clone, Debug)]
@@ -32,9 +33,16 @@ impl PartialEq for CameraPath {
 #[derive(Clone, Debug)]
 pub enum CameraMotion {
     /// Keys.
-    Keys(CameraKeys),
-    /// Selected camera of another scene, which plays its own clips.
-    Scene(Arc<Scene>, Box<Selection>),
+    Keys(Box<CameraKeys>),
+    /// Camera of another scene, which plays its own clips.
+    Scene {
+        /// The scene.
+        scene: Arc<Scene>,
+        /// Clips that play together.
+        clips: Vec<AnimationIndex>,
+        /// Node of the camera.
+        node: NodeIndex,
+    },
 }
 
 /// Position, target, roll and field of view over time.

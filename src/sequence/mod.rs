@@ -14,6 +14,7 @@ mod job;
 mod joint_files;
 mod memory;
 mod movie_output;
+mod movie_settings;
 mod panic;
 mod plan;
 mod posed_frames;

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
 
-use super::movie_output::check_movie;
+use super::movie_settings::check_movie;
 use super::resume::{Decision, decide, preview_in_the_way};
 use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
 

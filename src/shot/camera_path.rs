@@ -57,7 +57,7 @@ pub(super) fn load(source: &CameraPathSource, max_memory_bytes: u64) -> Result<L
         label: format!("{} {}", file_name(&source.file), selection.camera_label(&scene)),
         duration_seconds: f64::from(selection.duration_seconds(&scene)),
         is_loop: false,
-        motion: CameraMotion::Scene(scene, Box::new(selection)),
+        motion: CameraMotion::Scene { clips: selection.clips, node, scene },
     };
     Ok(LoadedPath { path, files })
 }
@@ -189,12 +189,12 @@ fn path_of(file: &TomlFile<'_>, kind: CurveKind, is_loop: bool, keys: &[Key]) ->
         label: file_name(file.path),
         duration_seconds: period.map_or(last, |period| first + period).max(0.0),
         is_loop,
-        motion: CameraMotion::Keys(CameraKeys {
+        motion: CameraMotion::Keys(Box::new(CameraKeys {
             position: points(|key| key.position),
             target: points(|key| key.target),
             roll_degrees: values(|key| key.roll),
             fov_degrees: values(|key| key.fov),
-        }),
+        })),
     }
 }
 

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::output::ExrOutput;
 use crate::render::{Adaptive, Aperture, Focus, Lens, LightSize, RenderSettings};
-use crate::scene::{Camera, CameraMotion, Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 use crate::settings::{FocusRequest, Integrator, SettingValues};
 
 use super::view::named_node;
@@ -96,13 +96,14 @@ fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
 
 /// The selected camera, where it is one of the scene, or of the file of a camera path.
 fn file_camera<'a>(scene: &'a Scene, selection: &'a Selection) -> Option<&'a Camera> {
+    let of_node = |scene: &'a Scene, node: NodeIndex| {
+        let camera = scene.nodes.get(node.index())?.camera?;
+        scene.cameras.get(camera.index())
+    };
     match &selection.camera {
-        SelectedCamera::Node(node) => {
-            let camera = scene.nodes.get(node.index())?.camera?;
-            scene.cameras.get(camera.index())
-        }
+        SelectedCamera::Node(node) => of_node(scene, *node),
         SelectedCamera::Path(path) => match &path.motion {
-            CameraMotion::Scene(scene, selection) => file_camera(scene, selection),
+            CameraMotion::Scene { scene, node, .. } => of_node(scene, *node),
             CameraMotion::Keys(_) => None,
         },
         _ => None,

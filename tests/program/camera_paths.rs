@@ -47,8 +47,8 @@ fn folder_with(head: &str) -> tempfile::TempDir {
 #[test]
 fn a_linear_path_is_half_way_in_the_middle() {
     let folder = folder_with("interpolation = \"linear\"");
-    let still = |options: &[&str]| pixels(folder.path(), &[&["--animation", "none"], options].concat());
-    for (frame, placed) in [
+    let still = |given: &[&str]| pixels(folder.path(), &[&["--animation", "none"], given].concat());
+    for (frame, options) in [
         ("0", ["--camera-position", "0,1,8", "--look-at", "0,0,0", "--fov", "40"]),
         ("5", ["--camera-position", "2,1,6", "--look-at", "0.5,0,0", "--fov", "50"]),
         ("10", ["--camera-position", "4,1,4", "--look-at", "1,0,0", "--fov", "60"]),
@@ -56,12 +56,12 @@ fn a_linear_path_is_half_way_in_the_middle() {
         ("99", ["--camera-position", "4,1,4", "--look-at", "1,0,0", "--fov", "60"]),
     ] {
         let along = still(&["--camera-path", "walk.toml", "-f", frame]);
-        assert!(along == still(&[&placed[..], &["-f", frame]].concat()), "frame {frame}");
+        assert!(along == still(&[&options[..], &["-f", frame]].concat()), "frame {frame}");
     }
     // Options change what the keys say.
     let changed = still(&["--camera-path", "walk.toml", "-f", "5", "--fov", "40", "--look-at", "0,0,0"]);
-    let placed = ["--camera-position", "2,1,6", "--look-at", "0,0,0", "--fov", "40", "-f", "5"];
-    assert!(changed == still(&placed));
+    let options = ["--camera-position", "2,1,6", "--look-at", "0,0,0", "--fov", "40", "-f", "5"];
+    assert!(changed == still(&options));
 }
 
 #[test]

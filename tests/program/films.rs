@@ -140,6 +140,7 @@ fn first_guesses_are_answered() {
             stderr(&output)
         );
     }
+    let folder = tempfile::tempdir().unwrap();
     let output = render(folder.path(), &["-D", "zoom=2"]);
     assert!(stderr(&output).contains("\"zoom\" is no setting; "), "{}", stderr(&output));
     for alias in ["--spin=4", "--position=0,0,5", "--target=0,0,0", "--size=8x8", "--out=x.exr", "--bg=none"]

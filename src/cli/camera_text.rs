@@ -7,8 +7,8 @@ use rayframe::scene::{Projection, Scene, SelectedCamera, Selection, ViewRequest}
 
 /// `camera "name"`, or what decided the camera, with the options that keep an automatic one.
 pub(super) fn camera_text(scene: &Scene, selection: &Selection, rule: CameraRule) -> String {
-    let options = match selection.camera {
-        SelectedCamera::Fixed { world_from_camera, projection } => {
+    let options = match &selection.camera {
+        &SelectedCamera::Fixed { world_from_camera, projection } => {
             placing_options(world_from_camera, &projection)
         }
         _ => String::new(),

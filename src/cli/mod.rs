@@ -19,14 +19,15 @@ mod test;
 mod warnings;
 mod watch;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Mutex};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Parser, Subcommand};
 
-use crate::progress::print_error;
+use crate::progress::{option_names, print_error};
+use rayframe::settings::synonym;
 
 use exit_status::exit_status;
 use render_options::RenderOptions;
@@ -66,11 +67,12 @@ enum Command {
 /// Parses `arguments` (the program's name first), runs the command, and prints an error in one line.
 pub(crate) fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitStatus {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let command = arguments.get(1).cloned();
     let panic_place = note_panics();
     let ran = catch_unwind(AssertUnwindSafe(|| {
         let cli = match Cli::try_parse_from(arguments) {
             Ok(cli) => cli,
-            Err(error) => return parse_failure(&error),
+            Err(error) => return parse_failure(&error, command.as_deref()),
         };
         match cli.command {
             Command::Render(given) => render::run(&given),
@@ -110,20 +112,27 @@ fn note_panics() -> Arc<Mutex<String>> {
 }
 
 /// Prints a parse error in one line. Help and version also come as errors.
-fn parse_failure(error: &clap::Error) -> ExitStatus {
+fn parse_failure(error: &clap::Error, command: Option<&OsStr>) -> ExitStatus {
     match error.kind() {
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
             let _ = error.print();
         }
-        _ => print_error(&parse_error_text(error)),
+        _ => print_error(&parse_error_text(error, command)),
     }
     ExitStatus::Code(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// The message and its tip, without the usage text.
-fn parse_error_text(error: &clap::Error) -> String {
+fn parse_error_text(error: &clap::Error, command: Option<&OsStr>) -> String {
+    let takes_settings = command.is_some_and(|command| command == "render" || command == "watch");
+    if let (true, ErrorKind::UnknownArgument, Some(ContextValue::String(word))) =
+        (takes_settings, error.kind(), error.get(ContextKind::InvalidArg))
+        && let Some(hint) = synonym(word)
+    {
+        return option_names(&format!("{word} is no option; {hint}"));
+    }
     if let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand)
         && [".glb", ".gltf", ".toml"].iter().any(|end| word.to_ascii_lowercase().ends_with(end))
     {

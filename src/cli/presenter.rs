@@ -32,6 +32,12 @@ impl<'a> Presenter<'a> {
         if let SequenceEvent::ExposureFound { ev, .. } = event {
             let _ = self.look.set(self.job.look(ev));
         }
+        if let (SequenceEvent::FrameImage(image), Some(terminal)) = (event, self.terminal) {
+            reporter.show(&terminal.text(image));
+        }
+        if self.job.output.is_movie() {
+            return;
+        }
         let (SequenceEvent::FrameWritten(report), Some(terminal), Some(&look)) =
             (event, self.terminal, self.look.get())
         else {

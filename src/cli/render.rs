@@ -29,7 +29,7 @@ use super::outcome::{finish, tell_failure_text};
 use super::plan::{plan_json, plan_text};
 use super::render_options::{NamedShot, RenderOptions, message};
 use super::signals::{self, CaughtSignal};
-use super::summary::{after_the_end, summary};
+use super::summary::{after_the_end, frames_beside_the_movie, summary};
 use super::warnings::report_warnings;
 use common_sheets::CommonSheets;
 use sequence::replacing_text;
@@ -200,7 +200,7 @@ impl Session {
         let mut planned = Vec::new();
         for job in &mut jobs {
             if self.is_many {
-                self.sheets.take(job, &shot.values);
+                self.sheets.take(job, &shot.values)?;
             }
             planned.push(Plan::new(&job.sequence)?);
         }
@@ -347,8 +347,7 @@ fn print_plan(shot: &ShotSettings, jobs: &[RenderJob], planned: &[(&RenderJob, &
 fn print_summary(job: &RenderJob, args: &SettingValues) {
     if !args.quiet {
         print_note(&summary(&job.sequence, job.camera, &job.environment));
-        if let Some(note) = after_the_end(&job.sequence) {
-            print_note(&note);
-        }
+        let notes = [after_the_end(&job.sequence), frames_beside_the_movie(&job.sequence, args)];
+        notes.iter().flatten().for_each(|note| print_note(note));
     }
 }

@@ -1,8 +1,9 @@
 //! Summary: the first line of a run.
 
 use rayframe::framing::CameraRule;
-use rayframe::scene::{Scene, Selection};
+use rayframe::scene::{Scene, SelectedCamera, Selection};
 use rayframe::sequence::{SequenceJob, duration_seconds, frames_text, triangle_count};
+use rayframe::settings::SettingValues;
 
 use super::camera_text::camera_text;
 
@@ -31,12 +32,23 @@ pub(super) fn summary(job: &SequenceJob, camera: CameraRule, environment: &str) 
 pub(super) fn after_the_end(job: &SequenceJob) -> Option<String> {
     let last = job.rate.last_frame(duration_seconds(&job.scene, &job.selection));
     let after: Vec<i64> = job.frames.iter().copied().filter(|&frame| frame > last).collect();
-    let is_turntable = matches!(job.selection.camera, rayframe::scene::SelectedCamera::Turntable(_));
-    if after.is_empty() || is_turntable || job.selection.clips.is_empty() {
+    let is_endless = match &job.selection.camera {
+        SelectedCamera::Turntable(_) => true,
+        SelectedCamera::Path(path) => path.is_loop,
+        _ => false,
+    };
+    if after.is_empty() || is_endless || job.selection.clips.is_empty() {
         return None;
     }
     let (lie, show) = if after.len() == 1 { ("lies", "shows") } else { ("lie", "show") };
     Some(format!("{} {lie} after the animation's end ({last}) and {show} its last pose", frames_text(&after)))
+}
+
+/// `--movie also writes robot.####.exr; -o turn.mp4 writes the movie alone`; `None` where the frames are named or there is no movie.
+pub(super) fn frames_beside_the_movie(job: &SequenceJob, args: &SettingValues) -> Option<String> {
+    let movie = args.movie.as_deref().filter(|_| args.output.is_none())?;
+    let (frames, movie) = (job.output.shown(), movie.display());
+    Some(format!("--movie also writes {frames}; -o {movie} in its place writes the movie alone"))
 }
 
 fn file_name(scene: &Scene) -> String {
@@ -46,7 +58,7 @@ fn file_name(scene: &Scene) -> String {
 
 /// `clip "orbit" 2.5 s`, `3 clips 2.5 s` or `still`.
 fn clips_text(scene: &Scene, selection: &Selection) -> String {
-    let seconds = duration_seconds(scene, selection);
+    let seconds = selection.clip_seconds(scene);
     match selection.clips.as_slice() {
         [] => "still".to_owned(),
         [clip] => {

@@ -1,11 +1,17 @@
 //! Posing a whole frame: its surfaces and lights, then the selected camera.
 
+use std::f32::consts::FRAC_PI_4;
+
 use glam::Mat4;
 
 use super::posed_nodes::{PosedCamera, posed_camera};
 use super::surfaces::{Frame, Scratch};
 use super::transform;
-use crate::scene::{CameraChanges, Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{CameraChanges, CameraMotion, CameraPath, Projection, Scene, SelectedCamera, Selection};
+
+/// Projection of keys without a field of view: 45 degrees, as other requested cameras have.
+const PATH_PROJECTION: Projection =
+    Projection::Perspective { fov_y_radians: FRAC_PI_4, aspect_ratio: None, z_near: 0.0, z_far: None };
 
 impl Frame {
     /// The scene at `time_seconds`.
@@ -41,24 +47,49 @@ fn selected_camera(
     projections: &[Projection],
     world: &[Mat4],
 ) -> PosedCamera {
-    match selection.camera {
+    match &selection.camera {
         SelectedCamera::Auto => PosedCamera::default(),
-        SelectedCamera::Fixed { world_from_camera, projection } => {
+        &SelectedCamera::Fixed { world_from_camera, projection } => {
             PosedCamera { world_from_camera, projection }
         }
         SelectedCamera::Turntable(turntable) => {
             PosedCamera { world_from_camera: turntable.at(time_seconds), projection: turntable.projection }
         }
         SelectedCamera::Node(node) => {
-            let own = posed_camera(scene, projections, node, world).unwrap_or_default();
-            let changes = &selection.camera_changes;
-            if *changes == CameraChanges::default() {
-                return own;
-            }
-            PosedCamera {
-                world_from_camera: changes.apply(own.world_from_camera),
-                projection: changes.projection.unwrap_or(own.projection),
-            }
+            let own = posed_camera(scene, projections, *node, world).unwrap_or_default();
+            changed(own, &selection.camera_changes)
+        }
+        SelectedCamera::Path(path) => changed(on_path(path, time_seconds), &selection.camera_changes),
+    }
+}
+
+fn changed(own: PosedCamera, changes: &CameraChanges) -> PosedCamera {
+    if *changes == CameraChanges::default() {
+        return own;
+    }
+    PosedCamera {
+        world_from_camera: changes.apply(own.world_from_camera),
+        projection: changes.projection.unwrap_or(own.projection),
+    }
+}
+
+fn on_path(path: &CameraPath, time_seconds: f64) -> PosedCamera {
+    match &path.motion {
+        CameraMotion::Scene { scene, clips, node } => {
+            let selection = Selection {
+                roots: Vec::new(),
+                clips: clips.clone(),
+                camera: SelectedCamera::Node(*node),
+                camera_changes: CameraChanges::default(),
+                image_light: None,
+                variant: None,
+            };
+            Frame::camera_at(scene, &selection, time_seconds)
+        }
+        CameraMotion::Keys(keys) => {
+            let (world_from_camera, projection) = keys.at(time_seconds);
+            let projection = projection.unwrap_or(PATH_PROJECTION);
+            PosedCamera { world_from_camera, projection }
         }
     }
 }

@@ -29,8 +29,8 @@ pub fn resolve_camera(
     aspect_ratio: f32,
 ) -> ResolvedCamera {
     let is_placed = request.places_camera();
-    let of_file = match selection.camera {
-        SelectedCamera::Node(_) if request.keeps_camera || !is_placed => {
+    let of_file = match &selection.camera {
+        SelectedCamera::Node(_) | SelectedCamera::Path(_) if request.keeps_camera || !is_placed => {
             Some(Frame::camera_at(scene, &selection, 0.0))
         }
         _ => None,
@@ -82,7 +82,7 @@ struct View<'a> {
     request: &'a ViewRequest,
     /// Measured where the camera depends on it: that poses the whole animation.
     subject: OnceCell<Subject<'a>>,
-    /// The selected camera of the file, at time 0.
+    /// The selected camera of the file or of the path, at time 0.
     of_file: Option<PosedCamera>,
     /// Perspective projection that frames the subject.
     lens: Projection,

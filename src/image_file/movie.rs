@@ -1,19 +1,19 @@
-//! Movies: animated PNG and GIF by crates, film formats by `ffmpeg` where it is installed.
+//! Movies: animated PNG, WebP and GIF, and film formats by `ffmpeg` where it is installed.
 //!
-//! Frames are sRGB with straight alpha. Animated PNG is lossless. GIF has 256 colours a frame and one-bit alpha. Films have no
+//! Frames are sRGB with straight alpha. Animated PNG and WebP are lossless. GIF has 256 colours a frame and one-bit alpha. Films have no
 //! alpha; frames are composited over black.
 
-use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, BufWriter, Read as _, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
+use super::ffmpeg::{Ffmpeg, ffmpeg, film_failed, has_ffmpeg, over_black};
+use super::webp_animation::{self, WebpAnimation};
 use crate::error::{Error, Result};
 
 /// Format of a movie file.
@@ -21,6 +21,8 @@ use crate::error::{Error, Result};
 pub enum MovieFormat {
     /// Animated PNG: lossless, plays in browsers.
     AnimatedPng,
+    /// Animated WebP: lossless, smaller than PNG, plays in browsers.
+    WebP,
     /// GIF: plays everywhere.
     Gif,
     /// Film encoded by `ffmpeg`: H.264 in MP4, QuickTime or Matroska, VP9 in `WebM`.
@@ -33,7 +35,7 @@ pub enum MovieFormat {
 }
 
 /// File name extensions that [`MovieFormat::of_path`] knows, for messages.
-pub const MOVIE_ENDINGS: &str = ".apng, .gif, .mp4, .mov, .webm or .mkv";
+pub const MOVIE_ENDINGS: &str = ".apng, .webp, .gif, .mp4, .mov, .webm or .mkv";
 
 impl MovieFormat {
     /// Format of a file name extension.
@@ -42,6 +44,7 @@ impl MovieFormat {
         let film = |container, codec| Some(Self::Film { container, codec });
         match ending.as_str() {
             "apng" | "png" => Some(Self::AnimatedPng),
+            "webp" => Some(Self::WebP),
             "gif" => Some(Self::Gif),
             "mp4" | "m4v" => film("mp4", "libx264"),
             "mov" => film("mov", "libx264"),
@@ -50,13 +53,29 @@ impl MovieFormat {
             _ => None,
         }
     }
-}
 
-/// Whether `ffmpeg` can be started.
-pub fn has_ffmpeg() -> bool {
-    let mut command = Command::new("ffmpeg");
-    command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    /// Whether movies of this format can be written here with frames of `size`.
+    ///
+    /// # Errors
+    /// What to do instead, in one line: `ffmpeg` is missing, or a side is too long for the format.
+    pub fn check(self, (width, height): (u32, u32)) -> std::result::Result<(), String> {
+        let longest = match self {
+            Self::WebP => webp_animation::MAX_SIDE,
+            Self::Gif => u32::from(u16::MAX),
+            Self::Film { .. } if !has_ffmpeg() => {
+                return Err("this format needs ffmpeg, which is not installed here; .apng, .webp and .gif need no other \
+                            program"
+                    .to_owned());
+            }
+            Self::AnimatedPng | Self::Film { .. } => return Ok(()),
+        };
+        if width.max(height) > longest {
+            return Err(format!(
+                "this format holds images of at most {longest} pixels a side, and {width}x{height} are asked for; write .apng"
+            ));
+        }
+        Ok(())
+    }
 }
 
 /// Writer of a movie, frame by frame. The file appears under its name when it is finished, or not at all.
@@ -72,6 +91,7 @@ pub struct MovieWriter {
 
 enum Encoder {
     AnimatedPng(png::Writer<Sink>, Sink),
+    WebP(WebpAnimation<Sink>),
     Gif(Box<GifEncoder<Sink>>, Sink),
     Film(Ffmpeg),
 }
@@ -90,13 +110,9 @@ impl Write for Sink {
     }
 }
 
-/// The `ffmpeg` process. Dropping it ends the process, which would wait for frames otherwise.
-struct Ffmpeg(Child);
-
-impl Drop for Ffmpeg {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+impl Seek for Sink {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).seek(to)
     }
 }
 
@@ -121,6 +137,10 @@ impl MovieWriter {
                 let sink = sink()?;
                 let png = animated_png(sink.clone(), size, rate, frames);
                 Encoder::AnimatedPng(png.map_err(|error| write_failed(path, error))?, sink)
+            }
+            MovieFormat::WebP => {
+                let webp = WebpAnimation::new(sink()?, size, frames);
+                Encoder::WebP(webp.map_err(|error| write_failed(path, error))?)
             }
             MovieFormat::Gif => {
                 let sink = sink()?;
@@ -155,6 +175,9 @@ impl MovieWriter {
             Encoder::AnimatedPng(png, _) => {
                 png.write_image_data(pixels.as_flattened()).map_err(|error| write_failed(&self.path, error))
             }
+            Encoder::WebP(webp) => webp
+                .add(pixels, rounded_delay(added, self.rate, 1000).clamp(1, (1 << 24) - 1))
+                .map_err(|error| write_failed(&self.path, error)),
             Encoder::Gif(gif, _) => {
                 let delay = Delay::from_numer_denom_ms(gif_delay_ms(added, self.rate), 1);
                 let image = RgbaImage::from_raw(width, height, pixels.as_flattened().to_vec());
@@ -187,6 +210,7 @@ impl MovieWriter {
                 png.finish().map_err(|error| write_failed(&path, error))?;
                 sink.flush().map_err(|error| write_failed(&path, error))?;
             }
+            Encoder::WebP(webp) => webp.finish().map_err(|error| write_failed(&path, error))?,
             Encoder::Gif(gif, mut sink) => {
                 drop(gif);
                 sink.flush().map_err(|error| write_failed(&path, error))?;
@@ -227,63 +251,18 @@ fn png_delay((numerator, denominator): (u32, u32)) -> (u16, u16) {
     (ten_thousandths.round().clamp(1.0, 65535.0) as u16, 10_000)
 }
 
-/// Duration of frame `index`. GIF counts hundredths of a second; rounding errors do not accumulate over frames.
-fn gif_delay_ms(index: u64, (numerator, denominator): (u32, u32)) -> u32 {
-    let hundredths = |index: u64| {
-        let exact = 100 * u128::from(index) * u128::from(denominator);
+/// Duration of frame `index` in whole parts of a second, `parts` to the second. Rounding errors do not accumulate over frames.
+fn rounded_delay(index: u64, (numerator, denominator): (u32, u32), parts: u32) -> u32 {
+    let start = |index: u64| {
+        let exact = u128::from(parts) * u128::from(index) * u128::from(denominator);
         (exact + u128::from(numerator) / 2) / u128::from(numerator.max(1))
     };
-    (hundredths(index + 1) - hundredths(index)).clamp(1, 65535) as u32 * 10
+    u32::try_from(start(index + 1) - start(index)).unwrap_or(u32::MAX)
 }
 
-fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
-    let over = |channel: u8| ((u32::from(channel) * u32::from(alpha) + 127) / 255) as u8;
-    [over(r), over(g), over(b), 255]
-}
-
-/// Command that encodes raw frames from its standard input. Films are padded to an even number of columns and rows.
-fn ffmpeg(
-    (width, height): (u32, u32),
-    (numerator, denominator): (u32, u32),
-    (container, codec): (&str, &str),
-    path: &Path,
-) -> Command {
-    let mut command = Command::new("ffmpeg");
-    command
-        .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
-        .args(["-s", &format!("{width}x{height}"), "-r", &format!("{numerator}/{denominator}"), "-i", "-"])
-        .args([
-            "-vf",
-            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
-        ])
-        .args(["-c:v", codec, "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709"])
-        .args(["-color_trc", "iec61966-2-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
-    if codec == "libvpx-vp9" {
-        command.args(["-b:v", "0"]);
-    }
-    if matches!(container, "mp4" | "mov") {
-        command.args(["-movflags", "+faststart"]);
-    }
-    // With the prefix, names with a colon or a leading dash are file names, too.
-    let mut output = OsString::from("file:");
-    output.push(path);
-    command.args(["-f", container]).arg(output);
-    // A terminal's interrupt must not end the encoder before this program, which would look like an encoder failure.
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-    command
-}
-
-/// Error with the last line of `ffmpeg`'s error output, or else `why`.
-fn film_failed(path: &Path, ffmpeg: &mut Child, why: &str) -> Error {
-    drop(ffmpeg.stdin.take());
-    let mut said = String::new();
-    if let Some(errors) = &mut ffmpeg.stderr {
-        let _ = errors.read_to_string(&mut said);
-    }
-    let why = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or(why);
-    write_failed(path, io::Error::other(format!("ffmpeg: {why}")))
+/// Duration of frame `index`. GIF counts hundredths of a second.
+fn gif_delay_ms(index: u64, rate: (u32, u32)) -> u32 {
+    rounded_delay(index, rate, 100).clamp(1, 65535) * 10
 }
 
 fn write_failed(path: &Path, error: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Error {
@@ -331,6 +310,20 @@ mod tests {
     }
 
     #[test]
+    fn animated_webps_hold_every_frame_and_keep_time() {
+        let bytes = written("a.webp");
+        let decoder = image::codecs::webp::WebPDecoder::new(io::Cursor::new(&bytes)).unwrap();
+        let decoded = decoder.into_frames().collect_frames().unwrap();
+        for (frame, expected) in decoded.iter().zip(frames()) {
+            assert_eq!(frame.buffer().as_raw().as_slice(), expected.as_flattened());
+        }
+        // Frames of 24 fps begin at 0, 42, 83, 125, 167 and 208 ms.
+        let milliseconds: Vec<_> = decoded.iter().map(|frame| frame.delay().numer_denom_ms().0).collect();
+        assert_eq!(milliseconds, [42, 41, 42, 42, 41]);
+        assert!(MovieFormat::WebP.check((16384, 1)).is_ok() && MovieFormat::WebP.check((1, 16385)).is_err());
+    }
+
+    #[test]
     fn gifs_keep_time_over_many_frames() {
         let bytes = written("a.gif");
         let decoder = image::codecs::gif::GifDecoder::new(io::Cursor::new(&bytes)).unwrap();
@@ -341,17 +334,6 @@ mod tests {
     }
 
     #[test]
-    fn film_names_are_always_passed_as_files() {
-        for name in ["-y.mp4", "http:a.mp4", "a b/c.mp4"] {
-            let command = ffmpeg((4, 3), (24, 1), ("mp4", "libx264"), Path::new(name));
-            assert_eq!(
-                command.get_args().last().unwrap(),
-                OsString::from(format!("file:{name}")).as_os_str()
-            );
-        }
-    }
-
-    #[test]
     fn ffmpeg_writes_the_named_containers() {
         if has_ffmpeg() {
             for (name, mark) in [("a.mp4", &b"ftyp"[..]), ("a.webm", b"webm"), ("a.mkv", b"matroska")] {
@@ -359,7 +341,6 @@ mod tests {
                 assert!(bytes.windows(mark.len()).take(64).any(|window| window == mark), "{name}");
             }
         }
-        assert_eq!(over_black([200, 100, 50, 128]), [100, 50, 25, 255]);
         assert_eq!(MovieFormat::of_path(Path::new("a.avi")), None);
     }
 }

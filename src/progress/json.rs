@@ -36,6 +36,9 @@ impl JsonLines {
         {
             return;
         }
+        if let SequenceEvent::FrameImage(_) = event {
+            return;
+        }
         let mut line = json_line(event);
         self.sequence.add_to(&mut line);
         print_json(&line);

@@ -135,6 +135,14 @@ pub(super) fn summary_text(summary: &Summary, total: usize, output: &str) -> Str
         };
         return kept + &previews;
     }
+    if summary.is_movie && (summary.is_interrupted || !summary.failed.is_empty()) {
+        let rendered = summary.written.len();
+        let seconds = duration_text(summary.seconds);
+        return format!(
+            "{rendered} of {total} {} rendered in {seconds}; {output} was not made",
+            frames(total)
+        );
+    }
     let written = match summary.written.len() {
         count if count == total => format!("{count} {}", frames(count)),
         count => format!("{count} of {total} {}", frames(total)),
@@ -176,5 +184,7 @@ mod tests {
         let stopped = Summary { is_interrupted: true, seconds: 2.0, ..kept(&[1]) };
         let text = summary_text(&stopped, 3, "a.#.exr");
         assert!(text.starts_with("0 of 3 frames written in 2.0 s, 1 kept; stopped"), "{text}");
+        let movie = Summary { is_movie: true, ..stopped };
+        assert_eq!(summary_text(&movie, 3, "a.mp4"), "0 of 3 frames rendered in 2.0 s; a.mp4 was not made");
     }
 }

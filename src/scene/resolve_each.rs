@@ -39,14 +39,14 @@ impl Selection {
             let cameras = if is_each_camera { selected_cameras(scene, &selection.roots) } else { Vec::new() };
             let clip = clip_name(&clips, &selection, scene);
             if cameras.is_empty() {
-                let camera = camera_name(scene, selection.camera, false);
+                let camera = camera_name(scene, &selection.camera, false);
                 selections.push(NamedSelection { selection, clip, camera });
                 continue;
             }
             for &(camera, node) in &cameras {
                 let is_shared = cameras.iter().filter(|(other, _)| *other == camera).count() > 1;
                 let selection = Self { camera: SelectedCamera::Node(node), ..selection.clone() };
-                let camera = camera_name(scene, selection.camera, is_shared);
+                let camera = camera_name(scene, &selection.camera, is_shared);
                 selections.push(NamedSelection { selection, clip: clip.clone(), camera });
             }
         }
@@ -87,9 +87,9 @@ fn clip_name(requested: &ClipSelection, selection: &Selection, scene: &Scene) ->
 }
 
 /// The camera's own name, or that of its node, which comes first where several nodes share the camera.
-fn camera_name(scene: &Scene, camera: SelectedCamera, is_shared: bool) -> String {
+fn camera_name(scene: &Scene, camera: &SelectedCamera, is_shared: bool) -> String {
     let SelectedCamera::Node(NodeIndex(node)) = camera else { return "auto".to_owned() };
-    let node = scene.nodes.get(node as usize);
+    let node = scene.nodes.get(*node as usize);
     let of_node = node.and_then(|node| node.name.clone());
     let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);
     let own = scene.cameras.get(index).and_then(|camera| camera.name.clone());

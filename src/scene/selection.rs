@@ -14,7 +14,7 @@ pub struct Selection {
     pub clips: Vec<AnimationIndex>,
     /// The camera.
     pub camera: SelectedCamera,
-    /// Changes to it, where it is a node's.
+    /// Changes to it, where it is a node's or a path's.
     pub camera_changes: CameraChanges,
     /// Image-based light of the selected scene.
     pub image_light: Option<ImageLightIndex>,
@@ -23,8 +23,17 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// Time of the last keyframe of the selected clips, seconds.
+    /// Time of the last keyframe of the selected clips and of the camera's path, seconds.
     pub fn duration_seconds(&self, scene: &Scene) -> f32 {
+        let of_path = match &self.camera {
+            SelectedCamera::Path(path) => path.duration_seconds as f32,
+            _ => 0.0,
+        };
+        self.clip_seconds(scene).max(of_path)
+    }
+
+    /// Time of the last keyframe of the selected clips, seconds.
+    pub fn clip_seconds(&self, scene: &Scene) -> f32 {
         let clips = self.clips.iter().filter_map(|clip| scene.animations.get(clip.index()));
         clips.map(Animation::duration_seconds).fold(0.0, |a, b| if b > a { b } else { a })
     }
@@ -55,8 +64,10 @@ impl Selection {
 
     /// Label of the camera for messages: `camera "name"`, `camera #2` without a name, or `camera auto`.
     pub fn camera_label(&self, scene: &Scene) -> String {
-        let SelectedCamera::Node(node) = self.camera else {
-            return "camera auto".to_owned();
+        let node = match &self.camera {
+            SelectedCamera::Node(node) => *node,
+            SelectedCamera::Path(path) => return format!("camera path {}", path.label),
+            _ => return "camera auto".to_owned(),
         };
         let node = scene.nodes.get(node.index());
         let index = node.and_then(|node| node.camera).map_or(0, CameraIndex::index);

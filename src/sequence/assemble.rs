@@ -8,9 +8,10 @@ use rayon::prelude::*;
 
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
-use crate::image_file::{DisplayImage, MovieFormat, MovieWriter, decode_png, encode_png, write_atomically};
-use crate::output::{ContactSheet, PreviewLook};
+use crate::image_file::{DisplayImage, decode_png};
+use crate::output::PreviewLook;
 
+use super::joint_files::JointFiles;
 use super::stored_frame::display_exr;
 use super::{OutputFormat, Plan, PlannedFrame, SequenceJob, SequenceOutputs};
 
@@ -28,23 +29,15 @@ pub fn write_sequence_outputs(
     let mut frames: Vec<&PlannedFrame> = plan.frames.iter().collect();
     frames.sort_by_key(|planned| planned.frame);
     let SequenceOutputs { movie, contact_sheet, .. } = &job.sequence_outputs;
+    let paths: Vec<_> = job.sequence_outputs.files().map(|(path, _)| path.to_owned()).collect();
+    if job.output.is_movie() {
+        // The frames went to these files as they were rendered.
+        return Ok(paths);
+    }
     if frames.is_empty() || (movie.is_none() && contact_sheet.is_none()) {
         return Ok(Vec::new());
     }
-    let size = job.render.window.size();
-    let count = frames.len() as u32;
-    let mut movie_writer = match movie {
-        Some(path) => {
-            let format = MovieFormat::of_path(path).ok_or_else(|| Error::Internal {
-                message: format!("\"{}\" is no movie, and was not refused", path.display()),
-            })?;
-            let (numerator, denominator) = job.rate.as_exr_rational();
-            let rate = (numerator.unsigned_abs(), denominator);
-            Some(MovieWriter::begin(path, format, size, rate, count)?)
-        }
-        None => None,
-    };
-    let mut sheet = contact_sheet.as_ref().map(|_| ContactSheet::new(count, size));
+    let mut files = JointFiles::begin(job, movie.as_deref(), frames.len() as u32)?;
 
     let at_once = frames_at_once(frame_bytes(job), job.max_memory_bytes, rayon::current_num_threads());
     for group in frames.chunks(at_once) {
@@ -52,23 +45,11 @@ pub fn write_sequence_outputs(
         let images: Vec<_> =
             group.par_iter().map(|planned| display_frame(job, planned, look)).collect::<Result<_>>()?;
         for (planned, image) in group.iter().zip(images) {
-            if let Some(writer) = &mut movie_writer {
-                writer.add(&image.pixels)?;
-            }
-            if let Some(sheet) = &mut sheet {
-                sheet.add(planned.frame, &image);
-            }
+            files.add(planned.frame, &image)?;
         }
     }
-
-    if let Some(writer) = movie_writer {
-        writer.finish()?;
-    }
-    if let (Some(path), Some(sheet)) = (contact_sheet, sheet) {
-        let DisplayImage { size, pixels } = sheet.image();
-        write_atomically(path, &encode_png(*size, pixels, "contact sheet")?)?;
-    }
-    Ok(job.sequence_outputs.files().map(|(path, _)| path.to_owned()).collect())
+    files.finish()?;
+    Ok(paths)
 }
 
 /// Number of frames read at a time: one a thread, but no more than fit into memory together.
@@ -96,7 +77,7 @@ fn frame_bytes(job: &SequenceJob) -> u64 {
 pub fn display_frame(job: &SequenceJob, planned: &PlannedFrame, look: PreviewLook) -> Result<DisplayImage> {
     match job.output.format() {
         OutputFormat::Exr => display_exr(job, planned, look),
-        OutputFormat::Png => {
+        OutputFormat::Png | OutputFormat::Movie(_) => {
             let bytes = std::fs::read(&planned.path).map_err(Error::missing(&planned.path))?;
             decode_png(&planned.path, &bytes)
         }

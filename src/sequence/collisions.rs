@@ -1,6 +1,6 @@
 //! Files of a run that have the name of another file of the run, or of an input.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -16,8 +16,9 @@ impl Plan {
     pub fn check_collisions(&self, others: &[(&Path, &'static str)], inputs: &[PathBuf]) -> Result<()> {
         let mut names: BTreeMap<PathBuf, &str> =
             inputs.iter().map(|path| (canonical(path), "is an input")).collect();
-        let frames = self.frames.iter().flat_map(PlannedFrame::paths);
-        let frames = frames.map(|path| (path, "will hold a frame", "output"));
+        // Frames with one name make one movie; other names of frames differ.
+        let frames: BTreeSet<&Path> = self.frames.iter().flat_map(PlannedFrame::paths).collect();
+        let frames = frames.into_iter().map(|path| (path, "will hold a frame", "output"));
         let others = others.iter().map(|&(path, setting)| (path, "will hold something else", setting));
         for (path, purpose, setting) in frames.chain(others) {
             if let Some(other) = names.insert(canonical(path), purpose) {

@@ -1,6 +1,7 @@
 //! Events of a run, for progress output.
 
 use crate::error::{Error, Warning};
+use crate::image_file::DisplayImage;
 
 use super::{FrameReport, PlannedFrame, Summary};
 
@@ -31,8 +32,10 @@ pub enum SequenceEvent<'a> {
     FrameStarted(&'a PlannedFrame),
     /// Finished share of a frame's pixels, 0 to 1. Comes from worker threads.
     FrameProgress(&'a PlannedFrame, f32),
-    /// A frame is on disk.
+    /// A frame is on disk, or part of the movie.
     FrameWritten(&'a FrameReport),
+    /// A frame of a movie is rendered. Sent before it is written, where frames are shown.
+    FrameImage(&'a DisplayImage),
     /// A frame failed.
     FrameFailed(&'a PlannedFrame, &'a Error),
     /// A warning about the rendered frames.

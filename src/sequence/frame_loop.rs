@@ -18,6 +18,7 @@ use crate::output::{PreviewLook, run_stamp};
 use super::exposure::exposure_ev;
 use super::frame_tracer::{FrameStatistics, FrameTracer};
 use super::frame_warnings::{FrameWarnings, depth_warning};
+use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
 use super::writer::{FrameEncoder, LoopResult, TracedFrame, Writer, receive_while_working};
 use super::{
@@ -61,8 +62,8 @@ fn tone_mapping(
     cancel: &CancelFlag,
     on_event: OnEvent<'_>,
 ) -> std::result::Result<Option<PreviewLook>, Cancelled> {
-    let renders_png = job.output.format() == OutputFormat::Png && plan.remaining() > 0;
-    if !(job.preview || renders_png || job.sequence_outputs.needs_tone_mapping()) {
+    let renders_display = job.output.format() != OutputFormat::Exr && plan.remaining() > 0;
+    if !(job.preview || renders_display || job.sequence_outputs.needs_tone_mapping()) {
         return Ok(None);
     }
     let exposure_ev = exposure_ev(job, cancel)?;
@@ -92,7 +93,8 @@ fn render_and_write(run: &Run<'_>) -> Summary {
         let _ = free_films.send(FrameTracer::empty_film(job));
     }
     let (writer_lives, writer_ended) = channel::<()>();
-    let writer = Writer { job, cancel, stop, on_event, free_films };
+    let movie = MovieOutput::new(job, plan);
+    let writer = Writer { job, cancel, stop, on_event, free_films, movie };
     rayon::in_place_scope(|pool| {
         thread::scope(|threads| {
             let write = move || {
@@ -119,6 +121,7 @@ fn render_and_write(run: &Run<'_>) -> Summary {
             let reached_the_end = frame_loop.run(plan);
             let _ = receive_while_working(&writer_ended);
             let mut summary = writing.join().unwrap_or_else(|payload| resume_unwind(payload));
+            summary.is_movie = job.output.is_movie();
             summary.is_interrupted |= !reached_the_end;
             // A failure that ended the run is no interruption.
             summary.is_interrupted &= job.keep_going || summary.failed.is_empty();

@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
 
+use super::movie_settings::check_movie;
 use super::resume::{Decision, decide, preview_in_the_way};
 use super::{ExistingFiles, OutputFormat, SequenceJob, memory, render_hash};
 
@@ -19,7 +20,7 @@ pub struct PlannedFrame {
     pub frame: i64,
     /// Scene time, seconds.
     pub time_seconds: f64,
-    /// The frame's main file.
+    /// The frame's main file, or the movie of all frames.
     pub path: PathBuf,
     /// Files of split AOVs, in the order of [`crate::output::ExrOutput::split_aovs`].
     pub aov_paths: Vec<PathBuf>,
@@ -32,7 +33,7 @@ pub struct PlannedFrame {
 }
 
 impl PlannedFrame {
-    /// Paths of all files of the frame.
+    /// Paths of all files of the frame. All frames of a movie have the same.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let others = self.aov_paths.iter().chain(&self.preview_path);
         std::iter::once(&self.path).chain(others).map(PathBuf::as_path)
@@ -66,9 +67,16 @@ impl Plan {
     pub fn new(job: &SequenceJob) -> Result<Self> {
         Self::check(job)?;
         let planned: Vec<_> = job.frames.par_iter().map(|&frame| plan_frame(job, frame)).collect();
-        let (frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
-        refuse_shared_names(&frames)?;
-        let replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
+        let (mut frames, in_the_way): (Vec<_>, Vec<_>) = planned.into_iter().unzip();
+        let mut replaced: Vec<_> = in_the_way.into_iter().flatten().collect();
+        if job.output.is_movie() {
+            // A movie shows its frames in the order of time, and is one file.
+            frames.sort_by_key(|planned| planned.frame);
+            refuse_to_replace_movie(job, &replaced)?;
+            replaced.clear();
+        } else {
+            refuse_shared_names(&frames)?;
+        }
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
         }
@@ -80,7 +88,7 @@ impl Plan {
     /// # Errors
     /// Those of [`Plan::new`] but the last.
     pub fn check(job: &SequenceJob) -> Result<()> {
-        job.sequence_outputs.check()?;
+        job.sequence_outputs.check(job.render.window.size())?;
         memory::check(job)?;
         check_names(job)
     }
@@ -113,6 +121,9 @@ impl Plan {
 }
 
 fn check_names(job: &SequenceJob) -> Result<()> {
+    if job.output.is_movie() {
+        return check_movie(job);
+    }
     if job.frames.len() > 1 && !job.output.is_numbered() {
         let path = job.output.path(0);
         let numbered =
@@ -188,6 +199,18 @@ fn plan_frame(job: &SequenceJob, frame: i64) -> (PlannedFrame, Option<ReplacedFi
     });
     let time_seconds = job.rate.time_seconds(frame);
     (PlannedFrame { frame, time_seconds, path, aov_paths, preview_path, render_hash, is_done }, in_the_way)
+}
+
+fn refuse_to_replace_movie(job: &SequenceJob, in_the_way: &[ReplacedFile]) -> Result<()> {
+    match in_the_way {
+        [ReplacedFile { path, .. }, ..] if job.existing != ExistingFiles::Overwrite => {
+            Err(Error::CannotCreate {
+                path: path.clone(),
+                message: "the file exists; `overwrite` replaces it".to_owned(),
+            })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn refuse_to_replace(in_the_way: &[ReplacedFile]) -> Result<()> {

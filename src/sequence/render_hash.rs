@@ -64,12 +64,12 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     } = render;
     let file = match output.format() {
         OutputFormat::Exr => exr_key(exr),
-        OutputFormat::Png => png_key(*tone, *exposure, *display_background, *window),
+        OutputFormat::Png | OutputFormat::Movie(_) => png_key(*tone, *exposure, *display_background, *window),
     };
     // Automatic exposure of several sequences depends on all of them.
     let measured = shared_exposure
         .as_ref()
-        .filter(|_| output.format() == OutputFormat::Png && *exposure == Exposure::Auto);
+        .filter(|_| output.format() != OutputFormat::Exr && *exposure == Exposure::Auto);
     let measured = measured.map(|shared| shared.selections.iter().map(selection_key).collect::<Vec<_>>());
     // Keys are sorted when printed and floats are given by their bits: one value has one text.
     let mut content = json!({
@@ -77,7 +77,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "scene": hex(&scene.content_hash),
         "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
         "clips": clips.iter().map(|clip| clip.0).collect::<Vec<_>>(),
-        "camera": camera_key(*camera, camera_changes),
+        "camera": camera_key(camera, camera_changes),
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
         "shadow_catchers": shadow_catchers(scene, *variant),
@@ -121,28 +121,30 @@ fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {
 /// Clips and camera of a selection. All of a scene share the rest.
 fn selection_key(selection: &Selection) -> serde_json::Value {
     let clips: Vec<_> = selection.clips.iter().map(|clip| clip.0).collect();
-    json!([clips, camera_key(selection.camera, &selection.camera_changes)])
+    json!([clips, camera_key(&selection.camera, &selection.camera_changes)])
 }
 
-fn camera_key(camera: SelectedCamera, changes: &CameraChanges) -> String {
+fn camera_key(camera: &SelectedCamera, changes: &CameraChanges) -> String {
     let bits = |matrix: Mat4| matrix.to_cols_array().map(f32::to_bits);
     match camera {
         SelectedCamera::Auto => "auto".to_owned(),
         SelectedCamera::Node(node) if *changes == CameraChanges::default() => format!("node {}", node.0),
-        SelectedCamera::Node(node) => {
-            let CameraChanges { position, target, up, roll_radians, projection } = *changes;
-            let points =
-                [position, target, up].map(|point| point.map(|point| point.to_array().map(f32::to_bits)));
-            format!("node {} {points:x?} {:x} {projection:?}", node.0, roll_radians.to_bits())
-        }
+        SelectedCamera::Node(node) => format!("node {} {}", node.0, changes_key(changes)),
+        SelectedCamera::Path(path) => format!("path {} {}", path.content_key, changes_key(changes)),
         SelectedCamera::Fixed { world_from_camera, projection } => {
-            format!("fixed {:x?} {projection:?}", bits(world_from_camera))
+            format!("fixed {:x?} {projection:?}", bits(*world_from_camera))
         }
         SelectedCamera::Turntable(Turntable { start, projection, center, axis, turn_seconds }) => {
             let points = [center, axis].map(|point| point.to_array().map(f32::to_bits));
-            format!("turntable {:x?} {projection:?} {points:x?} {:x}", bits(start), turn_seconds.to_bits())
+            format!("turntable {:x?} {projection:?} {points:x?} {:x}", bits(*start), turn_seconds.to_bits())
         }
     }
+}
+
+fn changes_key(changes: &CameraChanges) -> String {
+    let CameraChanges { position, target, up, roll_radians, projection } = *changes;
+    let points = [position, target, up].map(|point| point.map(|point| point.to_array().map(f32::to_bits)));
+    format!("{points:x?} {:x} {projection:?}", roll_radians.to_bits())
 }
 
 /// Nodes, and which primitives of theirs only catch shadows as they look in `variant`.
@@ -210,7 +212,7 @@ fn exr_key(exr: &ExrOutput) -> serde_json::Value {
     })
 }
 
-/// Look and crop of PNG files, which have no data window.
+/// Look and crop of PNG files and movies, which have no data window.
 fn png_key(
     tone: ToneCurve,
     exposure: Exposure,

@@ -25,6 +25,7 @@ pub(super) fn decide(job: &SequenceJob, path: &Path, render_hash: &str) -> Decis
     let inspected = match job.output.format() {
         OutputFormat::Exr => inspect_exr(path),
         OutputFormat::Png => inspect_png(path),
+        OutputFormat::Movie(_) => return Decision::InTheWay("a file".to_owned()),
     };
     let why = match inspected {
         Ok(stored) => match mismatch(job, &stored, render_hash) {
@@ -68,7 +69,7 @@ fn mismatch(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Optio
     let window = job.render.window;
     let same_window = match job.output.format() {
         OutputFormat::Exr => stored.size == job.render.resolution && stored.data_window == window.into(),
-        OutputFormat::Png => stored.size == window.size(),
+        OutputFormat::Png | OutputFormat::Movie(_) => stored.size == window.size(),
     };
     other_render(stored, render_hash).or((!same_window).then_some("another crop of the image"))
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::image_file::{MOVIE_ENDINGS, MovieFormat, has_ffmpeg};
+use crate::image_file::{MOVIE_ENDINGS, MovieFormat};
 
 /// Outputs made of all frames together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -30,11 +30,12 @@ impl SequenceOutputs {
         movie.into_iter().chain(self.contact_sheet.as_deref().map(|path| (path, "contact_sheet")))
     }
 
-    /// Checks names and tools before the first frame.
+    /// Checks names and tools before the first frame; `size` is that of the frames.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a name with an unknown ending, and for a film format where `ffmpeg` is not installed.
-    pub fn check(&self) -> Result<()> {
+    /// [`Error::Setting`] for a name with an unknown ending, for a film format where `ffmpeg` is not installed, and for frames that are
+    /// too large for the format.
+    pub fn check(&self, size: (u32, u32)) -> Result<()> {
         if let Some(path) = &self.movie {
             match MovieFormat::of_path(path) {
                 None => {
@@ -43,13 +44,7 @@ impl SequenceOutputs {
                         format!("\"{}\" does not end in {MOVIE_ENDINGS}", path.display()),
                     ));
                 }
-                Some(MovieFormat::Film { .. }) if !has_ffmpeg() => {
-                    return Err(Error::setting(
-                        "movie",
-                        "this format needs ffmpeg, which is not installed here; .apng and .gif need no other program",
-                    ));
-                }
-                Some(_) => {}
+                Some(format) => format.check(size).map_err(|why| Error::setting("movie", why))?,
             }
         }
         match &self.contact_sheet {

@@ -132,12 +132,12 @@ pub struct FrameReport {
     pub frame: i64,
     /// Scene time, seconds.
     pub time_seconds: f64,
-    /// The file.
+    /// The file; the movie, where the frame is a part of one.
     #[serde(serialize_with = "lossy_path")]
     pub path: PathBuf,
-    /// SHA-256 of the file.
+    /// SHA-256 of the file; of the pixels, where the frame is a part of a movie.
     pub sha256: String,
-    /// Bytes of the file.
+    /// Bytes of the file or of the pixels.
     pub bytes: usize,
     /// Files of split AOVs.
     #[serde(rename = "layers", skip_serializing_if = "Vec::is_empty")]
@@ -174,6 +174,8 @@ pub struct Summary {
     pub failed: Vec<FailedFrame>,
     /// Whether the run was cancelled.
     pub is_interrupted: bool,
+    /// Whether the frames make one movie. It exists only where all of them were written.
+    pub is_movie: bool,
     /// Tone mapping of the run, where anything was tone-mapped.
     pub look: Option<PreviewLook>,
     /// Wall-clock seconds.

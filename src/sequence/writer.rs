@@ -15,10 +15,11 @@ use sha2::{Digest as _, Sha256};
 use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::Film;
-use crate::image_file::{FrameAttributes, encode_png, write_atomically};
-use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, exr_files, png_file};
+use crate::image_file::{DisplayImage, FrameAttributes, encode_png, write_atomically};
+use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
 
 use super::frame_tracer::FrameTracer;
+use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
 use super::render_hash::hex;
 use super::statistics::peak_memory_bytes;
@@ -66,6 +67,8 @@ pub(super) struct FrameEncoder<'a> {
 pub(super) struct EncodedFrame {
     film: Film,
     files: ExrFiles,
+    /// Tone-mapped image of a frame of a movie.
+    image: Option<DisplayImage>,
     preview: Option<Vec<u8>>,
     sha256: String,
     seconds: f64,
@@ -81,6 +84,8 @@ pub(super) struct Writer<'a> {
     pub(super) on_event: &'a (dyn Fn(SequenceEvent<'_>) + Sync),
     /// Takes back films whose frames are written.
     pub(super) free_films: Sender<Film>,
+    /// The movie, where it is the output.
+    pub(super) movie: Option<MovieOutput<'a>>,
 }
 
 impl<'a> FrameEncoder<'a> {
@@ -108,20 +113,29 @@ impl<'a> FrameEncoder<'a> {
         let start = Instant::now();
         let Self { planned, film, attributes, look, format, exr, instance_ids } = self;
         let png = || png_file(&film, look, &planned.render_hash);
+        if let OutputFormat::Movie(_) = format {
+            let image = display_image(film.window.size(), &film.pixels, film.plate.as_deref(), look);
+            let sha256 = hex(&Sha256::digest(image.pixels.as_flattened()));
+            let files = ExrFiles { main: Vec::new(), aovs: Vec::new() };
+            let seconds = start.elapsed().as_secs_f64();
+            return Ok(EncodedFrame { film, files, image: Some(image), preview: None, sha256, seconds });
+        }
         let file = || match format {
-            OutputFormat::Png => png().map(|main| ExrFiles { main, aovs: Vec::new() }),
+            OutputFormat::Png | OutputFormat::Movie(_) => {
+                png().map(|main| ExrFiles { main, aovs: Vec::new() })
+            }
             OutputFormat::Exr => exr_files(&film, &attributes, exr, &instance_ids),
         };
         let (files, preview) = rayon::join(file, || planned.preview_path.is_some().then(png).transpose());
         let (files, preview) = (files?, preview?);
         let sha256 = hex(&Sha256::digest(&files.main));
-        Ok(EncodedFrame { film, files, preview, sha256, seconds: start.elapsed().as_secs_f64() })
+        Ok(EncodedFrame { film, files, image: None, preview, sha256, seconds: start.elapsed().as_secs_f64() })
     }
 }
 
 impl Writer<'_> {
     /// Completes frames until the loop ends or the run is cancelled.
-    pub(super) fn complete_all(self, frames: Receiver<LoopResult<'_>>) -> Summary {
+    pub(super) fn complete_all(mut self, frames: Receiver<LoopResult<'_>>) -> Summary {
         let mut summary = Summary::default();
         let mut last_completed = None;
         for frame in frames {
@@ -166,7 +180,7 @@ impl Writer<'_> {
     }
 
     /// Writes a frame's files, the main file last: where it exists, all of them do.
-    fn write(&self, frame: Box<TracedFrame<'_>>, last_completed: Option<Instant>) -> Result<FrameReport> {
+    fn write(&mut self, frame: Box<TracedFrame<'_>>, last_completed: Option<Instant>) -> Result<FrameReport> {
         let TracedFrame { planned, started, mut seconds, tree, rays, encoded } = *frame;
         let encoded = encoded.recv().unwrap_or_else(|_| {
             Err(Error::Internal {
@@ -174,7 +188,7 @@ impl Writer<'_> {
             })
         });
         // The loop gets a film back in every case.
-        let EncodedFrame { film, files, preview, sha256, seconds: encode_seconds } = match encoded {
+        let EncodedFrame { film, files, image, preview, sha256, seconds: encode_seconds } = match encoded {
             Ok(encoded) => encoded,
             Err(error) => {
                 let _ = self.free_films.send(FrameTracer::empty_film(self.job));
@@ -184,6 +198,9 @@ impl Writer<'_> {
         let writing = Instant::now();
         let written = self.cancel.check().map_err(Error::from).and_then(|()| {
             catch_panic(planned.frame, || {
+                if let (Some(movie), Some(image)) = (&mut self.movie, &image) {
+                    return movie.add(planned.frame, image, self.on_event);
+                }
                 if let (Some(path), Some(preview)) = (&planned.preview_path, &preview) {
                     write_atomically(path, preview)?;
                 }
@@ -205,7 +222,7 @@ impl Writer<'_> {
             time_seconds: planned.time_seconds,
             path: planned.path.clone(),
             sha256,
-            bytes: files.main.len(),
+            bytes: image.map_or(files.main.len(), |image| image.pixels.as_flattened().len()),
             aov_files: aov_reports(planned, &files.aovs),
             seconds,
             tree,

@@ -11,7 +11,7 @@ use super::choices::{FocusRequest, GroundKind, Integrator, PreviewFormat, Progre
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
-use super::file_types::{BackgroundType, EnvironmentType, FilePath, NamedFile, Pattern};
+use super::file_types::{BackgroundType, CameraPathType, EnvironmentType, FilePath, NamedFile, Pattern};
 use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
@@ -42,11 +42,12 @@ settings! {
     /// . Several are rendered one after another
     scene: FilePath, Input { value_name: "SCENE", is_common: true }
 
-    /// Output name: shot.####.exr, shot.png
-    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number. {scene}, {shot}, {clip}
-    /// and {camera} are their names, here and in names of movies, contact sheets, statistics and manifests
+    /// Output name: shot.####.exr, shot.png, shot.mp4
+    /// . ####, %04d or {frame:04} is the frame number, .exr or .png the format. A still has no number. .apng, .webp,
+    /// .gif, and with ffmpeg .mp4, .mov, .webm and .mkv are one movie of all frames. {scene}, {shot}, {clip} and {camera}
+    /// are their names, here and in names of movies, contact sheets, statistics and manifests
     output: Pattern, Output {
-        value_name: "PATTERN", short: Some('o'), hidden_aliases: &["outfile"], is_common: true, is_for_runs: true,
+        value_name: "PATTERN", short: Some('o'), hidden_aliases: &["outfile", "out"], is_common: true, is_for_runs: true,
         default_help: "<scene>.####.exr",
     }
     /// Tone-mapped previews beside the EXR files
@@ -67,7 +68,7 @@ settings! {
     /// . Without it equal runs make equal files
     stamp: Flag = false, Output { is_for_runs: true }
     /// A movie of all frames
-    /// : .apng (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
+    /// : .apng and .webp (exact), .gif, or .mp4, .mov, .webm, .mkv with ffmpeg
     movie: NamedFile, Output { value_name: "FILE", is_common: true, is_for_runs: true }
     /// A PNG image with small versions of all frames and their numbers
     /// ; of several scenes, clips or cameras with one frame and the names of each
@@ -104,13 +105,13 @@ settings! {
         value_name: "FRAMES", short: Some('j'), excludes: &["frames"], default_help: "1", is_common: true,
     }
     /// Frames per second; fractions such as 24000/1001 are exact
-    fps: Rate = FrameRate::FILM, Frames { value_name: "RATE", is_common: true }
+    fps: Rate = FrameRate::FILM, Frames { value_name: "RATE", hidden_aliases: &["framerate"], is_common: true }
     /// Render the other frames and scenes when one fails
     keep_going: Flag = false, Frames { is_for_runs: true }
 
     /// Width and height in pixels, or 720p, 1080p or 4k
     resolution: Resolution, Image {
-        value_name: "WxH", short: Some('r'), excludes: &["width", "height"], default_help: "1280x720", is_common: true,
+        value_name: "WxH", short: Some('r'), hidden_aliases: &["size"], excludes: &["width", "height"], default_help: "1280x720", is_common: true,
     }
     /// Width in pixels; the camera decides the height unless given
     width: Whole<u32, 1, MAX>, Image { value_name: "PIXELS", short: Some('W') }
@@ -191,6 +192,13 @@ settings! {
     /// Rotation of the camera about its axis in degrees
     /// : counter-clockwise as seen from behind, so that the image turns clockwise
     roll: Degrees = 0.0, Camera { value_name: "DEG" }
+    /// Path of the camera: keys in a .toml file, or the animated camera of a .glb or .gltf
+    /// ; FILE.glb#NAME or FILE.glb#0 names one of several. Time is in seconds from frame 0. All frames are those of the
+    /// longer of path and animation
+    camera_path: CameraPathType, Camera {
+        value_name: "FILE",
+        excludes: &["camera", "orbit", "view", "camera_position", "frame_node", "turntable"],
+    }
     /// A whole turn of the camera around the scene in N frames
     /// . The loop is seamless: frame N equals frame 0. Clips play on; `animation` none stops them
     turntable: Whole<u32, 1, 1000000>, Camera { value_name: "N", hidden_aliases: &["spin"], is_common: true }
@@ -217,7 +225,7 @@ settings! {
     /// Environment: .hdr, .exr, R,G,B, studio, softbox, outdoor, dark or none
     /// . FILE@DEG rotates the image by degrees
     env: EnvironmentType, Scene {
-        value_name: "SOURCE", default_help: "studio if unlit",
+        value_name: "SOURCE", hidden_aliases: &["hdri"], default_help: "studio if unlit",
         is_common: true,
     }
     /// Factor of the environment light
@@ -228,7 +236,7 @@ settings! {
     /// transparent there. An image is a PNG, JPEG or WebP file, a sequence such as plate.%04d.exr, or plate:FILE for a single
     /// .exr or .hdr file. It covers EXR files, too; PNG, JPEG and WebP files keep their exact values in PNG files, previews and
     /// movies. Quote # in shells
-    background: BackgroundType = BackgroundSource::Light, Scene { value_name: "SOURCE" }
+    background: BackgroundType = BackgroundSource::Light, Scene { value_name: "SOURCE", hidden_aliases: &["bg"] }
     /// How an image as background fills an image of another aspect ratio
     background_fit: OneOf<PlateFit> = PlateFit::Fill, Scene { value_name: "FIT" }
     /// Node or material that is invisible except for shadows on it

@@ -3,6 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
+use super::camera_path_source::CameraPathSource;
 use super::environment_source::{BackgroundSource, EnvironmentSource};
 use super::output_pattern::OutputPattern;
 use super::placeholder::escaped_folder;
@@ -118,6 +119,27 @@ impl SettingType for BackgroundType {
 
     fn rebase(text: OsString, folder: &Path) -> OsString {
         plate_pattern::rebased(&text, folder).unwrap_or_else(|| rebased_source(text, folder))
+    }
+}
+
+/// Camera path.
+#[derive(Debug)]
+pub struct CameraPathType;
+
+impl SettingType for CameraPathType {
+    type Value = CameraPathSource;
+    const FORM: ValueForm = ValueForm::TEXT;
+
+    fn parse(text: &OsStr) -> Result<CameraPathSource, String> {
+        CameraPathSource::parse(text)
+    }
+
+    fn write(value: &CameraPathSource) -> Vec<OsString> {
+        vec![value.to_text()]
+    }
+
+    fn rebase(text: OsString, folder: &Path) -> OsString {
+        joined(folder, text)
     }
 }
 

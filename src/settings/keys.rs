@@ -6,6 +6,7 @@ use crate::error::{Provenance, SettingError};
 
 use super::definitions::{DEFINITIONS, Definition, Settings};
 use super::nearest::nearest;
+use super::synonyms::synonym;
 
 /// Options that are no settings.
 const COMMAND_LINE_ONLY: [&str; 3] = ["config", "set", "dry_run"];
@@ -20,6 +21,9 @@ pub(super) fn find(key: &str) -> Result<&'static Definition, String> {
     }
     if COMMAND_LINE_ONLY.contains(&key) {
         return Err("is no setting of a shot; it belongs on the command line".to_owned());
+    }
+    if let Some(hint) = synonym(key) {
+        return Err(format!("is no setting; {hint}"));
     }
     let plain = key.replace('-', "_");
     let long = key.replace('_', "-");

@@ -4,6 +4,7 @@
 //! [`Provenance`](crate::error::Provenance) of each value; levels merge with [`Settings::fill_from`]. [`Settings::values`] applies the
 //! defaults. What settings mean for a scene is decided by [`crate::shot`]; options of the terminal are unknown here.
 
+mod camera_path_source;
 mod camera_values;
 mod choices;
 mod definition;
@@ -28,6 +29,7 @@ mod read;
 mod setting_type;
 mod shutter;
 mod suggest;
+mod synonyms;
 mod table;
 mod text_file;
 mod toml_file;
@@ -43,6 +45,7 @@ pub use crate::film::PixelWindow;
 pub use crate::image_file::ExrCompression;
 #[doc(inline)]
 pub use crate::render::{Aperture, GlassShadows, PixelFilter};
+pub use camera_path_source::CameraPathSource;
 pub(crate) use camera_values::field_of_view_of;
 pub use choices::{FocusRequest, GroundKind, Integrator, LookAt, PreviewFormat, ProgressStyle};
 pub use definition::{Assigned, DefinitionOf, Group};
@@ -62,6 +65,7 @@ pub use plate_pattern::PlatePattern;
 pub use setting_type::{NamedChoice, SettingType, Single, ValueForm};
 pub use shutter::Shutter;
 pub(crate) use suggest::choices as suggest;
+pub use synonyms::synonym;
 pub(crate) use text_file::read_text;
 pub(crate) use toml_file::{TomlEntry, TomlFile, entries};
 pub(crate) use toml_value::number;

@@ -4,6 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use super::placeholder::{OutputNames, Placeholder, os_string};
+use crate::image_file::{MOVIE_ENDINGS, MovieFormat};
 
 /// File format of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,8 @@ pub enum OutputFormat {
     Exr,
     /// Tone-mapped sRGB PNG.
     Png,
+    /// One tone-mapped movie of all frames.
+    Movie(MovieFormat),
 }
 
 /// A path with any number of placeholders for the frame number.
@@ -47,7 +50,12 @@ impl OutputPattern {
     pub fn parse(text: &OsStr) -> Result<Self, String> {
         let parts = parse_parts(text)?;
         let format = format_of(Path::new(text))?;
-        Ok(Self { parts, format })
+        let pattern = Self { parts, format };
+        if matches!(format, OutputFormat::Movie(_)) && pattern.is_numbered() {
+            let name = Path::new(text).display();
+            return Err(format!("\"{name}\" is one movie of all frames; leave the frame number out"));
+        }
+        Ok(pattern)
     }
 
     /// `<stem>.####.exr`, or `<stem>.exr` for a single image; the stem is literal. `names` follow it, separated by dots.
@@ -80,6 +88,11 @@ impl OutputPattern {
     /// The file format.
     pub fn format(&self) -> OutputFormat {
         self.format
+    }
+
+    /// Whether all frames make one movie.
+    pub fn is_movie(&self) -> bool {
+        matches!(self.format, OutputFormat::Movie(_))
     }
 
     /// Whether the frame number is part of the name.
@@ -279,8 +292,15 @@ fn format_of(path: &Path) -> Result<OutputFormat, String> {
     match extension.to_str() {
         Some("exr") => Ok(OutputFormat::Exr),
         Some("png") => Ok(OutputFormat::Png),
-        Some("") => Err(format!("\"{shown}\" has no extension; end it with .exr or .png")),
-        _ => Err(format!("\".{}\" cannot be written; end it with .exr or .png", extension.display())),
+        Some("") => {
+            Err(format!("\"{shown}\" has no extension; end it with .exr or .png, or {MOVIE_ENDINGS}"))
+        }
+        _ => MovieFormat::of_path(path).map(OutputFormat::Movie).ok_or_else(|| {
+            let extension = extension.display();
+            format!(
+                "\".{extension}\" cannot be written; end it with .exr or .png, or {MOVIE_ENDINGS} for a movie"
+            )
+        }),
     }
 }
 
@@ -317,6 +337,8 @@ mod tests {
         assert!(!parse("a.exr").is_numbered());
         assert!(parse("#.exr").is_numbered());
         assert_eq!(parse("a.png").format(), OutputFormat::Png);
+        assert_eq!(parse("a.apng").format(), OutputFormat::Movie(MovieFormat::AnimatedPng));
+        assert!(parse("a.Mp4").is_movie() && !parse("a.png").is_movie());
     }
 
     #[test]
@@ -333,6 +355,8 @@ mod tests {
             "a.%",
             "..",
             "%0999999d.exr",
+            "a.####.mp4",
+            "a.%d.gif",
         ] {
             assert!(OutputPattern::parse(OsStr::new(text)).is_err(), "{text}");
         }

@@ -13,7 +13,7 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
     let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();
     let is_seen =
-        job.preview || job.output.format() == OutputFormat::Png || job.sequence_outputs.needs_tone_mapping();
+        job.preview || job.output.format() != OutputFormat::Exr || job.sequence_outputs.needs_tone_mapping();
     let ineffective = [
         (
             values.env_intensity != 1.0 && is_dark(&job.environment),
@@ -50,7 +50,8 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
         message: format!("`{setting}` does nothing: {why}"),
     };
     let ineffective = ineffective.into_iter().filter(|(is_ineffective, ..)| *is_ineffective).map(warning);
-    ineffective.chain(ground_without_shadows(values, job)).collect()
+    let stage = ground_without_shadows(values, job);
+    ineffective.chain(stage).chain(equal_frames(job)).collect()
 }
 
 /// Note that no light casts a shadow on the ground.
@@ -64,6 +65,15 @@ fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<W
     })
 }
 
+/// A warning about several frames of a scene in which nothing moves.
+fn equal_frames(job: &SequenceJob) -> Option<Warning> {
+    let count = job.frames.len();
+    let message = || {
+        format!("nothing moves, so that all {count} frames are equal; `turntable` {count} turns the camera")
+    };
+    (count > 1 && !moves(job)).then(|| Warning { pointer: String::new(), message: message() })
+}
+
 fn is_dark(environment: &Environment) -> bool {
     match environment {
         Environment::None => true,
@@ -72,9 +82,9 @@ fn is_dark(environment: &Environment) -> bool {
     }
 }
 
-/// Whether the camera turns, or any selected clip has two keys for anything.
+/// Whether the camera turns or follows a path, or any selected clip has two keys for anything.
 fn moves(job: &SequenceJob) -> bool {
-    if matches!(job.selection.camera, SelectedCamera::Turntable(_)) {
+    if matches!(job.selection.camera, SelectedCamera::Turntable(_) | SelectedCamera::Path(_)) {
         return true;
     }
     let clips = job.selection.clips.iter().filter_map(|clip| job.scene.animations.get(clip.index()));

@@ -4,8 +4,15 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::settings::SettingValues;
+
 /// Limit for systems without this information, bytes.
 const FALLBACK: u64 = 4 << 30;
+
+/// The limit of the settings, bytes.
+pub(super) fn max_memory_bytes(values: &SettingValues) -> u64 {
+    values.max_memory.unwrap_or_else(default_max_memory_bytes)
+}
 
 /// Four fifths of the least of all limits.
 pub fn default_max_memory_bytes() -> u64 {

@@ -5,6 +5,7 @@
 //!
 //! [`SequenceJob`]: crate::sequence::SequenceJob
 
+mod camera_path;
 pub mod environment;
 mod ineffective;
 mod job;

@@ -2,19 +2,23 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::error::{Error, Result, Warning};
 use crate::render::RenderSettings;
 use crate::scene::{
-    CameraRequest, ClipSelection, NamedSelection, Scene, Selection, SelectionRequest, ViewRequest,
+    CameraRequest, ClipSelection, NamedSelection, Scene, SelectedCamera, Selection, SelectionRequest,
+    ViewRequest,
 };
 use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
 use crate::settings::{OutputNames, Placeholder, SettingValues};
 
+use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
+use super::memory_limit::max_memory_bytes;
 use super::render_settings::render_settings;
 use super::shot_settings::{ShotSettings, refusal};
-use super::view::{resolve_frames, view_request};
+use super::view::{last_frame, resolve_frames, view_request};
 
 /// The sequences of a shot: one, or one for each clip and each camera.
 #[derive(Clone, Debug)]
@@ -89,12 +93,20 @@ impl ShotOutline {
             return Err(error);
         }
         let request = selection_request(args);
-        let (selections, choices) = Selection::resolve_each(&request, scene)?;
+        let (mut selections, choices) = Selection::resolve_each(&request, scene)?;
+        let mut inputs = vec![shot.scene.clone()];
+        if let Some(source) = &args.camera_path {
+            let LoadedPath { path, files } = camera_path::load(source, max_memory_bytes(args))?;
+            let path = SelectedCamera::Path(Arc::new(path));
+            for named in &mut selections {
+                named.selection.camera = path.clone();
+            }
+            inputs.extend(files);
+        }
         let view = view_request(args, scene, Selection::clips_of_each(&request, scene))?;
         let pattern = output_pattern(shot, scene, &request, &selections)?;
         let outline = |named| sequence_outline(shot, scene, named, &view, &pattern);
         let sequences = selections.into_iter().map(outline).collect::<Result<_>>()?;
-        let mut inputs = vec![shot.scene.clone()];
         inputs.extend(scene.files.iter().cloned());
         inputs.extend(environment_request(args).files().map(PathBuf::from));
         inputs.extend(shot.shot_file.clone());
@@ -110,6 +122,11 @@ fn sequence_outline(
     pattern: &OutputPattern,
 ) -> Result<SequenceOutline> {
     let args = &shot.values;
+    if pattern.is_movie() && args.manifest.is_some() {
+        let why =
+            "lists the files of frames, and a movie is one file; leave it out, or name frames with `output`";
+        return Err(Error::setting("manifest", why));
+    }
     let NamedSelection { selection, clip, camera } = named;
     // A view that does not keep the camera of the file has no name.
     let camera = if view.places_camera() && !view.keeps_camera { "auto".to_owned() } else { camera };
@@ -161,7 +178,7 @@ fn output_pattern(
 }
 
 fn frames(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Vec<i64>> {
-    let last = args.fps.last_frame(duration_seconds(scene, selection));
+    let last = last_frame(args.fps, scene, selection);
     resolve_frames(args, &frame_spec(args), last).map_err(|why| Error::setting(frame_setting(args), why))
 }
 

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::output::ExrOutput;
 use crate::render::{Adaptive, Aperture, Focus, Lens, LightSize, RenderSettings};
-use crate::scene::{Projection, Scene, SelectedCamera, Selection};
+use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 use crate::settings::{FocusRequest, Integrator, SettingValues};
 
 use super::view::named_node;
@@ -91,10 +91,24 @@ fn lens(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Op
 }
 
 fn is_orthographic(scene: &Scene, selection: &Selection) -> bool {
-    let SelectedCamera::Node(node) = selection.camera else { return false };
-    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
-    let camera = camera.and_then(|camera| scene.cameras.get(camera.index()));
-    camera.is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
+    file_camera(scene, selection)
+        .is_some_and(|camera| matches!(camera.projection, Projection::Orthographic { .. }))
+}
+
+/// The selected camera, where it is one of the scene, or of the file of a camera path.
+fn file_camera<'a>(scene: &'a Scene, selection: &'a Selection) -> Option<&'a Camera> {
+    let of_node = |scene: &'a Scene, node: NodeIndex| {
+        let camera = scene.nodes.get(node.index())?.camera?;
+        scene.cameras.get(camera.index())
+    };
+    match &selection.camera {
+        SelectedCamera::Node(node) => of_node(scene, *node),
+        SelectedCamera::Path(path) => match &path.motion {
+            CameraMotion::Scene { scene, node, .. } => of_node(scene, *node),
+            CameraMotion::Keys(_) => None,
+        },
+        _ => None,
+    }
 }
 
 /// The pixel window, where it does not depend on the scene's camera.
@@ -131,11 +145,7 @@ fn image_size(args: &SettingValues, camera_aspect: f64) -> Result<(u32, u32)> {
 /// Aspect ratio of the camera: width over height.
 fn camera_aspect(scene: &Scene, selection: &Selection) -> f64 {
     let default = f64::from(DEFAULT_RESOLUTION.0) / f64::from(DEFAULT_RESOLUTION.1);
-    let SelectedCamera::Node(node) = selection.camera else {
-        return default;
-    };
-    let camera = scene.nodes.get(node.index()).and_then(|node| node.camera);
-    let aspect = match camera.and_then(|camera| scene.cameras.get(camera.index())) {
+    let aspect = match file_camera(scene, selection) {
         Some(camera) => match camera.projection {
             Projection::Perspective { aspect_ratio, .. } => aspect_ratio.map_or(default, f64::from),
             Projection::Orthographic { x_mag, y_mag, .. } => f64::from(x_mag) / f64::from(y_mag),

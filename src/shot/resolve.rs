@@ -20,7 +20,7 @@ use crate::settings::{BackgroundSource, GroundKind, SettingValues, parse, sugges
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::ineffective_settings;
-use super::memory_limit::default_max_memory_bytes;
+use super::memory_limit::max_memory_bytes;
 use super::outline::{SequenceOutline, ShotOutline};
 use super::render_settings::{exr_output, known_window};
 use super::shot_settings::ShotSettings;
@@ -246,10 +246,6 @@ fn sequence_job(
         strict: args.strict,
         max_memory_bytes: max_memory_bytes(args),
     }
-}
-
-fn max_memory_bytes(args: &SettingValues) -> u64 {
-    args.max_memory.unwrap_or_else(default_max_memory_bytes)
 }
 
 fn matte_warnings(args: &SettingValues, scene: &Scene) -> Vec<Warning> {

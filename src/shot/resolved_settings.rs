@@ -29,7 +29,9 @@ pub fn resolved_settings(shot: &ShotSettings, jobs: &[RenderJob]) -> Settings {
     let origin = settings.origin_of("output").cloned().unwrap_or_default();
     let value = outline.pattern.with_names(&outline.names, &[Placeholder::Scene, Placeholder::Shot]);
     settings.output = Some(Assigned { value, origin });
-    settings.camera.get_or_insert_with(|| parse::camera(&camera(first)).into());
+    if settings.camera_path.is_none() {
+        settings.camera.get_or_insert_with(|| parse::camera(&camera(first)).into());
+    }
     if settings.env.is_none() && first.selection.image_light.is_none() {
         let has_lights = first.selection.has_lights(&first.scene);
         let studio = EnvironmentSource::BuiltIn(BuiltInLight::Studio);

@@ -3,10 +3,10 @@
 use crate::error::{Error, Result};
 use crate::framing::NamedView;
 use crate::scene::{
-    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, Target, TurntableRequest,
-    ViewRequest,
+    AnimationIndex, CameraRequest, LensRequest, NameOrIndex, NodeIndex, Scene, SelectedCamera, Selection,
+    Target, TurntableRequest, ViewRequest,
 };
-use crate::settings::{FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
+use crate::settings::{FrameRate, FrameSpec, LookAt, SettingValues, field_of_view_of, suggest};
 
 /// The view that the settings ask for.
 pub(super) fn view_request(
@@ -47,6 +47,20 @@ pub(super) fn resolve_frames(
     last: i64,
 ) -> std::result::Result<Vec<i64>, String> {
     frames.resolve(args.turntable.map_or(last, |frames| i64::from(frames) - 1))
+}
+
+/// The last frame of clips and camera path. A loop of the camera ends before its first frame comes again.
+pub(super) fn last_frame(rate: FrameRate, scene: &Scene, selection: &Selection) -> i64 {
+    let of_clips = rate.last_frame(selection.clip_seconds(scene));
+    let SelectedCamera::Path(path) = &selection.camera else {
+        return of_clips;
+    };
+    let seconds = path.duration_seconds;
+    let of_path = rate.last_frame(seconds as f32);
+    // A thousandth of a frame is rounding.
+    let repeats =
+        path.is_loop && of_path > 0 && rate.time_seconds(of_path) > seconds - rate.time_seconds(1) * 1e-3;
+    of_clips.max(of_path - i64::from(repeats))
 }
 
 /// The node that a setting names; `forms` says what else may be written.

@@ -4,10 +4,12 @@
 
 mod aovs;
 mod bad_input;
+mod camera_paths;
 mod cli;
 mod determinism;
 mod diff;
 mod environments;
+mod films;
 mod killed;
 mod many;
 mod merge;

@@ -59,7 +59,7 @@ impl MapPattern {
     /// The contents of the file of a map.
     pub(super) fn encoded(&self, map: &FlipMap) -> Result<Vec<u8>> {
         match self.format {
-            OutputFormat::Png => encode_png(map.size, &heat_map(map), ""),
+            OutputFormat::Png | OutputFormat::Movie(_) => encode_png(map.size, &heat_map(map), ""),
             OutputFormat::Exr => encode_errors(map),
         }
     }

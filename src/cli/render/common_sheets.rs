@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::progress::{print_note, print_warning};
-use rayframe::error::Result;
+use rayframe::error::{Error, Result};
 use rayframe::image_file::{encode_png, write_atomically};
 use rayframe::output::{LabelledSheet, LabelledTile};
 use rayframe::sequence::{Plan, Summary, display_frame};
@@ -38,12 +38,20 @@ impl CommonSheets {
 
     /// Takes the contact sheet of a job over, where it shows several sequences: its name has no placeholder for what tells them
     /// apart.
-    pub(super) fn take(&mut self, job: &mut RenderJob, args: &SettingValues) {
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for movies, whose frames are in no files.
+    pub(super) fn take(&mut self, job: &mut RenderJob, args: &SettingValues) -> Result<()> {
         if !self.is_common(job, args) {
-            return;
+            return Ok(());
+        }
+        if job.sequence.output.is_movie() {
+            let why = "shows frames of several movies, which are in no files; name frames with `output` and the movies with `movie`";
+            return Err(Error::setting("contact_sheet", why));
         }
         job.sequence.sequence_outputs.contact_sheet = None;
         job.sequence.sequence_outputs.is_on_common_sheet = true;
+        Ok(())
     }
 
     fn is_common(&self, job: &RenderJob, args: &SettingValues) -> bool {

@@ -33,7 +33,7 @@ pub(super) fn is_of(stored: &str, render_hash: &str) -> bool {
 fn stored_hash(job: &SequenceJob, path: &Path) -> Option<String> {
     let stored = match job.output.format() {
         OutputFormat::Exr => inspect_exr(path),
-        OutputFormat::Png => inspect_png(path),
+        OutputFormat::Png | OutputFormat::Movie(_) => inspect_png(path),
     };
     stored.ok()?.render_hash
 }
@@ -66,7 +66,7 @@ pub(super) fn write(job: &SequenceJob, planned: &PlannedFrame, cancel: &CancelFl
             );
             exr_file(&film, &attributes)?
         }
-        OutputFormat::Png => {
+        OutputFormat::Png | OutputFormat::Movie(_) => {
             let look = job.look(exposure_ev(job, cancel)?);
             png_file(&film, look, &hash)?
         }

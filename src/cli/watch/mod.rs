@@ -105,6 +105,9 @@ impl Watch<'_> {
         let mut resolved = resolve(shot, ImageLoading::Texels)?;
         self.files.replace(resolved.inputs.iter().cloned());
         refuse_many(&resolved.sequence)?;
+        if resolved.sequence.output.is_movie() {
+            return Err(Error::setting("output", "one image is watched; end the name with .png or .exr"));
+        }
         resolved.sequence.existing = ExistingFiles::Overwrite;
         let RenderJob { sequence: job, choices, warnings, camera, environment, inputs, .. } = &resolved;
         let plan = Plan::new(job)?;

@@ -1,0 +1,97 @@
+//! The encoder `ffmpeg`, a program of its own that takes raw frames from its standard input.
+
+use std::ffi::OsString;
+use std::io::{self, Read as _};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use crate::error::Error;
+
+/// Whether `ffmpeg` can be started.
+pub fn has_ffmpeg() -> bool {
+    let mut command = Command::new("ffmpeg");
+    command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+/// The `ffmpeg` process. Dropping it ends the process, which would wait for frames otherwise.
+pub(super) struct Ffmpeg(pub(super) Child);
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+pub(super) fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
+    let over = |channel: u8| ((u32::from(channel) * u32::from(alpha) + 127) / 255) as u8;
+    [over(r), over(g), over(b), 255]
+}
+
+/// Command that encodes raw frames from its standard input. Films are padded to an even number of columns and rows.
+pub(super) fn ffmpeg(
+    (width, height): (u32, u32),
+    (numerator, denominator): (u32, u32),
+    (container, codec): (&str, &str),
+    path: &Path,
+) -> Command {
+    let mut command = Command::new("ffmpeg");
+    command
+        .args(["-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
+        .args(["-s", &format!("{width}x{height}"), "-r", &format!("{numerator}/{denominator}"), "-i", "-"])
+        .args([
+            "-vf",
+            "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+        ])
+        .args(["-c:v", codec, "-crf", "18", "-colorspace", "bt709", "-color_primaries", "bt709"])
+        .args(["-color_trc", "iec61966-2-1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]);
+    if codec == "libvpx-vp9" {
+        command.args(["-b:v", "0"]);
+    }
+    if matches!(container, "mp4" | "mov") {
+        command.args(["-movflags", "+faststart"]);
+    }
+    // With the prefix, names with a colon or a leading dash are file names, too.
+    let mut output = OsString::from("file:");
+    output.push(path);
+    command.args(["-f", container]).arg(output);
+    // A terminal's interrupt must not end the encoder before this program, which would look like an encoder failure.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    command
+}
+
+/// Error with the last line of `ffmpeg`'s error output, or else `why`.
+pub(super) fn film_failed(path: &Path, ffmpeg: &mut Child, why: &str) -> Error {
+    drop(ffmpeg.stdin.take());
+    let mut said = String::new();
+    if let Some(errors) = &mut ffmpeg.stderr {
+        let _ = errors.read_to_string(&mut said);
+    }
+    let why = said.lines().rfind(|line| !line.trim().is_empty()).unwrap_or(why);
+    let source = io::Error::other(format!("ffmpeg: {why}"));
+    Error::WriteFailed { path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn film_names_are_always_passed_as_files() {
+        for name in ["-y.mp4", "http:a.mp4", "a b/c.mp4"] {
+            let command = ffmpeg((4, 3), (24, 1), ("mp4", "libx264"), Path::new(name));
+            assert_eq!(
+                command.get_args().last().unwrap(),
+                OsString::from(format!("file:{name}")).as_os_str()
+            );
+        }
+    }
+
+    #[test]
+    fn transparent_pixels_are_black() {
+        assert_eq!(over_black([200, 100, 50, 128]), [100, 50, 25, 255]);
+    }
+}

@@ -242,6 +242,7 @@ fn dining_area(stage: &mut Stage) {
     let (x, z) = (-0.35, 1.9);
     stage.add("dining table", &furniture::table([oak, black], Vec2::new(1.9, 0.92), 0.75), [x, 0.0, z], 0.0);
     let chair = stage.mesh(&furniture::chair([green, black]));
+    stage.stand("desk chair", chair, [3.9, 0.0, 1.9], 90.0);
     for (dx, dz, degrees) in
         [(-0.48, -0.62, 4.0), (0.45, -0.66, -8.0), (-0.46, 0.64, 176.0), (0.47, 0.62, 183.0)]
     {
@@ -261,7 +262,6 @@ fn bedroom_and_study(stage: &mut Stage) {
     stage.add("bed", &furniture::bed([wood, linen, duvet]), [3.85, 0.0, -1.45], -90.0);
     stage.add("bedside cabinet", &furniture::cabinet([wood, linen, brass], 0.5, 1), [4.7, 0.0, -2.95], -90.0);
     stage.add("desk", &furniture::table([wood, brass], Vec2::new(1.5, 0.7), 0.74), [4.55, 0.0, 1.9], 90.0);
-    stage.add("desk chair", &furniture::chair([duvet, wood]), [3.9, 0.0, 1.9], 90.0);
     stage.add("study lamp", &furniture::floor_lamp([brass, shade]), [4.5, 0.0, 3.05], 0.0);
 }
 

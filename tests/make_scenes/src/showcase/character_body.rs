@@ -3,7 +3,9 @@
 use glam::{Mat4, Quat, Vec2, Vec3};
 
 use super::paint;
-use super::solids::{Outline, at, joined, limb, loft, ring_tube, rounded, rounded_box, smooth, surface};
+use super::solids::{
+    Outline, at, joined, jointed_limb, limb, loft, ring_tube, rounded, rounded_box, smooth, surface,
+};
 use scene_builder::document::Gltf;
 use scene_builder::image::byte;
 use scene_builder::json::{Json, list, object};
@@ -146,22 +148,22 @@ fn jacket() -> Vec<Bound> {
     let torso = loft(&outline, &smooth(&points, 2));
     let mut parts = vec![bound(torso, &[0, 1, 2])];
     parts.extend(both(&[5, 6], &[8, 9], |side| {
-        limb([joint(5, side), joint(6, side)], [0.066, 0.056], [14, 4])
+        jointed_limb([joint(5, side), joint(6, side)], [0.066, 0.056], [12, 3], 4)
     }));
     parts.extend(both(&[5, 6], &[8, 9], |side| {
-        limb([joint(6, side), joint(6, side).lerp(joint(7, side), 0.82)], [0.056, 0.052], [14, 4])
+        jointed_limb([joint(6, side), joint(6, side).lerp(joint(7, side), 0.82)], [0.056, 0.052], [12, 3], 4)
     }));
     parts
 }
 
 fn trousers() -> Vec<Bound> {
     let mut parts =
-        vec![bound(ellipsoid(Vec3::new(0.145, 0.10, 0.105), Vec3::new(0.0, 0.68, 0.0), 20), &[0])];
+        vec![bound(ellipsoid(Vec3::new(0.145, 0.10, 0.105), Vec3::new(0.0, 0.68, 0.0), 16), &[0])];
     parts.extend(both(&[0, 11, 12], &[0, 14, 15], |side| {
-        limb([joint(11, side) - Vec3::Y * 0.02, joint(12, side)], [0.083, 0.066], [16, 4])
+        jointed_limb([joint(11, side) - Vec3::Y * 0.02, joint(12, side)], [0.083, 0.066], [14, 3], 4)
     }));
     parts.extend(both(&[11, 12], &[14, 15], |side| {
-        limb([joint(12, side), joint(13, side) + Vec3::Y * 0.09], [0.066, 0.062], [16, 4])
+        jointed_limb([joint(12, side), joint(13, side) + Vec3::Y * 0.09], [0.066, 0.062], [14, 3], 4)
     }));
     parts
 }
@@ -180,7 +182,7 @@ fn leather() -> Vec<Bound> {
         at(shaft, joint(13, side).x, 0.10, 0.0)
     }));
     parts.extend(both(&[13], &[16], |side| {
-        let foot = Outline::superellipse(Vec2::new(0.066, 0.125), 2.6, 24);
+        let foot = Outline::superellipse(Vec2::new(0.066, 0.125), 2.6, 20);
         let shoe = rounded(
             &[(0.0, 0.0), (0.004, 0.0), (0.004, 0.03), (-0.003, 0.034), (-0.012, 0.075), (-0.055, 0.118)],
             0.01,
@@ -195,24 +197,24 @@ fn leather() -> Vec<Bound> {
 fn skin() -> Vec<Bound> {
     let head = Vec3::new(0.0, 1.315, 0.005);
     let features = [
-        ellipsoid(Vec3::new(0.158, 0.148, 0.15), head, 28),
-        ellipsoid(Vec3::new(0.022, 0.02, 0.02), head + Vec3::new(0.0, -0.035, 0.15), 12),
-        ellipsoid(Vec3::new(0.02, 0.036, 0.026), head + Vec3::new(0.155, -0.025, 0.0), 12),
-        ellipsoid(Vec3::new(0.02, 0.036, 0.026), head + Vec3::new(-0.155, -0.025, 0.0), 12),
+        ellipsoid(Vec3::new(0.158, 0.148, 0.15), head, 24),
+        ellipsoid(Vec3::new(0.022, 0.02, 0.02), head + Vec3::new(0.0, -0.035, 0.15), 10),
+        ellipsoid(Vec3::new(0.02, 0.036, 0.026), head + Vec3::new(0.155, -0.025, 0.0), 10),
+        ellipsoid(Vec3::new(0.02, 0.036, 0.026), head + Vec3::new(-0.155, -0.025, 0.0), 10),
     ];
-    let neck = limb([Vec3::new(0.0, 1.08, 0.0), Vec3::new(0.0, 1.2, 0.0)], [0.06, 0.055], [14, 3]);
+    let neck = limb([Vec3::new(0.0, 1.08, 0.0), Vec3::new(0.0, 1.2, 0.0)], [0.06, 0.055], [12, 2]);
     let mut parts = vec![bound(joined(features), &[4]), bound(neck, &[2, 3])];
     parts.extend(both(&[7], &[10], |side| {
         let wrist = joint(7, side);
         let away = (wrist - joint(6, side)).normalize();
-        let palm = limb([wrist - away * 0.01, wrist + away * 0.05], [0.044, 0.038], [14, 4]);
+        let palm = limb([wrist - away * 0.01, wrist + away * 0.05], [0.044, 0.038], [12, 3]);
         let thumb = limb(
             [
                 wrist + away * 0.01 + Vec3::Z * 0.02,
                 wrist + away * 0.035 + Vec3::new(-0.008 * side, 0.0, 0.05),
             ],
             [0.02, 0.016],
-            [10, 3],
+            [8, 2],
         );
         joined([palm, thumb])
     }));
@@ -221,17 +223,17 @@ fn skin() -> Vec<Bound> {
 
 /// A ribbed beanie with a folded brim and a bobble.
 fn beanie() -> Vec<Bound> {
-    let cap = surface(48, 12, |u, v| {
+    let cap = surface(48, 7, |u, v| {
         let (sin, cos) = libm::sincosf(std::f32::consts::TAU * u);
         let (rise, across) = libm::sincosf(std::f32::consts::FRAC_PI_2 * v);
         let rib = 1.0 + 0.012 * libm::cosf(std::f32::consts::TAU * 24.0 * u) * (1.0 - v);
         Vec3::new(0.164 * sin * across * rib, 0.155 * rise, 0.158 * cos * across * rib)
     });
     let brim = loft(
-        &Outline::superellipse(Vec2::new(0.16, 0.154), 2.0, 36),
-        &rounded(&[(-0.02, -0.008), (0.014, -0.012), (0.012, 0.042), (-0.02, 0.046)], 0.012, 3),
+        &Outline::superellipse(Vec2::new(0.16, 0.154), 2.0, 30),
+        &rounded(&[(-0.02, -0.008), (0.014, -0.012), (0.012, 0.042), (-0.02, 0.046)], 0.012, 2),
     );
-    let bobble = ellipsoid(Vec3::splat(0.05), Vec3::new(0.0, 0.185, 0.0), 16);
+    let bobble = ellipsoid(Vec3::splat(0.05), Vec3::new(0.0, 0.185, 0.0), 12);
     let tilt = Quat::from_rotation_x(-0.16);
     vec![bound(joined([cap, brim, bobble]).moved(1.0, tilt, Vec3::new(0.0, 1.36, 0.0)), &[4])]
 }
@@ -246,10 +248,10 @@ fn scarf() -> Vec<Bound> {
                 radius * 0.9 * cos,
             )
         };
-        ring_tube([28, 10], 0.034, center, |_| Vec3::Y)
+        ring_tube([22, 7], 0.034, center, |_| Vec3::Y)
     };
     let tail = |from: Vec3, to: Vec3| {
-        let mut flat = limb([Vec3::ZERO, Vec3::Y * from.distance(to)], [0.045, 0.055], [14, 3]);
+        let mut flat = jointed_limb([Vec3::ZERO, Vec3::Y * from.distance(to)], [0.045, 0.055], [12, 3], 4);
         for (position, normal) in flat.positions.iter_mut().zip(&mut flat.normals) {
             position.z *= 0.32;
             *normal = (*normal / Vec3::new(1.0, 1.0, 0.32)).normalize();
@@ -265,8 +267,8 @@ fn scarf() -> Vec<Bound> {
 }
 
 fn backpack() -> Vec<Bound> {
-    let bag = at(rounded_box(Vec3::new(0.25, 0.29, 0.13), 0.045, 4), 0.0, 0.95, -0.165);
-    let pocket = at(rounded_box(Vec3::new(0.17, 0.12, 0.06), 0.025, 3), 0.0, 0.89, -0.235);
+    let bag = at(rounded_box(Vec3::new(0.25, 0.29, 0.13), 0.045, 3), 0.0, 0.95, -0.165);
+    let pocket = at(rounded_box(Vec3::new(0.17, 0.12, 0.06), 0.025, 2), 0.0, 0.89, -0.235);
     let mut parts = vec![bound(joined([bag, pocket]), &[2])];
     parts.extend(both(&[2], &[2], |side| {
         let x = 0.085 * side;
@@ -283,7 +285,7 @@ fn backpack() -> Vec<Bound> {
 
 fn eyes() -> Vec<Bound> {
     let eye =
-        |side: f32| ellipsoid(Vec3::new(0.019, 0.026, 0.012), Vec3::new(0.058 * side, 1.315, 0.142), 14);
+        |side: f32| ellipsoid(Vec3::new(0.019, 0.026, 0.012), Vec3::new(0.058 * side, 1.315, 0.142), 12);
     vec![bound(joined([eye(1.0), eye(-1.0)]), &[4])]
 }
 
@@ -296,13 +298,13 @@ fn hair() -> Vec<Bound> {
             [8, 2],
         )
     };
-    let nape = ellipsoid(Vec3::new(0.152, 0.105, 0.10), Vec3::new(0.0, 1.305, -0.065), 22);
+    let nape = ellipsoid(Vec3::new(0.152, 0.105, 0.10), Vec3::new(0.0, 1.305, -0.065), 16);
     vec![bound(joined([brow(1.0), brow(-1.0), nape]), &[4])]
 }
 
 /// The belt's buckle, and the bedroll's straps.
 fn buckles() -> Vec<Bound> {
     let buckle = at(rounded_box(Vec3::new(0.05, 0.036, 0.016), 0.006, 2), 0.0, 0.765, 0.112);
-    let roll = limb([Vec3::new(-0.14, 1.13, -0.17), Vec3::new(0.14, 1.13, -0.17)], [0.05; 2], [16, 4]);
+    let roll = limb([Vec3::new(-0.14, 1.13, -0.17), Vec3::new(0.14, 1.13, -0.17)], [0.05; 2], [12, 3]);
     vec![bound(buckle, &[0, 1]), bound(roll, &[2])]
 }

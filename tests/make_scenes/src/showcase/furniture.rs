@@ -12,7 +12,7 @@ use super::{Parts, noise};
 use scene_builder::shapes::TriangleMesh;
 
 fn padded(size: [f32; 3], radius: f32, center: [f32; 3]) -> TriangleMesh {
-    at(rounded_box(Vec3::from(size), radius, 3), center[0], center[1], center[2])
+    at(rounded_box(Vec3::from(size), radius, 2), center[0], center[1], center[2])
 }
 
 fn bevelled(size: [f32; 3], center: [f32; 3]) -> TriangleMesh {
@@ -23,7 +23,7 @@ fn bevelled(size: [f32; 3], center: [f32; 3]) -> TriangleMesh {
 fn legs(half: Vec2, height: f32, radii: [f32; 2]) -> TriangleMesh {
     let corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0)].map(|(x, z)| {
         let foot = Vec3::new(x * half.x, radii[0], z * half.y);
-        limb([foot, Vec3::new(foot.x * 0.92, height, foot.z * 0.92)], radii, [10, 2])
+        limb([foot, Vec3::new(foot.x * 0.92, height, foot.z * 0.92)], radii, [8, 1])
     });
     joined(corners)
 }
@@ -41,11 +41,11 @@ pub(super) fn sofa([fabric, wood, accent]: [usize; 3], width: f32, seats: u32) -
     ];
     for seat in 0..seats {
         upholstery.push(padded([seat_width - 0.01, 0.17, 0.68], 0.06, [middle(seat), 0.42, 0.1]));
-        let back = rounded_box(Vec3::new(seat_width - 0.02, 0.42, 0.19), 0.08, 3);
+        let back = rounded_box(Vec3::new(seat_width - 0.02, 0.42, 0.19), 0.08, 2);
         upholstery.push(back.moved(1.0, Quat::from_rotation_x(-0.2), Vec3::new(middle(seat), 0.68, -0.2)));
     }
     let pillow = |x: f32, turn: f32| {
-        let shape = rounded_box(Vec3::new(0.42, 0.42, 0.15), 0.072, 3);
+        let shape = rounded_box(Vec3::new(0.42, 0.42, 0.15), 0.072, 2);
         let turn = Quat::from_rotation_y(turn) * Quat::from_rotation_x(-0.35) * Quat::from_rotation_z(0.12);
         shape.moved(1.0, turn, Vec3::new(x, 0.68, -0.02))
     };
@@ -75,7 +75,7 @@ pub(super) fn round_table([top, foot]: [usize; 2], radius: f32, height: f32) -> 
         ],
         3,
     );
-    vec![(lathe(&plate, 48), top), (lathe(&stem, 24), foot)]
+    vec![(lathe(&plate, 32), top), (lathe(&stem, 18), foot)]
 }
 
 /// A long table with rounded corners.
@@ -91,7 +91,7 @@ pub(super) fn table([top, wood]: [usize; 2], size: Vec2, height: f32) -> Parts {
 
 /// A chair with a bent back.
 pub(super) fn chair([seat, wood]: [usize; 2]) -> Parts {
-    let shell = surface(12, 6, |u, v| {
+    let shell = surface(8, 3, |u, v| {
         let angle = (u - 0.5) * 2.0;
         Vec3::new(0.23 * libm::sinf(angle), 0.60 + 0.24 * v, -0.02 - 0.24 * libm::cosf(angle) - 0.05 * v)
     });
@@ -100,7 +100,7 @@ pub(super) fn chair([seat, wood]: [usize; 2]) -> Parts {
         *position -= *normal * 0.022;
     }
     let rim = ring_tube(
-        [40, 6],
+        [24, 5],
         0.013,
         |t| {
             let (sin, cos) = libm::sincosf(TAU * t);
@@ -136,7 +136,7 @@ pub(super) fn shelf([wood, first, second, third, ceramic]: [usize; 5]) -> Parts 
         let mut index = 0;
         while x < end {
             let random = |salt: u32| noise(seed + index * 5 + salt);
-            let (thick, tall) = (0.026 + 0.03 * random(0), 0.24 + 0.12 * random(1));
+            let (thick, tall) = (0.03 + 0.035 * random(0), 0.24 + 0.12 * random(1));
             let size = Vec3::new(thick - 0.002, tall, 0.18 + 0.05 * random(2));
             let book = block(size, Vec3::new(x + thick / 2.0, base + 0.016, -0.02));
             books[(random(3) * 2.99) as usize].push(book);
@@ -146,7 +146,7 @@ pub(super) fn shelf([wood, first, second, third, ceramic]: [usize; 5]) -> Parts 
     }
     let [first_books, second_books, third_books] = books.map(joined);
     let pot = |x: f32, y: f32, scale: f32| {
-        lathe(&vase_profile(), 24).moved(scale, Quat::IDENTITY, Vec3::new(x, y, 0.0))
+        lathe(&vase_profile(), 16).moved(scale, Quat::IDENTITY, Vec3::new(x, y, 0.0))
     };
     let pots = joined([pot(0.52, 1.056, 0.8), pot(-0.5, 1.526, 0.6), pot(0.55, 0.116, 1.0)]);
     vec![
@@ -176,22 +176,22 @@ fn vase_profile() -> Vec<Vec2> {
 
 /// A shade, open above and below, of one wall seen from both sides.
 fn shade(low: f32, high: f32, height: f32, base: f32) -> TriangleMesh {
-    open_loft(&Outline::axis(32), &profile(&[(low, base), (high, base + height)]))
+    open_loft(&Outline::axis(24), &profile(&[(low, base), (high, base + height)]))
 }
 
 /// A standing lamp with a fabric shade 1.6 metres up.
 pub(super) fn floor_lamp([brass, fabric]: [usize; 2]) -> Parts {
     let foot =
         rounded(&[(0.0, 0.0), (0.15, 0.0), (0.15, 0.025), (0.012, 0.035), (0.012, 1.5), (0.0, 1.5)], 0.01, 3);
-    vec![(lathe(&foot, 28), brass), (shade(0.23, 0.17, 0.28, 1.38), fabric)]
+    vec![(lathe(&foot, 18), brass), (shade(0.23, 0.17, 0.28, 1.38), fabric)]
 }
 
 /// A lamp that hangs from y = 0, its metal dome one metre below.
 pub(super) fn pendant([outside, cord]: [usize; 2]) -> Parts {
     let dome =
-        smooth(&[(0.27, -1.1), (0.25, -1.02), (0.16, -0.9), (0.05, -0.84), (0.03, -0.8), (0.0, -0.8)], 3);
+        smooth(&[(0.27, -1.1), (0.25, -1.02), (0.16, -0.9), (0.05, -0.84), (0.03, -0.8), (0.0, -0.8)], 2);
     vec![
-        (open_loft(&Outline::axis(36), &dome), outside),
+        (open_loft(&Outline::axis(24), &dome), outside),
         (limb([Vec3::Y * -0.8, Vec3::ZERO], [0.006; 2], [6, 1]), cord),
     ]
 }
@@ -203,7 +203,7 @@ pub(super) fn plant([pot, leaf, soil]: [usize; 3]) -> Parts {
     let leaves = (0..17).map(|index| {
         let turn = TAU * 0.381_966 * index as f32;
         let (reach, rise) = (0.28 + 0.34 * noise(index + 7), 0.55 + 0.6 * noise(index + 300));
-        let blade = surface(4, 10, |u, v| {
+        let blade = surface(2, 7, |u, v| {
             let width = 0.075 * libm::powf(libm::sinf(TAU / 2.0 * (0.06 + 0.94 * v)).max(0.0), 0.7);
             let across = 2.0 * u - 1.0;
             let along = reach * v * v.sqrt();
@@ -212,7 +212,7 @@ pub(super) fn plant([pot, leaf, soil]: [usize; 3]) -> Parts {
         blade.moved(1.0, Quat::from_rotation_y(turn), Vec3::Y * 0.3)
     });
     let earth = at(lathe(&profile(&[(0.175, 0.0), (0.0, 0.02)]), 20), 0.0, 0.3, 0.0);
-    vec![(lathe(&body, 32), pot), (joined(leaves), leaf), (earth, soil)]
+    vec![(lathe(&body, 20), pot), (joined(leaves), leaf), (earth, soil)]
 }
 
 /// A bed with a duvet and pillows, its head towards −Z.
@@ -222,7 +222,7 @@ pub(super) fn bed([wood, linen, duvet]: [usize; 3]) -> Parts {
         padded([1.76, 0.95, 0.08], 0.03, [0.0, 0.52, -1.06]),
     ];
     let pillows = [-0.42, 0.42].map(|x| {
-        rounded_box(Vec3::new(0.72, 0.16, 0.44), 0.075, 3).moved(
+        rounded_box(Vec3::new(0.72, 0.16, 0.44), 0.075, 2).moved(
             1.0,
             Quat::from_rotation_x(0.25),
             Vec3::new(x, 0.62, -0.74),
@@ -251,7 +251,7 @@ pub(super) fn cabinet([wood, front, brass]: [usize; 3], width: f32, doors: u32) 
             height / 2.0 + 0.12,
             depth / 2.0 + 0.01,
         );
-        limb([center, center + Vec3::Z * 0.022], [0.007, 0.012], [10, 3])
+        limb([center, center + Vec3::Z * 0.022], [0.007, 0.012], [8, 2])
     });
     vec![
         (
@@ -279,7 +279,7 @@ pub(super) fn painting([frame, paper, sun, near, far]: [usize; 5], size: Vec2) -
         block(Vec3::new(size.x - edge, size.y - edge, 0.01), Vec3::new(0.0, (edge - size.y) / 2.0, 0.006));
     let inner = size / 2.0 - Vec2::splat(0.09);
     let hill = |phase: f32, height: f32, z: f32| {
-        surface(24, 1, |u, v| {
+        surface(18, 1, |u, v| {
             let top = inner.y * (height + 0.22 * libm::sinf(phase + 4.5 * u));
             Vec3::new((2.0 * u - 1.0) * inner.x, -inner.y + (top + inner.y) * v, z)
         })
@@ -300,7 +300,7 @@ pub(super) fn painting([frame, paper, sun, near, far]: [usize; 5], size: Vec2) -
 
 /// A curtain with folds, hanging from y = 0.
 pub(super) fn curtain(fabric: usize, rod: usize, width: f32, height: f32) -> Parts {
-    let cloth = surface(72, 4, |u, v| {
+    let cloth = surface(49, 2, |u, v| {
         let wide = 1.0 + 0.06 * (1.0 - v);
         let fold = 0.04 * libm::sinf(TAU * 7.0 * u) + 0.012 * libm::sinf(TAU * 3.0 * u + 3.0 * v);
         Vec3::new((u - 0.5) * width * wide, height * (v - 1.0), fold)
@@ -316,7 +316,7 @@ pub(super) fn curtain(fabric: usize, rod: usize, width: f32, height: f32) -> Par
 /// A round rug in two colours.
 pub(super) fn rug([field, border]: [usize; 2], size: Vec2) -> Parts {
     let layer = |inset: f32, height: f32| {
-        let outline = Outline::rounded_rectangle(size, 0.25, 6);
+        let outline = Outline::rounded_rectangle(size, 0.25, 5);
         loft(
             &outline,
             &rounded(
@@ -354,11 +354,11 @@ pub(super) fn table_still_life([cover, pages, ceramic]: [usize; 3]) -> Parts {
             (0.1, 0.055),
             (0.0, 0.025),
         ],
-        3,
+        2,
     );
     vec![
         (joined([first, second]), cover),
         (joined([first_pages, second_pages]), pages),
-        (at(lathe(&bowl, 32), 0.2, 0.0, -0.08), ceramic),
+        (at(lathe(&bowl, 20), 0.2, 0.0, -0.08), ceramic),
     ]
 }

@@ -70,12 +70,12 @@ fn shell(stage: &mut Stage) {
     let petrol = petrol.add_to(&mut stage.gltf);
     let copper = Material { clear_coat: coat, ..metal("copper coat", 0xc9835a, 0.3) }.add_to(&mut stage.gltf);
     let whole = [-TAU / 2.0, TAU / 2.0];
-    let upper = shell_patch([72, 26], 0.0, [0.33, 1.0], whole);
-    let lower = shell_patch([72, 14], 0.0, [0.0, 0.33], whole);
+    let upper = shell_patch([60, 20], 0.0, [0.33, 1.0], whole);
+    let lower = shell_patch([60, 9], 0.0, [0.0, 0.33], whole);
     stage.add("shell", &[(upper, ivory), (lower, petrol)], [0.0; 3], 0.0);
     // A stripe over the crown, from the brow to the nape, and a line along the border of the two coats.
     let stripe = |half_width: f32, middle: f32, offset: f32| {
-        surface(6, 36, |u, v| {
+        surface(4, 26, |u, v| {
             let (rise, forward) = libm::sincosf(0.56 + (2.86 - 0.56) * v);
             let side = middle + half_width * (2.0 * u - 1.0);
             shell_point(
@@ -85,18 +85,18 @@ fn shell(stage: &mut Stage) {
         })
     };
     let stripes = joined([stripe(0.075, 0.15, 0.0013), stripe(0.075, -0.15, 0.0013)]);
-    let line = shell_patch([72, 3], 0.0012, [0.325, 0.345], whole);
+    let line = shell_patch([60, 2], 0.0012, [0.325, 0.345], whole);
     stage.add("stripes", &[(stripes, petrol), (line, copper)], [0.0; 3], 0.0);
     // The rim and the dark inside.
     let rubber = paint("rubber", 0x1b1c1e, 0.7).add_to(&mut stage.gltf);
     let lining = Material { double_sided: true, ..paint("lining", 0x3a3634, 1.0) }.add_to(&mut stage.gltf);
     let rim = ring_tube(
-        [72, 10],
+        [48, 7],
         0.0065,
         |t| shell_point(direction(TAU * t, rim_elevation(TAU * t)), -0.002),
         |t| direction(TAU * t, 0.0),
     );
-    let inside = shell_patch([36, 4], -0.008, [0.0, 0.35], whole);
+    let inside = shell_patch([28, 3], -0.008, [0.0, 0.35], whole);
     stage.add("rim", &[(rim, rubber), (inside, lining)], [0.0; 3], 0.0);
 }
 
@@ -117,7 +117,7 @@ fn visor(stage: &mut Stage) {
         ..metal("visor", 0x4b4440, 0.08)
     };
     let glass = glass.add_to(&mut stage.gltf);
-    let pane = surface(72, 12, |u, v| {
+    let pane = surface(56, 10, |u, v| {
         let radius = 1.0 - v;
         opening(TAU * u, radius, 0.0075 - 0.007 * libm::powf(radius, 10.0))
     });
@@ -126,8 +126,8 @@ fn visor(stage: &mut Stage) {
     let chrome = metal("chrome", 0xd6d8da, 0.12).add_to(&mut stage.gltf);
     let border = |radius: f32, offset: f32| move |t: f32| opening(TAU * t, radius, offset);
     let outward = |t: f32| opening(TAU * t, 1.0, 0.0).normalize();
-    let seal = ring_tube([108, 10], 0.0052, border(1.0, 0.002), outward);
-    let trim = ring_tube([108, 8], 0.0022, border(1.055, 0.0022), outward);
+    let seal = ring_tube([72, 7], 0.0052, border(1.0, 0.002), outward);
+    let trim = ring_tube([72, 5], 0.0022, border(1.055, 0.0022), outward);
     stage.add("visor seal", &[(seal, rubber), (trim, chrome)], [0.0; 3], 0.0);
 }
 
@@ -135,7 +135,7 @@ fn visor(stage: &mut Stage) {
 fn chin(stage: &mut Stage) {
     let guard = paint("chin guard", 0x26282b, 0.42).add_to(&mut stage.gltf);
     let steel = metal("vents", 0xb9b4aa, 0.25).add_to(&mut stage.gltf);
-    let plate = surface(48, 10, |u, v| {
+    let plate = surface(40, 7, |u, v| {
         let (sin, cos) = libm::sincosf(TAU * u);
         let power = |value: f32| value.signum() * libm::powf(value.abs(), 2.0 / 3.0);
         let radius = 1.0 - v;
@@ -146,7 +146,7 @@ fn chin(stage: &mut Stage) {
         let ends = [-0.085, 0.085].map(|rise| {
             shell_point(direction(index * 0.2 - 0.4 * rise * index.signum(), -0.56 + rise), 0.0052)
         });
-        limb(ends, [0.0042; 2], [10, 3])
+        limb(ends, [0.0042; 2], [8, 2])
     });
     stage.add("chin guard", &[(plate, guard), (joined(vents), steel)], [0.0; 3], 0.0);
 }
@@ -157,30 +157,30 @@ fn hubs(stage: &mut Stage) {
     let dark = metal("gun metal", 0x55575c, 0.35).add_to(&mut stage.gltf);
     let copper = metal("copper", 0xd08c62, 0.18).add_to(&mut stage.gltf);
     let base = lathe(
-        &rounded(&[(0.0, -0.012), (0.042, -0.012), (0.040, 0.006), (0.031, 0.009), (0.0, 0.009)], 0.003, 4),
-        48,
+        &rounded(&[(0.0, -0.012), (0.042, -0.012), (0.040, 0.006), (0.031, 0.009), (0.0, 0.009)], 0.003, 3),
+        36,
     );
     let disc = lathe(
         &rounded(
             &[(0.022, 0.006), (0.030, 0.0115), (0.018, 0.0115), (0.012, 0.009), (0.0, 0.009)],
             0.0018,
-            3,
+            2,
         ),
-        48,
+        36,
     );
-    let knob = lathe(&smooth(&[(0.0105, 0.008), (0.0105, 0.013), (0.007, 0.0155), (0.0, 0.0162)], 4), 32);
-    let bolt = lathe(&rounded(&[(0.0034, 0.0085), (0.0034, 0.0112), (0.0, 0.0118)], 0.001, 2), 12);
+    let knob = lathe(&smooth(&[(0.0105, 0.008), (0.0105, 0.013), (0.007, 0.0155), (0.0, 0.0162)], 3), 20);
+    let bolt = lathe(&rounded(&[(0.0034, 0.0085), (0.0034, 0.0112), (0.0, 0.0118)], 0.001, 1), 8);
     let bolts = (0..6).map(|index| {
         let (sin, cos) = libm::sincosf(TAU * (index as f32 + 0.5) / 6.0);
         at(bolt.clone(), 0.0352 * sin, 0.0, 0.0352 * cos)
     });
     let parts = [(base, dark), (disc, steel), (joined([knob, joined(bolts)]), copper)];
+    let hub = stage.mesh(&parts);
     for (name, side) in [("hub left", 1.0), ("hub right", -1.0)] {
         let outward = direction(side * 1.52, 0.04);
         let turned = Quat::from_rotation_arc(Vec3::Y, Vec3::new(side, 0.12, 0.0).normalize());
         let place = shell_point(outward, 0.004);
-        let moved = parts.clone().map(|(part, material)| (part.moved(1.0, turned, place), material));
-        stage.add(name, &moved, [0.0; 3], 0.0);
+        stage.pose(name, hub, place, turned);
     }
 }
 
@@ -190,7 +190,7 @@ fn crest(stage: &mut Stage) {
     let steel = metal("lamp bezel", 0xc4c1ba, 0.2).add_to(&mut stage.gltf);
     let light = Material { emissive: super::srgb(0xffe7bd), ..paint("lamp", 0xffffff, 0.2) };
     let light = light.add_to(&mut stage.gltf);
-    let fin = surface(16, 40, |u, v| {
+    let fin = surface(12, 26, |u, v| {
         let (rise, forward) = libm::sincosf(0.9 + 1.75 * v);
         let across = 2.0 * u - 1.0;
         let height = libm::sinf(TAU / 2.0 * v).max(0.0);
@@ -217,12 +217,10 @@ fn crest(stage: &mut Stage) {
         28,
     );
     let lens = lathe(&profile(&[(0.0095, 0.0035), (0.007, 0.0052), (0.004, 0.006), (0.0, 0.0063)]), 20);
+    let lamp = stage.mesh(&[(bezel, steel), (lens, light)]);
     for (name, side) in [("lamp left", 1.0), ("lamp right", -1.0)] {
         let outward = direction(side * 0.62, 0.55);
         let turned = Quat::from_rotation_arc(Vec3::Y, direction(side * 0.45, 0.35));
-        let parts = [(bezel.clone(), steel), (lens.clone(), light)];
-        let moved =
-            parts.map(|(part, material)| (part.moved(1.0, turned, shell_point(outward, 0.004)), material));
-        stage.add(name, &moved, [0.0; 3], 0.0);
+        stage.pose(name, lamp, shell_point(outward, 0.004), turned);
     }
 }

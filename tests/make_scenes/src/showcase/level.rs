@@ -104,7 +104,7 @@ fn cargo(stage: &mut Stage, [wood, dark]: [usize; 2]) {
 fn pond(stage: &mut Stage, rock: usize) {
     let water = paint("water", 0x2f8496, 0.04).add_to(&mut stage.gltf);
     let lily = paint("lilies", 0x6fa25b, 0.6).add_to(&mut stage.gltf);
-    let disc = surface(48, 10, |u, v| {
+    let disc = surface(40, 9, |u, v| {
         let (sin, cos) = libm::sincosf(TAU * u);
         let radius = 2.75 * (1.0 - v);
         let (x, z) = (radius * sin, radius * cos);
@@ -118,7 +118,7 @@ fn pond(stage: &mut Stage, rock: usize) {
     let leaf = lathe(&profile(&[(0.3, 0.0), (0.28, 0.02), (0.0, 0.02)]), 12);
     let lilies = [(0.9, 1.0), (1.5, 0.6), (-0.9, -0.7), (-1.3, 0.4), (0.4, -1.5)];
     let lilies = lilies.map(|(x, z)| at(leaf.clone(), x, 0.135, z));
-    let parts = [(disc, water), (joined(stones), rock), (joined(lilies), lily)];
+    let parts = [(disc, water), (joined(stones), rock), (faceted(&joined(lilies)), lily)];
     stage.add("pond", &parts, [3.9, 0.0, -3.0], 0.0);
 }
 
@@ -138,9 +138,9 @@ fn details(stage: &mut Stage, [wood, rock]: [usize; 2]) {
                 (0.0, 0.06),
             ],
             0.02,
-            2,
+            1,
         ),
-        20,
+        16,
     );
     let coin = stage.mesh(&[(coin.moved(1.0, Quat::from_rotation_x(TAU / 4.0), Vec3::ZERO), gold)]);
     for step in 0..5 {

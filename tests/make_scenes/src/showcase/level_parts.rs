@@ -148,11 +148,11 @@ pub(super) fn tower([stone, trim, roof, dark, glow]: [usize; 5]) -> Parts {
     let panes =
         windows.map(|(degrees, radius, height)| around(degrees, arch(0.28, 0.42), radius + 0.03, height));
     vec![
-        (joined([lathe(&wall, 16), lathe(&storey, 14)]), stone),
-        (joined(bands.into_iter().chain(battlements).chain(frames)), trim),
-        (joined([faceted(&cone)]), roof),
-        (around(35.0, arch(0.85, 1.3), 1.3, 0.85), dark),
-        (joined(panes), glow),
+        (faceted(&joined([lathe(&wall, 16), lathe(&storey, 14)])), stone),
+        (faceted(&joined(bands.into_iter().chain(battlements).chain(frames))), trim),
+        (faceted(&cone), roof),
+        (faceted(&around(35.0, arch(0.85, 1.3), 1.3, 0.85)), dark),
+        (faceted(&joined(panes)), glow),
     ]
 }
 
@@ -174,7 +174,7 @@ pub(super) fn stairs(steps: u32, rise: f32, width: f32, [stone, trim]: [usize; 2
             [Vec3::new(side * width / 2.0, 0.12, 0.05), Vec3::new(side * width / 2.0, rise + 0.12, -length)];
         limb(ends, [0.13; 2], [6, 1])
     };
-    vec![(joined((0..steps).map(step)), stone), (faceted(&joined([cheek(1.0), cheek(-1.0)])), trim)]
+    vec![(faceted(&joined((0..steps).map(step))), stone), (faceted(&joined([cheek(1.0), cheek(-1.0)])), trim)]
 }
 
 /// A crate of 0.9 metres with a frame.
@@ -193,7 +193,7 @@ pub(super) fn crate_box([boards, frame]: [usize; 2]) -> Parts {
     }
     let boards_part =
         (0..4).map(|index| block(Vec3::new(0.8, 0.19, 0.8), Vec3::Y * (0.05 + 0.205 * index as f32)));
-    vec![(joined(boards_part), boards), (joined(beams), frame)]
+    vec![(joined(boards_part), boards), (faceted(&joined(beams)), frame)]
 }
 
 /// A barrel with two hoops.
@@ -217,7 +217,7 @@ pub(super) fn barrel([boards, iron]: [usize; 2]) -> Parts {
             0.0,
         )
     };
-    vec![(lathe(&body, 16), boards), (joined([hoop(0.26), hoop(0.74)]), iron)]
+    vec![(faceted(&lathe(&body, 12)), boards), (faceted(&joined([hoop(0.26), hoop(0.74)])), iron)]
 }
 
 /// A hanging bridge along +X from the origin to `end`, with planks, posts and ropes.
@@ -241,12 +241,13 @@ pub(super) fn bridge(end: Vec3, [wood, rope]: [usize; 2]) -> Parts {
             ropes.push(limb([from, to], [0.035; 2], [6, 1]));
         }
     }
-    vec![(joined((0..count).map(plank).chain(posts)), wood), (joined(ropes), rope)]
+    vec![(faceted(&joined((0..count).map(plank).chain(posts))), wood), (faceted(&joined(ropes)), rope)]
 }
 
 /// The sky: an inverted sphere with colours by height. It is open around `sun`, since surfaces that glow shade as others do.
 pub(super) fn dome(radius: f32, sun: Vec3) -> TriangleMesh {
     let mut shape = uv_sphere(radius, 32, 20).plain().inverted();
+    shape.normals.clear();
     let colors = [
         (-1.0, 0x5d86ad),
         (-0.45, 0x86aecb),

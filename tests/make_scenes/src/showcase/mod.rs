@@ -50,6 +50,7 @@ impl Stage {
         let primitives: Vec<_> = parts
             .iter()
             .map(|(shape, material)| {
+                let shape = solids::compact(shape);
                 let attributes = shape.attributes(&mut self.gltf);
                 let indices = self.gltf.indices(&shape.indices);
                 object([
@@ -72,6 +73,12 @@ impl Stage {
             node = node.turned(Quat::from_rotation_y(degrees.to_radians()));
         }
         let node = self.gltf.node(node);
+        self.nodes.push(node);
+    }
+
+    /// Adds a node with a mesh, moved and rotated.
+    fn pose(&mut self, name: &'static str, mesh: usize, at: Vec3, rotation: Quat) {
+        let node = self.gltf.node(Node::mesh(mesh).named(name).at(at.x, at.y, at.z).turned(rotation));
         self.nodes.push(node);
     }
 

@@ -1,6 +1,7 @@
 //! Solids of the showcase scenes: lofts of an outline along a profile (lathes, bevelled blocks, bottles), parametric surfaces,
 //! tubes, limbs and rounded boxes. All have smooth normals where they are round.
 
+use std::collections::BTreeMap;
 use std::f32::consts::TAU;
 
 use glam::{Quat, Vec2, Vec3};
@@ -133,6 +134,8 @@ pub(crate) fn lathe(profile: &[Vec2], segments: u32) -> TriangleMesh {
 /// Points of a profile with their normals, twice where the profile has a sharp edge. Long segments weigh more, so that flat sides
 /// beside bevels look flat.
 fn profile_rows(points: &[Vec2]) -> Vec<[Vec2; 2]> {
+    let mut points = points.to_vec();
+    points.dedup_by(|next, previous| next.distance(*previous) < 1e-6);
     let across: Vec<Vec2> = points.windows(2).map(|ends| (ends[1] - ends[0]).perp() * -1.0).collect();
     let mut rows = Vec::new();
     for (index, &point) in points.iter().enumerate() {
@@ -198,10 +201,16 @@ pub(crate) fn ring_tube(
 }
 
 /// A capsule from `from` to `to` with different radii at its ends.
-pub(crate) fn limb(
+pub(crate) fn limb(ends: [Vec3; 2], radii: [f32; 2], resolution: [u32; 2]) -> TriangleMesh {
+    jointed_limb(ends, radii, resolution, 1)
+}
+
+/// The same in `rows` rows between the ends, at which joints can bend it.
+pub(crate) fn jointed_limb(
     [from, to]: [Vec3; 2],
     [first, last]: [f32; 2],
     [segments, steps]: [u32; 2],
+    rows: u32,
 ) -> TriangleMesh {
     let length = from.distance(to);
     let mut points = Vec::new();
@@ -209,9 +218,8 @@ pub(crate) fn limb(
         let (sin, cos) = libm::sincosf(TAU / 4.0 * step as f32 / steps as f32);
         points.push(Vec2::new(first * sin, -first * cos));
     }
-    // Rows between the ends let joints bend the limb.
-    for row in 1..4 {
-        let share = row as f32 / 4.0;
+    for row in 1..rows {
+        let share = row as f32 / rows as f32;
         points.push(Vec2::new(first + (last - first) * share, length * share));
     }
     for step in 0..=steps {
@@ -245,17 +253,31 @@ pub(crate) fn block(size: Vec3, base: Vec3) -> TriangleMesh {
     cuboid(size.x, size.y, size.z).plain().moved(1.0, Quat::IDENTITY, center)
 }
 
-/// The mesh with flat triangles.
+/// The mesh with flat triangles: without normals, and with one vertex a position.
 pub(crate) fn faceted(mesh: &TriangleMesh) -> TriangleMesh {
     let mut flat = TriangleMesh::default();
-    for triangle in mesh.indices.chunks_exact(3) {
-        let [a, b, c] = [triangle[0], triangle[1], triangle[2]].map(|index| mesh.positions[index as usize]);
-        let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
-        flat.positions.extend([a, b, c]);
-        flat.normals.extend([normal; 3]);
+    let mut vertices = BTreeMap::new();
+    for &index in &mesh.indices {
+        let position = mesh.positions[index as usize];
+        let vertex = *vertices.entry(position.to_array().map(f32::to_bits)).or_insert_with(|| {
+            flat.positions.push(position);
+            flat.positions.len() as u32 - 1
+        });
+        flat.indices.push(vertex);
     }
-    flat.indices = (0..flat.positions.len() as u32).collect();
     flat
+}
+
+/// The mesh as it is, or [`faceted`] where its normals are those of its triangles.
+pub(crate) fn compact(mesh: &TriangleMesh) -> TriangleMesh {
+    let is_flat = mesh.indices.chunks_exact(3).all(|triangle| {
+        let [a, b, c] = [triangle[0], triangle[1], triangle[2]].map(|index| mesh.positions[index as usize]);
+        let face = (b - a).cross(c - a).normalize_or_zero();
+        triangle
+            .iter()
+            .all(|&index| mesh.normals.get(index as usize).is_none_or(|normal| normal.dot(face) > 0.9999))
+    });
+    if is_flat && mesh.uvs.is_empty() && mesh.colors.is_empty() { faceted(mesh) } else { mesh.clone() }
 }
 
 /// The union of meshes that have the same attributes.

@@ -2,8 +2,8 @@
 
 use glam::{Quat, Vec2, Vec3};
 
-use super::solids::{at, block, joined, rounded_box, surface};
-use super::{Stage, furniture, metal, noise, paint, srgb};
+use super::solids::{at, block, faceted, joined, rounded_box, surface};
+use super::{Stage, furniture, gradient, metal, noise, paint, srgb};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::image::{Filter, Image};
 use scene_builder::material::{DiffuseTransmission, Material, Sheen, TextureUse};
@@ -16,13 +16,14 @@ const THICKNESS: f32 = 0.14;
 /// The wall between the living area and the others, and the one between those.
 const DIVIDER_X: f32 = 1.7;
 const DIVIDER_Z: f32 = 0.2;
-/// Windows: middle along the wall at z = −3.5, and width.
-const WINDOWS: [(f32, f32); 3] = [(-3.5, 1.7), (-0.5, 1.7), (3.4, 1.5)];
+/// Windows: middle along the wall at z = −3.5.
+const WINDOWS: [f32; 3] = [-3.5, -0.5, 3.4];
+const WINDOW_WIDTH: f32 = 1.7;
 const SILL: f32 = 0.55;
 const LINTEL: f32 = 2.3;
 
 pub(super) fn apartment() -> Built {
-    let mut stage = Stage::new(
+    let mut stage = Stage::matte(
         "The living area of an apartment, seen from inside at eye height: a sofa, an armchair, tables, shelves, lamps and prints, with \
          sunlight through the windows and doors to a bedroom and a study.",
     );
@@ -32,7 +33,7 @@ pub(super) fn apartment() -> Built {
     dining_area(&mut stage);
     bedroom_and_study(&mut stage);
     lights(&mut stage);
-    stage.finished("apartment", Vec3::new(0.30, 0.29, 0.28), Vec3::new(0.24, 0.21, 0.18))
+    stage.finished("apartment", Vec3::new(0.125, 0.125, 0.13), Vec3::new(0.115, 0.10, 0.085))
 }
 
 /// A wall along X from `from` to `to`, on y = 0, with openings: middle, width, sill and lintel, from left to right.
@@ -60,8 +61,8 @@ fn shell(stage: &mut Stage) -> Built<()> {
     let wood =
         Material { base_color_texture: Some(TextureUse::of(planks)), ..paint("planks", 0xffffff, 0.32) };
     let wood = wood.add_to(&mut stage.gltf);
-    let white = paint("ceiling", 0xf4f1ea, 0.95).add_to(&mut stage.gltf);
-    let plaster = paint("plaster", 0xece4d6, 0.95).add_to(&mut stage.gltf);
+    let white = paint("ceiling", 0xece7dc, 0.95).add_to(&mut stage.gltf);
+    let plaster = paint("plaster", 0xdfd5c5, 0.95).add_to(&mut stage.gltf);
     let sage = paint("sage wall", 0xa3ad98, 0.95).add_to(&mut stage.gltf);
     let trim = paint("white lacquer", 0xf2efe8, 0.4).add_to(&mut stage.gltf);
     let mut ground = floor(2.0 * HALF.x, 2.0 * HALF.y);
@@ -71,7 +72,7 @@ fn shell(stage: &mut Stage) -> Built<()> {
     stage.add("ceiling", &[(lid, white)], [0.0; 3], 0.0);
 
     let (out, back) = (THICKNESS / 2.0, HALF.y + THICKNESS / 2.0);
-    let window_holes = WINDOWS.map(|(middle, width)| [middle, width, SILL, LINTEL]);
+    let window_holes = WINDOWS.map(|middle| [middle, WINDOW_WIDTH, SILL, LINTEL]);
     let ends = [-HALF.x - THICKNESS, HALF.x + THICKNESS];
     let skirting = |length: f32| block(Vec3::new(length, 0.08, 0.02), Vec3::Z * (out + 0.008));
     stage.add(
@@ -104,6 +105,12 @@ fn shell(stage: &mut Stage) -> Built<()> {
     stage.add("divider", &[(wall(side, &doors), plaster)], [DIVIDER_X, 0.0, 0.0], 90.0);
     let inner = [DIVIDER_X + out, HALF.x];
     stage.add("bedroom wall", &[(wall(inner, &[]), plaster)], [0.0, 0.0, DIVIDER_Z], 0.0);
+    // Ajar, so that the living area is a space of its own.
+    let brass = metal("door handles", 0xc9a86a, 0.25).add_to(&mut stage.gltf);
+    let leaf = stage.mesh(&furniture::door([trim, brass], Vec2::new(0.88, 2.06)));
+    for (name, [middle, ..]) in ["study door", "bedroom door"].into_iter().zip(doors) {
+        stage.stand(name, leaf, [DIVIDER_X + out, 0.0, 0.44 - middle], 90.0 - 24.0);
+    }
     let jamb = |middle: f32| {
         let depth = THICKNESS + 0.04;
         joined([
@@ -148,35 +155,30 @@ fn windows(stage: &mut Stage) {
     };
     let cloth = cloth.add_to(&mut stage.gltf);
     let rod = metal("curtain rod", 0xb08d57, 0.3).add_to(&mut stage.gltf);
-    let height = LINTEL - SILL;
-    for (middle, width) in WINDOWS {
-        let beam = |size: [f32; 3], x: f32, y: f32| at(rounded_box(Vec3::from(size), 0.008, 1), x, y, 0.0);
-        let frame = joined([
-            beam([0.06, height, 0.1], 0.03 - width / 2.0, height / 2.0),
-            beam([0.06, height, 0.1], width / 2.0 - 0.03, height / 2.0),
-            beam([0.05, height, 0.07], 0.0, height / 2.0),
-            beam([width, 0.06, 0.1], 0.0, 0.03),
-            beam([width, 0.06, 0.1], 0.0, height - 0.03),
-            beam([width, 0.035, 0.06], 0.0, height * 0.68),
-            at(rounded_box(Vec3::new(width + 0.16, 0.035, 0.26), 0.01, 1), 0.0, -0.01, 0.11),
-        ]);
-        let glass = quad(width, height).plain().moved(1.0, Quat::IDENTITY, Vec3::Y * (height / 2.0));
-        stage.add("window", &[(frame, trim), (glass, pane)], [middle, SILL, -HALF.y - THICKNESS / 2.0], 0.0);
+    let (width, height) = (WINDOW_WIDTH, LINTEL - SILL);
+    let beam = |size: [f32; 3], x: f32, y: f32| at(rounded_box(Vec3::from(size), 0.008, 1), x, y, 0.0);
+    let frame = joined([
+        beam([0.06, height, 0.1], 0.03 - width / 2.0, height / 2.0),
+        beam([0.06, height, 0.1], width / 2.0 - 0.03, height / 2.0),
+        beam([0.05, height, 0.07], 0.0, height / 2.0),
+        beam([width, 0.06, 0.1], 0.0, 0.03),
+        beam([width, 0.06, 0.1], 0.0, height - 0.03),
+        beam([width, 0.035, 0.06], 0.0, height * 0.68),
+        at(rounded_box(Vec3::new(width + 0.16, 0.035, 0.26), 0.01, 1), 0.0, -0.01, 0.11),
+    ]);
+    let glass = quad(width, height).plain().moved(1.0, Quat::IDENTITY, Vec3::Y * (height / 2.0));
+    let window = stage.mesh(&[(faceted(&frame), trim), (glass, pane)]);
+    for middle in WINDOWS {
+        stage.stand("window", window, [middle, SILL, -HALF.y - THICKNESS / 2.0], 0.0);
     }
     let curtain = stage.mesh(&furniture::curtain(cloth, rod, 0.62, 2.38));
     for x in [-4.62, -2.36, -1.64, 0.64] {
         stage.stand("curtain", curtain, [x, 2.42, -HALF.y + 0.14], 0.0);
     }
     let garden = Material::unlit("garden", [1.0; 3]).add_to(&mut stage.gltf);
-    let colors = [(0.0, 0x8fa368), (0.40, 0x6f8f56), (0.47, 0xa9bf8d), (0.5, 0xe4eee6), (1.0, 0xa9d0ee)];
+    let stops = [(0.0, 0x8d9a70), (0.40, 0x708560), (0.47, 0xa5b493), (0.5, 0xdfe9e6), (1.0, 0xa9cbe6)];
     let mut view = surface(1, 40, |u, v| Vec3::new(-11.0 + 20.0 * u, -0.8 + 4.0 * v, -HALF.y - 3.0));
-    let color = |height: f32| {
-        let above = colors.iter().position(|stop| stop.0 >= height).unwrap_or(4).max(1);
-        let [(low, first), (high, last)] = [colors[above - 1], colors[above]];
-        let share = ((height - low) / (high - low)).clamp(0.0, 1.0);
-        (Vec3::from_array(srgb(first)).lerp(Vec3::from_array(srgb(last)), share) * 1.6).extend(1.0)
-    };
-    view.colors = view.positions.iter().map(|position| color((position.y + 0.8) / 4.0)).collect();
+    view.colors = view.positions.iter().map(|position| gradient(&stops, (position.y + 0.8) / 4.0)).collect();
     stage.add("garden", &[(view, garden)], [0.0; 3], 0.0);
 }
 
@@ -215,7 +217,9 @@ fn living_area(stage: &mut Stage) {
     stage.add("plant", &furniture::plant([ceramic, leaf, soil]), [-4.5, 0.0, -2.75], 0.0);
     let lit = Material { emissive: srgb(0xe9b877), ..paint("lamp shade", 0xf2e2c4, 0.9) }.two_sided();
     let lit = lit.add_to(&mut stage.gltf);
-    stage.add("floor lamp", &furniture::floor_lamp([brass, lit]), [-4.5, 0.0, 1.75], 0.0);
+    let lamp = stage.mesh(&furniture::floor_lamp([brass, lit]));
+    stage.stand("floor lamp", lamp, [-4.5, 0.0, 1.75], 0.0);
+    stage.stand("study lamp", lamp, [4.5, 0.0, 3.05], 0.0);
     let prints = [rust, navy, ochre, grey, fabric];
     let first = furniture::painting([walnut, paper, prints[0], prints[1], prints[3]], Vec2::new(0.72, 0.95));
     stage.add("hill print", &first, [0.02 - HALF.x, 1.62, -0.4], 90.0);
@@ -236,9 +240,6 @@ fn dining_area(stage: &mut Stage) {
     let black = paint("blackened wood", 0x2c2a29, 0.5).add_to(&mut stage.gltf);
     let green = paint("chair shell", 0x6f8276, 0.6).add_to(&mut stage.gltf);
     let copper = Material { double_sided: true, ..metal("copper", 0xd29066, 0.25) }.add_to(&mut stage.gltf);
-    let fruit = paint("oranges", 0xdd9444, 0.5).add_to(&mut stage.gltf);
-    let ceramic = paint("blue ceramic", 0x5c7c8f, 0.2).add_to(&mut stage.gltf);
-    let paper = paint("linen paper", 0xf0e9da, 0.9).add_to(&mut stage.gltf);
     let (x, z) = (-0.35, 1.9);
     stage.add("dining table", &furniture::table([oak, black], Vec2::new(1.9, 0.92), 0.75), [x, 0.0, z], 0.0);
     let chair = stage.mesh(&furniture::chair([green, black]));
@@ -249,7 +250,6 @@ fn dining_area(stage: &mut Stage) {
         stage.stand("chair", chair, [x + dx, 0.0, z + dz], degrees);
     }
     stage.add("pendant lamp", &furniture::pendant([copper, black]), [x, HEIGHT, z], 0.0);
-    stage.add("table ware", &furniture::table_still_life([fruit, paper, ceramic]), [x, 0.751, z], -15.0);
 }
 
 fn bedroom_and_study(stage: &mut Stage) {
@@ -257,12 +257,9 @@ fn bedroom_and_study(stage: &mut Stage) {
     let linen = paint("white linen", 0xf1ede4, 1.0).add_to(&mut stage.gltf);
     let duvet = paint("rose linen", 0xc9a195, 1.0).add_to(&mut stage.gltf);
     let brass = metal("lamp brass", 0xd9b36c, 0.25).add_to(&mut stage.gltf);
-    let shade = Material { emissive: srgb(0xd9a468), ..paint("small shade", 0xf2e2c4, 0.9) }.two_sided();
-    let shade = shade.add_to(&mut stage.gltf);
     stage.add("bed", &furniture::bed([wood, linen, duvet]), [3.85, 0.0, -1.45], -90.0);
     stage.add("bedside cabinet", &furniture::cabinet([wood, linen, brass], 0.5, 1), [4.7, 0.0, -2.95], -90.0);
     stage.add("desk", &furniture::table([wood, brass], Vec2::new(1.5, 0.7), 0.74), [4.55, 0.0, 1.9], 90.0);
-    stage.add("study lamp", &furniture::floor_lamp([brass, shade]), [4.5, 0.0, 3.05], 0.0);
 }
 
 /// The sun, and lamps in each part of the apartment.
@@ -271,7 +268,6 @@ fn lights(stage: &mut Stage) {
     for (name, color, candela, at) in [
         ("floor lamp bulb", 0xffd9a6, 0.55, [-4.5, 1.52, 1.75]),
         ("pendant bulb", 0xffe2ba, 0.75, [-0.35, 1.62, 1.9]),
-        ("daylight", 0xe3eeff, 0.9, [-2.0, 2.1, -2.9]),
         ("bedroom bulb", 0xffe2ba, 1.2, [3.2, 2.2, -2.4]),
         ("study bulb", 0xffe2ba, 0.9, [3.4, 2.2, 1.6]),
     ] {

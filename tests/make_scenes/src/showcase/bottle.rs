@@ -28,7 +28,7 @@ pub(super) fn bottle() -> Built {
 
 /// The glass, the liquid that fills its cavity, and a bubble of air inside the liquid: each volume lies within the one before.
 fn glass(stage: &mut Stage) {
-    let outline = Outline::superellipse(HALF, EXPONENT, 56);
+    let outline = Outline::superellipse(HALF, EXPONENT, 48);
     let clear = Material {
         volume: Some(Volume { thickness: 0.01, attenuation: Some((0.35, [0.9, 0.97, 0.95])) }),
         ..Material::glass("glass", 1.5)
@@ -42,7 +42,7 @@ fn glass(stage: &mut Stage) {
     stage.add("glass", &[(loft(&outline, &body), clear)], [0.0; 3], 0.0);
 
     let liquid = Material {
-        volume: Some(Volume { thickness: 0.03, attenuation: Some((0.03, [0.96, 0.50, 0.40])) }),
+        volume: Some(Volume { thickness: 0.03, attenuation: Some((0.06, [0.97, 0.60, 0.50])) }),
         ..Material::glass("perfume", 1.36)
     };
     let liquid = liquid.add_to(&mut stage.gltf);
@@ -79,10 +79,10 @@ fn glass(stage: &mut Stage) {
 /// A collar of steel and a bevelled golden cap with a groove.
 fn cap(stage: &mut Stage) {
     let steel = metal("brushed steel", 0xd9d6d0, 0.22).add_to(&mut stage.gltf);
-    let gold = metal("gold", 0xe8c489, 0.16).add_to(&mut stage.gltf);
+    let gold = metal("gold", 0xf0cf98, 0.24).add_to(&mut stage.gltf);
     let collar = rounded(&[(0.0, 0.0), (0.0125, 0.0), (0.0125, 0.005), (0.0, 0.005)], 0.0012, 4);
-    stage.add("collar", &[(lathe(&collar, 48), steel)], [0.0, HEIGHT + 0.0002, 0.0], 0.0);
-    let outline = Outline::superellipse(Vec2::new(0.017, 0.017), 4.0, 48);
+    stage.add("collar", &[(lathe(&collar, 32), steel)], [0.0, HEIGHT + 0.0002, 0.0], 0.0);
+    let outline = Outline::superellipse(Vec2::new(0.017, 0.017), 4.0, 36);
     let lower = rounded(&[(-0.014, 0.0), (0.0, 0.0), (0.0, 0.0055), (-0.002, 0.0055)], 0.0008, 3);
     let upper = rounded(&[(-0.002, 0.0065), (0.0, 0.0065), (0.0, 0.031), (-0.014, 0.0325)], 0.0018, 5);
     let parts = joined([

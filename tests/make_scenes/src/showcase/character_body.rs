@@ -2,10 +2,10 @@
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 
-use super::paint;
 use super::solids::{
     Outline, at, joined, jointed_limb, limb, loft, ring_tube, rounded, rounded_box, smooth, surface,
 };
+use super::{matte_attributes, paint};
 use scene_builder::document::Gltf;
 use scene_builder::image::byte;
 use scene_builder::json::{Json, list, object};
@@ -92,7 +92,7 @@ fn primitive(gltf: &mut Gltf, parts: &[Bound], material: usize) -> Json {
     let influences =
         parts.iter().flat_map(|part| part.shape.positions.iter().map(|&p| influence(p, part.chain)));
     let (joints, weights): (Vec<_>, Vec<_>) = influences.unzip();
-    let mut attributes = shape.attributes(gltf);
+    let mut attributes = matte_attributes(gltf, &shape);
     let (joints, weights) = gltf.influences(&joints, &weights);
     attributes.set("JOINTS_0", joints);
     attributes.set("WEIGHTS_0", weights);
@@ -197,7 +197,7 @@ fn leather() -> Vec<Bound> {
 fn skin() -> Vec<Bound> {
     let head = Vec3::new(0.0, 1.315, 0.005);
     let features = [
-        ellipsoid(Vec3::new(0.158, 0.148, 0.15), head, 24),
+        ellipsoid(Vec3::new(0.158, 0.148, 0.15), head, 20),
         ellipsoid(Vec3::new(0.022, 0.02, 0.02), head + Vec3::new(0.0, -0.035, 0.15), 10),
         ellipsoid(Vec3::new(0.02, 0.036, 0.026), head + Vec3::new(0.155, -0.025, 0.0), 10),
         ellipsoid(Vec3::new(0.02, 0.036, 0.026), head + Vec3::new(-0.155, -0.025, 0.0), 10),

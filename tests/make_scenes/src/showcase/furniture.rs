@@ -5,8 +5,8 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec2, Vec3};
 
 use super::solids::{
-    Outline, at, block, joined, lathe, limb, loft, open_loft, profile, ring_tube, rounded, rounded_box,
-    smooth, surface,
+    Outline, at, block, faceted, joined, lathe, limb, loft, open_loft, profile, ring_tube, rounded,
+    rounded_box, smooth, surface,
 };
 use super::{Parts, noise};
 use scene_builder::shapes::TriangleMesh;
@@ -15,8 +15,9 @@ fn padded(size: [f32; 3], radius: f32, center: [f32; 3]) -> TriangleMesh {
     at(rounded_box(Vec3::from(size), radius, 2), center[0], center[1], center[2])
 }
 
+/// A box with chamfered edges and flat faces.
 fn bevelled(size: [f32; 3], center: [f32; 3]) -> TriangleMesh {
-    at(rounded_box(Vec3::from(size), 0.006, 1), center[0], center[1], center[2])
+    faceted(&at(rounded_box(Vec3::from(size), 0.006, 1), center[0], center[1], center[2]))
 }
 
 /// Four tapered legs at the corners of a rectangle.
@@ -124,7 +125,7 @@ pub(super) fn shelf([wood, first, second, third, ceramic]: [usize; 5]) -> Parts 
     let mut boards = vec![
         bevelled([0.035, height, depth], [width / 2.0, height / 2.0, 0.0]),
         bevelled([0.035, height, depth], [-width / 2.0, height / 2.0, 0.0]),
-        block(Vec3::new(width, height - 0.1, 0.015), Vec3::new(0.0, 0.08, 0.01 - depth / 2.0)),
+        bevelled([width, height - 0.1, 0.015], [0.0, height / 2.0 + 0.03, 0.01 - depth / 2.0]),
     ];
     let rows = [0.1, 0.57, 1.04, 1.51, 1.98];
     boards.extend(rows.map(|y| bevelled([width, 0.032, depth], [0.0, y, 0.0])));
@@ -254,13 +255,8 @@ pub(super) fn cabinet([wood, front, brass]: [usize; 3], width: f32, doors: u32) 
         limb([center, center + Vec3::Z * 0.022], [0.007, 0.012], [8, 2])
     });
     vec![
-        (
-            joined([
-                bevelled([width, height - 0.16, depth], [0.0, height / 2.0 + 0.08, 0.0]),
-                legs(Vec2::new(width / 2.0 - 0.1, 0.15), 0.16, [0.014, 0.022]),
-            ]),
-            wood,
-        ),
+        (bevelled([width, height - 0.16, depth], [0.0, height / 2.0 + 0.08, 0.0]), wood),
+        (legs(Vec2::new(width / 2.0 - 0.1, 0.15), 0.16, [0.014, 0.022]), brass),
         (joined(panels), front),
         (joined(knobs), brass),
     ]
@@ -284,7 +280,7 @@ pub(super) fn painting([frame, paper, sun, near, far]: [usize; 5], size: Vec2) -
             Vec3::new((2.0 * u - 1.0) * inner.x, -inner.y + (top + inner.y) * v, z)
         })
     };
-    let disc = lathe(&profile(&[(inner.x * 0.3, 0.0), (0.0, 0.0005)]), 32).moved(
+    let disc = lathe(&profile(&[(inner.x * 0.3, 0.0), (0.0, 0.0005)]), 24).moved(
         1.0,
         Quat::from_rotation_x(TAU / 4.0),
         Vec3::new(inner.x * 0.3, inner.y * 0.45, 0.013),
@@ -294,7 +290,7 @@ pub(super) fn painting([frame, paper, sun, near, far]: [usize; 5], size: Vec2) -
         (sheet, paper),
         (disc, sun),
         (hill(0.6, -0.1, 0.014), far),
-        (joined([hill(2.8, -0.5, 0.016)]), near),
+        (hill(2.8, -0.5, 0.016), near),
     ]
 }
 
@@ -317,14 +313,7 @@ pub(super) fn curtain(fabric: usize, rod: usize, width: f32, height: f32) -> Par
 pub(super) fn rug([field, border]: [usize; 2], size: Vec2) -> Parts {
     let layer = |inset: f32, height: f32| {
         let outline = Outline::rounded_rectangle(size, 0.25, 5);
-        loft(
-            &outline,
-            &rounded(
-                &[(-0.02 - inset, 0.0), (-inset, 0.0), (-inset, height), (-0.05 - inset, height)],
-                0.005,
-                2,
-            ),
-        )
+        loft(&outline, &profile(&[(-inset, 0.0), (-inset, height)]))
     };
     vec![(layer(0.12, 0.014), field), (layer(0.0, 0.011), border)]
 }
@@ -361,4 +350,19 @@ pub(super) fn table_still_life([cover, pages, ceramic]: [usize; 3]) -> Parts {
         (joined([first_pages, second_pages]), pages),
         (at(lathe(&bowl, 20), 0.2, 0.0, -0.08), ceramic),
     ]
+}
+
+/// A door leaf of `size` with its hinge at the origin, a panel on either side and handles.
+pub(super) fn door([lacquer, brass]: [usize; 2], size: Vec2) -> Parts {
+    let leaf = bevelled([size.x, size.y, 0.04], [size.x / 2.0, size.y / 2.0, 0.0]);
+    let panels = [(0.30, 0.42), (1.28, 1.3)]
+        .map(|(middle, height)| bevelled([size.x - 0.26, height, 0.056], [size.x / 2.0, middle + 0.05, 0.0]));
+    let handles = [-1.0, 1.0].map(|side| {
+        let knuckle = Vec3::new(size.x - 0.07, 1.02, 0.055 * side);
+        joined([
+            limb([Vec3::new(knuckle.x, knuckle.y, 0.0), knuckle], [0.011; 2], [8, 1]),
+            limb([knuckle, knuckle - Vec3::X * 0.11], [0.010; 2], [8, 2]),
+        ])
+    });
+    vec![(joined([leaf, joined(panels)]), lacquer), (joined(handles), brass)]
 }

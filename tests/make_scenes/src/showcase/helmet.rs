@@ -112,9 +112,9 @@ fn opening(angle: f32, radius: f32, offset: f32) -> Vec3 {
 
 fn visor(stage: &mut Stage) {
     let glass = Material {
-        iridescence: Some(Iridescence { ior: 1.8, thickness_nm: [100.0, 420.0], thickness_texture: None }),
+        iridescence: Some(Iridescence { ior: 1.8, thickness_nm: [100.0, 460.0], thickness_texture: None }),
         clear_coat: Some(ClearCoat { factor: 1.0, roughness: 0.0, normal_texture: None }),
-        ..metal("visor", 0x4b4440, 0.08)
+        ..metal("visor", 0x8f8072, 0.06)
     };
     let glass = glass.add_to(&mut stage.gltf);
     let pane = surface(56, 10, |u, v| {
@@ -127,7 +127,7 @@ fn visor(stage: &mut Stage) {
     let border = |radius: f32, offset: f32| move |t: f32| opening(TAU * t, radius, offset);
     let outward = |t: f32| opening(TAU * t, 1.0, 0.0).normalize();
     let seal = ring_tube([72, 7], 0.0052, border(1.0, 0.002), outward);
-    let trim = ring_tube([72, 5], 0.0022, border(1.055, 0.0022), outward);
+    let trim = ring_tube([72, 5], 0.0022, border(1.075, 0.0032), outward);
     stage.add("visor seal", &[(seal, rubber), (trim, chrome)], [0.0; 3], 0.0);
 }
 
@@ -157,8 +157,8 @@ fn hubs(stage: &mut Stage) {
     let dark = metal("gun metal", 0x55575c, 0.35).add_to(&mut stage.gltf);
     let copper = metal("copper", 0xd08c62, 0.18).add_to(&mut stage.gltf);
     let base = lathe(
-        &rounded(&[(0.0, -0.012), (0.042, -0.012), (0.040, 0.006), (0.031, 0.009), (0.0, 0.009)], 0.003, 3),
-        36,
+        &rounded(&[(0.0, -0.012), (0.042, -0.012), (0.040, 0.006), (0.031, 0.009), (0.0, 0.009)], 0.003, 2),
+        32,
     );
     let disc = lathe(
         &rounded(
@@ -212,9 +212,9 @@ fn crest(stage: &mut Stage) {
                 (0.0, 0.004),
             ],
             0.001,
-            2,
+            1,
         ),
-        28,
+        24,
     );
     let lens = lathe(&profile(&[(0.0095, 0.0035), (0.007, 0.0052), (0.004, 0.006), (0.0, 0.0063)]), 20);
     let lamp = stage.mesh(&[(bezel, steel), (lens, light)]);

@@ -110,9 +110,9 @@ fn pond(stage: &mut Stage, rock: usize) {
         let (x, z) = (radius * sin, radius * cos);
         Vec3::new(x, 0.12 + 0.012 * libm::sinf(4.2 * x + 1.6 * z) * libm::cosf(3.1 * z), z)
     });
-    let stones = (0..24).map(|index| {
-        let (sin, cos) = libm::sincosf(TAU * index as f32 / 24.0);
-        let size = 0.30 + 0.14 * noise(index + 50);
+    let stones = (0..20).map(|index| {
+        let (sin, cos) = libm::sincosf(TAU * index as f32 / 20.0);
+        let size = 0.34 + 0.14 * noise(index + 50);
         faceted(&pebble(size, index)).moved(1.0, Quat::IDENTITY, Vec3::new(2.8 * sin, 0.08, 2.8 * cos))
     });
     let leaf = lathe(&profile(&[(0.3, 0.0), (0.28, 0.02), (0.0, 0.02)]), 12);

@@ -2,10 +2,10 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Quat, Vec3, Vec4};
+use glam::{Quat, Vec3};
 
 use super::solids::{at, block, faceted, joined, lathe, limb, profile, rounded, rounded_box};
-use super::{Parts, noise, srgb};
+use super::{Parts, gradient, noise};
 use scene_builder::shapes::{TriangleMesh, grid_indices, ico_sphere, uv_sphere};
 
 /// Corners of a platform.
@@ -248,7 +248,7 @@ pub(super) fn bridge(end: Vec3, [wood, rope]: [usize; 2]) -> Parts {
 pub(super) fn dome(radius: f32, sun: Vec3) -> TriangleMesh {
     let mut shape = uv_sphere(radius, 32, 20).plain().inverted();
     shape.normals.clear();
-    let colors = [
+    let stops = [
         (-1.0, 0x5d86ad),
         (-0.45, 0x86aecb),
         (-0.12, 0xbfd6df),
@@ -257,14 +257,7 @@ pub(super) fn dome(radius: f32, sun: Vec3) -> TriangleMesh {
         (0.45, 0x8dbde3),
         (1.0, 0x5695d2),
     ];
-    let color = |height: f32| {
-        let above = colors.iter().position(|stop| stop.0 >= height).unwrap_or(6).max(1);
-        let [(low, first), (high, last)] = [colors[above - 1], colors[above]];
-        let share = ((height - low) / (high - low)).clamp(0.0, 1.0);
-        Vec3::from_array(srgb(first)).lerp(Vec3::from_array(srgb(last)), share)
-    };
-    shape.colors =
-        shape.positions.iter().map(|position| Vec4::from((color(position.y / radius), 1.0))).collect();
+    shape.colors = shape.positions.iter().map(|position| gradient(&stops, position.y / radius)).collect();
     let sun = sun.normalize();
     let is_kept = |triangle: &&[u32]| {
         let sum: Vec3 = triangle.iter().map(|&index| shape.positions[index as usize]).sum();

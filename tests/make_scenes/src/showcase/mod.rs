@@ -13,12 +13,13 @@ mod solids;
 
 use std::f32::consts::PI;
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec3, Vec4};
 
 use crate::{Entry, entry};
+use scene_builder::accessor::{Accessor, Component};
 use scene_builder::document::{Built, Gltf};
 use scene_builder::image::{Image, byte, opaque};
-use scene_builder::json::{list, object};
+use scene_builder::json::{Json, list, object};
 use scene_builder::material::Material;
 use scene_builder::node::Node;
 use scene_builder::shapes::TriangleMesh;
@@ -38,11 +39,17 @@ pub(crate) type Parts = Vec<(TriangleMesh, usize)>;
 struct Stage {
     gltf: Gltf,
     nodes: Vec<usize>,
+    /// Whether normals are bytes, which is enough for surfaces that reflect no images.
+    is_matte: bool,
 }
 
 impl Stage {
     fn new(shows: &'static str) -> Self {
-        Self { gltf: Gltf::new(shows), nodes: Vec::new() }
+        Self { gltf: Gltf::new(shows), nodes: Vec::new(), is_matte: false }
+    }
+
+    fn matte(shows: &'static str) -> Self {
+        Self { is_matte: true, ..Self::new(shows) }
     }
 
     /// Adds a mesh of one primitive a part.
@@ -51,7 +58,11 @@ impl Stage {
             .iter()
             .map(|(shape, material)| {
                 let shape = solids::compact(shape);
-                let attributes = shape.attributes(&mut self.gltf);
+                let attributes = if self.is_matte {
+                    matte_attributes(&mut self.gltf, &shape)
+                } else {
+                    shape.attributes(&mut self.gltf)
+                };
                 let indices = self.gltf.indices(&shape.indices);
                 object([
                     ("attributes", attributes),
@@ -139,6 +150,30 @@ impl Stage {
         self.gltf.extend("scenes", scene, selected);
         Ok(self.gltf)
     }
+}
+
+/// The attributes of a mesh with normals of four bytes (`KHR_mesh_quantization`).
+fn matte_attributes(gltf: &mut Gltf, shape: &TriangleMesh) -> Json {
+    let mut attributes = TriangleMesh { normals: Vec::new(), ..shape.clone() }.attributes(gltf);
+    if !shape.normals.is_empty() {
+        gltf.requires_extension("KHR_mesh_quantization");
+        let bytes = shape.normals.iter().flat_map(|normal| {
+            let [x, y, z] = normal.to_array().map(|value| (value * 127.0).round() as i8 as u8);
+            [x, y, z, 0]
+        });
+        let accessor = Accessor::new(Component::I8, "VEC3", shape.normals.len(), bytes.collect());
+        let accessor = Accessor { normalized: true, byte_stride: Some(4), ..accessor };
+        attributes.set("NORMAL", gltf.accessor(&accessor));
+    }
+    attributes
+}
+
+/// The colour at `position` between the sRGB colours of the two nearest stops.
+fn gradient(stops: &[(f32, u32)], position: f32) -> Vec4 {
+    let above = stops.iter().position(|stop| stop.0 >= position).unwrap_or(stops.len() - 1).max(1);
+    let [(low, first), (high, last)] = [stops[above - 1], stops[above]];
+    let share = ((position - low) / (high - low)).clamp(0.0, 1.0);
+    Vec3::from_array(srgb(first)).lerp(Vec3::from_array(srgb(last)), share).extend(1.0)
 }
 
 /// Texels along an edge of a cube face.

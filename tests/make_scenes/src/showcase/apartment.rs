@@ -33,13 +33,13 @@ pub(super) fn apartment() -> Built {
     dining_area(&mut stage);
     bedroom_and_study(&mut stage);
     lights(&mut stage);
-    stage.finished("apartment", Vec3::new(0.125, 0.125, 0.13), Vec3::new(0.115, 0.10, 0.085))
+    stage.finished("apartment", Vec3::new(0.17, 0.17, 0.175), Vec3::new(0.16, 0.14, 0.12))
 }
 
 /// A wall along X from `from` to `to`, on y = 0, with openings: middle, width, sill and lintel, from left to right.
 fn wall([from, to]: [f32; 2], openings: &[[f32; 4]]) -> TriangleMesh {
     let part = |left: f32, right: f32, low: f32, high: f32| {
-        block(Vec3::new(right - left, high - low, THICKNESS), Vec3::new((left + right) / 2.0, low, 0.0))
+        block(Vec3::new(right - left, high - low, THICKNESS), Vec3::new(f32::midpoint(left, right), low, 0.0))
     };
     let mut parts = Vec::new();
     let mut left = from;
@@ -105,11 +105,17 @@ fn shell(stage: &mut Stage) -> Built<()> {
     stage.add("divider", &[(wall(side, &doors), plaster)], [DIVIDER_X, 0.0, 0.0], 90.0);
     let inner = [DIVIDER_X + out, HALF.x];
     stage.add("bedroom wall", &[(wall(inner, &[]), plaster)], [0.0, 0.0, DIVIDER_Z], 0.0);
+    let oak = paint("oak beams", 0xa98663, 0.6).add_to(&mut stage.gltf);
     // Ajar, so that the living area is a space of its own.
     let brass = metal("door handles", 0xc9a86a, 0.25).add_to(&mut stage.gltf);
     let leaf = stage.mesh(&furniture::door([trim, brass], Vec2::new(0.88, 2.06)));
     for (name, [middle, ..]) in ["study door", "bedroom door"].into_iter().zip(doors) {
-        stage.stand(name, leaf, [DIVIDER_X + out, 0.0, 0.44 - middle], 90.0 - 24.0);
+        let ajar = if name == "study door" { 22.0 } else { 6.0 };
+        stage.stand(name, leaf, [DIVIDER_X + out, 0.0, 0.44 - middle], 90.0 - ajar);
+    }
+    let beam = stage.mesh(&[(block(Vec3::new(0.14, 0.16, 2.0 * HALF.y), Vec3::ZERO), oak)]);
+    for x in [-4.2, -2.8, -1.4, 0.0] {
+        stage.stand("ceiling beam", beam, [x + 0.3, HEIGHT - 0.16, 0.0], 0.0);
     }
     let jamb = |middle: f32| {
         let depth = THICKNESS + 0.04;
@@ -129,7 +135,7 @@ fn planks(gltf: &mut Gltf) -> Built<usize> {
         let (row, across) = (y / 16, y % 16);
         let along = (x + (noise(row + 900) * 128.0) as u32) % 128;
         let board = row * 2 + along / 64;
-        let gap = across == 0 || along % 64 == 0;
+        let gap = across == 0 || along.is_multiple_of(64);
         let grain = noise(y * 7 + (x + board * 50) / 24 * 977) * 0.06 + noise(x * 131 + y * 17) * 0.03;
         let tone = if gap { 0.62 } else { 0.90 + 0.14 * noise(board + 40) - grain };
         let channel = |value: f32| (value * tone).min(255.0) as u8;
@@ -198,41 +204,31 @@ fn living_area(stage: &mut Stage) {
     let leaf = paint("leaf", 0x5d8655, 0.45).two_sided().add_to(&mut stage.gltf);
     let soil = paint("soil", 0x47382d, 1.0).add_to(&mut stage.gltf);
 
-    stage.add("rug", &furniture::rug([cream, grey], Vec2::new(2.9, 2.1)), [-3.0, 0.0, 0.1], 0.0);
-    stage.add("sofa", &furniture::sofa([fabric, walnut, ochre], 2.35, 3), [-4.35, 0.0, 0.1], 90.0);
-    stage.add("armchair", &furniture::sofa([rust, walnut, cream], 1.05, 1), [-2.7, 0.0, -1.75], 25.0);
-    stage.add("coffee table", &furniture::round_table([oak, walnut], 0.5, 0.4), [-2.8, 0.0, 0.15], 0.0);
-    stage.add(
-        "books and bowl",
-        &furniture::table_still_life([rust, paper, ceramic]),
-        [-2.8, 0.401, 0.15],
-        20.0,
-    );
-    stage.add(
-        "shelf",
-        &furniture::shelf([oak, navy, rust, cream, ceramic]),
-        [-3.4, 0.0, HALF.y - 0.19],
-        180.0,
-    );
-    stage.add("plant", &furniture::plant([ceramic, leaf, soil]), [-4.5, 0.0, -2.75], 0.0);
+    let back = HALF.y;
+    stage.add("rug", &furniture::rug([cream, grey], Vec2::new(3.0, 2.2)), [-0.85, 0.0, 1.65], 0.0);
+    stage.add("sofa", &furniture::sofa([fabric, walnut, ochre], 2.35, 2), [-0.85, 0.0, back - 0.55], 180.0);
+    stage.add("armchair", &furniture::sofa([rust, walnut, cream], 1.05, 1), [0.85, 0.0, 0.75], -50.0);
+    stage.add("coffee table", &furniture::round_table([oak, walnut], 0.5, 0.4), [-0.85, 0.0, 1.65], 0.0);
+    let still_life = stage.mesh(&furniture::table_still_life([rust, paper, ceramic]));
+    stage.stand("books and bowl", still_life, [-0.85, 0.401, 1.65], 110.0);
+    stage.stand("table ware", still_life, [-0.55, 0.751, -1.75], -15.0);
+    let shelf = furniture::shelf([oak, navy, rust, cream, ceramic]);
+    stage.add("shelf", &shelf, [-3.5, 0.0, back - 0.19], 180.0);
+    stage.add("plant", &furniture::plant([ceramic, leaf, soil]), [0.95, 0.0, back - 0.5], 0.0);
     let lit = Material { emissive: srgb(0xe9b877), ..paint("lamp shade", 0xf2e2c4, 0.9) }.two_sided();
     let lit = lit.add_to(&mut stage.gltf);
     let lamp = stage.mesh(&furniture::floor_lamp([brass, lit]));
-    stage.stand("floor lamp", lamp, [-4.5, 0.0, 1.75], 0.0);
+    stage.stand("floor lamp", lamp, [-2.42, 0.0, back - 0.4], 0.0);
     stage.stand("study lamp", lamp, [4.5, 0.0, 3.05], 0.0);
-    let prints = [rust, navy, ochre, grey, fabric];
-    let first = furniture::painting([walnut, paper, prints[0], prints[1], prints[3]], Vec2::new(0.72, 0.95));
-    stage.add("hill print", &first, [0.02 - HALF.x, 1.62, -0.4], 90.0);
-    let second = furniture::painting([walnut, paper, prints[2], prints[4], prints[3]], Vec2::new(0.72, 0.95));
-    stage.add("lake print", &second, [0.02 - HALF.x, 1.62, 0.55], 90.0);
-    stage.add(
-        "sideboard",
-        &furniture::cabinet([walnut, oak, brass], 1.6, 3),
-        [DIVIDER_X - 0.3, 0.0, 0.55],
-        -90.0,
-    );
+    let size = Vec2::new(0.72, 0.95);
+    let first = furniture::painting([walnut, paper, rust, navy, grey], size);
+    stage.add("hill print", &first, [-1.3, 1.62, back - 0.02], 180.0);
+    let second = furniture::painting([walnut, paper, ochre, fabric, grey], size);
+    stage.add("lake print", &second, [-0.4, 1.62, back - 0.02], 180.0);
+    let sideboard = furniture::cabinet([walnut, oak, brass], 1.5, 3);
+    stage.add("sideboard", &sideboard, [DIVIDER_X - 0.3, 0.0, 0.35], -90.0);
     let third = furniture::painting([oak, paper, ochre, rust, fabric], Vec2::new(1.1, 0.75));
-    stage.add("dune print", &third, [DIVIDER_X - 0.09, 1.55, 0.55], -90.0);
+    stage.add("dune print", &third, [DIVIDER_X - 0.09, 1.55, 0.35], -90.0);
 }
 
 fn dining_area(stage: &mut Stage) {
@@ -240,7 +236,7 @@ fn dining_area(stage: &mut Stage) {
     let black = paint("blackened wood", 0x2c2a29, 0.5).add_to(&mut stage.gltf);
     let green = paint("chair shell", 0x6f8276, 0.6).add_to(&mut stage.gltf);
     let copper = Material { double_sided: true, ..metal("copper", 0xd29066, 0.25) }.add_to(&mut stage.gltf);
-    let (x, z) = (-0.35, 1.9);
+    let (x, z) = (-0.55, -1.75);
     stage.add("dining table", &furniture::table([oak, black], Vec2::new(1.9, 0.92), 0.75), [x, 0.0, z], 0.0);
     let chair = stage.mesh(&furniture::chair([green, black]));
     stage.stand("desk chair", chair, [3.9, 0.0, 1.9], 90.0);
@@ -264,10 +260,10 @@ fn bedroom_and_study(stage: &mut Stage) {
 
 /// The sun, and lamps in each part of the apartment.
 fn lights(stage: &mut Stage) {
-    stage.sun(0xffeccf, 3.6, Vec3::new(0.55, 1.15, -1.0));
+    stage.sun(0xffeccf, 3.0, Vec3::new(0.55, 1.15, -1.0));
     for (name, color, candela, at) in [
-        ("floor lamp bulb", 0xffd9a6, 0.55, [-4.5, 1.52, 1.75]),
-        ("pendant bulb", 0xffe2ba, 0.75, [-0.35, 1.62, 1.9]),
+        ("floor lamp bulb", 0xffd9a6, 0.55, [-2.42, 1.52, 3.1]),
+        ("pendant bulb", 0xffe2ba, 0.75, [-0.55, 1.62, -1.75]),
         ("bedroom bulb", 0xffe2ba, 1.2, [3.2, 2.2, -2.4]),
         ("study bulb", 0xffe2ba, 0.9, [3.4, 2.2, 1.6]),
     ] {

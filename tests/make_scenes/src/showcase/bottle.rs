@@ -17,7 +17,7 @@ const HEIGHT: f32 = 0.084;
 
 pub(super) fn bottle() -> Built {
     let mut stage = Stage::new(
-        "A perfume bottle of thick clear glass, three quarters full of rosé liquid, with a golden cap and a cream label. Only \
+        "A perfume bottle of thick clear glass, three quarters full of amber liquid, with a golden cap and a cream label. Only \
          the studio lights it. The liquid is bent and magnified by the glass, and its surface is seen from above and below.",
     );
     glass(&mut stage);
@@ -37,12 +37,12 @@ fn glass(stage: &mut Stage) {
     let body = rounded(
         &[(-0.012, 0.0), (0.0, 0.0), (0.0, HEIGHT - 0.006), (-0.008, HEIGHT), (-0.014, HEIGHT)],
         0.004,
-        5,
+        4,
     );
     stage.add("glass", &[(loft(&outline, &body), clear)], [0.0; 3], 0.0);
 
     let liquid = Material {
-        volume: Some(Volume { thickness: 0.03, attenuation: Some((0.06, [0.97, 0.60, 0.50])) }),
+        volume: Some(Volume { thickness: 0.03, attenuation: Some((0.03, [0.98, 0.66, 0.36])) }),
         ..Material::glass("perfume", 1.36)
     };
     let liquid = liquid.add_to(&mut stage.gltf);
@@ -120,7 +120,7 @@ fn label(stage: &mut Stage) -> Built<()> {
     Ok(())
 }
 
-/// A cream label with a double frame and a flower of six petals, drawn by formula.
+/// A cream label with a double frame and a flower of six petals, computed by formula.
 fn printed_texture(gltf: &mut Gltf) -> Built<usize> {
     let size = 128;
     let image = Image::new(size, size, |x, y| {

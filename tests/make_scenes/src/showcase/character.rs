@@ -34,7 +34,7 @@ pub(super) fn character() -> Built {
 }
 
 /// A rotation track of a joint by the phase of the clip, from 0 to a whole turn.
-fn rotation<'a>(node: usize, times: &'a [f32], value: impl Fn(f32) -> Quat) -> Track<'a> {
+fn rotation(node: usize, times: &[f32], value: impl Fn(f32) -> Quat) -> Track<'_> {
     let values: Vec<Quat> = (0..=KEYS).map(|key| value(TAU * (key % KEYS) as f32 / KEYS as f32)).collect();
     Track { node, path: "rotation", interpolation: "LINEAR", times, values: flat4(&values) }
 }

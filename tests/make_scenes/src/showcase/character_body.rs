@@ -172,13 +172,13 @@ fn trousers() -> Vec<Bound> {
 fn leather() -> Vec<Bound> {
     let belt = loft(
         &Outline::superellipse(Vec2::new(0.145, 0.10), 2.5, 24),
-        &rounded(&[(-0.03, 0.745), (0.014, 0.745), (0.014, 0.785), (-0.03, 0.785)], 0.008, 2),
+        &rounded(&[(-0.03, 0.745), (0.014, 0.745), (0.014, 0.785), (-0.03, 0.785)], 0.008, 1),
     );
     let mut parts = vec![bound(belt, &[0, 1])];
     parts.extend(both(&[12, 13], &[15, 16], |side| {
         let shaft =
             [(0.066, -0.05), (0.064, 0.02), (0.074, 0.09), (0.080, 0.095), (0.080, 0.12), (0.06, 0.125)];
-        let shaft = loft(&Outline::axis(18), &rounded(&shaft, 0.008, 2));
+        let shaft = loft(&Outline::axis(16), &rounded(&shaft, 0.008, 1));
         at(shaft, joint(13, side).x, 0.10, 0.0)
     }));
     parts.extend(both(&[13], &[16], |side| {
@@ -267,7 +267,7 @@ fn scarf() -> Vec<Bound> {
 }
 
 fn backpack() -> Vec<Bound> {
-    let bag = at(rounded_box(Vec3::new(0.25, 0.29, 0.13), 0.045, 3), 0.0, 0.95, -0.165);
+    let bag = at(rounded_box(Vec3::new(0.25, 0.29, 0.13), 0.045, 2), 0.0, 0.95, -0.165);
     let pocket = at(rounded_box(Vec3::new(0.17, 0.12, 0.06), 0.025, 2), 0.0, 0.89, -0.235);
     let mut parts = vec![bound(joined([bag, pocket]), &[2])];
     parts.extend(both(&[2], &[2], |side| {

@@ -76,7 +76,7 @@ pub(super) fn round_table([top, foot]: [usize; 2], radius: f32, height: f32) -> 
         ],
         3,
     );
-    vec![(lathe(&plate, 32), top), (lathe(&stem, 18), foot)]
+    vec![(lathe(&plate, 26), top), (lathe(&stem, 14), foot)]
 }
 
 /// A long table with rounded corners.
@@ -137,7 +137,7 @@ pub(super) fn shelf([wood, first, second, third, ceramic]: [usize; 5]) -> Parts 
         let mut index = 0;
         while x < end {
             let random = |salt: u32| noise(seed + index * 5 + salt);
-            let (thick, tall) = (0.03 + 0.035 * random(0), 0.24 + 0.12 * random(1));
+            let (thick, tall) = (0.04 + 0.045 * random(0), 0.24 + 0.12 * random(1));
             let size = Vec3::new(thick - 0.002, tall, 0.18 + 0.05 * random(2));
             let book = block(size, Vec3::new(x + thick / 2.0, base + 0.016, -0.02));
             books[(random(3) * 2.99) as usize].push(book);
@@ -168,7 +168,7 @@ fn vase_profile() -> Vec<Vec2> {
             (0.09, 0.19),
             (0.038, 0.27),
             (0.05, 0.32),
-            (0.042, 0.318),
+            (0.042, 0.316),
             (0.0, 0.25),
         ],
         3,
@@ -201,7 +201,7 @@ pub(super) fn pendant([outside, cord]: [usize; 2]) -> Parts {
 pub(super) fn plant([pot, leaf, soil]: [usize; 3]) -> Parts {
     let body =
         rounded(&[(0.0, 0.0), (0.15, 0.0), (0.2, 0.36), (0.185, 0.36), (0.18, 0.3), (0.17, 0.3)], 0.015, 3);
-    let leaves = (0..17).map(|index| {
+    let leaves = (0..13).map(|index| {
         let turn = TAU * 0.381_966 * index as f32;
         let (reach, rise) = (0.28 + 0.34 * noise(index + 7), 0.55 + 0.6 * noise(index + 300));
         let blade = surface(2, 7, |u, v| {

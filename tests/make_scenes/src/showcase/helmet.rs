@@ -70,8 +70,8 @@ fn shell(stage: &mut Stage) {
     let petrol = petrol.add_to(&mut stage.gltf);
     let copper = Material { clear_coat: coat, ..metal("copper coat", 0xc9835a, 0.3) }.add_to(&mut stage.gltf);
     let whole = [-TAU / 2.0, TAU / 2.0];
-    let upper = shell_patch([60, 20], 0.0, [0.33, 1.0], whole);
-    let lower = shell_patch([60, 9], 0.0, [0.0, 0.33], whole);
+    let upper = shell_patch([56, 16], 0.0, [0.33, 1.0], whole);
+    let lower = shell_patch([56, 8], 0.0, [0.0, 0.33], whole);
     stage.add("shell", &[(upper, ivory), (lower, petrol)], [0.0; 3], 0.0);
     // A stripe over the crown, from the brow to the nape, and a line along the border of the two coats.
     let stripe = |half_width: f32, middle: f32, offset: f32| {
@@ -85,7 +85,7 @@ fn shell(stage: &mut Stage) {
         })
     };
     let stripes = joined([stripe(0.075, 0.15, 0.0013), stripe(0.075, -0.15, 0.0013)]);
-    let line = shell_patch([60, 2], 0.0012, [0.325, 0.345], whole);
+    let line = shell_patch([56, 2], 0.0012, [0.325, 0.345], whole);
     stage.add("stripes", &[(stripes, petrol), (line, copper)], [0.0; 3], 0.0);
     // The rim and the dark inside.
     let rubber = paint("rubber", 0x1b1c1e, 0.7).add_to(&mut stage.gltf);
@@ -112,9 +112,9 @@ fn opening(angle: f32, radius: f32, offset: f32) -> Vec3 {
 
 fn visor(stage: &mut Stage) {
     let glass = Material {
-        iridescence: Some(Iridescence { ior: 1.8, thickness_nm: [100.0, 460.0], thickness_texture: None }),
+        iridescence: Some(Iridescence { ior: 1.8, thickness_nm: [100.0, 340.0], thickness_texture: None }),
         clear_coat: Some(ClearCoat { factor: 1.0, roughness: 0.0, normal_texture: None }),
-        ..metal("visor", 0x8f8072, 0.06)
+        ..metal("visor", 0x95877c, 0.06)
     };
     let glass = glass.add_to(&mut stage.gltf);
     let pane = surface(56, 10, |u, v| {

@@ -104,7 +104,7 @@ fn cargo(stage: &mut Stage, [wood, dark]: [usize; 2]) {
 fn pond(stage: &mut Stage, rock: usize) {
     let water = paint("water", 0x2f8496, 0.04).add_to(&mut stage.gltf);
     let lily = paint("lilies", 0x6fa25b, 0.6).add_to(&mut stage.gltf);
-    let disc = surface(40, 9, |u, v| {
+    let disc = surface(36, 8, |u, v| {
         let (sin, cos) = libm::sincosf(TAU * u);
         let radius = 2.75 * (1.0 - v);
         let (x, z) = (radius * sin, radius * cos);

@@ -123,7 +123,7 @@ impl Stage {
         self.nodes.push(node);
     }
 
-    /// The scene with its root, lit all around by `EXT_lights_image_based`: radiance `above` and `below`, linear between.
+    /// The scene with its root and an environment of `EXT_lights_image_based`: radiance `above` and `below`, linear between.
     fn finished(mut self, name: &'static str, above: Vec3, below: Vec3) -> Built {
         let root = self.gltf.node(Node::group(&self.nodes).named(name));
         let scene = self.gltf.scene(name, &[root]);

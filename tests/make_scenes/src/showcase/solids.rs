@@ -95,20 +95,18 @@ pub(crate) fn smooth(points: &[(f32, f32)], steps: u32) -> Vec<Vec2> {
 /// The surface that the outline sweeps along a profile from bottom to top; flat faces close ends off the axis.
 pub(crate) fn loft(outline: &Outline, profile: &[Vec2]) -> TriangleMesh {
     let mut mesh = open_loft(outline, profile);
-    for (end, up) in [(profile[0], -1.0), (profile[profile.len() - 1], 1.0)] {
-        let ring = outline.0.iter().map(|[point, normal]| *point + *normal * end.x);
-        let ring: Vec<Vec3> = ring.map(|point| Vec3::new(point.x, end.y, point.y)).collect();
-        if ring.iter().all(|point| Vec2::new(point.x, point.z).length() < 1e-6) {
-            continue;
+    let ring = outline.0.len();
+    for (start, up) in [(0, -1.0), (mesh.positions.len() - ring, 1.0)] {
+        let mut first = start as u32;
+        // A side that does not end level with the face has normals of its own.
+        if mesh.normals[start].y * up < 0.999 {
+            first = mesh.positions.len() as u32;
+            mesh.positions.extend_from_within(start..start + ring);
+            mesh.normals.extend(vec![Vec3::Y * up; ring]);
         }
-        let count = ring.len() as u32;
-        let mut cap = TriangleMesh { positions: ring, ..TriangleMesh::default() };
-        cap.positions.push(Vec3::Y * end.y);
-        cap.normals = vec![Vec3::Y * up; cap.positions.len()];
-        cap.indices = (1..count).flat_map(|index| [count, index - 1, index]).collect();
-        mesh.join(&oriented(cap));
+        mesh.indices.extend((2..ring as u32).flat_map(|index| [first, first + index - 1, first + index]));
     }
-    mesh
+    oriented(mesh.without_collapsed())
 }
 
 /// The same surface with open ends.

@@ -30,7 +30,12 @@ fn view(view: NamedView) -> ViewRequest {
 }
 
 /// Largest and smallest image coordinates of all corners at `time_seconds`; −1 and 1 are the edges of the image.
-fn image_bounds(scene: &Scene, camera: &ResolvedCamera, aspect_ratio: f32, time_seconds: f64) -> [Vec2; 2] {
+pub(crate) fn image_bounds(
+    scene: &Scene,
+    camera: &ResolvedCamera,
+    aspect_ratio: f32,
+    time_seconds: f64,
+) -> [Vec2; 2] {
     let frame = Frame::at(scene, &camera.selection, time_seconds);
     let camera_from_world = frame.camera.world_from_camera.inverse();
     let half = frame.camera.projection.half_size(aspect_ratio);

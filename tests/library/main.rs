@@ -12,6 +12,7 @@ mod references;
 mod renderer;
 mod scenes;
 mod sequence;
+mod showcase;
 mod source_lengths;
 mod stage;
 

@@ -24,6 +24,7 @@ mod material_extensions;
 mod morph;
 mod properties;
 mod scene;
+mod showcase;
 mod skin;
 mod storage;
 mod texture;
@@ -67,7 +68,7 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All files of the suite: path below `scenes/` and content.
 pub fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
-    let areas: [&[Entry]; 20] = [
+    let areas: [&[Entry]; 21] = [
         &light::SCENES,
         &image_light::SCENES,
         &material::SCENES,
@@ -88,6 +89,7 @@ pub fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
         &properties::SCENES,
         &storage::SCENES,
         &demo::SCENES,
+        &showcase::SCENES,
     ];
     let mut files = BTreeMap::new();
     for entry in areas.concat() {

@@ -1,5 +1,7 @@
 //! The automatic camera on the scenes of `scenes/showcase/`.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "helpers of tests")]
+
 use std::collections::BTreeSet;
 use std::path::Path;
 

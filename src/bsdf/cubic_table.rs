@@ -14,12 +14,16 @@ pub(super) struct CubicTable<const N: usize> {
 impl<const N: usize> CubicTable<N> {
     /// Tabulates `value(x, y)` at `rows` steps of x and `columns` steps of y, at least four each.
     pub(super) fn new(rows: usize, columns: usize, value: impl Fn(f32, f32) -> [f32; N]) -> Self {
+        Self::of_grid(&grid_values(rows, columns, value), rows)
+    }
+
+    /// The table of the values of [`grid_values`].
+    pub(super) fn of_grid(values: &[[f32; N]], rows: usize) -> Self {
+        let columns = values.len() / rows;
         let mut grid = vec![Vec::new(); rows + 2];
-        for (row, line) in grid[1..=rows].iter_mut().enumerate() {
+        for (line, values) in grid[1..=rows].iter_mut().zip(values.chunks_exact(columns)) {
             line.resize(columns + 2, [0.0; N]);
-            for (column, slot) in line[1..=columns].iter_mut().enumerate() {
-                *slot = value(row as f32 / (rows - 1) as f32, column as f32 / (columns - 1) as f32);
-            }
+            line[1..=columns].copy_from_slice(values);
             line[0] = extrapolated([&line[1], &line[2], &line[3], &line[4]]);
             line[columns + 1] = extrapolated([3, 2, 1, 0].map(|back| &line[columns - 3 + back]));
         }
@@ -44,6 +48,17 @@ impl<const N: usize> CubicTable<N> {
         }
         sums
     }
+}
+
+/// `value(x, y)` at `rows` steps of x and `columns` steps of y over the unit square, row by row.
+pub(super) fn grid_values<const N: usize>(
+    rows: usize,
+    columns: usize,
+    value: impl Fn(f32, f32) -> [f32; N],
+) -> Vec<[f32; N]> {
+    let step = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
+    let at = |index: usize| value(step(index / columns, rows), step(index % columns, columns));
+    (0..rows * columns).map(at).collect()
 }
 
 fn extrapolated_line<const N: usize>(lines: [&Vec<[f32; N]>; 4]) -> Vec<[f32; N]> {

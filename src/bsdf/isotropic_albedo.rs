@@ -3,16 +3,18 @@
 //! Source: the integrals of [`super::facets`], tabulated. As in the split sum of Karis, "Real Shading in Unreal Engine 4", 2013,
 //! equation 8, the lobe without Fresnel and the one with Schlick's weight give the albedo of every Schlick curve. For the exact
 //! curve the table holds a few indices of refraction. Between them the albedo is interpolated by a polynomial in
-//! ln((n − 1) / (n + 1)), over which the bend at grazing angles keeps its shape. Indices outside of the range, total reflection
-//! included, are integrated for each view.
+//! ln((n − 1) / (n + 1)), over which the bend at grazing angles keeps its shape. [`super::internal_albedo`] is the table for views
+//! from the denser side. Indices beyond both ranges are integrated for each view.
 //!
 //! Single scattering only, as in glTF: rough lobes lose a little light.
 
 use std::sync::OnceLock;
 
-use super::cubic_table::CubicTable;
-use super::fresnel;
+use super::albedo_data::{self, AlbedoData};
+use super::chebyshev::ChebyshevNodes;
+use super::cubic_table::{CubicTable, grid_values};
 use super::microfacets::Microfacets;
+use super::{fresnel, internal_albedo};
 
 /// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,21 +25,21 @@ pub(super) struct AlbedoTerms {
 }
 
 /// Rows of roughness and columns of the view's elevation.
-const ROUGHNESS_STEPS: usize = 36;
-const VIEW_STEPS: usize = 80;
+pub(super) const ROUGHNESS_STEPS: usize = 36;
+pub(super) const VIEW_STEPS: usize = 80;
 /// Surfaces of a lower roughness are mirrors: their lobes look the same, and α would leave the range of floats.
 const SMOOTH: f32 = 1e-6;
 /// Lobes of a lower roughness are scaled from this one.
-const MIN_ROUGHNESS: f32 = 0.01;
+pub(super) const MIN_ROUGHNESS: f32 = 0.01;
 
 /// Number of indices of refraction in the table, at Chebyshev nodes.
 const INDICES: usize = 10;
 /// ln((n − 1) / (n + 1)) for n = 1.06 and n = 3.2.
-const MIN_INDEX: f32 = -3.53;
-const MAX_INDEX: f32 = -0.647;
+pub(super) const MIN_INDEX: f32 = -3.53;
+pub(super) const MAX_INDEX: f32 = -0.647;
 
 /// `total`, `schlick` and the exact curves.
-const ENTRIES: usize = 2 + INDICES;
+pub(super) const ENTRIES: usize = 2 + INDICES;
 type Entry = [f32; ENTRIES];
 
 /// The albedos with F = 1 and with F = (1 − o·h)⁵; `exact` stays 0.
@@ -61,6 +63,11 @@ pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> AlbedoTerm
         let weights = index_weights(index);
         let exact = weights.iter().zip(&entry.values[2..]).map(|(weight, entry)| weight * entry).sum();
         entry.faded(exact, terms.total, |cosine| fresnel::exact(cosine, relative_ior))
+    } else if internal_albedo::covers(relative_ior) {
+        // Interpolation errors must not create light.
+        let left =
+            terms.total - internal_albedo::transmitted(entry.cos_o, roughness, terms.total, relative_ior);
+        if left > 0.0 { left } else { 0.0 }
     } else {
         integrated(&Microfacets::isotropic(entry.cos_o, roughness * roughness), terms.total, relative_ior)
     };
@@ -82,10 +89,7 @@ pub(super) fn integrated(facets: &Microfacets, total: f32, relative_ior: f32) ->
         let [reflected] = facets.reflected(|cosine| [fresnel::exact(cosine, relative_ior)]);
         return reflected;
     }
-    let index = f64::from(relative_ior);
-    let transmitted = |cosine: f32| [1.0 - fresnel::exact(cosine, relative_ior)];
-    let [transmitted] = facets.reflected_within(1.0 - index * index, transmitted);
-    total - transmitted
+    total - internal_albedo::integrated(facets, relative_ior)
 }
 
 /// The table's entry for one view of a lobe.
@@ -131,11 +135,11 @@ impl TableEntry {
 }
 
 /// Row of a roughness, 0 to 1; rows are denser towards smooth lobes.
-fn row(roughness: f32) -> f32 {
+pub(super) fn row(roughness: f32) -> f32 {
     libm::sqrtf((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS))
 }
 
-fn roughness_of(row: f32) -> f32 {
+pub(super) fn roughness_of(row: f32) -> f32 {
     MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * row * row
 }
 
@@ -152,7 +156,7 @@ fn cosine_of(column: f32, alpha: f32) -> f32 {
 }
 
 /// The inverse hyperbolic sine, for x ≥ 0.
-fn arsinh(x: f32) -> f32 {
+pub(super) fn arsinh(x: f32) -> f32 {
     libm::log1pf(x + x * x / (1.0 + libm::sqrtf(1.0 + x * x)))
 }
 
@@ -161,58 +165,37 @@ fn index_of(relative_ior: f32) -> f32 {
     libm::logf((relative_ior - 1.0) / (relative_ior + 1.0))
 }
 
-/// Table index number `step`, in the scale of [`index_of`].
-fn index_at(step: usize) -> f32 {
-    let angle = std::f32::consts::PI * (step as f32 + 0.5) / INDICES as f32;
-    let (center, half) = (0.5 * (MIN_INDEX + MAX_INDEX), 0.5 * (MAX_INDEX - MIN_INDEX));
-    center - half * libm::cosf(angle)
-}
-
 /// Lagrange weights of the table's indices.
 fn index_weights(index: f32) -> [f32; INDICES] {
-    let Table { indices, scales, .. } = table();
-    let mut weights = *scales;
-    // Products of the differences to all indices before and after each one
-    let (mut before, mut after) = (1.0, 1.0);
-    for step in 0..INDICES {
-        weights[step] *= before;
-        before *= index - indices[step];
-        let back = INDICES - 1 - step;
-        weights[back] *= after;
-        after *= index - indices[back];
-    }
-    weights
+    table().nodes.weights(index)
 }
 
 struct Table {
-    /// In the scale of [`index_of`].
-    indices: [f32; INDICES],
-    /// Reciprocal products of each index's differences to the others.
-    scales: [f32; INDICES],
+    nodes: ChebyshevNodes<INDICES>,
     values: CubicTable<ENTRIES>,
 }
 
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
-    // Single-threaded: a thread pool inside the lock could deadlock.
     TABLE.get_or_init(|| {
-        let indices = std::array::from_fn(index_at);
-        let iors = indices.map(|index: f32| {
-            let root = libm::expf(index);
-            (1.0 + root) / (1.0 - root)
-        });
-        let values = CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
-            let roughness = roughness_of(x);
-            entry(cosine_of(y, roughness * roughness), roughness, &iors)
-        });
-        Table { indices, scales: scales(&indices), values }
+        let AlbedoData { isotropic, .. } = albedo_data::stored();
+        Table { nodes: nodes(), values: CubicTable::of_grid(&isotropic, ROUGHNESS_STEPS) }
     })
 }
 
-fn scales(indices: &[f32; INDICES]) -> [f32; INDICES] {
-    indices.map(|own| {
-        let others = indices.iter().filter(|other| **other != own);
-        1.0 / others.map(|other| own - other).product::<f32>()
+fn nodes() -> ChebyshevNodes<INDICES> {
+    ChebyshevNodes::between(MIN_INDEX, MAX_INDEX)
+}
+
+/// The table's values, by integration.
+pub(super) fn integrated_grid() -> Vec<Entry> {
+    let iors = nodes().positions.map(|index: f32| {
+        let root = libm::expf(index);
+        (1.0 + root) / (1.0 - root)
+    });
+    grid_values(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
+        let roughness = roughness_of(x);
+        entry(cosine_of(y, roughness * roughness), roughness, &iors)
     })
 }
 

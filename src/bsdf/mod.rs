@@ -9,12 +9,15 @@
 //! Directions are unit vectors in the local shading frame, with +Z along the shading normal on the side of `wo`. Both point away from
 //! the surface. Media and absorption are not known here.
 
+mod albedo_data;
 mod albedos;
+mod chebyshev;
 mod coat;
 mod cubic_table;
 mod fresnel;
 mod ggx;
 mod ggx_anisotropic;
+mod internal_albedo;
 mod isotropic_albedo;
 mod microfacets;
 mod mixture_sampling;
@@ -29,6 +32,7 @@ use glam::Vec3;
 
 use crate::interaction::MaterialSample;
 
+pub use albedo_data::integrated_bytes as integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;

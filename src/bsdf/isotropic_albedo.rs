@@ -65,9 +65,8 @@ pub(super) fn terms(cos_o: f32, roughness: f32, relative_ior: f32) -> AlbedoTerm
         entry.faded(exact, terms.total, |cosine| fresnel::exact(cosine, relative_ior))
     } else if internal_albedo::covers(relative_ior) {
         // Interpolation errors must not create light.
-        let left =
-            terms.total - internal_albedo::transmitted(entry.cos_o, roughness, terms.total, relative_ior);
-        if left > 0.0 { left } else { 0.0 }
+        let transmitted = internal_albedo::transmitted(entry.cos_o, roughness, terms.total, relative_ior);
+        terms.total - transmitted.clamp(0.0, terms.total)
     } else {
         integrated(&Microfacets::isotropic(entry.cos_o, roughness * roughness), terms.total, relative_ior)
     };

@@ -1,4 +1,4 @@
-//! Image plates: pictures behind the scene, placed in the image and resampled to its pixels.
+//! Image plates: images behind the scene, resampled to its pixels.
 
 use rayon::prelude::*;
 

@@ -173,7 +173,7 @@ mod tests {
     fn the_display_window_counts() {
         let pixel = |value: f32| [value; 4];
         let image = RgbaImage { size: (3, 2), pixels: (1..=6).map(|value| pixel(value as f32)).collect() };
-        let placed = within(&WindowedRgba { image, position: (-1, 1) }, (3, 2));
-        assert_eq!(placed, [pixel(0.0), pixel(0.0), pixel(0.0), pixel(2.0), pixel(3.0), pixel(0.0)]);
+        let shifted = within(&WindowedRgba { image, position: (-1, 1) }, (3, 2));
+        assert_eq!(shifted, [pixel(0.0), pixel(0.0), pixel(0.0), pixel(2.0), pixel(3.0), pixel(0.0)]);
     }
 }

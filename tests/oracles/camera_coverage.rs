@@ -86,8 +86,8 @@ fn measure(file: &Path, is_all: bool) -> Result<Option<Measured>, Box<dyn Error>
     }
     let renderer = renderer.camera(CameraRequest::Auto).aovs([Aov::NodeId]).set("background", "none")?;
     let (rule, automatic) = resolved(renderer.settings(), file)?;
-    let placed = renderer.clone().set("camera_position", "1,1,1")?.set("look_at", "0,0,0")?;
-    let (_, given) = resolved(placed.settings(), file)?;
+    let fixed = renderer.clone().set("camera_position", "1,1,1")?.set("look_at", "0,0,0")?;
+    let (_, given) = resolved(fixed.settings(), file)?;
 
     let sequence = renderer.sequence(std::env::temp_dir().join("coverage.####.exr"))?;
     let all = sequence.frames();

@@ -22,6 +22,7 @@ fn example(definition: &Definition) -> String {
         "X,Y,Z" | "X,Y,Z|NODE" => "1,-2,0.5",
         "LIST" => "beauty,depth,uv",
         "TYPE,COMPRESSION" => "float,piz",
+        _ if definition.name == "camera_path" => "a.glb#1",
         _ if definition.form.takes_number() => "1",
         _ => "a.exr",
     };

@@ -32,7 +32,7 @@ fn scenes_are_small() {
     for (path, content) in make_scenes::all_scenes().unwrap() {
         let limit = match path.iter().next().and_then(|folder| folder.to_str()) {
             Some("demo") => 1_500_000,
-            Some("showcase") => 400_000,
+            Some("showcase") => 450_000,
             _ => 60_000,
         };
         assert!(content.len() < limit, "{}: {} bytes", path.display(), content.len());

@@ -237,9 +237,11 @@ fn dining_area(stage: &mut Stage) {
     let green = paint("chair shell", 0x6f8276, 0.6).add_to(&mut stage.gltf);
     let copper = Material { double_sided: true, ..metal("copper", 0xd29066, 0.25) }.add_to(&mut stage.gltf);
     let (x, z) = (-0.55, -1.75);
-    stage.add("dining table", &furniture::table([oak, black], Vec2::new(1.9, 0.92), 0.75), [x, 0.0, z], 0.0);
+    let table = stage.mesh(&furniture::table([oak, black], Vec2::new(1.9, 0.92), 0.75));
+    stage.stand("dining table", table, [x, 0.0, z], 0.0);
+    stage.stand("desk", table, [4.4, 0.0, 1.9], 90.0);
     let chair = stage.mesh(&furniture::chair([green, black]));
-    stage.stand("desk chair", chair, [3.9, 0.0, 1.9], 90.0);
+    stage.stand("desk chair", chair, [3.75, 0.0, 1.9], 90.0);
     for (dx, dz, degrees) in
         [(-0.48, -0.62, 4.0), (0.45, -0.66, -8.0), (-0.46, 0.64, 176.0), (0.47, 0.62, 183.0)]
     {
@@ -252,10 +254,7 @@ fn bedroom_and_study(stage: &mut Stage) {
     let wood = paint("ash", 0xcbb08a, 0.5).add_to(&mut stage.gltf);
     let linen = paint("white linen", 0xf1ede4, 1.0).add_to(&mut stage.gltf);
     let duvet = paint("rose linen", 0xc9a195, 1.0).add_to(&mut stage.gltf);
-    let brass = metal("lamp brass", 0xd9b36c, 0.25).add_to(&mut stage.gltf);
     stage.add("bed", &furniture::bed([wood, linen, duvet]), [3.85, 0.0, -1.45], -90.0);
-    stage.add("bedside cabinet", &furniture::cabinet([wood, linen, brass], 0.5, 1), [4.7, 0.0, -2.95], -90.0);
-    stage.add("desk", &furniture::table([wood, brass], Vec2::new(1.5, 0.7), 0.74), [4.55, 0.0, 1.9], 90.0);
 }
 
 /// The sun, and lamps in each part of the apartment.

@@ -149,7 +149,7 @@ pub(super) fn shelf([wood, first, second, third, ceramic]: [usize; 5]) -> Parts 
     let pot = |x: f32, y: f32, scale: f32| {
         lathe(&vase_profile(), 16).moved(scale, Quat::IDENTITY, Vec3::new(x, y, 0.0))
     };
-    let pots = joined([pot(0.52, 1.056, 0.8), pot(-0.5, 1.526, 0.6), pot(0.55, 0.116, 1.0)]);
+    let pots = joined([pot(0.52, 1.056, 0.8), pot(0.55, 0.116, 1.0)]);
     vec![
         (joined(boards), wood),
         (first_books, first),

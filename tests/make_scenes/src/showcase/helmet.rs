@@ -126,8 +126,8 @@ fn visor(stage: &mut Stage) {
     let chrome = metal("chrome", 0xd6d8da, 0.12).add_to(&mut stage.gltf);
     let border = |radius: f32, offset: f32| move |t: f32| opening(TAU * t, radius, offset);
     let outward = |t: f32| opening(TAU * t, 1.0, 0.0).normalize();
-    let seal = ring_tube([72, 7], 0.0052, border(1.0, 0.002), outward);
-    let trim = ring_tube([72, 5], 0.0022, border(1.075, 0.0032), outward);
+    let seal = ring_tube([60, 7], 0.0052, border(1.0, 0.002), outward);
+    let trim = ring_tube([60, 5], 0.0022, border(1.075, 0.0032), outward);
     stage.add("visor seal", &[(seal, rubber), (trim, chrome)], [0.0; 3], 0.0);
 }
 

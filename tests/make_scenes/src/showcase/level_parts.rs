@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 
 use super::solids::{at, block, faceted, joined, lathe, limb, profile, rounded, rounded_box};
 use super::{Parts, gradient, noise};
-use scene_builder::shapes::{TriangleMesh, grid_indices, ico_sphere, uv_sphere};
+use scene_builder::shapes::{TriangleMesh, cuboid, grid_indices, ico_sphere, uv_sphere};
 
 /// Corners of a platform.
 const CORNERS: u32 = 18;
@@ -124,7 +124,7 @@ pub(super) fn tower([stone, trim, roof, dark, glow]: [usize; 5]) -> Parts {
     });
     let battlements = (0..10).map(|index| {
         let turn = Quat::from_rotation_y(TAU * index as f32 / 10.0);
-        let merlon = rounded_box(Vec3::new(0.5, 0.5, 0.26), 0.04, 1);
+        let merlon = cuboid(0.5, 0.5, 0.26).plain();
         merlon.moved(1.0, turn, turn * Vec3::new(0.0, 4.2, 1.36))
     });
     let cone = lathe(&profile(&[(0.0, 5.2), (1.18, 5.15), (1.1, 5.3), (0.45, 6.5), (0.0, 7.5)]), 14);

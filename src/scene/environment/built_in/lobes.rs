@@ -1,4 +1,4 @@
-//! Means of a built-in light under cosine and GGX lobes.
+//! Means of a built-in light under GGX lobes, and its irradiance.
 //!
 //! As in [`super::super::prefilter`], the view is assumed along the normal, and each direction is weighted by its cosine. A
 //! sample of more solid angle takes the mean of the radiance over a wider square.
@@ -7,8 +7,13 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::super::octahedral::OctahedralImage;
+
 /// Steps of roughness from 0 (the radiance itself) to 1.
 pub(super) const STEPS: usize = 8;
+
+/// Azimuth between successive points of a spiral that covers a lobe evenly.
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// Directions around +Z with the squares that they stand for.
 pub(super) struct Lobe {
@@ -26,17 +31,6 @@ struct Sample {
 }
 
 impl Lobe {
-    /// Cosine lobe.
-    pub(super) fn cosine() -> Self {
-        const COUNT: u32 = 256;
-        let samples = (0..COUNT).map(|index| {
-            let cosine = (1.0 - (index as f32 + 0.5) / COUNT as f32).sqrt();
-            // The density is cos θ / π.
-            sample(index, cosine, 1.0, PI / (COUNT as f32 * cosine))
-        });
-        Self::new(16, samples.collect())
-    }
-
     /// GGX lobe of a roughness of `step` eighths.
     pub(super) fn ggx(step: usize) -> Self {
         // Narrow lobes need more cells, wide ones more samples.
@@ -60,7 +54,7 @@ impl Lobe {
             }
             let slope = alpha * alpha * cos_half_squared + (1.0 - cos_half_squared);
             let density = alpha * alpha / (4.0 * PI * slope * slope);
-            samples.push(sample(index, cosine, cosine, 1.0 / (count as f32 * density)));
+            samples.push(sample(index, cosine, 1.0 / (count as f32 * density)));
         }
         Self::new(cells, samples)
     }
@@ -85,12 +79,40 @@ impl Lobe {
     }
 }
 
-/// A sample at an angle from +Z of the given cosine, in the direction of the `index`th azimuth of a golden spiral.
-fn sample(index: u32, cosine: f32, weight: f32, solid_angle: f32) -> Sample {
-    const GOLDEN_ANGLE: f32 = 2.399_963_2;
+/// A sample at an angle from +Z of the given cosine.
+fn sample(index: u32, cosine: f32, solid_angle: f32) -> Sample {
     let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
     let sine = (1.0 - cosine * cosine).sqrt();
     // Squares of the samples' own solid angles just touch; beyond one they would leave the tangent plane.
     let width = if solid_angle < 1.0 { solid_angle.sqrt() } else { 1.0 };
-    Sample { direction: Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine), weight, width }
+    let direction = Vec3::new(sine * cos_azimuth, sine * sin_azimuth, cosine);
+    Sample { direction, weight: cosine, width }
+}
+
+/// Irradiance of all normals from a radiance that is asked for around a direction, over a square of a width.
+pub(super) fn irradiance_image(radiance: impl Fn(Vec3, f32) -> Vec3) -> OctahedralImage {
+    const CELLS: usize = 24;
+    const COUNT: u32 = 1024;
+    let width = (4.0 * PI / COUNT as f32).sqrt();
+    let seen: Vec<(Vec3, Vec3)> = (0..COUNT)
+        .map(|index| {
+            let height = 1.0 - (2.0 * index as f32 + 1.0) / COUNT as f32;
+            let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
+            let sine = (1.0 - height * height).sqrt();
+            let direction = Vec3::new(sine * cos_azimuth, height, sine * sin_azimuth);
+            (direction, radiance(direction, width))
+        })
+        .collect();
+    OctahedralImage::new(CELLS, |normal| {
+        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+        for (direction, radiance) in &seen {
+            let cosine = normal.dot(*direction);
+            if cosine > 0.0 {
+                sum += *radiance * cosine;
+                total += cosine;
+            }
+        }
+        // Uniform light is exact.
+        sum * (PI / total)
+    })
 }

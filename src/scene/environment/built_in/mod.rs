@@ -10,7 +10,6 @@ mod designs;
 mod gradient;
 mod lobes;
 
-use std::f32::consts::PI;
 use std::sync::OnceLock;
 
 use glam::Vec3;
@@ -20,7 +19,7 @@ use super::octahedral::OctahedralImage;
 use area::{Area, Parallelogram, direction};
 use designs::Design;
 use gradient::Gradient;
-use lobes::{Lobe, STEPS};
+use lobes::{Lobe, STEPS, irradiance_image};
 
 /// A light that needs no file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,12 +66,9 @@ impl BuiltInLight {
     /// See [`super::Environment::irradiance`].
     pub(super) fn irradiance(self, normal: Vec3) -> Vec3 {
         let prepared = self.prepared();
-        let lookup = prepared.irradiance.get_or_init(|| {
-            let lobe = Lobe::cosine();
-            OctahedralImage::new(lobe.cells, |normal| {
-                lobe.mean(normal, |towards, width| prepared.radiance_over_square(towards, width)) * PI
-            })
-        });
+        let lookup = prepared
+            .irradiance
+            .get_or_init(|| irradiance_image(|towards, width| prepared.radiance_over_square(towards, width)));
         lookup.bilinear(normal)
     }
 

@@ -1,5 +1,7 @@
 //! The built-in lights against quadrature of their radiance, and values that their tables state.
 
+use std::f32::consts::PI;
+
 use super::*;
 
 fn directions() -> impl Iterator<Item = Vec3> {

@@ -100,6 +100,11 @@ impl OutputPattern {
         self.parts.iter().any(|part| matches!(part, Part::Frame { .. }))
     }
 
+    /// Whether a placeholder is part of the name.
+    pub fn has_name(&self, placeholder: Placeholder) -> bool {
+        self.parts.contains(&Part::Name(placeholder))
+    }
+
     /// The pattern for messages, with `####` for the frame number.
     pub fn shown(&self) -> String {
         let part = |part: &Part| match part {

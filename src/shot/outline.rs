@@ -135,7 +135,7 @@ fn sequence_outline(
     Ok(SequenceOutline {
         view: view.clone(),
         render: render_settings(args, scene, &selection)?,
-        frames: frames(args, scene, &selection)?,
+        frames: if is_thumbnail(args, pattern) { vec![0] } else { frames(args, scene, &selection)? },
         clip: (args.animation == ClipSelection::Each).then_some(clip),
         camera: (args.camera == Some(CameraRequest::Each)).then_some(camera),
         pattern: pattern.clone(),
@@ -175,6 +175,14 @@ fn output_pattern(
     }
     let stem = shot.scene.file_stem().unwrap_or(OsStr::new("frame"));
     Ok(OutputPattern::default_for(stem, &names, numbered))
+}
+
+/// Whether the output names one image for each scene, and no frames are requested.
+fn is_thumbnail(args: &SettingValues, pattern: &OutputPattern) -> bool {
+    let names_scenes = pattern.has_name(Placeholder::Scene) || pattern.has_name(Placeholder::Shot);
+    let requests_frames = args.all || args.turntable.is_some() || args.frames.is_some();
+    let requests_range = args.start.is_some() || args.end.is_some() || args.step.is_some();
+    names_scenes && !(pattern.is_numbered() || pattern.is_movie() || requests_frames || requests_range)
 }
 
 fn frames(args: &SettingValues, scene: &Scene, selection: &Selection) -> Result<Vec<i64>> {

@@ -213,10 +213,10 @@ mod tests {
             let background = BackgroundSource::parse(OsStr::new(light.name()));
             assert_eq!(background, Ok(BackgroundSource::Environment(source)));
         }
-        for (text, meant) in
+        for (text, expected) in
             [("Studio", "studio"), ("soft_box", "softbox"), ("outdoors", "outdoor"), ("darc", "dark")]
         {
-            assert!(parse(text).unwrap_err().contains(&format!("did you mean {meant}?")), "{text}");
+            assert!(parse(text).unwrap_err().contains(&format!("did you mean {expected}?")), "{text}");
         }
         // They are not turned.
         assert!(parse("studio@90").is_err());

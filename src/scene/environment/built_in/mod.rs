@@ -2,8 +2,8 @@
 //!
 //! The radiance is a gradient from the floor over the horizon to the ceiling, the backdrop, with soft-edged areas over it.
 //! Camera rays see the backdrop alone. Lobes look up small octahedral images of the means of the radiance, computed from it when
-//! they are first needed. One thread computes an image: a lookup may come from within a job of a thread pool, and a job that
-//! waits there may start another that asks for the same image.
+//! they are first needed. One thread computes an image: a lookup may come from a job of a thread pool, and parallel work there
+//! could start another job that needs the same image.
 
 mod area;
 mod designs;

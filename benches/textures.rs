@@ -1,6 +1,4 @@
-//! Cost of textures: `cargo bench --bench textures [-- SCENE… --size WxH --frames N --threads N --only NAME]`.
-//!
-//! A generated scene (balls on a hilly floor, a point light and the studio environment) is traced with and without textures in turn,
+//! Cost of textures: `cargo bench --bench textures [-- SCENE… --size WxH --frames N --threads N --only NAME]`. A generated scene (balls on a hilly floor, a point light and the studio environment) is traced with and without textures in turn,
 //! in one run. Each of its two materials has a base colour, a normal map, and a map of occlusion, roughness and metalness, of
 //! 2048x2048 texels each, filtered through mip maps at every distance and angle. Roughness is too high for mirror rays, so
 //! all variants trace the same camera rays, and the same shadow rays except where normal maps turn points into or out of the light.

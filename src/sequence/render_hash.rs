@@ -15,7 +15,7 @@ use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
-use super::{Exposure, OutputFormat, Plates, SequenceJob, Shutter};
+use super::{Exposure, OutputFormat, SequenceJob, Shutter};
 
 /// The hash of `frame`, 64 hexadecimal digits.
 ///
@@ -46,9 +46,47 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         max_memory_bytes: _,
     } = job;
     let Selection { roots, clips, camera, camera_changes, image_light: _, variant } = selection;
+    let file = match output.format() {
+        OutputFormat::Exr => exr_key(exr),
+        OutputFormat::Png | OutputFormat::Movie(_) => {
+            png_key(*tone, *exposure, *display_background, render.window)
+        }
+    };
+    // Keys are sorted when printed and floats are given by their bits: one value has one text.
+    let mut content = render_settings_key(render, *shutter);
+    let of_job = json!({
+        "software": SOFTWARE,
+        "scene": hex(&scene.content_hash),
+        "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
+        "clips": clips.iter().map(|clip| clip.0).collect::<Vec<_>>(),
+        "camera": camera_key(camera, camera_changes),
+        "variant": variant.map(|variant| variant.0),
+        "environment": environment.content_key(),
+        "shadow_catchers": shadow_catchers(scene, *variant),
+        "integrator": "whitted",
+        "fps": rate.to_string(),
+        "frame": frame,
+        "file": file,
+    });
+    for (key, value) in of_job.as_object().into_iter().flatten() {
+        content[key] = value.clone();
+    }
+    if let Some(plates) = plates {
+        let (content_hash, fit) = plates.content_key(frame);
+        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
+    }
+    // Automatic exposure of several sequences depends on all of them.
+    let is_measured = output.format() != OutputFormat::Exr && *exposure == Exposure::Auto;
+    if let Some(shared) = shared_exposure.as_ref().filter(|_| is_measured) {
+        content["measured"] = shared.selections.iter().map(selection_key).collect();
+    }
+    hex(&Sha256::digest(content.to_string().as_bytes()))
+}
+
+fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {
     let RenderSettings {
         resolution,
-        window,
+        window: _,
         samples,
         adaptive: _,
         filter: _,
@@ -62,53 +100,19 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         ground,
         aovs: _,
     } = render;
-    let file = match output.format() {
-        OutputFormat::Exr => exr_key(exr),
-        OutputFormat::Png | OutputFormat::Movie(_) => png_key(*tone, *exposure, *display_background, *window),
-    };
-    // Automatic exposure of several sequences depends on all of them.
-    let measured = shared_exposure
-        .as_ref()
-        .filter(|_| output.format() != OutputFormat::Exr && *exposure == Exposure::Auto);
-    let measured = measured.map(|shared| shared.selections.iter().map(selection_key).collect::<Vec<_>>());
-    // Keys are sorted when printed and floats are given by their bits: one value has one text.
-    let mut content = json!({
-        "software": SOFTWARE,
-        "scene": hex(&scene.content_hash),
-        "roots": roots.iter().map(|root| root.0).collect::<Vec<_>>(),
-        "clips": clips.iter().map(|clip| clip.0).collect::<Vec<_>>(),
-        "camera": camera_key(camera, camera_changes),
-        "variant": variant.map(|variant| variant.0),
-        "environment": environment.content_key(),
-        "shadow_catchers": shadow_catchers(scene, *variant),
-        "integrator": "whitted",
+    let mut key = json!({
         "resolution": [resolution.0, resolution.1],
         "samples": samples,
         "max_depth": max_depth,
         "glass_shadows": glass_shadows_key(*glass_shadows),
         "light_scale": light_scale.to_bits(),
         "show_background": show_background,
-        "sampling": sampling_key(render, *shutter),
-        "fps": rate.to_string(),
-        "frame": frame,
-        "file": file,
+        "sampling": sampling_key(render, shutter),
     });
-    add_stage(&mut content, *ground, plates.as_ref(), frame);
-    if let Some(measured) = measured {
-        content["measured"] = json!(measured);
-    }
-    hex(&Sha256::digest(content.to_string().as_bytes()))
-}
-
-/// Adds the ground and the frame's plate, where there are any.
-fn add_stage(content: &mut serde_json::Value, ground: Option<Ground>, plates: Option<&Plates>, frame: i64) {
-    if let Some(plates) = plates {
-        let (content_hash, fit) = plates.content_key(frame);
-        content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
-    }
     if let Some(Ground { up, height, is_mirror }) = ground {
-        content["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
+        key["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }
+    key
 }
 
 fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {

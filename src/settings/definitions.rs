@@ -205,7 +205,7 @@ settings! {
     /// Elevation of the turntable's camera in degrees
     elevation: Elevation = 20.0, Camera { value_name: "DEG", excludes: &["orbit", "view"], requires: Some("turntable") }
 
-    /// Animation clip: a name, '#0' for the first, all, none or each
+    /// Clip: a name, '#0' for the first, all, none or each
     /// . each renders a sequence of every clip, all with one automatic exposure and camera
     animation: Clips = ClipSelection::All, Scene { value_name: "CLIP", is_common: true }
     /// Scene of the file: a name or '#0' for the first
@@ -222,8 +222,8 @@ settings! {
     /// Angular diameter of directional lights in degrees, for soft shadows
     /// . The sun has 0.53. Noise falls with more samples
     sun_angle: SunAngle = 0.0, Scene { value_name: "DEG" }
-    /// Environment: .hdr, .exr, R,G,B, studio, softbox, outdoor, dark or none
-    /// . FILE@DEG rotates the image by degrees
+    /// Light: .hdr, .exr, R,G,B, studio or none
+    /// . softbox, outdoor and dark are built in like studio. FILE@DEG rotates the image by degrees
     env: EnvironmentType, Scene {
         value_name: "SOURCE", hidden_aliases: &["hdri"], default_help: "studio if unlit",
         is_common: true,

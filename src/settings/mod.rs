@@ -18,6 +18,7 @@ mod frame_spec;
 mod keys;
 mod layers;
 mod lists;
+mod name_parts;
 mod named;
 mod nearest;
 mod output_pattern;

@@ -3,6 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
+use super::name_parts::{Part, filled, parse_parts};
 use super::placeholder::{OutputNames, Placeholder, os_string};
 use crate::image_file::{MOVIE_ENDINGS, MovieFormat};
 
@@ -24,23 +25,8 @@ pub struct OutputPattern {
     format: OutputFormat,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Part {
-    /// Text as it is.
-    Literal(OsString),
-    /// The frame number, padded with zeros to this many characters, a minus sign included (as `printf` does).
-    Frame { width: usize },
-    /// Name of the AOV.
-    Layer,
-    /// Name of the scene, the shot file, the clip or the camera, until [`OutputPattern::with_names`] replaces it.
-    Name(Placeholder),
-}
-
 /// Name in place of the AOV in the main file.
 const MAIN_LAYER: &str = "beauty";
-/// Placeholder of the name of an AOV.
-const LAYER_PLACE: &[u8] = b"{layer}";
-
 impl OutputPattern {
     /// Parses `####` (any number), `%04d`, `%d`, `{frame:04}` and `{frame}`; `{layer}`; each [`Placeholder`]; `%%`, `%#` and `%{` are the second
     /// character itself.
@@ -188,48 +174,6 @@ impl OutputPattern {
     }
 }
 
-/// The parts of a name with placeholders.
-pub(super) fn parse_parts(text: &OsStr) -> Result<Vec<Part>, String> {
-    let bytes = text.as_encoded_bytes();
-    let mut parts = Vec::new();
-    let mut literal = Vec::new();
-    let mut at = 0;
-    while at < bytes.len() {
-        if let Some((width, length)) = frame_place(&bytes[at..])? {
-            parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
-            parts.push(Part::Frame { width });
-            at += length;
-        } else if bytes[at..].starts_with(LAYER_PLACE) {
-            parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
-            parts.push(Part::Layer);
-            at += LAYER_PLACE.len();
-        } else if let Some(placeholder) = Placeholder::at(&bytes[at..]) {
-            parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
-            parts.push(Part::Name(placeholder));
-            at += placeholder.text().len();
-        } else {
-            at += usize::from(is_escape(&bytes[at..]));
-            literal.push(bytes[at]);
-            at += 1;
-        }
-    }
-    parts.push(Part::Literal(os_string(literal)?));
-    Ok(parts)
-}
-
-pub(super) fn filled(parts: &[Part], frame: i64, layer: &str) -> PathBuf {
-    let mut path = OsString::new();
-    for part in parts {
-        match part {
-            Part::Literal(text) => path.push(text),
-            Part::Frame { width } => path.push(format!("{frame:0width$}")),
-            Part::Layer => path.push(layer),
-            Part::Name(placeholder) => path.push(placeholder.text()),
-        }
-    }
-    PathBuf::from(path)
-}
-
 fn holds_folder(text: &OsStr) -> bool {
     text.as_encoded_bytes().iter().any(|&byte| std::path::is_separator(char::from(byte)))
 }
@@ -245,44 +189,6 @@ fn name_before_number(before: Option<&Part>, layer: &str) -> OsString {
         Some(byte) if !std::path::is_separator(char::from(byte)) => format!(".{layer}."),
         _ => format!("{layer}."),
     })
-}
-
-/// Whether `bytes` begins with an escaped character.
-fn is_escape(bytes: &[u8]) -> bool {
-    matches!(bytes, [b'%', b'%' | b'#' | b'{', ..])
-}
-
-/// Width and length of the frame placeholder at the beginning of `bytes`.
-fn frame_place(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
-    match bytes {
-        [b'#', ..] => {
-            let width = bytes.iter().take_while(|&&byte| byte == b'#').count();
-            Ok(Some((width, width)))
-        }
-        _ if is_escape(bytes) => Ok(None),
-        [b'%', rest @ ..] => closed_place(rest, b'd')
-            .map(|(width, length)| Some((width, length + 1)))
-            .ok_or_else(|| "a % in a name must be %04d, %d, or %% for a percent sign".to_owned()),
-        _ => match bytes.strip_prefix(b"{frame") {
-            None => Ok(None),
-            Some(rest) => {
-                let colon = usize::from(rest.starts_with(b":"));
-                closed_place(&rest[colon..], b'}')
-                    .map(|(width, length)| Some((width, length + colon + b"{frame".len())))
-                    .ok_or_else(|| "a {frame in a name must be {frame:04} or {frame}".to_owned())
-            }
-        },
-    }
-}
-
-/// Width and length of `04d` or `d`, with the last character as given. Only zero padding makes names that sort.
-fn closed_place(bytes: &[u8], end: u8) -> Option<(usize, usize)> {
-    let digits = bytes.iter().take_while(|byte| byte.is_ascii_digit()).count();
-    let is_closed = bytes.get(digits) == Some(&end);
-    let is_padded = digits == 0 || (digits <= 3 && bytes[0] == b'0');
-    let text = std::str::from_utf8(&bytes[..digits]).ok()?;
-    let width = if digits == 0 { 1 } else { text.parse().ok()? };
-    (is_closed && is_padded).then_some((width, digits + 1))
 }
 
 fn format_of(path: &Path) -> Result<OutputFormat, String> {

@@ -3,7 +3,8 @@
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
-use super::output_pattern::{OutputPattern, Part, filled, parse_parts};
+use super::name_parts::{Part, filled, parse_parts};
+use super::output_pattern::OutputPattern;
 
 /// Prefix that makes any image a plate.
 const PREFIX: &str = "plate:";

@@ -23,7 +23,10 @@ const SYNONYMS: &[(&[&str], &str)] = &[
     ),
     (&["transparent", "transparency", "alpha", "no_background"], "`background` none is transparent"),
     (&["light", "lights", "lighting", "ibl"], "`env` FILE.hdr, R,G,B or studio lights the scene"),
-    (&["ground", "floor", "shadow", "shadows"], "`shadow_catcher` NODE shows only shadows on a node"),
+    (
+        &["floor", "shadow", "shadows"],
+        "`ground` catches shadows below the scene, `shadow_catcher` NODE those on a node",
+    ),
     (
         &["count", "num_frames", "frame_count", "nframes", "duration", "length", "seconds"],
         "`frames` 0-47 selects frames, `turntable` N makes a turn of N frames",

@@ -203,7 +203,7 @@ fn densities_integrate_to_one_less_the_samples_below_the_surface() {
         let wo = direction(0.7, 0.0);
         let total = integrate(|wi| Vec3::splat(bsdf.pdf(wo, wi))).x;
         // The rest is the share of samples below the surface.
-        let count = 28;
+        let count = 36;
         let mut kept = 0;
         let mut weights = Vec3::ZERO;
         for lobe in 0..count {

@@ -55,6 +55,14 @@ fn wall([from, to]: [f32; 2], openings: &[[f32; 4]]) -> TriangleMesh {
     joined(parts)
 }
 
+/// Beams below the ceiling.
+fn beams(stage: &mut Stage, oak: usize) {
+    let beam = stage.mesh(&[(block(Vec3::new(0.14, 0.16, 2.0 * HALF.y), Vec3::ZERO), oak)]);
+    for x in [-4.2, -2.8, -1.4, 0.0] {
+        stage.stand("ceiling beam", beam, [x + 0.3, HEIGHT - 0.16, 0.0], 0.0);
+    }
+}
+
 /// Floor, ceiling, walls, door frames and skirting.
 fn shell(stage: &mut Stage) -> Built<()> {
     let planks = planks(&mut stage.gltf)?;
@@ -113,10 +121,7 @@ fn shell(stage: &mut Stage) -> Built<()> {
         let ajar = if name == "study door" { 22.0 } else { 6.0 };
         stage.stand(name, leaf, [DIVIDER_X + out, 0.0, 0.44 - middle], 90.0 - ajar);
     }
-    let beam = stage.mesh(&[(block(Vec3::new(0.14, 0.16, 2.0 * HALF.y), Vec3::ZERO), oak)]);
-    for x in [-4.2, -2.8, -1.4, 0.0] {
-        stage.stand("ceiling beam", beam, [x + 0.3, HEIGHT - 0.16, 0.0], 0.0);
-    }
+    beams(stage, oak);
     let jamb = |middle: f32| {
         let depth = THICKNESS + 0.04;
         joined([

@@ -7,18 +7,19 @@
 
 use std::sync::OnceLock;
 
-use super::albedo_data::{self, AlbedoData};
+use super::albedo_grid::{MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, roughness_of, row, stored};
 use super::chebyshev::ChebyshevNodes;
 use super::cubic_table::{CubicTable, grid_values};
 use super::fresnel;
-use super::isotropic_albedo::{MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, roughness_of, row};
 use super::microfacets::Microfacets;
 
 /// Rows of roughness and columns of the view's elevation; an odd number has a middle column.
-pub(super) const ROUGHNESS_STEPS: usize = 32;
-pub(super) const VIEW_STEPS: usize = 81;
+const ROUGHNESS_STEPS: usize = 32;
+const VIEW_STEPS: usize = 81;
 /// Number of indices of refraction in the table.
-pub(super) const INDICES: usize = 9;
+const INDICES: usize = 9;
+/// The values of the table; [`super::albedo_tables`] says how they are made.
+pub(super) const STORED: &[u8] = include_bytes!("internal_albedo.bin");
 /// Scale of the columns around the critical angle as a share of α.
 const EDGE_WIDTH: f32 = 0.25;
 /// Scale of the columns around views along the surface as a share of α.
@@ -89,9 +90,9 @@ struct Table {
 
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        let AlbedoData { internal, .. } = albedo_data::stored();
-        Table { nodes: nodes(), values: CubicTable::of_grid(&internal, ROUGHNESS_STEPS) }
+    TABLE.get_or_init(|| Table {
+        nodes: nodes(),
+        values: CubicTable::of_grid(&stored(STORED), ROUGHNESS_STEPS),
     })
 }
 

@@ -10,7 +10,7 @@
 
 use std::sync::OnceLock;
 
-use super::albedo_data::{self, AlbedoData};
+use super::albedo_grid::{MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, roughness_of, row, stored};
 use super::chebyshev::ChebyshevNodes;
 use super::cubic_table::{CubicTable, grid_values};
 use super::microfacets::Microfacets;
@@ -25,22 +25,19 @@ pub(super) struct AlbedoTerms {
 }
 
 /// Rows of roughness and columns of the view's elevation.
-pub(super) const ROUGHNESS_STEPS: usize = 36;
-pub(super) const VIEW_STEPS: usize = 80;
+const ROUGHNESS_STEPS: usize = 36;
+const VIEW_STEPS: usize = 80;
 /// Surfaces of a lower roughness are mirrors: their lobes look the same, and α would leave the range of floats.
 const SMOOTH: f32 = 1e-6;
-/// Lobes of a lower roughness are scaled from this one.
-pub(super) const MIN_ROUGHNESS: f32 = 0.01;
 
 /// Number of indices of refraction in the table, at Chebyshev nodes.
 const INDICES: usize = 10;
-/// ln((n − 1) / (n + 1)) for n = 1.06 and n = 3.2.
-pub(super) const MIN_INDEX: f32 = -3.53;
-pub(super) const MAX_INDEX: f32 = -0.647;
 
 /// `total`, `schlick` and the exact curves.
-pub(super) const ENTRIES: usize = 2 + INDICES;
+const ENTRIES: usize = 2 + INDICES;
 type Entry = [f32; ENTRIES];
+/// The values of the table; [`super::albedo_tables`] says how they are made.
+pub(super) const STORED: &[u8] = include_bytes!("isotropic_albedo.bin");
 
 /// The albedos with F = 1 and with F = (1 − o·h)⁵; `exact` stays 0.
 pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> AlbedoTerms {
@@ -133,15 +130,6 @@ impl TableEntry {
     }
 }
 
-/// Row of a roughness, 0 to 1; rows are denser towards smooth lobes.
-pub(super) fn row(roughness: f32) -> f32 {
-    libm::sqrtf((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS))
-}
-
-pub(super) fn roughness_of(row: f32) -> f32 {
-    MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * row * row
-}
-
 /// Column of a view, 0 to 1: proportional to the root of the cosine where it is small compared to α, to its logarithm above.
 fn column(cos_o: f32, alpha: f32) -> f32 {
     arsinh(libm::sqrtf(cos_o / alpha)) / arsinh(1.0 / libm::sqrtf(alpha))
@@ -152,11 +140,6 @@ fn cosine_of(column: f32, alpha: f32) -> f32 {
     let root = libm::sinhf(column * arsinh(1.0 / libm::sqrtf(alpha)));
     let cosine = root * root * alpha;
     if cosine < 1.0 { cosine } else { 1.0 }
-}
-
-/// The inverse hyperbolic sine, for x ≥ 0.
-pub(super) fn arsinh(x: f32) -> f32 {
-    libm::log1pf(x + x * x / (1.0 + libm::sqrtf(1.0 + x * x)))
 }
 
 /// ln((n − 1) / (n + 1)); NaN below 1.
@@ -176,9 +159,9 @@ struct Table {
 
 fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        let AlbedoData { isotropic, .. } = albedo_data::stored();
-        Table { nodes: nodes(), values: CubicTable::of_grid(&isotropic, ROUGHNESS_STEPS) }
+    TABLE.get_or_init(|| Table {
+        nodes: nodes(),
+        values: CubicTable::of_grid(&stored(STORED), ROUGHNESS_STEPS),
     })
 }
 

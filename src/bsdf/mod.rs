@@ -9,7 +9,8 @@
 //! Directions are unit vectors in the local shading frame, with +Z along the shading normal on the side of `wo`. Both point away from
 //! the surface. Media and absorption are not known here.
 
-mod albedo_data;
+mod albedo_grid;
+mod albedo_tables;
 mod albedos;
 mod chebyshev;
 mod coat;
@@ -32,7 +33,7 @@ use glam::Vec3;
 
 use crate::interaction::MaterialSample;
 
-pub use albedo_data::integrated_bytes as integrated_albedo_tables;
+pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;

@@ -1,7 +1,12 @@
 //! Integrates the tables of albedos anew: `cargo run --release -p oracles --bin albedo_tables`, from the project's root.
 
+use std::path::Path;
+
 use rayframe::bsdf::integrated_albedo_tables;
 
 fn main() -> std::io::Result<()> {
-    std::fs::write("src/bsdf/albedo_tables.bin", integrated_albedo_tables())
+    for (name, bytes) in integrated_albedo_tables() {
+        std::fs::write(Path::new("src/bsdf").join(name), bytes)?;
+    }
+    Ok(())
 }

@@ -27,6 +27,8 @@ pub(super) struct WrittenFiles {
 struct Owner {
     label: String,
     names: OutputNames,
+    /// Names of its frame files.
+    output: PathBuf,
 }
 
 impl WrittenFiles {
@@ -39,7 +41,8 @@ impl WrittenFiles {
         for sequence in &shot.sequences {
             let separator = if sequence.label().is_empty() { "" } else { " " };
             let label = format!("{}{separator}{}", path.display(), sequence.label());
-            self.sequences.push(Owner { label, names: sequence.names.clone() });
+            let output = PathBuf::from(sequence.output.shown());
+            self.sequences.push(Owner { label, names: sequence.names.clone(), output });
             for file in frame_files(sequence, args) {
                 self.add_file(&file, "output")?;
             }
@@ -82,7 +85,8 @@ impl WrittenFiles {
             Some((owner, ..)) if *owner == index => Ok(()),
             Some((owner, _, other)) => {
                 let (first, second) = (&self.sequences[*owner], &self.sequences[index]);
-                Err(Error::setting(setting, collision(first, second, [other, file])))
+                let example = if setting == "output" { second.output.as_path() } else { file };
+                Err(Error::setting(setting, collision(first, second, [other, file], example)))
             }
             None => {
                 self.files.insert(key, (index, setting, file.to_owned()));
@@ -115,15 +119,15 @@ pub(super) fn frame_files(sequence: &SequenceOutline, args: &SettingValues) -> V
     files
 }
 
-/// What is wrong with two sequences that write one file, and the placeholder that tells them apart.
-fn collision(first: &Owner, second: &Owner, files: [&Path; 2]) -> String {
+/// What is wrong with two sequences that write one file, and the placeholder that tells them apart, in the name `example`.
+fn collision(first: &Owner, second: &Owner, files: [&Path; 2], example: &Path) -> String {
     let file = files[1].display();
     let differs = |placeholder: &Placeholder| first.names.of(*placeholder) != second.names.of(*placeholder);
     let remedy = if files[0] != files[1] && files[0].file_name() != files[1].file_name() {
         format!("\"{}\" differs in case only; choose another name", files[0].display())
     } else if let Some(placeholder) = Placeholder::ALL.into_iter().find(differs) {
         let placeholder = placeholder.text();
-        let name = files[1].file_name().unwrap_or_default().display();
+        let name = example.file_name().unwrap_or_default().display();
         format!("put {placeholder} in the name, such as {placeholder}.{name}")
     } else if first.label.split(' ').next() == second.label.split(' ').next() {
         "they have one name; select one by its index, such as '#1'".to_owned()

@@ -143,7 +143,7 @@ fn first_guesses_are_answered() {
     let folder = tempfile::tempdir().unwrap();
     let output = render(folder.path(), &["-D", "zoom=2"]);
     assert!(stderr(&output).contains("\"zoom\" is no setting; "), "{}", stderr(&output));
-    for alias in ["--spin=4", "--position=0,0,5", "--target=0,0,0", "--out=x.exr", "--bg=none"] {
+    for alias in ["--spin=4", "--position=0,0,5", "--target=0,0,0", "--out=x.##.exr", "--bg=none"] {
         assert!(render(folder.path(), &[alias, "-n"]).status.success(), "{alias}");
     }
 }

@@ -12,4 +12,4 @@ mod subject;
 
 pub use ground::ground_below;
 pub use orbit::NamedView;
-pub use resolve::{CameraRule, ResolvedCamera, resolve_camera};
+pub use resolve::{CameraRule, ResolvedCamera, framed_nodes, resolve_camera};

@@ -1,6 +1,7 @@
 //! Resolves the requested view to a camera.
 
 use std::cell::OnceCell;
+use std::collections::BTreeSet;
 use std::f32::consts::FRAC_PI_4;
 
 use glam::{Mat3, Mat4, Vec3};
@@ -46,6 +47,11 @@ pub fn resolve_camera(
     let (camera, rule) = view.camera(!is_placed);
     let selection = Selection { camera, camera_changes: CameraChanges::default(), ..selection };
     ResolvedCamera { selection, rule }
+}
+
+/// Indices of the nodes that cameras frame: all with meshes but backdrops and shadow catchers.
+pub fn framed_nodes(scene: &Scene, selection: &Selection) -> BTreeSet<u32> {
+    Subject::measure(scene, selection, None, &[]).framed_nodes()
 }
 
 /// A selection whose camera can be posed at any time.

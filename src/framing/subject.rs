@@ -1,5 +1,7 @@
 //! What a camera frames: the visible triangles of the scene, or of a node, over the selected clips.
 
+use std::collections::BTreeSet;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -26,8 +28,16 @@ const BACKDROP_SHARE: f32 = 0.2;
 const OUTLIERS: f32 = 0.01;
 /// Margin around the content, as a share of its size, in which triangles are framed.
 const CONTENT_MARGIN: f32 = 0.5;
+/// Most triangles, over all times, that are kept instead of being posed anew for each measurement: 40 MB.
+const KEPT_TRIANGLES: usize = 1_000_000;
 /// Number of triangles whose positions are sorted.
 const SAMPLED_TRIANGLES: usize = 65_536;
+
+/// The triangles of the scene at one time, by triangle id, with their flags.
+struct PosedTriangles {
+    triangles: Vec<Triangle>,
+    flags: Vec<TriangleFlags>,
+}
 
 /// Visible triangles over the selected clips, without backdrops.
 pub(super) struct Subject<'a> {
@@ -38,6 +48,8 @@ pub(super) struct Subject<'a> {
     times: Vec<(usize, f64)>,
     /// The scene at the first time.
     pub(super) frame: Frame,
+    /// The triangles at the other times, where they are few enough to be kept.
+    kept: Option<Vec<PosedTriangles>>,
     /// Whether an instance is framed, by its index in the frame.
     is_framed: Vec<bool>,
     /// Whether an instance may be a floor under what is framed: it is a shadow catcher or a backdrop.
@@ -86,12 +98,14 @@ impl<'a> Subject<'a> {
             selections,
             times,
             frame,
+            kept: None,
             is_framed,
             may_be_floor,
             limit: None,
             bounds: Aabb::EMPTY,
             is_empty: false,
         };
+        subject.keep_triangles();
         let by_instance = subject.instance_bounds();
         if node.is_none() {
             subject.leave_out_backdrops(&by_instance);
@@ -115,13 +129,14 @@ impl<'a> Subject<'a> {
         let count = (PRODUCTS / products).clamp(FEWEST_TIMES, most);
         let stride = ((most - 1) / (count - 1)).max(1);
         let mut supports = vec![f32::NEG_INFINITY; directions.len()];
-        self.visit(stride, |frame| {
-            let found = (0..frame.triangles.len())
+        self.visit(stride, |triangles, flags| {
+            let found = (0..triangles.len())
                 .into_par_iter()
                 .fold(
                     || vec![f32::NEG_INFINITY; directions.len()],
                     |mut largest, index| {
-                        if let Some(triangle) = self.framed_triangle(frame, index) {
+                        let triangle = &triangles[index];
+                        if self.frames_triangle(index, triangle, flags[index]) {
                             for (largest, direction) in largest.iter_mut().zip(directions) {
                                 let [a, b, c] = triangle.vertices.map(|corner| corner.dot(*direction));
                                 *largest = largest.max(a).max(b).max(c);
@@ -144,11 +159,11 @@ impl<'a> Subject<'a> {
         if !self.may_be_floor.contains(&true) {
             return Vec::new();
         }
-        self.visit(1, |frame| {
-            for (index, &instance) in frame.instance_of_triangle.iter().enumerate() {
+        self.visit(1, |triangles, flags| {
+            for (index, &instance) in self.frame.instance_of_triangle.iter().enumerate() {
                 let instance = instance as usize;
-                if self.may_be_floor[instance] && !frame.flags[index].has(TriangleFlags::HIDDEN) {
-                    let triangle = &frame.triangles[index];
+                if self.may_be_floor[instance] && !flags[index].has(TriangleFlags::HIDDEN) {
+                    let triangle = &triangles[index];
                     let [a, b, c] = triangle.vertices.map(|corner| corner.dot(up));
                     let (lowest, bounds) = floors[instance];
                     floors[instance] = (lowest.min(a).min(b).min(c), bounds.union(triangle.bounds()));
@@ -159,35 +174,55 @@ impl<'a> Subject<'a> {
         floors
     }
 
+    /// Indices of the nodes that are framed.
+    pub(super) fn framed_nodes(&self) -> BTreeSet<u32> {
+        let framed = self.frame.instances.iter().zip(&self.is_framed).filter(|(_, is_framed)| **is_framed);
+        framed.map(|(instance, _)| instance.node.0).collect()
+    }
+
     /// Whether the instance with this index is framed.
     pub(super) fn frames_instance(&self, instance: u32) -> bool {
         self.is_framed[instance as usize]
     }
 
-    /// Calls `visit` with the scene at every `stride`-th time.
-    fn visit(&self, stride: usize, mut visit: impl FnMut(&Frame)) {
-        visit(&self.frame);
-        let mut frame = Frame::default();
-        for &(selection, time) in self.times.iter().step_by(stride).skip(1) {
-            frame.pose_surfaces(self.scene, &self.selections[selection], time);
-            visit(&frame);
+    /// Keeps the triangles at all times, if they are few.
+    fn keep_triangles(&mut self) {
+        if self.times.len() > 1 && self.frame.triangles.len() * self.times.len() <= KEPT_TRIANGLES {
+            let mut kept = Vec::new();
+            self.visit(1, |triangles, flags| {
+                kept.push(PosedTriangles { triangles: triangles.to_vec(), flags: flags.to_vec() });
+            });
+            self.kept = Some(kept);
         }
     }
 
-    fn framed_triangle<'f>(&self, frame: &'f Frame, index: usize) -> Option<&'f Triangle> {
-        let is_visible = !frame.flags[index].has(TriangleFlags::HIDDEN);
-        let is_framed = is_visible && self.is_framed[frame.instance_of_triangle[index] as usize];
-        let triangle = is_framed.then(|| &frame.triangles[index])?;
-        self.limit.is_none_or(|limit| limit.contains(&triangle.bounds())).then_some(triangle)
+    /// Calls `visit` with the triangles and their flags at every `stride`-th time.
+    fn visit(&self, stride: usize, mut visit: impl FnMut(&[Triangle], &[TriangleFlags])) {
+        if let Some(kept) = &self.kept {
+            return kept.iter().step_by(stride).for_each(|posed| visit(&posed.triangles, &posed.flags));
+        }
+        visit(&self.frame.triangles, &self.frame.flags);
+        let mut frame = Frame::default();
+        for &(selection, time) in self.times.iter().step_by(stride).skip(1) {
+            frame.pose_surfaces(self.scene, &self.selections[selection], time);
+            visit(&frame.triangles, &frame.flags);
+        }
+    }
+
+    /// Whether the triangle `index` is framed where it is posed like `triangle` with these flags.
+    fn frames_triangle(&self, index: usize, triangle: &Triangle, flags: TriangleFlags) -> bool {
+        let is_visible = !flags.has(TriangleFlags::HIDDEN);
+        let is_framed = is_visible && self.is_framed[self.frame.instance_of_triangle[index] as usize];
+        is_framed && self.limit.is_none_or(|limit| limit.contains(&triangle.bounds()))
     }
 
     /// Bounds of each framed instance over all times.
     fn instance_bounds(&self) -> Vec<Aabb> {
         let mut bounds = vec![Aabb::EMPTY; self.is_framed.len()];
-        self.visit(1, |frame| {
-            for index in 0..frame.triangles.len() {
-                if let Some(triangle) = self.framed_triangle(frame, index) {
-                    let of_instance = &mut bounds[frame.instance_of_triangle[index] as usize];
+        self.visit(1, |triangles, flags| {
+            for (index, triangle) in triangles.iter().enumerate() {
+                if self.frames_triangle(index, triangle, flags[index]) {
+                    let of_instance = &mut bounds[self.frame.instance_of_triangle[index] as usize];
                     *of_instance = of_instance.union(triangle.bounds());
                 }
             }
@@ -259,9 +294,9 @@ impl<'a> Subject<'a> {
     fn content(&self) -> Option<Aabb> {
         let stride = (self.frame.triangles.len() * self.times.len()).div_ceil(SAMPLED_TRIANGLES).max(1);
         let mut corners: [Vec<f32>; 6] = Default::default();
-        self.visit(1, |frame| {
-            for index in (0..frame.triangles.len()).step_by(stride) {
-                if let Some(triangle) = self.framed_triangle(frame, index) {
+        self.visit(1, |triangles, flags| {
+            for (index, triangle) in triangles.iter().enumerate().step_by(stride) {
+                if self.frames_triangle(index, triangle, flags[index]) {
                     let Aabb { min, max } = triangle.bounds();
                     let values = min.to_array().into_iter().chain(max.to_array());
                     corners.iter_mut().zip(values).for_each(|(all, value)| all.push(value));

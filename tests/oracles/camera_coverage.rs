@@ -13,13 +13,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use rayframe::framing::CameraRule;
+use rayframe::framing::{CameraRule, framed_nodes};
 use rayframe::gltf::ImageLoading;
 use rayframe::image::Samples;
 use rayframe::output::Aov;
 use rayframe::scene::CameraRequest;
 use rayframe::settings::Settings;
-use rayframe::shot::{ShotSettings, resolve};
+use rayframe::shot::{RenderJob, ShotSettings, resolve};
 use rayframe::{RenderedFrame, Renderer};
 
 /// Size of the images in pixels.
@@ -85,7 +85,8 @@ fn measure(file: &Path, is_all: bool) -> Result<Option<Measured>, Box<dyn Error>
         return Ok(None);
     }
     let renderer = renderer.camera(CameraRequest::Auto).aovs([Aov::NodeId]).set("background", "none")?;
-    let (rule, automatic) = resolved(renderer.settings(), file)?;
+    let (job, automatic) = resolved(renderer.settings(), file)?;
+    let framed = framed_nodes(&job.sequence.scene, &job.sequence.selection);
     let fixed = renderer.clone().set("camera_position", "1,1,1")?.set("look_at", "0,0,0")?;
     let (_, given) = resolved(fixed.settings(), file)?;
 
@@ -95,34 +96,36 @@ fn measure(file: &Path, is_all: bool) -> Result<Option<Measured>, Box<dyn Error>
     let frames: BTreeSet<i64> =
         (0..count).map(|index| all[index * (all.len() - 1) / count.saturating_sub(1).max(1)]).collect();
     let mut measured =
-        Measured { rule, least: f32::INFINITY, most: 0.0, nodes: 0, seconds: [automatic, given] };
+        Measured { rule: job.camera, least: f32::INFINITY, most: 0.0, nodes: 0, seconds: [automatic, given] };
     for frame in frames {
         let image = renderer.frame(frame)?;
-        let (of_smaller_side, of_own_sides) = coverage(&image);
+        let nodes = node_ids(&image)?;
+        let (of_smaller_side, of_own_sides) = coverage(&image, &nodes, &framed);
         measured.least = measured.least.min(of_smaller_side);
         measured.most = measured.most.max(of_own_sides);
-        measured.nodes = measured.nodes.max(seen_nodes(&image)?);
+        let seen: BTreeSet<u32> = nodes.into_iter().filter(|&id| id != 0).collect();
+        measured.nodes = measured.nodes.max(seen.len());
     }
     Ok(Some(measured))
 }
 
-/// What decided the camera, and the time to resolve the job without decoding images.
-fn resolved(settings: &Settings, file: &Path) -> Result<(CameraRule, Duration), Box<dyn Error>> {
+/// The job, and the time to resolve it without decoding images.
+fn resolved(settings: &Settings, file: &Path) -> Result<(RenderJob, Duration), Box<dyn Error>> {
     let mut settings = settings.clone();
     settings.scene = Some(file.to_owned().into());
     let shot = ShotSettings::merge([settings], None)?;
     let begin = Instant::now();
     let job = resolve(&shot, ImageLoading::Budget)?;
-    Ok((job.camera, begin.elapsed()))
+    Ok((job, begin.elapsed()))
 }
 
-/// The larger side of the rectangle of covered pixels as a share of the image's smaller side, and the larger share of its sides in
-/// those of the image.
-fn coverage(image: &RenderedFrame) -> (f32, f32) {
+/// The larger side of the rectangle of pixels of framed nodes as a share of the image's smaller side, and the larger share of its
+/// sides in those of the image. Pixels are covered at their centres.
+fn coverage(image: &RenderedFrame, nodes: &[u32], framed: &BTreeSet<u32>) -> (f32, f32) {
     let (width, height) = image.size();
     let covered = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    let covered: Vec<_> =
-        covered.filter(|&(x, y)| image.pixel(x, y).is_some_and(|[.., alpha]| alpha > 0.0)).collect();
+    let is_framed = |id: u32| id.checked_sub(1).is_some_and(|node| framed.contains(&node));
+    let covered: Vec<_> = covered.filter(|&(x, y)| is_framed(nodes[(y * width + x) as usize])).collect();
     let side = |of: fn(&(u32, u32)) -> u32| {
         let least = covered.iter().map(of).min().unwrap_or(1);
         let most = covered.iter().map(of).max().unwrap_or(0);
@@ -133,11 +136,10 @@ fn coverage(image: &RenderedFrame) -> (f32, f32) {
     (share, (sides[0] / width as f32).max(sides[1] / height as f32))
 }
 
-/// Number of different nodes in the image.
-fn seen_nodes(image: &RenderedFrame) -> Result<usize, Box<dyn Error>> {
+/// Index of the node plus one, or 0, of each pixel.
+fn node_ids(image: &RenderedFrame) -> Result<Vec<u32>, Box<dyn Error>> {
     let image = image.image()?;
     let ids = image.channel("node_id").ok_or("no node_id is recorded")?;
     let Samples::Uint(ids) = &ids.samples else { return Err("node_id holds no integers".into()) };
-    let ids: BTreeSet<u32> = ids.iter().copied().filter(|&id| id != 0).collect();
-    Ok(ids.len())
+    Ok(ids.clone())
 }

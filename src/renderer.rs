@@ -15,7 +15,7 @@ use crate::error::{Provenance, Result, Warning};
 use crate::gltf::ImageLoading;
 use crate::output::{Aov, AovSet};
 use crate::scene::{CameraRequest, Scene};
-use crate::settings::{EnvironmentSource, Settings};
+use crate::settings::{EnvironmentSource, FrameSpec, Settings};
 use crate::shot::{RenderJob, ShotSettings, check_warnings, load_scene, resolve_scene};
 
 pub use frame::RenderedFrame;
@@ -138,11 +138,12 @@ impl Renderer {
     /// [`Error::Setting`](crate::Error::Setting) for settings that make no sense for the scene, errors of loading the
     /// environment, and with the setting `strict` the first warning.
     pub fn frame(&self, frame: i64) -> Result<RenderedFrame> {
-        let mut job = self.job()?.sequence;
-        if let Some(plates) = &mut job.plates {
-            plates.open_frames(&[frame])?;
-        }
-        RenderedFrame::render(Arc::new(job), frame, &self.cancel)
+        // The frames that are set may have no plates.
+        let mut renderer = self.clone();
+        let settings = &mut renderer.settings;
+        (settings.all, settings.start, settings.end, settings.step) = (None, None, None, None);
+        settings.frames = Some(FrameSpec::Listed(vec![frame]).into());
+        RenderedFrame::render(Arc::new(renderer.job()?.sequence), frame, &self.cancel)
     }
 
     /// The sequence of all frames that are set (by default the whole animation) under the names `output`, such as

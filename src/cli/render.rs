@@ -168,6 +168,9 @@ impl Session {
     /// Checks a scene without texels.
     fn check(&mut self, shot: &ShotSettings) -> Result<ShotOutline> {
         let outline = check_shot(shot)?;
+        for sequence in &outline.sequences {
+            self.sheets.check(sequence, &shot.values)?;
+        }
         // Existing files are compared with what would be rendered.
         let args = &shot.values;
         let mut files = outline.sequences.iter().flat_map(|sequence| frame_files(sequence, args));
@@ -233,7 +236,10 @@ impl Session {
             let outcome = perform(job, plan, args, part, &self.cancel);
             self.sheets.add(job, plan, &outcome.summary);
             self.part.before += plan.frames.len();
-            self.total.written += outcome.summary.written.len();
+            let is_cut_short = outcome.summary.written.len() < plan.frames.len();
+            if !(job.sequence.output.is_movie() && is_cut_short) {
+                self.total.written += outcome.summary.written.len();
+            }
             self.total.kept += outcome.summary.kept.len();
             self.total.failed += outcome.summary.failed.len();
             match finish(outcome, self.caught.number(), args) {

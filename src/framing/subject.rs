@@ -1,6 +1,7 @@
 //! What a camera frames: the visible triangles of the scene, or of a node, over the selected clips.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -50,13 +51,15 @@ pub(super) struct Subject<'a> {
     pub(super) frame: Frame,
     /// The triangles at the other times, where they are few enough to be kept.
     kept: Option<Vec<PosedTriangles>>,
+    /// Whether a triangle belongs to the framed node, by its id; `None` where the whole scene is framed.
+    follows_node: Option<Vec<bool>>,
     /// Whether an instance is framed, by its index in the frame.
     is_framed: Vec<bool>,
     /// Whether an instance may be a floor under what is framed: it is a shadow catcher or a backdrop.
     may_be_floor: Vec<bool>,
     /// Triangles beyond it are not framed.
     limit: Option<Aabb>,
-    /// Bounds over all times; two metres around the origin where nothing is visible.
+    /// Bounds over all times; where nothing is visible, two metres around the framed node or the origin.
     pub(super) bounds: Aabb,
     /// Whether nothing is visible.
     pub(super) is_empty: bool,
@@ -83,8 +86,11 @@ impl<'a> Subject<'a> {
         let times = sample_times(scene, &selections);
         frame.pose_surfaces(scene, &selections[0], 0.0);
         let below = node.map(|node| descendants(scene, node));
-        let is_framed = frame.instances.iter().map(|instance| {
-            let is_selected = below.as_ref().is_none_or(|below| below[instance.node.index()]);
+        let follows_node = below.as_ref().map(|below| triangles_of(scene, &frame, below));
+        let is_framed = frame.instances.iter().enumerate().map(|(index, instance)| {
+            let mut triangles = triangle_range(&frame, index);
+            let is_selected =
+                follows_node.as_ref().is_none_or(|follows| triangles.any(|triangle| follows[triangle]));
             is_selected && !frame.materials[instance.material.index()].is_shadow_catcher
         });
         let is_framed = is_framed.collect();
@@ -99,6 +105,7 @@ impl<'a> Subject<'a> {
             times,
             frame,
             kept: None,
+            follows_node,
             is_framed,
             may_be_floor,
             limit: None,
@@ -117,7 +124,8 @@ impl<'a> Subject<'a> {
         }
         subject.is_empty = subject.bounds.is_empty();
         if subject.is_empty {
-            subject.bounds = Aabb { min: -Vec3::ONE, max: Vec3::ONE };
+            let center = node.and_then(|node| subject.frame.node_position(node)).unwrap_or(Vec3::ZERO);
+            subject.bounds = Aabb { min: center - Vec3::ONE, max: center + Vec3::ONE };
         }
         subject
     }
@@ -212,7 +220,9 @@ impl<'a> Subject<'a> {
     /// Whether the triangle `index` is framed where it is posed like `triangle` with these flags.
     fn frames_triangle(&self, index: usize, triangle: &Triangle, flags: TriangleFlags) -> bool {
         let is_visible = !flags.has(TriangleFlags::HIDDEN);
-        let is_framed = is_visible && self.is_framed[self.frame.instance_of_triangle[index] as usize];
+        let is_framed = is_visible
+            && self.is_framed[self.frame.instance_of_triangle[index] as usize]
+            && self.follows_node.as_ref().is_none_or(|follows| follows[index]);
         is_framed && self.limit.is_none_or(|limit| limit.contains(&triangle.bounds()))
     }
 
@@ -322,7 +332,7 @@ fn sample_times(scene: &Scene, selections: &[Selection]) -> Vec<(usize, f64)> {
     let count = (4 * TIMES / selections.len()).clamp(FEWEST_CLIP_TIMES, TIMES);
     let mut times = Vec::new();
     for (index, selection) in selections.iter().enumerate() {
-        let duration = f64::from(selection.duration_seconds(scene));
+        let duration = f64::from(selection.clip_seconds(scene));
         if duration > 0.0 {
             times.extend((0..count).map(|i| (index, duration * i as f64 / (count - 1) as f64)));
         } else {
@@ -330,6 +340,41 @@ fn sample_times(scene: &Scene, selections: &[Selection]) -> Vec<(usize, f64)> {
         }
     }
     times
+}
+
+/// Ids of the triangles of an instance.
+fn triangle_range(frame: &Frame, instance: usize) -> Range<usize> {
+    let end =
+        frame.instances.get(instance + 1).map_or(frame.triangles.len(), |next| next.first_triangle as usize);
+    frame.instances[instance].first_triangle as usize..end
+}
+
+/// For each triangle, whether it belongs to the nodes `below`: to the mesh of one, or as skin to joints among them, which have most
+/// of the weight of one of its vertices.
+fn triangles_of(scene: &Scene, frame: &Frame, below: &[bool]) -> Vec<bool> {
+    let mut belongs = vec![false; frame.triangles.len()];
+    for (index, instance) in frame.instances.iter().enumerate() {
+        let triangles = &mut belongs[triangle_range(frame, index)];
+        let node = &scene.nodes[instance.node.index()];
+        if below[instance.node.index()] {
+            triangles.fill(true);
+            continue;
+        }
+        let primitive = &scene.meshes[instance.mesh.index()].primitives[instance.primitive];
+        let skin = node.skin.and_then(|skin| scene.skins.get(skin.index()));
+        let (Some(skin), Some(influences)) = (skin, &primitive.influences) else { continue };
+        let follows = |vertex: u32| {
+            let own = vertex as usize * influences.per_vertex..(vertex as usize + 1) * influences.per_vertex;
+            let pairs = influences.joints[own.clone()].iter().zip(&influences.weights[own]);
+            let is_below =
+                |joint: u32| skin.joints.get(joint as usize).is_some_and(|node| below[node.index()]);
+            pairs.filter(|(joint, _)| is_below(**joint)).map(|(_, weight)| weight).sum::<f32>() > 0.5
+        };
+        for (belongs, corners) in triangles.iter_mut().zip(&primitive.triangles) {
+            *belongs = corners.iter().any(|&vertex| follows(vertex));
+        }
+    }
+    belongs
 }
 
 /// For each node, whether it is `node` or below it.

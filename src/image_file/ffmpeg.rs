@@ -4,14 +4,18 @@ use std::ffi::OsString;
 use std::io::{self, Read as _};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::OnceLock;
 
 use crate::error::Error;
 
-/// Whether `ffmpeg` can be started.
+/// Whether `ffmpeg` can be started. It is tried once.
 pub fn has_ffmpeg() -> bool {
-    let mut command = Command::new("ffmpeg");
-    command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    command.status().is_ok_and(|status| status.success())
+    static FOUND: OnceLock<bool> = OnceLock::new();
+    *FOUND.get_or_init(|| {
+        let mut command = Command::new("ffmpeg");
+        command.arg("-version").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    })
 }
 
 /// The `ffmpeg` process. Dropping it ends the process, which would wait for frames otherwise.

@@ -13,7 +13,7 @@ use super::{AnimationIndex, NodeIndex, Projection, Scene};
 pub struct CameraPath {
     /// What moves the camera.
     pub motion: CameraMotion,
-    /// Lowercase hexadecimal text that is equal exactly for equal paths.
+    /// Text that is equal exactly for equal paths.
     pub content_key: String,
     /// Name for messages.
     pub label: String,

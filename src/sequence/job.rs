@@ -69,7 +69,7 @@ impl SequenceJob {
     }
 }
 
-/// Time of the last keyframe of the selected clips, seconds.
+/// Time of the last keyframe of the selected clips and of the camera path, seconds.
 pub fn duration_seconds(scene: &Scene, selection: &Selection) -> f32 {
     selection.duration_seconds(scene)
 }

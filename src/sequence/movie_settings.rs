@@ -34,8 +34,5 @@ pub(super) fn check_movie(job: &SequenceJob) -> Result<()> {
              the movie with `movie`",
         );
     }
-    if job.keep_going {
-        return refused("keep_going", "a movie needs all frames; leave it out, or name frames with `output`");
-    }
     format.check(job.render.window.size()).map_err(|why| Error::setting("output", why))
 }

@@ -136,7 +136,7 @@ fn parse_number(text: &str) -> Result<(i64, &str), String> {
 
 /// Number of frames of a range.
 fn checked_count((first, last, step): Range) -> Result<i64, String> {
-    let count = (last - first).unsigned_abs() / step.unsigned_abs().max(1) + 1;
+    let count = last.abs_diff(first) / step.unsigned_abs().max(1) + 1;
     if count > MAX_FRAMES as u64 || last > i64::from(i32::MAX) {
         return Err(too_many(count as usize));
     }

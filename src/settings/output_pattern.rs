@@ -121,11 +121,6 @@ impl OutputPattern {
         self.parts.contains(&Part::Layer)
     }
 
-    /// Whether `placeholder` is part of the name.
-    pub fn has(&self, placeholder: Placeholder) -> bool {
-        self.parts.contains(&Part::Name(placeholder))
-    }
-
     /// The pattern with these of its placeholders replaced by names.
     #[must_use]
     pub fn with_names(&self, names: &OutputNames, replaced: &[Placeholder]) -> Self {
@@ -310,7 +305,7 @@ mod tests {
         // Those that are left are read again.
         let partly = pattern.with_names(&names, &[Placeholder::Scene]);
         assert_eq!(partly.to_text(), "50%%%#1/%{clip}.{clip}{camera}.##.exr");
-        assert!(partly.has(Placeholder::Clip) && !partly.has(Placeholder::Scene));
+        assert!(partly.has_name(Placeholder::Clip) && !partly.has_name(Placeholder::Scene));
         let each = OutputPattern::default_for(OsStr::new("a"), &[Placeholder::Clip], true);
         assert_eq!(each.to_text(), "a.{clip}.####.exr");
     }

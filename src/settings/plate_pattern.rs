@@ -75,7 +75,9 @@ impl PlatePattern {
                 Part::Layer | Part::Name(_) => {}
             }
         }
-        let is_plate = DISPLAY_ENDINGS.contains(&ending(&name).as_str()) || self.is_numbered();
+        let ending = ending(&name);
+        let is_numbered_light = LIGHT_ENDINGS.contains(&ending.as_str()) && self.is_numbered();
+        let is_plate = DISPLAY_ENDINGS.contains(&ending.as_str()) || is_numbered_light;
         let mut text = OsString::from(if is_plate { "" } else { PREFIX });
         text.push(name);
         text
@@ -124,8 +126,17 @@ mod tests {
 
     #[test]
     fn endings_places_and_the_prefix_make_plates() {
-        for text in ["a.png", "b.JPG", "c.jpeg", "d.webp", "e.####.png", "f.##.exr", "g.#.hdr", "plate:h.exr"]
-        {
+        for text in [
+            "a.png",
+            "b.JPG",
+            "c.jpeg",
+            "d.webp",
+            "e.####.png",
+            "f.##.exr",
+            "g.#.hdr",
+            "plate:h.exr",
+            "plate:i.##.dat",
+        ] {
             let plate = plate(text).unwrap();
             assert_eq!(plate.to_text(), text);
             assert_eq!(PlatePattern::parse(&plate.to_text()), Ok(Some(plate)));

@@ -13,6 +13,8 @@ use crate::scene::{
 };
 use crate::settings::{CameraPathSource, TomlEntry, TomlFile, entries, number, read_text};
 
+/// Largest time of a key.
+const MAX_SECONDS: f64 = 1e6;
 /// Keys of the file.
 const FILE_KEYS: [&str; 3] = ["interpolation", "loop", "key"];
 /// Keys of one key of the path.
@@ -112,7 +114,13 @@ fn read_key(file: &TomlFile<'_>, all: TomlEntry<'_>, (at, value): (usize, &DeVal
     let (mut time, mut position, mut target, mut roll, mut fov) = (None, None, None, None, None);
     for entry in entries(table) {
         match entry.key {
-            "time" => time = Some(finite(file, entry, "write seconds from frame 0")?),
+            "time" => {
+                let seconds = finite(file, entry, "write seconds from frame 0")?;
+                if seconds.abs() > MAX_SECONDS {
+                    return Err(file.wrong_value(entry, "write seconds from frame 0, up to a million"));
+                }
+                time = Some(seconds);
+            }
             "position" => position = Some(point(file, entry)?),
             "look_at" => target = Some(point(file, entry)?),
             "roll" => roll = Some(finite(file, entry, "write degrees")?),

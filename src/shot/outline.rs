@@ -1,5 +1,6 @@
 //! The sequences of a shot, as far as they are known without its environment and its automatic camera.
 
+use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use crate::scene::{
     ViewRequest,
 };
 use crate::sequence::{FrameSpec, OutputPattern, duration_seconds};
-use crate::settings::{OutputNames, Placeholder, SettingValues};
+use crate::settings::{BackgroundSource, OutputNames, Placeholder, SettingValues};
 
 use super::camera_path::{self, LoadedPath};
 use super::environment::environment_request;
@@ -27,7 +28,8 @@ pub struct ShotOutline {
     pub sequences: Vec<SequenceOutline>,
     /// Notes about clips that are left out.
     pub choices: Vec<Warning>,
-    /// Input files, which must not be overwritten: the scene, its files, the environment images and the shot file.
+    /// Input files, which must not be overwritten: the scene, its files, images of environments and plates, the camera path and the
+    /// shot file.
     pub inputs: Vec<PathBuf>,
 }
 
@@ -100,18 +102,28 @@ impl ShotOutline {
             let path = SelectedCamera::Path(Arc::new(path));
             for named in &mut selections {
                 named.selection.camera = path.clone();
+                // No camera of the file.
+                "auto".clone_into(&mut named.camera);
             }
             inputs.extend(files);
         }
         let view = view_request(args, scene, Selection::clips_of_each(&request, scene))?;
         let pattern = output_pattern(shot, scene, &request, &selections)?;
         let outline = |named| sequence_outline(shot, scene, named, &view, &pattern);
-        let sequences = selections.into_iter().map(outline).collect::<Result<_>>()?;
+        let sequences: Vec<_> = selections.into_iter().map(outline).collect::<Result<_>>()?;
         inputs.extend(scene.files.iter().cloned());
         inputs.extend(environment_request(args).files().map(PathBuf::from));
+        inputs.extend(plate_files(args, &sequences));
         inputs.extend(shot.shot_file.clone());
         Ok(Self { sequences, choices, inputs })
     }
+}
+
+/// The plates behind all frames, each once.
+pub(super) fn plate_files(args: &SettingValues, sequences: &[SequenceOutline]) -> BTreeSet<PathBuf> {
+    let BackgroundSource::Plate(pattern) = &args.background else { return BTreeSet::new() };
+    let frames = sequences.iter().flat_map(|sequence| &sequence.frames);
+    frames.map(|&frame| pattern.path(frame)).collect()
 }
 
 fn sequence_outline(

@@ -21,7 +21,7 @@ use crate::settings::{BackgroundSource, GroundKind, SettingValues, parse, sugges
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::ineffective_settings;
 use super::memory_limit::max_memory_bytes;
-use super::outline::{SequenceOutline, ShotOutline};
+use super::outline::{SequenceOutline, ShotOutline, plate_files};
 use super::render_settings::{exr_output, known_window};
 use super::shot_settings::ShotSettings;
 
@@ -67,8 +67,8 @@ pub fn resolve_each(
     resolve_sequences(shot, scene, environments).map_err(|error| shot.settings.locate(error))
 }
 
-/// Loads the scene of a shot without texels, and checks everything that needs neither environment nor camera. Environment images
-/// must exist; they are not read.
+/// Loads the scene of a shot without texels, and checks everything that needs neither environment nor camera. Images of
+/// environments and plates must exist; they are not read.
 ///
 /// # Errors
 /// Those of [`resolve`] and of [`Plan::new`] as far as they can be found so.
@@ -82,6 +82,9 @@ fn check_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
     let outline = ShotOutline::new(shot, &scene)?;
     for path in environment_request(&shot.values).files() {
         std::fs::metadata(path).map_err(Error::missing(path))?;
+    }
+    for path in plate_files(&shot.values, &outline.sequences) {
+        std::fs::metadata(&path).map_err(Error::missing(&path))?;
     }
     for sequence in &outline.sequences {
         let selection = sequence.selection.clone();
@@ -163,12 +166,17 @@ fn resolve_sequences(
     let request = environment_request(args);
     let matte_warnings = matte_warnings(args, &scene);
 
-    // Environment, stage and camera of each sequence.
+    // Environment, stage and camera of each sequence. All have the environment of one, so that their exposure does not depend on which
+    // of them measures it: one that moves the file's light, if any does.
+    let lit = sequences.iter().find(|outline| outline.selection.moves_image_light(&scene));
+    let Some(lit) = lit.or(sequences.first()).map(|outline| outline.selection.clone()) else {
+        return Ok(Vec::new());
+    };
     let mut jobs = Vec::new();
     for outline in sequences {
         let max_memory_bytes = max_memory_bytes(args);
         let LoadedEnvironment { environment, description, warnings } =
-            environments.load(&request, &scene, &outline.selection, max_memory_bytes)?;
+            environments.load(&request, &scene, &lit, max_memory_bytes)?;
         let (width, height) = outline.render.resolution;
         let aspect_ratio = width as f32 / height as f32;
         let ResolvedCamera { selection, rule } =
@@ -176,8 +184,6 @@ fn resolve_sequences(
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
         sequence.render.ground = ground(args, &scene, &outline);
         sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
-        let plate_files = sequence.plates.iter().flat_map(Plates::files).map(PathBuf::from);
-        let inputs = inputs.iter().cloned().chain(plate_files).collect();
         let mut choices = choices.clone();
         choices.extend(ineffective_settings(args, &sequence));
         jobs.push(RenderJob {
@@ -187,7 +193,7 @@ fn resolve_sequences(
             warnings: [scene.warnings.as_slice(), &warnings, &matte_warnings].concat(),
             camera: rule,
             environment: request.with_background(description),
-            inputs,
+            inputs: inputs.clone(),
         });
     }
     share_exposure(&mut jobs);
@@ -242,7 +248,8 @@ fn sequence_job(
         display_background: environment_request(args).display_background(),
         plates: None,
         existing: existing_files(args),
-        keep_going: args.keep_going,
+        // Of a movie all frames are needed; other scenes may go on.
+        keep_going: args.keep_going && !outline.output.is_movie(),
         strict: args.strict,
         max_memory_bytes: max_memory_bytes(args),
     }

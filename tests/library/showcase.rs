@@ -12,7 +12,7 @@ use rayframe::frame::Frame;
 use rayframe::framing::{CameraRule, ResolvedCamera, resolve_camera};
 use rayframe::geometry::Ray;
 use rayframe::gltf::{ImportOptions, import};
-use rayframe::scene::{Scene, SelectedCamera, ViewRequest};
+use rayframe::scene::{NodeIndex, Scene, SelectedCamera, ViewRequest};
 
 use crate::framing::image_bounds;
 use crate::stage::select_all;
@@ -69,6 +69,24 @@ fn the_apartment_is_seen_from_inside() {
         ["sofa", "armchair", "coffee table", "shelf", "chair", "dining table", "rug", "floor lamp"];
     assert!(names.len() >= 12, "{names:?}");
     assert!(furniture.iter().filter(|name| names.contains(**name)).count() >= 5, "{names:?}");
+}
+
+#[test]
+fn joints_are_framed_by_their_skin() {
+    let scene = scene("character.gltf");
+    let node = |name: &str| scene.nodes.iter().position(|node| node.name.as_deref() == Some(name)).unwrap();
+    let framed = |name| {
+        let node = Some(NodeIndex(node(name) as u32));
+        let request = ViewRequest { node, ..ViewRequest::default() };
+        let selection = select_all(&scene, SelectedCamera::Auto);
+        world_from_camera(&resolve_camera(&scene, selection, &request, ASPECT_RATIO)).w_axis.truncate()
+    };
+    let (head, all) = (framed("head"), world_from_camera(&automatic(&scene)).w_axis.truncate());
+    let skull = Frame::at(&scene, &select_all(&scene, SelectedCamera::Auto), 0.0);
+    let skull = skull.node_position(NodeIndex(node("head") as u32)).unwrap();
+    assert!(head.distance(skull) < 0.5 * all.distance(skull), "{head} {all} {skull}");
+    // The hips hold the whole body.
+    assert!(framed("hips").distance(all) < 0.2 * all.distance(skull));
 }
 
 #[test]

@@ -92,7 +92,6 @@ fn settings_without_a_place_in_a_movie_are_refused() {
         (&["--split-aovs", "--aovs", "depth"], "--split-aovs"),
         (&["--stamp"], "--stamp"),
         (&["--resume"], "--resume: keeps finished frames"),
-        (&["--keep-going"], "--keep-going"),
         (&["--manifest", "m.json"], "--manifest"),
         (&["-o", "a.####.gif"], "one movie of all frames"),
         (&["-o", "a.webp", "-r", "16385x1"], "16384"),

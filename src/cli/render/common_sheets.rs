@@ -8,7 +8,7 @@ use rayframe::image_file::{encode_png, write_atomically};
 use rayframe::output::{LabelledSheet, LabelledTile};
 use rayframe::sequence::{Plan, Summary, display_frame};
 use rayframe::settings::{OutputNames, Placeholder, SettingValues};
-use rayframe::shot::RenderJob;
+use rayframe::shot::{RenderJob, SequenceOutline};
 
 use crate::cli::render_options::NamedShot;
 
@@ -42,24 +42,34 @@ impl CommonSheets {
     /// # Errors
     /// [`Error::Setting`] for movies, whose frames are in no files.
     pub(super) fn take(&mut self, job: &mut RenderJob, args: &SettingValues) -> Result<()> {
-        if !self.is_common(job, args) {
+        self.check(&job.outline, args)?;
+        if !self.is_common(&job.outline, args) {
             return Ok(());
         }
-        if job.sequence.output.is_movie() {
-            let why = "shows frames of several movies, which are in no files; name frames with `output` and the movies with `movie`";
-            return Err(Error::setting("contact_sheet", why));
-        }
+        job.sequence.sequence_outputs.check(job.sequence.render.window.size())?;
         job.sequence.sequence_outputs.contact_sheet = None;
         job.sequence.sequence_outputs.is_on_common_sheet = true;
         Ok(())
     }
 
-    fn is_common(&self, job: &RenderJob, args: &SettingValues) -> bool {
+    /// Checks that a common sheet can be made.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for movies, whose frames are in no files.
+    pub(super) fn check(&self, outline: &SequenceOutline, args: &SettingValues) -> Result<()> {
+        if outline.output.is_movie() && self.is_common(outline, args) {
+            let why = "shows frames of several movies, which are in no files; name frames with `output` and the movies with `movie`";
+            return Err(Error::setting("contact_sheet", why));
+        }
+        Ok(())
+    }
+
+    fn is_common(&self, outline: &SequenceOutline, args: &SettingValues) -> bool {
         let Some(name) = args.contact_sheet.as_deref().filter(|_| self.is_many) else { return false };
         let has = |placeholder: Placeholder| placeholder.is_in(name);
         let is_of_one_scene = !self.names_scenes || has(Placeholder::Scene) || has(Placeholder::Shot);
-        let is_of_one_clip = job.outline.clip.is_none() || has(Placeholder::Clip);
-        let is_of_one_camera = job.outline.camera.is_none() || has(Placeholder::Camera);
+        let is_of_one_clip = outline.clip.is_none() || has(Placeholder::Clip);
+        let is_of_one_camera = outline.camera.is_none() || has(Placeholder::Camera);
         !(is_of_one_scene && is_of_one_clip && is_of_one_camera)
     }
 

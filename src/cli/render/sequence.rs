@@ -21,7 +21,10 @@ pub(in crate::cli) fn other_files(job: &RenderJob) -> Vec<(&Path, &'static str)>
     let outline = &job.outline;
     let reports = [(&outline.stats, "stats"), (&outline.manifest, "manifest")];
     let reports = reports.into_iter().filter_map(|(path, option)| Some((path.as_deref()?, option)));
-    job.sequence.sequence_outputs.files().chain(reports).collect()
+    let common_sheet =
+        outline.contact_sheet.as_deref().filter(|_| job.sequence.sequence_outputs.is_on_common_sheet);
+    let common_sheet = common_sheet.map(|path| (path, "contact_sheet"));
+    job.sequence.sequence_outputs.files().chain(common_sheet).chain(reports).collect()
 }
 
 /// Checks that all files can be written, and removes temporary files of killed runs.

@@ -7,6 +7,7 @@ mod common_sheets;
 mod sequence;
 mod written_files;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -288,9 +289,10 @@ impl Session {
         text
     }
 
-    /// Keeps the most permanent exit code.
+    /// Keeps the most permanent exit code, and of equally permanent ones the smallest, whatever their order.
     fn count(&mut self, code: u8) {
-        if permanence(code) > permanence(self.code) {
+        let rank = |code: u8| (permanence(code), Reverse(code));
+        if rank(code) > rank(self.code) {
             self.code = code;
         }
     }

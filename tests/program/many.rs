@@ -152,6 +152,10 @@ fn a_broken_scene_stops_all_or_only_itself() {
     assert_eq!(total["failed_scenes"][1]["scene"], "gone.glb");
     let done: Vec<_> = events.iter().filter(|event| event["event"] == "frame_done").collect();
     assert_eq!(done.iter().map(|event| &event["scene"]).collect::<Vec<_>>(), ["a.gltf", "c.gltf"]);
+    // The exit code does not depend on the order.
+    for scenes in [["b.gltf", "gone.glb"], ["gone.glb", "b.gltf"]] {
+        assert_code(&rayframe(folder, &crate::both(&scenes, &["-o", "{scene}.png", "--keep-going"])), 65);
+    }
     // A setting that one scene has no meaning for names the scene.
     let told = assert_code(&rayframe(folder, &["a.gltf", "c.gltf", "--camera", "cam"]), 2);
     assert!(told.contains("error: a.gltf: --camera: "), "{told}");

@@ -184,7 +184,7 @@ impl Session {
     fn add_files(&mut self, named: &NamedShot, shot: &ShotSettings, outline: &ShotOutline) -> Result<()> {
         self.part.total += outline.sequences.iter().map(|sequence| sequence.frames.len()).sum::<usize>();
         let path = if named.path.as_os_str().is_empty() { &shot.scene } else { &named.path };
-        let added = self.files.add(path, &shot.values, outline);
+        let added = self.files.add(path, shot, outline);
         added.map_err(|error| shot.settings.locate(error))
     }
 

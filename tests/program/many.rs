@@ -161,6 +161,9 @@ fn a_broken_scene_stops_all_or_only_itself() {
     for scenes in [["b.gltf", "gone.glb"], ["gone.glb", "b.gltf"]] {
         assert_code(&rayframe(folder, &crate::both(&scenes, &["-o", "{scene}.png", "--keep-going"])), 65);
     }
+    std::fs::create_dir(folder.join("models")).unwrap();
+    let told = assert_code(&rayframe(folder, &["models"]), 65);
+    assert!(told.contains("models: is a folder; name a file, such as models/*.glb"), "{told}");
     // A setting that one scene has no meaning for names the scene.
     let told = assert_code(&rayframe(folder, &["a.gltf", "c.gltf", "--camera", "cam"]), 2);
     assert!(told.contains("error: a.gltf: --camera: "), "{told}");

@@ -90,8 +90,9 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 
 /// Suggests the nearest of `names`, and lists them.
 pub(super) fn unknown(word: &str, what: &str, names: &[&str]) -> String {
-    let meant = choice_synonym(word, names).or_else(|| Some(format!("\"{}\"", nearest(word, names)?)));
-    let suggestion = meant.map_or(String::new(), |meant| format!("; did you mean {meant}?"));
+    let nearest = || Some(format!("\"{}\"", nearest(word, names)?));
+    let intended = choice_synonym(word, names).or_else(nearest);
+    let suggestion = intended.map_or(String::new(), |name| format!("; did you mean {name}?"));
     let there_are = if suggestion.is_empty() { "; there are" } else { " There are" };
     format!("\"{}\" is not {what}{suggestion}{there_are} {}", word.escape_debug(), names.join(", "))
 }

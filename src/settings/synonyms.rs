@@ -73,9 +73,10 @@ const CHOICES: &[(&[&str], &[&str])] = &[
 /// What of `choices` to write for a `word` of another program: `left or right`.
 pub(super) fn choice_synonym(word: &str, choices: &[&str]) -> Option<String> {
     let word = word.to_ascii_lowercase();
-    let meant = CHOICES.iter().filter(|(words, _)| words.contains(&word.as_str())).map(|(_, meant)| meant);
-    let meant = meant.into_iter().find(|meant| meant.iter().all(|name| choices.contains(name)));
-    meant.map(|names| names.join(" or "))
+    let offered = |names: &&[&str]| names.iter().all(|name| choices.contains(name));
+    let matching =
+        CHOICES.iter().filter(|(words, _)| words.contains(&word.as_str())).map(|(_, names)| *names);
+    matching.into_iter().find(offered).map(|names| names.join(" or "))
 }
 
 #[cfg(test)]

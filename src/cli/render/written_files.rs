@@ -156,9 +156,10 @@ fn collision(first: &Owner, second: &Owner, files: [&Path; 2], pattern: &Path) -
     let name = |owner: &Owner, placeholder| owner.names.of(placeholder).to_string_lossy().to_lowercase();
     let differs = |placeholder: &Placeholder| name(first, *placeholder) != name(second, *placeholder);
     // Clips and cameras of two scenes may have any names.
-    let telling = match first.scene == second.scene {
-        true => &Placeholder::ALL[..],
-        false => &[Placeholder::Scene, Placeholder::Shot],
+    let telling = if first.scene == second.scene {
+        &Placeholder::ALL[..]
+    } else {
+        &[Placeholder::Scene, Placeholder::Shot]
     };
     let remedy = if files[0] != files[1] && files[0].file_name() != files[1].file_name() {
         format!("\"{}\" differs in case only; choose another name", files[0].display())

@@ -7,6 +7,7 @@ mod common_sheets;
 mod sequence;
 mod written_files;
 
+use std::cmp::Reverse;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -186,7 +187,7 @@ impl Session {
     fn add_files(&mut self, named: &NamedShot, shot: &ShotSettings, outline: &ShotOutline) -> Result<()> {
         self.part.total += outline.sequences.iter().map(|sequence| sequence.frames.len()).sum::<usize>();
         let path = if named.path.as_os_str().is_empty() { &shot.scene } else { &named.path };
-        let added = self.files.add(path, &shot.values, outline);
+        let added = self.files.add(path, shot, outline);
         added.map_err(|error| shot.settings.locate(error))
     }
 
@@ -294,9 +295,10 @@ impl Session {
         text
     }
 
-    /// Keeps the most permanent exit code.
+    /// Keeps the most permanent exit code, and of equally permanent ones the smallest, whatever their order.
     fn count(&mut self, code: u8) {
-        if permanence(code) > permanence(self.code) {
+        let rank = |code: u8| (permanence(code), Reverse(code));
+        if rank(code) > rank(self.code) {
             self.code = code;
         }
     }

@@ -214,6 +214,11 @@ impl RenderOptions {
                 }
                 continue;
             }
+            if id == "scene"
+                && let Some(scene) = scene
+            {
+                self.check_no_value(scene)?;
+            }
             for text in raw {
                 definition.parse(&mut settings, text, &Provenance::CommandLine).map_err(|why| {
                     SettingError { setting: id.to_owned(), origin: Provenance::CommandLine, why }
@@ -222,6 +227,23 @@ impl RenderOptions {
         }
         settings.check_exclusions()?;
         Ok(settings)
+    }
+
+    /// Refuses a scene that is the value of an option whose value stands behind an equals sign.
+    fn check_no_value(&self, scene: &OsStr) -> Result<()> {
+        let is_typed = |definition: &&Definition| {
+            definition.value_alone.is_some()
+                && self.0.value_source(definition.name) == Some(ValueSource::CommandLine)
+        };
+        let takes = |definition: &&Definition| definition.choices().iter().any(|(name, _)| scene == *name);
+        match DEFINITIONS.iter().filter(is_typed).find(takes) {
+            Some(definition) if !Path::new(scene).exists() => {
+                let (option, value) = (definition.option_name(), scene.display());
+                let why = format!("\"{value}\" would be a scene; write --{option}={value}");
+                Err(Error::setting(definition.name, why))
+            }
+            _ => Ok(()),
+        }
     }
 }
 

@@ -55,7 +55,14 @@ pub(super) fn read_regular(
 ) -> Result<Vec<u8>> {
     let missing = |source| Error::Missing { path: path.to_owned(), pointer: pointer.to_owned(), source };
     let not_regular = || Error::invalid(path, pointer, "is not a regular file; name a file");
-    if !std::fs::metadata(path).map_err(missing)?.is_file() {
+    let metadata = std::fs::metadata(path).map_err(missing)?;
+    if metadata.is_dir() {
+        let scenes = path.join("*.glb");
+        let example =
+            if pointer.is_empty() { format!(", such as {}", scenes.display()) } else { String::new() };
+        return Err(Error::invalid(path, pointer, format!("is a folder; name a file{example}")));
+    }
+    if !metadata.is_file() {
         return Err(not_regular());
     }
     let file = File::open(path).map_err(missing)?;

@@ -12,6 +12,9 @@ use crate::error::{Error, Result, over_limit};
 pub(crate) fn read_regular_file(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
     let missing = Error::missing(path);
     let metadata = std::fs::metadata(path).map_err(missing)?;
+    if metadata.is_dir() {
+        return Err(Error::invalid(path, "", "is a folder; name a file in it"));
+    }
     if !metadata.is_file() {
         return Err(Error::invalid(path, "", "is not a regular file"));
     }

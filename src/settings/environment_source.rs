@@ -140,7 +140,7 @@ impl BackgroundSource {
 /// Suggestions for words and colours of other programs.
 fn environment_suggestion(text: &str) -> Option<String> {
     let suggestion = match text.to_ascii_lowercase().as_str() {
-        "none" | "off" | "no" => "none".to_owned(),
+        "none" | "off" | "no" | "transparent" | "transparency" | "alpha" => "none".to_owned(),
         "white" => "1,1,1".to_owned(),
         "black" => "0,0,0".to_owned(),
         "grey" | "gray" => "0.18,0.18,0.18".to_owned(),
@@ -225,6 +225,8 @@ mod tests {
         {
             assert!(parse(text).unwrap_err().contains(&format!("did you mean {suggested}?")), "{text}");
         }
+        let transparent = BackgroundSource::parse(OsStr::new("transparent"));
+        assert!(transparent.unwrap_err().contains("did you mean none?"));
         // They are not turned.
         assert!(parse("studio@90").is_err());
         // sRGB 0x88 is 0.246 of linear light.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::camera_path_source::CameraPathSource;
 use super::environment_source::{BackgroundSource, EnvironmentSource};
 use super::output_pattern::OutputPattern;
-use super::placeholder::escaped_folder;
+use super::placeholder::{check_placeholders, escaped_folder};
 use super::plate_pattern;
 use super::setting_type::{SettingType, ValueForm};
 
@@ -40,6 +40,7 @@ impl SettingType for NamedFile {
     const FORM: ValueForm = ValueForm::TEXT;
 
     fn parse(text: &OsStr) -> Result<PathBuf, String> {
+        check_placeholders(Path::new(text))?;
         Ok(PathBuf::from(text))
     }
 

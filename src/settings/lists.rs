@@ -4,6 +4,7 @@ use crate::image_file::ExrCompression;
 use crate::output::{Aov, AovSet, LightSamples};
 
 use super::nearest::nearest;
+use super::synonyms::choice_synonym;
 
 /// Whether an AOV belongs to a group.
 type Holds = fn(Aov) -> bool;
@@ -89,7 +90,9 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 
 /// Suggests the nearest of `names`, and lists them.
 pub(super) fn unknown(word: &str, what: &str, names: &[&str]) -> String {
-    let suggestion = nearest(word, names).map_or(String::new(), |name| format!("; did you mean \"{name}\"?"));
+    let nearest = || Some(format!("\"{}\"", nearest(word, names)?));
+    let intended = choice_synonym(word, names).or_else(nearest);
+    let suggestion = intended.map_or(String::new(), |name| format!("; did you mean {name}?"));
     let there_are = if suggestion.is_empty() { "; there are" } else { " There are" };
     format!("\"{}\" is not {what}{suggestion}{there_are} {}", word.escape_debug(), names.join(", "))
 }

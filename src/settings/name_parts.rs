@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
-use super::placeholder::{Placeholder, os_string};
+use super::placeholder::{Placeholder, os_string, unknown_placeholder, word_in_braces};
 
 /// Part of a file name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,8 +20,13 @@ pub(super) enum Part {
 
 /// Placeholder of the name of an AOV.
 const LAYER_PLACE: &[u8] = b"{layer}";
+/// Placeholders, for messages.
+const KNOWN: &str = "{frame}, {layer}, {scene}, {shot}, {clip}, {camera}";
 
 /// The parts of a name with placeholders.
+///
+/// # Errors
+/// One line, for a place for the frame that is not valid and for an unknown placeholder.
 pub(super) fn parse_parts(text: &OsStr) -> Result<Vec<Part>, String> {
     let bytes = text.as_encoded_bytes();
     let mut parts = Vec::new();
@@ -40,6 +45,8 @@ pub(super) fn parse_parts(text: &OsStr) -> Result<Vec<Part>, String> {
             parts.push(Part::Literal(os_string(std::mem::take(&mut literal))?));
             parts.push(Part::Name(placeholder));
             at += placeholder.text().len();
+        } else if let Some(word) = word_in_braces(&bytes[at..]) {
+            return Err(unknown_placeholder(word, KNOWN));
         } else {
             at += usize::from(is_escape(&bytes[at..]));
             literal.push(bytes[at]);

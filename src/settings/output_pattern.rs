@@ -32,7 +32,7 @@ impl OutputPattern {
     /// character itself.
     ///
     /// # Errors
-    /// One line: an unknown extension, a folder, or a place for the frame that is not valid.
+    /// One line: an unknown extension, a folder, an unknown placeholder, or a place for the frame that is not valid.
     pub fn parse(text: &OsStr) -> Result<Self, String> {
         let parts = parse_parts(text)?;
         let format = format_of(Path::new(text))?;
@@ -227,7 +227,7 @@ mod tests {
         assert_eq!(path("{frame:05}/a.{frame}.png", 3), "00003/a.3.png");
         assert_eq!(path("a.####.exr", -3), "a.-003.exr");
         assert_eq!(path("a.##.exr", 12345), "a.12345.exr");
-        assert_eq!(path("50%%/{x}.exr", 1), "50%/{x}.exr");
+        assert_eq!(path("50%%/%{x}{a b}{0}.exr", 1), "50%/{x}{a b}{0}.exr");
     }
 
     #[test]
@@ -258,6 +258,8 @@ mod tests {
             "a.%4d.exr",
             "a.{frame:4}.exr",
             "a.{frame.exr",
+            "{name}.exr",
+            "%%{x}.exr",
             "a.%",
             "..",
             "%0999999d.exr",

@@ -46,6 +46,32 @@ impl Placeholder {
     }
 }
 
+/// The letters in braces with which `text` begins, braces included: a placeholder, known or not.
+pub(super) fn word_in_braces(text: &[u8]) -> Option<&str> {
+    let letters = text.strip_prefix(b"{")?.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
+    let word = text.get(..letters + 2).filter(|word| letters > 0 && word.ends_with(b"}"))?;
+    std::str::from_utf8(word).ok()
+}
+
+/// What is wrong with an unknown placeholder.
+pub(super) fn unknown_placeholder(word: &str, known: &str) -> String {
+    format!("{word} is no placeholder; there are {known}, and %{word} for the text itself")
+}
+
+/// Checks the placeholders of the name of a file beside the frames.
+///
+/// # Errors
+/// One line, for an unknown placeholder.
+pub(super) fn check_placeholders(path: &Path) -> Result<(), String> {
+    let bytes = path.as_os_str().as_encoded_bytes();
+    let begins = |at: &usize| *at == 0 || bytes[at - 1] != b'%';
+    let mut words = (0..bytes.len()).filter(begins).filter_map(|at| word_in_braces(&bytes[at..]));
+    match words.find(|word| Placeholder::ALL.iter().all(|known| known.text() != *word)) {
+        Some(word) => Err(unknown_placeholder(word, "{scene}, {shot}, {clip}, {camera}")),
+        None => Ok(()),
+    }
+}
+
 /// The names that replace the placeholders for one sequence, as parts of file names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OutputNames {
@@ -118,7 +144,7 @@ pub(super) fn escaped_folder(folder: &Path) -> PathBuf {
     let bytes = folder.as_os_str().as_encoded_bytes();
     let mut escaped = Vec::new();
     for (at, &byte) in bytes.iter().enumerate() {
-        if Placeholder::at(&bytes[at..]).is_some() {
+        if word_in_braces(&bytes[at..]).is_some() {
             escaped.push(b'%');
         }
         escaped.push(byte);
@@ -133,11 +159,11 @@ fn replaced(path: &Path, unescapes: bool, name: &mut dyn FnMut(Placeholder) -> O
     let mut at = 0;
     while at < bytes.len() {
         let rest = &bytes[at..];
-        let escaped = rest.strip_prefix(b"%").and_then(Placeholder::at);
+        let escaped = rest.strip_prefix(b"%").and_then(word_in_braces);
         if let Some(escaped) = escaped {
             text.extend_from_slice(if unescapes { b"" } else { b"%" });
-            text.extend_from_slice(escaped.text().as_bytes());
-            at += 1 + escaped.text().len();
+            text.extend_from_slice(escaped.as_bytes());
+            at += 1 + escaped.len();
         } else if let Some(placeholder) = Placeholder::at(rest) {
             text.extend_from_slice(name(placeholder).as_encoded_bytes());
             at += placeholder.text().len();
@@ -200,12 +226,23 @@ mod tests {
             OutputNames::new(Path::new("in/robot.v2.glb"), Some(Path::new("s/010.toml")), "a/b", "auto");
         let fill = |path: &str| names.fill(Path::new(path)).into_os_string().into_string().unwrap();
         assert_eq!(fill("out/{scene}/{shot}.{clip}.{camera}.mp4"), "out/robot.v2/010.a_b.auto.mp4");
-        assert_eq!(fill("%{scene}{x}%{y.png"), "{scene}{x}%{y.png");
-        let folder = escaped_folder(Path::new("a {clip}/%b"));
-        assert_eq!(names.fill(&folder.join("{clip}.gif")), Path::new("a {clip}/%b/a_b.gif"));
+        assert_eq!(fill("%{scene}%{x}%{y.png"), "{scene}{x}%{y.png");
+        let folder = escaped_folder(Path::new("a {clip}/%b/{x}"));
+        assert_eq!(names.fill(&folder.join("{clip}.gif")), Path::new("a {clip}/%b/{x}/a_b.gif"));
         assert!(
             Placeholder::Clip.is_in(Path::new("{clip}.gif"))
                 && !Placeholder::Clip.is_in(Path::new("%{clip}.gif"))
         );
+    }
+
+    #[test]
+    fn words_in_braces_are_placeholders() {
+        for text in ["{scene}.gif", "%{name}.gif", "{a b}.gif", "{}.gif", "{x", "{0}.gif", "a}"] {
+            assert_eq!(check_placeholders(Path::new(text)), Ok(()), "{text}");
+        }
+        for text in ["{name}.gif", "a/{scene}.{X}.gif", "{frame}.gif"] {
+            let why = check_placeholders(Path::new(text)).unwrap_err();
+            assert!(why.contains("there are {scene}, "), "{why}");
+        }
     }
 }

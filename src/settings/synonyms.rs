@@ -40,6 +40,14 @@ const SYNONYMS: &[(&[&str], &str)] = &[
     (&["clip", "action"], "`animation` NAME plays one clip"),
     (&["bounces", "max_depth", "max_bounces"], "`depth` N"),
     (&["path", "camera_animation", "flythrough"], "`camera_path` FILE moves the camera along keys"),
+    (
+        &["loop", "loops", "repeat"],
+        "a `movie` such as turn.gif plays in a loop; a file of `camera_path` has loop = true",
+    ),
+    (
+        &["interpolation", "key", "keys", "keyframes"],
+        "a file of camera keys is a value of `camera_path`, not a shot",
+    ),
     (&["input", "model", "file"], "the scene stands without an option: rayframe render robot.glb"),
 ];
 
@@ -47,6 +55,28 @@ const SYNONYMS: &[(&[&str], &str)] = &[
 pub fn synonym(word: &str) -> Option<&'static str> {
     let word = word.trim_start_matches('-').to_ascii_lowercase().replace('-', "_");
     SYNONYMS.iter().find(|(words, _)| words.contains(&word.as_str())).map(|(_, hint)| *hint)
+}
+
+/// Words of other programs for choices, and the choices.
+const CHOICES: &[(&[&str], &[&str])] = &[
+    (&["side", "profile"], &["left", "right"]),
+    (&["iso", "isometric", "3/4", "quarter", "persp", "perspective"], &["three-quarter"]),
+    (&["above", "up", "birdseye"], &["top"]),
+    (&["below", "down"], &["bottom"]),
+    (&["rear", "behind"], &["back"]),
+    (&["mirror", "reflective", "glossy"], &["reflection"]),
+    (&["contain"], &["fit"]),
+    (&["cover"], &["fill"]),
+    (&["filmic"], &["agx"]),
+];
+
+/// What of `choices` to write for a `word` of another program: `left or right`.
+pub(super) fn choice_synonym(word: &str, choices: &[&str]) -> Option<String> {
+    let word = word.to_ascii_lowercase();
+    let offered = |names: &&[&str]| names.iter().all(|name| choices.contains(name));
+    let matching =
+        CHOICES.iter().filter(|(words, _)| words.contains(&word.as_str())).map(|(_, names)| *names);
+    matching.into_iter().find(offered).map(|names| names.join(" or "))
 }
 
 #[cfg(test)]
@@ -75,6 +105,21 @@ mod tests {
             assert!(synonym(word).is_some(), "{word}");
         }
         assert_eq!(synonym("--sampels"), None);
+    }
+
+    #[test]
+    fn choices_have_synonyms_where_they_exist() {
+        let view = Definition::of("view").unwrap();
+        let views: Vec<_> = view.choices().into_iter().map(|(name, _)| name).collect();
+        assert_eq!(choice_synonym("Side", &views).as_deref(), Some("left or right"));
+        assert_eq!(choice_synonym("3/4", &views).as_deref(), Some("three-quarter"));
+        assert_eq!(choice_synonym("filmic", &views), None);
+        let is_choice = |name: &str| {
+            DEFINITIONS
+                .iter()
+                .any(|definition| definition.choices().iter().any(|(choice, _)| *choice == name))
+        };
+        assert!(CHOICES.iter().flat_map(|(_, names)| *names).all(|name| is_choice(name)));
     }
 
     #[test]

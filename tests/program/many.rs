@@ -100,7 +100,12 @@ fn files_of_one_name_are_refused_before_the_first_frame() {
     let before = names(folder);
     for (arguments, words) in [
         (&["a.gltf", "B.gltf", "-o", "t.png"][..], &["a.gltf and B.gltf", "{scene}.t.png"][..]),
-        (&["a.gltf", "x/a.gltf"], &["a.gltf and x/a.gltf", "a.exr", "one name"]),
+        (&["a.gltf", "B.gltf", "-o", "t/t.png"], &["such as t/{scene}.t.png"]),
+        (&["a.gltf", "B.gltf", "--stats", "t/s.json"], &["such as t/{scene}.s.json"]),
+        (&["a.gltf", "x/a.gltf"], &["a.gltf and x/a.gltf", "a.exr", "called \"a\"; rename one, or"]),
+        (&["a.gltf", "x/a.gltf", "-o", "{scene}.png"], &["called \"a\"; rename one, or"]),
+        (&["B.gltf", "x/b.gltf", "-o", "t.png"], &["called \"b\"; rename one, or"]),
+        (&["a.gltf", "a.gltf"], &["it is named twice"]),
         (&["B.gltf", "x/b.gltf", "-o", "{scene}.png"], &["B.gltf and x/b.gltf", "case"]),
         (&["a.gltf", "B.gltf", "--stats", "s.json"], &["--stats", "{scene}.s.json"]),
         (&["a.gltf", "B.gltf", "--manifest", "s.json", "--keep-going"], &["--manifest", "{scene}.s.json"]),
@@ -152,6 +157,13 @@ fn a_broken_scene_stops_all_or_only_itself() {
     assert_eq!(total["failed_scenes"][1]["scene"], "gone.glb");
     let done: Vec<_> = events.iter().filter(|event| event["event"] == "frame_done").collect();
     assert_eq!(done.iter().map(|event| &event["scene"]).collect::<Vec<_>>(), ["a.gltf", "c.gltf"]);
+    // The exit code does not depend on the order.
+    for scenes in [["b.gltf", "gone.glb"], ["gone.glb", "b.gltf"]] {
+        assert_code(&rayframe(folder, &crate::both(&scenes, &["-o", "{scene}.png", "--keep-going"])), 65);
+    }
+    std::fs::create_dir(folder.join("models")).unwrap();
+    let told = assert_code(&rayframe(folder, &["models"]), 65);
+    assert!(told.contains("models: is a folder; name a file, such as models/*.glb"), "{told}");
     // A setting that one scene has no meaning for names the scene.
     let told = assert_code(&rayframe(folder, &["a.gltf", "c.gltf", "--camera", "cam"]), 2);
     assert!(told.contains("error: a.gltf: --camera: "), "{told}");
@@ -206,6 +218,16 @@ fn each_clip_and_each_camera_is_a_sequence() {
         let told = assert_code(&rayframe(folder, arguments), 2);
         assert!(told.contains(word) && told.lines().count() == 1, "{told}");
     }
+    let each = ["m.gltf", "--animation", "each", "--camera", "each", "-o", "t/{clip}.####.exr"];
+    let told = assert_code(&rayframe(folder, &each), 2);
+    assert!(told.contains("such as t/{camera}.{clip}.####.exr"), "{told}");
+    // Clips and cameras tell no scenes apart.
+    write(folder, "x/m.gltf", &moving(&[("run", 0.5)], 0));
+    let told =
+        assert_code(&rayframe(folder, &["m.gltf", "x/m.gltf", "--animation", "each", "-o", "a.####.png"]), 2);
+    assert!(told.contains("{clip}.a.####.png"), "{told}");
+    let told = assert_code(&rayframe(folder, &["m.gltf", "x/m.gltf", "-f", "0", "-o", "a.png"]), 2);
+    assert!(told.contains("called \"m\"; rename one, or render them to different folders"), "{told}");
     write(folder, "two.gltf", &moving(&[("walk", 0.5), ("walk", 1.0)], 1));
     let told = assert_code(&rayframe(folder, &["two.gltf", "--animation", "each"]), 2);
     assert!(told.contains("clip \"walk\" and two.gltf clip \"walk\"") && told.contains("'#1'"), "{told}");

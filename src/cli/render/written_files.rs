@@ -7,7 +7,7 @@ use rayframe::error::{Error, Result};
 use rayframe::image_file::probe_folder;
 use rayframe::sequence::canonical;
 use rayframe::settings::{OutputNames, Placeholder, SettingValues};
-use rayframe::shot::{SequenceOutline, ShotOutline};
+use rayframe::shot::{SequenceOutline, ShotOutline, ShotSettings};
 
 /// The files of the sequences that were added.
 ///
@@ -15,6 +15,8 @@ use rayframe::shot::{SequenceOutline, ShotOutline};
 #[derive(Debug, Default)]
 pub(super) struct WrittenFiles {
     sequences: Vec<Owner>,
+    /// Number of shots so far.
+    shot_count: usize,
     /// Index of the sequence and the setting of each file, by its canonical name in lower case.
     files: BTreeMap<String, (usize, &'static str, PathBuf)>,
     inputs: BTreeSet<PathBuf>,
@@ -26,9 +28,20 @@ pub(super) struct WrittenFiles {
 #[derive(Debug)]
 struct Owner {
     label: String,
+    /// Position of its shot.
+    shot: usize,
+    /// Its scene file, for comparison.
+    scene: PathBuf,
     names: OutputNames,
-    /// Names of its frame files.
-    output: PathBuf,
+    /// Names of its files with placeholders, each with its setting.
+    patterns: Vec<(&'static str, PathBuf)>,
+}
+
+impl Owner {
+    fn pattern(&self, setting: &str) -> &Path {
+        let pattern = self.patterns.iter().find(|(of, _)| *of == setting);
+        pattern.map_or(Path::new(""), |(_, pattern)| pattern)
+    }
 }
 
 impl WrittenFiles {
@@ -36,13 +49,20 @@ impl WrittenFiles {
     ///
     /// # Errors
     /// [`Error::Setting`] for a file that an added sequence writes, too, or that is an input of any shot so far.
-    pub(super) fn add(&mut self, path: &Path, args: &SettingValues, shot: &ShotOutline) -> Result<()> {
+    pub(super) fn add(&mut self, path: &Path, settings: &ShotSettings, shot: &ShotOutline) -> Result<()> {
+        let args = &settings.values;
+        self.shot_count += 1;
         self.inputs.extend(shot.inputs.iter().map(|input| canonical(input)));
         for sequence in &shot.sequences {
             let separator = if sequence.label().is_empty() { "" } else { " " };
             let label = format!("{}{separator}{}", path.display(), sequence.label());
-            let output = PathBuf::from(sequence.output.shown());
-            self.sequences.push(Owner { label, names: sequence.names.clone(), output });
+            self.sequences.push(Owner {
+                label,
+                shot: self.shot_count,
+                scene: canonical(&settings.scene),
+                names: sequence.names.clone(),
+                patterns: patterns(sequence, args),
+            });
             for file in frame_files(sequence, args) {
                 self.add_file(&file, "output")?;
             }
@@ -85,8 +105,7 @@ impl WrittenFiles {
             Some((owner, ..)) if *owner == index => Ok(()),
             Some((owner, _, other)) => {
                 let (first, second) = (&self.sequences[*owner], &self.sequences[index]);
-                let example = if setting == "output" { second.output.as_path() } else { file };
-                Err(Error::setting(setting, collision(first, second, [other, file], example)))
+                Err(Error::setting(setting, collision(first, second, [other, file], second.pattern(setting))))
             }
             None => {
                 self.files.insert(key, (index, setting, file.to_owned()));
@@ -119,20 +138,43 @@ pub(super) fn frame_files(sequence: &SequenceOutline, args: &SettingValues) -> V
     files
 }
 
-/// What is wrong with two sequences that write one file, and the placeholder that tells them apart, in the name `example`.
-fn collision(first: &Owner, second: &Owner, files: [&Path; 2], example: &Path) -> String {
+/// Names of the files of a sequence with placeholders, each with its setting.
+fn patterns(sequence: &SequenceOutline, args: &SettingValues) -> Vec<(&'static str, PathBuf)> {
+    let beside = [
+        ("movie", &args.movie),
+        ("contact_sheet", &args.contact_sheet),
+        ("stats", &args.stats),
+        ("manifest", &args.manifest),
+    ];
+    let beside = beside.into_iter().filter_map(|(setting, file)| Some((setting, file.clone()?)));
+    std::iter::once(("output", sequence.pattern.shown().into())).chain(beside).collect()
+}
+
+/// What is wrong with two sequences that write one file, and what tells them apart, such as a placeholder in the name `pattern`.
+fn collision(first: &Owner, second: &Owner, files: [&Path; 2], pattern: &Path) -> String {
     let file = files[1].display();
-    let differs = |placeholder: &Placeholder| first.names.of(*placeholder) != second.names.of(*placeholder);
+    let name = |owner: &Owner, placeholder| owner.names.of(placeholder).to_string_lossy().to_lowercase();
+    let differs = |placeholder: &Placeholder| name(first, *placeholder) != name(second, *placeholder);
+    // Clips and cameras of two scenes may have any names.
+    let telling = if first.scene == second.scene {
+        &Placeholder::ALL[..]
+    } else {
+        &[Placeholder::Scene, Placeholder::Shot]
+    };
     let remedy = if files[0] != files[1] && files[0].file_name() != files[1].file_name() {
         format!("\"{}\" differs in case only; choose another name", files[0].display())
-    } else if let Some(placeholder) = Placeholder::ALL.into_iter().find(differs) {
+    } else if let Some(placeholder) = telling.iter().copied().find(differs) {
         let placeholder = placeholder.text();
-        let name = example.file_name().unwrap_or_default().display();
-        format!("put {placeholder} in the name, such as {placeholder}.{name}")
-    } else if first.label.split(' ').next() == second.label.split(' ').next() {
+        let name = pattern.file_name().unwrap_or_default().display();
+        let example = pattern.with_file_name(format!("{placeholder}.{name}"));
+        format!("put {placeholder} in the name, such as {}", example.display())
+    } else if first.shot == second.shot {
         "they have one name; select one by its index, such as '#1'".to_owned()
+    } else if first.label == second.label {
+        "it is named twice; name it once".to_owned()
     } else {
-        "they have one name; render them one by one".to_owned()
+        let name = second.names.of(Placeholder::Shot).display();
+        format!("both are called \"{name}\"; rename one, or render them to different folders")
     };
     format!("{} and {} would both be written to \"{file}\"; {remedy}", first.label, second.label)
 }

@@ -83,3 +83,11 @@ fn earlier_spellings_are_accepted() {
     assert_eq!(values.scene_choice, Some(NameOrIndex::Index(1)));
     assert_eq!(values.frames, Some(FrameSpec::Listed(vec![1, 3])));
 }
+
+#[test]
+fn a_scene_that_is_the_value_of_an_option_is_refused() {
+    let typed = |arguments: &[&str]| options(arguments).settings().map_err(|error| message(&error));
+    let why = typed(&["--ground", "reflection", "a.glb"]).unwrap_err();
+    assert!(why.ends_with("write --ground=reflection"), "{why}");
+    assert!(typed(&["reflection"]).is_ok() && typed(&["a.glb", "--ground"]).is_ok());
+}

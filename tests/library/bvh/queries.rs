@@ -38,7 +38,7 @@ fn equals_brute_force_for_all_settings() {
         let flags = flags(triangles.len());
         let brute_force =
             build(&triangles, &flags, &settings(BuilderKind::BruteForce, Split::Off, SimdLevel::Scalar));
-        let rays = rays(&triangles, 150, &mut random);
+        let rays = rays(&triangles, 80, &mut random);
         let expected: Vec<_> = rays.iter().map(|ray| answers(&brute_force, ray)).collect();
         let hits = expected.iter().filter(|answer| answer.1.is_some()).count();
         if !["none", "collinear"].contains(&name) {
@@ -61,7 +61,7 @@ fn batches(triangles: &[Triangle], random: &mut Random) -> Vec<Vec<Ray>> {
     let (center, reach) =
         if bounds.is_empty() { (Vec3::ZERO, 1.0) } else { (bounds.center(), bounds.extent().max_element()) };
     let mut batches = Vec::new();
-    for i in 0..60 {
+    for i in 0..36 {
         let origin = center + random.point() * reach * [0.2, 1.5][i % 2];
         let aim = if triangles.is_empty() {
             center

@@ -97,8 +97,10 @@ fn files_of_one_name_are_refused_before_the_first_frame() {
     for name in ["a.gltf", "x/a.gltf", "B.gltf", "x/b.gltf"] {
         write(folder, name, &still());
     }
+    write(folder, "a.depth.gltf", &still());
     let before = names(folder);
     for (arguments, words) in [
+        (&["a.gltf", "a.depth.gltf", "--aovs", "depth", "--split-aovs"][..], &["\"a.depth.exr\""][..]),
         (&["a.gltf", "B.gltf", "-o", "t.png"][..], &["a.gltf and B.gltf", "{scene}.t.png"][..]),
         (&["a.gltf", "B.gltf", "-o", "t/t.png"], &["such as t/{scene}.t.png"]),
         (&["a.gltf", "B.gltf", "--stats", "t/s.json"], &["such as t/{scene}.s.json"]),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rayframe::error::{Error, Result};
 use rayframe::image_file::probe_folder;
+use rayframe::output::AovSet;
 use rayframe::sequence::canonical;
 use rayframe::settings::{OutputNames, Placeholder, SettingValues};
 use rayframe::shot::{SequenceOutline, ShotOutline, ShotSettings};
@@ -127,11 +128,15 @@ impl WrittenFiles {
     }
 }
 
-/// The frames' main files and previews.
+/// The frames' main files, those of split AOVs, and previews.
 pub(super) fn frame_files(sequence: &SequenceOutline, args: &SettingValues) -> Vec<PathBuf> {
     let mut files = Vec::new();
+    let aovs = args.aovs.iter().filter(|_| args.split_aovs).flat_map(AovSet::as_slice);
+    // The first of them is in the main file.
+    let split: Vec<_> = aovs.skip(1).collect();
     for &frame in &sequence.frames {
         let main = sequence.output.path(frame);
+        files.extend(split.iter().map(|aov| sequence.output.layer_path(frame, aov.name())));
         files.extend(args.preview.map(|_| main.with_extension("png")));
         files.push(main);
     }

@@ -7,9 +7,10 @@
 
 use std::sync::OnceLock;
 
-use super::albedo_grid::{MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, roughness_of, row, stored};
-use super::chebyshev::ChebyshevNodes;
-use super::cubic_table::{CubicTable, grid_values};
+use super::albedo_grid::{
+    AlbedoTable, MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, index_nodes, roughness_of, row,
+};
+use super::cubic_table::grid_values;
 use super::fresnel;
 use super::microfacets::Microfacets;
 
@@ -83,26 +84,14 @@ fn cosine_of(own: f32, alpha: f32, relative_ior: f32) -> f32 {
     f32::midpoint(low, high)
 }
 
-struct Table {
-    nodes: ChebyshevNodes<INDICES>,
-    values: CubicTable<INDICES>,
-}
-
-fn table() -> &'static Table {
-    static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| Table {
-        nodes: nodes(),
-        values: CubicTable::of_grid(&stored(STORED), ROUGHNESS_STEPS),
-    })
-}
-
-fn nodes() -> ChebyshevNodes<INDICES> {
-    ChebyshevNodes::between(MIN_INDEX, MAX_INDEX)
+fn table() -> &'static AlbedoTable<INDICES, INDICES> {
+    static TABLE: OnceLock<AlbedoTable<INDICES, INDICES>> = OnceLock::new();
+    TABLE.get_or_init(|| AlbedoTable::stored(STORED, ROUGHNESS_STEPS))
 }
 
 /// The table's values, by integration.
 pub(super) fn integrated_grid() -> Vec<[f32; INDICES]> {
-    let iors = nodes().positions.map(|index| {
+    let iors = index_nodes::<INDICES>().positions.map(|index| {
         let root = libm::expf(index);
         (1.0 - root) / (1.0 + root)
     });

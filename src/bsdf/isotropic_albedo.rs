@@ -10,9 +10,10 @@
 
 use std::sync::OnceLock;
 
-use super::albedo_grid::{MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, roughness_of, row, stored};
-use super::chebyshev::ChebyshevNodes;
-use super::cubic_table::{CubicTable, grid_values};
+use super::albedo_grid::{
+    AlbedoTable, MAX_INDEX, MIN_INDEX, MIN_ROUGHNESS, arsinh, index_nodes, roughness_of, row,
+};
+use super::cubic_table::grid_values;
 use super::microfacets::Microfacets;
 use super::{fresnel, internal_albedo};
 
@@ -152,26 +153,14 @@ fn index_weights(index: f32) -> [f32; INDICES] {
     table().nodes.weights(index)
 }
 
-struct Table {
-    nodes: ChebyshevNodes<INDICES>,
-    values: CubicTable<ENTRIES>,
-}
-
-fn table() -> &'static Table {
-    static TABLE: OnceLock<Table> = OnceLock::new();
-    TABLE.get_or_init(|| Table {
-        nodes: nodes(),
-        values: CubicTable::of_grid(&stored(STORED), ROUGHNESS_STEPS),
-    })
-}
-
-fn nodes() -> ChebyshevNodes<INDICES> {
-    ChebyshevNodes::between(MIN_INDEX, MAX_INDEX)
+fn table() -> &'static AlbedoTable<ENTRIES, INDICES> {
+    static TABLE: OnceLock<AlbedoTable<ENTRIES, INDICES>> = OnceLock::new();
+    TABLE.get_or_init(|| AlbedoTable::stored(STORED, ROUGHNESS_STEPS))
 }
 
 /// The table's values, by integration.
 pub(super) fn integrated_grid() -> Vec<Entry> {
-    let iors = nodes().positions.map(|index: f32| {
+    let iors = index_nodes::<INDICES>().positions.map(|index: f32| {
         let root = libm::expf(index);
         (1.0 + root) / (1.0 - root)
     });

@@ -40,18 +40,6 @@ impl Plates {
         frames: &[i64],
         max_memory_bytes: u64,
     ) -> Result<Self> {
-        let mut plates = Self { pattern: pattern.clone(), fit, max_memory_bytes, files: BTreeMap::new() };
-        plates.open_frames(frames)?;
-        Ok(plates)
-    }
-
-    /// Opens the plates of further frames.
-    ///
-    /// # Errors
-    /// Those of [`Plates::open`].
-    pub fn open_frames(&mut self, frames: &[i64]) -> Result<()> {
-        let Self { pattern, max_memory_bytes, .. } = self;
-        let (pattern, max_memory_bytes) = (&*pattern, *max_memory_bytes);
         let of_frames = frames.iter().map(|&frame| (pattern.path(frame), frame));
         let first_frames: BTreeMap<PathBuf, i64> = of_frames.rev().collect();
         let files: Vec<Result<(PathBuf, PlateFile)>> = first_frames
@@ -65,11 +53,8 @@ impl Plates {
             })
             .collect();
         // Of several errors, that of the first file, whatever thread was the fastest.
-        for file in files {
-            let (path, file) = file?;
-            self.files.insert(path, file);
-        }
-        Ok(())
+        let files = files.into_iter().collect::<Result<_>>()?;
+        Ok(Self { pattern: pattern.clone(), fit, max_memory_bytes, files })
     }
 
     /// The files.

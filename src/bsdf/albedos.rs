@@ -24,7 +24,13 @@ pub struct Albedos {
 impl Bsdf {
     /// All albedos at once, since they share terms.
     pub fn albedos(&self, wo: Vec3) -> Albedos {
-        let (dielectric, metal) = self.lobe_albedos(wo);
+        self.albedos_by(wo, self.albedo_terms(wo))
+    }
+
+    /// [`Bsdf::albedos`] with the terms of [`Bsdf::albedo_terms`]. For loops over lanes.
+    #[inline(always)]
+    pub(crate) fn albedos_by(&self, wo: Vec3, terms: AlbedoTerms) -> Albedos {
+        let (dielectric, metal) = self.lobe_albedos(wo, terms);
         let mut specular = Vec3::ZERO;
         if self.metallic < 1.0 {
             specular += dielectric * (1.0 - self.metallic);
@@ -74,8 +80,8 @@ impl Bsdf {
     }
 
     /// Specular albedos of the dielectric and of the metal. Without a dielectric the first is 1, without a metal the second is 0.
-    fn lobe_albedos(&self, wo: Vec3) -> (Vec3, Vec3) {
-        let terms = self.terms(wo);
+    #[inline(always)]
+    fn lobe_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> (Vec3, Vec3) {
         let dielectric = if self.metallic < 1.0 {
             let shaped = match self.dielectric.curve {
                 FresnelCurve::Exact => terms.exact,
@@ -97,7 +103,7 @@ impl Bsdf {
     }
 
     /// The albedo terms that the material needs.
-    fn terms(&self, wo: Vec3) -> AlbedoTerms {
+    pub(crate) fn albedo_terms(&self, wo: Vec3) -> AlbedoTerms {
         let exact = self.metallic < 1.0 && self.dielectric.curve == FresnelCurve::Exact;
         match &self.lobe.anisotropic {
             Some(ggx) => ggx.terms(wo, self.dielectric.relative_ior),
@@ -106,15 +112,18 @@ impl Bsdf {
         }
     }
 
+    #[inline(always)]
     fn metal_albedo(&self, total: f32, grazing: f32) -> Vec3 {
         self.base_color * total + (Vec3::ONE - self.base_color) * grazing
     }
 
     /// Share of the diffuse reflection in what is not metal.
+    #[inline(always)]
     fn diffuse_share(&self) -> f32 {
         (1.0 - self.transmission) * (1.0 - self.diffuse_transmission)
     }
 
+    #[inline(always)]
     fn base_below(&self, entering: f32, share: f32) -> Vec3 {
         if share == 0.0 {
             return Vec3::ZERO;

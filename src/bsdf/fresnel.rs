@@ -47,6 +47,7 @@ impl Dielectric {
     /// ((n − 1) / (n + 1))² = 1.
     ///
     /// From the denser side F90 is 1 whatever the factor: the curve ends where total reflection starts, which no factor weakens.
+    #[inline(always)]
     pub(super) fn between(ior_outside: f32, ior_inside: f32, tint: Tint) -> Self {
         let f0 = |along_normal: f32| {
             tint.color.map(|color| {
@@ -64,6 +65,7 @@ impl Dielectric {
     }
 
     /// The exact curve of `relative_ior`, scaled so that it runs from `f0` along the normal to `f90` at grazing angles.
+    #[inline(always)]
     fn with_ends(relative_ior: f32, f0: Vec3, f90: f32) -> Self {
         let exact_f0 = reflectance_along_normal(relative_ior);
         let curve = FresnelCurve::Exact;
@@ -75,16 +77,19 @@ impl Dielectric {
     }
 
     /// F at an angle to the normal, or to the half vector of a rough lobe.
+    #[inline(always)]
     pub(super) fn reflectance(&self, cosine: f32) -> Vec3 {
         self.offset + self.scale * self.curve_at(cosine)
     }
 
     /// F along the normal.
+    #[inline(always)]
     pub(super) fn along_normal(&self) -> Vec3 {
         self.reflectance(1.0)
     }
 
     /// The curve before scaling.
+    #[inline(always)]
     pub(super) fn curve_at(&self, cosine: f32) -> f32 {
         match self.curve {
             FresnelCurve::Exact => exact(cosine, self.relative_ior),
@@ -93,18 +98,21 @@ impl Dielectric {
     }
 
     /// The albedo of a lobe whose albedo is `total` with F = 1 and `shaped` with F = the unscaled curve.
+    #[inline(always)]
     pub(super) fn albedo(&self, total: f32, shaped: f32) -> Vec3 {
         (self.offset * total + self.scale * shaped).map(|albedo| albedo.clamp(0.0, 1.0))
     }
 }
 
 /// ((n − 1) / (n + 1))².
+#[inline(always)]
 fn reflectance_along_normal(relative_ior: f32) -> f32 {
     let root = (relative_ior - 1.0) / (relative_ior + 1.0);
     root * root
 }
 
 /// Fresnel reflectance of unpolarised light; 1 beyond the critical angle. `cosine` is on the near side.
+#[inline(always)]
 pub(crate) fn exact(cosine: f32, relative_ior: f32) -> f32 {
     if relative_ior == 1.0 {
         return 0.0;
@@ -124,11 +132,13 @@ pub(crate) fn exact(cosine: f32, relative_ior: f32) -> f32 {
 }
 
 /// F0 + (1 − F0)(1 − cos θ)⁵ for each channel.
+#[inline(always)]
 pub(super) fn schlick(cosine: f32, f0: Vec3) -> Vec3 {
     f0 + (Vec3::ONE - f0) * schlick_weight(cosine)
 }
 
 /// (1 − cos θ)⁵.
+#[inline(always)]
 pub(super) fn schlick_weight(cosine: f32) -> f32 {
     let rest = 1.0 - cosine.clamp(0.0, 1.0);
     let square = rest * rest;

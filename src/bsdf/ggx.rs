@@ -10,6 +10,7 @@ use glam::{Vec2, Vec3};
 pub(super) const MIN_ALPHA: f32 = 0.002;
 
 /// D(h), the density of normals over solid angle times cosine: ∫ D(h) cos θ_h dω = 1. `half` is a unit vector.
+#[inline(always)]
 pub(super) fn distribution(half: Vec3, alpha: f32) -> f32 {
     let alpha_squared = alpha * alpha;
     // cos² (α² − 1) + 1 in a form without cancellation for sharp lobes
@@ -18,12 +19,14 @@ pub(super) fn distribution(half: Vec3, alpha: f32) -> f32 {
 }
 
 /// √(α² + (1 − α²) cos²), the common part of masking and shadowing.
+#[inline(always)]
 fn masking_root(cosine: f32, alpha: f32) -> f32 {
     let alpha_squared = alpha * alpha;
     (alpha_squared + (1.0 - alpha_squared) * cosine * cosine).sqrt()
 }
 
 /// G2 / (4 cos θ_o cos θ_i). Both cosines are positive.
+#[inline(always)]
 pub(super) fn visibility(cos_o: f32, cos_i: f32, alpha: f32) -> f32 {
     0.5 / (cos_i * masking_root(cos_o, alpha) + cos_o * masking_root(cos_i, alpha))
 }

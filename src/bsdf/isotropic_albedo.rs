@@ -19,10 +19,10 @@ use super::{fresnel, internal_albedo};
 
 /// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct AlbedoTerms {
-    pub(super) total: f32,
-    pub(super) schlick: f32,
-    pub(super) exact: f32,
+pub(crate) struct AlbedoTerms {
+    pub(crate) total: f32,
+    pub(crate) schlick: f32,
+    pub(crate) exact: f32,
 }
 
 /// Rows of roughness and columns of the view's elevation.

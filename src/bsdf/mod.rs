@@ -31,12 +31,14 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use crate::geometry::normalized_or;
 use crate::interaction::MaterialSample;
 
 pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
+pub(crate) use isotropic_albedo::AlbedoTerms;
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;
@@ -75,6 +77,7 @@ pub struct BsdfSample {
 impl Bsdf {
     /// The lobes of `material`; `ior_outside` is the index of refraction on the side of `wo`, `ior_inside` on the other.
     /// An index of 0, in the material or on either side, leaves the reflectance to the specular colour: white reflects everything.
+    #[inline(always)]
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
         let ior_inside = if material.ior == 0.0 { 0.0 } else { ior_inside };
         let roughness = material.roughness.clamp(0.0, 1.0);
@@ -111,6 +114,7 @@ impl Bsdf {
     /// On the side of `wo`: diffuse and specular reflection. On the other side: diffuse transmission, and for thin walls the GGX lobe
     /// around the straight direction. Light passes the surface of a volume by refracted rays, and that of punctual lights by the
     /// straight shadow rays of the integrator, never by this lobe.
+    #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
@@ -121,7 +125,7 @@ impl Bsdf {
         }
         // A thin wall transmits as it would reflect the mirrored direction.
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
-        let half = (wo + mirrored).normalize_or(Vec3::Z);
+        let half = normalized_or(wo + mirrored, Vec3::Z);
         let (dielectric, metal) = self.reflectances(wo.z, wo.dot(half));
         let entering = (1.0 - self.metallic) * share_below(dielectric);
         let below = if through {
@@ -180,6 +184,7 @@ impl Bsdf {
     }
 
     /// The cosine of the refracted direction; `None` at total internal reflection.
+    #[inline(always)]
     fn refracted_cosine(&self, cosine: f32) -> Option<f32> {
         let sine_squared = 1.0 - cosine * cosine;
         let n_squared = self.dielectric.relative_ior * self.dielectric.relative_ior;
@@ -188,6 +193,7 @@ impl Bsdf {
     }
 
     /// Fresnel factors of the dielectric and of the metal, for a view and a microfacet.
+    #[inline(always)]
     fn reflectances(&self, cos_o: f32, facet_cosine: f32) -> (Vec3, Vec3) {
         let dielectric = self.dielectric.reflectance(facet_cosine);
         let metal = fresnel::schlick(facet_cosine, self.base_color);
@@ -198,28 +204,33 @@ impl Bsdf {
     }
 
     /// The cosine of the view on the outer side of a thin film; from within a volume that is the far side.
+    #[inline(always)]
     fn cosine_outside_film(&self, cos_o: f32) -> Option<f32> {
         if self.dielectric.relative_ior < 1.0 { self.refracted_cosine(cos_o) } else { Some(cos_o) }
     }
 
     /// The diffusely transmitted share of the light that enters, colour included.
+    #[inline(always)]
     fn diffusely_transmitted(&self, entering: f32) -> Vec3 {
         self.diffuse_transmission_color * (entering * (1.0 - self.transmission) * self.diffuse_transmission)
     }
 
     /// Whether light is transmitted by a lobe instead of a refracted ray.
+    #[inline(always)]
     fn transmits_rough(&self) -> bool {
         self.thin && self.transmission > 0.0 && self.metallic < 1.0
     }
 }
 
 /// Scale of the roughness for transmitted light, by relative index of refraction: from 0 at 1 to 1 at 1.5, as in glTF viewers.
+#[inline(always)]
 fn transmission_roughness_scale(relative_ior: f32) -> f32 {
     let ior = if relative_ior > 1.0 { relative_ior } else { 1.0 / relative_ior };
     (2.0 * ior - 2.0).clamp(0.0, 1.0)
 }
 
 /// The share of light below a lobe, the same for all colour channels. A thin film's reflectance may exceed 1.
+#[inline(always)]
 fn share_below(reflectance: Vec3) -> f32 {
     let left = 1.0 - reflectance.max_element();
     if left > 0.0 { left } else { 0.0 }

@@ -15,6 +15,7 @@ pub(super) struct SpecularLobe {
 
 impl SpecularLobe {
     /// A lobe of the given roughness; with a strength of anisotropy it is wider along X.
+    #[inline(always)]
     pub(super) fn new(roughness: f32, anisotropy_strength: Option<f32>) -> Self {
         let alpha = roughness * roughness;
         let alpha = if alpha > MIN_ALPHA { alpha } else { MIN_ALPHA };
@@ -33,6 +34,7 @@ impl SpecularLobe {
     }
 
     /// D V of the lobe.
+    #[inline(always)]
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3, half: Vec3) -> f32 {
         match &self.anisotropic {
             Some(anisotropic) => anisotropic.distribution(half) * anisotropic.visibility(wo, wi),

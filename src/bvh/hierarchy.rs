@@ -27,6 +27,11 @@ pub(super) enum Structure {
 }
 
 impl Bvh {
+    /// Instruction set of queries, and of what is computed from their hits.
+    pub(crate) fn simd_level(&self) -> fearless_simd::Level {
+        self.level
+    }
+
     /// Statistics of the build.
     pub fn statistics(&self) -> BuildStatistics {
         self.statistics

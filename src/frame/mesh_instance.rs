@@ -43,6 +43,11 @@ impl MeshInstance {
         }
     }
 
+    /// Whether the primitive has vertex colours.
+    pub fn has_colors(&self, scene: &Scene) -> bool {
+        self.morphed.colors.is_some() || self.primitive(scene).colors.is_some()
+    }
+
     /// Linear vertex colours at three vertices; `None` if the primitive has none.
     pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
         let colors = self.morphed.colors.as_ref().or(self.primitive(scene).colors.as_ref())?;

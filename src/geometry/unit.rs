@@ -4,13 +4,35 @@ use glam::Vec3;
 
 /// Normalises `v`; `None` if it is zero or not finite. Accurate for every finite length, subnormal ones included.
 pub(crate) fn unit(v: Vec3) -> Option<Vec3> {
+    has_direction(v).then(|| normalized(v))
+}
+
+/// Normalises `v`, as [`unit`] does; `fallback` if it is zero or not finite. For loops over lanes.
+#[inline(always)]
+pub(crate) fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
+    let normalized = normalized(v);
+    if has_direction(v) { normalized } else { fallback }
+}
+
+/// Normalises a vector whose square neither overflows nor underflows; `fallback` if it is zero. For loops over lanes.
+#[inline(always)]
+pub(crate) fn normalized_or(v: Vec3, fallback: Vec3) -> Vec3 {
+    let reciprocal = 1.0 / v.dot(v).sqrt();
+    let has_length = (reciprocal > 0.0) & (reciprocal < f32::INFINITY);
+    if has_length { v * reciprocal } else { fallback }
+}
+
+#[inline(always)]
+fn has_direction(v: Vec3) -> bool {
     let largest = v.abs().max_element();
-    if !(largest > 0.0 && largest.is_finite()) {
-        return None;
-    }
-    // Squares of components of at most one neither overflow nor all underflow.
-    let scaled = v / largest;
-    Some(scaled / libm::sqrtf(scaled.dot(scaled)))
+    (largest > 0.0) & (largest < f32::INFINITY)
+}
+
+/// The unit vector of one that has a direction. Squares of components of at most one neither overflow nor all underflow.
+#[inline(always)]
+fn normalized(v: Vec3) -> Vec3 {
+    let scaled = v / v.abs().max_element();
+    scaled / scaled.dot(scaled).sqrt()
 }
 
 #[cfg(test)]

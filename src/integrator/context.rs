@@ -4,6 +4,7 @@ use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
 use super::settings::IntegratorSettings;
+use super::whitted::is_opaque;
 use crate::color::luminance;
 use crate::geometry::{Aabb, Ray};
 use crate::scene::Projection;
@@ -18,6 +19,8 @@ pub struct IntegratorContext<'a> {
     pub(super) lights: Vec<PreparedLight>,
     /// Interiors of the frame's volumes.
     pub(super) interiors: Interiors,
+    /// Whether blocks can shade a material, by its index.
+    pub(super) opaque_materials: Vec<bool>,
     /// Bounds of the surfaces of all volumes.
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
@@ -38,7 +41,8 @@ impl<'a> IntegratorContext<'a> {
         let lights = lights::gather(view.frame, view.environment, &settings);
         let on_ground = settings.ground.map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
-        Self { view, lights, interiors, volume_bounds, camera_media, ground_irradiance, settings }
+        let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
+        Self { view, lights, interiors, opaque_materials, volume_bounds, camera_media, ground_irradiance, settings }
     }
 
     /// The volumes in which a camera ray starts. Perspective rays start in those around the camera; for orthographic rays they

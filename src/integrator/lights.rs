@@ -1,11 +1,12 @@
 //! Punctual lights (`KHR_lights_punctual`) and the environment's key light: direction, irradiance and shadow ray at a point.
 
+use fearless_simd::Simd;
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
 use super::settings::{IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
-use crate::geometry::{Ray, concentric_disk_point};
+use crate::geometry::{LANES, Ray, Vec3Lanes, concentric_disk_point};
 use crate::scene::{Environment, LightKind};
 
 /// A light with everything precomputed that does not depend on the lit point.
@@ -22,8 +23,8 @@ pub(super) struct PreparedLight {
 enum Emitter {
     /// Parallel light from the unit vector `wi`.
     Distant { wi: Vec3 },
-    /// A point light, or a spot light with its cone.
-    Point { position: Vec3, range: Option<f32>, cone: Option<Cone> },
+    /// A spot light with its cone, or a point light, whose cone is everywhere. The range may be infinite.
+    Point { position: Vec3, range: f32, cone: Cone },
 }
 
 /// The cone of a spot light. By the cosine of the angle from its axis, the falloff is 1 inside the inner cone, 0 outside the outer
@@ -42,8 +43,41 @@ struct Cone {
 pub(super) struct Incidence {
     /// Unit vector towards the light.
     pub(super) wi: Vec3,
-    /// Irradiance of a surface that faces the light.
+    /// Irradiance of a surface that faces the light; zero beyond its range and cone.
     pub(super) irradiance: Vec3,
+    /// Vector from the start of a shadow ray to the point; zero for distant lights, whose shadow rays start at the point.
+    pub(super) span: Vec3,
+}
+
+/// Unoccluded light at the points of a block.
+#[derive(Debug)]
+pub(super) struct IncidenceLanes {
+    wi: Vec3Lanes,
+    irradiance: Vec3Lanes,
+    span: Vec3Lanes,
+}
+
+impl IncidenceLanes {
+    /// Darkness.
+    pub(super) const NONE: Self =
+        Self { wi: Vec3Lanes::ZERO, irradiance: Vec3Lanes::ZERO, span: Vec3Lanes::ZERO };
+
+    /// The light at a point.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> Incidence {
+        Incidence {
+            wi: self.wi.get(lane),
+            irradiance: self.irradiance.get(lane),
+            span: self.span.get(lane),
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, lane: usize, incidence: Incidence) {
+        self.wi.set(lane, incidence.wi);
+        self.irradiance.set(lane, incidence.irradiance);
+        self.span.set(lane, incidence.span);
+    }
 }
 
 /// The frame's lights, scaled, then the environment's key light.
@@ -65,12 +99,13 @@ pub(super) fn gather(
 impl PreparedLight {
     fn new(posed: &PosedLight, settings: &IntegratorSettings) -> Self {
         let PosedLight { position, direction, ref light } = *posed;
-        let point = |cone| Emitter::Point { position, range: light.range, cone };
+        let range = light.range.unwrap_or(f32::INFINITY);
+        let point = |cone| Emitter::Point { position, range, cone };
         let emitter = match light.kind {
             LightKind::Directional => Emitter::Distant { wi: -direction },
-            LightKind::Point => point(None),
+            LightKind::Point => point(Cone::EVERYWHERE),
             LightKind::Spot { inner_cone_radians, outer_cone_radians } => {
-                point(Some(Cone::new(direction, inner_cone_radians, outer_cone_radians)))
+                point(Cone::new(direction, inner_cone_radians, outer_cone_radians))
             }
         };
         let intensity = light.intensity * settings.light_scale;
@@ -79,23 +114,49 @@ impl PreparedLight {
 
     /// Unoccluded light at `point`; `None` where it is zero.
     pub(super) fn incidence(&self, point: Vec3) -> Option<Incidence> {
-        let (wi, strength) = match self.emitter {
-            Emitter::Distant { wi } => (wi, 1.0),
-            Emitter::Point { position, range, cone } => {
-                let (wi, strength) = towards(position, range, point)?;
-                (wi, strength * cone.map_or(1.0, |cone| cone.falloff(-cone.axis.dot(wi))))
-            }
+        let incidence = match self.emitter {
+            Emitter::Distant { .. } => self.distant_incidence(),
+            Emitter::Point { .. } => self.point_incidence(point),
         };
-        let irradiance = self.color * (self.intensity * strength);
-        (irradiance.max_element() > 0.0).then_some(Incidence { wi, irradiance })
+        (incidence.irradiance.max_element() > 0.0).then_some(incidence)
     }
 
-    /// Vector from the start of a shadow ray to `point`; zero for distant lights, whose shadow rays start at the point.
-    pub(super) fn shadow_span(&self, point: Vec3) -> Vec3 {
+    /// Unoccluded light at the points of a block.
+    #[inline(always)]
+    pub(super) fn incidences<S: Simd>(&self, _: S, points: &Vec3Lanes, out: &mut IncidenceLanes) {
         match self.emitter {
-            Emitter::Distant { .. } => Vec3::ZERO,
-            Emitter::Point { position, .. } => point - position,
+            Emitter::Distant { .. } => {
+                for lane in 0..LANES {
+                    out.set(lane, self.distant_incidence());
+                }
+            }
+            Emitter::Point { .. } => {
+                for lane in 0..LANES {
+                    out.set(lane, self.point_incidence(points.get(lane)));
+                }
+            }
         }
+    }
+
+    #[inline(always)]
+    fn distant_incidence(&self) -> Incidence {
+        let wi = if let Emitter::Distant { wi } = self.emitter { wi } else { Vec3::ZERO };
+        Incidence { wi, irradiance: self.color * (self.intensity * 1.0), span: Vec3::ZERO }
+    }
+
+    /// Light of a point or spot light: 1/d² with the fade-outs of its range and its cone.
+    #[inline(always)]
+    fn point_incidence(&self, point: Vec3) -> Incidence {
+        let Emitter::Point { position, range, cone } = self.emitter else { return self.distant_incidence() };
+        let to_light = position - point;
+        let distance_squared = to_light.dot(to_light);
+        let ratio = distance_squared / (range * range);
+        let fade = 1.0 - ratio * ratio;
+        let wi = to_light / distance_squared.sqrt();
+        let strength = fade / distance_squared * cone.falloff(-cone.axis.dot(wi));
+        let reaches = (distance_squared > 0.0) & (distance_squared < f32::INFINITY) & (fade > 0.0);
+        let irradiance = self.color * (self.intensity * if reaches { strength } else { 0.0 });
+        Incidence { wi, irradiance, span: point - position }
     }
 
     /// The shadow ray between `end`, just off the surface, and the light with the given index.
@@ -132,31 +193,17 @@ fn across(axis: Vec3, point: Vec2) -> Vec3 {
     u * point.x + v * point.y
 }
 
-/// Direction from `point` to a light at `position`, and 1/d² with the fade-out of its range.
-fn towards(position: Vec3, range: Option<f32>, point: Vec3) -> Option<(Vec3, f32)> {
-    let to_light = position - point;
-    let distance_squared = to_light.dot(to_light);
-    if !(distance_squared > 0.0 && distance_squared.is_finite()) {
-        return None;
-    }
-    let fade = match range {
-        Some(range) => {
-            let ratio = distance_squared / (range * range);
-            let fade = 1.0 - ratio * ratio;
-            if fade > 0.0 { fade } else { return None }
-        }
-        None => 1.0,
-    };
-    Some((to_light / libm::sqrtf(distance_squared), fade / distance_squared))
-}
-
 impl Cone {
+    /// The cone of a light that shines everywhere alike.
+    const EVERYWHERE: Self = Self { axis: Vec3::Y, cos_outer: -2.0, slope: 1.0 };
+
     fn new(axis: Vec3, inner_radians: f32, outer_radians: f32) -> Self {
         let cos_outer = libm::cosf(outer_radians);
         let width = libm::cosf(inner_radians) - cos_outer;
         Self { axis, cos_outer, slope: 1.0 / if width > 0.001 { width } else { 0.001 } }
     }
 
+    #[inline(always)]
     fn falloff(&self, cos: f32) -> f32 {
         let ramp = ((cos - self.cos_outer) * self.slope).clamp(0.0, 1.0);
         ramp * ramp
@@ -178,7 +225,7 @@ mod tests {
     fn point_lights_fall_off_with_the_squared_distance() {
         // 8 cd at 2 m: 8 / 4 = 2 lux.
         let arriving = light(LightKind::Point, None).incidence(Vec3::ZERO).unwrap();
-        assert_eq!(arriving, Incidence { wi: Vec3::Y, irradiance: Vec3::new(2.0, 1.0, 0.0) });
+        assert_eq!((arriving.wi, arriving.irradiance), (Vec3::Y, Vec3::new(2.0, 1.0, 0.0)));
     }
 
     #[test]

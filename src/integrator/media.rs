@@ -65,6 +65,11 @@ impl MediaStack {
         self.0.as_deref().unwrap_or_default()
     }
 
+    /// Whether no volume contains the point.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_none()
+    }
+
     /// The medium that fills the space; `None` is vacuum.
     pub fn current(&self) -> Option<&Medium> {
         self.volumes().last()

@@ -24,7 +24,7 @@ pub fn surface_at<'a>(
     (point, material)
 }
 
-fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
+pub(super) fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let view = textures.view();
     let material = &view.frame.materials[point.instance.material.index()];
     let lookup =

@@ -9,6 +9,7 @@ mod material_sample;
 mod normal;
 mod ray_differential;
 mod surface;
+mod surface_block;
 mod surface_differentials;
 mod surface_point;
 mod texture_lookup;
@@ -18,4 +19,5 @@ pub use material_sample::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample,
 };
 pub use ray_differential::RayDifferential;
+pub use surface_block::{RayHit, SurfaceBlock};
 pub use surface_point::SurfacePoint;

@@ -14,10 +14,17 @@ const BEND_STEPS: usize = 20;
 
 /// Unit normal of the front face; in f64, so that slivers and huge triangles keep a normal.
 pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {
-    let [a, b, c] = triangle.vertices.map(Vec3::as_dvec3);
+    of_corners(triangle.vertices)
+}
+
+/// [`of_triangle`], for loops over lanes.
+#[inline(always)]
+pub(super) fn of_corners(corners: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
     let normal = (b - a).cross(c - a);
-    let length = libm::sqrt(normal.dot(normal));
-    if length > 0.0 { (normal / length).as_vec3() } else { Vec3::Y }
+    let length = normal.dot(normal).sqrt();
+    let unit = (normal / length).as_vec3();
+    if length > 0.0 { unit } else { Vec3::Y }
 }
 
 /// The shading normal of the front face: interpolated where vertices have normals, with the normal map applied.
@@ -76,14 +83,18 @@ fn front_normal_by(
     if normal.dot(front_normal) < 0.0 { -shading } else { shading }
 }
 
+/// Sum of three vertex normals, weighted.
+#[inline(always)]
+pub(super) fn weighted_sum([a, b, c]: [Vec3; 3], weights: [f32; 3]) -> Vec3 {
+    a * weights[0] + b * weights[1] + c * weights[2]
+}
+
 fn interpolated(
     point: &SurfacePoint<'_>,
     vertices: &[&PosedVertex; 3],
     of: fn(&PosedVertex) -> Vec3,
 ) -> Vec3 {
-    of(vertices[0]) * point.weights[0]
-        + of(vertices[1]) * point.weights[1]
-        + of(vertices[2]) * point.weights[2]
+    weighted_sum(vertices.map(of), point.weights)
 }
 
 fn interpolated_normal(point: &SurfacePoint<'_>, front_normal: Vec3, vertices: &[&PosedVertex; 3]) -> Vec3 {
@@ -151,13 +162,7 @@ fn tangent_from_uvs(view: SceneView<'_>, point: &SurfacePoint<'_>, uv_set: u32) 
 /// The shading normal, turned towards the geometric normal as little as needed for the viewer to be above it and for the mirror
 /// ray to leave the surface.
 pub(super) fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
-    let cos_o = wo.dot(geometric);
-    // At grazing views even the mirror ray about the geometric normal barely leaves the surface.
-    let min_cosine = if cos_o * 0.9 < 0.01 { cos_o * 0.9 } else { 0.01 };
-    let good = |normal: Vec3| {
-        let cos = wo.dot(normal);
-        cos > 0.0 && (normal * (2.0 * cos) - wo).dot(geometric) >= min_cosine
-    };
+    let good = |normal: Vec3| is_in_view(geometric, normal, wo);
     if good(shading) {
         return shading;
     }
@@ -173,6 +178,16 @@ pub(super) fn bent_into_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> Vec3 {
         }
     }
     between(good_share)
+}
+
+/// Whether the viewer is above a shading normal and the mirror ray leaves the surface.
+#[inline(always)]
+pub(super) fn is_in_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> bool {
+    let cos_o = wo.dot(geometric);
+    // At grazing views even the mirror ray about the geometric normal barely leaves the surface.
+    let min_cosine = if cos_o * 0.9 < 0.01 { cos_o * 0.9 } else { 0.01 };
+    let cos = wo.dot(shading);
+    (cos > 0.0) & ((shading * (2.0 * cos) - wo).dot(geometric) >= min_cosine)
 }
 
 #[cfg(test)]

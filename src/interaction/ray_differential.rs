@@ -7,7 +7,6 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::geometry::Triangle;
 
 /// Derivatives of a ray by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,6 +34,7 @@ impl RayDifferential {
 
     /// Derivatives of the hit point in the plane of `normal`, for a ray along the unit vector `direction` that hits the plane at `t`.
     /// Infinite or not a number where the ray grazes the plane.
+    #[inline(always)]
     pub(super) fn on_surface(&self, direction: Vec3, t: f32, normal: Vec3) -> [Vec3; 2] {
         let per_cosine = 1.0 / direction.dot(normal);
         [0, 1].map(|axis| {
@@ -45,8 +45,9 @@ impl RayDifferential {
 }
 
 /// Changes of a triangle's second and third barycentric weight over steps in its plane; in f64, for slivers.
-pub(super) fn weight_steps(triangle: &Triangle, steps: [Vec3; 2]) -> [Vec2; 2] {
-    let [a, b, c] = triangle.vertices.map(Vec3::as_dvec3);
+#[inline(always)]
+pub(super) fn weight_steps(corners: [Vec3; 3], steps: [Vec3; 2]) -> [Vec2; 2] {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
     let (to_b, to_c) = (b - a, c - a);
     let normal = to_b.cross(to_c);
     let scale = 1.0 / normal.dot(normal);

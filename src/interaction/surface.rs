@@ -7,8 +7,8 @@ use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface_point::{SurfacePoint, plane_error};
 use super::texture_lookup::Lookups;
 use crate::bvh::Hit;
-use crate::frame::{MeshInstance, PosedVertex};
-use crate::geometry::{Facing, Ray, Triangle, unit};
+use crate::frame::MeshInstance;
+use crate::geometry::{Facing, Ray, unit_or};
 use crate::scene_view::SceneView;
 
 impl<'a> SurfacePoint<'a> {
@@ -29,8 +29,8 @@ impl<'a> SurfacePoint<'a> {
         let triangle = &frame.triangles[hit.triangle as usize];
         let [a, b, c] = triangle.vertices;
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let position = interpolated([a, b, c], hit);
-        let wo = -unit(ray.direction).unwrap_or(Vec3::Y);
+        let position = position_of([a, b, c], [hit.u, hit.v]);
+        let wo = -unit_or(ray.direction, Vec3::Y);
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let front_normal = normal::of_triangle(triangle);
         let corners = corner_indices(view, instance, hit.triangle);
@@ -40,7 +40,7 @@ impl<'a> SurfacePoint<'a> {
         } else {
             let steps = differential.on_surface(ray.direction, hit.t, front_normal);
             let has_uvs = !instance.primitive(view.scene).uvs.is_empty();
-            (steps, if has_uvs { weight_steps(triangle, steps) } else { [Vec2::ZERO; 2] })
+            (steps, if has_uvs { weight_steps(triangle.vertices, steps) } else { [Vec2::ZERO; 2] })
         };
 
         let mut point = Self {
@@ -51,15 +51,17 @@ impl<'a> SurfacePoint<'a> {
             facing: hit.facing,
             geometric_normal: front_normal * side,
             shading_normal: front_normal * side,
-            offset_distance: offset_distance(front_normal, position, triangle),
+            offset_distance: offset_distance(front_normal, position, triangle.vertices),
             shadow_position: position,
             corners,
             weights,
             position_steps,
             weight_steps,
         };
-        if vertices.iter().all(|vertex| vertex.normal != Vec3::ZERO) {
-            point.shadow_position = terminator_free_point(&point, [a, b, c], &vertices);
+        let normals = vertices.map(|vertex| vertex.normal);
+        if is_smooth(normals) {
+            point.shadow_position =
+                terminator_free_point(position, point.geometric_normal, [a, b, c], normals, weights);
         }
         let authored = normal::shading_normal(textures, &point, front_normal, &vertices);
         point.shading_normal = normal::bent_into_view(point.geometric_normal, authored * side, wo);
@@ -68,9 +70,17 @@ impl<'a> SurfacePoint<'a> {
 }
 
 /// The hit point of a triangle, rounded once, so that it leaves the plane as little as floats allow.
-fn interpolated(corners: [Vec3; 3], hit: &Hit) -> Vec3 {
+#[inline(always)]
+pub(super) fn position_of(corners: [Vec3; 3], [u, v]: [f32; 2]) -> Vec3 {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
-    (a + (b - a) * f64::from(hit.u) + (c - a) * f64::from(hit.v)).as_vec3()
+    (a + (b - a) * f64::from(u) + (c - a) * f64::from(v)).as_vec3()
+}
+
+/// Whether all vertices have normals, so that these are interpolated.
+#[inline(always)]
+pub(super) fn is_smooth(normals: [Vec3; 3]) -> bool {
+    let [a, b, c] = normals;
+    (a != Vec3::ZERO) & (b != Vec3::ZERO) & (c != Vec3::ZERO)
 }
 
 /// Vertex indices of a triangle in the order of its posed corners.
@@ -83,10 +93,11 @@ pub(super) fn corner_indices(view: SceneView<'_>, instance: &MeshInstance, trian
 /// Bound on how far rounding moves the start of a ray off the plane, and the plane as a ray from there hits it. The point is rounded
 /// a few times, each by half a unit in the last place of its coordinates. The second term separates touching surfaces that were
 /// transformed differently.
-fn offset_distance(normal: Vec3, position: Vec3, triangle: &Triangle) -> f32 {
+#[inline(always)]
+pub(super) fn offset_distance(normal: Vec3, position: Vec3, corners: [Vec3; 3]) -> f32 {
     let off_plane = normal.abs().dot(position.abs()) * (4.0 * f32::EPSILON);
     let separation = position.abs().max_element() * (2.0 * f32::EPSILON);
-    let [a, b, c] = triangle.vertices.map(|corner| (corner - position).abs());
+    let [a, b, c] = corners.map(|corner| (corner - position).abs());
     let reach = a.max(b).max(c).max_element();
     off_plane + separation + plane_error(normal, reach) + f32::MIN_POSITIVE
 }
@@ -96,17 +107,22 @@ fn offset_distance(normal: Vec3, position: Vec3, triangle: &Triangle) -> f32 {
 /// surface do not shadow themselves.
 ///
 /// Normals are taken on the side of `wo`, inside-out ones too. A normal that still points below the triangle lifts nothing.
-fn terminator_free_point(point: &SurfacePoint<'_>, corners: [Vec3; 3], vertices: &[&PosedVertex; 3]) -> Vec3 {
-    let up = point.geometric_normal;
-    let weighted = vertices.iter().zip(point.weights).map(|(vertex, weight)| vertex.normal * weight);
-    let side = if weighted.sum::<Vec3>().dot(up) < 0.0 { -1.0 } else { 1.0 };
-    let mut lifted = point.position;
-    for ((corner, vertex), weight) in corners.into_iter().zip(vertices).zip(point.weights) {
-        let normal = vertex.normal * side;
-        let height = (point.position - corner).dot(normal);
-        if height < 0.0 && normal.dot(up) > 0.0 {
-            lifted -= normal * (height * weight);
-        }
+#[inline(always)]
+pub(super) fn terminator_free_point(
+    position: Vec3,
+    up: Vec3,
+    corners: [Vec3; 3],
+    normals: [Vec3; 3],
+    weights: [f32; 3],
+) -> Vec3 {
+    let side = if normal::weighted_sum(normals, weights).dot(up) < 0.0 { -1.0 } else { 1.0 };
+    let mut lifted = position;
+    for corner in 0..3 {
+        let normal = normals[corner] * side;
+        let height = (position - corners[corner]).dot(normal);
+        let raised = lifted - normal * (height * weights[corner]);
+        let lifts = (height < 0.0) & (normal.dot(up) > 0.0);
+        lifted = if lifts { raised } else { lifted };
     }
     lifted
 }

@@ -64,7 +64,7 @@ impl SurfacePoint<'_> {
         let normal = sum / length;
         let side = if normal.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
         let scale = side / length;
-        weight_steps(&frame.triangles[self.triangle as usize], self.position_steps).map(|step| {
+        weight_steps(frame.triangles[self.triangle as usize].vertices, self.position_steps).map(|step| {
             let change = (b - a) * step.x + (c - a) * step.y;
             (change - normal * normal.dot(change)) * scale
         })

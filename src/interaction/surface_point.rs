@@ -40,6 +40,27 @@ pub struct SurfacePoint<'a> {
     pub(super) weight_steps: [Vec2; 2],
 }
 
+impl<'a> SurfacePoint<'a> {
+    /// A point of `instance` with all values zero.
+    pub(super) fn unplaced(instance: &'a MeshInstance) -> Self {
+        Self {
+            instance,
+            triangle: 0,
+            position: Vec3::ZERO,
+            wo: Vec3::ZERO,
+            facing: Facing::Front,
+            geometric_normal: Vec3::ZERO,
+            shading_normal: Vec3::ZERO,
+            offset_distance: 0.0,
+            shadow_position: Vec3::ZERO,
+            corners: [0; 3],
+            weights: [0.0; 3],
+            position_steps: [Vec3::ZERO; 2],
+            weight_steps: [Vec2::ZERO; 2],
+        }
+    }
+}
+
 impl SurfacePoint<'_> {
     /// Texture coordinates of a texture reference, and their change to the neighbouring rays.
     pub(super) fn uv(&self, view: SceneView<'_>, reference: &TextureRef) -> (Vec2, UvDifferential) {
@@ -92,16 +113,22 @@ impl SurfacePoint<'_> {
         self.position - self.geometric_normal * self.shadow_offset(span)
     }
 
-    /// Offset of the ends of shadow rays. The direction of a shadow ray is its span, rounded, which moves its end. And the corners of
-    /// the triangle are farther from its start than from the point.
     fn shadow_offset(&self, span: Vec3) -> f32 {
-        let rounded = self.geometric_normal.abs().dot(span.abs()) * (2.0 * f32::EPSILON);
-        self.offset_distance + rounded + plane_error(self.geometric_normal, span.abs().max_element())
+        shadow_offset(self.geometric_normal, self.offset_distance, span)
     }
+}
+
+/// Offset of the ends of shadow rays. The direction of a shadow ray is its span, rounded, which moves its end. And the corners of
+/// the triangle are farther from its start than from the point.
+#[inline(always)]
+pub(super) fn shadow_offset(normal: Vec3, offset_distance: f32, span: Vec3) -> f32 {
+    let rounded = normal.abs().dot(span.abs()) * (2.0 * f32::EPSILON);
+    offset_distance + rounded + plane_error(normal, span.abs().max_element())
 }
 
 /// Bound on the distance from its plane at which a ray hits a triangle whose corners are within `reach` of the ray's origin: the
 /// definition of a hit ([`crate::geometry::ShearedRay`]) moves corners by at most 5 · 2⁻²⁴ of `reach`.
+#[inline(always)]
 pub(super) fn plane_error(normal: Vec3, reach: f32) -> f32 {
     normal.abs().element_sum() * reach * (3.0 * f32::EPSILON)
 }

@@ -22,7 +22,7 @@ impl Tracer<'_, '_> {
                 contribution += shading.weight * by_coat * incidence.irradiance;
             }
             if contribution.max_element() > 0.0 {
-                let span = light.shadow_span(shading.point.position);
+                let span = incidence.span;
                 let end = if wi.z > 0.0 || by_coat > 0.0 {
                     shading.point.shadow_end_outside(span)
                 } else {

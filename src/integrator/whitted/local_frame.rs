@@ -5,12 +5,15 @@ use glam::{Mat3, Vec3};
 use crate::geometry::unit;
 
 /// Direction of the mirror ray. It leaves the surface because the shading normal is bent towards the viewer.
+#[inline(always)]
 pub(super) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
-    (normal * (2.0 * wo.dot(normal)) - wo).normalize()
+    let mirrored = normal * (2.0 * wo.dot(normal)) - wo;
+    mirrored * (1.0 / mirrored.dot(mirrored).sqrt())
 }
 
 /// Orthonormal frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited"). Its columns are
 /// tangent, bitangent and normal.
+#[inline(always)]
 pub(super) fn local_frame(normal: Vec3) -> Mat3 {
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     Mat3::from_cols(tangent, bitangent, normal)

@@ -17,10 +17,12 @@ mod environment;
 mod glossy;
 mod ground;
 mod local_frame;
+mod opaque_block;
 mod sample_aovs;
 mod secondary_rays;
 mod shade;
 mod shading;
+mod shading_order;
 mod shadow_catcher;
 mod shadow_queue;
 mod surface_hit;
@@ -30,6 +32,7 @@ mod transmission_side;
 mod visibility;
 mod wavefront;
 
+pub(super) use opaque_block::is_opaque;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub use tracer::{SampleValue, Tracer};
 

@@ -3,11 +3,13 @@
 use glam::Vec3;
 
 use super::local_frame::mirror_direction;
-use super::shading::Shading;
+use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
-use crate::integrator::{ColorChannels, LightPass, RayKind, RayState, Seed};
+use crate::bvh::Hit;
+use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};
+use crate::interaction::RayDifferential;
 
 /// A child ray.
 #[derive(Clone, Copy)]
@@ -37,18 +39,20 @@ impl Tracer<'_, '_> {
             if coat.mirrored == mirrored {
                 weight += coat_weight;
             } else {
-                self.send_mirror_ray(shading, coat.mirrored, coat_weight);
+                self.send_mirror_ray(&shading.arrival(), coat.mirrored, coat_weight);
             }
         }
-        self.send_mirror_ray(shading, mirrored, weight);
+        self.send_mirror_ray(&shading.arrival(), mirrored, weight);
     }
 
-    fn send_mirror_ray(&mut self, shading: &Shading<'_, '_>, direction: Vec3, weight: Vec3) {
-        if self.may_send(shading.state, weight) {
-            let ray = Ray::new(shading.point.origin_outside(), direction);
-            let seed = shading.state.seed.child(Purpose::Reflection, 0, 1);
-            let channels = shading.state.channels;
-            self.send(shading, ChildRay { ray, weight, kind: RayKind::Reflection, channels, seed });
+    /// Sends the mirror ray of a smooth lobe, unless it is too deep or too faint.
+    pub(super) fn send_mirror_ray(&mut self, arrival: &Arrival<'_, '_>, direction: Vec3, weight: Vec3) {
+        let state = arrival.state;
+        if self.may_send(state, weight) {
+            let ray = Ray::new(arrival.point.origin_outside(), direction);
+            let seed = state.seed.child(Purpose::Reflection, 0, 1);
+            let (kind, channels) = (RayKind::Reflection, state.channels);
+            self.send_reflected(arrival, ChildRay { ray, weight, kind, channels, seed });
         }
     }
 
@@ -99,30 +103,42 @@ impl Tracer<'_, '_> {
 
     /// Adds a child ray to the next wavefront.
     pub(super) fn send(&mut self, shading: &Shading<'_, '_>, child: ChildRay) {
+        let arrival = shading.arrival();
+        if child.kind != RayKind::Refraction {
+            return self.send_reflected(&arrival, child);
+        }
+        let side = &shading.transmission_side;
+        let differential = shading.point.refracted_differential(
+            self.context.view.frame,
+            &shading.state.differential,
+            child.ray.direction,
+            shading.relative_ior,
+        );
+        self.push_child(&arrival, child, differential, (side.media.clone(), side.touching));
+    }
+
+    /// Adds a reflected ray to the next wavefront.
+    pub(super) fn send_reflected(&mut self, arrival: &Arrival<'_, '_>, child: ChildRay) {
+        let state = arrival.state;
+        let differential =
+            arrival.point.reflected_differential(self.context.view.frame, &state.differential);
+        self.push_child(arrival, child, differential, (state.media.clone(), None));
+    }
+
+    fn push_child(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        child: ChildRay,
+        differential: RayDifferential,
+        (media, touching): (MediaStack, Option<Hit>),
+    ) {
         let ChildRay { ray, weight, kind, channels, seed } = child;
-        let parent = shading.state;
-        let (frame, point) = (self.context.view.frame, shading.point);
-        let (media, touching, differential) = match kind {
-            RayKind::Refraction => (
-                shading.transmission_side.media.clone(),
-                shading.transmission_side.touching,
-                point.refracted_differential(
-                    frame,
-                    &parent.differential,
-                    ray.direction,
-                    shading.relative_ior,
-                ),
-            ),
-            RayKind::Camera | RayKind::Reflection | RayKind::GroundReflection => {
-                (parent.media.clone(), None, point.reflected_differential(frame, &parent.differential))
-            }
-        };
-        let light_pass = shading.light_pass.or(match kind {
+        let light_pass = arrival.light_pass.or(match kind {
             RayKind::Camera => None,
             RayKind::Reflection | RayKind::GroundReflection => Some(LightPass::Reflection),
             RayKind::Refraction => Some(LightPass::Refraction),
         });
-        let depth = parent.depth + 1;
+        let depth = arrival.state.depth + 1;
         let state = RayState {
             differential,
             media,
@@ -133,8 +149,8 @@ impl Tracer<'_, '_> {
             light_pass,
             depth,
             seed,
-            ..*parent
+            ..*arrival.state
         };
-        self.children.push(shading.signature.then(kind), ray, state);
+        self.children.push(arrival.signature.then(kind), ray, state);
     }
 }

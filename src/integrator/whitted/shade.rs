@@ -5,23 +5,37 @@ use glam::Vec3;
 use super::coat::CoatShading;
 use super::local_frame::{frame_along, local_frame};
 use super::shading::Shading;
+use super::shading_order::HitRun;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::Tracer;
 use super::transmission_side::{ior_outside, ior_transmission_side};
 use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
+use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, LightPass};
 use crate::interaction::surface_at;
 
 impl Tracer<'_, '_> {
-    /// Shades all surfaces that a wavefront sees, in order.
+    /// Shades all surfaces that a wavefront sees.
     pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
-        let mut surface_hits = std::mem::take(&mut self.surface_hits);
-        for surface_hit in surface_hits.drain(..) {
-            self.shade(wavefront, &surface_hit);
+        let (frame, opaque) = (self.context.view.frame, &self.context.opaque_materials);
+        let traces_lobes = self.context.settings.glossy_samples > 0;
+        let mut order = std::mem::take(&mut self.shading_order);
+        order.sort(&self.surface_hits, |surface_hit| {
+            let material = frame.instance(surface_hit.hit.triangle).material.index();
+            let in_vacuum = wavefront.ray(surface_hit.slot).1.media.is_empty();
+            (opaque[material] && in_vacuum && !traces_lobes).then_some(material as u32)
+        });
+        for HitRun { material, hits } in order.runs() {
+            let Some(material) = material else {
+                hits.iter().for_each(|hit| self.shade(wavefront, hit));
+                continue;
+            };
+            let material = &frame.materials[material];
+            hits.chunks(LANES).for_each(|hits| self.shade_opaque_block(wavefront, material, hits));
         }
-        self.surface_hits = surface_hits;
+        self.shading_order = order;
     }
 
     fn shade(&mut self, wavefront: &Wavefront, surface_hit: &SurfaceHit) {

@@ -9,6 +9,17 @@ use crate::bsdf::{Albedos, Bsdf};
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
+/// A surface where a ray arrives.
+#[derive(Clone, Copy)]
+pub(super) struct Arrival<'p, 'a> {
+    /// Signature of the ray.
+    pub(super) signature: RaySignature,
+    pub(super) state: &'p RayState,
+    /// See [`super::surface_hit::SurfaceHit::light_pass`].
+    pub(super) light_pass: Option<LightPass>,
+    pub(super) point: &'p SurfacePoint<'a>,
+}
+
 /// A surface with its lobes, seen by one ray.
 pub(super) struct Shading<'p, 'a> {
     /// Signature of the ray.
@@ -42,7 +53,13 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) traced_share_transmitted: f32,
 }
 
-impl Shading<'_, '_> {
+impl<'p, 'a> Shading<'p, 'a> {
+    /// The ray and the point.
+    pub(super) fn arrival(&self) -> Arrival<'p, 'a> {
+        let Self { signature, state, light_pass, point, .. } = *self;
+        Arrival { signature, state, light_pass, point }
+    }
+
     /// The lobes that transmit light, each with its colour channels.
     pub(super) fn transmission_lobes(&self) -> impl Iterator<Item = (ColorChannels, &Bsdf)> {
         let together = self.dispersed.is_none().then_some((self.state.channels, &self.bsdf));

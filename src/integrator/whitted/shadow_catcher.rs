@@ -45,7 +45,7 @@ impl Tracer<'_, '_> {
             let Some(incidence) = light.incidence(receiver.position) else { continue };
             let cosine = incidence.wi.dot(receiver.normal);
             if cosine > 0.0 {
-                let end = shadow_end(light.shadow_span(receiver.position));
+                let end = shadow_end(incidence.span);
                 let shadow_ray = light.shadow_ray(end, receiver.seed, index);
                 lit.push((batch.push(shadow_ray), incidence.irradiance * cosine));
             }

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::opaque_block::OpaqueBlock;
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
+use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
 use super::surface_hit::SurfaceHit;
 use super::wavefront::{RaySignature, Wavefront};
@@ -36,6 +38,10 @@ pub struct Tracer<'w, 'a> {
     /// The rays of the next depth.
     pub(super) children: Wavefront,
     pub(super) surface_hits: Vec<SurfaceHit>,
+    /// Order in which the hits are shaded.
+    pub(super) shading_order: ShadingOrder,
+    /// Taken out while a block is shaded.
+    pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(super) shadows: ShadowQueue,
     /// The shadow rays of one point of a shadow catcher or the ground.
     pub(super) catcher_shadows: ShadowBatch,
@@ -55,6 +61,8 @@ impl<'w, 'a> Tracer<'w, 'a> {
             wavefront: Wavefront::default(),
             children: Wavefront::default(),
             surface_hits: Vec::new(),
+            shading_order: ShadingOrder::default(),
+            opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.lights.len()),
             catcher_shadows: ShadowBatch::default(),
             touching: TransparentHits::default(),

@@ -1,0 +1,339 @@
+//! Shading of blocks of hits on opaque metallic-roughness surfaces: the material model without the lobes of extensions.
+//!
+//! Every value is that of [`super::shade`], by the same functions, but computed for all lanes of a block at once. Only lookups in tables and
+//! images, and the rays that leave the surfaces, are left to each hit.
+
+use std::f32::consts::FRAC_1_PI;
+
+use fearless_simd::{Simd, dispatch};
+use glam::{Mat3, Vec3};
+
+use super::local_frame::{local_frame, mirror_direction};
+use super::shading::Arrival;
+use super::shadow_queue::ShadowRay;
+use super::surface_hit::SurfaceHit;
+use super::traced_share::traced_share;
+use super::tracer::Tracer;
+use super::wavefront::Wavefront;
+use crate::bsdf::{AlbedoTerms, Bsdf};
+use crate::frame::transmits;
+use crate::geometry::{F32Lanes, LANES, Vec3Lanes};
+use crate::integrator::lights::{Incidence, IncidenceLanes};
+use crate::integrator::{IntegratorContext, LightPass, MediaStack};
+use crate::interaction::{MaterialSample, RayHit, SurfaceBlock};
+use crate::scene::{Environment, Material};
+
+/// Whether the lobes of a material are those of the metallic-roughness model alone, so that blocks can shade it.
+pub(in crate::integrator) fn is_opaque(material: &Material) -> bool {
+    let is_unlayered = material.clear_coat.is_none()
+        && material.sheen.is_none()
+        && material.iridescence.is_none()
+        && material.anisotropy.is_none()
+        && material.diffuse_transmission.is_none();
+    is_unlayered && !material.unlit && !transmits(material) && material.ior > 0.0
+}
+
+/// The values of a block. Keeps its memory from block to block.
+#[derive(Debug)]
+pub(super) struct OpaqueBlock<'a> {
+    surfaces: SurfaceBlock<'a>,
+    materials: MaterialLanes,
+    reflected: ReflectedLanes,
+    incidences: IncidenceLanes,
+    /// For each light.
+    direct: Vec<DirectLanes>,
+}
+
+/// Material values and the weights of the rays.
+#[derive(Debug)]
+struct MaterialLanes {
+    base_color: Vec3Lanes,
+    metallic: F32Lanes,
+    roughness: F32Lanes,
+    specular: F32Lanes,
+    specular_color: Vec3Lanes,
+    occlusion: F32Lanes,
+    emission: Vec3Lanes,
+    /// Multiplies the radiance that leaves the surface.
+    weight: Vec3Lanes,
+}
+
+/// Directions and albedos.
+#[derive(Debug)]
+struct ReflectedLanes {
+    /// Axes of the local frame; the third is the shading normal.
+    axes: [Vec3Lanes; 3],
+    /// Direction to the viewer in the local frame.
+    wo: Vec3Lanes,
+    mirrored: Vec3Lanes,
+    /// Share of the specular lobe that rays follow.
+    traced_share: F32Lanes,
+    total: F32Lanes,
+    schlick: F32Lanes,
+    exact: F32Lanes,
+    /// Weight of the mirror ray.
+    specular: Vec3Lanes,
+    /// Irradiance of the environment, then the light of the environment that leaves the surface.
+    environment: Vec3Lanes,
+    /// Prefiltered radiance of the specular lobe.
+    prefiltered: Vec3Lanes,
+}
+
+/// Light of one light that leaves the surfaces, and the ends of the shadow rays that decide about it.
+#[derive(Debug)]
+struct DirectLanes {
+    contribution: Vec3Lanes,
+    shadow_end: Vec3Lanes,
+}
+
+impl OpaqueBlock<'_> {
+    /// A block for scenes with `lights` lights.
+    pub(super) fn new(lights: usize) -> Self {
+        let (zero, zero_vector) = ([0.0; LANES], Vec3Lanes::ZERO);
+        let direct = || DirectLanes { contribution: zero_vector, shadow_end: zero_vector };
+        Self {
+            surfaces: SurfaceBlock::default(),
+            materials: MaterialLanes {
+                base_color: zero_vector,
+                metallic: zero,
+                roughness: zero,
+                specular: zero,
+                specular_color: zero_vector,
+                occlusion: zero,
+                emission: zero_vector,
+                weight: zero_vector,
+            },
+            reflected: ReflectedLanes {
+                axes: [zero_vector; 3],
+                wo: zero_vector,
+                mirrored: zero_vector,
+                traced_share: zero,
+                total: zero,
+                schlick: zero,
+                exact: zero,
+                specular: zero_vector,
+                environment: zero_vector,
+                prefiltered: zero_vector,
+            },
+            incidences: IncidenceLanes::NONE,
+            direct: (0..lights).map(|_| direct()).collect(),
+        }
+    }
+}
+
+impl<'a> OpaqueBlock<'a> {
+    /// Computes everything that neither adds to samples nor sends rays.
+    #[inline(always)]
+    fn compute<S: Simd>(
+        &mut self,
+        simd: S,
+        context: &IntegratorContext<'a>,
+        wavefront: &Wavefront,
+        (material, hits): (&Material, &[SurfaceHit]),
+    ) {
+        let view = context.view;
+        let ray_hits = hits.iter().map(|surface_hit| {
+            let (ray, state) = wavefront.ray(surface_hit.slot);
+            RayHit { ray, differential: &state.differential, hit: &surface_hit.hit }
+        });
+        self.surfaces.fill(simd, view, material, ray_hits);
+
+        // Material values
+        let is_textured = material.texture_refs().next().is_some();
+        let mut constant = None;
+        for (lane, surface_hit) in hits.iter().enumerate() {
+            let sample = match &constant {
+                Some(sample) if !self.surfaces.has_vertex_colors(view, lane) => *sample,
+                _ => self.surfaces.material(view, lane),
+            };
+            if !is_textured && !self.surfaces.has_vertex_colors(view, lane) {
+                constant = Some(sample);
+            }
+            let weight = wavefront.ray(surface_hit.slot).1.weight * surface_hit.share;
+            self.materials.set(lane, &sample, weight);
+        }
+
+        // Directions, albedos and the environment
+        let points = &self.surfaces.points;
+        self.reflected.orient(simd, self.surfaces.normals(), self.surfaces.viewers(), &self.materials);
+        for lane in 0..points.len() {
+            let sample = self.materials.sample(lane, material);
+            let bsdf = Bsdf::new(&sample, 1.0, material.ior);
+            let AlbedoTerms { total, schlick, exact } = bsdf.albedo_terms(self.reflected.wo.get(lane));
+            self.reflected.total[lane] = total;
+            self.reflected.schlick[lane] = schlick;
+            self.reflected.exact[lane] = exact;
+            self.reflected.look_up(lane, view.environment, points[lane].shading_normal, sample.roughness);
+        }
+        self.reflected.reflect(simd, &self.materials, material);
+
+        // Lights
+        for (light, direct) in context.lights.iter().zip(&mut self.direct) {
+            light.incidences(simd, self.surfaces.positions(), &mut self.incidences);
+            direct.scatter(simd, &self.incidences, (&self.materials, material), &self.reflected);
+            for lane in 0..points.len() {
+                let span = self.incidences.get(lane).span;
+                direct.shadow_end.set(lane, points[lane].shadow_end_outside(span));
+            }
+        }
+    }
+}
+
+impl MaterialLanes {
+    #[inline(always)]
+    fn set(&mut self, lane: usize, sample: &MaterialSample, weight: Vec3) {
+        self.base_color.set(lane, sample.base_color);
+        self.metallic[lane] = sample.metallic;
+        self.roughness[lane] = sample.roughness;
+        self.specular[lane] = sample.specular;
+        self.specular_color.set(lane, sample.specular_color);
+        self.occlusion[lane] = sample.occlusion;
+        self.emission.set(lane, sample.emission);
+        self.weight.set(lane, weight);
+    }
+
+    /// The material values of a lane.
+    #[inline(always)]
+    fn sample(&self, lane: usize, material: &Material) -> MaterialSample {
+        MaterialSample {
+            base_color: self.base_color.get(lane),
+            metallic: self.metallic[lane],
+            roughness: self.roughness[lane],
+            specular: self.specular[lane],
+            specular_color: self.specular_color.get(lane),
+            occlusion: self.occlusion[lane],
+            emission: self.emission.get(lane),
+            ior: material.ior,
+            ..MaterialSample::default()
+        }
+    }
+}
+
+impl ReflectedLanes {
+    /// Local frames and mirror directions.
+    #[inline(always)]
+    fn orient<S: Simd>(&mut self, _: S, normals: &Vec3Lanes, viewers: &Vec3Lanes, materials: &MaterialLanes) {
+        for lane in 0..LANES {
+            let (normal, wo) = (normals.get(lane), viewers.get(lane));
+            let world_from_local = local_frame(normal);
+            self.axes[0].set(lane, world_from_local.x_axis);
+            self.axes[1].set(lane, world_from_local.y_axis);
+            self.axes[2].set(lane, normal);
+            self.wo.set(lane, world_from_local.transpose() * wo);
+            self.mirrored.set(lane, mirror_direction(wo, normal));
+            self.traced_share[lane] = traced_share(materials.roughness[lane].clamp(0.0, 1.0));
+        }
+    }
+
+    /// Looks up the environment.
+    #[inline(always)]
+    fn look_up(&mut self, lane: usize, environment: &Environment, normal: Vec3, roughness: f32) {
+        self.environment.set(lane, environment.irradiance(normal));
+        if self.traced_share[lane] < 1.0 {
+            self.prefiltered.set(lane, environment.prefiltered(self.mirrored.get(lane), roughness));
+        }
+    }
+
+    /// Albedos, and the light of the environment that leaves the surfaces.
+    #[inline(always)]
+    fn reflect<S: Simd>(&mut self, _: S, materials: &MaterialLanes, material: &Material) {
+        for lane in 0..LANES {
+            let bsdf = Bsdf::new(&materials.sample(lane, material), 1.0, material.ior);
+            let terms = AlbedoTerms {
+                total: self.total[lane],
+                schlick: self.schlick[lane],
+                exact: self.exact[lane],
+            };
+            let albedos = bsdf.albedos_by(self.wo.get(lane), terms);
+            let prefiltered_share = 1.0 - self.traced_share[lane];
+            let diffuse = albedos.diffuse * self.environment.get(lane) * FRAC_1_PI;
+            let specular = albedos.specular * self.prefiltered.get(lane) * prefiltered_share;
+            let radiance = if prefiltered_share > 0.0 { diffuse + specular } else { diffuse };
+            let weight = materials.weight.get(lane);
+            self.environment.set(lane, weight * radiance * materials.occlusion[lane]);
+            self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
+        }
+    }
+
+    /// The local frame of a lane; its columns are tangent, bitangent and normal.
+    #[inline(always)]
+    fn world_from_local(&self, lane: usize) -> Mat3 {
+        let [x, y, z] = self.axes.each_ref().map(|axis| axis.get(lane));
+        Mat3::from_cols(x, y, z)
+    }
+}
+
+impl DirectLanes {
+    /// The light that the surfaces scatter towards the viewer.
+    #[inline(always)]
+    fn scatter<S: Simd>(
+        &mut self,
+        _: S,
+        incidences: &IncidenceLanes,
+        (materials, material): (&MaterialLanes, &Material),
+        reflected: &ReflectedLanes,
+    ) {
+        for lane in 0..LANES {
+            let Incidence { wi, irradiance, .. } = incidences.get(lane);
+            let bsdf = Bsdf::new(&materials.sample(lane, material), 1.0, material.ior);
+            let wi = reflected.world_from_local(lane).transpose() * wi;
+            let scattered = bsdf.eval(reflected.wo.get(lane), wi) * wi.z.abs();
+            let contribution = materials.weight.get(lane) * scattered * irradiance;
+            let is_lit = irradiance.max_element() > 0.0;
+            self.contribution.set(lane, if is_lit { contribution } else { Vec3::ZERO });
+        }
+    }
+}
+
+impl Tracer<'_, '_> {
+    /// Shades up to [`LANES`] hits on one opaque material whose rays run through vacuum.
+    pub(super) fn shade_opaque_block(
+        &mut self,
+        wavefront: &Wavefront,
+        material: &Material,
+        hits: &[SurfaceHit],
+    ) {
+        let Some(mut block) = self.opaque_block.take() else { return };
+        let (context, level) = (self.context, self.context.view.bvh.simd_level());
+        dispatch!(level, simd => block.compute(simd, context, wavefront, (material, hits)));
+        for (lane, hit) in hits.iter().enumerate() {
+            self.finish_hit(&block, wavefront, lane, hit);
+        }
+        self.opaque_block = Some(block);
+    }
+
+    /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray.
+    fn finish_hit(
+        &mut self,
+        block: &OpaqueBlock<'_>,
+        wavefront: &Wavefront,
+        lane: usize,
+        surface_hit: &SurfaceHit,
+    ) {
+        let SurfaceHit { slot, light_pass, .. } = *surface_hit;
+        let (_, state) = wavefront.ray(slot);
+        let emission = block.materials.weight.get(lane) * block.materials.emission.get(lane);
+        self.add(state.sample, light_pass.unwrap_or(LightPass::Emission), emission);
+        for (index, direct) in block.direct.iter().enumerate() {
+            let contribution = direct.contribution.get(lane);
+            if contribution.max_element() > 0.0 {
+                let end = direct.shadow_end.get(lane);
+                self.shadows.push(ShadowRay {
+                    signature: slot.signature,
+                    light: index,
+                    ray: self.context.lights[index].shadow_ray(end, state.seed, index),
+                    sample: state.sample,
+                    light_pass: light_pass.unwrap_or(LightPass::Direct),
+                    contribution,
+                    media: MediaStack::default(),
+                });
+            }
+        }
+        let radiance = block.reflected.environment.get(lane);
+        self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), radiance);
+        let point = &block.surfaces.points[lane];
+        let arrival = Arrival { signature: slot.signature, state, light_pass, point };
+        let weight = block.reflected.specular.get(lane);
+        self.send_mirror_ray(&arrival, block.reflected.mirrored.get(lane), weight);
+    }
+}

@@ -1,0 +1,300 @@
+//! Surface points of a block of hits, computed lane by lane.
+//!
+//! The values are those of [`SurfacePoint::new`], by the same functions. Loops over lanes are vectorised; only normal maps, and the rare normals
+//! that have to be bent into view, are left to each point.
+
+use fearless_simd::Simd;
+
+use super::material::material_at;
+use super::normal;
+use super::ray_differential::{RayDifferential, weight_steps};
+use super::surface::{corner_indices, is_smooth, offset_distance, position_of, terminator_free_point};
+use super::texture_lookup::Lookups;
+use super::{MaterialSample, SurfacePoint};
+use crate::bvh::Hit;
+use crate::geometry::{F32Lanes, Facing, LANES, Ray, Vec2Lanes, Vec3Lanes, unit_or};
+use crate::scene::Material;
+use crate::scene_view::SceneView;
+
+/// A hit with the ray that found it.
+#[derive(Clone, Copy, Debug)]
+pub struct RayHit<'r> {
+    /// The ray.
+    pub ray: &'r Ray,
+    /// Change of the ray to its neighbours.
+    pub differential: &'r RayDifferential,
+    /// The hit.
+    pub hit: &'r Hit,
+}
+
+/// Surface points of up to [`LANES`] hits on one material. Keeps its memory from block to block.
+#[derive(Debug)]
+pub struct SurfaceBlock<'a> {
+    /// The points, in the order of the hits.
+    pub points: Vec<SurfacePoint<'a>>,
+    hits: HitLanes,
+    surfaces: SurfaceLanes,
+}
+
+/// Hits and the triangles that they lie on.
+#[derive(Debug)]
+struct HitLanes {
+    /// Directions of the rays.
+    direction: Vec3Lanes,
+    t: F32Lanes,
+    /// Weights of the second and third corner.
+    u: F32Lanes,
+    v: F32Lanes,
+    /// 1 for front faces, −1 for back faces.
+    side: F32Lanes,
+    corners: [Vec3Lanes; 3],
+    normals: [Vec3Lanes; 3],
+    /// Differentials of the rays.
+    origin_steps: [Vec3Lanes; 2],
+    direction_steps: [Vec3Lanes; 2],
+    /// 1 for rays with an extent, 0 for others.
+    has_extent: F32Lanes,
+}
+
+/// See the fields of the same names of [`SurfacePoint`].
+#[derive(Debug)]
+struct SurfaceLanes {
+    position: Vec3Lanes,
+    front_normal: Vec3Lanes,
+    wo: Vec3Lanes,
+    geometric_normal: Vec3Lanes,
+    offset_distance: F32Lanes,
+    shadow_position: Vec3Lanes,
+    /// The interpolated normal on the viewer's side; mapped and bent into view in the end.
+    shading_normal: Vec3Lanes,
+    /// 1 where the interpolated normal needs no bending.
+    is_in_view: F32Lanes,
+    position_steps: [Vec3Lanes; 2],
+    weight_steps: [Vec2Lanes; 2],
+}
+
+impl Default for SurfaceBlock<'_> {
+    fn default() -> Self {
+        let (zero, zero_vector) = ([0.0; LANES], Vec3Lanes::ZERO);
+        let hits = HitLanes {
+            direction: zero_vector,
+            t: zero,
+            u: zero,
+            v: zero,
+            side: zero,
+            corners: [zero_vector; 3],
+            normals: [zero_vector; 3],
+            origin_steps: [zero_vector; 2],
+            direction_steps: [zero_vector; 2],
+            has_extent: zero,
+        };
+        let surfaces = SurfaceLanes {
+            position: zero_vector,
+            front_normal: zero_vector,
+            wo: zero_vector,
+            geometric_normal: zero_vector,
+            offset_distance: zero,
+            shadow_position: zero_vector,
+            shading_normal: zero_vector,
+            is_in_view: zero,
+            position_steps: [zero_vector; 2],
+            weight_steps: [Vec2Lanes::ZERO; 2],
+        };
+        Self { points: Vec::with_capacity(LANES), hits, surfaces }
+    }
+}
+
+impl<'a> SurfaceBlock<'a> {
+    /// Replaces the points by those of `hits`, at most [`LANES`] on `material`.
+    #[inline(always)]
+    pub fn fill<'r, S: Simd>(
+        &mut self,
+        simd: S,
+        view: SceneView<'a>,
+        material: &Material,
+        hits: impl ExactSizeIterator<Item = RayHit<'r>>,
+    ) {
+        self.points.clear();
+        for (lane, hit) in hits.enumerate() {
+            self.gather(view, lane, hit);
+        }
+        let is_textured = material.texture_refs().next().is_some();
+        self.surfaces.place(simd, &self.hits);
+        self.surfaces.orient(simd, &self.hits);
+        self.surfaces.extend(simd, &self.hits);
+        if is_textured {
+            self.surfaces.extend_weights(simd, &self.hits);
+        }
+        self.finish(view, material, is_textured);
+    }
+
+    /// Material values at a point.
+    pub fn material(&self, view: SceneView<'a>, lane: usize) -> MaterialSample {
+        material_at(&Lookups::new(view), &self.points[lane])
+    }
+
+    /// Whether the instance of a point has vertex colours.
+    pub fn has_vertex_colors(&self, view: SceneView<'a>, lane: usize) -> bool {
+        self.points[lane].instance.has_colors(view.scene)
+    }
+
+    /// Positions of the points.
+    pub(crate) fn positions(&self) -> &Vec3Lanes {
+        &self.surfaces.position
+    }
+
+    /// Shading normals of the points.
+    pub(crate) fn normals(&self) -> &Vec3Lanes {
+        &self.surfaces.shading_normal
+    }
+
+    /// Unit vectors towards the viewer.
+    pub(crate) fn viewers(&self) -> &Vec3Lanes {
+        &self.surfaces.wo
+    }
+
+    /// Copies a hit and its triangle into a lane, and adds its point.
+    #[inline(always)]
+    fn gather(&mut self, view: SceneView<'a>, lane: usize, RayHit { ray, differential, hit }: RayHit<'_>) {
+        let frame = view.frame;
+        let instance = frame.instance(hit.triangle);
+        let corners = corner_indices(view, instance, hit.triangle);
+        let triangle = &frame.triangles[hit.triangle as usize];
+        let lanes = &mut self.hits;
+        lanes.direction.set(lane, ray.direction);
+        (lanes.t[lane], lanes.u[lane], lanes.v[lane]) = (hit.t, hit.u, hit.v);
+        lanes.side[lane] = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
+        for corner in 0..3 {
+            let vertex = &frame.vertices[instance.first_vertex + corners[corner] as usize];
+            lanes.corners[corner].set(lane, triangle.vertices[corner]);
+            lanes.normals[corner].set(lane, vertex.normal);
+        }
+        for axis in 0..2 {
+            lanes.origin_steps[axis].set(lane, differential.origin[axis]);
+            lanes.direction_steps[axis].set(lane, differential.direction[axis]);
+        }
+        lanes.has_extent[lane] = if *differential == RayDifferential::ZERO { 0.0 } else { 1.0 };
+        self.points.push(SurfacePoint {
+            instance,
+            triangle: hit.triangle,
+            facing: hit.facing,
+            corners,
+            weights: [1.0 - hit.u - hit.v, hit.u, hit.v],
+            ..SurfacePoint::unplaced(instance)
+        });
+    }
+
+    /// Completes the points.
+    #[inline(always)]
+    fn finish(&mut self, view: SceneView<'a>, material: &Material, is_textured: bool) {
+        let lanes = &mut self.surfaces;
+        for (lane, point) in self.points.iter_mut().enumerate() {
+            point.position = lanes.position.get(lane);
+            point.wo = lanes.wo.get(lane);
+            point.geometric_normal = lanes.geometric_normal.get(lane);
+            point.offset_distance = lanes.offset_distance[lane];
+            point.shadow_position = lanes.shadow_position.get(lane);
+            point.position_steps = lanes.position_steps.each_ref().map(|steps| steps.get(lane));
+            if is_textured && !point.instance.primitive(view.scene).uvs.is_empty() {
+                point.weight_steps = lanes.weight_steps.each_ref().map(|steps| steps.get(lane));
+            }
+            if material.normal_texture.is_some() {
+                point.shading_normal = point.geometric_normal;
+                let textures = Lookups::new(view);
+                point.shading_normal =
+                    normal::mapped_by(&textures, point, material.normal_texture.as_ref());
+                lanes.shading_normal.set(lane, point.shading_normal);
+            } else {
+                point.shading_normal = lanes.shading_normal.get(lane);
+                if lanes.is_in_view[lane] != 1.0 {
+                    let bent =
+                        normal::bent_into_view(point.geometric_normal, point.shading_normal, point.wo);
+                    point.shading_normal = bent;
+                    lanes.shading_normal.set(lane, bent);
+                }
+            }
+        }
+    }
+}
+
+impl HitLanes {
+    #[inline(always)]
+    fn corners(&self, lane: usize) -> [glam::Vec3; 3] {
+        self.corners.each_ref().map(|corner| corner.get(lane))
+    }
+
+    #[inline(always)]
+    fn weights(&self, lane: usize) -> [f32; 3] {
+        [1.0 - self.u[lane] - self.v[lane], self.u[lane], self.v[lane]]
+    }
+}
+
+impl SurfaceLanes {
+    /// Positions and normals of the triangles; in doubles.
+    #[inline(always)]
+    fn place<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+        for lane in 0..LANES {
+            let corners = hits.corners(lane);
+            self.position.set(lane, position_of(corners, [hits.u[lane], hits.v[lane]]));
+            self.front_normal.set(lane, normal::of_corners(corners));
+        }
+    }
+
+    /// Directions to the viewer, normals on his side, and offsets.
+    #[inline(always)]
+    fn orient<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+        for lane in 0..LANES {
+            let (position, front_normal) = (self.position.get(lane), self.front_normal.get(lane));
+            let (corners, weights) = (hits.corners(lane), hits.weights(lane));
+            let side = hits.side[lane];
+            let geometric_normal = front_normal * side;
+            let wo = -unit_or(hits.direction.get(lane), glam::Vec3::Y);
+            self.wo.set(lane, wo);
+            self.geometric_normal.set(lane, geometric_normal);
+            self.offset_distance[lane] = offset_distance(front_normal, position, corners);
+
+            // Interpolated normals
+            let normals = hits.normals.each_ref().map(|normal| normal.get(lane));
+            let is_smooth = is_smooth(normals);
+            let lifted = terminator_free_point(position, geometric_normal, corners, normals, weights);
+            self.shadow_position.set(lane, if is_smooth { lifted } else { position });
+            let smooth = unit_or(normal::weighted_sum(normals, weights), front_normal);
+            let normal = if is_smooth { smooth } else { front_normal };
+            let outward = if normal.dot(front_normal) < 0.0 { -normal } else { normal };
+            let normal = outward * side;
+            self.shading_normal.set(lane, normal);
+            let is_in_view = normal::is_in_view(geometric_normal, normal, wo);
+            self.is_in_view[lane] = if is_in_view { 1.0 } else { 0.0 };
+        }
+    }
+
+    /// Steps on the surfaces to the hits of the neighbouring rays.
+    #[inline(always)]
+    fn extend<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+        for lane in 0..LANES {
+            let differential = RayDifferential {
+                origin: hits.origin_steps.each_ref().map(|steps| steps.get(lane)),
+                direction: hits.direction_steps.each_ref().map(|steps| steps.get(lane)),
+            };
+            let normal = self.front_normal.get(lane);
+            let steps = differential.on_surface(hits.direction.get(lane), hits.t[lane], normal);
+            for axis in 0..2 {
+                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { glam::Vec3::ZERO };
+                self.position_steps[axis].set(lane, step);
+            }
+        }
+    }
+
+    /// Changes of the barycentric weights over these steps; in doubles.
+    #[inline(always)]
+    fn extend_weights<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+        for lane in 0..LANES {
+            let steps = self.position_steps.each_ref().map(|steps| steps.get(lane));
+            let steps = weight_steps(hits.corners(lane), steps);
+            for axis in 0..2 {
+                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { glam::Vec2::ZERO };
+                self.weight_steps[axis].set(lane, step);
+            }
+        }
+    }
+}

@@ -20,7 +20,7 @@ pub(super) fn of_triangle(triangle: &Triangle) -> Vec3 {
 /// [`of_triangle`], for loops over lanes.
 #[inline(always)]
 pub(super) fn of_corners(corners: [Vec3; 3]) -> Vec3 {
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let [a, b, c] = [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()];
     let normal = (b - a).cross(c - a);
     let length = normal.dot(normal).sqrt();
     let unit = (normal / length).as_vec3();

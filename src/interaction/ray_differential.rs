@@ -37,24 +37,26 @@ impl RayDifferential {
     #[inline(always)]
     pub(super) fn on_surface(&self, direction: Vec3, t: f32, normal: Vec3) -> [Vec3; 2] {
         let per_cosine = 1.0 / direction.dot(normal);
-        [0, 1].map(|axis| {
+        let step = |axis: usize| {
             let across = self.origin[axis] + self.direction[axis] * t;
             across - direction * (across.dot(normal) * per_cosine)
-        })
+        };
+        [step(0), step(1)]
     }
 }
 
 /// Changes of a triangle's second and third barycentric weight over steps in its plane; in f64, for slivers.
 #[inline(always)]
 pub(super) fn weight_steps(corners: [Vec3; 3], steps: [Vec3; 2]) -> [Vec2; 2] {
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let [a, b, c] = [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()];
     let (to_b, to_c) = (b - a, c - a);
     let normal = to_b.cross(to_c);
     let scale = 1.0 / normal.dot(normal);
     // The cross products of the normal with both edges span the plane; each is perpendicular to its edge.
     let (for_b, for_c) = (to_c.cross(normal) * scale, normal.cross(to_b) * scale);
-    steps.map(|step| {
+    let change = |step: Vec3| {
         let step = step.as_dvec3();
         Vec2::new(for_b.dot(step) as f32, for_c.dot(step) as f32)
-    })
+    };
+    [change(steps[0]), change(steps[1])]
 }

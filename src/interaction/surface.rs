@@ -72,7 +72,7 @@ impl<'a> SurfacePoint<'a> {
 /// The hit point of a triangle, rounded once, so that it leaves the plane as little as floats allow.
 #[inline(always)]
 pub(super) fn position_of(corners: [Vec3; 3], [u, v]: [f32; 2]) -> Vec3 {
-    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let [a, b, c] = [corners[0].as_dvec3(), corners[1].as_dvec3(), corners[2].as_dvec3()];
     (a + (b - a) * f64::from(u) + (c - a) * f64::from(v)).as_vec3()
 }
 
@@ -97,8 +97,8 @@ pub(super) fn corner_indices(view: SceneView<'_>, instance: &MeshInstance, trian
 pub(super) fn offset_distance(normal: Vec3, position: Vec3, corners: [Vec3; 3]) -> f32 {
     let off_plane = normal.abs().dot(position.abs()) * (4.0 * f32::EPSILON);
     let separation = position.abs().max_element() * (2.0 * f32::EPSILON);
-    let [a, b, c] = corners.map(|corner| (corner - position).abs());
-    let reach = a.max(b).max(c).max_element();
+    let away = |corner: Vec3| (corner - position).abs();
+    let reach = away(corners[0]).max(away(corners[1])).max(away(corners[2])).max_element();
     off_plane + separation + plane_error(normal, reach) + f32::MIN_POSITIVE
 }
 

@@ -4,6 +4,7 @@
 //! that have to be bent into view, are left to each point.
 
 use fearless_simd::Simd;
+use glam::{Vec2, Vec3};
 
 use super::material::material_at;
 use super::normal;
@@ -194,9 +195,10 @@ impl<'a> SurfaceBlock<'a> {
             point.geometric_normal = lanes.geometric_normal.get(lane);
             point.offset_distance = lanes.offset_distance[lane];
             point.shadow_position = lanes.shadow_position.get(lane);
-            point.position_steps = lanes.position_steps.each_ref().map(|steps| steps.get(lane));
+            point.position_steps = pair(&lanes.position_steps, lane);
             if is_textured && !point.instance.primitive(view.scene).uvs.is_empty() {
-                point.weight_steps = lanes.weight_steps.each_ref().map(|steps| steps.get(lane));
+                let [row, column] = &lanes.weight_steps;
+                point.weight_steps = [row.get(lane), column.get(lane)];
             }
             if material.normal_texture.is_some() {
                 point.shading_normal = point.geometric_normal;
@@ -217,10 +219,20 @@ impl<'a> SurfaceBlock<'a> {
     }
 }
 
+#[inline(always)]
+fn pair([first, second]: &[Vec3Lanes; 2], lane: usize) -> [Vec3; 2] {
+    [first.get(lane), second.get(lane)]
+}
+
+#[inline(always)]
+fn triple([first, second, third]: &[Vec3Lanes; 3], lane: usize) -> [Vec3; 3] {
+    [first.get(lane), second.get(lane), third.get(lane)]
+}
+
 impl HitLanes {
     #[inline(always)]
-    fn corners(&self, lane: usize) -> [glam::Vec3; 3] {
-        self.corners.each_ref().map(|corner| corner.get(lane))
+    fn corners(&self, lane: usize) -> [Vec3; 3] {
+        triple(&self.corners, lane)
     }
 
     #[inline(always)]
@@ -248,13 +260,13 @@ impl SurfaceLanes {
             let (corners, weights) = (hits.corners(lane), hits.weights(lane));
             let side = hits.side[lane];
             let geometric_normal = front_normal * side;
-            let wo = -unit_or(hits.direction.get(lane), glam::Vec3::Y);
+            let wo = -unit_or(hits.direction.get(lane), Vec3::Y);
             self.wo.set(lane, wo);
             self.geometric_normal.set(lane, geometric_normal);
             self.offset_distance[lane] = offset_distance(front_normal, position, corners);
 
             // Interpolated normals
-            let normals = hits.normals.each_ref().map(|normal| normal.get(lane));
+            let normals = triple(&hits.normals, lane);
             let is_smooth = is_smooth(normals);
             let lifted = terminator_free_point(position, geometric_normal, corners, normals, weights);
             self.shadow_position.set(lane, if is_smooth { lifted } else { position });
@@ -273,13 +285,13 @@ impl SurfaceLanes {
     fn extend<S: Simd>(&mut self, _: S, hits: &HitLanes) {
         for lane in 0..LANES {
             let differential = RayDifferential {
-                origin: hits.origin_steps.each_ref().map(|steps| steps.get(lane)),
-                direction: hits.direction_steps.each_ref().map(|steps| steps.get(lane)),
+                origin: pair(&hits.origin_steps, lane),
+                direction: pair(&hits.direction_steps, lane),
             };
             let normal = self.front_normal.get(lane);
             let steps = differential.on_surface(hits.direction.get(lane), hits.t[lane], normal);
             for axis in 0..2 {
-                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { glam::Vec3::ZERO };
+                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { Vec3::ZERO };
                 self.position_steps[axis].set(lane, step);
             }
         }
@@ -289,10 +301,10 @@ impl SurfaceLanes {
     #[inline(always)]
     fn extend_weights<S: Simd>(&mut self, _: S, hits: &HitLanes) {
         for lane in 0..LANES {
-            let steps = self.position_steps.each_ref().map(|steps| steps.get(lane));
+            let steps = pair(&self.position_steps, lane);
             let steps = weight_steps(hits.corners(lane), steps);
             for axis in 0..2 {
-                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { glam::Vec2::ZERO };
+                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { Vec2::ZERO };
                 self.weight_steps[axis].set(lane, step);
             }
         }

@@ -258,8 +258,8 @@ impl ReflectedLanes {
     /// The local frame of a lane; its columns are tangent, bitangent and normal.
     #[inline(always)]
     fn world_from_local(&self, lane: usize) -> Mat3 {
-        let [x, y, z] = self.axes.each_ref().map(|axis| axis.get(lane));
-        Mat3::from_cols(x, y, z)
+        let [tangent, bitangent, normal] = &self.axes;
+        Mat3::from_cols(tangent.get(lane), bitangent.get(lane), normal.get(lane))
     }
 }
 

@@ -1,5 +1,7 @@
 //! Decoding of texels and their mean over the probes of a lookup.
 
+use std::array;
+
 use glam::Vec4;
 
 use super::level_lookup::Footprint;
@@ -33,32 +35,31 @@ impl Probes<'_> {
         }
     }
 
-    /// Mean of the decoded texels over all probes. Arrays and references let the compiler keep the channels in one register.
+    /// Mean of the decoded texels over all probes. In this form, with references to texels and all channels of a
+    /// sum in one expression, the compiler keeps four channels in one register.
     #[inline(always)]
     fn mean_of<T>(self, texels: &[T], decode: impl Fn(&T) -> [f32; 4]) -> [f32; 4] {
         let mut sum = [0.0; 4];
         if self.is_linear {
             for Footprint { texels: [a, b, c, d], weights } in self.footprints {
-                let decoded =
-                    [decode(&texels[*a]), decode(&texels[*b]), decode(&texels[*c]), decode(&texels[*d])];
-                for (texel, weight) in decoded.iter().zip(weights) {
-                    for (sum, channel) in sum.iter_mut().zip(texel) {
-                        *sum += channel * weight;
-                    }
-                }
+                let [a, b, c, d] = [a, b, c, d].map(|index| decode(&texels[*index]));
+                sum = array::from_fn(|channel| {
+                    sum[channel]
+                        + a[channel] * weights[0]
+                        + b[channel] * weights[1]
+                        + c[channel] * weights[2]
+                        + d[channel] * weights[3]
+                });
             }
         } else {
             for footprint in self.footprints {
-                for (sum, channel) in sum.iter_mut().zip(decode(&texels[footprint.texels[0]])) {
-                    *sum += channel;
-                }
+                let texel = decode(&texels[footprint.texels[0]]);
+                sum = array::from_fn(|channel| sum[channel] + texel[channel]);
             }
         }
         let count = self.footprints.len();
         if count > 1 {
-            for sum in &mut sum {
-                *sum *= 1.0 / count as f32;
-            }
+            sum = sum.map(|sum| sum * (1.0 / count as f32));
         }
         sum
     }

@@ -65,20 +65,21 @@ impl EquirectImage {
         let y = uv.y * self.height as f32 - 0.5;
         let (column, row) = (floor(x), floor(y));
         let (right_share, bottom_share) = (x - column as f32, y - row as f32);
-        let across = |row: i32| {
-            let (line, half_turn) = self.line(row);
-            let texel = |column: i32| Vec3::from_array(line[self.wrapped(column + half_turn)]);
-            texel(column) * (1.0 - right_share) + texel(column + 1) * right_share
-        };
-        across(row) * (1.0 - bottom_share) + across(row + 1) * bottom_share
+        let [left_share, top_share] = [1.0 - right_share, 1.0 - bottom_share];
+        let ([a, b], [c, d]) = (self.neighbours(column, row), self.neighbours(column, row + 1));
+        Vec3::from_array(std::array::from_fn(|channel| {
+            (a[channel] * left_share + b[channel] * right_share) * top_share
+                + (c[channel] * left_share + d[channel] * right_share) * bottom_share
+        }))
     }
 
-    /// The texels of a row at most one beyond a pole, and the columns by which they are rotated.
+    /// The texels at a column and at the next one, in a row at most one beyond a pole.
     #[inline(always)]
-    fn line(&self, row: i32) -> (&[[f32; 3]], i32) {
+    fn neighbours(&self, column: i32, row: i32) -> [&[f32; 3]; 2] {
         let inside = row.clamp(0, self.height as i32 - 1);
         let half_turn = if inside == row { 0 } else { self.width as i32 / 2 };
-        (&self.pixels[inside as usize * self.width..][..self.width], half_turn)
+        let line = &self.pixels[inside as usize * self.width..][..self.width];
+        [&line[self.wrapped(column + half_turn)], &line[self.wrapped(column + half_turn + 1)]]
     }
 
     /// A column from one before the first to one and a half turns after it, wrapped around.

@@ -24,7 +24,7 @@ use crate::scene::{Encoding, Filter, Image, MipFilter, MipLevel, Sampler, Scene,
 use crate::scene_view::SceneView;
 pub(super) use ellipse::UvDifferential;
 use ellipse::{Ellipse, MAX_PROBES, blended, level_of};
-use level_lookup::{Footprint, LevelLookup, ProbeLine};
+use level_lookup::{LevelLookup, ProbeLine, WeightedTexels};
 use texels::Probes;
 
 /// Texture lookups at one point.
@@ -93,9 +93,9 @@ pub(super) fn sample_at(scene: &Scene, reference: &TextureRef, encoding: Encodin
     let (sampler, size) = (texture.sampler, [image.width, image.height]);
     let line = ProbeLine { center: reference.transform.of_point(uv), along: Vec2::ZERO, count: 1 };
     let lookup = LevelLookup::new(size, &line, sampler, sampler.magnify);
-    let mut footprints = [Footprint::EMPTY];
-    lookup.fill(&mut footprints);
-    Probes { footprints: &footprints, is_linear: lookup.is_linear() }.mean(&image.texels, encoding)
+    let mut probes = [WeightedTexels::EMPTY];
+    lookup.fill(&mut probes);
+    Probes { probes: &probes, is_linear: lookup.is_linear() }.mean(&image.texels, encoding)
 }
 
 /// What decides the probes of a texture besides the point.
@@ -127,24 +127,23 @@ struct LevelProbes {
     level: usize,
     count: usize,
     is_linear: bool,
-    footprints: [Footprint; MAX_PROBES],
+    probes: [WeightedTexels; MAX_PROBES],
 }
 
 impl LevelProbes {
     const NONE: Self =
-        Self { level: 0, count: 0, is_linear: true, footprints: [Footprint::EMPTY; MAX_PROBES] };
+        Self { level: 0, count: 0, is_linear: true, probes: [WeightedTexels::EMPTY; MAX_PROBES] };
 
     /// Replaces the probes by those of a line.
     fn fill(&mut self, size: [u32; 2], level: usize, line: &ProbeLine, (sampler, filter): (Sampler, Filter)) {
         let lookup = LevelLookup::new(size, line, sampler, filter);
         (self.level, self.count, self.is_linear) = (level, line.count as usize, lookup.is_linear());
-        lookup.fill(&mut self.footprints[..self.count]);
+        lookup.fill(&mut self.probes[..self.count]);
     }
 
     fn mean(&self, image: &Image, levels: &[MipLevel], encoding: Encoding) -> Vec4 {
         let texels = self.level.checked_sub(1).map_or(&image.texels, |mip| &levels[mip].texels);
-        Probes { footprints: &self.footprints[..self.count], is_linear: self.is_linear }
-            .mean(texels, encoding)
+        Probes { probes: &self.probes[..self.count], is_linear: self.is_linear }.mean(texels, encoding)
     }
 }
 

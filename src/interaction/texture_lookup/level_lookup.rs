@@ -28,15 +28,15 @@ const FRACTION_BITS: u32 = 24;
 
 /// The texels around a probe and their weights. The nearest texel alone is the first.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Footprint {
+pub(super) struct WeightedTexels {
     /// Indices in the row-major level: upper left, upper right, lower left, lower right.
     pub(super) texels: [usize; 4],
     /// Their sum is one.
     pub(super) weights: [f32; 4],
 }
 
-impl Footprint {
-    /// A footprint that is not filled in yet.
+impl WeightedTexels {
+    /// Texels that are not filled in yet.
     pub(super) const EMPTY: Self = Self { texels: [0; 4], weights: [0.0; 4] };
 }
 
@@ -91,8 +91,8 @@ impl LevelLookup {
         self.is_linear
     }
 
-    /// Writes the footprints of the first probes.
-    pub(super) fn fill(&self, probes: &mut [Footprint]) {
+    /// Writes the texels and weights of the first probes.
+    pub(super) fn fill(&self, probes: &mut [WeightedTexels]) {
         if !self.is_linear {
             self.fill_nearest(probes);
         } else if let (Some(across), Some(down)) = (self.columns.mask(), self.rows.mask()) {
@@ -103,7 +103,7 @@ impl LevelLookup {
     }
 
     #[inline(always)]
-    fn fill_linear(&self, probes: &mut [Footprint], wrap: impl Fn([i64; 2]) -> [usize; 2]) {
+    fn fill_linear(&self, probes: &mut [WeightedTexels], wrap: impl Fn([i64; 2]) -> [usize; 2]) {
         const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
         let fraction =
             |position: i64| (position & FRACTION) as i32 as f32 * (1.0 / (1 << FRACTION_BITS) as f32);
@@ -127,7 +127,7 @@ impl LevelLookup {
         }
     }
 
-    fn fill_nearest(&self, probes: &mut [Footprint]) {
+    fn fill_nearest(&self, probes: &mut [WeightedTexels]) {
         let [mut x, mut y] = self.start;
         for probe in probes {
             let row = self.rows.wrap(y >> FRACTION_BITS) * self.columns.size as usize;

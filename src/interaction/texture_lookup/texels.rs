@@ -4,7 +4,7 @@ use std::array;
 
 use glam::Vec4;
 
-use super::level_lookup::Footprint;
+use super::level_lookup::WeightedTexels;
 use crate::color;
 use crate::scene::{Encoding, Texels};
 
@@ -14,7 +14,7 @@ const WORD: f32 = 1.0 / 65535.0;
 /// Probes of one level, with linear filtering or the nearest texel of each.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Probes<'a> {
-    pub(super) footprints: &'a [Footprint],
+    pub(super) probes: &'a [WeightedTexels],
     pub(super) is_linear: bool,
 }
 
@@ -41,7 +41,7 @@ impl Probes<'_> {
     fn mean_of<T>(self, texels: &[T], decode: impl Fn(&T) -> [f32; 4]) -> [f32; 4] {
         let mut sum = [0.0; 4];
         if self.is_linear {
-            for Footprint { texels: [a, b, c, d], weights } in self.footprints {
+            for WeightedTexels { texels: [a, b, c, d], weights } in self.probes {
                 let [a, b, c, d] = [a, b, c, d].map(|index| decode(&texels[*index]));
                 sum = array::from_fn(|channel| {
                     sum[channel]
@@ -52,12 +52,12 @@ impl Probes<'_> {
                 });
             }
         } else {
-            for footprint in self.footprints {
-                let texel = decode(&texels[footprint.texels[0]]);
+            for probe in self.probes {
+                let texel = decode(&texels[probe.texels[0]]);
                 sum = array::from_fn(|channel| sum[channel] + texel[channel]);
             }
         }
-        let count = self.footprints.len();
+        let count = self.probes.len();
         if count > 1 {
             sum = sum.map(|sum| sum * (1.0 / count as f32));
         }

@@ -102,15 +102,9 @@ pub(crate) fn srgb16_to_linear(encoded: u16) -> f32 {
 }
 
 /// Linear values of all sixteen-bit sRGB values.
-pub(crate) fn srgb16_table() -> &'static [f32; 65536] {
-    static TABLE: OnceLock<Box<[f32; 65536]>> = OnceLock::new();
-    TABLE.get_or_init(|| {
-        let mut table = Box::new([0.0; 65536]);
-        for (code, linear) in table.iter_mut().enumerate() {
-            *linear = decode(code as f64 / 65535.0) as f32;
-        }
-        table
-    })
+pub(crate) fn srgb16_table() -> &'static [f32] {
+    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
+    TABLE.get_or_init(|| (0..=65535_u32).map(|code| decode(f64::from(code) / 65535.0) as f32).collect())
 }
 
 /// Encodes linear light to the sixteen-bit sRGB value whose linear value is nearest.

@@ -98,9 +98,13 @@ pub(crate) fn linear_to_srgb8_by_table(linear: f32) -> u8 {
 
 /// Decodes a sixteen-bit sRGB value by table.
 pub(crate) fn srgb16_to_linear(encoded: u16) -> f32 {
+    srgb16_table()[usize::from(encoded)]
+}
+
+/// Linear values of all sixteen-bit sRGB values.
+pub(crate) fn srgb16_table() -> &'static [f32] {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     TABLE.get_or_init(|| (0..=65535_u32).map(|code| decode(f64::from(code) / 65535.0) as f32).collect())
-        [usize::from(encoded)]
 }
 
 /// Encodes linear light to the sixteen-bit sRGB value whose linear value is nearest.

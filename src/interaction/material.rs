@@ -3,7 +3,7 @@
 use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
-use super::texture_lookup::{self, Lookups, UvDifferential};
+use super::texture_lookup::{self, Lookups};
 use super::{MaterialSample, RayDifferential, SurfacePoint, material_extensions};
 use crate::bvh::Hit;
 use crate::frame::{MeshInstance, is_volume, transmits};
@@ -111,8 +111,7 @@ fn alpha_at_corners(
         Some(reference) => {
             let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
             let uv = a * weights[0] + b * weights[1] + c * weights[2];
-            let coordinate = || (uv, UvDifferential::ZERO);
-            texture_lookup::sample(view.scene, reference, Encoding::Linear, &mut None, coordinate).w
+            texture_lookup::sample_at(view.scene, reference, Encoding::Linear, uv).w
         }
         None => 1.0,
     };

@@ -8,7 +8,8 @@
 //!
 //! The sampler selects the filter of a single probe. A sampler without mip maps gets one probe.
 //!
-//! The textures of a material mostly share their layout on the surface, so a [`ProbeLayout`] is computed once and reused.
+//! The textures of a material mostly share their layout on the surface, so a [`ProbeLayout`] with the texels and the weights of all probes
+//! is computed once and reused.
 
 mod ellipse;
 mod level_lookup;
@@ -19,11 +20,12 @@ use std::cell::RefCell;
 use glam::{Vec2, Vec4};
 
 use super::surface_point::SurfacePoint;
-use crate::scene::{Encoding, Image, MipFilter, MipLevel, Sampler, Scene, Texels, TextureRef, UvTransform};
+use crate::scene::{Encoding, Filter, Image, MipFilter, MipLevel, Sampler, Scene, TextureRef, UvTransform};
 use crate::scene_view::SceneView;
 pub(super) use ellipse::UvDifferential;
-use ellipse::{Ellipse, blended, level_of};
-use level_lookup::{LevelLookup, ProbeLine};
+use ellipse::{Ellipse, MAX_PROBES, blended, level_of};
+use level_lookup::{LevelLookup, ProbeLine, WeightedTexels};
+use texels::Probes;
 
 /// Texture lookups at one point.
 #[derive(Debug)]
@@ -58,7 +60,7 @@ impl<'a> Lookups<'a> {
 
 /// The value of a texture at `coordinate()`, in the set of `reference`. Reuses `last`, the probes of another texture at the same
 /// point, if both share their layout.
-pub(super) fn sample(
+fn sample(
     scene: &Scene,
     reference: &TextureRef,
     encoding: Encoding,
@@ -75,14 +77,25 @@ pub(super) fn sample(
         size: [image.width, image.height],
         levels: levels.len(),
     };
-    let probes = match last {
-        Some(last) if last.layout == layout => last,
-        _ => {
-            let (uv, differential) = coordinate();
-            last.insert(ProbeLayout::new(layout, levels, uv, differential))
-        }
-    };
+    let probes = last.get_or_insert_with(|| ProbeLayout::new(layout));
+    if probes.layout != layout || probes.fine.count == 0 {
+        probes.layout = layout;
+        let (uv, differential) = coordinate();
+        probes.fill(levels, uv, differential);
+    }
     probes.value(image, levels, encoding)
+}
+
+/// The value of a texture at a point without extent.
+pub(super) fn sample_at(scene: &Scene, reference: &TextureRef, encoding: Encoding, uv: Vec2) -> Vec4 {
+    let texture = &scene.textures[reference.texture.index()];
+    let image = &scene.images[texture.image.index()];
+    let (sampler, size) = (texture.sampler, [image.width, image.height]);
+    let line = ProbeLine { center: reference.transform.of_point(uv), along: Vec2::ZERO, count: 1 };
+    let lookup = LevelLookup::new(size, &line, sampler, sampler.magnify);
+    let mut probes = [WeightedTexels::EMPTY];
+    lookup.fill(&mut probes);
+    Probes { probes: &probes, is_linear: lookup.is_linear() }.mean(&image.texels, encoding)
 }
 
 /// What decides the probes of a texture besides the point.
@@ -99,40 +112,64 @@ struct Layout {
 
 /// The probes of all textures that share a layout, at one point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ProbeLayout {
+struct ProbeLayout {
     layout: Layout,
+    fine: LevelProbes,
+    /// Probes of the next coarser level; none if its share is 0.
+    coarse: LevelProbes,
+    coarse_share: f32,
+}
+
+/// The probes of one level.
+#[derive(Clone, Copy, Debug)]
+struct LevelProbes {
     /// Mip level; 0 is the full image.
     level: usize,
-    lookup: LevelLookup,
-    /// The next coarser level and its share, unless that is 0.
-    coarser: Option<(LevelLookup, f32)>,
+    count: usize,
+    is_linear: bool,
+    probes: [WeightedTexels; MAX_PROBES],
+}
+
+impl LevelProbes {
+    const NONE: Self =
+        Self { level: 0, count: 0, is_linear: true, probes: [WeightedTexels::EMPTY; MAX_PROBES] };
+
+    /// Replaces the probes by those of a line.
+    fn fill(&mut self, size: [u32; 2], level: usize, line: &ProbeLine, (sampler, filter): (Sampler, Filter)) {
+        let lookup = LevelLookup::new(size, line, sampler, filter);
+        (self.level, self.count, self.is_linear) = (level, line.count as usize, lookup.is_linear());
+        lookup.fill(&mut self.probes[..self.count]);
+    }
+
+    fn mean(&self, image: &Image, levels: &[MipLevel], encoding: Encoding) -> Vec4 {
+        let texels = self.level.checked_sub(1).map_or(&image.texels, |mip| &levels[mip].texels);
+        Probes { probes: &self.probes[..self.count], is_linear: self.is_linear }.mean(texels, encoding)
+    }
 }
 
 impl ProbeLayout {
-    fn new(layout: Layout, levels: &[MipLevel], uv: Vec2, differential: UvDifferential) -> Self {
-        let Layout { sampler, transform, .. } = layout;
+    /// A layout without probes.
+    fn new(layout: Layout) -> Self {
+        Self { layout, fine: LevelProbes::NONE, coarse: LevelProbes::NONE, coarse_share: 0.0 }
+    }
+
+    fn fill(&mut self, levels: &[MipLevel], uv: Vec2, differential: UvDifferential) {
+        let Layout { sampler, transform, size: full_size, .. } = self.layout;
         let uv = transform.of_point(uv);
-        let size = Vec2::from(layout.size.map(|side| side as f32));
+        let size = Vec2::from(full_size.map(|side| side as f32));
         let steps = differential.0.map(|step| transform.of_vector(step) * size);
-        let single = |filter| {
-            let lookup = LevelLookup::new(
-                layout.size,
-                &ProbeLine { center: uv, along: Vec2::ZERO, count: 1 },
-                sampler,
-                filter,
-            );
-            Self { layout, level: 0, lookup, coarser: None }
-        };
+        let point = ProbeLine { center: uv, along: Vec2::ZERO, count: 1 };
+        self.coarse.count = 0;
         // The squared axes have the same sum as the squared steps.
         if steps[0].length_squared() + steps[1].length_squared() <= 1.0 {
-            return single(sampler.magnify);
+            return self.fine.fill(full_size, 0, &point, (sampler, sampler.magnify));
         }
         let ellipse = Ellipse::of_steps(steps);
         if ellipse.long <= 1.0 {
-            return single(sampler.magnify);
+            return self.fine.fill(full_size, 0, &point, (sampler, sampler.magnify));
         }
         if sampler.mip == MipFilter::None || levels.is_empty() {
-            return single(sampler.minify);
+            return self.fine.fill(full_size, 0, &point, (sampler, sampler.minify));
         }
 
         // Levels
@@ -145,29 +182,26 @@ impl ProbeLayout {
 
         // Probes along the long axis
         let along = ellipse.direction * ellipse.long / size;
-        let lookup = |index: usize, spacing: f32| {
-            let size =
-                index.checked_sub(1).map_or(layout.size, |mip| [levels[mip].width, levels[mip].height]);
-            let line = ProbeLine { center: uv, along, count: ellipse.probes(spacing) };
-            LevelLookup::new(size, &line, sampler, sampler.minify)
+        let fill = |probes: &mut LevelProbes, level: usize, spacing: f32| {
+            let size = level.checked_sub(1).map_or(full_size, |mip| [levels[mip].width, levels[mip].height]);
+            let line = ProbeLine { center: uv, along, count: ellipse.probes(spacing).min(MAX_PROBES as u32) };
+            probes.fill(size, level, &line, (sampler, sampler.minify));
         };
-        // The texels of the coarser level set the spacing there.
-        let coarser = (share > 0.0).then(|| (lookup(level + 1, (2_u32 << level.min(30)) as f32), share));
-        Self { layout, level, lookup: lookup(level, width), coarser }
+        fill(&mut self.fine, level, width);
+        if share > 0.0 {
+            // The texels of the coarser level set the spacing there.
+            fill(&mut self.coarse, level + 1, (2_u32 << level.min(30)) as f32);
+            self.coarse_share = share;
+        }
     }
 
     fn value(&self, image: &Image, levels: &[MipLevel], encoding: Encoding) -> Vec4 {
-        let texels = |index: usize| -> &Texels {
-            index.checked_sub(1).map_or(&image.texels, |mip| &levels[mip].texels)
-        };
-        let fine = texels::mean(texels(self.level), &self.lookup, encoding);
-        match &self.coarser {
-            Some((lookup, share)) => {
-                let coarse = texels::mean(texels(self.level + 1), lookup, encoding);
-                fine + (coarse - fine) * *share
-            }
-            None => fine,
+        let fine = self.fine.mean(image, levels, encoding);
+        if self.coarse.count == 0 {
+            return fine;
         }
+        let coarse = self.coarse.mean(image, levels, encoding);
+        fine + (coarse - fine) * self.coarse_share
     }
 }
 

@@ -70,36 +70,68 @@ pub(crate) fn mip_working_bytes(width: u32, height: u32) -> u64 {
 /// number of threads.
 pub fn mip_levels(image: &Image, encoding: Encoding) -> Vec<MipLevel> {
     let size = (image.width, image.height);
-    let mut levels = Vec::new();
-    let Some(first) = halved(size) else {
-        return levels;
-    };
-    let width = image.width as usize;
-    let mut means = match &image.texels {
+    match &image.texels {
         Texels::Rgba8(texels) => {
-            downsample(size, first, encoding, |x, y| decode8(texels[y * width + x], encoding))
+            let table = color::srgb8_table();
+            let linear = |code: u8| table[usize::from(code)];
+            let decode_color =
+                |[r, g, b, a]: [u8; 4]| Vec4::new(linear(r), linear(g), linear(b), f32::from(a) / 255.0);
+            let decode_normal = |texel| direction(linear8(texel));
+            let encode_color = |mean| encode8(mean, Encoding::Srgb);
+            // Each encoding has its own loop over the texels.
+            let levels = match encoding {
+                Encoding::Linear => {
+                    levels_of(size, texels, encoding, linear8, |mean| encode8(mean, Encoding::Linear))
+                }
+                Encoding::Normal => {
+                    levels_of(size, texels, encoding, decode_normal, |mean| encode8(mean, Encoding::Normal))
+                }
+                Encoding::Srgb | Encoding::CoveredSrgb => {
+                    levels_of(size, texels, encoding, decode_color, encode_color)
+                }
+            };
+            mip_levels_of(levels, Texels::Rgba8)
         }
         Texels::Rgba16(texels) => {
-            downsample(size, first, encoding, |x, y| decode16(texels[y * width + x], encoding))
+            let decode = |texel| decode16(texel, encoding);
+            let encode = |mean| encode16(mean, encoding);
+            mip_levels_of(levels_of(size, texels, encoding, decode, encode), Texels::Rgba16)
         }
+    }
+}
+
+/// Size and texels of a level.
+type Level<T> = ((u32, u32), Vec<T>);
+
+fn mip_levels_of<T>(levels: Vec<Level<T>>, texels_of: impl Fn(Vec<T>) -> Texels) -> Vec<MipLevel> {
+    let level = |((width, height), texels)| MipLevel { width, height, texels: texels_of(texels) };
+    levels.into_iter().map(level).collect()
+}
+
+fn levels_of<T: Copy + Default + Send + Sync>(
+    size: (u32, u32),
+    texels: &[T],
+    encoding: Encoding,
+    decode: impl Fn(T) -> Vec4 + Sync,
+    encode: impl Fn(Vec4) -> T + Sync,
+) -> Vec<Level<T>> {
+    let mut levels = Vec::new();
+    let Some(mut next) = halved(size) else {
+        return levels;
     };
-    let mut size = first;
+    let stride = size.0 as usize;
+    let texel = |x: usize, y: usize| decode(texels[y * stride + x]);
+    let (mut means, mut encoded) = downsample(size, next, encoding, texel, &encode);
     loop {
-        let texels = match &image.texels {
-            Texels::Rgba8(_) => {
-                Texels::Rgba8(means.par_iter().map(|mean| encode8(*mean, encoding)).collect())
-            }
-            Texels::Rgba16(_) => {
-                Texels::Rgba16(means.par_iter().map(|mean| encode16(*mean, encoding)).collect())
-            }
-        };
-        levels.push(MipLevel { width: size.0, height: size.1, texels });
-        let Some(next) = halved(size) else {
+        levels.push((next, encoded));
+        let size = next;
+        let Some(smaller) = halved(size) else {
             return levels;
         };
+        next = smaller;
         let stride = size.0 as usize;
-        means = downsample(size, next, encoding, |x, y| means[y * stride + x]);
-        size = next;
+        let mean = |x: usize, y: usize| means[y * stride + x];
+        (means, encoded) = downsample(size, next, encoding, mean, &encode);
     }
 }
 
@@ -133,24 +165,56 @@ fn spans(old: u32, new: u32) -> Vec<Span> {
         .collect()
 }
 
-/// Means of the next level's texels. `texel` returns a value of the previous level.
-fn downsample(
+/// Means of the next level's texels, and their encoded form. `texel` returns a value of the previous level.
+fn downsample<T: Copy + Default + Send>(
     old: (u32, u32),
     new: (u32, u32),
     encoding: Encoding,
     texel: impl Fn(usize, usize) -> Vec4 + Sync,
-) -> Vec<Vec4> {
+    encode: impl Fn(Vec4) -> T + Sync,
+) -> (Vec<Vec4>, Vec<T>) {
+    let is_covered = encoding == Encoding::CoveredSrgb;
+    let is_even = old == (new.0 * 2, new.1 * 2);
     let (columns, rows) = (spans(old.0, new.0), spans(old.1, new.1));
     let mut means = vec![Vec4::ZERO; columns.len() * rows.len()];
-    means.par_chunks_mut(columns.len()).zip(&rows).for_each(|(line, row)| {
-        for (mean, column) in line.iter_mut().zip(&columns) {
-            *mean = mean_of(*column, *row, encoding, &texel);
+    let mut encoded = vec![T::default(); means.len()];
+    let lines = means.par_chunks_mut(columns.len()).zip(encoded.par_chunks_mut(columns.len()));
+    lines.zip(&rows).for_each(|((means, encoded), row)| {
+        let texels = means.iter_mut().zip(encoded);
+        if is_even {
+            for ((mean, encoded), column) in texels.zip(0..) {
+                *mean = mean_of_four([column * 2, row.first], is_covered, &texel);
+                *encoded = encode(*mean);
+            }
+        } else {
+            for ((mean, encoded), column) in texels.zip(&columns) {
+                *mean = mean_of(*column, *row, is_covered, &texel);
+                *encoded = encode(*mean);
+            }
         }
     });
-    means
+    (means, encoded)
 }
 
-fn mean_of(column: Span, row: Span, encoding: Encoding, texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
+/// [`mean_of`] where both sizes are even: four texels of equal weight.
+#[inline(always)]
+fn mean_of_four([x, y]: [usize; 2], is_covered: bool, texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
+    let values = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
+    let mut plain = Vec4::ZERO;
+    for value in values {
+        plain += value * 0.25;
+    }
+    if !is_covered || plain.w <= 0.0 {
+        return plain;
+    }
+    let mut covered = Vec3::ZERO;
+    for value in values {
+        covered += value.truncate() * (value.w * 0.25);
+    }
+    (covered / plain.w).extend(plain.w)
+}
+
+fn mean_of(column: Span, row: Span, is_covered: bool, texel: &impl Fn(usize, usize) -> Vec4) -> Vec4 {
     let (mut plain, mut covered) = (Vec4::ZERO, Vec3::ZERO);
     for (y, row_share) in row.shares.into_iter().enumerate() {
         for (x, column_share) in column.shares.into_iter().enumerate() {
@@ -163,30 +227,20 @@ fn mean_of(column: Span, row: Span, encoding: Encoding, texel: &impl Fn(usize, u
         }
     }
     // Without any coverage all colours count equally.
-    if encoding == Encoding::CoveredSrgb && plain.w > 0.0 {
-        (covered / plain.w).extend(plain.w)
-    } else {
-        plain
-    }
+    if is_covered && plain.w > 0.0 { (covered / plain.w).extend(plain.w) } else { plain }
 }
 
-fn decode8(texel: [u8; 4], encoding: Encoding) -> Vec4 {
-    let linear = texel.map(|code| f32::from(code) / 255.0);
-    match encoding {
-        Encoding::Linear => Vec4::from_array(linear),
-        Encoding::Normal => direction(linear),
-        Encoding::Srgb | Encoding::CoveredSrgb => {
-            let [r, g, b, _] = texel.map(color::srgb8_to_linear);
-            Vec4::new(r, g, b, linear[3])
-        }
-    }
+/// The channels of a texel as shares of the largest code.
+#[inline(always)]
+fn linear8([r, g, b, a]: [u8; 4]) -> Vec4 {
+    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a)) / 255.0
 }
 
 fn decode16(texel: [u16; 4], encoding: Encoding) -> Vec4 {
     let linear = texel.map(|code| f32::from(code) / 65535.0);
     match encoding {
         Encoding::Linear => Vec4::from_array(linear),
-        Encoding::Normal => direction(linear),
+        Encoding::Normal => direction(Vec4::from_array(linear)),
         Encoding::Srgb | Encoding::CoveredSrgb => {
             let [r, g, b, _] = texel.map(color::srgb16_to_linear);
             Vec4::new(r, g, b, linear[3])
@@ -195,11 +249,13 @@ fn decode16(texel: [u16; 4], encoding: Encoding) -> Vec4 {
 }
 
 /// The unit vector that a texel of a normal map encodes; zero for a texel without a direction.
-fn direction([r, g, b, a]: [f32; 4]) -> Vec4 {
-    (Vec3::new(r, g, b) * 2.0 - Vec3::ONE).normalize_or_zero().extend(a)
+#[inline(always)]
+fn direction(linear: Vec4) -> Vec4 {
+    (linear.truncate() * 2.0 - Vec3::ONE).normalize_or_zero().extend(linear.w)
 }
 
 /// Linear channels of a mean, from 0 to 1, before rounding.
+#[inline(always)]
 fn stored(mean: Vec4, encoding: Encoding) -> [f32; 4] {
     match encoding {
         Encoding::Normal => {
@@ -211,16 +267,15 @@ fn stored(mean: Vec4, encoding: Encoding) -> [f32; 4] {
     }
 }
 
+#[inline(always)]
 fn encode8(mean: Vec4, encoding: Encoding) -> [u8; 4] {
-    let values = stored(mean, encoding);
+    let [r, g, b, a] = stored(mean, encoding);
     // Float-to-integer casts saturate.
-    let linear = values.map(|value| (value * 255.0 + 0.5) as u8);
+    let linear = |value: f32| (value * 255.0 + 0.5) as u8;
+    let srgb = color::linear_to_srgb8_by_table;
     match encoding {
-        Encoding::Linear | Encoding::Normal => linear,
-        Encoding::Srgb | Encoding::CoveredSrgb => {
-            let [r, g, b, _] = values.map(color::linear_to_srgb8_by_table);
-            [r, g, b, linear[3]]
-        }
+        Encoding::Linear | Encoding::Normal => [linear(r), linear(g), linear(b), linear(a)],
+        Encoding::Srgb | Encoding::CoveredSrgb => [srgb(r), srgb(g), srgb(b), linear(a)],
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 /// Maximum number of probes along the long axis.
-const MAX_PROBES: f32 = 16.0;
+pub(super) const MAX_PROBES: usize = 16;
 
 /// Distance of probes along the long axis, in widths of a probe.
 const SPACING: f32 = 1.4;
@@ -11,11 +11,6 @@ const SPACING: f32 = 1.4;
 /// Derivatives of texture coordinates by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::interaction) struct UvDifferential(pub(in crate::interaction) [Vec2; 2]);
-
-impl UvDifferential {
-    /// A lookup without extent.
-    pub(in crate::interaction) const ZERO: Self = Self([Vec2::ZERO; 2]);
-}
 
 /// The blend of two levels: in the outer quarters of the way from one to the next it is one of them alone.
 pub(super) fn blended(level: usize, share: f32) -> (usize, f32) {
@@ -61,7 +56,7 @@ impl Ellipse {
 
     /// The width of a probe: the short axis, but at least a texel, and wide enough for the probes to cover the long axis.
     pub(super) fn width(&self) -> f32 {
-        let needed = self.long / (MAX_PROBES * SPACING);
+        let needed = self.long / (MAX_PROBES as f32 * SPACING);
         let width = if self.short > needed { self.short } else { needed };
         if width > 1.0 { width } else { 1.0 }
     }

@@ -1,6 +1,6 @@
-//! Probes in one mip level: wrapping, and nearest or linear filtering.
+//! Probes in one mip level: the texels around each by wrapping, and their weights by nearest or linear filtering.
 
-use glam::{Vec2, Vec4};
+use glam::Vec2;
 
 use crate::scene::{Filter, Sampler, WrapMode};
 
@@ -26,13 +26,26 @@ impl ProbeLine {
 /// Fraction bits of the fixed-point positions in [`LevelLookup`].
 const FRACTION_BITS: u32 = 24;
 
+/// The texels around a probe and their weights. The nearest texel alone is the first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WeightedTexels {
+    /// Indices in the row-major level: upper left, upper right, lower left, lower right.
+    pub(super) texels: [usize; 4],
+    /// Their sum is one.
+    pub(super) weights: [f32; 4],
+}
+
+impl WeightedTexels {
+    /// Texels that are not filled in yet.
+    pub(super) const EMPTY: Self = Self { texels: [0; 4], weights: [0.0; 4] };
+}
+
 /// The probes of a line in one level. Positions are fixed-point texels; those beyond 2³⁸ texels saturate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LevelLookup {
     /// Position of the first probe: from the centre of the first texel for linear filtering, from its edge for nearest.
     start: [i64; 2],
     step: [i64; 2],
-    count: u32,
     columns: Axis,
     rows: Axis,
     is_linear: bool,
@@ -68,67 +81,60 @@ impl LevelLookup {
         Self {
             start: [position(start.x, width), position(start.y, height)],
             step: [stride(step.x, width), stride(step.y, height)],
-            count: line.count,
             columns: Axis { mode: sampler.wrap_u, size: width },
             rows: Axis { mode: sampler.wrap_v, size: height },
             is_linear,
         }
     }
 
-    /// Mean of the decoded texels over all probes.
-    #[inline(always)]
-    pub(super) fn mean<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
-        let sum = if !self.is_linear {
-            self.nearest_sum(texels, decode)
+    pub(super) fn is_linear(&self) -> bool {
+        self.is_linear
+    }
+
+    /// Writes the texels and weights of the first probes.
+    pub(super) fn fill(&self, probes: &mut [WeightedTexels]) {
+        if !self.is_linear {
+            self.fill_nearest(probes);
         } else if let (Some(across), Some(down)) = (self.columns.mask(), self.rows.mask()) {
-            let wrap = |[x, y]: [i64; 2]| [(x & across) as usize, (y & down) as usize];
-            self.linear_sum(texels, decode, wrap)
+            self.fill_linear(probes, |[x, y]| [(x & across) as usize, (y & down) as usize]);
         } else {
-            self.linear_sum(texels, decode, |[x, y]| [self.columns.wrap(x), self.rows.wrap(y)])
-        };
-        if self.count == 1 { sum } else { sum * (1.0 / self.count as f32) }
+            self.fill_linear(probes, |[x, y]| [self.columns.wrap(x), self.rows.wrap(y)]);
+        }
     }
 
     #[inline(always)]
-    fn linear_sum<T: Copy>(
-        &self,
-        texels: &[T],
-        decode: impl Fn(T) -> Vec4,
-        wrap: impl Fn([i64; 2]) -> [usize; 2],
-    ) -> Vec4 {
+    fn fill_linear(&self, probes: &mut [WeightedTexels], wrap: impl Fn([i64; 2]) -> [usize; 2]) {
         const FRACTION: i64 = (1 << FRACTION_BITS) - 1;
         let fraction =
             |position: i64| (position & FRACTION) as i32 as f32 * (1.0 / (1 << FRACTION_BITS) as f32);
         let stride = self.columns.size as usize;
         let [mut x, mut y] = self.start;
-        let mut sum = Vec4::ZERO;
-        for _ in 0..self.count {
+        for probe in probes {
             let (column, row) = (x >> FRACTION_BITS, y >> FRACTION_BITS);
             let ([left, upper], [right, lower]) = (wrap([column, row]), wrap([column + 1, row + 1]));
             let (right_share, lower_share) = (fraction(x), fraction(y));
             let (left_share, upper_share) = (1.0 - right_share, 1.0 - lower_share);
             let (upper, lower) = (upper * stride, lower * stride);
-            sum += decode(texels[upper + left]) * (left_share * upper_share);
-            sum += decode(texels[upper + right]) * (right_share * upper_share);
-            sum += decode(texels[lower + left]) * (left_share * lower_share);
-            sum += decode(texels[lower + right]) * (right_share * lower_share);
+            probe.texels = [upper + left, upper + right, lower + left, lower + right];
+            probe.weights = [
+                left_share * upper_share,
+                right_share * upper_share,
+                left_share * lower_share,
+                right_share * lower_share,
+            ];
             x = x.wrapping_add(self.step[0]);
             y = y.wrapping_add(self.step[1]);
         }
-        sum
     }
 
-    #[inline(always)]
-    fn nearest_sum<T: Copy>(&self, texels: &[T], decode: impl Fn(T) -> Vec4) -> Vec4 {
+    fn fill_nearest(&self, probes: &mut [WeightedTexels]) {
         let [mut x, mut y] = self.start;
-        let mut sum = Vec4::ZERO;
-        for _ in 0..self.count {
+        for probe in probes {
             let row = self.rows.wrap(y >> FRACTION_BITS) * self.columns.size as usize;
-            sum += decode(texels[row + self.columns.wrap(x >> FRACTION_BITS)]);
+            probe.texels[0] = row + self.columns.wrap(x >> FRACTION_BITS);
             x = x.wrapping_add(self.step[0]);
             y = y.wrapping_add(self.step[1]);
         }
-        sum
     }
 }
 

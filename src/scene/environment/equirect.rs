@@ -7,6 +7,8 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
+use super::arc_tangent::atan2;
+
 /// Radiance on an equirectangular grid, row-major from the top.
 #[derive(Clone, Debug)]
 pub(super) struct EquirectImage {
@@ -17,9 +19,9 @@ pub(super) struct EquirectImage {
 
 /// Image coordinates of a unit direction, in the unit square with the origin at the top left.
 pub(super) fn uv_from_direction(direction: Vec3) -> Vec2 {
-    let azimuth = libm::atan2f(direction.x, -direction.z);
+    let azimuth = atan2(direction.x, -direction.z);
     let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-    let polar = libm::atan2f(horizontal, direction.y);
+    let polar = atan2(horizontal, direction.y);
     Vec2::new(0.5 + azimuth / (2.0 * PI), polar / PI)
 }
 
@@ -28,6 +30,13 @@ pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
     let (sin_azimuth, cos_azimuth) = libm::sincosf((uv.x - 0.5) * 2.0 * PI);
     let (sin_polar, cos_polar) = libm::sincosf(uv.y * PI);
     Vec3::new(sin_polar * sin_azimuth, cos_polar, -sin_polar * cos_azimuth)
+}
+
+/// The largest integer that is not above `value`; 0 for not a number.
+#[inline(always)]
+fn floor(value: f32) -> i32 {
+    let whole = value as i32;
+    if whole as f32 > value { whole - 1 } else { whole }
 }
 
 impl EquirectImage {
@@ -50,25 +59,35 @@ impl EquirectImage {
     }
 
     /// Bilinear interpolation between texel centres. Columns wrap around. Beyond a pole the border row repeats, rotated by 180°.
+    #[inline]
     pub(super) fn bilinear(&self, uv: Vec2) -> Vec3 {
         let x = uv.x * self.width as f32 - 0.5;
         let y = uv.y * self.height as f32 - 0.5;
-        let (left, top) = (x.floor(), y.floor());
-        let (right_share, bottom_share) = (x - left, y - top);
-        let (column, row) = (left as isize, top as isize);
-        let across = |row: isize| {
-            self.wrapped_pixel(column, row) * (1.0 - right_share)
-                + self.wrapped_pixel(column + 1, row) * right_share
-        };
-        across(row) * (1.0 - bottom_share) + across(row + 1) * bottom_share
+        let (column, row) = (floor(x), floor(y));
+        let (right_share, bottom_share) = (x - column as f32, y - row as f32);
+        let [left_share, top_share] = [1.0 - right_share, 1.0 - bottom_share];
+        let ([a, b], [c, d]) = (self.neighbours(column, row), self.neighbours(column, row + 1));
+        Vec3::from_array(std::array::from_fn(|channel| {
+            (a[channel] * left_share + b[channel] * right_share) * top_share
+                + (c[channel] * left_share + d[channel] * right_share) * bottom_share
+        }))
     }
 
-    /// The texel at a column that wraps around and a row at most one beyond a pole.
-    fn wrapped_pixel(&self, column: isize, row: isize) -> Vec3 {
-        let inside = row.clamp(0, self.height as isize - 1);
-        let half_turn = if inside == row { 0 } else { self.width as isize / 2 };
-        let wrapped = (column + half_turn).rem_euclid(self.width as isize);
-        Vec3::from_array(self.pixels[inside as usize * self.width + wrapped as usize])
+    /// The texels at a column and at the next one, in a row at most one beyond a pole.
+    #[inline(always)]
+    fn neighbours(&self, column: i32, row: i32) -> [&[f32; 3]; 2] {
+        let inside = row.clamp(0, self.height as i32 - 1);
+        let half_turn = if inside == row { 0 } else { self.width as i32 / 2 };
+        let line = &self.pixels[inside as usize * self.width..][..self.width];
+        [&line[self.wrapped(column + half_turn)], &line[self.wrapped(column + half_turn + 1)]]
+    }
+
+    /// A column from one before the first to one and a half turns after it, wrapped around.
+    #[inline(always)]
+    fn wrapped(&self, column: i32) -> usize {
+        let width = self.width as i32;
+        let column = if column < 0 { column + width } else { column };
+        (if column >= width { column - width } else { column }) as usize
     }
 
     /// Resamples to another grid. Each new texel holds the mean over its solid angle.
@@ -161,6 +180,27 @@ mod tests {
         assert_eq!(image.bilinear(Vec2::new(0.0, 0.0)), Vec3::splat(2.0));
         assert_eq!(image.bilinear(Vec2::new(1.0, 1.0)), Vec3::splat(7.0));
         assert_eq!(image.bilinear(Vec2::new(0.5, 0.5)), Vec3::splat(4.5));
+    }
+
+    #[test]
+    fn lookups_have_the_bits_of_their_definition() {
+        let (width, height) = (7, 4);
+        let pixels = (0..28).map(|index| [index as f32 * 0.37, (index * index % 11) as f32, 0.1]).collect();
+        let image = EquirectImage { width, height, pixels };
+        let pixel = |column: isize, row: isize| {
+            let inside = row.clamp(0, 3);
+            let half_turn = if inside == row { 0 } else { 3 };
+            Vec3::from_array(image.pixels[(inside * 7 + (column + half_turn).rem_euclid(7)) as usize])
+        };
+        for index in 0..=900 {
+            let uv = Vec2::new((index % 31) as f32 / 30.0, (index / 31) as f32 / 29.0);
+            let (x, y) = (uv.x * 7.0 - 0.5, uv.y * 4.0 - 0.5);
+            let (column, row) = (x.floor() as isize, y.floor() as isize);
+            let (right, bottom) = (x - x.floor(), y - y.floor());
+            let across = |row: isize| pixel(column, row) * (1.0 - right) + pixel(column + 1, row) * right;
+            let expected = across(row) * (1.0 - bottom) + across(row + 1) * bottom;
+            assert_eq!(image.bilinear(uv), expected, "{uv}");
+        }
     }
 
     #[test]

@@ -17,18 +17,19 @@ const HEIGHT: usize = WIDTH / 2;
 ///
 /// The sum of the kernel is scaled to π for each normal, so that uniform light is exact.
 pub(super) fn irradiance_image(source: &EquirectImage) -> EquirectImage {
+    let cosines = azimuth_cosines(source.width);
     let rows: Vec<Vec<[f32; 3]>> = (0..HEIGHT)
         .into_par_iter()
-        .map(|row| irradiance_row(source, (row as f64 + 0.5) / HEIGHT as f64 * PI))
+        .map(|row| irradiance_row(source, &cosines, (row as f64 + 0.5) / HEIGHT as f64 * PI))
         .collect();
     EquirectImage { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
 }
 
-fn irradiance_row(source: &EquirectImage, normal_polar: f64) -> Vec<[f32; 3]> {
+fn irradiance_row(source: &EquirectImage, azimuth_cosines: &[f64], normal_polar: f64) -> Vec<[f32; 3]> {
     let mut sums = vec![[0.0_f64; 3]; WIDTH];
     let mut kernel_sum = 0.0;
     for (row, pixels) in source.pixels.chunks_exact(source.width).enumerate() {
-        let kernel = row_kernel(source, row, normal_polar);
+        let kernel = row_kernel(source.height, row, azimuth_cosines, normal_polar);
         let row_sum: f64 = kernel.iter().map(|&weight| f64::from(weight)).sum();
         if row_sum == 0.0 {
             continue;
@@ -40,20 +41,24 @@ fn irradiance_row(source: &EquirectImage, normal_polar: f64) -> Vec<[f32; 3]> {
 }
 
 /// Weights of the texels of a source row, from the texel whose left edge is at or before the normal's azimuth.
-fn row_kernel(source: &EquirectImage, row: usize, normal_polar: f64) -> Vec<f32> {
-    let height = source.height as f64;
+fn row_kernel(height: usize, row: usize, azimuth_cosines: &[f64], normal_polar: f64) -> Vec<f32> {
+    let height = height as f64;
     let band = libm::cos(row as f64 / height * PI) - libm::cos((row as f64 + 1.0) / height * PI);
     let polar = (row as f64 + 0.5) / height * PI;
     let along = libm::cos(polar) * libm::cos(normal_polar);
     let across = libm::sin(polar) * libm::sin(normal_polar);
-    let offset = first_texel_offset(source.width);
-    (0..source.width)
-        .map(|step| {
-            let azimuth = (step as f64 + offset) / source.width as f64 * 2.0 * PI;
-            let cosine = along + across * libm::cos(azimuth);
-            if cosine > 0.0 { (cosine * band) as f32 } else { 0.0 }
-        })
-        .collect()
+    let weight = |azimuth_cosine: &f64| {
+        let cosine = along + across * azimuth_cosine;
+        if cosine > 0.0 { (cosine * band) as f32 } else { 0.0 }
+    };
+    azimuth_cosines.iter().map(weight).collect()
+}
+
+/// Cosines of the azimuths between a normal and the texels of a row, in the order of [`row_kernel`].
+fn azimuth_cosines(source_width: usize) -> Vec<f64> {
+    let offset = first_texel_offset(source_width);
+    let azimuth = |step: usize| (step as f64 + offset) / source_width as f64 * 2.0 * PI;
+    (0..source_width).map(|step| libm::cos(azimuth(step))).collect()
 }
 
 /// Distance from the centre of a result column to the centre of the source texel that contains it, in source texels.

@@ -131,3 +131,25 @@ fn levels_do_not_depend_on_threads() {
         assert_eq!(build(1), build(3));
     }
 }
+
+#[test]
+fn even_sizes_have_the_bits_of_the_general_mean() {
+    let noise = |x: u32, y: u32, channel: u32| {
+        ((x * 73 + y * 151 + channel * 37).wrapping_mul(0x9e37_79b9) >> 24) as u8
+    };
+    let texel = |x: usize, y: usize| {
+        let code = |channel: u32| noise(x as u32, y as u32, channel);
+        let alpha = if (x + y) % 3 == 0 { 0 } else { code(3) };
+        linear8([code(0), code(1), code(2), alpha])
+    };
+    let (columns, rows) = (spans(16, 8), spans(8, 4));
+    for is_covered in [false, true] {
+        for (y, row) in rows.iter().enumerate() {
+            for (x, column) in columns.iter().enumerate() {
+                let general = mean_of(*column, *row, is_covered, &texel);
+                let found = mean_of_four([x * 2, y * 2], is_covered, &texel);
+                assert_eq!(found.to_array().map(f32::to_bits), general.to_array().map(f32::to_bits));
+            }
+        }
+    }
+}

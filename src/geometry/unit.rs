@@ -10,7 +10,7 @@ pub(crate) fn unit(v: Vec3) -> Option<Vec3> {
     }
     // Squares of components of at most one neither overflow nor all underflow.
     let scaled = v / largest;
-    Some(scaled / libm::sqrtf(scaled.dot(scaled)))
+    Some(scaled / scaled.dot(scaled).sqrt())
 }
 
 #[cfg(test)]

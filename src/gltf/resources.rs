@@ -1,5 +1,6 @@
 //! External resources: buffers and image files inside the scene's folder, read once and hashed.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
@@ -40,22 +41,19 @@ impl Resources {
     }
 
     /// Loads all buffers. `None` for a buffer without data, which is an error only when it is read.
-    pub(super) fn load_buffers(
+    pub(super) fn load_buffers<'a>(
         &mut self,
         context: &mut Context,
         document: &Document,
-        bin: Option<&[u8]>,
-    ) -> Result<Vec<Option<Vec<u8>>>> {
+        bin: Option<&'a [u8]>,
+    ) -> Result<Vec<Option<Cow<'a, [u8]>>>> {
         let mut buffers = Vec::new();
         for (i, buffer) in document.root.buffers.iter().enumerate() {
             let pointer = format!("/buffers/{i}");
             let content = match (&buffer.uri, bin) {
                 _ if meshopt::is_fallback(document, i) => None,
-                (Some(uri), _) => Some(self.fetch(context, uri, &format!("{pointer}/uri"))?),
-                (None, Some(bin)) if i == 0 => {
-                    context.charge(bin.len() as u64, &pointer)?;
-                    Some(bin.to_vec())
-                }
+                (Some(uri), _) => Some(Cow::Owned(self.fetch(context, uri, &format!("{pointer}/uri"))?)),
+                (None, Some(bin)) if i == 0 => Some(Cow::Borrowed(bin)),
                 (None, _) => None,
             };
             if let Some(content) = &content {

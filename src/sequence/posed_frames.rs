@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use crate::bvh::{BuildSettings, Builder, Bvh};
 use crate::cancel::CancelFlag;
 use crate::error::Result;
@@ -14,6 +16,8 @@ use super::{Phases, SequenceJob};
 
 /// Reflected and refracted rays a sample in a typical scene.
 const TYPICAL_BOUNCES: u32 = 1;
+/// Triangles of one task of a comparison.
+const TRIANGLES_PER_TASK: usize = 16_384;
 
 /// The current and the previous pose, and the BVH of the current one.
 #[derive(Default)]
@@ -112,7 +116,11 @@ fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
     let bits = |triangle: &Triangle| triangle.vertices.map(|v| v.to_array().map(f32::to_bits));
     a.flags == b.flags
         && a.triangles.len() == b.triangles.len()
-        && a.triangles.iter().zip(&b.triangles).all(|(a, b)| bits(a) == bits(b))
+        && a.triangles
+            .par_iter()
+            .zip(&b.triangles)
+            .with_min_len(TRIANGLES_PER_TASK)
+            .all(|(a, b)| bits(a) == bits(b))
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@
 mod aovs;
 
 use std::borrow::Cow;
-use std::ops::Range;
 use std::sync::Arc;
 
 use crate::image::{ColorEncoding, Image, Plate};
@@ -68,7 +67,7 @@ impl Film {
     }
 
     /// Writes the AOVs of a tile that both the film and `aovs` have.
-    pub fn write_aov_tile(&mut self, tile: PixelWindow, mut aovs: FilmAovs) {
+    pub fn write_aov_tile(&mut self, tile: PixelWindow, aovs: &FilmAovs) {
         let window = self.window;
         if let (Some(all), Some(light)) = (&mut self.aovs.light, &aovs.light) {
             copy_rows(window, all, tile, light);
@@ -76,8 +75,8 @@ impl Film {
         if let (Some(all), Some(centers)) = (&mut self.aovs.centers, &aovs.centers) {
             copy_rows(window, all, tile, centers);
         }
-        if let (Some(all), Some(coverage)) = (&mut self.aovs.coverage, &mut aovs.coverage) {
-            move_rows(window, all, tile, coverage);
+        if let (Some(all), Some(coverage)) = (&mut self.aovs.coverage, &aovs.coverage) {
+            copy_rows(window, all, tile, coverage);
         }
     }
 
@@ -97,42 +96,31 @@ impl Film {
         self.aovs.scale(factor);
         self.pixels.iter_mut().flatten().for_each(|channel| *channel *= factor);
     }
-}
 
-/// Sets pixels with infinite or NaN channels and their light passes to transparent black. Returns their number.
-pub fn blacken_non_finite(pixels: &mut [[f32; 4]], aovs: &mut FilmAovs) -> u64 {
-    let mut count = 0;
-    for (index, pixel) in pixels.iter_mut().enumerate() {
-        if !pixel.iter().all(|channel| channel.is_finite()) {
-            *pixel = [0.0; 4];
-            if let Some(light) = &mut aovs.light {
-                light[index] = LightPasses::default();
+    /// Sets pixels with infinite or NaN channels and their light passes to transparent black. Returns their number.
+    pub fn blacken_non_finite(&mut self) -> u64 {
+        let mut count = 0;
+        for (index, pixel) in self.pixels.iter_mut().enumerate() {
+            if !pixel.iter().all(|channel| channel.is_finite()) {
+                *pixel = [0.0; 4];
+                if let Some(light) = &mut self.aovs.light {
+                    light[index] = LightPasses::default();
+                }
+                count += 1;
             }
-            count += 1;
         }
+        count
     }
-    count
 }
 
 /// Copies the row-major values of a tile into those of a window.
-fn copy_rows<T: Copy>(window: PixelWindow, all: &mut [T], tile: PixelWindow, values: &[T]) {
-    for (y, row) in values.chunks_exact(tile.width() as usize).enumerate() {
-        all[row_range(window, tile, y)].copy_from_slice(row);
+fn copy_rows<T: Clone>(window: PixelWindow, all: &mut [T], tile: PixelWindow, values: &[T]) {
+    let stride = window.width() as usize;
+    let rows = values.chunks_exact(tile.width() as usize);
+    for (y, row) in (tile.y0..tile.y1).zip(rows) {
+        let start = (y - window.y0) as usize * stride + (tile.x0 - window.x0) as usize;
+        all[start..start + row.len()].clone_from_slice(row);
     }
-}
-
-/// Exchanges the row-major values of a tile and those of a window.
-fn move_rows<T>(window: PixelWindow, all: &mut [T], tile: PixelWindow, values: &mut [T]) {
-    for (y, row) in values.chunks_exact_mut(tile.width() as usize).enumerate() {
-        all[row_range(window, tile, y)].swap_with_slice(row);
-    }
-}
-
-/// Indices in the window of row `y` of a tile.
-fn row_range(window: PixelWindow, tile: PixelWindow, y: usize) -> Range<usize> {
-    let start =
-        ((tile.y0 - window.y0) as usize + y) * window.width() as usize + (tile.x0 - window.x0) as usize;
-    start..start + tile.width() as usize
 }
 
 #[cfg(test)]
@@ -154,7 +142,7 @@ mod tests {
         let mut film = Film::with_aovs((3, 1), PixelWindow::full(3, 1), flags);
         film.aovs.light = Some(vec![[[f32::NAN; 3]; 6], [[0.5; 3]; 6], [[1.0; 3]; 6]]);
         film.pixels = vec![[f32::NAN, 1.0, 1.0, 1.0], [1.0; 4], [1.0, f32::INFINITY, 1.0, 1.0]];
-        assert_eq!(blacken_non_finite(&mut film.pixels, &mut film.aovs), 2);
+        assert_eq!(film.blacken_non_finite(), 2);
         assert_eq!(film.pixels, [[0.0; 4], [1.0; 4], [0.0; 4]]);
         assert_eq!(film.aovs.light, Some(vec![[[0.0; 3]; 6], [[0.5; 3]; 6], [[0.0; 3]; 6]]));
     }

@@ -1,7 +1,6 @@
 //! The frame renderer: spreads tiles over threads and collects them in a film.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -10,18 +9,12 @@ use super::pixel_centers::{AdjacentFrames, render_pixel_centers};
 use super::sample_plan::{SamplePlan, ShutterSample};
 use super::settings::RenderSettings;
 use super::statistics::RenderStatistics;
-use super::tile::TileRenderer;
+use super::tile::{RenderedTile, TileRenderer};
 use super::tile_grid::tiles;
 use crate::cancel::{CancelFlag, Cancelled};
-use crate::film::{Film, blacken_non_finite};
-use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, IntegratorStatistics};
+use crate::film::Film;
+use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings};
 use crate::scene_view::SceneView;
-
-/// Counters of one tile.
-struct TileStatistics {
-    integrator: IntegratorStatistics,
-    non_finite_pixels: u64,
-}
 
 /// Renders one frame with its AOVs, in parallel on the current rayon pool. There are no adjacent frames, so the motion AOVs
 /// are zero.
@@ -62,33 +55,29 @@ pub fn render_frame_into(
         .sharing_pixels(settings.samples);
     let plan = SamplePlan::new(settings, shutter_sample);
 
-    // Tiles, each by one task, which writes it into the film: its memory serves the next tile of the thread.
+    // Tiles, each by one task
     let aovs = film.aovs.flags();
     let renderer = || TileRenderer::new(&context, &camera, &plan, settings.resolution).recording(aovs);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
-    let film = Mutex::new(film);
-    let rendered: Vec<TileStatistics> = tiles
+    let rendered: Vec<RenderedTile> = tiles
         .par_iter()
         .map_init(renderer, |renderer, tile| {
-            let mut rendered = renderer.render(*tile, cancel)?;
-            let non_finite_pixels = blacken_non_finite(&mut rendered.pixels, &mut rendered.aovs);
-            let mut film = film.lock().unwrap_or_else(PoisonError::into_inner);
-            film.write_tile(*tile, &rendered.pixels);
-            film.write_aov_tile(*tile, rendered.aovs);
-            drop(film);
+            let result = renderer.render(*tile, cancel)?;
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             on_progress(done as f32 / tiles.len() as f32);
-            Ok(TileStatistics { integrator: rendered.statistics, non_finite_pixels })
+            Ok(result)
         })
         .collect::<Result<_, Cancelled>>()?;
 
-    // Statistics, in tile order
+    // The film, in tile order
     let mut statistics = RenderStatistics::default();
-    for tile in &rendered {
-        statistics.integrator.add(&tile.integrator);
-        statistics.non_finite_pixels += tile.non_finite_pixels;
+    for (tile, rendered) in tiles.iter().zip(&rendered) {
+        film.write_tile(*tile, &rendered.pixels);
+        film.write_aov_tile(*tile, &rendered.aovs);
+        statistics.integrator.add(&rendered.statistics);
     }
+    statistics.non_finite_pixels = film.blacken_non_finite();
     statistics.trace_seconds = start.elapsed().as_secs_f64();
     Ok(statistics)
 }

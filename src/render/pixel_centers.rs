@@ -3,8 +3,6 @@
 //! The motion of a pixel is that of the surface point that it shows: the same point of the same triangle, posed in the adjacent
 //! frames and seen by their cameras. It is computed in f64, since it is a small difference of large numbers.
 
-use std::sync::{Mutex, PoisonError};
-
 use glam::{DVec2, Vec2};
 use rayon::prelude::*;
 
@@ -43,13 +41,17 @@ pub fn render_pixel_centers(
     }
     let renderer = CenterRenderer::new(*view, adjacent, film.resolution);
     let tiles = tiles(film.window);
-    let film = Mutex::new(film);
-    tiles.par_iter().try_for_each(|tile| {
-        cancel.check()?;
-        let aovs = FilmAovs { centers: Some(renderer.render(*tile)), ..FilmAovs::default() };
-        film.lock().unwrap_or_else(PoisonError::into_inner).write_aov_tile(*tile, aovs);
-        Ok(())
-    })
+    let rendered: Vec<FilmAovs> = tiles
+        .par_iter()
+        .map(|tile| {
+            cancel.check()?;
+            Ok(FilmAovs { centers: Some(renderer.render(*tile)), ..FilmAovs::default() })
+        })
+        .collect::<Result<_, Cancelled>>()?;
+    for (tile, aovs) in tiles.iter().zip(&rendered) {
+        film.write_aov_tile(*tile, aovs);
+    }
+    Ok(())
 }
 
 /// Renders the pixel-centre samples of tiles.

@@ -6,7 +6,6 @@
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
 
 /// Radiance on an equirectangular grid, row-major from the top.
 #[derive(Clone, Debug)]
@@ -51,26 +50,25 @@ impl EquirectImage {
     }
 
     /// Bilinear interpolation between texel centres. Columns wrap around. Beyond a pole the border row repeats, rotated by 180°.
-    #[inline]
     pub(super) fn bilinear(&self, uv: Vec2) -> Vec3 {
         let x = uv.x * self.width as f32 - 0.5;
         let y = uv.y * self.height as f32 - 0.5;
-        let (column, row) = (floor(x), floor(y));
-        let (right_share, bottom_share) = (x - column as f32, y - row as f32);
+        let (left, top) = (x.floor(), y.floor());
+        let (right_share, bottom_share) = (x - left, y - top);
+        let (column, row) = (left as isize, top as isize);
         let across = |row: isize| {
-            let row = self.wrapped_row(row);
-            row.pixel(column) * (1.0 - right_share) + row.pixel(column + 1) * right_share
+            self.wrapped_pixel(column, row) * (1.0 - right_share)
+                + self.wrapped_pixel(column + 1, row) * right_share
         };
         across(row) * (1.0 - bottom_share) + across(row + 1) * bottom_share
     }
 
-    /// A row at most one beyond a pole.
-    #[inline]
-    fn wrapped_row(&self, row: isize) -> WrappedRow<'_> {
+    /// The texel at a column that wraps around and a row at most one beyond a pole.
+    fn wrapped_pixel(&self, column: isize, row: isize) -> Vec3 {
         let inside = row.clamp(0, self.height as isize - 1);
         let half_turn = if inside == row { 0 } else { self.width as isize / 2 };
-        let start = inside as usize * self.width;
-        WrappedRow { pixels: &self.pixels[start..start + self.width], half_turn }
+        let wrapped = (column + half_turn).rem_euclid(self.width as isize);
+        Vec3::from_array(self.pixels[inside as usize * self.width + wrapped as usize])
     }
 
     /// Resamples to another grid. Each new texel holds the mean over its solid angle.
@@ -78,19 +76,19 @@ impl EquirectImage {
         let columns = overlaps(self.width, width, |edge| edge);
         // The area of a band between two polar angles is proportional to the difference of their cosines.
         let rows = overlaps(self.height, height, |edge| -libm::cos(edge * std::f64::consts::PI));
-        let mut pixels = vec![[0.0; 3]; width * height];
-        pixels.par_chunks_mut(width).zip(&rows).for_each(|(line, (first_row, row_shares))| {
+        let mut pixels = Vec::with_capacity(width * height);
+        for (first_row, row_shares) in &rows {
             let band = self.mean_of_rows(*first_row, row_shares);
-            for (pixel, (first_column, column_shares)) in line.iter_mut().zip(&columns) {
+            for (first_column, column_shares) in &columns {
                 let mut sum = [0.0_f64; 3];
                 for (pixel, share) in band[*first_column..].iter().zip(column_shares) {
                     for (total, channel) in sum.iter_mut().zip(pixel) {
                         *total += channel * share;
                     }
                 }
-                *pixel = sum.map(|channel| channel as f32);
+                pixels.push(sum.map(|channel| channel as f32));
             }
-        });
+        }
         Self { width, height, pixels }
     }
 
@@ -104,29 +102,6 @@ impl EquirectImage {
             }
         }
         band
-    }
-}
-
-/// The largest integer that is at most `position`, without the call that `f32::floor` is on most targets.
-#[inline]
-fn floor(position: f32) -> isize {
-    let towards_zero = position as isize;
-    towards_zero - isize::from(towards_zero as f32 > position)
-}
-
-/// A row of an image whose columns wrap around, after a turn.
-struct WrappedRow<'a> {
-    pixels: &'a [[f32; 3]],
-    half_turn: isize,
-}
-
-impl WrappedRow<'_> {
-    #[inline]
-    fn pixel(&self, column: isize) -> Vec3 {
-        let (column, width) = (column + self.half_turn, self.pixels.len() as isize);
-        // Few columns lie beyond the edge, and divisions are slow.
-        let wrapped = if (0..width).contains(&column) { column } else { column.rem_euclid(width) };
-        Vec3::from_array(self.pixels[wrapped as usize])
     }
 }
 

@@ -48,6 +48,11 @@ impl PosedFrames {
         seconds: &mut Phases,
     ) -> Result<bool> {
         let posing = Instant::now();
+        if self.bvh.is_some() && job.selection.clips.is_empty() {
+            self.current.pose_again(&job.scene, &job.selection, time_seconds);
+            *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
+            return Ok(true);
+        }
         std::mem::swap(&mut self.current, &mut self.previous);
         self.current.pose(&job.scene, &job.selection, time_seconds);
         *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
@@ -86,7 +91,11 @@ impl PosedFrames {
         let [before, after] = &mut self.adjacent;
         for (pose, step) in [(&mut *before, -1), (&mut *after, 1)] {
             let time_seconds = job.rate.time_seconds(frame.saturating_add(step));
-            pose.pose(&job.scene, &job.selection, time_seconds);
+            if pose.instances.is_empty() {
+                pose.pose(&job.scene, &job.selection, time_seconds);
+            } else {
+                pose.pose_again(&job.scene, &job.selection, time_seconds);
+            }
         }
         phases.pose += posing.elapsed().as_secs_f64();
 

@@ -134,17 +134,15 @@ impl AreaSample {
 
 /// Twice the area of a triangle; zero for one that no ray hits.
 fn visible_area(triangle: &Triangle, flags: TriangleFlags) -> f64 {
-    let area = triangle.scaled_normal().length();
-    if flags.has(TriangleFlags::HIDDEN) || !area.is_finite() { 0.0 } else { f64::from(area) }
+    let [a, b, c] = triangle.vertices.map(|vertex| vertex.as_dvec3());
+    let area = (b - a).cross(c - a).length();
+    if flags.has(TriangleFlags::HIDDEN) || !area.is_finite() { 0.0 } else { area }
 }
 
 /// Solid angle of a triangle, positive where the front is seen.
 fn signed_solid_angle(triangle: &Triangle, point: Vec3) -> f32 {
-    let [a, b, c] = triangle.vertices.map(|vertex| vertex - point);
-    let [la, lb, lc] = [a, b, c].map(Vec3::length);
-    let volume = -a.dot(b.cross(c));
-    let denominator = la * lb * lc + a.dot(b) * lc + a.dot(c) * lb + b.dot(c) * la;
-    2.0 * libm::atan2f(volume, denominator)
+    let [a, b, c] = triangle.vertices.map(|vertex| (vertex - point).normalize_or_zero());
+    2.0 * libm::atan2f(-a.dot(b.cross(c)), 1.0 + a.dot(b) + a.dot(c) + b.dot(c))
 }
 
 #[cfg(test)]

@@ -30,10 +30,10 @@ const fn floats(bits: [u32; 4]) -> [f32; 4] {
 /// Image coordinates of unit directions; see [`super::equirect::uv_from_direction`].
 #[inline(always)]
 pub(super) fn uvs_from_directions([x, y, z]: &[Lanes; 3]) -> [Lanes; 2] {
-    let (mut behind, mut horizontal) = ([0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        behind[lane] = -z[lane];
-        horizontal[lane] = (x[lane] * x[lane] + z[lane] * z[lane]).sqrt();
+    let behind = z.map(|z| -z);
+    let mut horizontal = [0.0; LANES];
+    for ((horizontal, x), z) in horizontal.iter_mut().zip(x).zip(z) {
+        *horizontal = (x * x + z * z).sqrt();
     }
     let (azimuths, polars) = (atan2(x, &behind), atan2(&horizontal, y));
     [azimuths.map(|azimuth| 0.5 + azimuth / (2.0 * PI)), polars.map(|polar| polar / PI)]
@@ -43,17 +43,16 @@ pub(super) fn uvs_from_directions([x, y, z]: &[Lanes; 3]) -> [Lanes; 2] {
 #[inline(always)]
 fn atan2(y: &Lanes, x: &Lanes) -> Lanes {
     let (mut angles, mut is_ordinary) = ([0.0; LANES], true);
-    for lane in 0..LANES {
-        let (y, x) = (y[lane], x[lane]);
+    for ((result, &y), &x) in angles.iter_mut().zip(y).zip(x) {
         let ratio = (y / x).abs();
         is_ordinary &= (y != 0.0) & (x != 0.0) & (ratio < LARGE) & (ratio > SMALL);
         let angle = atan(ratio);
         let angle = if x.is_sign_negative() { PI - (angle - PI_LOW) } else { angle };
-        angles[lane] = if y.is_sign_negative() { -angle } else { angle };
+        *result = if y.is_sign_negative() { -angle } else { angle };
     }
     if !is_ordinary {
-        for lane in 0..LANES {
-            angles[lane] = libm::atan2f(y[lane], x[lane]);
+        for ((result, &y), &x) in angles.iter_mut().zip(y).zip(x) {
+            *result = libm::atan2f(y, x);
         }
     }
     angles

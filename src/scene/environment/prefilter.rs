@@ -156,8 +156,8 @@ fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample], directi
     for (samples, [x, y, z]) in samples.chunks(LANES).zip(directions) {
         let mut towards = [[0.0; LANES]; 3];
         for (axis, towards) in towards.iter_mut().enumerate() {
-            for lane in 0..LANES {
-                towards[lane] = east[axis] * x[lane] + north[axis] * y[lane] + direction[axis] * z[lane];
+            for (((towards, x), y), z) in towards.iter_mut().zip(x).zip(y).zip(z) {
+                *towards = east[axis] * x + north[axis] * y + direction[axis] * z;
             }
         }
         let [u, v] = uvs_from_directions(&towards);

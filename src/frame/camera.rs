@@ -30,6 +30,16 @@ impl Frame {
         self.camera = selected_camera(scene, selection, time_seconds, &pose.projections, world);
     }
 
+    /// Poses a frame anew that was posed at any time with the same scene and selection. Without clips only its camera moves.
+    pub fn pose_again(&mut self, scene: &Scene, selection: &Selection, time_seconds: f64) {
+        if selection.clips.is_empty() {
+            self.time_seconds = time_seconds;
+            self.camera = Self::camera_at(scene, selection, time_seconds);
+        } else {
+            self.pose(scene, selection, time_seconds);
+        }
+    }
+
     /// The camera alone at `time_seconds`.
     pub fn camera_at(scene: &Scene, selection: &Selection, time_seconds: f64) -> PosedCamera {
         let Scratch { mut pose, mut world, .. } = Scratch::default();

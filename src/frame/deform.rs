@@ -35,29 +35,29 @@ pub(super) enum VertexTransform<'a> {
     },
 }
 
-/// Writes the posed vertices of `primitive` to `vertices`, which has the same length.
-pub(super) fn pose_vertices(
+/// The posed vertices of `primitive`, computed in parallel.
+pub(super) fn posed_vertices(
     primitive: &Primitive,
     weights: &[f32],
     transform: VertexTransform<'_>,
-    vertices: &mut [PosedVertex],
-) {
+) -> impl IndexedParallelIterator<Item = PosedVertex> {
     let active = active_targets(primitive, weights);
     let rigid = match transform {
         VertexTransform::Rigid(matrix) => Some((matrix, SurfaceMap::new(Mat3::from_mat4(*matrix)))),
         VertexTransform::Skinned { .. } => None,
     };
-    vertices.par_iter_mut().enumerate().with_min_len(VERTICES_PER_TASK).for_each(|(index, vertex)| {
+    let posed = move |index: usize| {
         let local = morphed(primitive, &active, index);
-        *vertex = match (&rigid, transform) {
+        match (&rigid, transform) {
             (Some((matrix, map)), _) => transformed(&local, matrix, map),
             (None, VertexTransform::Skinned { joint_matrices, world_from_node }) => {
                 let matrix = skin_matrix(primitive, index, joint_matrices).unwrap_or(*world_from_node);
                 transformed(&local, &matrix, &SurfaceMap::new(Mat3::from_mat4(matrix)))
             }
             (None, VertexTransform::Rigid(_)) => local,
-        };
-    });
+        }
+    };
+    (0..primitive.positions.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(posed)
 }
 
 /// Morph targets with a weight other than zero.
@@ -164,8 +164,7 @@ mod tests {
     }
 
     fn posed(primitive: &Primitive, weights: &[f32], transform: VertexTransform<'_>) -> PosedVertex {
-        let mut vertices = [PosedVertex::default()];
-        pose_vertices(primitive, weights, transform, &mut vertices);
+        let vertices: Vec<_> = posed_vertices(primitive, weights, transform).collect();
         vertices[0]
     }
 

@@ -54,12 +54,6 @@ pub(super) struct Scratch {
     joint_matrices: Vec<Mat4>,
 }
 
-/// The triangles of one instance and their flags.
-struct InstanceTriangles<'a> {
-    triangles: &'a mut [Triangle],
-    flags: &'a mut [TriangleFlags],
-}
-
 impl Frame {
     /// World-space origin of a node, metres; `None` for an index that the posed scene does not have.
     pub fn node_position(&self, node: NodeIndex) -> Option<Vec3> {
@@ -116,11 +110,11 @@ impl Frame {
                 vertices += primitive.positions.len();
             }
         }
-        let corner = Triangle { vertices: [Vec3::ZERO; 3] };
-        self.triangles.resize(triangles, corner);
-        self.flags.resize(triangles, TriangleFlags::default());
-        self.instance_of_triangle.resize(triangles, 0);
-        self.vertices.resize(vertices, PosedVertex::default());
+        // Fresh memory is written once, by all threads, as every page of it costs.
+        emptied(&mut self.triangles, triangles);
+        emptied(&mut self.flags, triangles);
+        emptied(&mut self.instance_of_triangle, triangles);
+        emptied(&mut self.vertices, vertices);
     }
 
     fn pose_instances(&mut self, scene: &Scene) {
@@ -141,22 +135,19 @@ impl Frame {
                 _ => VertexTransform::Rigid(world_from_node),
             };
             instance.mirrored = deform::mirrors(transform);
-            let vertices = &mut self.vertices[instance.first_vertex..][..primitive.positions.len()];
-            deform::pose_vertices(primitive, weights, transform, vertices);
+            self.vertices.par_extend(deform::posed_vertices(primitive, weights, transform));
 
             // Gather the triangles
             let mut flags = material_flags(&self.materials[instance.material.index()]);
             if pose.hidden[instance.node.index()] {
                 flags = flags.with(TriangleFlags::HIDDEN);
             }
-            let first = instance.first_triangle as usize;
-            let range = first..first + primitive.triangles.len();
-            self.instance_of_triangle[range.clone()].fill(index as u32);
-            let output = InstanceTriangles {
-                triangles: &mut self.triangles[range.clone()],
-                flags: &mut self.flags[range],
-            };
-            gather_triangles(primitive, vertices, instance.mirrored, flags, output);
+            let end = self.flags.len() + primitive.triangles.len();
+            self.instance_of_triangle.resize(end, index as u32);
+            let vertices = &self.vertices[instance.first_vertex..];
+            self.flags.resize(end, flags);
+            let flags = &mut self.flags[instance.first_triangle as usize..];
+            self.triangles.par_extend(posed_triangles(primitive, vertices, instance.mirrored, flags));
         }
     }
 }
@@ -186,20 +177,27 @@ fn fill_joint_matrices(skin: &Skin, world: &[Mat4], joint_matrices: &mut Vec<Mat
     joint_matrices.extend(pairs.map(|(joint, inverse_bind)| world[joint.index()] * *inverse_bind));
 }
 
-/// Writes triangles in world space. Mirrored instances swap the last two corners, so that counter-clockwise remains the front.
-fn gather_triangles(
+/// Triangles in world space. Mirrored instances swap the last two corners, so that counter-clockwise remains the front.
+fn posed_triangles(
     primitive: &Primitive,
     vertices: &[PosedVertex],
     mirrored: bool,
-    flags: TriangleFlags,
-    output: InstanceTriangles<'_>,
-) {
-    let outputs = output.triangles.par_iter_mut().zip(output.flags).zip(&primitive.triangles);
-    outputs.with_min_len(TRIANGLES_PER_TASK).for_each(|((triangle, triangle_flags), corners)| {
+    flags: &mut [TriangleFlags],
+) -> impl IndexedParallelIterator<Item = Triangle> {
+    let pairs = primitive.triangles.par_iter().zip(flags).with_min_len(TRIANGLES_PER_TASK);
+    pairs.map(move |(corners, flags)| {
         let [a, b, c] = corners.map(|corner| vertices[corner as usize].position);
-        triangle.vertices = if mirrored { [a, c, b] } else { [a, b, c] };
+        let triangle = Triangle { vertices: if mirrored { [a, c, b] } else { [a, b, c] } };
         // A triangle whose corners overflowed cannot be hit. Hiding it keeps it out of the bounding boxes.
-        let finite = triangle.vertices.iter().all(|vertex| vertex.is_finite());
-        *triangle_flags = if finite { flags } else { flags.with(TriangleFlags::HIDDEN) };
-    });
+        if !triangle.vertices.iter().all(|vertex| vertex.is_finite()) {
+            *flags = flags.with(TriangleFlags::HIDDEN);
+        }
+        triangle
+    })
+}
+
+/// Empties a list and reserves memory for `count` values.
+fn emptied<T>(list: &mut Vec<T>, count: usize) {
+    list.clear();
+    list.reserve_exact(count);
 }

@@ -1,12 +1,12 @@
 //! Tests of whole frames: triangle ids, winding and flags.
 
-use glam::{Quat, Vec3};
+use glam::{Mat4, Quat, Vec3};
 
 use super::*;
 use crate::bvh::TriangleFlags;
 use crate::scene::{
     LocalTransform, Material, MaterialIndex, Mesh, MeshIndex, Node, NodeIndex, Primitive, Scene,
-    SelectedCamera, Selection,
+    SelectedCamera, Selection, Turntable,
 };
 
 fn triangle_primitive() -> Primitive {
@@ -81,4 +81,21 @@ fn posing_again_equals_a_new_frame() {
     assert_eq!(frame.vertices, fresh.vertices);
     assert_eq!(frame.instances, fresh.instances);
     assert_eq!(frame.camera, fresh.camera);
+}
+
+#[test]
+fn only_the_camera_of_a_scene_without_clips_is_posed_again() {
+    let (scene, mut selection) = scene_with_scales(&[Vec3::ONE, Vec3::splat(2.0)]);
+    selection.camera = SelectedCamera::Turntable(Turntable {
+        start: Mat4::from_translation(Vec3::Z),
+        center: Vec3::ZERO,
+        axis: Vec3::Y,
+        turn_seconds: 2.0,
+        projection: PosedCamera::default().projection,
+    });
+    let mut frame = Frame::at(&scene, &selection, 0.0);
+    frame.pose_again(&scene, &selection, 0.25);
+    let expected = Frame::at(&scene, &selection, 0.25);
+    assert_eq!((frame.camera, frame.time_seconds), (expected.camera, 0.25));
+    assert_eq!((&frame.triangles, &frame.vertices), (&expected.triangles, &expected.vertices));
 }

@@ -2,6 +2,7 @@
 
 use glam::{Mat4, Vec3};
 
+use super::enclosure::{GridPoints, possibly_enclosed};
 use super::subject::Subject;
 use crate::bvh::{BuildSettings, Builder, BuilderKind, Bvh, Split, TraversalCounters, TriangleFlags};
 use crate::cancel::CancelFlag;
@@ -31,15 +32,45 @@ const NODES: usize = 5;
 
 /// The camera inside, where the scene is an interior that shows more nodes from there than `outside` does.
 pub(super) fn inside_camera(subject: &Subject<'_>, projection: &Projection, outside: Mat4) -> Option<Mat4> {
+    // Refuse most scenes before the hierarchy is built.
+    if subject.framed_node_instances() < NODES {
+        return None;
+    }
+    let is_interior = |points: usize| points as f32 >= INSIDE_POINTS * (GRID * GRID) as f32;
+    let eyes = eyes(subject);
+    if !is_interior(possibly_enclosed(&subject.frame, &eyes)) {
+        return None;
+    }
+
     let rays = SceneRays::new(subject)?;
-    let eyes = rays.eyes();
     let inside: Vec<_> = eyes.iter().copied().filter(|&eye| rays.is_inside(eye)).collect();
-    if (inside.len() as f32) < INSIDE_POINTS * (GRID * GRID) as f32 {
+    if !is_interior(inside.len()) {
         return None;
     }
     let camera = rays.longest_line(&inside)?;
     let seen = rays.seen_nodes(camera, projection);
     (seen >= NODES && seen > rays.seen_nodes(outside, projection)).then_some(camera)
+}
+
+/// Points of a grid at eye height above what is below them.
+fn eyes(subject: &Subject<'_>) -> Vec<Vec3> {
+    let bounds = subject.bounds;
+    let position = |step: usize| {
+        let share = (step as f32 + 0.5) / GRID as f32;
+        bounds.min + bounds.extent() * Vec3::new(share, 0.5, share)
+    };
+    let across: Vec<Vec3> = (0..GRID).map(position).collect();
+    let middles = GridPoints {
+        x: across.iter().map(|point| point.x).collect(),
+        y: across[0].y,
+        z: across.iter().map(|point| point.z).collect(),
+    };
+    let above_floor = |(middle, floor): (Vec3, Option<f32>)| {
+        let floor = floor.unwrap_or(bounds.min.y);
+        let height = EYE_HEIGHT.0.min((bounds.max.y - floor) * EYE_HEIGHT.1);
+        Vec3::new(middle.x, floor + height, middle.z)
+    };
+    middles.points().zip(middles.floors_below(&subject.frame)).map(above_floor).collect()
 }
 
 /// Rays through the scene at its first time.
@@ -55,25 +86,6 @@ impl<'a> SceneRays<'a> {
         let (triangles, flags) = (&subject.frame.triangles, &subject.frame.flags);
         let bvh = Builder::default().build(triangles, flags, &settings, &CancelFlag::new(), None).ok()?;
         Some(Self { subject, bvh })
-    }
-
-    /// Points of a grid at eye height above what is below them.
-    fn eyes(&self) -> Vec<Vec3> {
-        let bounds = self.subject.bounds;
-        let point = |index: usize| {
-            let share = |step: usize| (step as f32 + 0.5) / GRID as f32;
-            let across = bounds.extent() * Vec3::new(share(index % GRID), 0.5, share(index / GRID));
-            bounds.min + across
-        };
-        let above_floor = |middle: Vec3| {
-            let ray = Ray::new(middle, Vec3::NEG_Y);
-            let hit =
-                self.bvh.closest_hit_of_any_side(&ray, None, |_| true, &mut TraversalCounters::default());
-            let floor = hit.map_or(bounds.min.y, |hit| ray.at(hit.t).y);
-            let height = EYE_HEIGHT.0.min((bounds.max.y - floor) * EYE_HEIGHT.1);
-            Vec3::new(middle.x, floor + height, middle.z)
-        };
-        (0..GRID * GRID).map(point).map(above_floor).collect()
     }
 
     /// Whether visible sides of surfaces enclose the point. From within a solid, only hidden sides are seen.

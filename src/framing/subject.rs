@@ -31,7 +31,9 @@ const OUTLIERS: f32 = 0.01;
 const CONTENT_MARGIN: f32 = 0.5;
 /// Most triangles, over all times, that are kept instead of being posed anew for each measurement: 40 MB.
 const KEPT_TRIANGLES: usize = 1_000_000;
-/// Number of triangles whose positions are sorted.
+/// Triangles of one parallel task.
+const TRIANGLES_PER_TASK: usize = 8192;
+/// Number of triangles whose positions are ranked.
 const SAMPLED_TRIANGLES: usize = 65_536;
 
 /// The triangles of the scene at one time, by triangle id, with their flags.
@@ -140,6 +142,7 @@ impl<'a> Subject<'a> {
         self.visit(stride, |triangles, flags| {
             let found = (0..triangles.len())
                 .into_par_iter()
+                .with_min_len(TRIANGLES_PER_TASK)
                 .fold(
                     || vec![f32::NEG_INFINITY; directions.len()],
                     |mut largest, index| {
@@ -188,6 +191,12 @@ impl<'a> Subject<'a> {
         framed.map(|(instance, _)| instance.node.0).collect()
     }
 
+    /// Number of framed instances of nodes, each of which may have several mesh instances.
+    pub(super) fn framed_node_instances(&self) -> usize {
+        let framed = self.frame.instances.iter().zip(&self.is_framed).filter(|(_, is_framed)| **is_framed);
+        framed.map(|(instance, _)| (instance.node, instance.node_instance)).collect::<BTreeSet<_>>().len()
+    }
+
     /// Whether the instance with this index is framed.
     pub(super) fn frames_instance(&self, instance: u32) -> bool {
         self.is_framed[instance as usize]
@@ -230,12 +239,14 @@ impl<'a> Subject<'a> {
     fn instance_bounds(&self) -> Vec<Aabb> {
         let mut bounds = vec![Aabb::EMPTY; self.is_framed.len()];
         self.visit(1, |triangles, flags| {
-            for (index, triangle) in triangles.iter().enumerate() {
-                if self.frames_triangle(index, triangle, flags[index]) {
-                    let of_instance = &mut bounds[self.frame.instance_of_triangle[index] as usize];
-                    *of_instance = of_instance.union(triangle.bounds());
-                }
-            }
+            bounds.par_iter_mut().enumerate().for_each(|(instance, bounds)| {
+                let triangles = triangle_range(&self.frame, instance)
+                    .into_par_iter()
+                    .with_min_len(TRIANGLES_PER_TASK)
+                    .filter(|&index| self.frames_triangle(index, &triangles[index], flags[index]))
+                    .map(|index| triangles[index].bounds());
+                *bounds = bounds.union(triangles.reduce(|| Aabb::EMPTY, Aabb::union));
+            });
         });
         bounds
     }
@@ -243,10 +254,8 @@ impl<'a> Subject<'a> {
     /// Leaves out the instances that are much larger than all smaller ones together: those with few triangles, most of which lie
     /// beyond those (grounds, stages), and very large ones around them (skies).
     fn leave_out_backdrops(&mut self, bounds: &[Aabb]) {
-        let mut triangles = vec![0_usize; bounds.len()];
-        for &instance in &self.frame.instance_of_triangle {
-            triangles[instance as usize] += 1;
-        }
+        let triangles: Vec<usize> =
+            (0..bounds.len()).map(|index| triangle_range(&self.frame, index).len()).collect();
         let mut by_size: Vec<_> =
             (0..bounds.len()).filter(|&index| self.is_framed[index] && !bounds[index].is_empty()).collect();
         let diagonal = |index: usize| bounds[index].extent().length();
@@ -318,11 +327,10 @@ impl<'a> Subject<'a> {
             return None;
         }
         let below = (count as f32 * OUTLIERS) as usize;
-        for values in &mut corners {
-            values.sort_unstable_by(f32::total_cmp);
-        }
-        let min = Vec3::from_array(std::array::from_fn(|axis| corners[axis][below]));
-        let max = Vec3::from_array(std::array::from_fn(|axis| corners[axis + 3][count - 1 - below]));
+        let mut ranked =
+            |list: usize, rank: usize| *corners[list].select_nth_unstable_by(rank, f32::total_cmp).1;
+        let min = Vec3::from_array(std::array::from_fn(|axis| ranked(axis, below)));
+        let max = Vec3::from_array(std::array::from_fn(|axis| ranked(axis + 3, count - 1 - below)));
         Some(Aabb { min, max })
     }
 }

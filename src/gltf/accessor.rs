@@ -5,10 +5,12 @@
 //!
 //! Source: glTF 2.0 specification, section 3.6 (binary data storage).
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use gltf::json::Accessor;
-use gltf::json::accessor::Type;
+use gltf::json::accessor::{ComponentType, Type};
+use rayon::prelude::*;
 
 use super::bounds::{ElementRange, base_elements, check_element_range, sparse_indices, sparse_values};
 use super::component::{self, ElementLayout};
@@ -23,12 +25,15 @@ use crate::error::{Error, Result};
 pub(super) struct Data<'a> {
     pub(super) document: &'a Document,
     /// Contents of each buffer; `None` for a buffer without data.
-    pub(super) buffers: &'a [Option<Vec<u8>>],
+    pub(super) buffers: &'a [Option<Cow<'a, [u8]>>],
     /// Decompressed contents of each buffer view; `None` for an uncompressed view.
     pub(super) views: &'a [Option<Vec<u8>>],
     /// Accessors whose elements were decoded from a compressed stream.
     pub(super) decoded: &'a DecodedAccessors,
 }
+
+/// Elements of one parallel task.
+const ELEMENTS_PER_TASK: usize = 16_384;
 
 /// Tightly packed elements by accessor index.
 pub(super) type DecodedAccessors = BTreeMap<usize, Vec<u8>>;
@@ -111,9 +116,19 @@ impl<'a> Data<'a> {
         pointer: &str,
     ) -> Result<Vec<[f32; N]>> {
         let format = self.format(context, index, pointer)?;
-        let decode = |bytes: &[u8]| component::float(bytes, format.component, format.normalized);
-        let elements: Vec<[f32; N]> = self.elements(context, index, pointer, decode)?;
-        let invalid = elements.iter().position(|element| element.iter().any(|value| !value.is_finite()));
+        let elements: Vec<[f32; N]> = match format.component {
+            // A loop without a case for every component.
+            ComponentType::F32 => {
+                let decode = |bytes: &[u8]| component::float(bytes, ComponentType::F32, false);
+                self.elements(context, index, pointer, decode)?
+            }
+            component => {
+                let decode = |bytes: &[u8]| component::float(bytes, component, format.normalized);
+                self.elements(context, index, pointer, decode)?
+            }
+        };
+        let is_invalid = |element: &[f32; N]| element.iter().any(|value| !value.is_finite());
+        let invalid = elements.par_iter().with_min_len(ELEMENTS_PER_TASK).position_first(is_invalid);
         match invalid {
             None => Ok(elements),
             Some(i) => Err(context.invalid(
@@ -131,8 +146,16 @@ impl<'a> Data<'a> {
         pointer: &str,
     ) -> Result<Vec<[u32; N]>> {
         let format = self.format(context, index, pointer)?;
-        let decode = |bytes: &[u8]| component::unsigned(bytes, format.component);
-        self.elements(context, index, pointer, decode)
+        match format.component {
+            ComponentType::U32 => {
+                let decode = |bytes: &[u8]| component::unsigned(bytes, ComponentType::U32);
+                self.elements(context, index, pointer, decode)
+            }
+            component => {
+                let decode = |bytes: &[u8]| component::unsigned(bytes, component);
+                self.elements(context, index, pointer, decode)
+            }
+        }
     }
 
     fn format(&self, context: &Context, index: usize, pointer: &str) -> Result<Format> {
@@ -141,12 +164,12 @@ impl<'a> Data<'a> {
         })
     }
 
-    fn elements<T: Copy + Default, const N: usize>(
+    fn elements<T: Copy + Default + Send, const N: usize>(
         &self,
         context: &mut Context,
         index: usize,
         pointer: &str,
-        decode: impl Fn(&[u8]) -> T,
+        decode: impl Fn(&[u8]) -> T + Sync,
     ) -> Result<Vec<[T; N]>> {
         let accessor = self.accessor(context, index, pointer)?;
         let format = self.format(context, index, pointer)?;
@@ -156,13 +179,9 @@ impl<'a> Data<'a> {
             let message = format!("is {}, which this use does not allow", format_name(format));
             return Err(context.invalid(pointer, message));
         }
-        let read = |bytes: &[u8]| -> [T; N] {
-            let mut element = [T::default(); N];
-            for (value, &offset) in element.iter_mut().zip(&layout.offsets) {
-                *value = decode(bytes.get(offset..).unwrap_or_default());
-            }
-            element
-        };
+        let mut offsets = [0; N];
+        offsets.copy_from_slice(&layout.offsets);
+        let read = |bytes: &[u8]| offsets.map(|offset| decode(bytes.get(offset..).unwrap_or_default()));
 
         // Read the base elements: decoded ones, those of the buffer view, or zeros.
         let decoded = self.decoded.get(&index);
@@ -174,7 +193,10 @@ impl<'a> Data<'a> {
         let mut elements: Vec<[T; N]> = context.allocate(accessor.count.0, &pointer)?;
         let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
         match strided {
-            Some(strided) => elements.extend((0..count).map(|i| read(strided.element(i)))),
+            Some(strided) => {
+                let all = (0..count).into_par_iter().with_min_len(ELEMENTS_PER_TASK);
+                elements.par_extend(all.map(|i| read(strided.element(i))));
+            }
             None => elements.resize(count, [T::default(); N]),
         }
 

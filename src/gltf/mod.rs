@@ -73,9 +73,11 @@ pub use options::{ImageLoading, ImportOptions};
 
 use accessor::{Data, DecodedAccessors};
 use animation::AnimationTargets;
+use container::SceneFile;
 use context::Context;
 use document::Document;
 use node::LightCounts;
+use resources::Resources;
 
 /// Imports the glTF file at `path` and the files that it refers to.
 ///
@@ -93,9 +95,21 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Scene> {
 fn import_unguarded(path: &Path, options: ImportOptions) -> Result<Scene> {
     let mut context = Context::new(path, options.max_memory_bytes);
 
-    // Read the file, its JSON and its buffers.
     let file = container::read(&mut context)?;
-    let mut resources = resources::Resources::new(&context, &file.bytes);
+    std::thread::scope(|threads| {
+        let resources = Resources::new(&context, &file.bytes, threads);
+        import_file(context, &file, resources, options)
+    })
+}
+
+fn import_file(
+    mut context: Context,
+    file: &SceneFile,
+    mut resources: Resources,
+    options: ImportOptions,
+) -> Result<Scene> {
+    // Read the JSON and the buffers.
+    let path = context.path;
     let document = Document::parse(&mut context, file.json())?;
     extensions::check(&mut context, &document)?;
     context.animates_properties = document.uses(extensions::ANIMATION_POINTER);

@@ -1,9 +1,13 @@
 //! Normalization of normals and tangents, with substitutes for stored zeros.
 
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 use super::context::Context;
 use crate::geometry::unit;
+
+/// Normals of one parallel task.
+const NORMALS_PER_TASK: usize = 16_384;
 
 /// Normalizes `normals`. A zero normal is replaced by the average normal of the adjacent triangles.
 pub(super) fn normalize(
@@ -13,12 +17,9 @@ pub(super) fn normalize(
     triangles: &[[u32; 3]],
     pointer: &str,
 ) {
-    let mut missing = false;
-    for normal in normals.iter_mut() {
-        *normal = unit(*normal).unwrap_or(Vec3::ZERO);
-        missing |= *normal == Vec3::ZERO;
-    }
-    if !missing {
+    let normalize = |normal: &mut Vec3| *normal = unit(*normal).unwrap_or(Vec3::ZERO);
+    normals.par_iter_mut().with_min_len(NORMALS_PER_TASK).for_each(normalize);
+    if !normals.contains(&Vec3::ZERO) {
         return;
     }
     context.warn(pointer, "some normals have length zero; the normals of the adjacent triangles are used");
@@ -40,11 +41,11 @@ pub(super) fn normalize(
 
 /// Normalizes tangents and sets their signs to ±1. A zero tangent is replaced by any vector perpendicular to its normal.
 pub(super) fn normalize_tangents(tangents: &mut [Vec4], normals: &[Vec3]) {
-    for (tangent, normal) in tangents.iter_mut().zip(normals) {
+    tangents.par_iter_mut().zip(normals).with_min_len(NORMALS_PER_TASK).for_each(|(tangent, normal)| {
         let sign = if tangent.w < 0.0 { -1.0 } else { 1.0 };
         let direction = unit(tangent.truncate()).unwrap_or_else(|| normal.any_orthonormal_vector());
         *tangent = direction.extend(sign);
-    }
+    });
 }
 
 /// Unit normal of a triangle; zero if the triangle has no area.

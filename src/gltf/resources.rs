@@ -1,6 +1,9 @@
 //! External resources: buffers and image files inside the scene's folder, read once and hashed.
 
+use std::borrow::Cow;
+use std::panic::resume_unwind;
 use std::path::{Path, PathBuf};
+use std::thread::{self, Scope, ScopedJoinHandle};
 
 use sha2::{Digest, Sha256};
 
@@ -11,51 +14,62 @@ use super::meshopt;
 use super::uri::{self, Uri, UriError};
 use crate::error::{Error, Result, readable_bytes};
 
+/// Scene files of this many bytes are hashed by a thread of their own, while they are imported.
+const LARGE_FILE_BYTES: usize = 1 << 20;
+
 /// Reads resources, and hashes everything that was read in order of the requests.
-pub(super) struct Resources {
+pub(super) struct Resources<'s> {
     folder: PathBuf,
-    hash: Sha256,
+    hash: Hash<'s>,
     /// Files that were read in addition to the scene file.
     pub(super) files: Vec<PathBuf>,
 }
 
-impl Resources {
+/// Hash of what was read so far.
+enum Hash<'s> {
+    Started(ScopedJoinHandle<'s, Sha256>),
+    Known(Sha256),
+}
+
+impl<'s> Resources<'s> {
     /// Starts the hash with the scene file.
-    pub(super) fn new(context: &Context, scene_bytes: &[u8]) -> Self {
+    pub(super) fn new<'e>(context: &Context, scene_bytes: &'e [u8], threads: &'s Scope<'s, 'e>) -> Self {
         let parent = context.path.parent().unwrap_or(Path::new(""));
         let folder = if parent.as_os_str().is_empty() { Path::new(".") } else { parent };
-        let mut resources = Self { folder: folder.to_owned(), hash: Sha256::new(), files: Vec::new() };
-        resources.add_to_hash(scene_bytes);
-        resources
+        let hash_scene = move || updated(Sha256::new(), scene_bytes);
+        let is_large = scene_bytes.len() >= LARGE_FILE_BYTES;
+        let started = is_large.then(|| thread::Builder::new().spawn_scoped(threads, hash_scene));
+        let hash = match started {
+            Some(Ok(started)) => Hash::Started(started),
+            _ => Hash::Known(hash_scene()),
+        };
+        Self { folder: folder.to_owned(), hash, files: Vec::new() }
     }
 
     /// SHA-256 over the scene file and all files read since, each preceded by its length.
     pub(super) fn finish_hash(self) -> [u8; 32] {
-        self.hash.finalize().into()
+        self.hash.known().finalize().into()
     }
 
     fn add_to_hash(&mut self, bytes: &[u8]) {
-        self.hash.update((bytes.len() as u64).to_le_bytes());
-        self.hash.update(bytes);
+        let hash = std::mem::replace(&mut self.hash, Hash::Known(Sha256::new()));
+        self.hash = Hash::Known(updated(hash.known(), bytes));
     }
 
     /// Loads all buffers. `None` for a buffer without data, which is an error only when it is read.
-    pub(super) fn load_buffers(
+    pub(super) fn load_buffers<'a>(
         &mut self,
         context: &mut Context,
         document: &Document,
-        bin: Option<&[u8]>,
-    ) -> Result<Vec<Option<Vec<u8>>>> {
+        bin: Option<&'a [u8]>,
+    ) -> Result<Vec<Option<Cow<'a, [u8]>>>> {
         let mut buffers = Vec::new();
         for (i, buffer) in document.root.buffers.iter().enumerate() {
             let pointer = format!("/buffers/{i}");
             let content = match (&buffer.uri, bin) {
                 _ if meshopt::is_fallback(document, i) => None,
-                (Some(uri), _) => Some(self.fetch(context, uri, &format!("{pointer}/uri"))?),
-                (None, Some(bin)) if i == 0 => {
-                    context.charge(bin.len() as u64, &pointer)?;
-                    Some(bin.to_vec())
-                }
+                (Some(uri), _) => Some(Cow::Owned(self.fetch(context, uri, &format!("{pointer}/uri"))?)),
+                (None, Some(bin)) if i == 0 => Some(Cow::Borrowed(bin)),
                 (None, _) => None,
             };
             if let Some(content) = &content {
@@ -122,4 +136,17 @@ impl Resources {
             other => other,
         })
     }
+}
+
+impl Hash<'_> {
+    fn known(self) -> Sha256 {
+        match self {
+            Self::Started(thread) => thread.join().unwrap_or_else(|payload| resume_unwind(payload)),
+            Self::Known(hash) => hash,
+        }
+    }
+}
+
+fn updated(hash: Sha256, bytes: &[u8]) -> Sha256 {
+    hash.chain_update((bytes.len() as u64).to_le_bytes()).chain_update(bytes)
 }

@@ -4,12 +4,16 @@
 
 use gltf::json::accessor::ComponentType;
 use gltf::json::mesh::Mode;
+use rayon::prelude::*;
 
 use super::accessor::Data;
 use super::attributes::Reference;
 use super::context::Context;
 use super::formats;
 use crate::error::Result;
+
+/// Indices of one parallel task.
+const INDICES_PER_TASK: usize = 65_536;
 
 /// Vertex list of a primitive: its indices, or all vertices in order.
 pub(super) fn read_indices(
@@ -32,7 +36,8 @@ pub(super) fn read_indices(
         _ => u32::MAX,
     };
     let list: Vec<u32> = elements.into_iter().map(|[index]| index).collect();
-    let wrong = list.iter().position(|&index| index == restart || index as usize >= vertex_count);
+    let is_wrong = |&index: &u32| index == restart || index as usize >= vertex_count;
+    let wrong = list.par_iter().with_min_len(INDICES_PER_TASK).position_first(is_wrong);
     match wrong {
         None => Ok(list),
         Some(i) => {

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use half::f16;
+use half::slice::HalfFloatSliceExt as _;
 
 /// Name of the layer that holds the channels R, G, B and A.
 pub const BEAUTY: &str = "beauty";
@@ -87,6 +88,23 @@ pub fn half_from_f32(value: f32) -> f16 {
     if half == f16::ZERO { f16::ZERO } else { half }
 }
 
+/// Rounds each of `values` as [`half_from_f32`] does, several at a time.
+pub fn halves_from_f32(values: &[f32], halves: &mut [f16]) {
+    /// Values in a buffer of the stack.
+    const BLOCK: usize = 256;
+    let mut finite = [0.0; BLOCK];
+    for (halves, values) in halves.chunks_mut(BLOCK).zip(values.chunks(BLOCK)) {
+        let finite = &mut finite[..values.len()];
+        for (finite, &value) in finite.iter_mut().zip(values) {
+            *finite = if value.is_nan() { 0.0 } else { value.clamp(-65504.0, 65504.0) };
+        }
+        halves.convert_from_f32_slice(finite);
+        for half in halves {
+            *half = if *half == f16::ZERO { f16::ZERO } else { *half };
+        }
+    }
+}
+
 /// The value as float channels store it: infinities become the largest floats, NaN becomes 0, and −0 becomes 0.
 pub fn finite_f32(value: f32) -> f32 {
     if value.is_nan() || value == 0.0 { 0.0 } else { value.clamp(f32::MIN, f32::MAX) }
@@ -110,6 +128,18 @@ mod tests {
         }
         assert_eq!(half_from_f32(-0.0).to_bits(), 0);
         assert_eq!(half_from_f32(-1e-12).to_bits(), 0);
+    }
+
+    #[test]
+    fn many_halves_are_rounded_as_single_ones_are() {
+        // All upper halves of floats, with lower halves on both sides of ties.
+        let values: Vec<f32> = (0..=0xffff_u32)
+            .flat_map(|upper| [0, 0x0fff, 0x1000, 0x1001].map(|lower| f32::from_bits(upper << 16 | lower)))
+            .collect();
+        let mut halves = vec![f16::NAN; values.len()];
+        halves_from_f32(&values, &mut halves);
+        let bits = |halves: Vec<f16>| halves.into_iter().map(f16::to_bits).collect::<Vec<_>>();
+        assert!(bits(halves) == bits(values.into_iter().map(half_from_f32).collect()));
     }
 
     #[test]

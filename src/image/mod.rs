@@ -11,7 +11,7 @@ use std::borrow::Cow;
 
 use crate::color::srgb_to_linear;
 
-pub use channel::{BEAUTY, Channel, Samples, finite_f32, half_from_f32, layer_of};
+pub use channel::{BEAUTY, Channel, Samples, finite_f32, half_from_f32, halves_from_f32, layer_of};
 pub use plate::{Plate, PlateFit, over, resample};
 pub use window::PixelWindow;
 

@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 
+use half::f16;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
 use crate::film::{Film, LightPass, LightPasses, PixelCenterSample};
-use crate::image::{Channel, Samples, finite_f32, half_from_f32};
+use crate::image::{Channel, Samples, finite_f32, halves_from_f32};
 
 use super::instance_ids::InstanceIds;
 use super::{Aov, LightSamples};
@@ -17,6 +18,9 @@ pub const DEPTH_WITHOUT_HIT: f32 = 1e10;
 /// Channels of the scene without the plate behind it. Files have them over display-referred plates, so that the scene can be
 /// tone-mapped alone.
 pub const SCENE_CHANNELS: [&str; 4] = ["scene.R", "scene.G", "scene.B", "scene.A"];
+
+/// Pixels that are rounded to halves together.
+const PIXELS_AT_ONCE: usize = 1024;
 
 /// Channels of one AOV of `film`.
 ///
@@ -133,7 +137,14 @@ fn light<T: Sync>(
 ) -> Channel {
     let samples = match samples {
         LightSamples::Half => {
-            Samples::Half(pixels.par_iter().map(|pixel| half_from_f32(value(pixel))).collect())
+            let mut halves = vec![f16::ZERO; pixels.len()];
+            let rows = halves.par_chunks_mut(PIXELS_AT_ONCE).zip(pixels.par_chunks(PIXELS_AT_ONCE));
+            rows.for_each(|(halves, pixels)| {
+                let mut values = [0.0; PIXELS_AT_ONCE];
+                values.iter_mut().zip(pixels).for_each(|(stored, pixel)| *stored = value(pixel));
+                halves_from_f32(&values[..pixels.len()], halves);
+            });
+            Samples::Half(halves)
         }
         LightSamples::Float => {
             Samples::Float(pixels.par_iter().map(|pixel| finite_f32(value(pixel))).collect())

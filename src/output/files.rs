@@ -123,7 +123,7 @@ fn display_pixels(pixels: &[[f32; 4]], look: PreviewLook) -> Vec<[u8; 4]> {
     let gain = exposure_scale(look.exposure_ev);
     let background = look.background.map(|color| Vec3::from_array(color.map(srgb8_to_linear)));
     pixels
-        .iter()
+        .par_iter()
         .map(|pixel| {
             let ToneMapped { color, cover, alpha } = tone_mapped(pixel, look.tone, gain);
             match background {
@@ -153,7 +153,7 @@ fn tone_mapped(pixel: &[f32; 4], tone: ToneCurve, gain: f32) -> ToneMapped {
 /// Tone-maps a scene and puts it over a plate for displays, with straight alpha.
 fn pixels_over_display_plate(pixels: &[[f32; 4]], plate: &Plate, look: PreviewLook) -> Vec<[u8; 4]> {
     let gain = exposure_scale(look.exposure_ev);
-    let mapped = pixels.iter().zip(&plate.pixels).map(|(pixel, &[r, g, b, plate_alpha])| {
+    let mapped = pixels.par_iter().zip(&plate.pixels).map(|(pixel, &[r, g, b, plate_alpha])| {
         let ToneMapped { color, cover, alpha } = tone_mapped(pixel, look.tone, gain);
         let covered = alpha + plate_alpha * (1.0 - alpha);
         if plate_alpha == 0.0 || covered <= 0.0 {

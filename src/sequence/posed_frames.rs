@@ -2,6 +2,8 @@
 
 use std::time::Instant;
 
+use rayon::prelude::*;
+
 use crate::bvh::{BuildSettings, Builder, Bvh};
 use crate::cancel::CancelFlag;
 use crate::error::Result;
@@ -14,6 +16,8 @@ use super::{Phases, SequenceJob};
 
 /// Reflected and refracted rays a sample in a typical scene.
 const TYPICAL_BOUNCES: u32 = 1;
+/// Triangles of one task of a comparison.
+const TRIANGLES_PER_TASK: usize = 16_384;
 
 /// The current and the previous pose, and the BVH of the current one.
 #[derive(Default)]
@@ -44,6 +48,11 @@ impl PosedFrames {
         seconds: &mut Phases,
     ) -> Result<bool> {
         let posing = Instant::now();
+        if self.bvh.is_some() && job.selection.clips.is_empty() {
+            self.current.pose_again(&job.scene, &job.selection, time_seconds);
+            *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
+            return Ok(true);
+        }
         std::mem::swap(&mut self.current, &mut self.previous);
         self.current.pose(&job.scene, &job.selection, time_seconds);
         *seconds = Phases { pose: posing.elapsed().as_secs_f64(), ..Phases::default() };
@@ -82,7 +91,11 @@ impl PosedFrames {
         let [before, after] = &mut self.adjacent;
         for (pose, step) in [(&mut *before, -1), (&mut *after, 1)] {
             let time_seconds = job.rate.time_seconds(frame.saturating_add(step));
-            pose.pose(&job.scene, &job.selection, time_seconds);
+            if pose.instances.is_empty() {
+                pose.pose(&job.scene, &job.selection, time_seconds);
+            } else {
+                pose.pose_again(&job.scene, &job.selection, time_seconds);
+            }
         }
         phases.pose += posing.elapsed().as_secs_f64();
 
@@ -112,7 +125,11 @@ fn has_same_triangles(a: &Frame, b: &Frame) -> bool {
     let bits = |triangle: &Triangle| triangle.vertices.map(|v| v.to_array().map(f32::to_bits));
     a.flags == b.flags
         && a.triangles.len() == b.triangles.len()
-        && a.triangles.iter().zip(&b.triangles).all(|(a, b)| bits(a) == bits(b))
+        && a.triangles
+            .par_iter()
+            .zip(&b.triangles)
+            .with_min_len(TRIANGLES_PER_TASK)
+            .all(|(a, b)| bits(a) == bits(b))
 }
 
 #[cfg(test)]

@@ -13,6 +13,8 @@ mod reader;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use super::context::Context;
@@ -56,7 +58,7 @@ struct CompressedView<'a> {
 pub(super) fn decompress_views(
     context: &mut Context,
     document: &Document,
-    buffers: &[Option<Vec<u8>>],
+    buffers: &[Option<Cow<'_, [u8]>>],
 ) -> Result<Vec<Option<Vec<u8>>>> {
     let mut compressed = Vec::new();
     let view_count = document.root.buffer_views.len();
@@ -103,7 +105,7 @@ fn extension_of<'a>(context: &Context, document: &'a Document, view: usize) -> R
 fn parse_view<'a>(
     context: &mut Context,
     document: &Document,
-    buffers: &'a [Option<Vec<u8>>],
+    buffers: &'a [Option<Cow<'_, [u8]>>],
     view: usize,
     raw: &Raw,
 ) -> Result<CompressedView<'a>> {

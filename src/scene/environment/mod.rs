@@ -7,6 +7,7 @@ mod arc_tangent;
 mod built_in;
 mod cube_map;
 mod equirect;
+mod equirect_lanes;
 mod filtered_image;
 mod irradiance;
 mod key_light;

@@ -362,6 +362,6 @@ fn thin_films_scale_the_lobes_albedo() {
         let expected = iridescent(&film, m.base_color.as_dvec3(), f64::from(v.z))
             * albedos(v.as_dvec3().normalize(), alpha, alpha, 1.5)[0];
         let found = Bsdf::new(&m, 1.0, 1.5).specular_albedo(v).as_dvec3();
-        assert!((found - expected).abs().max_element() < 1e-4, "{found} {expected}");
+        assert!((found - expected).abs().max_element() < 1e-3, "{found} {expected}");
     }
 }

@@ -1,0 +1,27 @@
+//! The table of [`super::albedo_slice`] for views from the thinner side of a boundary.
+
+use super::albedo_grid::{grid_points, roughness_of, view_of};
+use super::albedo_slice::mirror_share;
+use super::fresnel;
+use super::index_planes::{PLANES, ior_of, stored};
+use super::microfacets::Microfacets;
+
+/// The reflected share without that of the mirror; [`super::albedo_tables`] says how it is made.
+pub(super) const STORED: &[u8] = include_bytes!("external_albedo.bin");
+
+/// The table's bytes, by integration: plane by plane.
+pub(super) fn integrated() -> Vec<u8> {
+    let iors: [f32; PLANES] = std::array::from_fn(ior_of);
+    let points = grid_points(|row, column| {
+        let roughness = roughness_of(row);
+        let cos_o = view_of(column, roughness);
+        let facets = Microfacets::isotropic(cos_o, roughness * roughness);
+        let [total] = facets.reflected(|_| [1.0]);
+        let exact = facets.reflected(|cosine| iors.map(|ior| fresnel::exact(cosine, ior)));
+        let mirrored = total * mirror_share(roughness);
+        std::array::from_fn::<f32, PLANES, _>(|plane| {
+            exact[plane] - mirrored * fresnel::exact(cos_o, iors[plane])
+        })
+    });
+    (0..PLANES).flat_map(|plane| points.iter().flat_map(move |values| stored(values[plane]))).collect()
+}

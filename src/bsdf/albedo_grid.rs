@@ -10,8 +10,8 @@ pub(super) const ROWS: usize = 49;
 pub(super) const COLUMNS: usize = 97;
 /// Number of grid points.
 pub(super) const POINTS: usize = ROWS * COLUMNS;
-/// Roughness of the first row, which stands for 0.
-const MIN_ROUGHNESS: f32 = 1e-5;
+/// Roughness of the first row, which stands for 0; the integrals need a finite α.
+const MIN_ROUGHNESS: f32 = 1e-4;
 /// Part of √cos θ in the columns.
 const EVEN: f32 = 0.5;
 

@@ -9,12 +9,9 @@
 
 use super::albedo_grid::Cell;
 use super::fresnel;
-use super::index_planes::{IndexPosition, PLANES, ior_of};
-use super::isotropic_albedo::{AlbedoTerms, SMOOTH, schlick_in, schlick_terms, total_in};
+use super::index_planes::{FIRST_IOR, IndexPosition, LAST_IOR};
+use super::isotropic_albedo::{AlbedoTerms, SMOOTH, mirror_share, schlick_terms, schlick_terms_in, total_in};
 use super::{external_albedo, internal_albedo};
-
-/// From this roughness the tables hold whole albedos.
-const ROUGH: f32 = 0.4;
 
 /// The side from which a boundary is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,8 +28,9 @@ enum Side {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlbedoSlice {
     side: Side,
+    relative_ior: f32,
     /// The index whose tables are used; that of the boundary unless it is too close to 1.
-    ior: f32,
+    tabulated_ior: f32,
     position: IndexPosition,
     /// Scale of cosine and α to the first index of the tables; at least 1.
     zoom: f32,
@@ -49,7 +47,6 @@ impl AlbedoSlice {
     /// The slice of an index beyond the boundary over the one before it.
     pub fn new(relative_ior: f32) -> Self {
         let larger = if relative_ior < 1.0 { 1.0 / relative_ior } else { relative_ior };
-        let (first, last) = (ior_of(0), ior_of(PLANES - 1));
         let side = match relative_ior {
             1.0 => Side::None,
             ior if ior < 1.0 => Side::Denser,
@@ -61,14 +58,15 @@ impl AlbedoSlice {
             if side == Side::Denser { root / larger } else { root }
         };
         let transmitted = |larger: f32| larger / ((larger + 1.0) * (larger + 1.0));
-        let is_close = larger < first;
-        let larger_in_table = if is_close { first } else { larger };
+        let is_close = larger < FIRST_IOR;
+        let larger_in_table = if is_close { FIRST_IOR } else { larger };
         Self {
             side,
-            ior: if side == Side::Denser { 1.0 / larger_in_table } else { larger_in_table },
+            relative_ior,
+            tabulated_ior: if side == Side::Denser { 1.0 / larger_in_table } else { larger_in_table },
             position: IndexPosition::new(larger),
-            zoom: if is_close && side != Side::None { width(first) / width(larger) } else { 1.0 },
-            beyond: if larger > last { transmitted(larger) / transmitted(last) } else { 1.0 },
+            zoom: if is_close && side != Side::None { width(FIRST_IOR) / width(larger) } else { 1.0 },
+            beyond: if larger > LAST_IOR { transmitted(larger) / transmitted(LAST_IOR) } else { 1.0 },
         }
     }
 
@@ -78,33 +76,29 @@ impl AlbedoSlice {
         if self.side == Side::None {
             return schlick_terms(cos_o, roughness);
         }
+        let reflectance = fresnel::exact(cos_o, self.relative_ior);
         if roughness < SMOOTH {
-            // The index may be closer to 1 than that of the tables.
-            let cosine = if self.zoom > 1.0 { self.zoomed(cos_o) } else { cos_o };
-            return AlbedoTerms {
-                exact: fresnel::exact(cosine, self.ior),
-                ..schlick_terms(cos_o, roughness)
-            };
+            return AlbedoTerms { exact: reflectance, ..schlick_terms(cos_o, roughness) };
         }
         let cell = Cell::of_view(cos_o, roughness);
-        let (total, schlick) = (total_in(&cell), schlick_in(&cell));
+        let terms = schlick_terms_in(&cell, cos_o, roughness);
         let exact = if self.zoom > 1.0 {
             let (cos_o, roughness) = (self.zoomed(cos_o), self.zoomed_roughness(roughness));
             let cell = Cell::of_view(cos_o, roughness);
-            self.exact(cos_o, roughness, &cell, total_in(&cell))
+            self.exact(cos_o, roughness, &cell, total_in(&cell), reflectance)
         } else {
-            self.exact(cos_o, roughness, &cell, total)
+            self.exact(cos_o, roughness, &cell, terms.total, reflectance)
         };
         // Interpolation must not create light.
-        AlbedoTerms { total, schlick, exact: exact.clamp(0.0, total) }
+        AlbedoTerms { exact: exact.clamp(0.0, terms.total), ..terms }
     }
 
-    /// The albedo with the exact F, for an index that the tables cover or that is beyond them. `total` is the one with F = 1.
-    fn exact(&self, cos_o: f32, roughness: f32, cell: &Cell, total: f32) -> f32 {
+    /// The albedo with the exact F, for a view and a lobe in the scale of the tables. `total` is the one with F = 1, and
+    /// `reflectance` that of a mirror.
+    fn exact(&self, cos_o: f32, roughness: f32, cell: &Cell, total: f32, reflectance: f32) -> f32 {
         let mirrored = mirror_share(roughness) * total;
-        let reflectance = if mirrored > 0.0 { fresnel::exact(cos_o, self.ior) } else { 0.0 };
         if self.side == Side::Denser {
-            let rough = internal_albedo::transmitted(cos_o, roughness, self.ior, &self.position);
+            let rough = internal_albedo::transmitted(cos_o, roughness, self.tabulated_ior, &self.position);
             return total - (rough * self.beyond + mirrored * (1.0 - reflectance));
         }
         let rough = self.position.interpolate(external_albedo::STORED, cell);
@@ -120,10 +114,4 @@ impl AlbedoSlice {
     fn zoomed_roughness(&self, roughness: f32) -> f32 {
         self.zoomed(roughness * roughness).sqrt()
     }
-}
-
-/// Share of a mirror's reflectance that the tables leave out.
-pub(super) fn mirror_share(roughness: f32) -> f32 {
-    let share = 1.0 - roughness / ROUGH;
-    if share > 0.0 { share * share } else { 0.0 }
 }

@@ -1,9 +1,9 @@
 //! The table of [`super::albedo_slice`] for views from the thinner side of a boundary.
 
 use super::albedo_grid::{grid_points, roughness_of, view_of};
-use super::albedo_slice::mirror_share;
 use super::fresnel;
 use super::index_planes::{PLANES, ior_of, stored};
+use super::isotropic_albedo::mirror_share;
 use super::microfacets::Microfacets;
 
 /// The reflected share without that of the mirror; [`super::albedo_tables`] says how it is made.

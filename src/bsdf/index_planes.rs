@@ -10,8 +10,12 @@ pub(super) const PLANES: usize = 21;
 const STEP: f32 = 0.4;
 /// ln((n − 1) / 2) of the first index, such that 1.5, the index of most materials, is in the table.
 const FIRST: f32 = -1.386_294_4 - 10.0 * STEP;
-/// Stored values are multiples of this.
-const UNIT: f32 = 1.0 / 32767.0;
+/// Indices of the first and the last plane.
+pub(super) const FIRST_IOR: f32 = 1.009_157_8;
+/// See [`FIRST_IOR`].
+pub(super) const LAST_IOR: f32 = 28.299_075;
+/// Stored signed values are multiples of this.
+pub(super) const SIGNED_UNIT: f32 = 1.0 / 32767.0;
 
 /// A position between the planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +39,7 @@ impl IndexPosition {
             before * t * to_last * 0.5,
             before * t * to_next * (-1.0 / 6.0),
         ];
-        Self { plane, weights: weights.map(|weight| weight * UNIT) }
+        Self { plane, weights: weights.map(|weight| weight * SIGNED_UNIT) }
     }
 
     /// Interpolates a stored table at a cell.
@@ -57,5 +61,16 @@ pub(super) fn ior_of(plane: usize) -> f32 {
 
 /// The bytes of a value from −1 to 1.
 pub(super) fn stored(value: f32) -> [u8; 2] {
-    ((value / UNIT).round() as i16).to_le_bytes()
+    ((value / SIGNED_UNIT).round() as i16).to_le_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_planes_reach_from_the_first_to_the_last_index() {
+        assert!((ior_of(0) - FIRST_IOR).abs() < 1e-6 && (ior_of(PLANES - 1) - LAST_IOR).abs() < 1e-4);
+        assert!((ior_of(10) - 1.5).abs() < 1e-6);
+    }
 }

@@ -5,9 +5,9 @@
 //! angle is the middle column for every index, so that values of a column differ smoothly between indices.
 
 use super::albedo_grid::{COLUMNS, Cell, ROWS, cosine_of, roughness_of};
-use super::albedo_slice::mirror_share;
 use super::fresnel;
 use super::index_planes::{IndexPosition, PLANES, ior_of, stored};
+use super::isotropic_albedo::mirror_share;
 use super::microfacets::Microfacets;
 
 /// The transmitted share without that of the smooth surface; [`super::albedo_tables`] says how it is made.

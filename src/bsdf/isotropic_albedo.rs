@@ -7,6 +7,7 @@
 
 use super::albedo_grid::{Cell, grid_points, roughness_of, view_of};
 use super::fresnel;
+use super::index_planes::{SIGNED_UNIT, stored};
 use super::microfacets::Microfacets;
 
 /// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
@@ -19,10 +20,12 @@ pub(super) struct AlbedoTerms {
 
 /// Surfaces of a lower roughness are mirrors: their lobes look the same, and α would leave the range of floats.
 pub(super) const SMOOTH: f32 = 1e-6;
-/// The values of the table, `total` and `schlick` in turn; [`super::albedo_tables`] says how they are made.
+/// The values of the table, in turn `total` and `schlick` without the mirror's part; [`super::albedo_tables`] says how they are made.
 pub(super) const STORED: &[u8] = include_bytes!("lobe_albedo.bin");
-/// Stored values are multiples of this.
+/// Stored totals are multiples of this.
 const UNIT: f32 = 1.0 / 65535.0;
+/// From this roughness the tables hold whole albedos.
+const ROUGH: f32 = 0.4;
 
 /// The albedos with F = 1 and with F = (1 − o·h)⁵; `exact` stays 0.
 pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> AlbedoTerms {
@@ -30,8 +33,15 @@ pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> AlbedoTerms {
     if roughness < SMOOTH {
         return AlbedoTerms { total: 1.0, schlick: fresnel::schlick_weight(cos_o), exact: 0.0 };
     }
-    let cell = Cell::of_view(cos_o, roughness);
-    AlbedoTerms { total: total_in(&cell), schlick: schlick_in(&cell), exact: 0.0 }
+    schlick_terms_in(&Cell::of_view(cos_o, roughness), cos_o, roughness)
+}
+
+/// The same for a view of a lobe whose cell is known.
+pub(super) fn schlick_terms_in(cell: &Cell, cos_o: f32, roughness: f32) -> AlbedoTerms {
+    let total = total_in(cell);
+    let mirrored = mirror_share(roughness) * total * fresnel::schlick_weight(cos_o);
+    let rest = cell.interpolate(values(), |[_, _, a, b]| f32::from(i16::from_le_bytes([a, b])));
+    AlbedoTerms { total, schlick: (mirrored + SIGNED_UNIT * rest).clamp(0.0, total), exact: 0.0 }
 }
 
 /// The albedo with F = 1.
@@ -46,9 +56,11 @@ pub(super) fn total_in(cell: &Cell) -> f32 {
     if total < 1.0 { total } else { 1.0 }
 }
 
-/// The albedo with F = (1 − o·h)⁵ in a cell.
-pub(super) fn schlick_in(cell: &Cell) -> f32 {
-    UNIT * cell.interpolate(values(), |[_, _, a, b]| f32::from(u16::from_le_bytes([a, b])))
+/// Share of a mirror's reflectance that the tables leave out, so that they hold small differences for smooth lobes, although the
+/// reflectance is steep.
+pub(super) fn mirror_share(roughness: f32) -> f32 {
+    let share = 1.0 - roughness / ROUGH;
+    if share > 0.0 { share * share } else { 0.0 }
 }
 
 fn values() -> &'static [[u8; 4]] {
@@ -59,9 +71,12 @@ fn values() -> &'static [[u8; 4]] {
 pub(super) fn integrated() -> Vec<u8> {
     let entries = grid_points(|row, column| {
         let roughness = roughness_of(row);
-        let facets = Microfacets::isotropic(view_of(column, roughness), roughness * roughness);
-        let albedos = facets.reflected(|cosine| [1.0, fresnel::schlick_weight(cosine)]);
-        albedos.map(|albedo| ((albedo.clamp(0.0, 1.0) / UNIT).round() as u16).to_le_bytes())
+        let cos_o = view_of(column, roughness);
+        let facets = Microfacets::isotropic(cos_o, roughness * roughness);
+        let [total, schlick] = facets.reflected(|cosine| [1.0, fresnel::schlick_weight(cosine)]);
+        let difference = schlick - mirror_share(roughness) * total * fresnel::schlick_weight(cos_o);
+        let total = (total.clamp(0.0, 1.0) / UNIT).round() as u16;
+        [total.to_le_bytes(), stored(difference)]
     });
     entries.into_iter().flatten().flatten().collect()
 }

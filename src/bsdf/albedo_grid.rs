@@ -8,8 +8,6 @@
 pub(super) const ROWS: usize = 49;
 /// Columns of the view's elevation; an odd number has a middle column.
 pub(super) const COLUMNS: usize = 97;
-/// Number of grid points.
-pub(super) const POINTS: usize = ROWS * COLUMNS;
 /// Roughness of the first row, which stands for 0; the integrals need a finite α.
 const MIN_ROUGHNESS: f32 = 1e-4;
 /// Part of √cos θ in the columns.
@@ -38,13 +36,20 @@ impl Cell {
         Self::at(roughness, column(cos_o, roughness))
     }
 
-    /// Interpolates the values of the four grid points.
+    /// Interpolates several values of the four grid points.
     #[inline(always)]
-    pub(super) fn interpolate<T: Copy>(&self, values: &[T], value: impl Fn(T) -> f32) -> f32 {
+    pub(super) fn interpolate<T, const N: usize>(
+        &self,
+        points: &[T],
+        values: impl Fn(&T) -> [f32; N],
+    ) -> [f32; N] {
         let Self { first, weights } = *self;
-        let (upper, lower) = (&values[first..first + 2], &values[first + COLUMNS..first + COLUMNS + 2]);
-        (value(upper[0]) * weights[0] + value(upper[1]) * weights[1])
-            + (value(lower[0]) * weights[2] + value(lower[1]) * weights[3])
+        let (upper, lower) = (&points[first..first + 2], &points[first + COLUMNS..first + COLUMNS + 2]);
+        let taps = [&upper[0], &upper[1], &lower[0], &lower[1]].map(values);
+        std::array::from_fn(|at| {
+            (taps[0][at] * weights[0] + taps[1][at] * weights[1])
+                + (taps[2][at] * weights[2] + taps[3][at] * weights[3])
+        })
     }
 }
 
@@ -78,7 +83,7 @@ pub(super) fn view_of(own: usize, roughness: f32) -> f32 {
 
 /// `value(row, column)` at all grid points, row by row.
 pub(super) fn grid_points<T>(value: impl Fn(usize, usize) -> T) -> Vec<T> {
-    (0..POINTS).map(|point| value(point / COLUMNS, point % COLUMNS)).collect()
+    (0..ROWS * COLUMNS).map(|point| value(point / COLUMNS, point % COLUMNS)).collect()
 }
 
 /// The interval of `x`, from 0 to 1, between even steps, and the position in it.

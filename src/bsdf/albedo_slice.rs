@@ -24,7 +24,9 @@ enum Side {
 
 /// The tables of albedos at one relative index of refraction: prepared once, looked up at every hit.
 ///
-/// Albedos from a slice are within 1e-3 of the integrals for indices of 1.06 to 4 and their inverses, and within 2e-3 from 1.01 to 8.
+/// Albedos from a slice are within 1e-3 of the integrals for views from the thinner side and indices of 1.01 to 25, and within 2e-3 from
+/// the denser side and 1.01 to 6. From there to 25 the edge of total reflection, a cone of a few degrees, is coarser. Indices above 28 are
+/// extrapolated: errors at views close to the surface reach some hundredths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlbedoSlice {
     side: Side,

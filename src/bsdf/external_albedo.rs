@@ -2,14 +2,15 @@
 
 use super::albedo_grid::{grid_points, roughness_of, view_of};
 use super::fresnel;
-use super::index_planes::{PLANES, ior_of, stored};
+use super::index_planes::{PLANES, ior_of};
 use super::isotropic_albedo::mirror_share;
 use super::microfacets::Microfacets;
+use super::stored_values::stored;
 
 /// The reflected share without that of the mirror; [`super::albedo_tables`] says how it is made.
 pub(super) const STORED: &[u8] = include_bytes!("external_albedo.bin");
 
-/// The table's bytes, by integration: plane by plane.
+/// The table's bytes, by integration: all indices of one grid point after another.
 pub(super) fn integrated() -> Vec<u8> {
     let iors: [f32; PLANES] = std::array::from_fn(ior_of);
     let points = grid_points(|row, column| {
@@ -19,9 +20,9 @@ pub(super) fn integrated() -> Vec<u8> {
         let [total] = facets.reflected(|_| [1.0]);
         let exact = facets.reflected(|cosine| iors.map(|ior| fresnel::exact(cosine, ior)));
         let mirrored = total * mirror_share(roughness);
-        std::array::from_fn::<f32, PLANES, _>(|plane| {
-            exact[plane] - mirrored * fresnel::exact(cos_o, iors[plane])
+        std::array::from_fn::<_, PLANES, _>(|plane| {
+            stored(exact[plane] - mirrored * fresnel::exact(cos_o, iors[plane]))
         })
     });
-    (0..PLANES).flat_map(|plane| points.iter().flat_map(move |values| stored(values[plane]))).collect()
+    points.into_iter().flatten().flatten().collect()
 }

@@ -3,7 +3,8 @@
 //! The scale is ln((n − 1) / 2), n being the larger index over the smaller one: near 1 the curve scales with √(n² − 1), far above 1
 //! with n, so each step moves it by the same factor.
 
-use super::albedo_grid::{Cell, POINTS};
+use super::albedo_grid::Cell;
+use super::stored_values::{UNIT, decoded};
 
 /// Number of indices.
 pub(super) const PLANES: usize = 21;
@@ -14,8 +15,6 @@ const FIRST: f32 = -1.386_294_4 - 10.0 * STEP;
 pub(super) const FIRST_IOR: f32 = 1.009_157_8;
 /// See [`FIRST_IOR`].
 pub(super) const LAST_IOR: f32 = 28.299_075;
-/// Stored signed values are multiples of this.
-pub(super) const SIGNED_UNIT: f32 = 1.0 / 32767.0;
 
 /// A position between the planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,29 +38,25 @@ impl IndexPosition {
             before * t * to_last * 0.5,
             before * t * to_next * (-1.0 / 6.0),
         ];
-        Self { plane, weights: weights.map(|weight| weight * SIGNED_UNIT) }
+        Self { plane, weights: weights.map(|weight| weight * UNIT) }
     }
 
     /// Interpolates a stored table at a cell.
     pub(super) fn interpolate(&self, stored: &[u8], cell: &Cell) -> f32 {
-        let (values, _) = stored.as_chunks::<2>();
-        let planes = values[self.plane * POINTS..].chunks_exact(POINTS);
-        let mut sum = 0.0;
-        for (plane, weight) in planes.zip(self.weights) {
-            sum += weight * cell.interpolate(plane, |bytes| f32::from(i16::from_le_bytes(bytes)));
-        }
-        sum
+        let (points, _) = stored.as_chunks::<{ 2 * PLANES }>();
+        let first = 2 * self.plane;
+        let values = cell.interpolate(points, |point| match point[first..].first_chunk::<8>() {
+            Some(planes) => decoded(planes),
+            None => [0.0; 4],
+        });
+        let [a, b, c, d] = self.weights;
+        (values[0] * a + values[1] * b) + (values[2] * c + values[3] * d)
     }
 }
 
 /// The index of a plane.
 pub(super) fn ior_of(plane: usize) -> f32 {
     1.0 + 2.0 * libm::expf(FIRST + STEP * plane as f32)
-}
-
-/// The bytes of a value from −1 to 1.
-pub(super) fn stored(value: f32) -> [u8; 2] {
-    ((value / SIGNED_UNIT).round() as i16).to_le_bytes()
 }
 
 #[cfg(test)]

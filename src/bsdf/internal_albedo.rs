@@ -4,11 +4,12 @@
 //! edge over a width in proportion to α. Columns are dense around the critical angle and around views along the surface; the critical
 //! angle is the middle column for every index, so that values of a column differ smoothly between indices.
 
-use super::albedo_grid::{COLUMNS, Cell, ROWS, cosine_of, roughness_of};
+use super::albedo_grid::{COLUMNS, Cell, cosine_of, grid_points, roughness_of};
 use super::fresnel;
-use super::index_planes::{IndexPosition, PLANES, ior_of, stored};
+use super::index_planes::{IndexPosition, PLANES, ior_of};
 use super::isotropic_albedo::mirror_share;
 use super::microfacets::Microfacets;
+use super::stored_values::stored;
 
 /// The transmitted share without that of the smooth surface; [`super::albedo_tables`] says how it is made.
 pub(super) const STORED: &[u8] = include_bytes!("internal_albedo.bin");
@@ -48,18 +49,20 @@ fn from_edge(distance: f32, end: f32, width: f32) -> f32 {
     (root / end) * (EVEN + (1.0 - EVEN) * (end + width) / (root + width))
 }
 
-/// The table's bytes, by integration: plane by plane.
+/// The table's bytes, by integration: all indices of one grid point after another.
 pub(super) fn integrated() -> Vec<u8> {
-    let points = (0..PLANES * ROWS * COLUMNS).flat_map(|point| {
-        let (plane, row, column) = (point / (ROWS * COLUMNS), point / COLUMNS % ROWS, point % COLUMNS);
-        let (ior, roughness) = (1.0 / ior_of(plane), roughness_of(row));
-        let cos_o = view_of(column, roughness, ior);
-        let facets = Microfacets::isotropic(cos_o, roughness * roughness);
-        let [total] = facets.reflected(|_| [1.0]);
-        let mirrored = total * mirror_share(roughness) * (1.0 - fresnel::exact(cos_o, ior));
-        stored(by_quadrature(&facets, ior) - mirrored)
+    let points = grid_points(|row, column| {
+        let roughness = roughness_of(row);
+        std::array::from_fn::<_, PLANES, _>(|plane| {
+            let ior = 1.0 / ior_of(plane);
+            let cos_o = view_of(column, roughness, ior);
+            let facets = Microfacets::isotropic(cos_o, roughness * roughness);
+            let [total] = facets.reflected(|_| [1.0]);
+            let mirrored = total * mirror_share(roughness) * (1.0 - fresnel::exact(cos_o, ior));
+            stored(by_quadrature(&facets, ior) - mirrored)
+        })
     });
-    points.collect()
+    points.into_iter().flatten().flatten().collect()
 }
 
 /// The transmitted share by integration.

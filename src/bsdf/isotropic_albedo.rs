@@ -7,8 +7,8 @@
 
 use super::albedo_grid::{Cell, grid_points, roughness_of, view_of};
 use super::fresnel;
-use super::index_planes::{SIGNED_UNIT, stored};
 use super::microfacets::Microfacets;
+use super::stored_values::{UNIT, decoded, stored};
 
 /// Albedos of a lobe: with F = 1, with F = (1 − o·h)⁵, and with the exact F of an index.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,8 +22,6 @@ pub(super) struct AlbedoTerms {
 pub(super) const SMOOTH: f32 = 1e-6;
 /// The values of the table, in turn `total` and `schlick` without the mirror's part; [`super::albedo_tables`] says how they are made.
 pub(super) const STORED: &[u8] = include_bytes!("lobe_albedo.bin");
-/// Stored totals are multiples of this.
-const UNIT: f32 = 1.0 / 65535.0;
 /// From this roughness the tables hold whole albedos.
 const ROUGH: f32 = 0.4;
 
@@ -38,10 +36,9 @@ pub(super) fn schlick_terms(cos_o: f32, roughness: f32) -> AlbedoTerms {
 
 /// The same for a view of a lobe whose cell is known.
 pub(super) fn schlick_terms_in(cell: &Cell, cos_o: f32, roughness: f32) -> AlbedoTerms {
-    let total = total_in(cell);
-    let mirrored = mirror_share(roughness) * total * fresnel::schlick_weight(cos_o);
-    let rest = cell.interpolate(values(), |[_, _, a, b]| f32::from(i16::from_le_bytes([a, b])));
-    AlbedoTerms { total, schlick: (mirrored + SIGNED_UNIT * rest).clamp(0.0, total), exact: 0.0 }
+    let [total, rest] = interpolated(cell);
+    let schlick = rest + mirror_share(roughness) * total * fresnel::schlick_weight(cos_o);
+    AlbedoTerms { total, schlick: schlick.clamp(0.0, total), exact: 0.0 }
 }
 
 /// The albedo with F = 1.
@@ -51,9 +48,15 @@ pub(super) fn total(cos_o: f32, roughness: f32) -> f32 {
 
 /// The albedo with F = 1 in a cell.
 pub(super) fn total_in(cell: &Cell) -> f32 {
-    let total = UNIT * cell.interpolate(values(), |[a, b, _, _]| f32::from(u16::from_le_bytes([a, b])));
+    let [total, _] = interpolated(cell);
+    total
+}
+
+/// The table's values in a cell.
+fn interpolated(cell: &Cell) -> [f32; 2] {
+    let [total, rest] = cell.interpolate(STORED.as_chunks::<4>().0, decoded).map(|value| value * UNIT);
     // Rounding must not create light.
-    if total < 1.0 { total } else { 1.0 }
+    [if total < 1.0 { total } else { 1.0 }, rest]
 }
 
 /// Share of a mirror's reflectance that the tables leave out, so that they hold small differences for smooth lobes, although the
@@ -61,10 +64,6 @@ pub(super) fn total_in(cell: &Cell) -> f32 {
 pub(super) fn mirror_share(roughness: f32) -> f32 {
     let share = 1.0 - roughness / ROUGH;
     if share > 0.0 { share * share } else { 0.0 }
-}
-
-fn values() -> &'static [[u8; 4]] {
-    STORED.as_chunks().0
 }
 
 /// The table's bytes, by integration.
@@ -75,8 +74,7 @@ pub(super) fn integrated() -> Vec<u8> {
         let facets = Microfacets::isotropic(cos_o, roughness * roughness);
         let [total, schlick] = facets.reflected(|cosine| [1.0, fresnel::schlick_weight(cosine)]);
         let difference = schlick - mirror_share(roughness) * total * fresnel::schlick_weight(cos_o);
-        let total = (total.clamp(0.0, 1.0) / UNIT).round() as u16;
-        [total.to_le_bytes(), stored(difference)]
+        [stored(total), stored(difference)]
     });
     entries.into_iter().flatten().flatten().collect()
 }

@@ -27,6 +27,7 @@ mod mixture_sampling;
 mod sheen;
 mod specular_lobe;
 mod specular_sampling;
+mod stored_values;
 mod thin_film;
 
 use std::f32::consts::FRAC_1_PI;

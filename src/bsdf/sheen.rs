@@ -102,7 +102,8 @@ fn albedo(cosine: f32, roughness: f32) -> f32 {
         grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0].clamp(0.0, 1.0))
     });
     let row = (roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS);
-    Cell::at(row, cosine.clamp(0.0, 1.0).sqrt()).interpolate(table, |value| value)
+    let [albedo] = Cell::at(row, cosine.clamp(0.0, 1.0).sqrt()).interpolate(table, |value| [*value]);
+    albedo
 }
 
 /// ∫ f cos θ_i dω_i for F = 1, by midpoints over half the hemisphere: it is symmetric about the plane of the view.

@@ -1,44 +1,94 @@
-//! What the tables of directional albedos have in common: their rows, their indices of refraction, and how they are stored.
+//! The grid that all tables of GGX albedos share, and bilinear interpolation on it.
+//!
+//! Rows are even in the root of the roughness, columns in a blend of √cos θ and √cos θ / (√cos θ + √α): the first resolves the
+//! Fresnel curve, the second masking, whose scale is α. So albedos bend little within a cell, and looking one up takes two roots and
+//! a division.
 
-use super::chebyshev::ChebyshevNodes;
-use super::cubic_table::CubicTable;
+/// Rows of roughness.
+pub(super) const ROWS: usize = 49;
+/// Columns of the view's elevation; an odd number has a middle column.
+pub(super) const COLUMNS: usize = 97;
+/// Roughness of the first row, which stands for 0; the integrals need a finite α.
+const MIN_ROUGHNESS: f32 = 1e-4;
+/// Part of √cos θ in the columns.
+const EVEN: f32 = 0.5;
 
-/// Roughness of the first row. Smoother lobes are scaled from it.
-pub(super) const MIN_ROUGHNESS: f32 = 0.01;
-/// ln((n − 1) / (n + 1)) for n = 1.06 and n = 3.2, n being the larger index over the smaller one.
-pub(super) const MIN_INDEX: f32 = -3.53;
-/// See [`MIN_INDEX`].
-pub(super) const MAX_INDEX: f32 = -0.647;
-
-/// Row of a roughness, 0 to 1; rows are denser towards smooth lobes.
-pub(super) fn row(roughness: f32) -> f32 {
-    libm::sqrtf((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS))
+/// A cell of the grid with the position in it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cell {
+    /// The grid point of the lowest row and column.
+    first: usize,
+    /// Weights of that point, the next in its row, and both in the next row.
+    weights: [f32; 4],
 }
 
-pub(super) fn roughness_of(row: f32) -> f32 {
-    MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * row * row
-}
+impl Cell {
+    /// The cell of a lobe of `roughness` and a column from 0 to 1.
+    pub(super) fn at(roughness: f32, column: f32) -> Self {
+        let (row, down) = interval(roughness.sqrt(), ROWS);
+        let (column, right) = interval(column, COLUMNS);
+        let (up, left) = (1.0 - down, 1.0 - right);
+        Self { first: row * COLUMNS + column, weights: [up * left, up * right, down * left, down * right] }
+    }
 
-/// The inverse hyperbolic sine, for x ≥ 0.
-pub(super) fn arsinh(x: f32) -> f32 {
-    libm::log1pf(x + x * x / (1.0 + libm::sqrtf(1.0 + x * x)))
-}
+    /// The cell of a view.
+    pub(super) fn of_view(cos_o: f32, roughness: f32) -> Self {
+        Self::at(roughness, column(cos_o, roughness))
+    }
 
-/// A table of albedos over roughness, view and index of refraction.
-pub(super) struct AlbedoTable<const ENTRIES: usize, const INDICES: usize> {
-    pub(super) nodes: ChebyshevNodes<INDICES>,
-    pub(super) values: CubicTable<ENTRIES>,
-}
-
-impl<const ENTRIES: usize, const INDICES: usize> AlbedoTable<ENTRIES, INDICES> {
-    /// The table from its bytes: 32-bit floats, little-endian, `rows` of roughness with columns of views.
-    pub(super) fn stored(bytes: &[u8], rows: usize) -> Self {
-        let floats: Vec<f32> = bytes.as_chunks().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect();
-        Self { nodes: index_nodes(), values: CubicTable::of_grid(floats.as_chunks().0, rows) }
+    /// Interpolates several values of the four grid points.
+    #[inline(always)]
+    pub(super) fn interpolate<T, const N: usize>(
+        &self,
+        points: &[T],
+        values: impl Fn(&T) -> [f32; N],
+    ) -> [f32; N] {
+        let Self { first, weights } = *self;
+        let (upper, lower) = (&points[first..first + 2], &points[first + COLUMNS..first + COLUMNS + 2]);
+        let taps = [&upper[0], &upper[1], &lower[0], &lower[1]].map(values);
+        std::array::from_fn(|at| {
+            (taps[0][at] * weights[0] + taps[1][at] * weights[1])
+                + (taps[2][at] * weights[2] + taps[3][at] * weights[3])
+        })
     }
 }
 
-/// The tabulated indices of refraction in the scale of [`MIN_INDEX`].
-pub(super) fn index_nodes<const INDICES: usize>() -> ChebyshevNodes<INDICES> {
-    ChebyshevNodes::between(MIN_INDEX, MAX_INDEX)
+/// Roughness of a row.
+pub(super) fn roughness_of(row: usize) -> f32 {
+    let root = row as f32 / (ROWS - 1) as f32;
+    let roughness = root * root;
+    if roughness > MIN_ROUGHNESS { roughness } else { MIN_ROUGHNESS }
+}
+
+/// Column of a view, 0 to 1.
+fn column(cos_o: f32, roughness: f32) -> f32 {
+    let root = cos_o.sqrt();
+    root * EVEN + root * (1.0 + roughness) / (root + roughness) * (1.0 - EVEN)
+}
+
+/// The cosine whose column is `own`, by bisection of a rising function.
+pub(super) fn cosine_of(own: f32, column: impl Fn(f32) -> f32) -> f32 {
+    let (mut low, mut high) = (0.0_f32, 1.0_f32);
+    for _ in 0..60 {
+        let middle = f32::midpoint(low, high);
+        if column(middle) < own { low = middle } else { high = middle }
+    }
+    f32::midpoint(low, high)
+}
+
+/// The cosine of a column of [`Cell::of_view`].
+pub(super) fn view_of(own: usize, roughness: f32) -> f32 {
+    cosine_of(own as f32 / (COLUMNS - 1) as f32, |cosine| column(cosine, roughness))
+}
+
+/// `value(row, column)` at all grid points, row by row.
+pub(super) fn grid_points<T>(value: impl Fn(usize, usize) -> T) -> Vec<T> {
+    (0..ROWS * COLUMNS).map(|point| value(point / COLUMNS, point % COLUMNS)).collect()
+}
+
+/// The interval of `x`, from 0 to 1, between even steps, and the position in it.
+pub(super) fn interval(x: f32, steps: usize) -> (usize, f32) {
+    let position = x * (steps - 1) as f32;
+    let below = (position as usize).min(steps - 2);
+    (below, position - below as f32)
 }

@@ -1,20 +1,17 @@
 //! The stored tables of albedos, by integration.
 //!
 //! `cargo run --release -p oracles --bin albedo_tables` writes the files beside this one; a test compares them. Integrating when a program
-//! starts would take half a second.
+//! starts would take seconds.
 
-use super::{internal_albedo, isotropic_albedo};
+use super::{external_albedo, internal_albedo, isotropic_albedo};
 
 /// Names and bytes of the files.
-pub fn integrated_albedo_tables() -> [(&'static str, Vec<u8>); 2] {
+pub fn integrated_albedo_tables() -> [(&'static str, Vec<u8>); 3] {
     [
-        ("isotropic_albedo.bin", bytes(isotropic_albedo::integrated_grid())),
-        ("internal_albedo.bin", bytes(internal_albedo::integrated_grid())),
+        ("lobe_albedo.bin", isotropic_albedo::integrated()),
+        ("external_albedo.bin", external_albedo::integrated()),
+        ("internal_albedo.bin", internal_albedo::integrated()),
     ]
-}
-
-fn bytes<const N: usize>(entries: Vec<[f32; N]>) -> Vec<u8> {
-    entries.into_iter().flatten().flat_map(f32::to_le_bytes).collect()
 }
 
 #[cfg(test)]
@@ -23,7 +20,7 @@ mod tests {
 
     #[test]
     fn stored_tables_are_their_integrals() {
-        let stored = [isotropic_albedo::STORED, internal_albedo::STORED];
+        let stored = [isotropic_albedo::STORED, external_albedo::STORED, internal_albedo::STORED];
         for ((name, integrated), stored) in integrated_albedo_tables().into_iter().zip(stored) {
             assert!(integrated == stored, "{name}: run `cargo run --release -p oracles --bin albedo_tables`");
         }

@@ -107,7 +107,7 @@ impl Bsdf {
         let exact = self.metallic < 1.0 && self.dielectric.curve == FresnelCurve::Exact;
         match &self.lobe.anisotropic {
             Some(ggx) => ggx.terms(wo, self.dielectric.relative_ior),
-            None if exact => isotropic_albedo::terms(wo.z, self.lobe.roughness, self.dielectric.relative_ior),
+            None if exact => self.albedo_slice.terms(wo.z, self.lobe.roughness),
             None => isotropic_albedo::schlick_terms(wo.z, self.lobe.roughness),
         }
     }

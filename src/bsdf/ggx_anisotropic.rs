@@ -9,9 +9,9 @@ use std::sync::OnceLock;
 
 use glam::{Vec2, Vec3};
 
-use super::isotropic_albedo::{self, AlbedoTerms};
+use super::isotropic_albedo::AlbedoTerms;
 use super::microfacets::Microfacets;
-use super::{fresnel, ggx};
+use super::{fresnel, ggx, internal_albedo};
 
 /// Number of visible normals that represent a lobe; they sum to its albedo within about a thousandth.
 const NORMALS: usize = 256;
@@ -93,11 +93,8 @@ impl AnisotropicGgx {
         let weight = fresnel::schlick_weight;
         if relative_ior < 1.0 {
             let [total, schlick] = facets.reflected(|cosine| [1.0, weight(cosine)]);
-            return AlbedoTerms {
-                total,
-                schlick,
-                exact: isotropic_albedo::integrated(&facets, total, relative_ior),
-            };
+            let exact = total - internal_albedo::by_quadrature(&facets, relative_ior);
+            return AlbedoTerms { total, schlick, exact };
         }
         let factors = |cosine: f32| [1.0, weight(cosine), fresnel::exact(cosine, relative_ior)];
         let [total, schlick, exact] = facets.reflected(factors);

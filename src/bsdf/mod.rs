@@ -10,14 +10,16 @@
 //! the surface. Media and absorption are not known here.
 
 mod albedo_grid;
+mod albedo_slice;
 mod albedo_tables;
 mod albedos;
-mod chebyshev;
 mod coat;
 mod cubic_table;
+mod external_albedo;
 mod fresnel;
 mod ggx;
 mod ggx_anisotropic;
+mod index_planes;
 mod internal_albedo;
 mod isotropic_albedo;
 mod microfacets;
@@ -25,6 +27,7 @@ mod mixture_sampling;
 mod sheen;
 mod specular_lobe;
 mod specular_sampling;
+mod stored_values;
 mod thin_film;
 
 use std::f32::consts::FRAC_1_PI;
@@ -34,6 +37,7 @@ use glam::Vec3;
 use crate::geometry::normalized_or;
 use crate::interaction::MaterialSample;
 
+pub use albedo_slice::AlbedoSlice;
 pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
@@ -56,6 +60,7 @@ pub struct Bsdf {
     diffuse_transmission: f32,
     diffuse_transmission_color: Vec3,
     dielectric: Dielectric,
+    albedo_slice: AlbedoSlice,
     lobe: SpecularLobe,
     /// Lobe of transmitted light: sharper where the index bends light less.
     transmission_lobe: SpecularLobe,
@@ -79,6 +84,17 @@ impl Bsdf {
     /// An index of 0, in the material or on either side, leaves the reflectance to the specular colour: white reflects everything.
     #[inline(always)]
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
+        let albedo_slice = AlbedoSlice::between(ior_outside, ior_inside);
+        Self::with_albedos(material, ior_outside, ior_inside, albedo_slice)
+    }
+
+    /// The same lobes with the slice of their indices, [`AlbedoSlice::between`], at hand.
+    pub fn with_albedos(
+        material: &MaterialSample,
+        ior_outside: f32,
+        ior_inside: f32,
+        albedo_slice: AlbedoSlice,
+    ) -> Self {
         let ior_inside = if material.ior == 0.0 { 0.0 } else { ior_inside };
         let roughness = material.roughness.clamp(0.0, 1.0);
         let tint = Tint { factor: material.specular, color: material.specular_color };
@@ -94,6 +110,7 @@ impl Bsdf {
             diffuse_transmission_color: material.diffuse_transmission_color,
             thin: material.thin,
             dielectric,
+            albedo_slice,
             lobe: SpecularLobe::new(roughness, strength),
             transmission_lobe: SpecularLobe::new(
                 roughness * transmission_roughness_scale(dielectric.relative_ior),

@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
 
+use super::albedo_grid::{COLUMNS, Cell, ROWS, grid_points};
 use super::cubic_table::CubicTable;
 
 /// Lowest roughness; smoother sheen would be invisible.
@@ -83,7 +84,7 @@ impl Fit {
     }
 }
 
-/// Table steps of the roughness and of the cosine's square root.
+/// Steps of the roughness and of the cosine's square root whose albedos are integrated; those between come from cubics.
 const ROUGHNESS_STEPS: usize = 32;
 const VIEW_STEPS: usize = 48;
 /// Number of quadrature points along each axis of half the hemisphere.
@@ -91,16 +92,18 @@ const HEMISPHERE_STEPS: usize = 72;
 
 /// The lobe's directional albedo; at most 1, which the fit exceeds where both directions graze.
 fn albedo(cosine: f32, roughness: f32) -> f32 {
-    static TABLE: OnceLock<CubicTable<1>> = OnceLock::new();
+    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
-        CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
+        let cubic = CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
             // Denser towards smooth sheen
             [by_quadrature(y * y, MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
-        })
+        });
+        let step = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
+        grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0].clamp(0.0, 1.0))
     });
-    let row = libm::sqrtf((roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS));
-    let [albedo] = table.at(row, libm::sqrtf(cosine.clamp(0.0, 1.0)));
-    albedo.clamp(0.0, 1.0)
+    let row = (roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS);
+    let [albedo] = Cell::at(row, cosine.clamp(0.0, 1.0).sqrt()).interpolate(table, |value| [*value]);
+    albedo
 }
 
 /// ∫ f cos θ_i dω_i for F = 1, by midpoints over half the hemisphere: it is symmetric about the plane of the view.

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::*;
 use crate::interaction::{AnisotropySample, SheenSample};
 
+mod albedo_accuracy;
 mod quadrature;
 mod specification;
 

@@ -317,8 +317,8 @@ fn sheen_lobe_alone() {
 fn sheen_over_a_material() {
     for roughness in [0.3, 0.8] {
         let sheen = Some(SheenSample { color: Vec3::new(0.9, 0.4, 0.1), roughness });
-        // The lobes below are scaled by the albedo, which is exact to 1e-4.
-        assert_agrees(&MaterialSample { sheen, ..plain(0.3, 0.6) }, 2e-4, 1e-6);
+        // The lobes below are scaled by the albedo, which is within 1e-3.
+        assert_agrees(&MaterialSample { sheen, ..plain(0.3, 0.6) }, 1e-3, 1e-6);
     }
 }
 
@@ -329,7 +329,7 @@ fn sheen_albedo_by_quadrature() {
         for cos in [0.06_f32, 0.1, 0.25, 0.5, 0.77, 1.0] {
             let expected = sheen_albedo(f64::from(cos), f64::from(roughness)).min(1.0);
             let found = f64::from(lobe.albedo(cos).x);
-            assert!((found - expected).abs() < 1e-4, "{roughness} {cos}: {found} {expected}");
+            assert!((found - expected).abs() < 1e-3, "{roughness} {cos}: {found} {expected}");
         }
     }
 }
@@ -362,6 +362,6 @@ fn thin_films_scale_the_lobes_albedo() {
         let expected = iridescent(&film, m.base_color.as_dvec3(), f64::from(v.z))
             * albedos(v.as_dvec3().normalize(), alpha, alpha, 1.5)[0];
         let found = Bsdf::new(&m, 1.0, 1.5).specular_albedo(v).as_dvec3();
-        assert!((found - expected).abs().max_element() < 1e-4, "{found} {expected}");
+        assert!((found - expected).abs().max_element() < 1e-3, "{found} {expected}");
     }
 }

@@ -1,0 +1,71 @@
+//! Albedos under the exact Fresnel curve at even steps of the index of refraction, interpolated by cubics.
+//!
+//! The scale is ln((n − 1) / 2), n being the larger index over the smaller one: near 1 the curve scales with √(n² − 1), far above 1
+//! with n, so each step moves it by the same factor.
+
+use super::albedo_grid::Cell;
+use super::stored_values::{UNIT, decoded};
+
+/// Number of indices.
+pub(super) const PLANES: usize = 21;
+const STEP: f32 = 0.4;
+/// ln((n − 1) / 2) of the first index, such that 1.5, the index of most materials, is in the table.
+const FIRST: f32 = -1.386_294_4 - 10.0 * STEP;
+/// Indices of the first and the last plane.
+pub(super) const FIRST_IOR: f32 = 1.009_157_8;
+/// See [`FIRST_IOR`].
+pub(super) const LAST_IOR: f32 = 28.299_075;
+
+/// A position between the planes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct IndexPosition {
+    /// The first of four planes.
+    plane: usize,
+    weights: [f32; 4],
+}
+
+impl IndexPosition {
+    /// The position of an index above 1; of the nearest one in the tables.
+    pub(super) fn new(ior: f32) -> Self {
+        let position = (libm::logf(0.5 * (ior - 1.0)) - FIRST) / STEP;
+        let position = position.clamp(0.0, (PLANES - 1) as f32);
+        let plane = (position as usize).clamp(1, PLANES - 3) - 1;
+        let t = position - (plane + 1) as f32;
+        let (before, to_next, to_last) = (t + 1.0, 1.0 - t, 2.0 - t);
+        let weights = [
+            t * to_next * to_last * (-1.0 / 6.0),
+            before * to_next * to_last * 0.5,
+            before * t * to_last * 0.5,
+            before * t * to_next * (-1.0 / 6.0),
+        ];
+        Self { plane, weights: weights.map(|weight| weight * UNIT) }
+    }
+
+    /// Interpolates a stored table at a cell.
+    pub(super) fn interpolate(&self, stored: &[u8], cell: &Cell) -> f32 {
+        let (points, _) = stored.as_chunks::<{ 2 * PLANES }>();
+        let first = 2 * self.plane;
+        let values = cell.interpolate(points, |point| match point[first..].first_chunk::<8>() {
+            Some(planes) => decoded(planes),
+            None => [0.0; 4],
+        });
+        let [a, b, c, d] = self.weights;
+        (values[0] * a + values[1] * b) + (values[2] * c + values[3] * d)
+    }
+}
+
+/// The index of a plane.
+pub(super) fn ior_of(plane: usize) -> f32 {
+    1.0 + 2.0 * libm::expf(FIRST + STEP * plane as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_planes_reach_from_the_first_to_the_last_index() {
+        assert!((ior_of(0) - FIRST_IOR).abs() < 1e-6 && (ior_of(PLANES - 1) - LAST_IOR).abs() < 1e-4);
+        assert!((ior_of(10) - 1.5).abs() < 1e-6);
+    }
+}

@@ -3,6 +3,7 @@
 //! Directions are unit vectors in world space and point away from the surface. This module reads no image files;
 //! [`EnvironmentMap::new`] takes decoded pixels.
 
+mod background;
 mod built_in;
 mod cube_map;
 mod equirect;

@@ -144,7 +144,6 @@ impl CameraRays {
     /// The state of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
     pub(super) fn ray_state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
         RayState {
-            time_seconds: self.time_seconds,
             differential: self.differential(ray),
             media,
             touching: None,

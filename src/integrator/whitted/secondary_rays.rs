@@ -105,7 +105,7 @@ impl Tracer<'_, '_> {
         let (media, touching, differential) = match kind {
             RayKind::Refraction => (
                 shading.transmission_side.media.clone(),
-                shading.transmission_side.touching,
+                shading.transmission_side.touching.map(Box::new),
                 point.refracted_differential(
                     frame,
                     &parent.differential,

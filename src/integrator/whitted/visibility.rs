@@ -23,7 +23,7 @@ impl Tracer<'_, '_> {
         // Transparent surfaces and misses, ray by ray
         for &slot in wavefront.in_order() {
             let (ray, state) = wavefront.ray(slot);
-            let first = state.touching.or(wavefront.hit(slot));
+            let first = state.touching.as_deref().copied().or(wavefront.hit(slot));
             match state.kind {
                 RayKind::Camera => {}
                 RayKind::Reflection | RayKind::GroundReflection => self.statistics.reflection_rays += 1,

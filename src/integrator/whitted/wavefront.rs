@@ -59,6 +59,7 @@ struct RayGroup {
 
 impl Wavefront {
     /// Adds a ray after all others.
+    #[inline]
     pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) -> RaySlot {
         let group = signature.index();
         if group >= self.groups.len() {

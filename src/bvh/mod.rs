@@ -23,6 +23,7 @@ mod build;
 mod builder;
 mod hierarchy;
 mod hit;
+mod outer_boxes;
 mod reference;
 mod references;
 mod settings;

@@ -3,7 +3,8 @@
 //! Source of the lens: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Rays through one point of the image start
 //! all over the lens and converge at the focus distance.
 
-use glam::{Vec2, Vec3};
+use fearless_simd::Simd;
+use glam::{Mat4, Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
 use super::{ColorChannels, MediaStack, RayKind, RayState};
@@ -11,6 +12,9 @@ use crate::frame::PosedCamera;
 use crate::geometry::{Ray, concentric_disk_point};
 use crate::interaction::RayDifferential;
 use crate::scene::Projection;
+
+/// Rays that are computed at once.
+const LANES: usize = 16;
 
 /// Generator of the rays of one camera and image size.
 #[derive(Clone, Copy, Debug)]
@@ -60,30 +64,65 @@ impl CameraRays {
 
     /// The ray through `position`, in pixels from the top left corner of the image.
     pub fn ray(&self, position: Vec2, seed: Seed) -> Ray {
-        let ndc = (position / self.resolution) * 2.0 - Vec2::ONE;
-        let on_plane = Vec2::new(ndc.x, -ndc.y) * self.half_size;
-        let (origin, direction, z_near, z_far) = match self.camera.projection {
-            Projection::Perspective { z_near, z_far, .. } => {
-                let direction = on_plane.extend(-1.0);
-                (Vec3::ZERO, direction, z_near, z_far.unwrap_or(f32::INFINITY))
-            }
-            Projection::Orthographic { z_near, z_far, .. } => {
-                (on_plane.extend(0.0), Vec3::NEG_Z, z_near, z_far)
-            }
+        let on_plane = self.image_plane().point(position);
+        let (origin, direction) = match self.camera.projection {
+            Projection::Perspective { .. } => (Vec3::ZERO, on_plane.extend(-1.0)),
+            Projection::Orthographic { .. } => (on_plane.extend(0.0), Vec3::NEG_Z),
         };
         let (origin, direction) = match self.lens {
             Some(lens) => lens.refocus(origin, direction, seed),
             None => (origin, direction),
         };
-        // Distances along the slanted ray exceed those along the axis by this factor.
-        let slant = direction.length();
+        let (z_near, z_far) = self.depth_range();
         let world_from_camera = &self.camera.world_from_camera;
-        Ray {
-            origin: world_from_camera.transform_point3(origin),
-            direction: world_from_camera.transform_vector3(direction / slant),
-            t_min: z_near * slant,
-            t_max: z_far * slant,
+        let (direction, slant) = world_direction(world_from_camera, direction);
+        let origin = world_from_camera.transform_point3(origin);
+        Ray { origin, direction, t_min: z_near * slant, t_max: z_far * slant }
+    }
+
+    /// Whether all rays start in one point and do not depend on their seeds.
+    pub(super) fn is_pinhole(&self) -> bool {
+        self.lens.is_none() && matches!(self.camera.projection, Projection::Perspective { .. })
+    }
+
+    /// Replaces `rays` with the rays through `positions`, by columns and rows: [`CameraRays::ray`] of a pinhole, several at once.
+    #[inline(always)]
+    pub(super) fn pinhole_rays<S: Simd>(&self, _: S, positions: [&[f32]; 2], rays: &mut Vec<Ray>) {
+        let (image_plane, world_from_camera) = (self.image_plane(), self.camera.world_from_camera);
+        let (z_near, z_far) = self.depth_range();
+        let origin = world_from_camera.transform_point3(Vec3::ZERO);
+        rays.clear();
+        let [columns, rows] = positions;
+        for (columns, rows) in columns.chunks(LANES).zip(rows.chunks(LANES)) {
+            // The last chunk is filled up with zeros.
+            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+            x[..columns.len()].copy_from_slice(columns);
+            y[..rows.len()].copy_from_slice(rows);
+            let [mut dx, mut dy, mut dz, mut t_min, mut t_max] = [[0.0; LANES]; 5];
+            for i in 0..LANES {
+                let on_plane = image_plane.point(Vec2::new(x[i], y[i]));
+                let (direction, slant) = world_direction(&world_from_camera, on_plane.extend(-1.0));
+                (dx[i], dy[i], dz[i]) = (direction.x, direction.y, direction.z);
+                (t_min[i], t_max[i]) = (z_near * slant, z_far * slant);
+            }
+            let ray = |i: usize| {
+                let direction = Vec3::new(dx[i], dy[i], dz[i]);
+                Ray { origin, direction, t_min: t_min[i], t_max: t_max[i] }
+            };
+            rays.extend((0..columns.len()).map(ray));
         }
+    }
+
+    /// Distances along the axis between which surfaces are seen.
+    fn depth_range(&self) -> (f32, f32) {
+        match self.camera.projection {
+            Projection::Perspective { z_near, z_far, .. } => (z_near, z_far.unwrap_or(f32::INFINITY)),
+            Projection::Orthographic { z_near, z_far, .. } => (z_near, z_far),
+        }
+    }
+
+    fn image_plane(&self) -> ImagePlane {
+        ImagePlane { resolution: self.resolution, half_size: self.half_size }
     }
 
     /// The differential of a camera ray: the steps to the neighbouring samples.
@@ -103,9 +142,8 @@ impl CameraRays {
     }
 
     /// The state of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
-    pub fn ray_state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
+    pub(super) fn ray_state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
         RayState {
-            time_seconds: self.time_seconds,
             differential: self.differential(ray),
             media,
             touching: None,
@@ -123,6 +161,30 @@ impl CameraRays {
     pub fn seed(&self, pixel: (u32, u32), index: u32) -> Seed {
         Seed::new(pixel, self.time_seconds, index)
     }
+}
+
+/// The image at distance one (perspective) or in metres (orthographic).
+#[derive(Clone, Copy)]
+struct ImagePlane {
+    resolution: Vec2,
+    half_size: Vec2,
+}
+
+impl ImagePlane {
+    /// The point at `position`, in pixels from the top left corner; x to the right, y upwards.
+    #[inline(always)]
+    fn point(self, position: Vec2) -> Vec2 {
+        let ndc = (position / self.resolution) * 2.0 - Vec2::ONE;
+        Vec2::new(ndc.x, -ndc.y) * self.half_size
+    }
+}
+
+/// The unit vector in world space along a direction in camera space. Distances along the slanted ray exceed those along the axis
+/// by the returned factor.
+#[inline(always)]
+fn world_direction(world_from_camera: &Mat4, direction: Vec3) -> (Vec3, f32) {
+    let slant = direction.dot(direction).sqrt();
+    (world_from_camera.transform_vector3(direction / slant), slant)
 }
 
 impl ThinLens {

@@ -45,9 +45,17 @@ impl<'a> IntegratorContext<'a> {
         Self { view, lights, interiors, opaque_materials, volume_bounds, camera_media, ground_irradiance, settings }
     }
 
+    /// The volumes in which all camera rays start; `None` where they are found for each ray.
+    pub(super) fn camera_media(&self) -> Option<MediaStack> {
+        match self.view.frame.camera.projection {
+            Projection::Perspective { .. } => Some(MediaStack::new(self.camera_media.clone())),
+            Projection::Orthographic { .. } => self.volume_bounds.is_empty().then(MediaStack::default),
+        }
+    }
+
     /// The volumes in which a camera ray starts. Perspective rays start in those around the camera; for orthographic rays they
     /// are found for each start.
-    pub fn media_around_start(&self, ray: &Ray) -> MediaStack {
+    pub(super) fn media_around_start(&self, ray: &Ray) -> MediaStack {
         match self.view.frame.camera.projection {
             Projection::Perspective { .. } => MediaStack::new(self.camera_media.clone()),
             Projection::Orthographic { .. } => {

@@ -53,19 +53,19 @@ impl Medium {
 ///
 /// Every ray has a stack and nearly all are empty: empty stacks allocate nothing, others are shared.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MediaStack(Option<Rc<[Medium]>>);
+pub struct MediaStack(Option<Rc<Vec<Medium>>>);
 
 impl MediaStack {
     /// A stack of `volumes`, the last entered one last.
     pub(super) fn new(volumes: Vec<Medium>) -> Self {
-        Self((!volumes.is_empty()).then(|| volumes.into()))
+        Self((!volumes.is_empty()).then(|| Rc::new(volumes)))
     }
 
     fn volumes(&self) -> &[Medium] {
-        self.0.as_deref().unwrap_or_default()
+        self.0.as_deref().map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Whether no volume contains the point.
+    /// Whether there are no volumes.
     pub fn is_empty(&self) -> bool {
         self.0.is_none()
     }

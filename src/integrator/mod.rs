@@ -5,6 +5,7 @@
 //! integrator. Pixels, films and files are not known here.
 
 mod camera;
+mod camera_samples;
 mod color_channels;
 mod context;
 mod interiors;
@@ -20,6 +21,7 @@ mod transparent_hits;
 pub mod whitted;
 
 pub use camera::{CameraRays, ThinLens};
+pub use camera_samples::CameraSamples;
 pub use color_channels::ColorChannels;
 pub use context::IntegratorContext;
 pub use light_pass::{LightPass, LightPasses};

@@ -12,14 +12,12 @@ use crate::interaction::RayDifferential;
 /// State of one ray of Whitted's tree. The direction of the ray has unit length, so that its `t` is in metres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayState {
-    /// Seconds since the start of the animation.
-    pub time_seconds: f32,
     /// Differences to the rays of neighbouring samples.
     pub differential: RayDifferential,
     /// The closed volumes in which the ray starts.
     pub media: MediaStack,
-    /// A surface that touches the one that the ray passes: it is hit first, at `t` = 0.
-    pub touching: Option<Hit>,
+    /// A surface that touches the one that the ray passes: it is hit first, at `t` = 0. Few rays have one.
+    pub touching: Option<Box<Hit>>,
     /// Multiplies the radiance that the ray finds.
     pub weight: Vec3,
     /// The kind of the ray.

@@ -48,13 +48,20 @@ pub(super) struct ShadowBatch {
     is_tinted: Vec<Cell<bool>>,
     /// The transparent surfaces of those rays.
     transparent_hits: TransparentHits,
+    /// The volumes in which rays start, in the order of the rays, as far as there are any.
+    media: Vec<(u32, MediaStack)>,
 }
 
 impl ShadowBatch {
-    /// Adds a ray and returns its index.
-    pub(super) fn push(&mut self, ray: Ray) -> u32 {
+    /// Adds a ray that starts in `media` and returns its index.
+    #[inline]
+    pub(super) fn push(&mut self, ray: Ray, media: MediaStack) -> u32 {
+        let index = self.rays.len() as u32;
         self.rays.push(ray);
-        self.rays.len() as u32 - 1
+        if !media.is_empty() {
+            self.media.push((index, media));
+        }
+        index
     }
 
     /// Whether there are no rays.
@@ -64,7 +71,7 @@ impl ShadowBatch {
 
     /// Looks for opaque surfaces along all rays and collects the transparent ones.
     pub(super) fn trace(&mut self, context: &IntegratorContext<'_>, counters: &mut TraversalCounters) {
-        let Self { rays, is_occluded, is_tinted, transparent_hits } = self;
+        let Self { rays, is_occluded, is_tinted, transparent_hits, .. } = self;
         transparent_hits.clear();
         is_occluded.resize(rays.len(), false);
         is_tinted.clear();
@@ -82,20 +89,36 @@ impl ShadowBatch {
         transparent_hits.sort(|index| !is_occluded[index]);
     }
 
-    /// The transmittance of a ray that starts in `media`.
+    /// The transmittance of a ray.
+    #[inline]
     pub(super) fn transmittance(
         &self,
         context: &IntegratorContext<'_>,
         index: u32,
-        media: MediaStack,
         counters: &mut TraversalCounters,
     ) -> ShadowTransmittance {
-        let ray = &self.rays[index as usize];
         if self.is_occluded[index as usize] {
             ShadowTransmittance::NONE
         } else if !self.is_tinted[index as usize].get() {
             ShadowTransmittance { transmittance: Vec3::ONE, limit_reached: false }
-        } else if self.transparent_hits.is_overfull() {
+        } else {
+            self.tinted_transmittance(context, index, counters)
+        }
+    }
+
+    /// The transmittance of a ray that hits transparent surfaces alone.
+    fn tinted_transmittance(
+        &self,
+        context: &IntegratorContext<'_>,
+        index: u32,
+        counters: &mut TraversalCounters,
+    ) -> ShadowTransmittance {
+        let ray = &self.rays[index as usize];
+        let media = match self.media.binary_search_by_key(&index, |&(ray, _)| ray) {
+            Ok(found) => self.media[found].1.clone(),
+            Err(_) => MediaStack::default(),
+        };
+        if self.transparent_hits.is_overfull() {
             through_surfaces(context, ray, media, |after| next_surface(context, ray, after, counters))
         } else {
             through_surfaces(context, ray, media, self.transparent_hits.along(index))
@@ -105,6 +128,7 @@ impl ShadowBatch {
     /// Removes all rays and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.rays.clear();
+        self.media.clear();
     }
 }
 
@@ -216,15 +240,14 @@ mod tests {
                 let (mut batch, mut counters) = (ShadowBatch::default(), TraversalCounters::default());
                 for index in 0..768_u32 {
                     let pixel = Vec2::new((index % 32) as f32 * 0.5, (index / 32) as f32 * 0.5);
-                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..camera.ray(pixel, Seed::default()) });
+                    let ray = camera.ray(pixel, Seed::default());
+                    batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..ray }, MediaStack::default());
                 }
                 batch.trace(context, &mut counters);
                 let mut tinted = 0;
                 for index in 0..768_u32 {
                     let ray = batch.rays[index as usize];
-                    let found = batch
-                        .transmittance(context, index, MediaStack::default(), &mut counters)
-                        .transmittance;
+                    let found = batch.transmittance(context, index, &mut counters).transmittance;
                     if batch.is_occluded[index as usize] {
                         assert_eq!(found, Vec3::ZERO);
                         continue;

@@ -1,19 +1,21 @@
 //! The frame renderer: spreads tiles over threads and collects them in a film.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use super::pixel_centers::{AdjacentFrames, render_pixel_centers};
 use super::sample_plan::{SamplePlan, ShutterSample};
+use super::screen_bounds::ScreenBounds;
 use super::settings::RenderSettings;
 use super::statistics::RenderStatistics;
-use super::tile::{RenderedTile, TileRenderer};
+use super::tile::{TileRenderer, TileSettings};
 use super::tile_grid::tiles;
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::Film;
-use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings};
+use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, IntegratorStatistics};
 use crate::scene_view::SceneView;
 
 /// Renders one frame with its AOVs, in parallel on the current rayon pool. There are no adjacent frames, so the motion AOVs
@@ -54,29 +56,40 @@ pub fn render_frame_into(
     let camera = CameraRays::new(&view.frame.camera, settings.resolution, time_seconds, lens)
         .sharing_pixels(settings.samples);
     let plan = SamplePlan::new(settings, shutter_sample);
+    let screen = match lens {
+        Some(_) => ScreenBounds::EVERYWHERE,
+        None => ScreenBounds::new(view, settings.resolution),
+    };
 
     // Tiles, each by one task
-    let aovs = film.aovs.flags();
-    let renderer = || TileRenderer::new(&context, &camera, &plan, settings.resolution).recording(aovs);
+    let tile_settings = TileSettings {
+        camera: &camera,
+        plan: &plan,
+        resolution: settings.resolution,
+        screen: &screen,
+        aovs: film.aovs.flags(),
+    };
+    let renderer = || TileRenderer::new(&context, tile_settings);
     let tiles = tiles(settings.window);
     let finished = AtomicUsize::new(0);
-    let rendered: Vec<RenderedTile> = tiles
+    let shared_film = Mutex::new(&mut *film);
+    let counters: Vec<IntegratorStatistics> = tiles
         .par_iter()
         .map_init(renderer, |renderer, tile| {
-            let result = renderer.render(*tile, cancel)?;
+            let rendered = renderer.render(*tile, cancel)?;
+            let mut film = shared_film.lock().unwrap_or_else(PoisonError::into_inner);
+            film.write_tile(*tile, rendered.pixels);
+            film.write_aov_tile(*tile, &rendered.aovs);
+            drop(film);
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             on_progress(done as f32 / tiles.len() as f32);
-            Ok(result)
+            Ok(rendered.statistics)
         })
         .collect::<Result<_, Cancelled>>()?;
 
-    // The film, in tile order
+    // Statistics, in tile order
     let mut statistics = RenderStatistics::default();
-    for (tile, rendered) in tiles.iter().zip(&rendered) {
-        film.write_tile(*tile, &rendered.pixels);
-        film.write_aov_tile(*tile, &rendered.aovs);
-        statistics.integrator.add(&rendered.statistics);
-    }
+    counters.iter().for_each(|tile| statistics.integrator.add(tile));
     statistics.non_finite_pixels = film.blacken_non_finite();
     statistics.trace_seconds = start.elapsed().as_secs_f64();
     Ok(statistics)

@@ -11,6 +11,7 @@ mod pixel_centers;
 mod pixel_offsets;
 mod projector;
 mod sample_plan;
+mod screen_bounds;
 mod settings;
 mod statistics;
 mod tile;

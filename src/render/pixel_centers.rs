@@ -87,7 +87,7 @@ impl<'a> CenterRenderer<'a> {
 
     /// The samples of a tile, row by row.
     fn render(&self, tile: PixelWindow) -> Vec<PixelCenterSample> {
-        let pixels = pixels_in_morton_order(tile);
+        let pixels: Vec<(u32, u32)> = pixels_in_morton_order(tile).collect();
         let center = |&(x, y): &(u32, u32)| Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let rays: Vec<Ray> =
             pixels.iter().map(|pixel| self.rays.ray(center(pixel), Seed::default())).collect();

@@ -20,12 +20,11 @@ pub(super) fn tiles(window: PixelWindow) -> Vec<PixelWindow> {
 }
 
 /// The pixels of a tile in Morton order, which visits aligned squares of every size one after the other.
-pub(super) fn pixels_in_morton_order(tile: PixelWindow) -> Vec<(u32, u32)> {
+pub(super) fn pixels_in_morton_order(tile: PixelWindow) -> impl Iterator<Item = (u32, u32)> {
     let corner = (tile.x0 / TILE_SIZE * TILE_SIZE, tile.y0 / TILE_SIZE * TILE_SIZE);
     (0..TILE_SIZE * TILE_SIZE)
-        .map(|code| (corner.0 + even_bits(code), corner.1 + even_bits(code >> 1)))
-        .filter(|&(x, y)| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y))
-        .collect()
+        .map(move |code| (corner.0 + even_bits(code), corner.1 + even_bits(code >> 1)))
+        .filter(move |&(x, y)| (tile.x0..tile.x1).contains(&x) && (tile.y0..tile.y1).contains(&y))
 }
 
 /// The even ones of the low sixteen bits, moved together.
@@ -60,7 +59,8 @@ mod tests {
 
     #[test]
     fn blocks_of_64_pixels_are_squares() {
-        let pixels = pixels_in_morton_order(PixelWindow { x0: 32, y0: 64, x1: 64, y1: 96 });
+        let tile = PixelWindow { x0: 32, y0: 64, x1: 64, y1: 96 };
+        let pixels: Vec<_> = pixels_in_morton_order(tile).collect();
         assert_eq!(pixels.len(), 1024);
         for block in pixels.chunks(64) {
             let (left, top) = block[0];
@@ -74,7 +74,7 @@ mod tests {
     #[test]
     fn every_pixel_of_a_cut_tile_comes_once() {
         let tile = PixelWindow { x0: 35, y0: 31, x1: 61, y1: 32 };
-        let mut pixels = pixels_in_morton_order(tile);
+        let mut pixels: Vec<_> = pixels_in_morton_order(tile).collect();
         pixels.sort_unstable();
         assert_eq!(pixels, (35..61).map(|x| (x, 31)).collect::<Vec<_>>());
     }

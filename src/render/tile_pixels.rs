@@ -1,7 +1,9 @@
 //! Pixels of a tile while their samples are summed, and the search for edges among them.
 
 use super::adaptive::SampleRange;
+use super::filter::PixelSample;
 use crate::film::PixelWindow;
+use crate::integrator::whitted::SampleValue;
 
 /// The sums of one pixel.
 #[derive(Clone, Copy)]
@@ -10,20 +12,24 @@ pub(super) struct PixelSum {
     pub(super) position: (u32, u32),
     sum: [f32; 4],
     pub(super) weight: f32,
-    /// Filled only for adaptive sampling.
-    pub(super) range: SampleRange,
 }
 
 impl PixelSum {
     pub(super) fn new(position: (u32, u32)) -> Self {
-        Self { position, sum: [0.0; 4], weight: 0.0, range: SampleRange::EMPTY }
+        Self { position, sum: [0.0; 4], weight: 0.0 }
     }
 
-    pub(super) fn add(&mut self, value: [f32; 4], weight: f32) {
-        for (sum, value) in self.sum.iter_mut().zip(value) {
-            *sum += value * weight;
+    /// Adds the values of some samples of the pixel, in their order.
+    #[inline]
+    pub(super) fn add(&mut self, values: &[SampleValue], samples: &[PixelSample]) {
+        let (mut sum, mut total) = (self.sum, self.weight);
+        for (value, &PixelSample { weight, .. }) in values.iter().zip(samples) {
+            for (sum, channel) in sum.iter_mut().zip(value.to_array()) {
+                *sum += channel * weight;
+            }
+            total += weight;
         }
-        self.weight += weight;
+        (self.sum, self.weight) = (sum, total);
     }
 
     /// The filtered value. Negative lobes of a filter leave neither negative light nor a coverage above one.
@@ -68,9 +74,15 @@ impl PixelGrid {
         (i64::from(y) - self.corner.1) as usize * self.stride + (i64::from(x) - self.corner.0) as usize
     }
 
-    /// Whether the samples of a pixel differ from each other, or from the mean of one of its eight neighbours.
-    pub(super) fn is_edge(&self, pixels: &[PixelSum], index: usize, threshold: f32) -> bool {
-        let mut range = pixels[index].range;
+    /// Whether the samples of a pixel, whose values have the given range, differ from each other, or from the mean of one of its eight
+    /// neighbours.
+    pub(super) fn is_edge(
+        &self,
+        pixels: &[PixelSum],
+        index: usize,
+        mut range: SampleRange,
+        threshold: f32,
+    ) -> bool {
         let cell = self.cell(pixels[index].position);
         for row in [cell - self.stride, cell, cell + self.stride] {
             for neighbour in self.indices[row - 1..=row + 1].iter().flatten() {

@@ -57,10 +57,13 @@ impl Tracer<'_, '_> {
 
         // Transparent surfaces and sums, in the order of tasks
         self.statistics.shadow_rays += tasks.len() as u64;
-        for ShadowTask { sample, light_pass, batch, ray, contribution, media } in tasks.drain(..) {
+        for ShadowTask { sample, light_pass, batch, ray, contribution } in tasks.drain(..) {
             let batch = &batches[batch as usize];
-            let shadow = batch.transmittance(self.context, ray, media, &mut self.counters);
+            let shadow = batch.transmittance(self.context, ray, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
+            if shadow.transmittance == Vec3::ZERO {
+                continue;
+            }
             let arriving = contribution * shadow.transmittance;
             self.values[sample as usize].radiance += arriving;
             self.aovs.add(sample, light_pass, arriving);

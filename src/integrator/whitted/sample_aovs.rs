@@ -52,6 +52,11 @@ impl SampleAovs {
         }
     }
 
+    /// Whether light passes are recorded.
+    pub(super) fn records_light(&self) -> bool {
+        self.flags.light
+    }
+
     /// Adds radiance to a light pass of a sample.
     pub(super) fn add(&mut self, sample: u32, light_pass: LightPass, radiance: Vec3) {
         if let Some(light) = self.light.get_mut(sample as usize) {

@@ -114,7 +114,7 @@ impl Tracer<'_, '_> {
             child.ray.direction,
             shading.relative_ior,
         );
-        self.push_child(&arrival, child, differential, (side.media.clone(), side.touching));
+        self.push_child(&arrival, child, differential, (side.media.clone(), side.touching.map(Box::new)));
     }
 
     /// Adds a reflected ray to the next wavefront.
@@ -130,7 +130,7 @@ impl Tracer<'_, '_> {
         arrival: &Arrival<'_, '_>,
         child: ChildRay,
         differential: RayDifferential,
-        (media, touching): (MediaStack, Option<Hit>),
+        (media, touching): (MediaStack, Option<Box<Hit>>),
     ) {
         let ChildRay { ray, weight, kind, channels, seed } = child;
         let light_pass = arrival.light_pass.or(match kind {

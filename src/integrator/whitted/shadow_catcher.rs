@@ -47,14 +47,15 @@ impl Tracer<'_, '_> {
             if cosine > 0.0 {
                 let end = shadow_end(incidence.span);
                 let shadow_ray = light.shadow_ray(end, receiver.seed, index);
-                lit.push((batch.push(shadow_ray), incidence.irradiance * cosine));
+                let ray = batch.push(shadow_ray, MediaStack::default());
+                lit.push((ray, incidence.irradiance * cosine));
             }
         }
         batch.trace(context, &mut self.counters);
         self.statistics.shadow_rays += lit.len() as u64;
         let (mut all, mut arriving) = (0.0, 0.0);
         for (index, irradiance) in lit {
-            let shadow = batch.transmittance(context, index, MediaStack::default(), &mut self.counters);
+            let shadow = batch.transmittance(context, index, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
             all += luminance(irradiance);
             arriving += luminance(irradiance * shadow.transmittance);

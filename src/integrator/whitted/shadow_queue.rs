@@ -19,7 +19,7 @@ pub(super) struct ShadowQueue {
 }
 
 /// Light that reaches the camera unless its shadow ray is occluded.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct ShadowTask {
     pub(super) sample: u32,
     pub(super) light_pass: LightPass,
@@ -29,8 +29,6 @@ pub(super) struct ShadowTask {
     pub(super) ray: u32,
     /// Radiance of the sample without occlusion.
     pub(super) contribution: Vec3,
-    /// The volumes in which the ray starts, as far as they are known.
-    pub(super) media: MediaStack,
 }
 
 /// A shadow ray and the light that it decides about.
@@ -43,6 +41,7 @@ pub(super) struct ShadowRay {
     pub(super) sample: u32,
     pub(super) light_pass: LightPass,
     pub(super) contribution: Vec3,
+    /// The volumes in which the ray starts, as far as they are known.
     pub(super) media: MediaStack,
 }
 
@@ -53,13 +52,14 @@ impl ShadowQueue {
     }
 
     /// Adds a ray after all others.
+    #[inline]
     pub(super) fn push(&mut self, shadow: ShadowRay) {
         let ShadowRay { signature, light, ray, sample, light_pass, contribution, media } = shadow;
         let batch = signature.index() * self.lights + light;
         if batch >= self.batches.len() {
             self.batches.resize_with(batch + 1, ShadowBatch::default);
         }
-        let ray = self.batches[batch].push(ray);
-        self.tasks.push(ShadowTask { sample, light_pass, batch: batch as u32, ray, contribution, media });
+        let ray = self.batches[batch].push(ray, media);
+        self.tasks.push(ShadowTask { sample, light_pass, batch: batch as u32, ray, contribution });
     }
 }

@@ -10,7 +10,7 @@ use crate::cancel::CancelFlag;
 use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
-use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings, Seed};
+use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, IntegratorSettings};
 use crate::scene::{BuiltInLight, Environment, Selection, SelectionRequest, ViewRequest};
 use crate::scene_view::SceneView;
 
@@ -19,14 +19,11 @@ const SAMPLES: usize = (SIZE.0 * SIZE.1) as usize;
 
 /// Traces the samples at the centres of the given pixels, in that order, as one batch.
 fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, pixels: &[usize]) -> Vec<SampleValue> {
-    for (sample, pixel) in pixels.iter().enumerate() {
-        let corner = Vec2::new((*pixel as u32 % SIZE.0) as f32, (*pixel as u32 / SIZE.0) as f32);
-        let ray = camera.ray(corner + Vec2::splat(0.5), Seed::default());
-        let media = tracer.context.media_around_start(&ray);
-        let state = camera.ray_state(&ray, media, sample as u32, Seed::default());
-        tracer.push(ray, state);
-    }
-    tracer.trace(pixels.len()).to_vec()
+    let pixels: Vec<(u32, u32)> =
+        pixels.iter().map(|&pixel| (pixel as u32 % SIZE.0, pixel as u32 / SIZE.0)).collect();
+    let offsets = [Vec2::splat(0.5)];
+    let samples = CameraSamples { pixels: &pixels, offsets: &offsets, first_index: 0, may_hit: true };
+    tracer.trace(camera, &samples).to_vec()
 }
 
 /// Calls `check` with the context of `scene` one second after its start.

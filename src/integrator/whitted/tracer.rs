@@ -9,12 +9,14 @@ use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
 use super::surface_hit::SurfaceHit;
-use super::wavefront::{RaySignature, Wavefront};
-use crate::bvh::TraversalCounters;
-use crate::geometry::Ray;
+use super::wavefront::Wavefront;
+use crate::bvh::{Hit, TraversalCounters};
+use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::transparent_hits::TransparentHits;
-use crate::integrator::{IntegratorContext, IntegratorStatistics, LightPass, LightPasses, RayState};
+use crate::integrator::{
+    CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
+};
 
 /// Rays of a lower weight are not followed and count as black.
 pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
@@ -28,11 +30,25 @@ pub struct SampleValue {
     pub coverage: f32,
 }
 
+impl SampleValue {
+    /// Red, green, blue and coverage.
+    #[inline]
+    pub fn to_array(self) -> [f32; 4] {
+        let [red, green, blue] = self.radiance.to_array();
+        [red, green, blue, self.coverage]
+    }
+}
+
 /// Traces batches of samples one after the other and keeps its buffers between them.
 #[derive(Debug)]
 pub struct Tracer<'w, 'a> {
     pub(super) context: &'w IntegratorContext<'a>,
     pub(super) values: Vec<SampleValue>,
+    pub(super) camera_rays: CameraRayBatch,
+    /// The closest hits of the camera rays.
+    pub(super) camera_hits: Vec<Option<Hit>>,
+    /// Indices of the samples whose camera rays see more than the background.
+    pub(super) followed: Vec<u32>,
     /// The rays that are traced next.
     wavefront: Wavefront,
     /// The rays of the next depth.
@@ -58,6 +74,9 @@ impl<'w, 'a> Tracer<'w, 'a> {
         Self {
             context,
             values: Vec::new(),
+            camera_rays: CameraRayBatch::default(),
+            camera_hits: Vec::new(),
+            followed: Vec::new(),
             wavefront: Wavefront::default(),
             children: Wavefront::default(),
             surface_hits: Vec::new(),
@@ -83,30 +102,25 @@ impl<'w, 'a> Tracer<'w, 'a> {
         self.aovs.light()
     }
 
-    /// The instances that the camera rays of the last batch see, ray by ray in the order of [`Tracer::push`]; empty unless they
-    /// are recorded.
+    /// The instances that the camera rays of the last batch see, in the order of the samples; empty unless they are
+    /// recorded.
     pub fn coverage(&self) -> &[InstanceCoverage] {
         self.aovs.coverage()
     }
 
-    /// Adds a camera ray to the next batch; `state.sample` is an index of the result. Neighbours on screen should be
-    /// neighbours in the batch.
-    pub fn push(&mut self, ray: Ray, state: RayState) {
-        self.wavefront.push(RaySignature::CAMERA, ray, state);
-    }
-
-    /// Traces the added rays and all their descendants, and returns the values of `samples` samples.
-    pub fn trace(&mut self, samples: usize) -> &[SampleValue] {
+    /// Traces the camera rays of a batch of samples and all their descendants, and returns the values of the samples.
+    pub fn trace(&mut self, camera: &CameraRays, samples: &CameraSamples<'_>) -> &[SampleValue] {
         self.values.clear();
-        self.values.resize(samples, SampleValue::default());
-        self.aovs.clear(samples);
+        self.values.resize(samples.len(), SampleValue::default());
+        self.aovs.clear(samples.len());
         let mut wavefront = std::mem::take(&mut self.wavefront);
+        self.find_camera_hits(camera, samples, &mut wavefront);
         while !wavefront.is_empty() {
-            self.find_surface_hits(&mut wavefront);
             self.shade_surface_hits(&wavefront);
             self.trace_shadows();
             wavefront.clear();
             std::mem::swap(&mut wavefront, &mut self.children);
+            self.find_surface_hits(&mut wavefront);
         }
         self.wavefront = wavefront;
         &self.values

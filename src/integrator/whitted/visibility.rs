@@ -6,13 +6,13 @@ use super::ground::GroundHit;
 use super::surface_hit::SurfaceHit;
 use super::tracer::{MIN_WEIGHT, Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
-use crate::bvh::Hit;
+use crate::bvh::{Hit, TriangleFlags};
 use crate::geometry::Ray;
 use crate::integrator::{LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
 use crate::interaction::{alpha_at, catches_shadows};
 
 impl Tracer<'_, '_> {
-    /// Finds all surfaces that a wavefront sees, in the order of its rays and along each ray.
+    /// Finds all surfaces that a wavefront of child rays sees, in the order of its rays and along each ray.
     pub(super) fn find_surface_hits(&mut self, wavefront: &mut Wavefront) {
         // Closest hits, all rays of one signature at once
         let view = self.context.view;
@@ -21,15 +21,11 @@ impl Tracer<'_, '_> {
         self.statistics.query_seconds += seconds_since(start);
 
         // Transparent surfaces and misses, ray by ray
-        self.surface_hits.clear();
         for &slot in wavefront.in_order() {
             let (ray, state) = wavefront.ray(slot);
-            let first = state.touching.or(wavefront.hit(slot));
+            let first = state.touching.as_deref().copied().or(wavefront.hit(slot));
             match state.kind {
-                RayKind::Camera => {
-                    self.statistics.camera_rays += 1;
-                    self.statistics.camera_hits += u64::from(first.is_some());
-                }
+                RayKind::Camera => {}
                 RayKind::Reflection | RayKind::GroundReflection => self.statistics.reflection_rays += 1,
                 RayKind::Refraction => self.statistics.refraction_rays += 1,
             }
@@ -38,7 +34,23 @@ impl Tracer<'_, '_> {
     }
 
     /// Follows one ray from its first hit through transparent surfaces to an opaque one or out of the scene.
-    fn follow(&mut self, slot: RaySlot, (ray, state): (&Ray, &RayState), first: Option<Hit>) {
+    #[inline]
+    pub(super) fn follow(&mut self, slot: RaySlot, (ray, state): (&Ray, &RayState), first: Option<Hit>) {
+        let view = self.context.view;
+        let is_solid = |hit: &Hit| !view.frame.flags[hit.triangle as usize].has(TriangleFlags::FILTERED);
+        match first {
+            Some(hit) if self.context.settings.ground.is_none() && is_solid(&hit) => {
+                let surface_hit = SurfaceHit { slot, hit, share: 1.0, light_pass: state.light_pass };
+                self.aovs.add_coverage(view.frame, state, &surface_hit);
+                self.surface_hits.push(surface_hit);
+                self.set_coverage(state, 1.0);
+            }
+            _ => self.follow_through(slot, (ray, state), first),
+        }
+    }
+
+    /// [`Tracer::follow`] for any surfaces and with the ground.
+    fn follow_through(&mut self, slot: RaySlot, (ray, state): (&Ray, &RayState), first: Option<Hit>) {
         let view = self.context.view;
         let weight = state.weight.max_element();
         let mut through = 1.0_f32;

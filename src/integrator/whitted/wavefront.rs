@@ -59,15 +59,18 @@ struct RayGroup {
 
 impl Wavefront {
     /// Adds a ray after all others.
-    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) {
+    #[inline]
+    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) -> RaySlot {
         let group = signature.index();
         if group >= self.groups.len() {
             self.groups.resize_with(group + 1, RayGroup::default);
         }
         let group = &mut self.groups[group];
-        self.order.push(RaySlot { signature, index: group.rays.len() as u32 });
+        let slot = RaySlot { signature, index: group.rays.len() as u32 };
+        self.order.push(slot);
         group.rays.push(ray);
         group.states.push(state);
+        slot
     }
 
     pub(super) fn is_empty(&self) -> bool {

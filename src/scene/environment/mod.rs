@@ -4,6 +4,7 @@
 //! [`EnvironmentMap::new`] takes decoded pixels.
 
 mod arc_tangent;
+mod background;
 mod built_in;
 mod cube_map;
 mod equirect;

@@ -1,0 +1,153 @@
+//! Camera rays: one query for a batch of samples, the background where nothing is hit, and ray states only where something is.
+
+use std::ops::Range;
+use std::time::Instant;
+
+use glam::Vec3;
+
+use super::tracer::{SampleValue, Tracer, seconds_since};
+use super::wavefront::{RaySignature, Wavefront};
+use crate::geometry::Ray;
+use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack};
+use crate::interaction::alpha_at;
+
+impl Tracer<'_, '_> {
+    /// Finds all surfaces that the camera rays of a batch see, in the order of its samples and along each ray. `wavefront` receives
+    /// the rays that hit anything.
+    pub(super) fn find_camera_hits(
+        &mut self,
+        camera: &CameraRays,
+        samples: &CameraSamples<'_>,
+        wavefront: &mut Wavefront,
+    ) {
+        let media = self.context.camera_media();
+        let background = Background::new(self.context, media.as_ref());
+        self.statistics.camera_rays += samples.len() as u64;
+        let sees_background_alone =
+            !samples.may_hit && media.is_some() && self.context.settings.ground.is_none();
+        if sees_background_alone && !background.depends_on_direction() {
+            return self.add_background(&background, camera, &[], 0..samples.len());
+        }
+
+        // Closest hits
+        let mut batch = std::mem::take(&mut self.camera_rays);
+        batch.fill(camera, samples);
+        let rays = batch.rays();
+        if samples.may_hit {
+            self.trace_camera_rays(rays);
+        } else {
+            self.camera_hits.clear();
+            self.camera_hits.resize(rays.len(), None);
+        }
+        let mut followed = std::mem::take(&mut self.followed);
+        self.list_followed(rays, media.is_some(), &mut followed);
+
+        // The background between the rays that are followed
+        let mut first = 0;
+        for &sample in &followed {
+            self.add_background(&background, camera, rays, first..sample as usize);
+            first = sample as usize + 1;
+        }
+        self.add_background(&background, camera, rays, first..rays.len());
+
+        // Surfaces
+        for &sample in &followed {
+            let ray = &rays[sample as usize];
+            let media = media.clone().unwrap_or_else(|| self.context.media_around_start(ray));
+            let state = camera.ray_state(ray, media, sample, samples.seed(camera, sample as usize));
+            let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
+            self.follow(slot, wavefront.ray(slot), self.camera_hits[sample as usize]);
+        }
+        (self.camera_rays, self.followed) = (batch, followed);
+    }
+
+    /// Finds the closest hit of each camera ray.
+    fn trace_camera_rays(&mut self, rays: &[Ray]) {
+        let view = self.context.view;
+        let hits = &mut self.camera_hits;
+        hits.resize(rays.len(), None);
+        let start = Instant::now();
+        view.bvh.closest_hits(rays, |_, hit| alpha_at(view, hit) > 0.0, hits, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+        self.statistics.camera_hits += hits.iter().filter(|hit| hit.is_some()).count() as u64;
+    }
+
+    /// Lists the samples whose rays hit a surface or the ground, or start in media that are not known.
+    fn list_followed(&self, rays: &[Ray], media_are_known: bool, followed: &mut Vec<u32>) {
+        followed.clear();
+        let ground = self.context.settings.ground;
+        let hits = (0_u32..).zip(&self.camera_hits);
+        if ground.is_none() && media_are_known {
+            followed.extend(hits.filter(|(_, hit)| hit.is_some()).map(|(sample, _)| sample));
+        } else {
+            let is_seen =
+                |ray: &Ray| !media_are_known || ground.is_some_and(|ground| ground.hit(ray).is_some());
+            let hits = hits.zip(rays).filter(|((_, hit), ray)| hit.is_some() || is_seen(ray));
+            followed.extend(hits.map(|((sample, _), _)| sample));
+        }
+    }
+
+    /// Adds the background to consecutive samples whose rays hit nothing.
+    fn add_background(
+        &mut self,
+        background: &Background,
+        camera: &CameraRays,
+        rays: &[Ray],
+        span: Range<usize>,
+    ) {
+        if !background.is_visible || span.is_empty() {
+            return;
+        }
+        let environment = self.context.view.environment;
+        let values = &mut self.values[span.clone()];
+        let add = |value: &mut SampleValue, radiance: Vec3| {
+            value.radiance += background.weight * radiance;
+            value.coverage = 1.0;
+        };
+        if let Some(radiance) = background.constant {
+            values.iter_mut().for_each(|value| add(value, radiance));
+        } else if background.is_filtered {
+            for (value, ray) in values.iter_mut().zip(&rays[span.clone()]) {
+                let differential = camera.differential(ray).direction;
+                add(value, environment.background_over(ray.direction, differential));
+            }
+        } else {
+            for (value, ray) in values.iter_mut().zip(&rays[span.clone()]) {
+                add(value, environment.background_over(ray.direction, [Vec3::ZERO; 2]));
+            }
+        }
+        if self.aovs.records_light() {
+            for sample in span {
+                self.aovs.add(sample as u32, LightPass::Environment, self.values[sample].radiance);
+            }
+        }
+    }
+}
+
+/// What camera rays see that hit nothing.
+struct Background {
+    is_visible: bool,
+    /// The radiance where it is the same in every direction.
+    constant: Option<Vec3>,
+    is_filtered: bool,
+    /// Multiplies the radiance.
+    weight: Vec3,
+}
+
+impl Background {
+    /// The background of rays that start in `media`.
+    fn new(context: &IntegratorContext<'_>, media: Option<&MediaStack>) -> Self {
+        let environment = context.view.environment;
+        Self {
+            is_visible: context.settings.show_background,
+            constant: environment.constant_background(),
+            is_filtered: environment.background_is_filtered(),
+            weight: media.map_or(Vec3::ONE, |media| media.transmittance(f32::INFINITY)),
+        }
+    }
+
+    /// Whether it differs between rays.
+    fn depends_on_direction(&self) -> bool {
+        self.is_visible && self.constant.is_none()
+    }
+}

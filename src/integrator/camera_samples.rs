@@ -57,12 +57,15 @@ impl CameraRayBatch {
     /// Replaces the rays.
     pub(super) fn fill(&mut self, camera: &CameraRays, samples: &CameraSamples<'_>) {
         let Self { rays, positions: [columns, rows] } = self;
-        columns.clear();
-        rows.clear();
-        for &(x, y) in samples.pixels {
+        columns.resize(samples.len(), 0.0);
+        rows.resize(samples.len(), 0.0);
+        let per_pixel = samples.offsets.len().max(1);
+        let of_pixels = columns.chunks_exact_mut(per_pixel).zip(rows.chunks_exact_mut(per_pixel));
+        for (&(x, y), (columns, rows)) in samples.pixels.iter().zip(of_pixels) {
             let corner = Vec2::new(x as f32, y as f32);
-            columns.extend(samples.offsets.iter().map(|offset| corner.x + offset.x));
-            rows.extend(samples.offsets.iter().map(|offset| corner.y + offset.y));
+            for ((column, row), offset) in columns.iter_mut().zip(rows).zip(samples.offsets) {
+                (*column, *row) = (corner.x + offset.x, corner.y + offset.y);
+            }
         }
         if camera.is_pinhole() {
             let level = Level::new();

@@ -89,7 +89,9 @@ pub fn render_frame_into(
 
     // Statistics, in tile order
     let mut statistics = RenderStatistics::default();
-    counters.iter().for_each(|tile| statistics.integrator.add(tile));
+    for tile in &counters {
+        statistics.integrator.add(tile);
+    }
     statistics.non_finite_pixels = film.blacken_non_finite();
     statistics.trace_seconds = start.elapsed().as_secs_f64();
     Ok(statistics)

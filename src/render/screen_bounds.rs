@@ -63,20 +63,25 @@ impl ScreenBounds {
 }
 
 impl Rectangle {
+    /// No part of the image.
+    const NOWHERE: Self = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
+
     fn around(points: impl Iterator<Item = DVec2>) -> Self {
-        let empty = Self { low: DVec2::INFINITY, high: DVec2::NEG_INFINITY };
-        points.fold(empty, |all, point| Self { low: all.low.min(point), high: all.high.max(point) })
+        points.fold(Self::NOWHERE, |all, point| Self { low: all.low.min(point), high: all.high.max(point) })
     }
 }
 
-/// The rectangle around a box; `None` unless all of it is in front of the camera.
+/// The rectangle around a box; `None` where only a part of it is in front of the camera.
 fn projected(projector: &Projector, bounds: &Aabb, margin: DVec2) -> Option<Rectangle> {
     let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
-    let mut corners = [DVec2::ZERO; 8];
-    for (index, corner) in corners.iter_mut().enumerate() {
+    let corners: [Option<DVec2>; 8] = std::array::from_fn(|index| {
         let side = |axis: usize| if index >> axis & 1 == 0 { min[axis] } else { max[axis] };
-        *corner = projector.pixel_of_point(DVec3::new(side(0), side(1), side(2)))?;
+        projector.pixel_of_point(DVec3::new(side(0), side(1), side(2)))
+    });
+    if corners.iter().all(Option::is_none) {
+        return Some(Rectangle::NOWHERE);
     }
+    let corners: Vec<DVec2> = corners.into_iter().collect::<Option<_>>()?;
     let rectangle = Rectangle::around(corners.into_iter());
     let is_finite = rectangle.low.is_finite() && rectangle.high.is_finite();
     is_finite.then(|| Rectangle { low: rectangle.low - margin, high: rectangle.high + margin })
@@ -136,13 +141,15 @@ mod tests {
     }
 
     #[test]
-    fn boxes_behind_the_camera_may_be_anywhere() {
+    fn boxes_around_the_camera_may_be_anywhere_and_those_behind_it_nowhere() {
         let projection =
             Projection::Perspective { fov_y_radians: 0.9, aspect_ratio: None, z_near: 0.0, z_far: None };
         let camera = PosedCamera { projection, ..PosedCamera::default() };
         let projector = Projector::new(&camera, (16, 16));
         let around = |z: f32| Aabb::from_point(glam::Vec3::Z * z).grown(1.0);
         assert!(projected(&projector, &around(0.0), DVec2::ZERO).is_none());
+        let behind = projected(&projector, &around(3.0), DVec2::ZERO).unwrap();
+        assert_eq!((behind.low, behind.high), (DVec2::INFINITY, DVec2::NEG_INFINITY));
         // tan(0.45) = 0.483: at distance 2, a half width of 1 takes 8 / 0.483 / 2 = 8.28 pixels.
         let ahead = projected(&projector, &around(-3.0), DVec2::ZERO).unwrap();
         assert!((ahead.high - DVec2::splat(16.28)).length() < 0.01, "{ahead:?}");

@@ -109,7 +109,9 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         pixels.extend(self.border(tile).map(PixelSum::new));
         let mut ranges = vec![SampleRange::EMPTY; pixels.len()];
         self.add_samples(pixels, &plan.base, 0, cancel, |pixel, values| {
-            values.iter().for_each(|value| ranges[pixel].add(value.to_array()));
+            for value in values {
+                ranges[pixel].add(value.to_array());
+            }
         })?;
 
         let grid = PixelGrid::new(tile, pixels);

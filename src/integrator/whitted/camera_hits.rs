@@ -105,7 +105,9 @@ impl Tracer<'_, '_> {
             value.coverage = 1.0;
         };
         if let Some(radiance) = background.constant {
-            values.iter_mut().for_each(|value| add(value, radiance));
+            for value in values {
+                add(value, radiance);
+            }
         } else if background.is_filtered {
             for (value, ray) in values.iter_mut().zip(&rays[span.clone()]) {
                 let differential = camera.differential(ray).direction;

@@ -89,6 +89,7 @@ impl Bsdf {
     }
 
     /// The same lobes with the slice of their indices, [`AlbedoSlice::between`], at hand.
+    #[inline(always)]
     pub fn with_albedos(
         material: &MaterialSample,
         ior_outside: f32,

@@ -15,13 +15,39 @@ use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::Tracer;
 use super::wavefront::Wavefront;
-use crate::bsdf::{AlbedoTerms, Bsdf};
+use crate::bsdf::{AlbedoSlice, AlbedoTerms, Bsdf};
 use crate::frame::transmits;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes};
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::integrator::{IntegratorContext, LightPass, MediaStack};
 use crate::interaction::{MaterialSample, RayHit, SurfaceBlock};
 use crate::scene::{Environment, Material};
+
+/// The material of a block.
+#[derive(Clone, Copy)]
+struct BlockMaterial<'m> {
+    material: &'m Material,
+    /// Albedos between vacuum and the material.
+    albedos: AlbedoSlice,
+}
+
+impl BlockMaterial<'_> {
+    /// The lobes of a lane.
+    #[inline(always)]
+    fn bsdf(self, materials: &MaterialLanes, lane: usize) -> Bsdf {
+        let ior = self.material.ior;
+        let sample = MaterialSample {
+            base_color: materials.base_color.get(lane),
+            metallic: materials.metallic[lane],
+            roughness: materials.roughness[lane],
+            specular: materials.specular[lane],
+            specular_color: materials.specular_color.get(lane),
+            ior,
+            ..MaterialSample::default()
+        };
+        Bsdf::with_albedos(&sample, 1.0, ior, self.albedos)
+    }
+}
 
 /// Whether the lobes of a material are those of the metallic-roughness model alone, so that blocks can shade it.
 pub(in crate::integrator) fn is_opaque(material: &Material) -> bool {
@@ -132,6 +158,8 @@ impl<'a> OpaqueBlock<'a> {
         (material, hits): (&Material, &[SurfaceHit]),
     ) {
         let view = context.view;
+        let block_material =
+            BlockMaterial { material, albedos: AlbedoSlice::between(1.0, material.ior) };
         let ray_hits = hits.iter().map(|surface_hit| {
             let (ray, state) = wavefront.ray(surface_hit.slot);
             RayHit { ray, differential: &state.differential, hit: &surface_hit.hit }
@@ -157,20 +185,19 @@ impl<'a> OpaqueBlock<'a> {
         let points = &self.surfaces.points;
         self.reflected.orient(simd, self.surfaces.normals(), self.surfaces.viewers(), &self.materials);
         for lane in 0..points.len() {
-            let sample = self.materials.sample(lane, material);
-            let bsdf = Bsdf::new(&sample, 1.0, material.ior);
+            let bsdf = block_material.bsdf(&self.materials, lane);
             let AlbedoTerms { total, schlick, exact } = bsdf.albedo_terms(self.reflected.wo.get(lane));
             self.reflected.total[lane] = total;
             self.reflected.schlick[lane] = schlick;
             self.reflected.exact[lane] = exact;
-            self.reflected.look_up(lane, view.environment, points[lane].shading_normal, sample.roughness);
+            self.reflected.look_up(lane, view.environment, points[lane].shading_normal, self.materials.roughness[lane]);
         }
-        self.reflected.reflect(simd, &self.materials, material);
+        self.reflected.reflect(simd, &self.materials, block_material);
 
         // Lights
         for (light, direct) in context.lights.iter().zip(&mut self.direct) {
             light.incidences(simd, self.surfaces.positions(), &mut self.incidences);
-            direct.scatter(simd, &self.incidences, (&self.materials, material), &self.reflected);
+            direct.scatter(simd, &self.incidences, (&self.materials, block_material), &self.reflected);
             for lane in 0..points.len() {
                 let span = self.incidences.get(lane).span;
                 direct.shadow_end.set(lane, points[lane].shadow_end_outside(span));
@@ -190,22 +217,6 @@ impl MaterialLanes {
         self.occlusion[lane] = sample.occlusion;
         self.emission.set(lane, sample.emission);
         self.weight.set(lane, weight);
-    }
-
-    /// The material values of a lane.
-    #[inline(always)]
-    fn sample(&self, lane: usize, material: &Material) -> MaterialSample {
-        MaterialSample {
-            base_color: self.base_color.get(lane),
-            metallic: self.metallic[lane],
-            roughness: self.roughness[lane],
-            specular: self.specular[lane],
-            specular_color: self.specular_color.get(lane),
-            occlusion: self.occlusion[lane],
-            emission: self.emission.get(lane),
-            ior: material.ior,
-            ..MaterialSample::default()
-        }
     }
 }
 
@@ -236,9 +247,9 @@ impl ReflectedLanes {
 
     /// Albedos, and the light of the environment that leaves the surfaces.
     #[inline(always)]
-    fn reflect<S: Simd>(&mut self, _: S, materials: &MaterialLanes, material: &Material) {
+    fn reflect<S: Simd>(&mut self, _: S, materials: &MaterialLanes, material: BlockMaterial<'_>) {
         for lane in 0..LANES {
-            let bsdf = Bsdf::new(&materials.sample(lane, material), 1.0, material.ior);
+            let bsdf = material.bsdf(materials, lane);
             let terms = AlbedoTerms {
                 total: self.total[lane],
                 schlick: self.schlick[lane],
@@ -270,12 +281,12 @@ impl DirectLanes {
         &mut self,
         _: S,
         incidences: &IncidenceLanes,
-        (materials, material): (&MaterialLanes, &Material),
+        (materials, material): (&MaterialLanes, BlockMaterial<'_>),
         reflected: &ReflectedLanes,
     ) {
         for lane in 0..LANES {
             let Incidence { wi, irradiance, .. } = incidences.get(lane);
-            let bsdf = Bsdf::new(&materials.sample(lane, material), 1.0, material.ior);
+            let bsdf = material.bsdf(materials, lane);
             let wi = reflected.world_from_local(lane).transpose() * wi;
             let scattered = bsdf.eval(reflected.wo.get(lane), wi) * wi.z.abs();
             let contribution = materials.weight.get(lane) * scattered * irradiance;

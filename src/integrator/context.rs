@@ -42,7 +42,16 @@ impl<'a> IntegratorContext<'a> {
         let on_ground = settings.ground.map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
-        Self { view, lights, interiors, opaque_materials, volume_bounds, camera_media, ground_irradiance, settings }
+        Self {
+            view,
+            lights,
+            interiors,
+            opaque_materials,
+            volume_bounds,
+            camera_media,
+            ground_irradiance,
+            settings,
+        }
     }
 
     /// The volumes in which all camera rays start; `None` where they are found for each ray.

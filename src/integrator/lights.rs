@@ -65,11 +65,7 @@ impl IncidenceLanes {
     /// The light at a point.
     #[inline(always)]
     pub(super) fn get(&self, lane: usize) -> Incidence {
-        Incidence {
-            wi: self.wi.get(lane),
-            irradiance: self.irradiance.get(lane),
-            span: self.span.get(lane),
-        }
+        Incidence { wi: self.wi.get(lane), irradiance: self.irradiance.get(lane), span: self.span.get(lane) }
     }
 
     #[inline(always)]

@@ -7,7 +7,6 @@
 
 use glam::{Vec2, Vec3};
 
-
 /// Derivatives of a ray by one step along the rows and one along the columns of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayDifferential {

@@ -203,14 +203,12 @@ impl<'a> SurfaceBlock<'a> {
             if material.normal_texture.is_some() {
                 point.shading_normal = point.geometric_normal;
                 let textures = Lookups::new(view);
-                point.shading_normal =
-                    normal::mapped_by(&textures, point, material.normal_texture.as_ref());
+                point.shading_normal = normal::mapped_by(&textures, point, material.normal_texture.as_ref());
                 lanes.shading_normal.set(lane, point.shading_normal);
             } else {
                 point.shading_normal = lanes.shading_normal.get(lane);
                 if lanes.is_in_view[lane] != 1.0 {
-                    let bent =
-                        normal::bent_into_view(point.geometric_normal, point.shading_normal, point.wo);
+                    let bent = normal::bent_into_view(point.geometric_normal, point.shading_normal, point.wo);
                     point.shading_normal = bent;
                     lanes.shading_normal.set(lane, bent);
                 }

@@ -20,7 +20,7 @@ use crate::frame::transmits;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes};
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::integrator::{IntegratorContext, LightPass, MediaStack};
-use crate::interaction::{MaterialSample, RayHit, SurfaceBlock};
+use crate::interaction::{MaterialSample, SurfaceBlock};
 use crate::scene::{Environment, Material};
 
 /// The material of a block.
@@ -158,13 +158,8 @@ impl<'a> OpaqueBlock<'a> {
         (material, hits): (&Material, &[SurfaceHit]),
     ) {
         let view = context.view;
-        let block_material =
-            BlockMaterial { material, albedos: AlbedoSlice::between(1.0, material.ior) };
-        let ray_hits = hits.iter().map(|surface_hit| {
-            let (ray, state) = wavefront.ray(surface_hit.slot);
-            RayHit { ray, differential: &state.differential, hit: &surface_hit.hit }
-        });
-        self.surfaces.fill(simd, view, material, ray_hits);
+        let block_material = BlockMaterial { material, albedos: AlbedoSlice::between(1.0, material.ior) };
+        self.surfaces.fill(simd, view, material, hits.iter().map(|hit| wavefront.ray_hit(hit)));
 
         // Material values
         let is_textured = material.texture_refs().next().is_some();
@@ -190,7 +185,12 @@ impl<'a> OpaqueBlock<'a> {
             self.reflected.total[lane] = total;
             self.reflected.schlick[lane] = schlick;
             self.reflected.exact[lane] = exact;
-            self.reflected.look_up(lane, view.environment, points[lane].shading_normal, self.materials.roughness[lane]);
+            self.reflected.look_up(
+                lane,
+                view.environment,
+                points[lane].shading_normal,
+                self.materials.roughness[lane],
+            );
         }
         self.reflected.reflect(simd, &self.materials, block_material);
 
@@ -250,11 +250,8 @@ impl ReflectedLanes {
     fn reflect<S: Simd>(&mut self, _: S, materials: &MaterialLanes, material: BlockMaterial<'_>) {
         for lane in 0..LANES {
             let bsdf = material.bsdf(materials, lane);
-            let terms = AlbedoTerms {
-                total: self.total[lane],
-                schlick: self.schlick[lane],
-                exact: self.exact[lane],
-            };
+            let terms =
+                AlbedoTerms { total: self.total[lane], schlick: self.schlick[lane], exact: self.exact[lane] };
             let albedos = bsdf.albedos_by(self.wo.get(lane), terms);
             let prefiltered_share = 1.0 - self.traced_share[lane];
             let diffuse = albedos.diffuse * self.environment.get(lane) * FRAC_1_PI;

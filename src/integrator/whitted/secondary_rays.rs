@@ -5,9 +5,9 @@ use glam::Vec3;
 use super::local_frame::mirror_direction;
 use super::shading::{Arrival, Shading};
 use super::tracer::{MIN_WEIGHT, Tracer};
+use crate::bvh::Hit;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
-use crate::bvh::Hit;
 use crate::integrator::{ColorChannels, LightPass, MediaStack, RayKind, RayState, Seed};
 use crate::interaction::RayDifferential;
 
@@ -120,8 +120,7 @@ impl Tracer<'_, '_> {
     /// Adds a reflected ray to the next wavefront.
     pub(super) fn send_reflected(&mut self, arrival: &Arrival<'_, '_>, child: ChildRay) {
         let state = arrival.state;
-        let differential =
-            arrival.point.reflected_differential(self.context.view.frame, &state.differential);
+        let differential = arrival.point.reflected_differential(self.context.view.frame, &state.differential);
         self.push_child(arrival, child, differential, (state.media.clone(), None));
     }
 

@@ -1,11 +1,12 @@
 //! Shading of surfaces: emission, direct light, environment lookups and child rays.
 
+use fearless_simd::dispatch;
 use glam::Vec3;
 
 use super::coat::CoatShading;
 use super::local_frame::{frame_along, local_frame};
 use super::shading::Shading;
-use super::shading_order::HitRun;
+use super::shading_order::RunKey;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::tracer::Tracer;
@@ -14,7 +15,8 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, LightPass};
-use crate::interaction::surface_at;
+use crate::interaction::{MaterialSample, SurfacePoint};
+use crate::scene::Material;
 
 impl Tracer<'_, '_> {
     /// Shades all surfaces that a wavefront sees.
@@ -25,23 +27,45 @@ impl Tracer<'_, '_> {
         order.sort(&self.surface_hits, |surface_hit| {
             let material = frame.instance(surface_hit.hit.triangle).material.index();
             let in_vacuum = wavefront.ray(surface_hit.slot).1.media.is_empty();
-            (opaque[material] && in_vacuum && !traces_lobes).then_some(material as u32)
+            let is_layered = !opaque[material] || !in_vacuum || traces_lobes;
+            RunKey { is_layered, material: material as u32 }
         });
-        for HitRun { material, hits } in order.runs() {
-            let Some(material) = material else {
-                hits.iter().for_each(|hit| self.shade(wavefront, hit));
-                continue;
-            };
-            let material = &frame.materials[material];
-            hits.chunks(LANES).for_each(|hits| self.shade_opaque_block(wavefront, material, hits));
+        for (RunKey { is_layered, material }, hits) in order.runs() {
+            let material = &frame.materials[material as usize];
+            for hits in hits.chunks(LANES) {
+                if is_layered {
+                    self.shade_one_by_one(wavefront, material, hits);
+                } else {
+                    self.shade_opaque_block(wavefront, material, hits);
+                }
+            }
         }
         self.shading_order = order;
+        self.surface_hits.clear();
     }
 
-    fn shade(&mut self, wavefront: &Wavefront, surface_hit: &SurfaceHit) {
+    /// Shades up to [`LANES`] hits on one material, after their points were computed together.
+    fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
+        let view = self.context.view;
+        let mut block = std::mem::take(&mut self.surface_block);
+        dispatch!(view.bvh.simd_level(), simd => {
+            block.fill(simd, view, material, hits.iter().map(|hit| wavefront.ray_hit(hit)));
+        });
+        for (lane, surface_hit) in hits.iter().enumerate() {
+            self.shade(wavefront, surface_hit, &block.points[lane], block.material(view, lane));
+        }
+        self.surface_block = block;
+    }
+
+    fn shade(
+        &mut self,
+        wavefront: &Wavefront,
+        surface_hit: &SurfaceHit,
+        point: &SurfacePoint<'_>,
+        material: MaterialSample,
+    ) {
         let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
-        let (ray, state) = wavefront.ray(*slot);
-        let (point, material) = surface_at(self.context.view, ray, hit, &state.differential);
+        let (_, state) = wavefront.ray(*slot);
         let emission_pass = light_pass.unwrap_or(LightPass::Emission);
 
         // Emission
@@ -51,12 +75,12 @@ impl Tracer<'_, '_> {
             return;
         }
         let traces_lobes = self.context.settings.glossy_samples > 0;
-        let coat = material.clear_coat.map(|coat| CoatShading::new(&coat, &point, traces_lobes));
+        let coat = material.clear_coat.map(|coat| CoatShading::new(&coat, point, traces_lobes));
         let weight_below = weight * coat.as_ref().map_or(1.0, |coat| coat.transmittance);
         self.add(state.sample, emission_pass, weight_below * material.emission);
 
         // Lobes between the media on both sides, one set for each colour channel where these disperse
-        let transmission_side = self.transmission_side(state, &point, &material);
+        let transmission_side = self.transmission_side(state, point, &material);
         let own_medium = self.context.interiors.medium(point.instance);
         let iors = |channels| {
             let outside = ior_outside(state, own_medium, point.facing, channels);
@@ -85,7 +109,7 @@ impl Tracer<'_, '_> {
             signature: slot.signature,
             state,
             light_pass: *light_pass,
-            point: &point,
+            point,
             albedos: dispersed.as_ref().map_or_else(|| bsdf.albedos(wo), |lobes| channel_albedos(lobes, wo)),
             material,
             bsdf,

@@ -17,6 +17,7 @@ use crate::integrator::transparent_hits::TransparentHits;
 use crate::integrator::{
     CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
+use crate::interaction::SurfaceBlock;
 
 /// Rays of a lower weight are not followed and count as black.
 pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
@@ -56,6 +57,8 @@ pub struct Tracer<'w, 'a> {
     pub(super) surface_hits: Vec<SurfaceHit>,
     /// Order in which the hits are shaded.
     pub(super) shading_order: ShadingOrder,
+    /// The points of hits that are shaded one by one.
+    pub(super) surface_block: SurfaceBlock<'a>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(super) shadows: ShadowQueue,
@@ -81,6 +84,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
             children: Wavefront::default(),
             surface_hits: Vec::new(),
             shading_order: ShadingOrder::default(),
+            surface_block: SurfaceBlock::default(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.lights.len()),
             catcher_shadows: ShadowBatch::default(),

@@ -51,9 +51,14 @@ impl Tracer<'_, '_> {
         dispatch!(view.bvh.simd_level(), simd => {
             block.fill(simd, view, material, hits.iter().map(|hit| wavefront.ray_hit(hit)));
         });
-        for (lane, surface_hit) in hits.iter().enumerate() {
-            self.shade(wavefront, surface_hit, &block.points[lane], block.material(view, lane));
+        let mut materials = std::mem::take(&mut self.block_materials);
+        materials.clear();
+        materials.extend((0..hits.len()).map(|lane| block.material(view, lane)));
+        self.probe_transmission_sides(&block.points, &materials);
+        for (index, surface_hit) in hits.iter().enumerate() {
+            self.shade(wavefront, surface_hit, (index, &block.points[index]), materials[index]);
         }
+        self.block_materials = materials;
         self.surface_block = block;
     }
 
@@ -61,7 +66,7 @@ impl Tracer<'_, '_> {
         &mut self,
         wavefront: &Wavefront,
         surface_hit: &SurfaceHit,
-        point: &SurfacePoint<'_>,
+        (index, point): (usize, &SurfacePoint<'_>),
         material: MaterialSample,
     ) {
         let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
@@ -80,7 +85,7 @@ impl Tracer<'_, '_> {
         self.add(state.sample, emission_pass, weight_below * material.emission);
 
         // Lobes between the media on both sides, one set for each colour channel where these disperse
-        let transmission_side = self.transmission_side(state, point, &material);
+        let transmission_side = self.transmission_side(state, (index, point));
         let own_medium = self.context.interiors.medium(point.instance);
         let iors = |channels| {
             let outside = ior_outside(state, own_medium, point.facing, channels);

@@ -4,11 +4,16 @@
 
 use super::surface_hit::SurfaceHit;
 
+/// Bits of a key for the index of a hit; the remaining ones hold the material.
+const INDEX_BITS: u32 = 32;
+const INDEX: u64 = (1 << INDEX_BITS) - 1;
+const MAX_MATERIAL: u32 = (1 << 31) - 1;
+
 /// Hits sorted for shading. Keeps its memory.
 #[derive(Debug, Default)]
 pub(super) struct ShadingOrder {
-    /// Key of the run and index of the hit.
-    keys: Vec<(RunKey, u32)>,
+    /// Bits of the run's key above the index of the hit.
+    keys: Vec<u64>,
     sorted: Vec<SurfaceHit>,
 }
 
@@ -21,23 +26,33 @@ pub(super) struct RunKey {
     pub(super) material: u32,
 }
 
+impl RunKey {
+    fn bits(self) -> u64 {
+        u64::from(self.is_layered) << 63 | u64::from(self.material) << INDEX_BITS
+    }
+
+    fn of_bits(bits: u64) -> Self {
+        Self { is_layered: bits >> 63 == 1, material: (bits >> INDEX_BITS) as u32 & MAX_MATERIAL }
+    }
+}
+
 impl ShadingOrder {
     /// Sorts `hits` by their keys; hits of equal keys keep their order.
     pub(super) fn sort(&mut self, hits: &[SurfaceHit], key: impl Fn(&SurfaceHit) -> RunKey) {
         self.keys.clear();
-        self.keys.extend(hits.iter().zip(0..).map(|(hit, index)| (key(hit), index)));
+        self.keys.extend(hits.iter().zip(0_u64..).map(|(hit, index)| key(hit).bits() | index));
         self.keys.sort_unstable();
         self.sorted.clear();
-        self.sorted.extend(self.keys.iter().map(|&(_, index)| hits[index as usize]));
+        self.sorted.extend(self.keys.iter().map(|key| hits[(key & INDEX) as usize]));
     }
 
     /// The sorted hits, run by run.
     pub(super) fn runs(&self) -> impl Iterator<Item = (RunKey, &[SurfaceHit])> {
         let mut rest = self.sorted.as_slice();
-        self.keys.chunk_by(|a, b| a.0 == b.0).map(move |keys| {
+        self.keys.chunk_by(|a, b| a & !INDEX == b & !INDEX).map(move |keys| {
             let (hits, after) = rest.split_at(keys.len());
             rest = after;
-            (keys[0].0, hits)
+            (RunKey::of_bits(keys[0]), hits)
         })
     }
 }

@@ -9,15 +9,15 @@ use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
 use super::surface_hit::SurfaceHit;
+use super::transmission_side::TransmissionProbes;
 use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::shadow::ShadowBatch;
-use crate::integrator::transparent_hits::TransparentHits;
 use crate::integrator::{
     CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
-use crate::interaction::SurfaceBlock;
+use crate::interaction::{MaterialSample, SurfaceBlock};
 
 /// Rays of a lower weight are not followed and count as black.
 pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
@@ -64,8 +64,10 @@ pub struct Tracer<'w, 'a> {
     pub(super) shadows: ShadowQueue,
     /// The shadow rays of one point of a shadow catcher or the ground.
     pub(super) catcher_shadows: ShadowBatch,
-    /// Surfaces that touch the one that is shaded.
-    pub(super) touching: TransparentHits,
+    /// Surfaces that touch those of the shaded block.
+    pub(super) probes: TransmissionProbes,
+    /// Material values of the shaded block.
+    pub(super) block_materials: Vec<MaterialSample>,
     pub(super) aovs: SampleAovs,
     pub(super) counters: TraversalCounters,
     pub(super) statistics: IntegratorStatistics,
@@ -88,7 +90,8 @@ impl<'w, 'a> Tracer<'w, 'a> {
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.lights.len()),
             catcher_shadows: ShadowBatch::default(),
-            touching: TransparentHits::default(),
+            probes: TransmissionProbes::default(),
+            block_materials: Vec::new(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),

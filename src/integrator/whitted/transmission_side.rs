@@ -1,10 +1,14 @@
 //! The transmission side of a surface: the volumes there, and the surfaces that touch it.
 
-use super::tracer::Tracer;
+use std::time::Instant;
+
+use super::tracer::{Tracer, seconds_since};
 use crate::bvh::{Hit, HitOrder, TriangleFlags};
 use crate::geometry::{Facing, Ray};
+use crate::integrator::transparent_hits::TransparentHits;
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
+use crate::scene_view::SceneView;
 
 /// The transmission side of a surface.
 pub(super) struct TransmissionSide {
@@ -14,46 +18,87 @@ pub(super) struct TransmissionSide {
     pub(super) touching: Option<Hit>,
 }
 
+/// Probes of the transmission sides of a block of points, and the surfaces that they meet. Keeps its memory.
+#[derive(Debug, Default)]
+pub(super) struct TransmissionProbes {
+    /// From the start of mirror rays to that of refraction rays, one for each point that transmits light.
+    rays: Vec<Ray>,
+    /// Index of each point's probe.
+    of_point: Vec<Option<u32>>,
+    /// Whether a probe meets a surface that the query does not collect.
+    is_occluded: Vec<bool>,
+    touching: TransparentHits,
+}
+
 impl Tracer<'_, '_> {
-    /// The transmission side of a surface that transmits light. A refracted ray starts beyond every face that touches this one,
-    /// so all of their volumes are entered or left here, up to the first surface that bounds none.
-    pub(super) fn transmission_side(
+    /// Probes the transmission sides of a block of points, for [`Tracer::transmission_side`].
+    pub(super) fn probe_transmission_sides(
         &mut self,
-        state: &RayState,
-        point: &SurfacePoint<'_>,
-        material: &MaterialSample,
-    ) -> TransmissionSide {
-        let view = self.context.view;
-        let mut side = TransmissionSide { media: state.media.clone(), touching: None };
-        let medium = self.context.interiors.medium(point.instance);
-        if let Some(medium) = medium {
-            side.media.cross(medium, point.facing);
-        } else if material.transmission == 0.0 {
-            return side;
+        points: &[SurfacePoint<'_>],
+        materials: &[MaterialSample],
+    ) {
+        let TransmissionProbes { rays, of_point, is_occluded, touching } = &mut self.probes;
+        rays.clear();
+        of_point.clear();
+        for (point, material) in points.iter().zip(materials) {
+            let transmits =
+                material.transmission > 0.0 || self.context.interiors.medium(point.instance).is_some();
+            of_point.push(transmits.then_some(rays.len() as u32));
+            if transmits {
+                let start = point.origin_outside();
+                rays.push(Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) });
+            }
         }
-        // The probe runs from the start of mirror rays to that of refraction rays.
-        let start = point.origin_outside();
-        let probe = Ray { t_max: 1.0, ..Ray::new(start, point.origin_inside() - start) };
-        let is_surface = |hit: &Hit| alpha_at(view, hit) > 0.0 && !catches_shadows(view, hit);
-        let touching = &mut self.touching;
         touching.clear();
-        let collect = |hit: &Hit| {
-            if is_surface(hit) {
-                touching.add(0, hit);
+        is_occluded.clear();
+        is_occluded.resize(rays.len(), false);
+        if rays.is_empty() {
+            return;
+        }
+        let view = self.context.view;
+        let start = Instant::now();
+        let collect = |probe: usize, hit: &Hit| {
+            if is_surface(view, hit) {
+                touching.add(probe, hit);
             }
             false
         };
-        if view.bvh.occluded(&probe, collect, &mut self.counters) || touching.is_overfull() {
+        view.bvh.occluded_rays(rays, collect, is_occluded, &mut self.counters);
+        self.statistics.query_seconds += seconds_since(start);
+        touching.sort(|probe| !is_occluded[probe]);
+    }
+
+    /// The transmission side of the point with index `index` of the probed block. A refracted ray starts beyond every face that touches
+    /// this one, so all of their volumes are entered or left here, up to the first surface that bounds none.
+    pub(super) fn transmission_side(
+        &mut self,
+        state: &RayState,
+        (index, point): (usize, &SurfacePoint<'_>),
+    ) -> TransmissionSide {
+        let mut side = TransmissionSide { media: state.media.clone(), touching: None };
+        let Some(probe) = self.probes.of_point[index] else { return side };
+        if let Some(medium) = self.context.interiors.medium(point.instance) {
+            side.media.cross(medium, point.facing);
+        }
+        let view = self.context.view;
+        let TransmissionProbes { rays, is_occluded, touching, .. } = &self.probes;
+        if is_occluded[probe as usize] || touching.is_overfull() {
             // Opaque surfaces are not collected: one query for each surface.
-            let next =
-                |after| view.bvh.closest_hit_of_any_side(&probe, after, is_surface, &mut self.counters);
+            let ray = &rays[probe as usize];
+            let next = |after| {
+                let is_surface = |hit: &Hit| is_surface(view, hit);
+                view.bvh.closest_hit_of_any_side(ray, after, is_surface, &mut self.counters)
+            };
             cross_touching(self.context, &mut side, point, next);
         } else {
-            touching.sort(|_| true);
-            cross_touching(self.context, &mut side, point, touching.along(0));
+            cross_touching(self.context, &mut side, point, touching.along(probe));
         }
         side
     }
+}
+
+fn is_surface(view: SceneView<'_>, hit: &Hit) -> bool {
+    alpha_at(view, hit) > 0.0 && !catches_shadows(view, hit)
 }
 
 /// Enters or leaves the volumes of the surfaces that touch at `point`, up to the first surface that bounds none. `next` returns

@@ -45,7 +45,8 @@ fn atan2(y: &Lanes, x: &Lanes) -> Lanes {
     let (mut angles, mut is_ordinary) = ([0.0; LANES], true);
     for ((result, &y), &x) in angles.iter_mut().zip(y).zip(x) {
         let ratio = (y / x).abs();
-        is_ordinary &= (y != 0.0) & (x != 0.0) & (ratio < LARGE) & (ratio > SMALL);
+        // Neither number is zero where this holds.
+        is_ordinary &= (SMALL..LARGE).contains(&ratio);
         let angle = atan(ratio);
         let angle = if x.is_sign_negative() { PI - (angle - PI_LOW) } else { angle };
         *result = if y.is_sign_negative() { -angle } else { angle };

@@ -105,3 +105,30 @@ fn every_batch_is_counted_once() {
         assert_eq!(rays(tracer.take_statistics()), (0, 0, 0, 0));
     });
 }
+
+#[test]
+fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
+    for scene in [
+        "light/two_lights_shadows",
+        "light/spot",
+        "light/range",
+        "texture/normal_map_mirrored_uv",
+        "texture/vertex_color",
+        "texture/occlusion",
+        "material/metal_roughness_row",
+        "material/specular_glossiness",
+        "material/mirror",
+        "skin/two_bone_strip",
+        "geometry/negative_scale",
+    ] {
+        with_context(scene, &Environment::BuiltIn(BuiltInLight::Studio), |context, camera| {
+            assert!(context.opaque_materials.iter().all(|is_opaque| *is_opaque), "{scene}");
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let in_blocks = trace(&mut Tracer::new(context), camera, &all);
+            let opaque_materials = vec![false; context.opaque_materials.len()];
+            let context = IntegratorContext { opaque_materials, ..context.clone() };
+            let one_by_one = trace(&mut Tracer::new(&context), camera, &all);
+            assert!(in_blocks == one_by_one, "{scene}");
+        });
+    }
+}

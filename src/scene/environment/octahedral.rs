@@ -11,7 +11,8 @@ use glam::Vec3;
 pub(super) struct OctahedralImage {
     /// Cells an edge, one less than nodes.
     cells: usize,
-    nodes: Vec<Vec3>,
+    /// Radiance and a zero, so that a node is one load.
+    nodes: Vec<[f32; 4]>,
 }
 
 impl OctahedralImage {
@@ -19,8 +20,9 @@ impl OctahedralImage {
     pub(super) fn new(cells: usize, value: impl Fn(Vec3) -> Vec3) -> Self {
         let side = cells + 1;
         let position = |index: usize| index as f32 / cells as f32 * 2.0 - 1.0;
-        let nodes =
-            (0..side * side).map(|i| value(direction_of(position(i % side), position(i / side)))).collect();
+        let nodes = (0..side * side)
+            .map(|i| value(direction_of(position(i % side), position(i / side))).extend(0.0).to_array())
+            .collect();
         Self { cells, nodes }
     }
 
@@ -39,10 +41,16 @@ impl OctahedralImage {
         else {
             return Vec3::ZERO;
         };
-        let top = *a + (*b - *a) * right_share;
-        let bottom = *c + (*d - *c) * right_share;
-        top + (bottom - top) * bottom_share
+        let top = between(a, b, right_share);
+        let bottom = between(c, d, right_share);
+        let [red, green, blue, _] = between(&top, &bottom, bottom_share);
+        Vec3::new(red, green, blue)
     }
+}
+
+#[inline(always)]
+fn between(from: &[f32; 4], to: &[f32; 4], share: f32) -> [f32; 4] {
+    std::array::from_fn(|channel| from[channel] + (to[channel] - from[channel]) * share)
 }
 
 /// Position in the square from −1 to 1 of a direction.

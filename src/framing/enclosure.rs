@@ -134,7 +134,7 @@ impl AreaSample {
 
 /// Twice the area of a triangle; zero for one that no ray hits.
 fn visible_area(triangle: &Triangle, flags: TriangleFlags) -> f64 {
-    let [a, b, c] = triangle.vertices.each_ref().map(Vec3::as_dvec3);
+    let [a, b, c] = triangle.vertices.map(Vec3::as_dvec3);
     let area = (b - a).cross(c - a).length();
     if flags.has(TriangleFlags::HIDDEN) || !area.is_finite() { 0.0 } else { area }
 }

@@ -6,7 +6,6 @@
 mod built_in;
 mod cube_map;
 mod equirect;
-mod equirect_lanes;
 mod filtered_image;
 mod irradiance;
 mod key_light;

@@ -28,7 +28,7 @@ mod report;
 
 use std::error::Error;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use job::{Job, Workspace};
 use measure::{Run, run};
@@ -51,7 +51,7 @@ fn main() -> Result<()> {
     let threads = options.threads;
     if options.is_memory {
         for binary in &options.binaries {
-            let [triangle, pixel] = bytes_a_triangle_and_a_pixel(binary.clone(), &workspace, threads)?;
+            let [triangle, pixel] = bytes_a_triangle_and_a_pixel(binary, &workspace, threads)?;
             let name = binary.display();
             writeln!(out, "{name}: {triangle:.0} bytes a triangle, {pixel:.0} bytes a pixel at the peak")?;
         }
@@ -116,8 +116,8 @@ fn least_of_rounds(job: &Job, options: &Options) -> Result<Vec<Run>> {
 }
 
 /// Growth of the peak from a mesh to one of four times the triangles, and from an image to one of four times the pixels.
-fn bytes_a_triangle_and_a_pixel(binary: PathBuf, workspace: &Workspace, threads: usize) -> Result<[f64; 2]> {
-    let peak = |job: &Job| Ok::<_, Box<dyn Error>>(run(&binary, job, threads)?.peak_bytes);
+fn bytes_a_triangle_and_a_pixel(binary: &Path, workspace: &Workspace, threads: usize) -> Result<[f64; 2]> {
+    let peak = |job: &Job| Ok::<_, Box<dyn Error>>(run(binary, job, threads)?.peak_bytes);
     let mesh = |cells| workspace.mesh_job("mesh", cells, "64x36");
     let [few, many] = [[500, 250], [1000, 500]];
     let triangles = |[segments, sides]: [u32; 2]| f64::from(2 * segments * sides);

@@ -44,7 +44,7 @@ impl Run {
         let peak_bytes = self.peak_bytes.min(other.peak_bytes);
         let first_tile_seconds = self.first_tile_seconds.min(other.first_tile_seconds);
         let faster = if self.wall_seconds < other.wall_seconds { self } else { other };
-        Self { cpu_seconds, peak_bytes, first_tile_seconds, ..faster }
+        Self { cpu_seconds, first_tile_seconds, peak_bytes, ..faster }
     }
 }
 
@@ -170,8 +170,10 @@ fn prepare_suite(scenes: &Path, references: &Path, folder: &Path) -> Result<()> 
     copy(references, &folder.join("references"))?;
     let own = fs::read_to_string(scenes.join("suite.toml"))?;
     let (_, tables) = own.split_once("\n[").ok_or("the suite has no tables")?;
-    let paths =
-        format!("scenes = {:?}\nreferences = \"references\"\nreport = \"report\"\n", scenes.canonicalize()?);
+    let paths = format!(
+        "scenes = '{}'\nreferences = \"references\"\nreport = \"report\"\n",
+        text(&scenes.canonicalize()?)
+    );
     fs::write(folder.join("suite.toml"), format!("{paths}\n[{tables}"))?;
     Ok(())
 }

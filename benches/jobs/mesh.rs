@@ -1,5 +1,6 @@
 //! A generated mesh: a bumpy ring, as a binary glTF file.
 
+use glam::Vec3;
 use scene_builder::document::glb;
 use scene_builder::shapes::torus;
 use serde_json::json;
@@ -14,7 +15,7 @@ pub(crate) fn mesh_file([segments, sides]: [u32; 2]) -> Vec<u8> {
     }
     let (vertices, indices) = (mesh.positions.len(), mesh.indices.len());
     let attribute_bytes = vertices * 12;
-    let floats = mesh.positions.iter().chain(&mesh.normals).flat_map(|vector| vector.to_array());
+    let floats = mesh.positions.iter().chain(&mesh.normals).flat_map(Vec3::to_array);
     let mut bytes: Vec<u8> = Vec::with_capacity(2 * attribute_bytes + 4 * indices);
     bytes.extend(floats.flat_map(f32::to_le_bytes));
     bytes.extend(mesh.indices.iter().flat_map(|index| index.to_le_bytes()));

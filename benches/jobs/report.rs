@@ -81,6 +81,6 @@ fn known(value: f64, format: impl Fn(f64) -> String) -> String {
 }
 
 fn line(name: &str, cells: &[String]) -> String {
-    let cells: String = cells.iter().map(|cell| format!("{cell:>10}")).collect();
-    format!("{name:<NAME$}{cells}\n")
+    let cells: Vec<String> = cells.iter().map(|cell| format!("{cell:>10}")).collect();
+    format!("{name:<NAME$}{}\n", cells.concat())
 }

@@ -8,7 +8,6 @@ mod background;
 mod built_in;
 mod cube_map;
 mod equirect;
-mod equirect_lanes;
 mod filtered_image;
 mod irradiance;
 mod key_light;

@@ -7,12 +7,10 @@
 
 use std::f32::consts::PI;
 
-use fearless_simd::{Level, dispatch};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::equirect::{EquirectImage, direction_from_uv};
-use super::equirect_lanes::{LANES, Lanes, uvs_from_directions};
+use super::equirect::{EquirectImage, direction_from_uv, uv_from_direction};
 
 /// Steps of roughness from 0 (the full image, which is not stored here) to 1.
 pub(super) const STEPS: usize = 8;
@@ -42,7 +40,6 @@ impl Pyramid {
     }
 
     /// Interpolates between two levels. Integers are the levels, and 0 is the finest.
-    #[inline(always)]
     fn trilinear(&self, uv: Vec2, level: f32) -> Vec3 {
         let finer = level as usize;
         let share = level - finer as f32;
@@ -122,48 +119,25 @@ fn radical_inverse(index: u32) -> f32 {
 }
 
 fn lobe_image(pyramid: &Pyramid, width: usize, samples: &[LobeSample]) -> EquirectImage {
-    let level = Level::new();
-    let directions: Vec<[Lanes; 3]> = samples.chunks(LANES).map(directions_by_axis).collect();
     let mut image = EquirectImage { width, height: width / 2, pixels: Vec::new() };
     image.pixels = (0..width * width / 2)
         .into_par_iter()
         .map(|index| {
             let direction = direction_from_uv(image.texel_uv(index % width, index / width));
-            let mean = dispatch!(level, _simd => lobe_mean(pyramid, direction, samples, &directions));
-            mean.to_array()
+            lobe_mean(pyramid, direction, samples).to_array()
         })
         .collect();
     image
 }
 
-/// The directions of up to [`LANES`] samples, by axis. Unused lanes have any direction.
-fn directions_by_axis(samples: &[LobeSample]) -> [Lanes; 3] {
-    let mut directions = [[0.5; LANES]; 3];
-    for (lane, sample) in samples.iter().enumerate() {
-        for (axis, component) in sample.direction.to_array().into_iter().enumerate() {
-            directions[axis][lane] = component;
-        }
-    }
-    directions
-}
-
-#[inline(always)]
-fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample], directions: &[[Lanes; 3]]) -> Vec3 {
+fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample]) -> Vec3 {
     // Texel centres are never at the poles; a frame that follows the grid leaves no seam elsewhere.
     let east = Vec3::new(-direction.z, 0.0, direction.x).normalize();
     let north = east.cross(direction);
     let mut sum = Vec3::ZERO;
-    for (samples, [x, y, z]) in samples.chunks(LANES).zip(directions) {
-        let mut towards = [[0.0; LANES]; 3];
-        for (axis, towards) in towards.iter_mut().enumerate() {
-            for (((towards, x), y), z) in towards.iter_mut().zip(x).zip(y).zip(z) {
-                *towards = east[axis] * x + north[axis] * y + direction[axis] * z;
-            }
-        }
-        let [u, v] = uvs_from_directions(&towards);
-        for (lane, sample) in samples.iter().enumerate() {
-            sum += pyramid.trilinear(Vec2::new(u[lane], v[lane]), sample.level) * sample.weight;
-        }
+    for sample in samples {
+        let towards = east * sample.direction.x + north * sample.direction.y + direction * sample.direction.z;
+        sum += pyramid.trilinear(uv_from_direction(towards), sample.level) * sample.weight;
     }
     sum
 }

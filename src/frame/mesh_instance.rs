@@ -38,7 +38,7 @@ impl MeshInstance {
     pub fn uvs(&self, scene: &Scene, set: usize, corners: [u32; 3]) -> [Vec2; 3] {
         let sets = self.morphed.uvs.as_ref().unwrap_or(&self.primitive(scene).uvs);
         match sets.get(set) {
-            Some(uvs) => corners.map(|corner| uvs[corner as usize]),
+            Some(uvs) => gathered(uvs, corners),
             None => [Vec2::ZERO; 3],
         }
     }
@@ -51,6 +51,12 @@ impl MeshInstance {
     /// Linear vertex colours at three vertices; `None` if the primitive has none.
     pub fn colors(&self, scene: &Scene, corners: [u32; 3]) -> Option<[Vec4; 3]> {
         let colors = self.morphed.colors.as_ref().or(self.primitive(scene).colors.as_ref())?;
-        Some(corners.map(|corner| colors[corner as usize]))
+        Some(gathered(colors, corners))
     }
+}
+
+/// The values at three corners.
+#[inline(always)]
+fn gathered<T: Copy>(values: &[T], [a, b, c]: [u32; 3]) -> [T; 3] {
+    [values[a as usize], values[b as usize], values[c as usize]]
 }

@@ -64,7 +64,9 @@ pub(super) fn tangent_frame(
 }
 
 fn vertices_of<'a>(view: SceneView<'a>, point: &SurfacePoint<'_>) -> [&'a PosedVertex; 3] {
-    point.corners.map(|corner| &view.frame.vertices[point.instance.first_vertex + corner as usize])
+    let vertices = &view.frame.vertices[point.instance.first_vertex..];
+    let [a, b, c] = point.corners;
+    [&vertices[a as usize], &vertices[b as usize], &vertices[c as usize]]
 }
 
 fn front_normal_by(
@@ -94,7 +96,7 @@ fn interpolated(
     vertices: &[&PosedVertex; 3],
     of: fn(&PosedVertex) -> Vec3,
 ) -> Vec3 {
-    weighted_sum(vertices.map(of), point.weights)
+    weighted_sum([of(vertices[0]), of(vertices[1]), of(vertices[2])], point.weights)
 }
 
 fn interpolated_normal(point: &SurfacePoint<'_>, front_normal: Vec3, vertices: &[&PosedVertex; 3]) -> Vec3 {

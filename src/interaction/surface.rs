@@ -34,7 +34,8 @@ impl<'a> SurfacePoint<'a> {
         let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
         let front_normal = normal::of_triangle(triangle);
         let corners = corner_indices(view, instance, hit.triangle);
-        let vertices = corners.map(|corner| &frame.vertices[instance.first_vertex + corner as usize]);
+        let vertex = |corner: usize| &frame.vertices[instance.first_vertex + corners[corner] as usize];
+        let vertices = [vertex(0), vertex(1), vertex(2)];
         let (position_steps, weight_steps) = if *differential == RayDifferential::ZERO {
             ([Vec3::ZERO; 2], [Vec2::ZERO; 2])
         } else {
@@ -58,7 +59,7 @@ impl<'a> SurfacePoint<'a> {
             position_steps,
             weight_steps,
         };
-        let normals = vertices.map(|vertex| vertex.normal);
+        let normals = [vertices[0].normal, vertices[1].normal, vertices[2].normal];
         if is_smooth(normals) {
             point.shadow_position =
                 terminator_free_point(position, point.geometric_normal, [a, b, c], normals, weights);

@@ -2,7 +2,7 @@
 //!
 //! The normal's derivative is that of the interpolated vertex normals. Normal maps are left out: their mean is looked up instead.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface_point::SurfacePoint;
@@ -14,12 +14,12 @@ impl SurfacePoint<'_> {
         let (incoming, normal) = (-self.wo, self.shading_normal);
         let normal_steps = self.normal_steps(frame);
         // D' = D − 2 (D·N) N
-        let direction = [0, 1].map(|axis| {
+        let derivative = |axis: usize| {
             let (step, normal_step) = (arriving.direction[axis], normal_steps[axis]);
             let cosine_step = step.dot(normal) + incoming.dot(normal_step);
             step - (normal_step * incoming.dot(normal) + normal * cosine_step) * 2.0
-        });
-        RayDifferential { origin: self.position_steps, direction }
+        };
+        RayDifferential { origin: self.position_steps, direction: [derivative(0), derivative(1)] }
     }
 
     /// The differential of the refracted ray along the unit vector `refracted`, where the index of refraction changes by the factor
@@ -41,18 +41,19 @@ impl SurfacePoint<'_> {
         let (cosine, cosine_transmitted) = (incoming.dot(normal), refracted.dot(normal));
         let mu = eta * cosine - cosine_transmitted;
         let mu_per_cosine = eta - eta * eta * cosine / cosine_transmitted;
-        let direction = [0, 1].map(|axis| {
+        let derivative = |axis: usize| {
             let (step, normal_step) = (arriving.direction[axis], normal_steps[axis]);
             let cosine_step = step.dot(normal) + incoming.dot(normal_step);
             step * eta - normal_step * mu - normal * (mu_per_cosine * cosine_step)
-        });
-        RayDifferential { origin: self.position_steps, direction }
+        };
+        RayDifferential { origin: self.position_steps, direction: [derivative(0), derivative(1)] }
     }
 
     /// Derivatives of the interpolated normal on the viewer's side over the steps on the surface; zero on flat faces.
     fn normal_steps(&self, frame: &Frame) -> [Vec3; 2] {
-        let [a, b, c] =
-            self.corners.map(|corner| frame.vertices[self.instance.first_vertex + corner as usize].normal);
+        let vertices = &frame.vertices[self.instance.first_vertex..];
+        let normal = |corner: usize| vertices[self.corners[corner] as usize].normal;
+        let [a, b, c] = [normal(0), normal(1), normal(2)];
         if a == Vec3::ZERO || b == Vec3::ZERO || c == Vec3::ZERO {
             return [Vec3::ZERO; 2];
         }
@@ -64,10 +65,13 @@ impl SurfacePoint<'_> {
         let normal = sum / length;
         let side = if normal.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
         let scale = side / length;
-        weight_steps(frame.triangles[self.triangle as usize].vertices, self.position_steps).map(|step| {
+        let [row, column] =
+            weight_steps(frame.triangles[self.triangle as usize].vertices, self.position_steps);
+        let derivative = |step: Vec2| {
             let change = (b - a) * step.x + (c - a) * step.y;
             (change - normal * normal.dot(change)) * scale
-        })
+        };
+        [derivative(row), derivative(column)]
     }
 }
 

@@ -66,7 +66,8 @@ impl SurfacePoint<'_> {
     pub(super) fn uv(&self, view: SceneView<'_>, reference: &TextureRef) -> (Vec2, UvDifferential) {
         let [a, b, c] = self.instance.uvs(view.scene, reference.uv_set as usize, self.corners);
         let uv = a * self.weights[0] + b * self.weights[1] + c * self.weights[2];
-        (uv, UvDifferential(self.weight_steps.map(|step| (b - a) * step.x + (c - a) * step.y)))
+        let change = |step: Vec2| (b - a) * step.x + (c - a) * step.y;
+        (uv, UvDifferential([change(self.weight_steps[0]), change(self.weight_steps[1])]))
     }
 
     /// Texture coordinates of set `set`, without the texture transform; zero where there is no such set.

@@ -211,6 +211,6 @@ fn a_flat_window_narrows_and_a_ball_lens_converges() {
 #[test]
 fn weights_of_slivers_change_evenly() {
     let sliver = Triangle { vertices: [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-12, 0.0)] };
-    let [step, _] = weight_steps(&sliver, [Vec3::X * 0.25, Vec3::ZERO]);
+    let [step, _] = weight_steps(sliver.vertices, [Vec3::X * 0.25, Vec3::ZERO]);
     assert!((step - Vec2::new(0.25, 0.0)).length() < 1e-6, "{step}");
 }

@@ -125,8 +125,8 @@ fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
             assert!(context.opaque_materials.iter().all(|is_opaque| *is_opaque), "{scene}");
             let all: Vec<usize> = (0..SAMPLES).collect();
             let in_blocks = trace(&mut Tracer::new(context), camera, &all);
-            let opaque_materials = vec![false; context.opaque_materials.len()];
-            let context = IntegratorContext { opaque_materials, ..context.clone() };
+            let mut context = context.clone();
+            context.opaque_materials.fill(false);
             let one_by_one = trace(&mut Tracer::new(&context), camera, &all);
             assert!(in_blocks == one_by_one, "{scene}");
         });

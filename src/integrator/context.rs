@@ -3,8 +3,8 @@
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
+use super::opaque_materials::is_opaque;
 use super::settings::IntegratorSettings;
-use super::whitted::is_opaque;
 use crate::color::luminance;
 use crate::geometry::{Aabb, Ray};
 use crate::scene::Projection;

@@ -12,6 +12,7 @@ mod interiors;
 mod light_pass;
 mod lights;
 mod media;
+mod opaque_materials;
 mod random;
 mod ray_state;
 mod settings;

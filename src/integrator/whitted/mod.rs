@@ -22,6 +22,7 @@ mod opaque_block;
 mod sample_aovs;
 mod secondary_rays;
 mod shade;
+mod shade_block;
 mod shading;
 mod shading_order;
 mod shadow_catcher;
@@ -29,11 +30,11 @@ mod shadow_queue;
 mod surface_hit;
 mod traced_share;
 mod tracer;
+mod transmission_probes;
 mod transmission_side;
 mod visibility;
 mod wavefront;
 
-pub(super) use opaque_block::is_opaque;
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub use tracer::{SampleValue, Tracer};
 

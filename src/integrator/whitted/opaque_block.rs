@@ -1,25 +1,21 @@
 //! Shading of blocks of hits on opaque metallic-roughness surfaces: the material model without the lobes of extensions.
 //!
 //! Every value is that of [`super::shade`], by the same functions, but computed for all lanes of a block at once. Only lookups in tables and
-//! images, and the rays that leave the surfaces, are left to each hit.
+//! images are left to each hit. [`super::shade_block`] adds the values to samples and sends the rays that leave the surfaces.
 
 use std::f32::consts::FRAC_1_PI;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::Simd;
 use glam::{Mat3, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
-use super::shading::Arrival;
-use super::shadow_queue::ShadowRay;
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
-use super::tracer::Tracer;
 use super::wavefront::Wavefront;
 use crate::bsdf::{AlbedoSlice, AlbedoTerms, Bsdf};
-use crate::frame::transmits;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes};
+use crate::integrator::IntegratorContext;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
-use crate::integrator::{IntegratorContext, LightPass, MediaStack};
 use crate::interaction::{MaterialSample, SurfaceBlock};
 use crate::scene::{Environment, Material};
 
@@ -49,67 +45,57 @@ impl BlockMaterial<'_> {
     }
 }
 
-/// Whether the lobes of a material are those of the metallic-roughness model alone, so that blocks can shade it.
-pub(in crate::integrator) fn is_opaque(material: &Material) -> bool {
-    let is_unlayered = material.clear_coat.is_none()
-        && material.sheen.is_none()
-        && material.iridescence.is_none()
-        && material.anisotropy.is_none()
-        && material.diffuse_transmission.is_none();
-    is_unlayered && !material.unlit && !transmits(material) && material.ior > 0.0
-}
-
 /// The values of a block. Keeps its memory from block to block.
 #[derive(Debug)]
 pub(super) struct OpaqueBlock<'a> {
-    surfaces: SurfaceBlock<'a>,
-    materials: MaterialLanes,
-    reflected: ReflectedLanes,
+    pub(super) surfaces: SurfaceBlock<'a>,
+    pub(super) materials: MaterialLanes,
+    pub(super) reflected: ReflectedLanes,
     incidences: IncidenceLanes,
     /// For each light.
-    direct: Vec<DirectLanes>,
+    pub(super) direct: Vec<DirectLanes>,
 }
 
 /// Material values and the weights of the rays.
 #[derive(Debug)]
-struct MaterialLanes {
+pub(super) struct MaterialLanes {
     base_color: Vec3Lanes,
     metallic: F32Lanes,
     roughness: F32Lanes,
     specular: F32Lanes,
     specular_color: Vec3Lanes,
     occlusion: F32Lanes,
-    emission: Vec3Lanes,
+    pub(super) emission: Vec3Lanes,
     /// Multiplies the radiance that leaves the surface.
-    weight: Vec3Lanes,
+    pub(super) weight: Vec3Lanes,
 }
 
 /// Directions and albedos.
 #[derive(Debug)]
-struct ReflectedLanes {
+pub(super) struct ReflectedLanes {
     /// Axes of the local frame; the third is the shading normal.
     axes: [Vec3Lanes; 3],
     /// Direction to the viewer in the local frame.
     wo: Vec3Lanes,
-    mirrored: Vec3Lanes,
+    pub(super) mirrored: Vec3Lanes,
     /// Share of the specular lobe that rays follow.
     traced_share: F32Lanes,
     total: F32Lanes,
     schlick: F32Lanes,
     exact: F32Lanes,
     /// Weight of the mirror ray.
-    specular: Vec3Lanes,
+    pub(super) specular: Vec3Lanes,
     /// Irradiance of the environment, then the light of the environment that leaves the surface.
-    environment: Vec3Lanes,
+    pub(super) environment: Vec3Lanes,
     /// Prefiltered radiance of the specular lobe.
     prefiltered: Vec3Lanes,
 }
 
 /// Light of one light that leaves the surfaces, and the ends of the shadow rays that decide about it.
 #[derive(Debug)]
-struct DirectLanes {
-    contribution: Vec3Lanes,
-    shadow_end: Vec3Lanes,
+pub(super) struct DirectLanes {
+    pub(super) contribution: Vec3Lanes,
+    pub(super) shadow_end: Vec3Lanes,
 }
 
 impl OpaqueBlock<'_> {
@@ -150,7 +136,7 @@ impl OpaqueBlock<'_> {
 impl<'a> OpaqueBlock<'a> {
     /// Computes everything that neither adds to samples nor sends rays.
     #[inline(always)]
-    fn compute<S: Simd>(
+    pub(super) fn compute<S: Simd>(
         &mut self,
         simd: S,
         context: &IntegratorContext<'a>,
@@ -159,7 +145,7 @@ impl<'a> OpaqueBlock<'a> {
     ) {
         let view = context.view;
         let block_material = BlockMaterial { material, albedos: AlbedoSlice::between(1.0, material.ior) };
-        self.surfaces.fill(simd, view, material, hits.iter().map(|hit| wavefront.ray_hit(hit)));
+        self.surfaces.fill(simd, view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
 
         // Material values
         let is_textured = material.texture_refs().next().is_some();
@@ -290,58 +276,5 @@ impl DirectLanes {
             let is_lit = irradiance.max_element() > 0.0;
             self.contribution.set(lane, if is_lit { contribution } else { Vec3::ZERO });
         }
-    }
-}
-
-impl Tracer<'_, '_> {
-    /// Shades up to [`LANES`] hits on one opaque material whose rays run through vacuum.
-    pub(super) fn shade_opaque_block(
-        &mut self,
-        wavefront: &Wavefront,
-        material: &Material,
-        hits: &[SurfaceHit],
-    ) {
-        let Some(mut block) = self.opaque_block.take() else { return };
-        let (context, level) = (self.context, self.context.view.bvh.simd_level());
-        dispatch!(level, simd => block.compute(simd, context, wavefront, (material, hits)));
-        for (lane, hit) in hits.iter().enumerate() {
-            self.finish_hit(&block, wavefront, lane, hit);
-        }
-        self.opaque_block = Some(block);
-    }
-
-    /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray.
-    fn finish_hit(
-        &mut self,
-        block: &OpaqueBlock<'_>,
-        wavefront: &Wavefront,
-        lane: usize,
-        surface_hit: &SurfaceHit,
-    ) {
-        let SurfaceHit { slot, light_pass, .. } = *surface_hit;
-        let (_, state) = wavefront.ray(slot);
-        let emission = block.materials.weight.get(lane) * block.materials.emission.get(lane);
-        self.add(state.sample, light_pass.unwrap_or(LightPass::Emission), emission);
-        for (index, direct) in block.direct.iter().enumerate() {
-            let contribution = direct.contribution.get(lane);
-            if contribution.max_element() > 0.0 {
-                let end = direct.shadow_end.get(lane);
-                self.shadows.push(ShadowRay {
-                    signature: slot.signature,
-                    light: index,
-                    ray: self.context.lights[index].shadow_ray(end, state.seed, index),
-                    sample: state.sample,
-                    light_pass: light_pass.unwrap_or(LightPass::Direct),
-                    contribution,
-                    media: MediaStack::default(),
-                });
-            }
-        }
-        let radiance = block.reflected.environment.get(lane);
-        self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), radiance);
-        let point = &block.surfaces.points[lane];
-        let arrival = Arrival { signature: slot.signature, state, light_pass, point };
-        let weight = block.reflected.specular.get(lane);
-        self.send_mirror_ray(&arrival, block.reflected.mirrored.get(lane), weight);
     }
 }

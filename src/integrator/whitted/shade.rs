@@ -49,7 +49,7 @@ impl Tracer<'_, '_> {
         let view = self.context.view;
         let mut block = std::mem::take(&mut self.surface_block);
         dispatch!(view.bvh.simd_level(), simd => {
-            block.fill(simd, view, material, hits.iter().map(|hit| wavefront.ray_hit(hit)));
+            block.fill(simd, view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
         });
         let mut materials = std::mem::take(&mut self.block_materials);
         materials.clear();

@@ -1,8 +1,9 @@
 //! A surface that a ray of a wavefront sees.
 
-use super::wavefront::RaySlot;
+use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::Hit;
 use crate::integrator::LightPass;
+use crate::interaction::RayHit;
 
 /// A surface that a ray sees, to be shaded.
 #[derive(Clone, Copy, Debug)]
@@ -14,4 +15,13 @@ pub(super) struct SurfaceHit {
     pub(super) share: f32,
     /// The light pass of everything that leaves the surface; `None` where the surface is the first one that the camera sees.
     pub(super) light_pass: Option<LightPass>,
+}
+
+impl SurfaceHit {
+    /// The hit with its ray.
+    #[inline(always)]
+    pub(super) fn ray_hit<'h>(&'h self, wavefront: &'h Wavefront) -> RayHit<'h> {
+        let (ray, state) = wavefront.ray(self.slot);
+        RayHit { ray, differential: &state.differential, hit: &self.hit }
+    }
 }

@@ -9,7 +9,7 @@ use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
 use super::surface_hit::SurfaceHit;
-use super::transmission_side::TransmissionProbes;
+use super::transmission_probes::TransmissionProbes;
 use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::camera_samples::CameraRayBatch;

@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use super::tracer::{Tracer, seconds_since};
+use super::transmission_probes::TransmissionProbes;
 use crate::bvh::{Hit, HitOrder, TriangleFlags};
 use crate::geometry::{Facing, Ray};
-use crate::integrator::transparent_hits::TransparentHits;
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
 use crate::scene_view::SceneView;
@@ -16,18 +16,6 @@ pub(super) struct TransmissionSide {
     pub(super) media: MediaStack,
     /// A surface that bounds no volume and touches this one.
     pub(super) touching: Option<Hit>,
-}
-
-/// Probes of the transmission sides of a block of points, and the surfaces that they meet. Keeps its memory.
-#[derive(Debug, Default)]
-pub(super) struct TransmissionProbes {
-    /// From the start of mirror rays to that of refraction rays, one for each point that transmits light.
-    rays: Vec<Ray>,
-    /// Index of each point's probe.
-    of_point: Vec<Option<u32>>,
-    /// Whether a probe meets a surface that the query does not collect.
-    is_occluded: Vec<bool>,
-    touching: TransparentHits,
 }
 
 impl Tracer<'_, '_> {

@@ -3,11 +3,9 @@
 //! The sum of a sample follows the order of its rays. A batch query of the hierarchy, however, should hold rays of one kind that
 //! are neighbours on screen. So rays are stored in groups by signature, and a list keeps their order.
 
-use super::surface_hit::SurfaceHit;
 use crate::bvh::{Bvh, Hit, TraversalCounters};
 use crate::geometry::Ray;
 use crate::integrator::{RayKind, RayState};
-use crate::interaction::RayHit;
 
 /// The last bounces of a ray: below a leading one bit, one bit for each bounce, set for refraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,13 +108,6 @@ impl Wavefront {
     pub(super) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
         let group = &self.groups[slot.signature.index()];
         (&group.rays[slot.index as usize], &group.states[slot.index as usize])
-    }
-
-    /// A surface hit with its ray.
-    #[inline(always)]
-    pub(super) fn ray_hit<'h>(&'h self, surface_hit: &'h SurfaceHit) -> RayHit<'h> {
-        let (ray, state) = self.ray(surface_hit.slot);
-        RayHit { ray, differential: &state.differential, hit: &surface_hit.hit }
     }
 
     /// The closest hit that [`Wavefront::find_hits`] found.

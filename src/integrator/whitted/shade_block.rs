@@ -1,0 +1,65 @@
+//! Shading of hits on opaque surfaces, block by block.
+
+use fearless_simd::dispatch;
+
+use super::opaque_block::OpaqueBlock;
+use super::shading::Arrival;
+use super::shadow_queue::ShadowRay;
+use super::surface_hit::SurfaceHit;
+use super::tracer::Tracer;
+use super::wavefront::Wavefront;
+use crate::integrator::{LightPass, MediaStack};
+use crate::scene::Material;
+
+impl Tracer<'_, '_> {
+    /// Shades up to [`crate::geometry::LANES`] hits on one opaque material whose rays run through vacuum.
+    pub(super) fn shade_opaque_block(
+        &mut self,
+        wavefront: &Wavefront,
+        material: &Material,
+        hits: &[SurfaceHit],
+    ) {
+        let Some(mut block) = self.opaque_block.take() else { return };
+        let (context, level) = (self.context, self.context.view.bvh.simd_level());
+        dispatch!(level, simd => block.compute(simd, context, wavefront, (material, hits)));
+        for (lane, hit) in hits.iter().enumerate() {
+            self.finish_hit(&block, wavefront, lane, hit);
+        }
+        self.opaque_block = Some(block);
+    }
+
+    /// Adds the light of a hit to its sample, queues its shadow rays and sends its mirror ray.
+    fn finish_hit(
+        &mut self,
+        block: &OpaqueBlock<'_>,
+        wavefront: &Wavefront,
+        lane: usize,
+        surface_hit: &SurfaceHit,
+    ) {
+        let SurfaceHit { slot, light_pass, .. } = *surface_hit;
+        let (_, state) = wavefront.ray(slot);
+        let emission = block.materials.weight.get(lane) * block.materials.emission.get(lane);
+        self.add(state.sample, light_pass.unwrap_or(LightPass::Emission), emission);
+        for (index, direct) in block.direct.iter().enumerate() {
+            let contribution = direct.contribution.get(lane);
+            if contribution.max_element() > 0.0 {
+                let end = direct.shadow_end.get(lane);
+                self.shadows.push(ShadowRay {
+                    signature: slot.signature,
+                    light: index,
+                    ray: self.context.lights[index].shadow_ray(end, state.seed, index),
+                    sample: state.sample,
+                    light_pass: light_pass.unwrap_or(LightPass::Direct),
+                    contribution,
+                    media: MediaStack::default(),
+                });
+            }
+        }
+        let radiance = block.reflected.environment.get(lane);
+        self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), radiance);
+        let point = &block.surfaces.points[lane];
+        let arrival = Arrival { signature: slot.signature, state, light_pass, point };
+        let weight = block.reflected.specular.get(lane);
+        self.send_mirror_ray(&arrival, block.reflected.mirrored.get(lane), weight);
+    }
+}

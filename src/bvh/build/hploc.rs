@@ -254,7 +254,10 @@ mod tests {
         let references = [cube(0.0), cube(1.0)];
         let measures = crate::bvh::references::measure(&references);
         for clustering in [Clustering::NONE, Clustering::MERGED] {
-            let tree = built(&[0, 1], &references, clustering);
+            let (order, cancel, scale) = (order_of(&[0, 1]), CancelFlag::new(), measures.scale());
+            let input = Input { order: &order, references: &references, scale, clustering, cancel: &cancel };
+            let mut tree = BinaryTree::default();
+            input.build(&mut tree, &mut Scratch::default()).unwrap();
             assert_eq!(tree.depth(), 1);
             assert!((tree.sah_cost(&measures) - 2.2).abs() < 1.0e-6);
         }

@@ -15,7 +15,7 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, LightPass};
-use crate::interaction::{MaterialSample, SurfacePoint};
+use crate::interaction::{AnisotropySample, MaterialSample, SurfacePoint};
 use crate::scene::Material;
 
 impl Tracer<'_, '_> {
@@ -71,9 +71,9 @@ impl Tracer<'_, '_> {
     ) {
         let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
         let (_, state) = wavefront.ray(*slot);
-        let emission_pass = light_pass.unwrap_or(LightPass::Emission);
 
         // Emission
+        let emission_pass = light_pass.unwrap_or(LightPass::Emission);
         let weight = state.weight * state.media.transmittance(hit.t) * *share;
         if material.unlit {
             self.add(state.sample, emission_pass, weight * material.base_color);
@@ -95,19 +95,18 @@ impl Tracer<'_, '_> {
             let (outside, inside) = iors(channels);
             Bsdf::new(&material, outside, inside)
         };
-        let (outside, inside) = iors(state.channels);
-        let bsdf = lobes_of(state.channels);
-        let media_disperse = state.media.disperses()
-            || transmission_side.media.disperses()
-            || own_medium.is_some_and(|medium| medium.half_spread > 0.0);
-        let is_dispersive = state.channels == ColorChannels::White && !material.thin && media_disperse;
+        let ((outside, inside), bsdf) = (iors(state.channels), lobes_of(state.channels));
+        let is_dispersive = state.channels == ColorChannels::White
+            && !material.thin
+            && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
+                || state.media.disperses()
+                || transmission_side.media.disperses());
         let dispersed = is_dispersive.then(|| ColorChannels::SINGLE.map(lobes_of));
 
         // Local frame
-        let world_from_local = match material.anisotropy {
-            Some(anisotropy) => frame_along(point.shading_normal, anisotropy.direction),
-            None => local_frame(point.shading_normal),
-        };
+        let normal = point.shading_normal;
+        let along_lobe = |anisotropy: AnisotropySample| frame_along(normal, anisotropy.direction);
+        let world_from_local = material.anisotropy.map_or_else(|| local_frame(normal), along_lobe);
         let wo = world_from_local.transpose() * point.wo;
         let traced_share_of = |roughness| if traces_lobes { 1.0 } else { traced_share(roughness) };
         let shading = Shading {

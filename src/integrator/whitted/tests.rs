@@ -113,7 +113,6 @@ fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
         "light/spot",
         "light/range",
         "texture/normal_map_mirrored_uv",
-        "texture/vertex_color",
         "texture/occlusion",
         "material/metal_roughness_row",
         "material/specular_glossiness",

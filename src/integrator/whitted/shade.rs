@@ -129,10 +129,15 @@ impl Tracer<'_, '_> {
             traced_share: traced_share_of(bsdf.widest_roughness()),
             traced_share_transmitted: traced_share_of(bsdf.widest_transmission_roughness()),
         };
-        self.queue_direct_light(&shading);
-        self.add_environment_light(&shading);
-        self.reflect(&shading);
-        self.refract(&shading);
+        self.scatter(&shading);
+    }
+
+    /// Adds the light that a surface scatters towards the viewer, and sends the rays that find the rest of it.
+    fn scatter(&mut self, shading: &Shading<'_, '_>) {
+        self.queue_direct_light(shading);
+        self.add_environment_light(shading);
+        self.reflect(shading);
+        self.refract(shading);
     }
 }
 

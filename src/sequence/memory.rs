@@ -10,9 +10,9 @@ use crate::output::ExrOutput;
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
 
-/// A pixel: the film being traced and its tiles (16 bytes each); the film being written (16), its halves before and after
+/// A pixel: the film being traced, which takes tiles as they end (16 bytes); the film being written (16), its halves before and after
 /// compression (8 each), its preview before and after compression (4 each).
-const BYTES_A_PIXEL: u128 = 72;
+const BYTES_A_PIXEL: u128 = 56;
 /// A pixel of the further film that sums shutter samples.
 const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
@@ -55,8 +55,8 @@ fn pixel_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput) -> u128 {
     let aovs = exr.aov_flags();
     // Channels of AOVs, before and after compression.
     let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
-    // AOVs of the film being traced, of its tiles, and of the film being written.
-    let mut bytes_a_pixel = BYTES_A_PIXEL + 3 * aov_bytes(aovs) + channels;
+    // AOVs of the film being traced and of the film being written.
+    let mut bytes_a_pixel = BYTES_A_PIXEL + 2 * aov_bytes(aovs) + channels;
     if shutter.time_samples > 1 {
         bytes_a_pixel += BYTES_A_TIME_PIXEL + aov_bytes(AovFlags { centers: false, ..aovs });
     }

@@ -1,10 +1,32 @@
 //! Blocks of values, component by component, for loops that the compiler turns into vector instructions.
 //!
-//! A loop over a block calls the scalar function that defines the value, once for each lane, inside `fearless_simd`'s dispatch. So
+//! A loop over a block calls the scalar function that defines the value, once for each lane, inside [`vectorized`]. So
 //! there is one definition of every value, and all instruction sets compute the same bits. To be vectorised, the body of such a loop has no
 //! calls that are not inlined and no memory accesses that depend on a condition; doubles have loops of their own.
 
 use glam::{Vec2, Vec3};
+
+/// Compiles a loop over lanes for the instruction sets whose vectors are wider than those that every machine has, and runs it at `level`.
+macro_rules! vectorized {
+    ($level:expr, $task:expr) => {
+        match $level {
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx512(simd) => fearless_simd::Simd::vectorize(
+                simd,
+                #[inline(always)]
+                || $task,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx2(simd) => fearless_simd::Simd::vectorize(
+                simd,
+                #[inline(always)]
+                || $task,
+            ),
+            _ => $task,
+        }
+    };
+}
+pub(crate) use vectorized;
 
 /// Number of lanes of a block: a vector of the widest instruction set.
 pub(crate) const LANES: usize = 16;

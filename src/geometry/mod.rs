@@ -17,7 +17,7 @@ pub use aabb::Aabb;
 pub(crate) use clip::{TrianglePart, rounded_down, rounded_up};
 pub(crate) use disk::concentric_disk_point;
 pub use hit::{Facing, TriangleHit};
-pub(crate) use lanes::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes};
+pub(crate) use lanes::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 pub use ray::Ray;
 pub use triangle::Triangle;
 pub(crate) use unit::{normalized_or, unit, unit_or};

@@ -1,6 +1,5 @@
 //! Punctual lights (`KHR_lights_punctual`) and the environment's key light: direction, irradiance and shadow ray at a point.
 
-use fearless_simd::Simd;
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
@@ -119,7 +118,7 @@ impl PreparedLight {
 
     /// Unoccluded light at the points of a block.
     #[inline(always)]
-    pub(super) fn incidences<S: Simd>(&self, _: S, points: &Vec3Lanes, out: &mut IncidenceLanes) {
+    pub(super) fn incidences(&self, points: &Vec3Lanes, out: &mut IncidenceLanes) {
         match self.emitter {
             Emitter::Distant { .. } => {
                 for lane in 0..LANES {

@@ -3,7 +3,6 @@
 //! The values are those of [`SurfacePoint::new`], by the same functions. Loops over lanes are vectorised; only normal maps, and the rare normals
 //! that have to be bent into view, are left to each point.
 
-use fearless_simd::Simd;
 use glam::{Vec2, Vec3};
 
 use super::material::material_at;
@@ -13,7 +12,7 @@ use super::surface::{corner_indices, is_smooth, offset_distance, position_of, te
 use super::texture_lookup::Lookups;
 use super::{MaterialSample, SurfacePoint};
 use crate::bvh::Hit;
-use crate::geometry::{F32Lanes, Facing, LANES, Ray, Vec2Lanes, Vec3Lanes, unit_or};
+use crate::geometry::{F32Lanes, Facing, LANES, Ray, Vec2Lanes, Vec3Lanes, unit_or, vectorized};
 use crate::scene::Material;
 use crate::scene_view::SceneView;
 
@@ -107,10 +106,8 @@ impl Default for SurfaceBlock<'_> {
 
 impl<'a> SurfaceBlock<'a> {
     /// Replaces the points by those of `hits`, at most [`LANES`] on `material`.
-    #[inline(always)]
-    pub fn fill<'r, S: Simd>(
+    pub fn fill<'r>(
         &mut self,
-        simd: S,
         view: SceneView<'a>,
         material: &Material,
         hits: impl ExactSizeIterator<Item = RayHit<'r>>,
@@ -120,12 +117,8 @@ impl<'a> SurfaceBlock<'a> {
             self.gather(view, lane, hit);
         }
         let is_textured = material.texture_refs().next().is_some();
-        self.surfaces.place(simd, &self.hits);
-        self.surfaces.orient(simd, &self.hits);
-        self.surfaces.extend(simd, &self.hits);
-        if is_textured {
-            self.surfaces.extend_weights(simd, &self.hits);
-        }
+        let Self { surfaces, hits, .. } = self;
+        vectorized!(view.bvh.simd_level(), surfaces.compute(hits, is_textured));
         self.finish(view, material, is_textured);
     }
 
@@ -186,7 +179,6 @@ impl<'a> SurfaceBlock<'a> {
     }
 
     /// Completes the points.
-    #[inline(always)]
     fn finish(&mut self, view: SceneView<'a>, material: &Material, is_textured: bool) {
         let lanes = &mut self.surfaces;
         for (lane, point) in self.points.iter_mut().enumerate() {
@@ -240,9 +232,19 @@ impl HitLanes {
 }
 
 impl SurfaceLanes {
+    #[inline(always)]
+    fn compute(&mut self, hits: &HitLanes, is_textured: bool) {
+        self.place(hits);
+        self.orient(hits);
+        self.extend(hits);
+        if is_textured {
+            self.extend_weights(hits);
+        }
+    }
+
     /// Positions and normals of the triangles; in doubles.
     #[inline(always)]
-    fn place<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+    fn place(&mut self, hits: &HitLanes) {
         for lane in 0..LANES {
             let corners = hits.corners(lane);
             self.position.set(lane, position_of(corners, [hits.u[lane], hits.v[lane]]));
@@ -252,7 +254,7 @@ impl SurfaceLanes {
 
     /// Directions to the viewer, normals on his side, and offsets.
     #[inline(always)]
-    fn orient<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+    fn orient(&mut self, hits: &HitLanes) {
         for lane in 0..LANES {
             let (position, front_normal) = (self.position.get(lane), self.front_normal.get(lane));
             let (corners, weights) = (hits.corners(lane), hits.weights(lane));
@@ -280,7 +282,7 @@ impl SurfaceLanes {
 
     /// Steps on the surfaces to the hits of the neighbouring rays.
     #[inline(always)]
-    fn extend<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+    fn extend(&mut self, hits: &HitLanes) {
         for lane in 0..LANES {
             let differential = RayDifferential {
                 origin: pair(&hits.origin_steps, lane),
@@ -297,7 +299,7 @@ impl SurfaceLanes {
 
     /// Changes of the barycentric weights over these steps; in doubles.
     #[inline(always)]
-    fn extend_weights<S: Simd>(&mut self, _: S, hits: &HitLanes) {
+    fn extend_weights(&mut self, hits: &HitLanes) {
         for lane in 0..LANES {
             let steps = pair(&self.position_steps, lane);
             let steps = weight_steps(hits.corners(lane), steps);

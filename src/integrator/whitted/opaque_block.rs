@@ -5,7 +5,6 @@
 
 use std::f32::consts::FRAC_1_PI;
 
-use fearless_simd::Simd;
 use glam::{Mat3, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
@@ -13,7 +12,7 @@ use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::wavefront::Wavefront;
 use crate::bsdf::{AlbedoSlice, AlbedoTerms, Bsdf};
-use crate::geometry::{F32Lanes, LANES, Vec3Lanes};
+use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::interaction::{MaterialSample, SurfaceBlock};
@@ -135,17 +134,15 @@ impl OpaqueBlock<'_> {
 
 impl<'a> OpaqueBlock<'a> {
     /// Computes everything that neither adds to samples nor sends rays.
-    #[inline(always)]
-    pub(super) fn compute<S: Simd>(
+    pub(super) fn compute(
         &mut self,
-        simd: S,
         context: &IntegratorContext<'a>,
         wavefront: &Wavefront,
         (material, hits): (&Material, &[SurfaceHit]),
     ) {
         let view = context.view;
         let block_material = BlockMaterial { material, albedos: AlbedoSlice::between(1.0, material.ior) };
-        self.surfaces.fill(simd, view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
+        self.surfaces.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
 
         // Material values
         let is_textured = material.texture_refs().next().is_some();
@@ -163,29 +160,28 @@ impl<'a> OpaqueBlock<'a> {
         }
 
         // Directions, albedos and the environment
-        let points = &self.surfaces.points;
-        self.reflected.orient(simd, self.surfaces.normals(), self.surfaces.viewers(), &self.materials);
+        let Self { surfaces, materials, reflected, incidences, .. } = self;
+        let points = &surfaces.points;
+        let level = view.bvh.simd_level();
+        vectorized!(level, reflected.orient(surfaces.normals(), surfaces.viewers(), materials));
         for lane in 0..points.len() {
-            let bsdf = block_material.bsdf(&self.materials, lane);
-            let AlbedoTerms { total, schlick, exact } = bsdf.albedo_terms(self.reflected.wo.get(lane));
-            self.reflected.total[lane] = total;
-            self.reflected.schlick[lane] = schlick;
-            self.reflected.exact[lane] = exact;
-            self.reflected.look_up(
-                lane,
-                view.environment,
-                points[lane].shading_normal,
-                self.materials.roughness[lane],
-            );
+            let bsdf = block_material.bsdf(materials, lane);
+            let AlbedoTerms { total, schlick, exact } = bsdf.albedo_terms(reflected.wo.get(lane));
+            reflected.total[lane] = total;
+            reflected.schlick[lane] = schlick;
+            reflected.exact[lane] = exact;
+            reflected.look_up(lane, view.environment, points[lane].shading_normal, materials.roughness[lane]);
         }
-        self.reflected.reflect(simd, &self.materials, block_material);
+        vectorized!(level, reflected.reflect(materials, block_material));
 
         // Lights
         for (light, direct) in context.lights.iter().zip(&mut self.direct) {
-            light.incidences(simd, self.surfaces.positions(), &mut self.incidences);
-            direct.scatter(simd, &self.incidences, (&self.materials, block_material), &self.reflected);
+            vectorized!(level, {
+                light.incidences(surfaces.positions(), incidences);
+                direct.scatter(incidences, (materials, block_material), reflected);
+            });
             for lane in 0..points.len() {
-                let span = self.incidences.get(lane).span;
+                let span = incidences.get(lane).span;
                 direct.shadow_end.set(lane, points[lane].shadow_end_outside(span));
             }
         }
@@ -209,7 +205,7 @@ impl MaterialLanes {
 impl ReflectedLanes {
     /// Local frames and mirror directions.
     #[inline(always)]
-    fn orient<S: Simd>(&mut self, _: S, normals: &Vec3Lanes, viewers: &Vec3Lanes, materials: &MaterialLanes) {
+    fn orient(&mut self, normals: &Vec3Lanes, viewers: &Vec3Lanes, materials: &MaterialLanes) {
         for lane in 0..LANES {
             let (normal, wo) = (normals.get(lane), viewers.get(lane));
             let world_from_local = local_frame(normal);
@@ -223,7 +219,6 @@ impl ReflectedLanes {
     }
 
     /// Looks up the environment.
-    #[inline(always)]
     fn look_up(&mut self, lane: usize, environment: &Environment, normal: Vec3, roughness: f32) {
         self.environment.set(lane, environment.irradiance(normal));
         if self.traced_share[lane] < 1.0 {
@@ -233,7 +228,7 @@ impl ReflectedLanes {
 
     /// Albedos, and the light of the environment that leaves the surfaces.
     #[inline(always)]
-    fn reflect<S: Simd>(&mut self, _: S, materials: &MaterialLanes, material: BlockMaterial<'_>) {
+    fn reflect(&mut self, materials: &MaterialLanes, material: BlockMaterial<'_>) {
         for lane in 0..LANES {
             let bsdf = material.bsdf(materials, lane);
             let terms =
@@ -260,9 +255,8 @@ impl ReflectedLanes {
 impl DirectLanes {
     /// The light that the surfaces scatter towards the viewer.
     #[inline(always)]
-    fn scatter<S: Simd>(
+    fn scatter(
         &mut self,
-        _: S,
         incidences: &IncidenceLanes,
         (materials, material): (&MaterialLanes, BlockMaterial<'_>),
         reflected: &ReflectedLanes,

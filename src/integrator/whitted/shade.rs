@@ -1,6 +1,5 @@
 //! Shading of surfaces: emission, direct light, environment lookups and child rays.
 
-use fearless_simd::dispatch;
 use glam::Vec3;
 
 use super::coat::CoatShading;
@@ -48,9 +47,7 @@ impl Tracer<'_, '_> {
     fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
         let view = self.context.view;
         let mut block = std::mem::take(&mut self.surface_block);
-        dispatch!(view.bvh.simd_level(), simd => {
-            block.fill(simd, view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
-        });
+        block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
         let mut materials = std::mem::take(&mut self.block_materials);
         materials.clear();
         materials.extend((0..hits.len()).map(|lane| block.material(view, lane)));

@@ -1,7 +1,5 @@
 //! Shading of hits on opaque surfaces, block by block.
 
-use fearless_simd::dispatch;
-
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
@@ -20,8 +18,7 @@ impl Tracer<'_, '_> {
         hits: &[SurfaceHit],
     ) {
         let Some(mut block) = self.opaque_block.take() else { return };
-        let (context, level) = (self.context, self.context.view.bvh.simd_level());
-        dispatch!(level, simd => block.compute(simd, context, wavefront, (material, hits)));
+        block.compute(self.context, wavefront, (material, hits));
         for (lane, hit) in hits.iter().enumerate() {
             self.finish_hit(&block, wavefront, lane, hit);
         }

@@ -5,9 +5,10 @@ use std::time::Instant;
 use fearless_simd::Level;
 
 use super::build::binary_tree::BinaryTree;
+use super::build::clustering::Input as ClusteringInput;
 use super::build::collapse::{self, CollapseInput};
 use super::build::morton::MortonOrder;
-use super::build::{Attempt, Refitter, cost_model, lbvh, ploc};
+use super::build::{Attempt, Refitter, cost_model, hploc};
 use super::hierarchy::{Bvh, Structure};
 use super::reference::{TriangleList, karras};
 use super::references::{Input, Reference};
@@ -27,7 +28,7 @@ pub struct Builder {
     order: MortonOrder,
     tree: BinaryTree,
     karras: karras::Scratch,
-    ploc: ploc::Scratch,
+    hploc: hploc::Scratch,
     collapse: collapse::Scratch,
 }
 
@@ -117,14 +118,12 @@ impl Builder {
             named => named,
         };
         let Self { references, order, tree, .. } = self;
-        match builder {
-            BuilderKind::Karras => {
-                karras::build(tree, order, references, &mut self.karras, scale, cancel)?;
-            }
-            BuilderKind::Ploc => {
-                ploc::build(tree, order, references, &mut self.ploc, scale, cancel)?;
-            }
-            _ => lbvh::build(tree, order, references, scale, cancel)?,
+        if builder == BuilderKind::Karras {
+            karras::build(tree, order, references, &mut self.karras, scale, cancel)?;
+        } else {
+            let clustering = cost_model::clustering(builder);
+            let input = ClusteringInput { order, references, scale, clustering, cancel };
+            input.build(tree, &mut self.hploc)?;
         }
         let tree_seconds = lap.seconds();
 

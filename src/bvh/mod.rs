@@ -7,10 +7,10 @@
 //! |---|---|
 //! | `references` | the boxes that a hierarchy is built over |
 //! | `split` | early split clipping: several boxes for triangles with wasteful ones |
-//! | `build` | Morton codes, radix sort, radix tree, PLOC, collapse to eight children, refit, cost model |
+//! | `build` | Morton codes, radix sort, Karras' radix tree with clustering, collapse to eight children, refit, cost model |
 //! | `wide_tree` | the memory layout that rays traverse |
 //! | `traverse` | single rays and packets |
-//! | `reference` | the paper's per-node construction, brute force and validation, for tests |
+//! | `reference` | the papers' per-node construction, brute force and validation, for tests |
 //! | `builder`, `hierarchy` | the phases of a build, and its result with the queries |
 //!
 //! Builders know only boxes. Traversal knows only triangles and their [`TriangleFlags`]. Neither knows materials.

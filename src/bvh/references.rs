@@ -50,8 +50,10 @@ pub(super) struct Measures {
     pub(super) centers: Aabb,
     /// Sum of their surface areas, square metres.
     pub(super) area_sum: f64,
-    /// Sum of the squares of those areas.
-    pub(super) area_square_sum: f64,
+    /// Sum of the binary exponents of those areas.
+    pub(super) octave_sum: u64,
+    /// Sum of the squares of those exponents.
+    pub(super) octave_square_sum: u64,
 }
 
 impl Reference {
@@ -86,8 +88,14 @@ impl<'a> Input<'a> {
 
 impl Measures {
     /// Measures of no references.
-    pub(super) const NONE: Self =
-        Self { count: 0, bounds: Aabb::EMPTY, centers: Aabb::EMPTY, area_sum: 0.0, area_square_sum: 0.0 };
+    pub(super) const NONE: Self = Self {
+        count: 0,
+        bounds: Aabb::EMPTY,
+        centers: Aabb::EMPTY,
+        area_sum: 0.0,
+        octave_sum: 0,
+        octave_square_sum: 0,
+    };
 
     /// Adds a reference with this box.
     #[inline(always)]
@@ -101,7 +109,9 @@ impl Measures {
     #[inline(always)]
     fn add_area(&mut self, area: f64) {
         self.area_sum += area;
-        self.area_square_sum += area * area;
+        let octave = area.to_bits() >> (f64::MANTISSA_DIGITS - 1);
+        self.octave_sum += octave;
+        self.octave_square_sum += octave * octave;
     }
 
     /// Sum over the chunks of `references`.
@@ -112,11 +122,12 @@ impl Measures {
             total.bounds = total.bounds.union(chunk.bounds);
             total.centers = total.centers.union(chunk.centers);
             total.area_sum += chunk.area_sum;
-            total.area_square_sum += chunk.area_square_sum;
+            total.octave_sum += chunk.octave_sum;
+            total.octave_square_sum += chunk.octave_square_sum;
         }
         // Areas outside the range of f32 are added again in f64.
         if !ORDINARY_AREAS.contains(&total.area_sum) {
-            (total.area_sum, total.area_square_sum) = (0.0, 0.0);
+            (total.area_sum, total.octave_sum, total.octave_square_sum) = (0.0, 0, 0);
             for reference in references {
                 total.add_area(reference.bounds.area());
             }
@@ -131,10 +142,14 @@ impl Measures {
         if extent > 0.0 { extent.recip() as f32 } else { 1.0 }
     }
 
-    /// Unevenness of the areas: the mean of their squares over the square of their mean. It is one if all are equal.
-    pub(super) fn unevenness(&self) -> f64 {
-        let square = self.area_sum * self.area_sum;
-        if square > 0.0 { self.count as f64 * self.area_square_sum / square } else { 1.0 }
+    /// Variance of the areas' octaves, their binary exponents. Every reference counts alike, so a few huge ones hardly matter.
+    pub(super) fn octave_variance(&self) -> f64 {
+        if self.count == 0 {
+            return 0.0;
+        }
+        let count = self.count as f64;
+        let mean = self.octave_sum as f64 / count;
+        self.octave_square_sum as f64 / count - mean * mean
     }
 
     /// Average number of boxes that a line through the scene's box intersects.
@@ -264,13 +279,10 @@ mod tests {
         assert_eq!((measures.count, measures.area_sum), (2, 12.0));
         assert_eq!(measures.centers, Aabb { min: Vec3::splat(0.5), max: Vec3::new(2.5, 0.5, 0.5) });
         assert_eq!(measures.overlap(), 12.0 / 14.0);
-        assert_eq!(measures.unevenness(), 1.0);
-        // With a third one of ten times the area, 60: (36 + 36 + 3600) / 3 over (72 / 3)².
-        let large = Reference {
-            bounds: Aabb { min: Vec3::ZERO, max: Vec3::splat(libm::sqrtf(10.0)) },
-            triangle_id: 0,
-        };
-        let unevenness = measure(&[cube(0.0), cube(2.0), large]).unevenness();
-        assert!((unevenness - 1224.0 / 576.0).abs() < 1.0e-6);
+        assert_eq!(measures.octave_variance(), 0.0);
+        // With a third one of eight times the edge, six octaves above: mean 2, variance (4 + 4 + 16) / 3.
+        let large = Reference { bounds: Aabb { min: Vec3::ZERO, max: Vec3::splat(8.0) }, triangle_id: 0 };
+        let variance = measure(&[cube(0.0), cube(2.0), large]).octave_variance();
+        assert!((variance - 8.0).abs() < 1.0e-6, "{variance}");
     }
 }

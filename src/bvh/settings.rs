@@ -5,15 +5,15 @@ use super::simd::SimdLevel;
 /// Algorithm that builds the hierarchy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BuilderKind {
-    /// The algorithm that the cost model expects to be fastest for the frame.
+    /// Karras' radix tree, clustered as far as the cost model expects to be fastest for the frame.
     #[default]
     Auto,
-    /// Karras' radix tree over Morton codes, built in one pass.
+    /// Karras' radix tree over Morton codes, not clustered.
     Lbvh,
     /// Karras' radix tree, built node by node as in the paper: the reference implementation of [`BuilderKind::Lbvh`].
     Karras,
-    /// Agglomerative clustering in Morton order (PLOC) under a top built by the surface area heuristic. The tree is better
-    /// than the radix tree and takes longer to build.
+    /// Karras' radix tree, whose nodes merge the nearest clusters of their children (H-PLOC), under a top split by the surface
+    /// area heuristic. Rays visit fewer nodes, and the build takes longer.
     Ploc,
     /// No hierarchy: every ray tests every triangle. Reference implementation for tests.
     BruteForce,

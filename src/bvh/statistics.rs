@@ -30,7 +30,7 @@ pub enum BuildKind {
 pub enum RebuildReason {
     /// No previous hierarchy exists, or refitting is off.
     NoPreviousTree,
-    /// The set of traced triangles changed, or some triangles are split.
+    /// The set of traced triangles changed.
     OtherTriangles,
     /// After refitting, rays would lose more time than a rebuild takes.
     CostRatioTooHigh,

@@ -38,6 +38,11 @@ impl TrianglePart {
         &self.bounds
     }
 
+    /// Corners of the part in order.
+    pub(crate) fn corners(&self) -> &[[f64; 3]] {
+        &self.polygon.corners[..self.polygon.len]
+    }
+
     /// Splits at the coordinate `plane` of `axis`, which lies inside the bounds. Returns the parts below and above it; each lies
     /// inside its half of the bounds.
     pub(crate) fn cut(&self, axis: usize, plane: f32) -> [Option<Self>; 2] {

@@ -10,6 +10,7 @@ use crate::integrator::TRANSPARENCY_LIMIT;
 use crate::render::RenderStatistics;
 use crate::scene::Environment;
 
+use super::memory::reference_budget;
 use super::{PlannedFrame, SequenceJob, Summary};
 
 /// Luminance that counts as black at an exposure of 0: sRGB 6 of 255.
@@ -65,8 +66,9 @@ impl FrameWarnings {
         }
         if tree.budget_reached {
             messages.push(format!(
-                "`split`: the area would make more than {} references a triangle and was raised",
-                job.build.reference_budget
+                "`split`: the area would make more than {} boxes a triangle and was raised; raise `split_budget` or `max_memory` \
+                 to keep it",
+                reference_budget(job)
             ));
         }
         let mut warnings: Vec<_> = messages.into_iter().map(warning).collect();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bvh::{MAX_TRIANGLES, Split};
+use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
 use crate::film::{AovFlags, CoverageSample, LightPasses, PixelCenterSample, PixelWindow};
 use crate::output::ExrOutput;
@@ -24,17 +24,15 @@ const SHARES_A_PIXEL: usize = 4;
 const BYTES_A_TRIANGLE: u128 = 2 * 40 + 100 + 30;
 /// A posed triangle in the adjacent frames, where motion vectors are recorded.
 const BYTES_A_MOVING_TRIANGLE: u128 = 2 * (40 + 50);
-/// A reference: box, code, index, sorting scratch, its share of the binary and the wide tree.
-const BYTES_A_REFERENCE: u128 = 120;
+/// A reference: its box (32), keys and scratch of the sort (24), a node and an index of the binary tree (68), a slot (40), its share
+/// of wide nodes before and after they are joined (50), lists of leaves (6).
+const BYTES_A_REFERENCE: u128 = 220;
+/// A reference that splitting adds: as above, and its box in the lists of parts (64).
+const BYTES_A_SPLIT_REFERENCE: u128 = BYTES_A_REFERENCE + 64;
 
-/// Upper estimate of the bytes that the frames of `job` need besides the scene.
+/// Upper estimate of the bytes that the frames of `job` need besides the scene, without splits: those get what is left.
 fn estimated_bytes(job: &SequenceJob) -> u128 {
     let triangles = u128::from(triangle_count(&job.scene, &job.selection.roots));
-    let references_a_triangle = match job.build.split {
-        Split::Off => 1.0,
-        Split::Auto | Split::Area(_) => job.build.reference_budget.clamp(1.0, 64.0),
-    };
-    let references = (triangles as f64 * f64::from(references_a_triangle)) as u128;
     let motion = if job.exr.aov_flags().centers { BYTES_A_MOVING_TRIANGLE } else { 0 };
     let window = job.render.window;
     let pixels = u128::from(window.width()) * u128::from(window.height());
@@ -42,8 +40,15 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
     pixel_bytes(window, job.shutter, &job.exr)
         + plate
-        + triangles * (BYTES_A_TRIANGLE + motion)
-        + references * BYTES_A_REFERENCE
+        + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
+}
+
+/// References per triangle that splitting may make: those of the job, or fewer where its memory is short.
+pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
+    let free = u128::from(job.max_memory_bytes).saturating_sub(estimated_bytes(job));
+    let triangles = triangle_count(&job.scene, &job.selection.roots).max(1);
+    let affordable = 1.0 + free as f64 / (triangles as f64 * BYTES_A_SPLIT_REFERENCE as f64);
+    f64::from(job.build.reference_budget).min(affordable) as f32
 }
 
 fn pixel_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput) -> u128 {
@@ -108,8 +113,7 @@ pub(super) fn check(job: &SequenceJob) -> Result<()> {
     if needed > u128::from(job.max_memory_bytes) {
         let (width, height) = job.render.resolution;
         return refuse(format!(
-            "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image or set `split` to off, or \
-             raise `max_memory`",
+            "{width}x{height} pixels and {triangles} triangles need about {}; render a smaller image or raise `max_memory`",
             over_limit(needed, job.max_memory_bytes.into())
         ));
     }

@@ -10,6 +10,7 @@ use crate::frame::{Frame, PosedCamera};
 use crate::geometry::Triangle;
 use crate::render::{AdjacentFrames, RenderSettings, SceneView, render_pixel_centers};
 
+use super::memory::reference_budget;
 use super::{Phases, SequenceJob};
 
 /// Reflected and refracted rays a sample in a typical scene.
@@ -54,6 +55,7 @@ impl PosedFrames {
         let recycled = self.bvh.take();
         let Frame { triangles, flags, lights, .. } = &self.current;
         let settings = BuildSettings {
+            reference_budget: reference_budget(job),
             expected_rays: expected_rays(&job.render, job.shutter.time_samples, lights.len()),
             ..job.build
         };

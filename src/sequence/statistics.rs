@@ -252,7 +252,7 @@ impl Phases {
 fn rebuild_reason_text(reason: RebuildReason) -> &'static str {
     match reason {
         RebuildReason::NoPreviousTree => "no previous tree to refit",
-        RebuildReason::OtherTriangles => "the set of triangles changed, or some are split",
+        RebuildReason::OtherTriangles => "the set of triangles changed",
         RebuildReason::CostRatioTooHigh => "a refitted tree would cost the rays more",
         RebuildReason::Pausing => "refitting did not pay recently",
     }

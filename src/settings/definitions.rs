@@ -18,8 +18,8 @@ use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
     Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, ExposureType, ExrEncoding, Factor,
     FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType, MemorySize, NameOrIndexType,
-    Names, OneOf, OrbitType, Point, Rate, RefitType, Resolution, Scale, Share, ShutterFrames, Simd,
-    SplitType, SunAngle, Whole,
+    Names, OneOf, OrbitType, Point, Rate, ReferenceBudget, RefitType, Resolution, Scale, Share,
+    ShutterFrames, Simd, SplitType, SunAngle, Whole,
 };
 
 /// One setting.
@@ -260,6 +260,8 @@ settings! {
     /// Split triangles whose boxes waste much area; never changes the image
     /// . AREA splits triangles whose boxes exceed this, in square metres
     split: SplitType = Split::Auto, Run { value_name: "auto|off|AREA" }
+    /// Boxes that `split` makes for each triangle at most, on average; never changes the image
+    split_budget: ReferenceBudget = 4.0, Run { value_name: "X" }
     /// Refit the BVH of the last frame to moved triangles; never changes the image
     /// . auto refits where that is faster, off never, FACTOR while the cost is at most FACTOR times the lowest since
     /// the last build

@@ -75,9 +75,9 @@ named! {
         ThreeQuarter = "three-quarter", "From the right, slightly above: orbit 30,20";
     }
     BuilderKind {
-        Auto = "auto", "The fastest for the number of triangles and rays";
-        Lbvh = "lbvh", "Karras' radix tree, built in one pass";
-        Ploc = "ploc", "Better tree, slower to build: merges neighbouring clusters";
+        Auto = "auto", "Karras' radix tree, clustered where that pays";
+        Lbvh = "lbvh", "Karras' radix tree, not clustered";
+        Ploc = "ploc", "Karras' radix tree, clustered (H-PLOC): better, slower to build";
         Karras = "karras", "Karras' radix tree, node by node as in the paper";
         BruteForce = "brute", "";
     }

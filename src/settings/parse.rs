@@ -102,6 +102,14 @@ pub fn split(text: &str) -> Result<Split, String> {
     }
 }
 
+/// References per triangle.
+pub fn reference_budget(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if (1.0..=64.0).contains(&value) => Ok(value),
+        _ => Err("write a number from 1 to 64".to_owned()),
+    }
+}
+
 /// `auto`, `off` or a factor.
 pub fn refit(text: &str) -> Result<Refit, String> {
     match text {

@@ -90,6 +90,8 @@ setting_types! {
         Split::Off => "off".to_owned(),
         Split::Area(area) => area.to_string(),
     };
+    /// References per triangle, from 1.
+    ReferenceBudget: f32, ValueForm::NUMBER, parse::reference_budget, f32::to_string;
     /// Refitting.
     RefitType: Refit, ValueForm::NUMBER_OR_TEXT, parse::refit, |refit| match refit {
         Refit::Auto => "auto".to_owned(),

@@ -315,6 +315,7 @@ fn build_settings(args: &SettingValues) -> BuildSettings {
     BuildSettings {
         builder: args.bvh,
         split: args.split,
+        reference_budget: args.split_budget,
         simd: args.simd.unwrap_or_else(SimdLevel::best),
         refit: args.refit,
         ..BuildSettings::default()

@@ -183,7 +183,7 @@ fn grow_parts(
 
 impl CollapseInput<'_> {
     /// Prefetches the nodes below a branch in memory order, which is faster than loading them one by one on the way down.
-    /// [`super::lbvh`] stores them right before the branch's own node, one per four references or so.
+    /// [`super::hploc`] stores them before the branch's own node, one per four references or so.
     fn fetch_nodes(&self, branch: &Branch) {
         if branch.child & LEAF_RANGE == 0 {
             let last = branch.child as usize;

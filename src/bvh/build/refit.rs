@@ -1,18 +1,19 @@
 //! Refit of the last frame's wide tree to moved triangles, instead of a rebuild.
 //!
 //! The topology stays. Leaves get the new corners, and boxes are updated bottom-up. This requires that the tree holds exactly
-//! the traced triangles, each in one leaf: no triangle was split, hidden, shown, or lost its area. The tree stays good while
-//! triangles keep their neighbours. Its quality is the ratio of its surface area heuristic cost to the least cost since it was
-//! built.
+//! the traced triangles: none was hidden, shown, or lost its area. Where triangles are split, each leaf keeps the part that it
+//! covers ([`parts`]). The tree stays good while triangles keep their neighbours. Its quality is the ratio of its surface area
+//! heuristic cost to the least cost since it was built.
 //!
 //! # When refitting pays
 //!
-//! Refitting saves [`SAVED_NS_PER_TRIANGLE`], and more for trees that are slower to build. It costs every ray the loss of
+//! Refitting saves [`SAVED_NS_PER_REFERENCE`], and more for trees that are slower to build. It costs every ray the loss of
 //! quality. The SAH cost is the number of nodes and leaves that a long ray visits, at about [`NS_PER_VISIT`] each. A refitted
-//! tree of cost `C` over `n` triangles is therefore kept for `r` rays if `r (C − C_least) visit ≤ n saved`. Otherwise the tree is
+//! tree of cost `C` over `n` references is therefore kept for `r` rays if `r (C − C_least) visit ≤ n saved`. Otherwise the tree is
 //! rebuilt and the time of the attempt is lost. The number of frames until the next attempt doubles with each failure, up to
 //! [`MAX_PAUSE`]; a success resets it.
 
+mod parts;
 #[cfg(test)]
 mod tests;
 
@@ -20,19 +21,20 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use crate::bvh::references::{Input, is_traced};
+use self::parts::Part;
+use crate::bvh::references::{Input, is_traced, padding as padding_of};
 use crate::bvh::settings::{BuildSettings, BuilderKind, Refit};
 use crate::bvh::statistics::{BuildStatistics, RebuildReason};
 use crate::bvh::triangle_flags::TriangleFlags;
 use crate::bvh::wide_tree::{Leaf, NO_CHILD, Tag, WIDTH, WORDS_PER_SLOT, WideNode, WideTree};
 use crate::cancel::Cancelled;
-use crate::geometry::{Aabb, BOX_PADDING, Triangle};
+use crate::geometry::{Aabb, Triangle};
 use glam::Vec3;
 
-/// Nanoseconds per triangle that building the radix tree takes beyond refitting; measured, some 45 against 15.
-const SAVED_NS_PER_TRIANGLE: f64 = 30.0;
-/// Nanoseconds per triangle that PLOC takes beyond the radix tree.
-const SAVED_PLOC_NS_PER_TRIANGLE: f64 = 30.0;
+/// Nanoseconds per reference that building the radix tree takes beyond refitting; measured, some 45 against 15.
+const SAVED_NS_PER_REFERENCE: f64 = 30.0;
+/// Nanoseconds per reference that clustering takes beyond the radix tree.
+const SAVED_CLUSTERING_NS_PER_REFERENCE: f64 = 30.0;
 /// Nanoseconds of a ray's visit of a node or leaf, its share of shading included.
 const NS_PER_VISIT: f64 = 12.0;
 /// Maximum of frames that are rebuilt without an attempt after failures.
@@ -52,6 +54,8 @@ pub(crate) struct Refitter {
     counts: Vec<u8>,
     /// Box of each leaf, at its first slot.
     leaf_boxes: Vec<Aabb>,
+    /// Part of the triangle at each slot; empty where no triangle is split.
+    parts: Vec<Part>,
     /// Box of each node.
     boxes: Vec<NodeBox>,
     /// Least SAH cost since the tree was built, which a new tree would have too; `None` until it is first needed.
@@ -83,6 +87,8 @@ struct LeafTask<'a> {
     counts: &'a [u8],
     boxes: &'a mut [Aabb],
     words: &'a mut [f32],
+    /// Parts from the first slot on, unless all triangles are whole.
+    parts: &'a [Part],
 }
 
 /// Box and cost of a subtree; the cost is in square metres.
@@ -109,17 +115,15 @@ impl Refitter {
         settings: &BuildSettings,
     ) -> Result<Attempt, Cancelled> {
         let traced = built.triangles;
+        let is_split = built.references != traced;
         if settings.refit == Refit::Off || tree.nodes.is_empty() {
             return Ok(Attempt::Rebuild(RebuildReason::NoPreviousTree));
-        }
-        if built.references != traced {
-            return Ok(Attempt::Rebuild(RebuildReason::OtherTriangles));
         }
         if self.pause > 0 {
             self.pause -= 1;
             return Ok(Attempt::Rebuild(RebuildReason::Pausing));
         }
-        let least_cost = self.cost_before(tree);
+        let least_cost = self.cost_before(tree, is_split);
         if !has_count(input, traced) || !self.move_triangles(tree, input)? {
             return Ok(Attempt::Rebuild(RebuildReason::OtherTriangles));
         }
@@ -141,11 +145,12 @@ impl Refitter {
     }
 
     /// Least SAH cost so far; computed when it is first needed.
-    fn cost_before(&mut self, tree: &WideTree) -> f64 {
+    fn cost_before(&mut self, tree: &WideTree, is_split: bool) -> f64 {
         if let Some(cost) = self.least_cost {
             return cost;
         }
         self.list_leaves(tree);
+        self.list_parts(tree, is_split);
         self.boxes.resize_with(tree.nodes.len(), NodeBox::default);
         self.fit_boxes(tree).cost_per_ray()
     }
@@ -165,12 +170,40 @@ impl Refitter {
         }
     }
 
+    /// Lists the parts of triangles that their leaves cover.
+    fn list_parts(&mut self, tree: &WideTree, is_split: bool) {
+        self.parts.clear();
+        if !is_split {
+            return;
+        }
+        self.parts.resize(tree.slots(), Part::WHOLE);
+        let Self { parts, counts, leaf_boxes, .. } = self;
+        // Slots after the first of a leaf have a count of zero.
+        let mut rest = parts.as_mut_slice();
+        let mut leaves = Vec::new();
+        let mut first = 0;
+        for (slot, &count) in counts.iter().enumerate().filter(|&(_, &count)| count > 0) {
+            let (_, after) = std::mem::take(&mut rest).split_at_mut(slot - first);
+            let (own, after) = after.split_at_mut(usize::from(count));
+            leaves.push((slot, own));
+            (rest, first) = (after, slot + usize::from(count));
+        }
+        leaves.into_par_iter().with_min_len(NODES_PER_TASK).for_each(|(slot, parts)| {
+            let triangles = tree.triangles(Leaf::new(slot, parts.len()));
+            for (lane, part) in parts.iter_mut().enumerate() {
+                let triangle = Triangle { vertices: triangles.corners(lane) };
+                *part = Part::inside(&triangle, &leaf_boxes[slot]);
+            }
+        });
+    }
+
     /// Writes the new corners to all leaves; false if a triangle is no longer traced.
     fn move_triangles(&mut self, tree: &mut WideTree, input: Input) -> Result<bool, Cancelled> {
         let mut tasks = Vec::new();
         let mut counts = self.counts.as_slice();
         let mut boxes = self.leaf_boxes.as_mut_slice();
         let mut words = tree.words.as_mut_slice();
+        let mut first = 0;
         while !counts.is_empty() {
             // Tasks end at the start of a leaf.
             let end = counts.len().min(SLOTS_PER_TASK);
@@ -178,7 +211,8 @@ impl Refitter {
             let slots = rest.map_or(counts.len(), |rest| end + rest);
             let task;
             (task, counts, boxes, words) = LeafTask::split_off(slots, counts, boxes, words);
-            tasks.push(task);
+            tasks.push(LeafTask { parts: self.parts.get(first..).unwrap_or_default(), ..task });
+            first += slots;
         }
         let is_possible = AtomicBool::new(true);
         tasks.into_par_iter().try_for_each(|task| {
@@ -249,7 +283,7 @@ impl<'a> LeafTask<'a> {
         let (counts, other_counts) = counts.split_at(slots);
         let (boxes, other_boxes) = boxes.split_at_mut(slots);
         let (words, other_words) = words.split_at_mut(slots * WORDS_PER_SLOT);
-        (Self { counts, boxes, words }, other_counts, other_boxes, other_words)
+        (Self { counts, boxes, words, parts: &[] }, other_counts, other_boxes, other_words)
     }
 
     /// Writes the new corners and computes the boxes of leaves; false if a triangle is no longer traced.
@@ -257,7 +291,8 @@ impl<'a> LeafTask<'a> {
         for (slot, &count) in self.counts.iter().enumerate().filter(|&(_, &count)| count > 0) {
             let count = usize::from(count);
             let words = &mut self.words[slot * WORDS_PER_SLOT..][..count * WORDS_PER_SLOT];
-            match move_leaf(words, count, input) {
+            let parts = self.parts.get(slot..slot + count).unwrap_or_default();
+            match move_leaf(words, count, parts, input) {
                 Some(bounds) => self.boxes[slot] = bounds,
                 None => return false,
             }
@@ -311,17 +346,18 @@ fn max_cost(least_cost: f64, built: &BuildStatistics, settings: &BuildSettings) 
         Refit::Off => 0.0,
         Refit::UpTo(factor) => least_cost * f64::from(factor),
         Refit::Auto => {
-            let ploc = if built.builder == BuilderKind::Ploc { SAVED_PLOC_NS_PER_TRIANGLE } else { 0.0 };
-            let saved = built.triangles as f64 * (SAVED_NS_PER_TRIANGLE + ploc);
+            let is_clustered = built.builder == BuilderKind::Ploc;
+            let clustering = if is_clustered { SAVED_CLUSTERING_NS_PER_REFERENCE } else { 0.0 };
+            let saved = built.references as f64 * (SAVED_NS_PER_REFERENCE + clustering);
             least_cost + saved / (settings.expected_rays.max(1) as f64 * NS_PER_VISIT)
         }
     }
 }
 
-/// Writes new corners and flags of a leaf's triangles. Returns the box around them, grown as the definition of a hit requires;
-/// `None` if a triangle is no longer traced.
-fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
-    let mut bounds = Aabb::EMPTY;
+/// Writes new corners and flags of a leaf's triangles. Returns the box around them or their parts, grown as the definition of a
+/// hit requires; `None` if a triangle is no longer traced.
+fn move_leaf(words: &mut [f32], count: usize, parts: &[Part], input: Input) -> Option<Aabb> {
+    let (mut bounds, mut padding) = (Aabb::EMPTY, 0.0_f32);
     for lane in 0..count {
         let triangle_id = Tag::of(words[9 * count + lane]).triangle();
         let triangle = input.triangles.get(triangle_id as usize)?;
@@ -335,8 +371,9 @@ fn move_leaf(words: &mut [f32], count: usize, input: Input) -> Option<Aabb> {
         for (row, value) in words.chunks_exact_mut(count).zip(components) {
             row[lane] = value;
         }
-        bounds = bounds.union(triangle.bounds());
+        let part = parts.get(lane).map_or_else(|| triangle.bounds(), |part| part.bounds(triangle));
+        bounds = bounds.union(part);
+        padding = padding.max(padding_of(triangle));
     }
-    let magnitude = bounds.min.abs().max(bounds.max.abs()).max_element();
-    Some(bounds.grown(magnitude * BOX_PADDING + f32::MIN_POSITIVE))
+    Some(bounds.grown(padding))
 }

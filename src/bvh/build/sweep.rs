@@ -1,4 +1,4 @@
-//! Top of the PLOC tree: clusters split top down at the lowest surface area heuristic cost.
+//! Top of a clustered tree: clusters split top down at the lowest surface area heuristic cost.
 //!
 //! Source: the sweep over all planes between sorted centres is Wald and Havran, "On Building Fast kd-Trees for Ray
 //! Tracing, and On Doing That in O(N log N)", RT 2006, for boxes as in Wald, "On Fast Construction of SAH-Based Bounding

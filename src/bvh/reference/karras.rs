@@ -1,6 +1,6 @@
 //! Karras' construction node by node, as in the paper: [`super::radix_tree`] with the boxes of [`super::bottom_up_boxes`].
 //!
-//! Reference implementation of [`crate::bvh::build::lbvh`], which builds the same tree in less time.
+//! Reference implementation of [`crate::bvh::build::hploc`] without clustering, which builds the same tree in less time.
 
 use rayon::prelude::*;
 
@@ -30,11 +30,10 @@ pub(crate) fn build(
     cancel: &CancelFlag,
 ) -> Result<(), Cancelled> {
     let Scratch { keys, radix_tree, boxes } = scratch;
-    keys.clear();
-    keys.extend(
-        (0..order.len())
-            .map(|position| MortonKey { code: order.code(position), index: order.index(position) }),
-    );
+    (0..order.len())
+        .into_par_iter()
+        .map(|position| MortonKey { code: order.code(position), index: order.index(position) })
+        .collect_into_vec(keys);
     radix_tree.build(keys, cancel)?;
     boxes.fit(radix_tree, keys, references, cancel)?;
 
@@ -64,8 +63,9 @@ pub(crate) fn build(
         })
         .collect_into_vec(&mut tree.nodes);
 
-    tree.triangle_ids.clear();
-    tree.triangle_ids.extend(keys.iter().map(|key| references[key.index as usize].triangle_id));
+    keys.par_iter()
+        .map(|key| references[key.index as usize].triangle_id)
+        .collect_into_vec(&mut tree.triangle_ids);
     let root = if keys.len() == 1 { LEAF } else { 0 };
     tree.root = (!keys.is_empty()).then(|| Subtree {
         bounds: bounds(root),

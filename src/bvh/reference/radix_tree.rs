@@ -51,7 +51,7 @@ impl RadixTree {
     pub(crate) fn build(&mut self, keys: &[MortonKey], cancel: &CancelFlag) -> Result<(), Cancelled> {
         self.leaves = keys.len();
         let internal = keys.len().saturating_sub(1);
-        self.nodes.clear();
+        // Every node is written below.
         self.nodes.resize(internal, RadixNode::default());
         self.parents.resize_with(internal + keys.len(), || AtomicU32::new(NO_PARENT));
         if let Some(root) = self.parents.first_mut() {

@@ -1,7 +1,8 @@
 //! Cuts of one triangle's box into parts.
 //!
 //! Source: Karras and Aila, HPG 2013, section 4 (see [`super::priority`]). Parts share a triangle's splits in proportion to their
-//! longest extents, and are cut at planes of the Morton grid, where the radix tree splits too.
+//! longest extents, and are cut at planes of the grid over the scene's box. The radix tree splits at those of a grid of the same
+//! kind over the boxes' centres, which is slightly smaller.
 //!
 //! Departure: a box is cut only along its longest axis, at the coarsest plane of the grid within its middle 80 %, or in the
 //! middle if there is none. Planes of other axes, or near its ends, leave slivers.
@@ -81,7 +82,7 @@ pub(crate) fn split_one(
 ///
 /// The whole triangle is cut, and the boxes of its parts are clipped to `bounds`: Stich, Friedrich, Dietrich, "Spatial Splits in
 /// Bounding Volume Hierarchies", HPG 2009. Intersections are computed in `f64` and rounded outward.
-fn halves(triangle: &Triangle, bounds: &Aabb, axis: usize, plane: f32) -> [Aabb; 2] {
+pub(crate) fn halves(triangle: &Triangle, bounds: &Aabb, axis: usize, plane: f32) -> [Aabb; 2] {
     let (mut low, mut high) = (Aabb::EMPTY, Aabb::EMPTY);
     let [a, b, c] = triangle.vertices;
     for (from, to) in [(a, b), (b, c), (c, a)] {

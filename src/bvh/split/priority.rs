@@ -5,7 +5,9 @@
 //! boxes; i is the level of the Morton grid that divides the box first. A triangle of priority p gets `⌊D p⌋` splits, with D
 //! such that their sum is the number wanted.
 //!
-//! Departure: D comes from a histogram of log p rather than from a search over all triangles. [`super::cut`] chooses the planes.
+//! Departures: D comes from a histogram of log p rather than from a search over all triangles. The grid is a cube around the
+//! boxes; that of the Morton codes is one around their centres, which are known only after splitting. [`super::cut`] chooses the
+//! planes.
 
 use rayon::prelude::*;
 

@@ -204,10 +204,23 @@ fn other_triangles_are_rebuilt() {
 }
 
 #[test]
-fn split_triangles_are_not_refitted() {
-    let split = BuildSettings { split: Split::Area(0.001), ..settings(Refit::UpTo(f32::INFINITY)) };
-    let kinds = build_kinds(&[sheet(0.0), sheet(0.1)], &split);
-    assert_eq!(kinds[1], BuildKind::Built(RebuildReason::OtherTriangles));
+fn split_triangles_are_refitted_in_parts() {
+    let split = BuildSettings { split: Split::Area(0.0002), ..settings(Refit::UpTo(f32::INFINITY)) };
+    let mut last = None;
+    for step in 0..4 {
+        let triangles = sheet(step as f32 * 0.1);
+        let flags = plain(&triangles);
+        let bvh = build(&triangles, &flags, &split, last.take());
+        let statistics = bvh.statistics();
+        assert!(statistics.references > 2 * statistics.triangles, "{statistics:?}");
+        match statistics.kind {
+            // Boxes around whole triangles would cost far more.
+            BuildKind::Refitted { cost_ratio } => assert!(step > 0 && cost_ratio < 1.2, "{cost_ratio}"),
+            BuildKind::Built(_) => assert_eq!(step, 0),
+        }
+        assert_eq!(hits(&bvh), hits(&build(&triangles, &flags, &settings(Refit::Off), None)));
+        last = Some(bvh);
+    }
 }
 
 #[test]
@@ -230,8 +243,8 @@ fn refitting_updates_flags() {
 fn max_cost_depends_on_the_number_of_rays() {
     // 1000 triangles save 30 µs; at 12 ns a step that is 2500 steps, 25 for each of 100 rays.
     let with_rays = |expected_rays| BuildSettings { expected_rays, ..settings(Refit::Auto) };
-    // PLOC saves twice that.
-    let of = |builder| BuildStatistics { builder, triangles: 1000, ..BuildStatistics::default() };
+    // Clustering saves twice that.
+    let of = |builder| BuildStatistics { builder, references: 1000, ..BuildStatistics::default() };
     assert_eq!(max_cost(10.0, &of(BuilderKind::Lbvh), &with_rays(100)), 35.0);
     assert_eq!(max_cost(10.0, &of(BuilderKind::Ploc), &with_rays(100)), 60.0);
     let frames = [sheet(0.0), sheet(1.0)];

@@ -210,7 +210,7 @@ impl Clusters {
             let joins = key.simd_eq(after) & partner.simd_eq((index ^ (index + offset)) & POSITION_MASK);
             let joined = key.simd_eq(before) & partner.simd_eq((index ^ (index - offset)) & POSITION_MASK);
             distances = joins.select(offset, distances);
-            kept = kept & !joined;
+            kept &= !joined;
         }
         let joins = is_inside & !distances.simd_eq(u32x16::splat(simd, 0));
         let mut joins = joins.to_bitmask();

@@ -36,7 +36,7 @@ impl Part {
 
     /// Ranges of the coordinates of a part's corners.
     fn around(triangle: &Triangle, part: &TrianglePart) -> Option<Self> {
-        let [a, b, c] = triangle.vertices.map(|vertex| vertex.as_dvec3());
+        let [a, b, c] = triangle.vertices.map(glam::Vec3::as_dvec3);
         let normal = (b - a).cross(c - a);
         let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
         let square = normal.length_squared();

@@ -83,8 +83,10 @@ impl EnvironmentMap {
             filtered: FilteredImage::new(image),
             content_key: format!("map {} turned {:08x}", hex(&content_hash), rotation_degrees.to_bits()),
         };
-        // Whole revolutions are removed in degrees, where that is exact.
-        let (sin_rotation, cos_rotation) = libm::sincosf((rotation_degrees % 360.0).to_radians());
+        // Whole revolutions are removed in degrees, where that is exact: the same turn has the same bits.
+        let turn = rotation_degrees % 360.0;
+        let turn = if turn < 0.0 { turn + 360.0 } else { turn };
+        let (sin_rotation, cos_rotation) = libm::sincosf(turn.to_radians());
         Ok(Self { tables: Arc::new(tables), cos_rotation, sin_rotation, animated_rotation: None })
     }
 

@@ -115,7 +115,7 @@ fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
         "texture/normal_map_mirrored_uv",
         "texture/occlusion",
         "material/metal_roughness_row",
-        "material/dielectric_roughness_row",
+        "material/diffuse",
         "material/mirror",
         "skin/two_bone_strip",
         "geometry/negative_scale",

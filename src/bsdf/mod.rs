@@ -82,15 +82,24 @@ pub struct BsdfSample {
 impl Bsdf {
     /// The lobes of `material`; `ior_outside` is the index of refraction on the side of `wo`, `ior_inside` on the other.
     /// An index of 0, in the material or on either side, leaves the reflectance to the specular colour: white reflects everything.
-    #[inline(always)]
     pub fn new(material: &MaterialSample, ior_outside: f32, ior_inside: f32) -> Self {
         let albedo_slice = AlbedoSlice::between(ior_outside, ior_inside);
         Self::with_albedos(material, ior_outside, ior_inside, albedo_slice)
     }
 
     /// The same lobes with the slice of their indices, [`AlbedoSlice::between`], at hand.
-    #[inline(always)]
     pub fn with_albedos(
+        material: &MaterialSample,
+        ior_outside: f32,
+        ior_inside: f32,
+        albedo_slice: AlbedoSlice,
+    ) -> Self {
+        Self::in_lane(material, ior_outside, ior_inside, albedo_slice)
+    }
+
+    /// [`Bsdf::with_albedos`], for loops over lanes.
+    #[inline(always)]
+    pub(crate) fn in_lane(
         material: &MaterialSample,
         ior_outside: f32,
         ior_inside: f32,
@@ -132,8 +141,13 @@ impl Bsdf {
     /// On the side of `wo`: diffuse and specular reflection. On the other side: diffuse transmission, and for thin walls the GGX lobe
     /// around the straight direction. Light passes the surface of a volume by refracted rays, and that of punctual lights by the
     /// straight shadow rays of the integrator, never by this lobe.
-    #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+        self.eval_in_lane(wo, wi)
+    }
+
+    /// [`Bsdf::eval`], for loops over lanes.
+    #[inline(always)]
+    pub(crate) fn eval_in_lane(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
         }

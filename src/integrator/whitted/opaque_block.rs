@@ -40,7 +40,7 @@ impl BlockMaterial<'_> {
             ior,
             ..MaterialSample::default()
         };
-        Bsdf::with_albedos(&sample, 1.0, ior, self.albedos)
+        Bsdf::in_lane(&sample, 1.0, ior, self.albedos)
     }
 }
 
@@ -265,7 +265,7 @@ impl DirectLanes {
             let Incidence { wi, irradiance, .. } = incidences.get(lane);
             let bsdf = material.bsdf(materials, lane);
             let wi = reflected.world_from_local(lane).transpose() * wi;
-            let scattered = bsdf.eval(reflected.wo.get(lane), wi) * wi.z.abs();
+            let scattered = bsdf.eval_in_lane(reflected.wo.get(lane), wi) * wi.z.abs();
             let contribution = materials.weight.get(lane) * scattered * irradiance;
             let is_lit = irradiance.max_element() > 0.0;
             self.contribution.set(lane, if is_lit { contribution } else { Vec3::ZERO });

@@ -76,14 +76,18 @@ fn interval(x: f32, steps: usize) -> (usize, [f32; 4]) {
     let position = x.clamp(0.0, 1.0) * (steps - 1) as f32;
     let below = (position as usize).min(steps - 2);
     let t = position - below as f32;
+    (below, lagrange_weights(t))
+}
+
+/// Weights of four values at the positions −1, 0, 1 and 2 of the cubic through them at `t`.
+pub(super) fn lagrange_weights(t: f32) -> [f32; 4] {
     let (before, to_next, to_last) = (t + 1.0, 1.0 - t, 2.0 - t);
-    let weights = [
+    [
         t * to_next * to_last * (-1.0 / 6.0),
         before * to_next * to_last * 0.5,
         before * t * to_last * 0.5,
         before * t * to_next * (-1.0 / 6.0),
-    ];
-    (below, weights)
+    ]
 }
 
 #[cfg(test)]

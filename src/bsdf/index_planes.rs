@@ -4,6 +4,7 @@
 //! with n, so each step moves it by the same factor.
 
 use super::albedo_grid::Cell;
+use super::cubic_table::lagrange_weights;
 use super::stored_values::{UNIT, decoded};
 
 /// Number of indices.
@@ -31,13 +32,7 @@ impl IndexPosition {
         let position = position.clamp(0.0, (PLANES - 1) as f32);
         let plane = (position as usize).clamp(1, PLANES - 3) - 1;
         let t = position - (plane + 1) as f32;
-        let (before, to_next, to_last) = (t + 1.0, 1.0 - t, 2.0 - t);
-        let weights = [
-            t * to_next * to_last * (-1.0 / 6.0),
-            before * to_next * to_last * 0.5,
-            before * t * to_last * 0.5,
-            before * t * to_next * (-1.0 / 6.0),
-        ];
+        let weights = lagrange_weights(t);
         Self { plane, weights: weights.map(|weight| weight * UNIT) }
     }
 

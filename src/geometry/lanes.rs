@@ -35,14 +35,14 @@ pub(crate) const LANES: usize = 16;
 pub(crate) type F32Lanes = [f32; LANES];
 
 /// One vector of two components for each lane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Vec2Lanes {
     x: F32Lanes,
     y: F32Lanes,
 }
 
 /// One vector of three components for each lane.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Vec3Lanes {
     x: F32Lanes,
     y: F32Lanes,
@@ -50,9 +50,6 @@ pub(crate) struct Vec3Lanes {
 }
 
 impl Vec2Lanes {
-    /// Zeros.
-    pub(crate) const ZERO: Self = Self { x: [0.0; LANES], y: [0.0; LANES] };
-
     /// The vector of a lane.
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> Vec2 {
@@ -68,9 +65,6 @@ impl Vec2Lanes {
 }
 
 impl Vec3Lanes {
-    /// Zeros.
-    pub(crate) const ZERO: Self = Self { x: [0.0; LANES], y: [0.0; LANES], z: [0.0; LANES] };
-
     /// The vector of a lane.
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> Vec3 {

@@ -49,7 +49,7 @@ pub(super) struct Incidence {
 }
 
 /// Unoccluded light at the points of a block.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct IncidenceLanes {
     wi: Vec3Lanes,
     irradiance: Vec3Lanes,
@@ -57,10 +57,6 @@ pub(super) struct IncidenceLanes {
 }
 
 impl IncidenceLanes {
-    /// Darkness.
-    pub(super) const NONE: Self =
-        Self { wi: Vec3Lanes::ZERO, irradiance: Vec3Lanes::ZERO, span: Vec3Lanes::ZERO };
-
     /// The light at a point.
     #[inline(always)]
     pub(super) fn get(&self, lane: usize) -> Incidence {

@@ -28,7 +28,7 @@ pub struct RayHit<'r> {
 }
 
 /// Surface points of up to [`LANES`] hits on one material. Keeps its memory from block to block.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct SurfaceBlock<'a> {
     /// The points, in the order of the hits.
     pub points: Vec<SurfacePoint<'a>>,
@@ -37,7 +37,7 @@ pub struct SurfaceBlock<'a> {
 }
 
 /// Hits and the triangles that they lie on.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct HitLanes {
     /// Directions of the rays.
     direction: Vec3Lanes,
@@ -57,7 +57,7 @@ struct HitLanes {
 }
 
 /// See the fields of the same names of [`SurfacePoint`].
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct SurfaceLanes {
     position: Vec3Lanes,
     front_normal: Vec3Lanes,
@@ -71,37 +71,6 @@ struct SurfaceLanes {
     is_in_view: F32Lanes,
     position_steps: [Vec3Lanes; 2],
     weight_steps: [Vec2Lanes; 2],
-}
-
-impl Default for SurfaceBlock<'_> {
-    fn default() -> Self {
-        let (zero, zero_vector) = ([0.0; LANES], Vec3Lanes::ZERO);
-        let hits = HitLanes {
-            direction: zero_vector,
-            t: zero,
-            u: zero,
-            v: zero,
-            side: zero,
-            corners: [zero_vector; 3],
-            normals: [zero_vector; 3],
-            origin_steps: [zero_vector; 2],
-            direction_steps: [zero_vector; 2],
-            has_extent: zero,
-        };
-        let surfaces = SurfaceLanes {
-            position: zero_vector,
-            front_normal: zero_vector,
-            wo: zero_vector,
-            geometric_normal: zero_vector,
-            offset_distance: zero,
-            shadow_position: zero_vector,
-            shading_normal: zero_vector,
-            is_in_view: zero,
-            position_steps: [zero_vector; 2],
-            weight_steps: [Vec2Lanes::ZERO; 2],
-        };
-        Self { points: Vec::with_capacity(LANES), hits, surfaces }
-    }
 }
 
 impl<'a> SurfaceBlock<'a> {

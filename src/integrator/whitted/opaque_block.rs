@@ -45,7 +45,7 @@ impl BlockMaterial<'_> {
 }
 
 /// The values of a block. Keeps its memory from block to block.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct OpaqueBlock<'a> {
     pub(super) surfaces: SurfaceBlock<'a>,
     pub(super) materials: MaterialLanes,
@@ -56,7 +56,7 @@ pub(super) struct OpaqueBlock<'a> {
 }
 
 /// Material values and the weights of the rays.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct MaterialLanes {
     base_color: Vec3Lanes,
     metallic: F32Lanes,
@@ -70,7 +70,7 @@ pub(super) struct MaterialLanes {
 }
 
 /// Directions and albedos.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct ReflectedLanes {
     /// Axes of the local frame; the third is the shading normal.
     axes: [Vec3Lanes; 3],
@@ -91,7 +91,7 @@ pub(super) struct ReflectedLanes {
 }
 
 /// Light of one light that leaves the surfaces, and the ends of the shadow rays that decide about it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct DirectLanes {
     pub(super) contribution: Vec3Lanes,
     pub(super) shadow_end: Vec3Lanes,
@@ -100,35 +100,8 @@ pub(super) struct DirectLanes {
 impl OpaqueBlock<'_> {
     /// A block for scenes with `lights` lights.
     pub(super) fn new(lights: usize) -> Self {
-        let (zero, zero_vector) = ([0.0; LANES], Vec3Lanes::ZERO);
-        let direct = || DirectLanes { contribution: zero_vector, shadow_end: zero_vector };
-        Self {
-            surfaces: SurfaceBlock::default(),
-            materials: MaterialLanes {
-                base_color: zero_vector,
-                metallic: zero,
-                roughness: zero,
-                specular: zero,
-                specular_color: zero_vector,
-                occlusion: zero,
-                emission: zero_vector,
-                weight: zero_vector,
-            },
-            reflected: ReflectedLanes {
-                axes: [zero_vector; 3],
-                wo: zero_vector,
-                mirrored: zero_vector,
-                traced_share: zero,
-                total: zero,
-                schlick: zero,
-                exact: zero,
-                specular: zero_vector,
-                environment: zero_vector,
-                prefiltered: zero_vector,
-            },
-            incidences: IncidenceLanes::NONE,
-            direct: (0..lights).map(|_| direct()).collect(),
-        }
+        let direct = std::iter::repeat_with(DirectLanes::default).take(lights).collect();
+        Self { direct, ..Self::default() }
     }
 }
 

@@ -16,11 +16,11 @@ const fn reduction(numerator: [f32; 2], denominator: [f32; 2], high: f32, low: f
     Reduction { numerator, denominator, high, low }
 }
 
-/// Reductions of the five intervals of q. There are eight, so that a mask replaces the check of an index.
+/// Reductions of the five intervals of q, with the rounded constants of `libm`. There are eight, so that a mask replaces the check of an index.
 static REDUCTIONS: [Reduction; 8] = [
     reduction([1.0, 0.0], [0.0, 1.0], 0.0, 0.0),
     reduction([2.0, -1.0], [1.0, 2.0], 4.636_476e-1, 5.012_158_2e-9),
-    reduction([1.0, -1.0], [1.0, 1.0], 7.853_981e-1, 3.774_894_7e-8),
+    reduction([1.0, -1.0], [1.0, 1.0], f32::from_bits(0x3f49_0fda), 3.774_894_7e-8),
     reduction([1.0, -1.5], [1.5, 1.0], 9.827_937e-1, 3.447_321_7e-8),
     INFINITE,
     INFINITE,

@@ -139,7 +139,7 @@ fn even_sizes_have_the_bits_of_the_general_mean() {
     };
     let texel = |x: usize, y: usize| {
         let code = |channel: u32| noise(x as u32, y as u32, channel);
-        let alpha = if (x + y) % 3 == 0 { 0 } else { code(3) };
+        let alpha = if (x + y).is_multiple_of(3) { 0 } else { code(3) };
         linear8([code(0), code(1), code(2), alpha])
     };
     let (columns, rows) = (spans(16, 8), spans(8, 4));

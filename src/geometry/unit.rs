@@ -18,14 +18,14 @@ pub(crate) fn unit_or(v: Vec3, fallback: Vec3) -> Vec3 {
 #[inline(always)]
 pub(crate) fn normalized_or(v: Vec3, fallback: Vec3) -> Vec3 {
     let reciprocal = 1.0 / v.dot(v).sqrt();
-    let has_length = (reciprocal > 0.0) & (reciprocal < f32::INFINITY);
+    let has_length = reciprocal > 0.0 && reciprocal < f32::INFINITY;
     if has_length { v * reciprocal } else { fallback }
 }
 
 #[inline(always)]
 fn has_direction(v: Vec3) -> bool {
     let largest = v.abs().max_element();
-    (largest > 0.0) & (largest < f32::INFINITY)
+    largest > 0.0 && largest < f32::INFINITY
 }
 
 /// The unit vector of one that has a direction. Squares of components of at most one neither overflow nor all underflow.

@@ -145,7 +145,7 @@ impl PreparedLight {
         let fade = 1.0 - ratio * ratio;
         let wi = to_light / distance_squared.sqrt();
         let strength = fade / distance_squared * cone.falloff(-cone.axis.dot(wi));
-        let reaches = (distance_squared > 0.0) & (distance_squared < f32::INFINITY) & (fade > 0.0);
+        let reaches = distance_squared > 0.0 && distance_squared < f32::INFINITY && fade > 0.0;
         let irradiance = self.color * (self.intensity * if reaches { strength } else { 0.0 });
         Incidence { wi, irradiance, span: point - position }
     }

@@ -189,7 +189,7 @@ pub(super) fn is_in_view(geometric: Vec3, shading: Vec3, wo: Vec3) -> bool {
     // At grazing views even the mirror ray about the geometric normal barely leaves the surface.
     let min_cosine = if cos_o * 0.9 < 0.01 { cos_o * 0.9 } else { 0.01 };
     let cos = wo.dot(shading);
-    (cos > 0.0) & ((shading * (2.0 * cos) - wo).dot(geometric) >= min_cosine)
+    cos > 0.0 && (shading * (2.0 * cos) - wo).dot(geometric) >= min_cosine
 }
 
 #[cfg(test)]

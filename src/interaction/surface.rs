@@ -81,7 +81,7 @@ pub(super) fn position_of(corners: [Vec3; 3], [u, v]: [f32; 2]) -> Vec3 {
 #[inline(always)]
 pub(super) fn is_smooth(normals: [Vec3; 3]) -> bool {
     let [a, b, c] = normals;
-    (a != Vec3::ZERO) & (b != Vec3::ZERO) & (c != Vec3::ZERO)
+    a != Vec3::ZERO && b != Vec3::ZERO && c != Vec3::ZERO
 }
 
 /// Vertex indices of a triangle in the order of its posed corners.
@@ -122,7 +122,7 @@ pub(super) fn terminator_free_point(
         let normal = normals[corner] * side;
         let height = (position - corners[corner]).dot(normal);
         let raised = lifted - normal * (height * weights[corner]);
-        let lifts = (height < 0.0) & (normal.dot(up) > 0.0);
+        let lifts = height < 0.0 && normal.dot(up) > 0.0;
         lifted = if lifts { raised } else { lifted };
     }
     lifted

@@ -127,8 +127,8 @@ impl<'a> SurfaceBlock<'a> {
         lanes.direction.set(lane, ray.direction);
         (lanes.t[lane], lanes.u[lane], lanes.v[lane]) = (hit.t, hit.u, hit.v);
         lanes.side[lane] = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
-        for corner in 0..3 {
-            let vertex = &frame.vertices[instance.first_vertex + corners[corner] as usize];
+        for (corner, index) in corners.into_iter().enumerate() {
+            let vertex = &frame.vertices[instance.first_vertex + index as usize];
             lanes.corners[corner].set(lane, triangle.vertices[corner]);
             lanes.normals[corner].set(lane, vertex.normal);
         }
@@ -259,10 +259,10 @@ impl SurfaceLanes {
             };
             let normal = self.front_normal.get(lane);
             let steps = differential.on_surface(hits.direction.get(lane), hits.t[lane], normal);
-            for axis in 0..2 {
-                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { Vec3::ZERO };
-                self.position_steps[axis].set(lane, step);
-            }
+            let has_extent = hits.has_extent[lane] == 1.0;
+            let [row, column] = &mut self.position_steps;
+            row.set(lane, if has_extent { steps[0] } else { Vec3::ZERO });
+            column.set(lane, if has_extent { steps[1] } else { Vec3::ZERO });
         }
     }
 
@@ -272,10 +272,10 @@ impl SurfaceLanes {
         for lane in 0..LANES {
             let steps = pair(&self.position_steps, lane);
             let steps = weight_steps(hits.corners(lane), steps);
-            for axis in 0..2 {
-                let step = if hits.has_extent[lane] == 1.0 { steps[axis] } else { Vec2::ZERO };
-                self.weight_steps[axis].set(lane, step);
-            }
+            let has_extent = hits.has_extent[lane] == 1.0;
+            let [row, column] = &mut self.weight_steps;
+            row.set(lane, if has_extent { steps[0] } else { Vec2::ZERO });
+            column.set(lane, if has_extent { steps[1] } else { Vec2::ZERO });
         }
     }
 }

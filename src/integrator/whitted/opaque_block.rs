@@ -137,13 +137,13 @@ impl<'a> OpaqueBlock<'a> {
         let points = &surfaces.points;
         let level = view.bvh.simd_level();
         vectorized!(level, reflected.orient(surfaces.normals(), surfaces.viewers(), materials));
-        for lane in 0..points.len() {
+        for (lane, point) in points.iter().enumerate() {
             let bsdf = block_material.bsdf(materials, lane);
             let AlbedoTerms { total, schlick, exact } = bsdf.albedo_terms(reflected.wo.get(lane));
             reflected.total[lane] = total;
             reflected.schlick[lane] = schlick;
             reflected.exact[lane] = exact;
-            reflected.look_up(lane, view.environment, points[lane].shading_normal, materials.roughness[lane]);
+            reflected.look_up(lane, view.environment, point.shading_normal, materials.roughness[lane]);
         }
         vectorized!(level, reflected.reflect(materials, block_material));
 
@@ -153,9 +153,9 @@ impl<'a> OpaqueBlock<'a> {
                 light.incidences(surfaces.positions(), incidences);
                 direct.scatter(incidences, (materials, block_material), reflected);
             });
-            for lane in 0..points.len() {
+            for (lane, point) in points.iter().enumerate() {
                 let span = incidences.get(lane).span;
-                direct.shadow_end.set(lane, points[lane].shadow_end_outside(span));
+                direct.shadow_end.set(lane, point.shadow_end_outside(span));
             }
         }
     }

@@ -27,7 +27,7 @@ pub struct RayHit<'r> {
     pub hit: &'r Hit,
 }
 
-/// Surface points of up to [`LANES`] hits on one material. Keeps its memory from block to block.
+/// Surface points of up to sixteen hits on one material. Keeps its memory from block to block.
 #[derive(Debug, Default)]
 pub struct SurfaceBlock<'a> {
     /// The points, in the order of the hits.
@@ -74,7 +74,7 @@ struct SurfaceLanes {
 }
 
 impl<'a> SurfaceBlock<'a> {
-    /// Replaces the points by those of `hits`, at most [`LANES`] on `material`.
+    /// Replaces the points by those of `hits`, at most sixteen on `material`.
     pub fn fill<'r>(
         &mut self,
         view: SceneView<'a>,

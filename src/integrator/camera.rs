@@ -3,18 +3,14 @@
 //! Source of the lens: Cook, Porter, Carpenter, "Distributed Ray Tracing", SIGGRAPH 1984. Rays through one point of the image start
 //! all over the lens and converge at the focus distance.
 
-use fearless_simd::Simd;
 use glam::{Mat4, Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
 use super::{ColorChannels, MediaStack, RayKind, RayState};
 use crate::frame::PosedCamera;
-use crate::geometry::{Ray, concentric_disk_point};
+use crate::geometry::{F32Lanes, LANES, Ray, Vec3Lanes, concentric_disk_point};
 use crate::interaction::RayDifferential;
 use crate::scene::Projection;
-
-/// Rays that are computed at once.
-const LANES: usize = 16;
 
 /// Generator of the rays of one camera and image size.
 #[derive(Clone, Copy, Debug)]
@@ -87,7 +83,7 @@ impl CameraRays {
 
     /// Replaces `rays` with the rays through `positions`, by columns and rows: [`CameraRays::ray`] of a pinhole, several at once.
     #[inline(always)]
-    pub(super) fn pinhole_rays<S: Simd>(&self, _: S, positions: [&[f32]; 2], rays: &mut Vec<Ray>) {
+    pub(super) fn pinhole_rays(&self, positions: [&[f32]; 2], rays: &mut Vec<Ray>) {
         let (image_plane, world_from_camera) = (self.image_plane(), self.camera.world_from_camera);
         let (z_near, z_far) = self.depth_range();
         let origin = world_from_camera.transform_point3(Vec3::ZERO);
@@ -95,19 +91,19 @@ impl CameraRays {
         let [columns, rows] = positions;
         for (columns, rows) in columns.chunks(LANES).zip(rows.chunks(LANES)) {
             // The last chunk is filled up with zeros.
-            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+            let (mut x, mut y) = (F32Lanes::default(), F32Lanes::default());
             x[..columns.len()].copy_from_slice(columns);
             y[..rows.len()].copy_from_slice(rows);
-            let [mut dx, mut dy, mut dz, mut t_min, mut t_max] = [[0.0; LANES]; 5];
-            for i in 0..LANES {
-                let on_plane = image_plane.point(Vec2::new(x[i], y[i]));
+            let (mut directions, mut slants) = (Vec3Lanes::default(), F32Lanes::default());
+            for lane in 0..LANES {
+                let on_plane = image_plane.point(Vec2::new(x[lane], y[lane]));
                 let (direction, slant) = world_direction(&world_from_camera, on_plane.extend(-1.0));
-                (dx[i], dy[i], dz[i]) = (direction.x, direction.y, direction.z);
-                (t_min[i], t_max[i]) = (z_near * slant, z_far * slant);
+                directions.set(lane, direction);
+                slants[lane] = slant;
             }
-            let ray = |i: usize| {
-                let direction = Vec3::new(dx[i], dy[i], dz[i]);
-                Ray { origin, direction, t_min: t_min[i], t_max: t_max[i] }
+            let ray = |lane: usize| {
+                let (direction, slant) = (directions.get(lane), slants[lane]);
+                Ray { origin, direction, t_min: z_near * slant, t_max: z_far * slant }
             };
             rays.extend((0..columns.len()).map(ray));
         }

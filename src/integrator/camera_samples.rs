@@ -1,11 +1,11 @@
 //! Samples of the image that are traced together, and their camera rays.
 
-use fearless_simd::{Level, dispatch};
+use fearless_simd::Level;
 use glam::Vec2;
 
 use super::CameraRays;
 use super::random::Seed;
-use crate::geometry::Ray;
+use crate::geometry::{Ray, vectorized};
 
 /// Samples of some pixels at the same positions in each pixel. The samples of a pixel follow each other.
 ///
@@ -54,8 +54,8 @@ impl CameraRayBatch {
         &self.rays
     }
 
-    /// Replaces the rays.
-    pub(super) fn fill(&mut self, camera: &CameraRays, samples: &CameraSamples<'_>) {
+    /// Replaces the rays, by the instruction set `level`.
+    pub(super) fn fill(&mut self, level: Level, camera: &CameraRays, samples: &CameraSamples<'_>) {
         let Self { rays, positions: [columns, rows] } = self;
         columns.resize(samples.len(), 0.0);
         rows.resize(samples.len(), 0.0);
@@ -68,8 +68,7 @@ impl CameraRayBatch {
             }
         }
         if camera.is_pinhole() {
-            let level = Level::new();
-            dispatch!(level, simd => camera.pinhole_rays(simd, [columns, rows], rays));
+            vectorized!(level, camera.pinhole_rays([columns, rows], rays));
         } else {
             rays.clear();
             let positions = columns.iter().zip(&*rows).map(|(&x, &y)| Vec2::new(x, y));
@@ -108,13 +107,15 @@ mod tests {
             let camera = PosedCamera { world_from_camera, projection };
             let camera = CameraRays::new(&camera, (40, 20), 0.5, lens);
             let mut batch = CameraRayBatch::default();
-            batch.fill(&camera, &samples);
-            assert_eq!(batch.rays().len(), samples.len());
-            for (sample, ray) in batch.rays().iter().enumerate() {
-                let (x, y) = pixels[sample / 3];
-                let position = Vec2::new(x as f32, y as f32) + offsets[sample % 3];
-                let seed = camera.seed((x, y), 5 + sample as u32 % 3);
-                assert_eq!(*ray, camera.ray(position, seed), "{sample}");
+            for level in [Level::fallback(), Level::new()] {
+                batch.fill(level, &camera, &samples);
+                assert_eq!(batch.rays().len(), samples.len());
+                for (sample, ray) in batch.rays().iter().enumerate() {
+                    let (x, y) = pixels[sample / 3];
+                    let position = Vec2::new(x as f32, y as f32) + offsets[sample % 3];
+                    let seed = camera.seed((x, y), 5 + sample as u32 % 3);
+                    assert_eq!(*ray, camera.ray(position, seed), "{sample}");
+                }
             }
         }
     }

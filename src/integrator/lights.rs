@@ -106,8 +106,8 @@ impl PreparedLight {
     /// Unoccluded light at `point`; `None` where it is zero.
     pub(super) fn incidence(&self, point: Vec3) -> Option<Incidence> {
         let incidence = match self.emitter {
-            Emitter::Distant { .. } => self.distant_incidence(),
-            Emitter::Point { .. } => self.point_incidence(point),
+            Emitter::Distant { wi } => self.distant_incidence(wi),
+            Emitter::Point { position, range, cone } => self.point_incidence((position, range, cone), point),
         };
         (incidence.irradiance.max_element() > 0.0).then_some(incidence)
     }
@@ -116,29 +116,27 @@ impl PreparedLight {
     #[inline(always)]
     pub(super) fn incidences(&self, points: &Vec3Lanes, out: &mut IncidenceLanes) {
         match self.emitter {
-            Emitter::Distant { .. } => {
+            Emitter::Distant { wi } => {
                 for lane in 0..LANES {
-                    out.set(lane, self.distant_incidence());
+                    out.set(lane, self.distant_incidence(wi));
                 }
             }
-            Emitter::Point { .. } => {
+            Emitter::Point { position, range, cone } => {
                 for lane in 0..LANES {
-                    out.set(lane, self.point_incidence(points.get(lane)));
+                    out.set(lane, self.point_incidence((position, range, cone), points.get(lane)));
                 }
             }
         }
     }
 
     #[inline(always)]
-    fn distant_incidence(&self) -> Incidence {
-        let wi = if let Emitter::Distant { wi } = self.emitter { wi } else { Vec3::ZERO };
-        Incidence { wi, irradiance: self.color * (self.intensity * 1.0), span: Vec3::ZERO }
+    fn distant_incidence(&self, wi: Vec3) -> Incidence {
+        Incidence { wi, irradiance: self.color * self.intensity, span: Vec3::ZERO }
     }
 
     /// Light of a point or spot light: 1/d² with the fade-outs of its range and its cone.
     #[inline(always)]
-    fn point_incidence(&self, point: Vec3) -> Incidence {
-        let Emitter::Point { position, range, cone } = self.emitter else { return self.distant_incidence() };
+    fn point_incidence(&self, (position, range, cone): (Vec3, f32, Cone), point: Vec3) -> Incidence {
         let to_light = position - point;
         let distance_squared = to_light.dot(to_light);
         let ratio = distance_squared / (range * range);

@@ -31,7 +31,7 @@ impl Tracer<'_, '_> {
 
         // Closest hits
         let mut batch = std::mem::take(&mut self.camera_rays);
-        batch.fill(camera, samples);
+        batch.fill(self.context.view.bvh.simd_level(), camera, samples);
         let rays = batch.rays();
         if samples.may_hit {
             self.trace_camera_rays(rays);

@@ -121,11 +121,12 @@ impl<'a> OpaqueBlock<'a> {
         let is_textured = material.texture_refs().next().is_some();
         let mut constant = None;
         for (lane, surface_hit) in hits.iter().enumerate() {
-            let sample = match &constant {
-                Some(sample) if !self.surfaces.has_vertex_colors(view, lane) => *sample,
+            let is_constant = !is_textured && !self.surfaces.has_vertex_colors(view, lane);
+            let sample = match constant {
+                Some(sample) if is_constant => sample,
                 _ => self.surfaces.material(view, lane),
             };
-            if !is_textured && !self.surfaces.has_vertex_colors(view, lane) {
+            if is_constant {
                 constant = Some(sample);
             }
             let weight = wavefront.ray(surface_hit.slot).1.weight * surface_hit.share;

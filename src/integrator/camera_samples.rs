@@ -5,6 +5,7 @@ use glam::Vec2;
 
 use super::CameraRays;
 use super::random::Seed;
+use super::zsobol::{SampleSequence, ZSobol};
 use crate::geometry::{Ray, vectorized};
 
 /// Samples of some pixels at the same positions in each pixel. The samples of a pixel follow each other.
@@ -31,6 +32,12 @@ impl CameraSamples<'_> {
     /// Whether there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// The sample points of a path.
+    pub(super) fn sequence(&self, points: &ZSobol, sample: usize) -> SampleSequence {
+        let index = self.first_index.wrapping_add((sample % self.offsets.len()) as u32);
+        points.sequence(self.pixels[sample / self.offsets.len()], index)
     }
 
     /// The seed of a sample.

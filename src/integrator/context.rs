@@ -4,8 +4,13 @@ use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
 use super::opaque_materials::is_opaque;
-use super::settings::IntegratorSettings;
+use super::path::HittableLights;
+use super::random::hash;
+use super::settings::{Integrator, IntegratorSettings, PathSettings};
+use super::shadow::GlassPassage;
+use super::zsobol::ZSobol;
 use crate::color::luminance;
+use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray};
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
@@ -25,6 +30,10 @@ pub struct IntegratorContext<'a> {
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
     camera_media: Vec<Medium>,
+    /// Lights that rays can hit, for [`Integrator::Path`].
+    pub(super) hittable_lights: Option<HittableLights>,
+    /// Sample points of paths.
+    pub(super) path_points: Option<ZSobol>,
     /// Luminance of the environment's irradiance on the ground.
     pub(super) ground_irradiance: f32,
     /// Settings.
@@ -42,6 +51,7 @@ impl<'a> IntegratorContext<'a> {
         let on_ground = settings.ground.map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
+        let is_path = settings.integrator == Integrator::Path;
         Self {
             view,
             lights,
@@ -49,9 +59,21 @@ impl<'a> IntegratorContext<'a> {
             opaque_materials,
             volume_bounds,
             camera_media,
+            hittable_lights: is_path.then(|| HittableLights::new(view)),
+            path_points: is_path.then(|| path_points(view.frame, &settings)),
             ground_irradiance,
             settings,
         }
+    }
+
+    /// Kinds of shadow rays, by how light passes glass: one kind for each light, then for paths one to the environment and one to emissive
+    /// triangles.
+    pub(super) fn shadow_passages(&self) -> Vec<GlassPassage> {
+        let mut passages = vec![GlassPassage::Straight; self.lights.len()];
+        if self.hittable_lights.is_some() {
+            passages.extend([GlassPassage::ThinWalls; 2]);
+        }
+        passages
     }
 
     /// The volumes in which all camera rays start; `None` where they are found for each ray.
@@ -73,4 +95,11 @@ impl<'a> IntegratorContext<'a> {
             }
         }
     }
+}
+
+/// The sample points of a frame's paths.
+fn path_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
+    let PathSettings { seed, seed_per_frame, .. } = settings.path;
+    let time = if seed_per_frame { frame.time_seconds.to_bits() } else { 0 };
+    ZSobol::new(settings.max_samples, seed ^ hash(hash(time as u32) ^ (time >> 32) as u32))
 }

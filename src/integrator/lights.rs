@@ -48,6 +48,37 @@ pub(super) struct Incidence {
     pub(super) span: Vec3,
 }
 
+/// A sampled point of a light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LightSample {
+    /// Unit vector towards it.
+    pub(super) wi: Vec3,
+    /// Irradiance of a surface that faces it, over the density of the sample.
+    pub(super) irradiance: Vec3,
+    /// The point; `None` for distant lights.
+    position: Option<Vec3>,
+}
+
+impl LightSample {
+    /// Whether the light is beyond all surfaces.
+    pub(super) fn is_distant(&self) -> bool {
+        self.position.is_none()
+    }
+
+    /// Vector from the start of a shadow ray to the lit point.
+    pub(super) fn span(&self, point: Vec3) -> Vec3 {
+        self.position.map_or(Vec3::ZERO, |position| point - position)
+    }
+
+    /// The shadow ray between `end`, just off the surface, and the point of the light.
+    pub(super) fn shadow_ray(&self, end: Vec3) -> Ray {
+        match self.position {
+            Some(origin) => Ray { origin, direction: end - origin, t_min: 0.0, t_max: 1.0 },
+            None => Ray::new(end, self.wi),
+        }
+    }
+}
+
 /// Unoccluded light at the points of a block.
 #[derive(Debug, Default)]
 pub(super) struct IncidenceLanes {
@@ -112,6 +143,26 @@ impl PreparedLight {
         (incidence.irradiance.max_element() > 0.0).then_some(incidence)
     }
 
+    /// Samples a point of the light for a lit `point`; `None` where no light arrives. Point and spot lights with a radius are spheres, distant
+    /// lights with an angle are disks, both of uniform radiance; directions are uniform in the cone that they fill.
+    pub(super) fn sample(&self, point: Vec3, u: Vec2) -> Option<LightSample> {
+        let Incidence { wi, irradiance, span } = self.incidence(point)?;
+        let distance = span.length();
+        let sin_max = match self.emitter {
+            Emitter::Distant { .. } => libm::sinf(0.5 * self.size.sun_angle_radians),
+            // The light does not reach the surface that it lights.
+            Emitter::Point { .. } => (self.size.radius / distance).min(0.5),
+        };
+        let is_sized = sin_max > 0.0;
+        let (wi, scale) = if is_sized { in_cone(wi, sin_max, u) } else { (wi, 1.0) };
+        let position = match self.emitter {
+            Emitter::Distant { .. } => None,
+            Emitter::Point { position, .. } if !is_sized => Some(position),
+            Emitter::Point { .. } => Some(point + wi * distance),
+        };
+        Some(LightSample { wi, irradiance: irradiance * scale, position })
+    }
+
     /// Unoccluded light at the points of a block.
     #[inline(always)]
     pub(super) fn incidences(&self, points: &Vec3Lanes, out: &mut IncidenceLanes) {
@@ -174,6 +225,19 @@ impl PreparedLight {
             }
         }
     }
+}
+
+/// A uniform direction of the cone around `axis` of half angle asin(`sin_max`), and the irradiance of the sample over that of the cone's light
+/// on a surface that faces it: 2 (1 − cos) / sin².
+fn in_cone(axis: Vec3, sin_max: f32, u: Vec2) -> (Vec3, f32) {
+    let cos_max = libm::sqrtf(1.0 - sin_max * sin_max);
+    // 1 − cos, without cancellation
+    let height = sin_max * sin_max / (1.0 + cos_max);
+    let drop = height * u.x;
+    let sine = libm::sqrtf(drop * (2.0 - drop));
+    let (sin_azimuth, cos_azimuth) = libm::sincosf(u.y * std::f32::consts::TAU);
+    let around = across(axis, Vec2::new(cos_azimuth, sin_azimuth));
+    ((axis * (1.0 - drop) + around * sine).normalize(), 2.0 / (1.0 + cos_max))
 }
 
 /// A point of the disk perpendicular to a unit vector.

@@ -70,7 +70,7 @@ impl Seed {
 }
 
 /// A bijection of 32 bits that flips about half of them (Wellons, "Prospecting for Hash Functions", 2018).
-fn hash(mut x: u32) -> u32 {
+pub(super) fn hash(mut x: u32) -> u32 {
     x = x.wrapping_add(0x9E37_79B9);
     x ^= x >> 16;
     x = x.wrapping_mul(0x21F0_AAAD);

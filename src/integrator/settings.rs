@@ -2,6 +2,35 @@
 
 use crate::scene::Ground;
 
+/// Light transport algorithm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Integrator {
+    /// Whitted's recursive ray tracing: [`super::whitted`].
+    #[default]
+    Whitted,
+    /// Path tracing: [`super::path`].
+    Path,
+}
+
+/// Settings of path tracing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PathSettings {
+    /// Seed of the sample points.
+    pub seed: u32,
+    /// Whether every frame has sample points of its own.
+    pub seed_per_frame: bool,
+    /// Largest radiance that a path brings from beyond its first surface, in the largest channel; infinite for no limit. A limit
+    /// removes fireflies and some light.
+    pub clamp_indirect: f32,
+}
+
+impl Default for PathSettings {
+    fn default() -> Self {
+        Self { seed: 0, seed_per_frame: false, clamp_indirect: f32::INFINITY }
+    }
+}
+
 /// How volumes and thin glass darken the surfaces in their shadow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GlassShadows {
@@ -15,6 +44,12 @@ pub enum GlassShadows {
 /// What decides the radiance of a ray besides the frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IntegratorSettings {
+    /// Light transport algorithm.
+    pub integrator: Integrator,
+    /// Settings of [`Integrator::Path`].
+    pub path: PathSettings,
+    /// Samples that a pixel takes at most.
+    pub max_samples: u32,
     /// Deepest reflection or refraction; 0 shows only what the camera sees.
     pub max_depth: u32,
     /// Shadows of glass.
@@ -35,6 +70,9 @@ impl Default for IntegratorSettings {
     /// The defaults of `rayframe render`.
     fn default() -> Self {
         Self {
+            integrator: Integrator::Whitted,
+            path: PathSettings::default(),
+            max_samples: 4,
             max_depth: 8,
             glass_shadows: GlassShadows::Straight,
             show_background: true,

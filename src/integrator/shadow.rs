@@ -8,7 +8,7 @@ use super::transparent_hits::TransparentHits;
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
 use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
-use crate::frame::transmits;
+use crate::frame::{is_volume, transmits};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{
     MaterialSample, RayDifferential, SurfacePoint, alpha_at, catches_shadows, surface_at,
@@ -23,6 +23,16 @@ enum Occlusion {
     Opaque,
     Transparent,
     Absent,
+}
+
+/// What light passes glass along a straight shadow ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum GlassPassage {
+    /// That of lights that rays cannot hit, as far as [`GlassShadows`] allows.
+    #[default]
+    Straight,
+    /// That of lights that rays can hit: clear thin walls alone. Sampled rays bring the light that other glass bends or scatters.
+    ThinWalls,
 }
 
 /// The light that a shadow ray lets through.
@@ -42,6 +52,7 @@ impl ShadowTransmittance {
 /// Shadow rays that are traced together.
 #[derive(Debug, Default)]
 pub(super) struct ShadowBatch {
+    glass: GlassPassage,
     rays: Vec<Ray>,
     is_occluded: Vec<bool>,
     /// Whether the ray hits a transparent surface; known for rays that hit no opaque one.
@@ -53,6 +64,11 @@ pub(super) struct ShadowBatch {
 }
 
 impl ShadowBatch {
+    /// A batch without rays.
+    pub(super) fn new(glass: GlassPassage) -> Self {
+        Self { glass, ..Self::default() }
+    }
+
     /// Adds a ray that starts in `media` and returns its index.
     #[inline]
     pub(super) fn push(&mut self, ray: Ray, media: MediaStack) -> u32 {
@@ -72,11 +88,12 @@ impl ShadowBatch {
     /// Looks for opaque surfaces along all rays and collects the transparent ones.
     pub(super) fn trace(&mut self, context: &IntegratorContext<'_>, counters: &mut TraversalCounters) {
         let Self { rays, is_occluded, is_tinted, transparent_hits, .. } = self;
+        let glass = self.glass;
         transparent_hits.clear();
         is_occluded.resize(rays.len(), false);
         is_tinted.clear();
         is_tinted.resize(rays.len(), Cell::new(false));
-        let solid = |index: usize, hit: &Hit| match occlusion(context, hit) {
+        let solid = |index: usize, hit: &Hit| match occlusion(context, hit, glass) {
             Occlusion::Opaque => true,
             Occlusion::Transparent => {
                 is_tinted[index].set(true);
@@ -119,9 +136,11 @@ impl ShadowBatch {
             Err(_) => MediaStack::default(),
         };
         if self.transparent_hits.is_overfull() {
-            through_surfaces(context, ray, media, |after| next_surface(context, ray, after, counters))
+            through_surfaces(context, (ray, self.glass), media, |after| {
+                next_surface(context, (ray, self.glass), after, counters)
+            })
         } else {
-            through_surfaces(context, ray, media, self.transparent_hits.along(index))
+            through_surfaces(context, (ray, self.glass), media, self.transparent_hits.along(index))
         }
     }
 
@@ -132,14 +151,18 @@ impl ShadowBatch {
     }
 }
 
-fn occlusion(context: &IntegratorContext<'_>, hit: &Hit) -> Occlusion {
+fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) -> Occlusion {
     let alpha = alpha_at(context.view, hit);
     if alpha <= 0.0 || catches_shadows(context.view, hit) {
         return Occlusion::Absent;
     }
     let instance = context.view.frame.instance(hit.triangle);
-    let glass = transmits(&context.view.frame.materials[instance.material.index()]);
-    let clear_glass = glass && context.settings.glass_shadows == GlassShadows::Straight;
+    let material = &context.view.frame.materials[instance.material.index()];
+    let clear_glass = transmits(material)
+        && match passage {
+            GlassPassage::Straight => context.settings.glass_shadows == GlassShadows::Straight,
+            GlassPassage::ThinWalls => !is_volume(material),
+        };
     if alpha < 1.0 || clear_glass { Occlusion::Transparent } else { Occlusion::Opaque }
 }
 
@@ -147,11 +170,11 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit) -> Occlusion {
 /// where these are too many.
 fn next_surface(
     context: &IntegratorContext<'_>,
-    ray: &Ray,
+    (ray, glass): (&Ray, GlassPassage),
     after: Option<HitOrder>,
     counters: &mut TraversalCounters,
 ) -> Option<Hit> {
-    let is_surface = |hit: &Hit| occlusion(context, hit) != Occlusion::Absent;
+    let is_surface = |hit: &Hit| occlusion(context, hit, glass) != Occlusion::Absent;
     context.view.bvh.closest_hit_of_any_side(ray, after, is_surface, counters)
 }
 
@@ -159,7 +182,7 @@ fn next_surface(
 /// the first surface after a given hit.
 fn through_surfaces(
     context: &IntegratorContext<'_>,
-    ray: &Ray,
+    (ray, glass): (&Ray, GlassPassage),
     mut media: MediaStack,
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) -> ShadowTransmittance {
@@ -174,8 +197,8 @@ fn through_surfaces(
         };
         after = Some(hit.order());
         transmittance *=
-            media.transmittance((hit.t - reached_t) * length) * through_surface(context, ray, &hit);
-        if let Some(medium) = clear_medium(context, &hit) {
+            media.transmittance((hit.t - reached_t) * length) * through_surface(context, (ray, glass), &hit);
+        if let Some(medium) = clear_medium(context, &hit, glass) {
             // A ray that started inside a volume unknowingly reveals it where it leaves.
             if hit.facing == Facing::Back && !media.holds(medium.volume) {
                 transmittance *= medium.transmittance((hit.t - ray.t_min) * length);
@@ -190,8 +213,9 @@ fn through_surfaces(
     ShadowTransmittance { transmittance: Vec3::ZERO, limit_reached: true }
 }
 
-fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit) -> Option<Medium> {
-    let straight = context.settings.glass_shadows == GlassShadows::Straight;
+fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, glass: GlassPassage) -> Option<Medium> {
+    let straight =
+        glass == GlassPassage::Straight && context.settings.glass_shadows == GlassShadows::Straight;
     let instance = context.view.frame.instance(hit.triangle);
     straight.then(|| context.interiors.medium(instance)).flatten()
 }
@@ -200,17 +224,25 @@ fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit) -> Option<Medium> {
 ///
 /// The ray is not bent, so F is always that of a ray that enters. This is F of the same path backwards, and there is no total
 /// reflection.
-fn through_surface(context: &IntegratorContext<'_>, ray: &Ray, hit: &Hit) -> Vec3 {
+fn through_surface(context: &IntegratorContext<'_>, (ray, passage): (&Ray, GlassPassage), hit: &Hit) -> Vec3 {
     let alpha = alpha_at(context.view, hit);
     let (point, material) = surface_at(context.view, ray, hit, &RayDifferential::ZERO);
-    let straight = context.settings.glass_shadows == GlassShadows::Straight;
-    let glass = if straight && material.transmission > 0.0 {
+    let passes = match passage {
+        GlassPassage::Straight => context.settings.glass_shadows == GlassShadows::Straight,
+        GlassPassage::ThinWalls => material.thin,
+    };
+    let glass = if passes && material.transmission > 0.0 {
         // The direction of anisotropy hardly changes how much light passes.
         let material = MaterialSample { anisotropy: None, ..material };
         let bsdf = Bsdf::new(&material, 1.0, material.ior);
         let cosine = point.wo.dot(point.shading_normal);
         let wo = Vec3::new(libm::sqrtf((1.0 - cosine * cosine).abs()), 0.0, cosine);
-        bsdf.transmission_albedo(wo) * coat_transmittance(&material, &point)
+        let is_clear = passage == GlassPassage::Straight || bsdf.is_transmission_smooth();
+        if is_clear {
+            bsdf.transmission_albedo(wo) * coat_transmittance(&material, &point)
+        } else {
+            Vec3::ZERO
+        }
     } else {
         Vec3::ZERO
     };
@@ -252,9 +284,10 @@ mod tests {
                         assert_eq!(found, Vec3::ZERO);
                         continue;
                     }
-                    let one_by_one = |after| next_surface(context, &ray, after, &mut counters);
+                    let ray = (&ray, GlassPassage::Straight);
+                    let one_by_one = |after| next_surface(context, ray, after, &mut counters);
                     let reference =
-                        through_surfaces(context, &ray, MediaStack::default(), one_by_one).transmittance;
+                        through_surfaces(context, ray, MediaStack::default(), one_by_one).transmittance;
                     assert_eq!(found, reference, "{scene}: ray {index}");
                     tinted += u32::from(found != Vec3::ONE);
                 }

@@ -4,7 +4,7 @@ use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
 use super::texture_lookup::{self, Lookups};
-use super::{MaterialSample, RayDifferential, SurfacePoint, material_extensions};
+use super::{ClearCoatSample, MaterialSample, RayDifferential, SurfacePoint, material_extensions};
 use crate::bvh::Hit;
 use crate::frame::{MeshInstance, is_volume, transmits};
 use crate::geometry::Ray;
@@ -67,6 +67,29 @@ pub(super) fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> M
         material_extensions::add(textures, point, material, &mut sample);
     }
     sample
+}
+
+/// Emitted radiance of a hit below its coat, times its coverage. Textures are looked up in the full image.
+pub fn emission_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
+    let instance = view.frame.instance(hit.triangle);
+    let material = &view.frame.materials[instance.material.index()];
+    if material.unlit || material.emissive == Vec3::ZERO {
+        return Vec3::ZERO;
+    }
+    let texture = material.emissive_texture.as_ref().map_or(Vec3::ONE, |reference| {
+        let corners = corner_indices(view, instance, hit.triangle);
+        let [a, b, c] = instance.uvs(view.scene, reference.uv_set as usize, corners);
+        let uv = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        texture_lookup::sample_at(view.scene, reference, Encoding::Srgb, uv).truncate()
+    });
+    material.emissive * texture * alpha_at(view, hit)
+}
+
+/// The coat of a point.
+pub fn clear_coat_at(view: SceneView<'_>, point: &SurfacePoint<'_>) -> Option<ClearCoatSample> {
+    let material = &view.frame.materials[point.instance.material.index()];
+    material.clear_coat.as_ref()?;
+    material_at(&Lookups::new(view), point).clear_coat
 }
 
 /// Whether a hit is on a shadow catcher.

@@ -99,6 +99,9 @@ pub fn render_frame_into(
 
 fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
     IntegratorSettings {
+        integrator: settings.integrator,
+        path: settings.path,
+        max_samples: settings.adaptive.map_or(settings.samples, |adaptive| adaptive.max_samples),
         max_depth: settings.max_depth,
         glass_shadows: settings.glass_shadows,
         show_background: settings.show_background,

@@ -4,7 +4,7 @@ use super::adaptive::Adaptive;
 use super::filter::PixelFilter;
 use super::lens::Lens;
 use crate::film::{AovFlags, PixelWindow};
-use crate::integrator::{GlassShadows, LightSize};
+use crate::integrator::{GlassShadows, Integrator, LightSize, PathSettings};
 use crate::scene::Ground;
 
 /// What decides an image besides the frame itself.
@@ -22,6 +22,10 @@ pub struct RenderSettings {
     pub filter: PixelFilter,
     /// Lens of the camera. Without one everything is in focus.
     pub lens: Option<Lens>,
+    /// Light transport algorithm.
+    pub integrator: Integrator,
+    /// Settings of [`Integrator::Path`].
+    pub path: PathSettings,
     /// Deepest reflection or refraction; 0 shows only what the camera sees directly.
     pub max_depth: u32,
     /// Shadows of glass.
@@ -50,6 +54,8 @@ impl Default for RenderSettings {
             adaptive: None,
             filter: PixelFilter::Box,
             lens: None,
+            integrator: Integrator::Whitted,
+            path: PathSettings::default(),
             max_depth: 8,
             glass_shadows: GlassShadows::Straight,
             light_scale: 1.0,

@@ -12,7 +12,9 @@ use sha2::{Digest as _, Sha256};
 use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, SOFTWARE};
-use crate::render::{Adaptive, Aperture, Focus, GlassShadows, Lens, LightSize, RenderSettings};
+use crate::render::{
+    Adaptive, Aperture, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings, RenderSettings,
+};
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
 use super::{Exposure, OutputFormat, SequenceJob, Shutter};
@@ -63,7 +65,6 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         "variant": variant.map(|variant| variant.0),
         "environment": environment.content_key(),
         "shadow_catchers": shadow_catchers(scene, *variant),
-        "integrator": "whitted",
         "fps": rate.to_string(),
         "frame": frame,
         "file": file,
@@ -88,6 +89,8 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
         resolution,
         window: _,
         samples,
+        integrator,
+        path,
         adaptive: _,
         filter: _,
         lens: _,
@@ -108,11 +111,20 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
         "light_scale": light_scale.to_bits(),
         "show_background": show_background,
         "sampling": sampling_key(render, shutter),
+        "integrator": integrator_key(*integrator, path),
     });
     if let Some(Ground { up, height, is_mirror }) = ground {
         key["ground"] = json!([up.to_array().map(f32::to_bits), height.to_bits(), is_mirror]);
     }
     key
+}
+
+fn integrator_key(integrator: Integrator, path: &PathSettings) -> serde_json::Value {
+    let PathSettings { seed, seed_per_frame, clamp_indirect } = *path;
+    match integrator {
+        Integrator::Path => json!(["path", seed, seed_per_frame, clamp_indirect.to_bits()]),
+        _ => json!("whitted"),
+    }
 }
 
 fn glass_shadows_key(glass_shadows: GlassShadows) -> &'static str {

@@ -12,15 +12,6 @@ pub enum PreviewFormat {
     Png,
 }
 
-/// Light transport algorithm.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Integrator {
-    /// Whitted's recursive ray tracing.
-    #[default]
-    Whitted,
-}
-
 /// The ground below the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

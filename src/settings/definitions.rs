@@ -4,10 +4,10 @@ use crate::bvh::{BuilderKind, Refit, Split};
 use crate::color::ToneCurve;
 use crate::framing::NamedView;
 use crate::image::PlateFit;
-use crate::render::{GlassShadows, PixelFilter};
+use crate::render::{GlassShadows, Integrator, PixelFilter};
 use crate::scene::ClipSelection;
 
-use super::choices::{FocusRequest, GroundKind, Integrator, PreviewFormat, ProgressStyle};
+use super::choices::{FocusRequest, GroundKind, PreviewFormat, ProgressStyle};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
@@ -147,6 +147,14 @@ settings! {
     depth: Whole<u32, 0, 1024> = 8, Image { value_name: "N" }
     /// Light transport algorithm
     integrator: OneOf<Integrator> = Integrator::Whitted, Image { value_name: "NAME" }
+    /// Seed of the path integrator's samples
+    seed: Whole<u32, 0, 4294967295> = 0, Image { value_name: "N" }
+    /// Noise of the path integrator that differs from frame to frame
+    /// . Without it the noise stands still
+    seed_per_frame: Flag = false, Image {}
+    /// Largest radiance that a path brings from beyond its first surface
+    /// . Removes fireflies, and with them light: off by default
+    clamp_indirect: Factor, Image { value_name: "RADIANCE" }
     /// Rays traced for the first rough reflection or transmission; later ones trace one
     /// . 0 uses the prefiltered environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }

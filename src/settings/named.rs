@@ -4,9 +4,9 @@ use crate::bvh::{BuilderKind, SimdLevel};
 use crate::color::ToneCurve;
 use crate::framing::NamedView;
 use crate::image::PlateFit;
-use crate::render::{GlassShadows, PixelFilter};
+use crate::render::{GlassShadows, Integrator, PixelFilter};
 
-use super::choices::{GroundKind, Integrator, PreviewFormat, ProgressStyle};
+use super::choices::{GroundKind, PreviewFormat, ProgressStyle};
 
 /// An enum whose values have names.
 pub trait Named: Copy + std::fmt::Debug + PartialEq + 'static {
@@ -39,6 +39,7 @@ named! {
     }
     Integrator {
         Whitted = "whitted", "Whitted's tree of reflections, refractions and shadows";
+        Path = "path", "Path tracing: light that bounces, and shadows of environments; use 64 samples or more";
     }
     GlassShadows {
         Straight = "straight", "Light passes straight through, coloured by the glass";

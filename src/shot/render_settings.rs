@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::output::ExrOutput;
-use crate::render::{Adaptive, Aperture, Focus, Lens, LightSize, RenderSettings};
+use crate::render::{Adaptive, Aperture, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings};
 use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
-use crate::settings::{FocusRequest, Integrator, SettingValues};
+use crate::settings::{FocusRequest, SettingValues};
 
 use super::view::named_node;
 
@@ -26,13 +26,17 @@ pub(crate) fn render_settings(
             format!("reaches beyond the image of {}x{} pixels", resolution.0, resolution.1),
         ));
     }
-    match args.integrator {
-        Integrator::Whitted => {}
-    }
+    check_path_settings(args)?;
     Ok(RenderSettings {
         resolution,
         window,
         samples: args.samples,
+        integrator: args.integrator,
+        path: PathSettings {
+            seed: args.seed,
+            seed_per_frame: args.seed_per_frame,
+            clamp_indirect: args.clamp_indirect.unwrap_or(f32::INFINITY),
+        },
         max_depth: args.depth,
         glass_shadows: args.glass_shadows,
         light_scale: args.light_scale,
@@ -45,6 +49,25 @@ pub(crate) fn render_settings(
         ground: None,
         aovs: exr_output(args).aov_flags(),
     })
+}
+
+/// Refuses settings of one integrator beside another.
+fn check_path_settings(args: &SettingValues) -> Result<()> {
+    let of_path = [
+        ("seed", args.seed != 0),
+        ("seed_per_frame", args.seed_per_frame),
+        ("clamp_indirect", args.clamp_indirect.is_some()),
+    ];
+    let other = match args.integrator {
+        Integrator::Path => (args.glossy > 0).then_some(("glossy", "whitted")),
+        Integrator::Whitted => of_path.iter().find(|(_, is_set)| *is_set).map(|(name, _)| (*name, "path")),
+    };
+    match other {
+        Some((name, integrator)) => {
+            Err(Error::setting(name, format!("applies to `integrator = \"{integrator}\"` only")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Content and encoding of EXR files.

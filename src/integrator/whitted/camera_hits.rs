@@ -56,7 +56,8 @@ impl Tracer<'_, '_> {
             let media = media.clone().unwrap_or_else(|| self.context.media_around_start(ray));
             let state = camera.ray_state(ray, media, sample, samples.seed(camera, sample as usize));
             let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
-            self.follow(slot, wavefront.ray(slot), self.camera_hits[sample as usize]);
+            let (ray, state) = wavefront.ray(slot);
+            self.follow(slot, (ray, state, None), self.camera_hits[sample as usize]);
         }
         (self.camera_rays, self.followed) = (batch, followed);
     }

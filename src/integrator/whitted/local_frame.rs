@@ -6,7 +6,7 @@ use crate::geometry::unit;
 
 /// Direction of the mirror ray. It leaves the surface because the shading normal is bent towards the viewer.
 #[inline(always)]
-pub(super) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
+pub(in crate::integrator) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
     let mirrored = normal * (2.0 * wo.dot(normal)) - wo;
     mirrored * (1.0 / mirrored.dot(mirrored).sqrt())
 }
@@ -14,13 +14,13 @@ pub(super) fn mirror_direction(wo: Vec3, normal: Vec3) -> Vec3 {
 /// Orthonormal frame around a unit normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited"). Its columns are
 /// tangent, bitangent and normal.
 #[inline(always)]
-pub(super) fn local_frame(normal: Vec3) -> Mat3 {
+pub(in crate::integrator) fn local_frame(normal: Vec3) -> Mat3 {
     let (tangent, bitangent) = normal.any_orthonormal_pair();
     Mat3::from_cols(tangent, bitangent, normal)
 }
 
 /// Orthonormal frame around a unit normal whose tangent is the projection of `direction` onto the tangent plane.
-pub(super) fn frame_along(normal: Vec3, direction: Vec3) -> Mat3 {
+pub(in crate::integrator) fn frame_along(normal: Vec3, direction: Vec3) -> Mat3 {
     match unit(direction - normal * normal.dot(direction)) {
         Some(tangent) => Mat3::from_cols(tangent, normal.cross(tangent), normal),
         None => local_frame(normal),

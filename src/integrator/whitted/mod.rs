@@ -35,8 +35,13 @@ mod transmission_side;
 mod visibility;
 mod wavefront;
 
+pub(super) use local_frame::{frame_along, local_frame};
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
+pub(super) use shadow_queue::ShadowRay;
+pub(super) use surface_hit::SurfaceHit;
 pub use tracer::{SampleValue, Tracer};
+pub(super) use transmission_side::{TransmissionSide, ior_outside, ior_transmission_side};
+pub(super) use wavefront::{RaySignature, Wavefront};
 
 #[cfg(test)]
 pub(super) mod tests;

@@ -13,7 +13,7 @@ use super::transmission_side::{ior_outside, ior_transmission_side};
 use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
-use crate::integrator::{ColorChannels, LightPass};
+use crate::integrator::{ColorChannels, Integrator, LightPass};
 use crate::interaction::{AnisotropySample, MaterialSample, SurfacePoint};
 use crate::scene::Material;
 
@@ -22,11 +22,12 @@ impl Tracer<'_, '_> {
     pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
         let (frame, opaque) = (self.context.view.frame, &self.context.opaque_materials);
         let traces_lobes = self.context.settings.glossy_samples > 0;
+        let is_path = self.context.settings.integrator == Integrator::Path;
         let mut order = std::mem::take(&mut self.shading_order);
         order.sort(&self.surface_hits, |surface_hit| {
             let material = frame.instance(surface_hit.hit.triangle).material.index();
             let in_vacuum = wavefront.ray(surface_hit.slot).1.media.is_empty();
-            let is_layered = !opaque[material] || !in_vacuum || traces_lobes;
+            let is_layered = !opaque[material] || !in_vacuum || traces_lobes || is_path;
             RunKey { is_layered, material: material as u32 }
         });
         for (RunKey { is_layered, material }, hits) in order.runs() {
@@ -53,7 +54,11 @@ impl Tracer<'_, '_> {
         materials.extend((0..hits.len()).map(|lane| block.material(view, lane)));
         self.probe_transmission_sides(&block.points, &materials);
         for (index, surface_hit) in hits.iter().enumerate() {
-            self.shade(wavefront, surface_hit, (index, &block.points[index]), materials[index]);
+            let point = (index, &block.points[index]);
+            match self.context.settings.integrator {
+                Integrator::Whitted => self.shade(wavefront, surface_hit, point, materials[index]),
+                Integrator::Path => self.shade_path(wavefront, surface_hit, point, &materials[index]),
+            }
         }
         self.block_materials = materials;
         self.surface_block = block;

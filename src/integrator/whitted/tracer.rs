@@ -14,13 +14,14 @@ use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::camera_samples::CameraRayBatch;
 use crate::integrator::shadow::ShadowBatch;
+use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
     CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
 use crate::interaction::{MaterialSample, SurfaceBlock};
 
 /// Rays of a lower weight are not followed and count as black.
-pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
+pub(in crate::integrator) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// Value of one sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,34 +44,36 @@ impl SampleValue {
 /// Traces batches of samples one after the other and keeps its buffers between them.
 #[derive(Debug)]
 pub struct Tracer<'w, 'a> {
-    pub(super) context: &'w IntegratorContext<'a>,
-    pub(super) values: Vec<SampleValue>,
-    pub(super) camera_rays: CameraRayBatch,
+    pub(in crate::integrator) context: &'w IntegratorContext<'a>,
+    pub(in crate::integrator) values: Vec<SampleValue>,
+    pub(in crate::integrator) camera_rays: CameraRayBatch,
     /// The closest hits of the camera rays.
-    pub(super) camera_hits: Vec<Option<Hit>>,
+    pub(in crate::integrator) camera_hits: Vec<Option<Hit>>,
     /// Indices of the samples whose camera rays see more than the background.
-    pub(super) followed: Vec<u32>,
+    pub(in crate::integrator) followed: Vec<u32>,
     /// The rays that are traced next.
     wavefront: Wavefront,
     /// The rays of the next depth.
-    pub(super) children: Wavefront,
-    pub(super) surface_hits: Vec<SurfaceHit>,
+    pub(in crate::integrator) children: Wavefront,
+    pub(in crate::integrator) surface_hits: Vec<SurfaceHit>,
     /// Order in which the hits are shaded.
     pub(super) shading_order: ShadingOrder,
     /// The points of hits that are shaded one by one.
-    pub(super) surface_block: SurfaceBlock<'a>,
+    pub(in crate::integrator) surface_block: SurfaceBlock<'a>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
-    pub(super) shadows: ShadowQueue,
+    pub(in crate::integrator) shadows: ShadowQueue,
     /// The shadow rays of one point of a shadow catcher or the ground.
-    pub(super) catcher_shadows: ShadowBatch,
+    pub(in crate::integrator) catcher_shadows: ShadowBatch,
+    /// The sample points of each path; empty for Whitted's tree.
+    pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
     /// Material values of the shaded block.
-    pub(super) block_materials: Vec<MaterialSample>,
+    pub(in crate::integrator) block_materials: Vec<MaterialSample>,
     pub(super) aovs: SampleAovs,
-    pub(super) counters: TraversalCounters,
-    pub(super) statistics: IntegratorStatistics,
+    pub(in crate::integrator) counters: TraversalCounters,
+    pub(in crate::integrator) statistics: IntegratorStatistics,
 }
 
 impl<'w, 'a> Tracer<'w, 'a> {
@@ -88,8 +91,9 @@ impl<'w, 'a> Tracer<'w, 'a> {
             shading_order: ShadingOrder::default(),
             surface_block: SurfaceBlock::default(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
-            shadows: ShadowQueue::new(context.lights.len()),
+            shadows: ShadowQueue::new(context.shadow_passages()),
             catcher_shadows: ShadowBatch::default(),
+            sequences: Vec::new(),
             probes: TransmissionProbes::default(),
             block_materials: Vec::new(),
             aovs: SampleAovs::default(),
@@ -120,6 +124,10 @@ impl<'w, 'a> Tracer<'w, 'a> {
         self.values.clear();
         self.values.resize(samples.len(), SampleValue::default());
         self.aovs.clear(samples.len());
+        self.sequences.clear();
+        if let Some(points) = &self.context.path_points {
+            self.sequences.extend((0..samples.len()).map(|sample| samples.sequence(points, sample)));
+        }
         let mut wavefront = std::mem::take(&mut self.wavefront);
         self.find_camera_hits(camera, samples, &mut wavefront);
         while !wavefront.is_empty() {
@@ -139,12 +147,12 @@ impl<'w, 'a> Tracer<'w, 'a> {
         IntegratorStatistics { nodes, triangles, ..std::mem::take(&mut self.statistics) }
     }
 
-    pub(super) fn add(&mut self, sample: u32, light_pass: LightPass, radiance: Vec3) {
+    pub(in crate::integrator) fn add(&mut self, sample: u32, light_pass: LightPass, radiance: Vec3) {
         self.values[sample as usize].radiance += radiance;
         self.aovs.add(sample, light_pass, radiance);
     }
 }
 
-pub(super) fn seconds_since(start: Instant) -> f64 {
+pub(in crate::integrator) fn seconds_since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64()
 }

@@ -11,16 +11,16 @@ use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows
 use crate::scene_view::SceneView;
 
 /// The transmission side of a surface.
-pub(super) struct TransmissionSide {
+pub(in crate::integrator) struct TransmissionSide {
     /// The volumes there.
-    pub(super) media: MediaStack,
+    pub(in crate::integrator) media: MediaStack,
     /// A surface that bounds no volume and touches this one.
-    pub(super) touching: Option<Hit>,
+    pub(in crate::integrator) touching: Option<Hit>,
 }
 
 impl Tracer<'_, '_> {
     /// Probes the transmission sides of a block of points, for [`Tracer::transmission_side`].
-    pub(super) fn probe_transmission_sides(
+    pub(in crate::integrator) fn probe_transmission_sides(
         &mut self,
         points: &[SurfacePoint<'_>],
         materials: &[MaterialSample],
@@ -58,7 +58,7 @@ impl Tracer<'_, '_> {
 
     /// The transmission side of the point with index `index` of the probed block. A refracted ray starts beyond every face that touches
     /// this one, so all of their volumes are entered or left here, up to the first surface that bounds none.
-    pub(super) fn transmission_side(
+    pub(in crate::integrator) fn transmission_side(
         &mut self,
         state: &RayState,
         (index, point): (usize, &SurfacePoint<'_>),
@@ -120,7 +120,7 @@ fn cross_touching(
 
 /// Index of refraction on the viewer's side. The back face of a volume is seen from within, even where the surface is not
 /// closed and the ray never entered it.
-pub(super) fn ior_outside(
+pub(in crate::integrator) fn ior_outside(
     state: &RayState,
     own_medium: Option<Medium>,
     facing: Facing,
@@ -136,7 +136,7 @@ pub(super) fn ior_outside(
 
 /// Index of refraction on the transmission side: that of the medium there, or the material's own for thin walls and opaque
 /// surfaces.
-pub(super) fn ior_transmission_side(
+pub(in crate::integrator) fn ior_transmission_side(
     material: &MaterialSample,
     media: &MediaStack,
     channels: ColorChannels,

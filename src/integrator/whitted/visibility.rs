@@ -8,7 +8,8 @@ use super::tracer::{MIN_WEIGHT, Tracer, seconds_since};
 use super::wavefront::{RaySlot, Wavefront};
 use crate::bvh::{Hit, TriangleFlags};
 use crate::geometry::Ray;
-use crate::integrator::{LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
+use crate::integrator::path::LastScatter;
+use crate::integrator::{Integrator, LightPass, RayKind, RayState, TRANSPARENCY_LIMIT};
 use crate::interaction::{alpha_at, catches_shadows};
 
 impl Tracer<'_, '_> {
@@ -29,13 +30,18 @@ impl Tracer<'_, '_> {
                 RayKind::Reflection | RayKind::GroundReflection => self.statistics.reflection_rays += 1,
                 RayKind::Refraction => self.statistics.refraction_rays += 1,
             }
-            self.follow(slot, (ray, state), first);
+            self.follow(slot, (ray, state, wavefront.last_scatter(slot)), first);
         }
     }
 
     /// Follows one ray from its first hit through transparent surfaces to an opaque one or out of the scene.
     #[inline]
-    pub(super) fn follow(&mut self, slot: RaySlot, (ray, state): (&Ray, &RayState), first: Option<Hit>) {
+    pub(super) fn follow(
+        &mut self,
+        slot: RaySlot,
+        (ray, state, last): (&Ray, &RayState, Option<&LastScatter>),
+        first: Option<Hit>,
+    ) {
         let view = self.context.view;
         let is_solid = |hit: &Hit| !view.frame.flags[hit.triangle as usize].has(TriangleFlags::FILTERED);
         match first {
@@ -45,16 +51,22 @@ impl Tracer<'_, '_> {
                 self.surface_hits.push(surface_hit);
                 self.set_coverage(state, 1.0);
             }
-            _ => self.follow_through(slot, (ray, state), first),
+            _ => self.follow_through(slot, (ray, state, last), first),
         }
     }
 
     /// [`Tracer::follow`] for any surfaces and with the ground.
-    fn follow_through(&mut self, slot: RaySlot, (ray, state): (&Ray, &RayState), first: Option<Hit>) {
+    fn follow_through(
+        &mut self,
+        slot: RaySlot,
+        (ray, state, last): (&Ray, &RayState, Option<&LastScatter>),
+        first: Option<Hit>,
+    ) {
         let view = self.context.view;
         let weight = state.weight.max_element();
         let mut through = 1.0_f32;
         let mut light_pass = state.light_pass;
+        let mut passes = 0;
         let mut next = first;
         let ground = self.context.settings.ground;
         let mut ground_hit =
@@ -68,17 +80,19 @@ impl Tracer<'_, '_> {
                 }
             }
             let Some(hit) = next else {
-                return self.escape(ray, state, through, light_pass);
+                return self.escape((ray, last), state, through, light_pass);
             };
             let alpha = if catches_shadows(view, &hit) {
                 // A catcher stands for a solid surface, which hides the ground.
                 ground_hit = None;
                 self.caught_shadow(ray, state, &hit)
             } else {
-                let alpha = alpha_at(view, &hit);
+                let alpha = self.covered_share(state, alpha_at(view, &hit), &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
-                self.aovs.add_coverage(view.frame, state, &surface_hit);
-                self.surface_hits.push(surface_hit);
+                if alpha > 0.0 {
+                    self.aovs.add_coverage(view.frame, state, &surface_hit);
+                    self.surface_hits.push(surface_hit);
+                }
                 light_pass = light_pass.or(Some(LightPass::Transparency));
                 alpha
             };
@@ -104,7 +118,13 @@ impl Tracer<'_, '_> {
     }
 
     /// Adds the environment to a ray that leaves the scene with the share `through` of its weight.
-    fn escape(&mut self, ray: &Ray, state: &RayState, through: f32, light_pass: Option<LightPass>) {
+    fn escape(
+        &mut self,
+        (ray, last): (&Ray, Option<&LastScatter>),
+        state: &RayState,
+        through: f32,
+        light_pass: Option<LightPass>,
+    ) {
         let sees_environment = match state.kind {
             RayKind::Camera => self.context.settings.show_background,
             RayKind::Reflection | RayKind::Refraction => true,
@@ -122,7 +142,15 @@ impl Tracer<'_, '_> {
                 environment.radiance_over(ray.direction, differential)
             }
         };
-        self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), weight * radiance);
+        match self.context.settings.integrator {
+            Integrator::Whitted => {
+                self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), weight * radiance);
+            }
+            Integrator::Path => {
+                let (share, light_pass) = self.path_environment(state, ray.direction, (light_pass, last));
+                self.add_to_path(state, light_pass, weight * radiance * share);
+            }
+        }
         self.set_coverage(state, 1.0);
     }
 

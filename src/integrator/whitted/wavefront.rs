@@ -5,44 +5,45 @@
 
 use crate::bvh::{Bvh, Hit, TraversalCounters};
 use crate::geometry::Ray;
+use crate::integrator::path::LastScatter;
 use crate::integrator::{RayKind, RayState};
 
 /// The last bounces of a ray: below a leading one bit, one bit for each bounce, set for refraction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct RaySignature(u8);
+pub(in crate::integrator) struct RaySignature(u8);
 
 /// Bounces that a signature keeps.
 const BOUNCES: u8 = 5;
 
 impl RaySignature {
     /// The signature of camera rays.
-    pub(super) const CAMERA: Self = Self(1);
+    pub(in crate::integrator) const CAMERA: Self = Self(1);
 
     /// The signature of a child ray of the given kind.
-    pub(super) fn then(self, kind: RayKind) -> Self {
+    pub(in crate::integrator) fn then(self, kind: RayKind) -> Self {
         let signature = self.0 << 1 | u8::from(kind == RayKind::Refraction);
         let longest = 1 << BOUNCES;
         Self(if signature < 2 * longest { signature } else { longest | (signature % longest) })
     }
 
     /// A small number, different for every signature.
-    pub(super) fn index(self) -> usize {
+    pub(in crate::integrator) fn index(self) -> usize {
         usize::from(self.0)
     }
 }
 
 /// Position of a ray in its wavefront.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct RaySlot {
+pub(in crate::integrator) struct RaySlot {
     /// The signature of the ray, which selects its group.
-    pub(super) signature: RaySignature,
+    pub(in crate::integrator) signature: RaySignature,
     /// Index of the ray in its group.
     index: u32,
 }
 
 /// Rays of one depth.
 #[derive(Debug, Default)]
-pub(super) struct Wavefront {
+pub(in crate::integrator) struct Wavefront {
     /// By index of the signature.
     groups: Vec<RayGroup>,
     /// In the order in which the rays were added.
@@ -54,13 +55,20 @@ pub(super) struct Wavefront {
 struct RayGroup {
     rays: Vec<Ray>,
     states: Vec<RayState>,
+    /// The surfaces that sampled the rays, as far as the weights of lights depend on them; shorter where the last rays have none.
+    last_scatters: Vec<Option<LastScatter>>,
     hits: Vec<Option<Hit>>,
 }
 
 impl Wavefront {
     /// Adds a ray after all others.
     #[inline]
-    pub(super) fn push(&mut self, signature: RaySignature, ray: Ray, state: RayState) -> RaySlot {
+    pub(in crate::integrator) fn push(
+        &mut self,
+        signature: RaySignature,
+        ray: Ray,
+        state: RayState,
+    ) -> RaySlot {
         let group = signature.index();
         if group >= self.groups.len() {
             self.groups.resize_with(group + 1, RayGroup::default);
@@ -73,21 +81,41 @@ impl Wavefront {
         slot
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    /// Adds a ray of a path after all others, with the surface that sampled it.
+    pub(in crate::integrator) fn push_scattered(
+        &mut self,
+        signature: RaySignature,
+        ray: Ray,
+        state: RayState,
+        last: Option<LastScatter>,
+    ) {
+        let slot = self.push(signature, ray, state);
+        let group = &mut self.groups[signature.index()];
+        group.last_scatters.resize(slot.index as usize, None);
+        group.last_scatters.push(last);
+    }
+
+    /// The surface that sampled a ray.
+    pub(in crate::integrator) fn last_scatter(&self, slot: RaySlot) -> Option<&LastScatter> {
+        self.groups[slot.signature.index()].last_scatters.get(slot.index as usize)?.as_ref()
+    }
+
+    pub(in crate::integrator) fn is_empty(&self) -> bool {
         self.order.is_empty()
     }
 
     /// Removes all rays and keeps the memory.
-    pub(super) fn clear(&mut self) {
+    pub(in crate::integrator) fn clear(&mut self) {
         self.order.clear();
         for group in &mut self.groups {
             group.rays.clear();
             group.states.clear();
+            group.last_scatters.clear();
         }
     }
 
     /// Finds the closest hit of every ray, group by group.
-    pub(super) fn find_hits(
+    pub(in crate::integrator) fn find_hits(
         &mut self,
         bvh: &Bvh,
         filter: impl Fn(&Hit) -> bool,
@@ -100,18 +128,18 @@ impl Wavefront {
     }
 
     /// The slots of all rays, in the order in which they were added.
-    pub(super) fn in_order(&self) -> &[RaySlot] {
+    pub(in crate::integrator) fn in_order(&self) -> &[RaySlot] {
         &self.order
     }
 
     /// A ray and its state.
-    pub(super) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
+    pub(in crate::integrator) fn ray(&self, slot: RaySlot) -> (&Ray, &RayState) {
         let group = &self.groups[slot.signature.index()];
         (&group.rays[slot.index as usize], &group.states[slot.index as usize])
     }
 
     /// The closest hit that [`Wavefront::find_hits`] found.
-    pub(super) fn hit(&self, slot: RaySlot) -> Option<Hit> {
+    pub(in crate::integrator) fn hit(&self, slot: RaySlot) -> Option<Hit> {
         self.groups[slot.signature.index()].hits[slot.index as usize]
     }
 }

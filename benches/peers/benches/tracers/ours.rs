@@ -1,6 +1,6 @@
 //! Rows of one configuration of Rayframe on one scene.
 
-use rayframe::bvh::{Bvh, TraversalCounters};
+use rayframe::bvh::TraversalCounters;
 use rayon::ThreadPool;
 
 use crate::Result;

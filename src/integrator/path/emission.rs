@@ -1,0 +1,67 @@
+//! Light that sampled rays find: emission of surfaces, and the environment.
+
+use glam::Vec3;
+
+use super::mis::LastScatter;
+use crate::bvh::Hit;
+use crate::integrator::whitted::Tracer;
+use crate::integrator::{LightPass, RayState};
+use crate::interaction::SurfacePoint;
+
+impl Tracer<'_, '_> {
+    /// Adds the emission of a surface to a path; `weight` multiplies it.
+    pub(super) fn add_path_emission(
+        &mut self,
+        state: &RayState,
+        (hit, point): (&Hit, &SurfacePoint<'_>),
+        (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
+        weighted: Vec3,
+    ) {
+        if weighted == Vec3::ZERO {
+            return;
+        }
+        let Some(lights) = &self.context.hittable_lights else { return };
+        let share = lights.emission_weight(self.context.view, hit, point, last);
+        let light_pass =
+            light_pass.map_or(LightPass::Emission, |pass| found_after(state, pass, LightPass::Direct));
+        self.add_to_path(state, light_pass, weighted * share);
+    }
+
+    /// Weight and light pass of the environment that a ray sees.
+    pub(in crate::integrator) fn path_environment(
+        &self,
+        state: &RayState,
+        direction: Vec3,
+        (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
+    ) -> (f32, LightPass) {
+        let lights = self.context.hittable_lights.as_ref();
+        let share = lights.map_or(1.0, |lights| lights.environment_weight(direction, last));
+        let pass = light_pass
+            .map_or(LightPass::Environment, |pass| found_after(state, pass, LightPass::Environment));
+        (share, pass)
+    }
+
+    /// Adds radiance to a path, clamped where it comes from beyond the first surface.
+    pub(in crate::integrator) fn add_to_path(
+        &mut self,
+        state: &RayState,
+        light_pass: LightPass,
+        radiance: Vec3,
+    ) {
+        let radiance = self.clamped(state.depth, radiance);
+        self.add(state.sample, light_pass, radiance);
+    }
+
+    /// Radiance after the clamp of indirect light.
+    pub(in crate::integrator) fn clamped(&self, depth: u32, radiance: Vec3) -> Vec3 {
+        let limit = self.context.settings.path.clamp_indirect;
+        let largest = radiance.max_element();
+        if depth > 0 && largest > limit { radiance * (limit / largest) } else { radiance }
+    }
+}
+
+/// The light pass of a light that a ray finds whose light belongs to `pass`: light that reached the first surface without a detour is that
+/// surface's own, whichever way found it.
+fn found_after(state: &RayState, pass: LightPass, own: LightPass) -> LightPass {
+    if pass == LightPass::Indirect && state.depth == 1 { own } else { pass }
+}

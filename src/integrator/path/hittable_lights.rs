@@ -1,0 +1,116 @@
+//! Lights that rays can hit: the environment and emissive triangles.
+
+use glam::{Vec2, Vec3};
+
+use super::emitters::{coat_transmittance, emitted, emitters};
+use super::mis::{LastScatter, power_heuristic};
+use crate::bvh::Hit;
+use crate::color::luminance;
+use crate::geometry::{Facing, Ray, Triangle};
+use crate::integrator::light_sampling::{EnvironmentDistribution, LightTree, triangle};
+use crate::interaction::{RayDifferential, SurfacePoint};
+use crate::scene::Environment;
+use crate::scene_view::SceneView;
+
+/// Rows of the distribution over an environment; it has twice as many columns.
+const MAP_ROWS: u32 = 512;
+const BUILT_IN_ROWS: u32 = 128;
+
+/// The lights of a frame that rays can hit, prepared for sampling.
+#[derive(Clone, Debug)]
+pub(in crate::integrator) struct HittableLights {
+    environment: Option<EnvironmentDistribution>,
+    /// Ids of the emissive triangles, ascending.
+    triangles: Vec<u32>,
+    tree: LightTree,
+}
+
+/// A point on an emissive triangle.
+pub(super) struct EmitterSample {
+    /// Where a shadow ray towards it ends, just off the triangle.
+    pub(super) end: Vec3,
+    /// Unit vector towards it.
+    pub(super) wi: Vec3,
+    pub(super) radiance: Vec3,
+    /// Density with respect to solid angle.
+    pub(super) pdf: f32,
+}
+
+impl HittableLights {
+    /// The lights of a frame.
+    pub(in crate::integrator) fn new(view: SceneView<'_>) -> Self {
+        let (triangles, emitters) = emitters(view);
+        Self { environment: distribution(view.environment), triangles, tree: LightTree::new(&emitters) }
+    }
+
+    /// Samples a direction to the environment; its density.
+    pub(super) fn sample_environment(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        self.environment.as_ref()?.sample(u)
+    }
+
+    /// Weight of the environment that a sampled ray sees.
+    pub(super) fn environment_weight(&self, direction: Vec3, last: Option<&LastScatter>) -> f32 {
+        let (Some(last), Some(environment)) = (last, &self.environment) else { return 1.0 };
+        power_heuristic(last.pdf, environment.pdf(direction))
+    }
+
+    /// Samples a point on an emissive triangle for a surface at `position`. `normal` is that of a surface that scatters light of its own side
+    /// alone.
+    pub(super) fn sample_emitter(
+        &self,
+        view: SceneView<'_>,
+        (position, normal): (Vec3, Option<Vec3>),
+        (u_emitter, u): (f32, Vec2),
+    ) -> Option<EmitterSample> {
+        if self.triangles.is_empty() {
+            return None;
+        }
+        let (emitter, probability) = self.tree.sample(position, normal, u_emitter)?;
+        let triangle = self.triangles[emitter as usize];
+        let Triangle { vertices } = view.frame.triangles[triangle as usize];
+        let sample = triangle::sample(vertices, position, u)?;
+        let [a, b, c] = vertices;
+        let is_front = (b - a).cross(c - a).dot(sample.direction) < 0.0;
+        let facing = if is_front { Facing::Front } else { Facing::Back };
+        let [u, v] = sample.barycentrics;
+        let hit = Hit { t: sample.distance, triangle, u, v, facing };
+        let radiance = emitted(view, &hit);
+        if radiance == Vec3::ZERO {
+            return None;
+        }
+        let ray = Ray::new(position, sample.direction);
+        let point = SurfacePoint::new(view, &ray, &hit, &RayDifferential::ZERO);
+        let radiance = radiance * coat_transmittance(view, &point);
+        let pdf = probability * sample.pdf;
+        Some(EmitterSample { end: point.origin_outside(), wi: sample.direction, radiance, pdf })
+    }
+
+    /// Weight of the emission that a sampled ray finds at a hit.
+    pub(super) fn emission_weight(
+        &self,
+        view: SceneView<'_>,
+        hit: &Hit,
+        point: &SurfacePoint<'_>,
+        last: Option<&LastScatter>,
+    ) -> f32 {
+        let Some(last) = last else { return 1.0 };
+        let Ok(emitter) = self.triangles.binary_search(&hit.triangle) else { return 1.0 };
+        let Triangle { vertices } = view.frame.triangles[hit.triangle as usize];
+        let span = point.position - last.position;
+        let distance = span.length();
+        let pdf = self.tree.probability(last.position, last.normal, emitter as u32)
+            * triangle::pdf(vertices, last.position, span / distance, distance);
+        power_heuristic(last.pdf, pdf)
+    }
+}
+
+fn distribution(environment: &Environment) -> Option<EnvironmentDistribution> {
+    let rows = match environment {
+        Environment::None | Environment::Constant(_) => return None,
+        Environment::BuiltIn(_) => BUILT_IN_ROWS,
+        Environment::Map(_) => MAP_ROWS,
+        Environment::Composed(composed) if composed.intensity > 0.0 => return distribution(&composed.light),
+        Environment::Composed(_) => return None,
+    };
+    Some(EnvironmentDistribution::new(rows, 2 * rows, |direction| luminance(environment.radiance(direction))))
+}

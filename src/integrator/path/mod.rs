@@ -1,0 +1,30 @@
+//! Path tracing (Kajiya, "The Rendering Equation", SIGGRAPH 1986): light that bounces, and shadows of environments.
+//!
+//! The wavefronts, camera rays, transparent surfaces, media and shadow rays are those of [`super::whitted`]; so is the material model. What
+//! differs is what a surface does: it sends one ray, sampled among all of its lobes, and one shadow ray to each kind of light.
+//!
+//! * **Lights that rays can hit**, the environment and emissive triangles, are found in two ways: by shadow rays to sampled points (next-event
+//!   estimation) and by the sampled rays. Both are weighted by the power heuristic (Veach, "Robust Monte Carlo Methods for Light
+//!   Transport Simulation", 1997, section 9.2).
+//! * **Lights that rays cannot hit**, those of `KHR_lights_punctual` and key lights, are found by shadow rays alone, which pass glass straight, as in
+//!   Whitted's tree. Shadow rays to the other lights end at glass, except at clear thin walls; the sampled rays bring the light that glass bends.
+//! * Paths end by Russian roulette on their weight, so that the mean stays what it is.
+//!
+//! A sample's numbers are points of one sequence ([`super::zsobol`]), by (pixel, sample, dimension): they do not depend on batches and threads.
+
+mod coverage;
+mod dimensions;
+mod emission;
+mod emitters;
+mod hittable_lights;
+mod mis;
+mod next_event;
+mod scatter;
+mod shade;
+mod shaded_point;
+
+pub(super) use hittable_lights::HittableLights;
+pub(super) use mis::LastScatter;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,139 @@
+//! Next-event estimation: shadow rays from a surface of a path to sampled points of lights.
+
+use glam::Vec3;
+
+use super::dimensions::Decision;
+use super::mis::power_heuristic;
+use super::shaded_point::ShadedPoint;
+use crate::color::luminance;
+use crate::geometry::Ray;
+use crate::integrator::lights::LightSample;
+use crate::integrator::whitted::{ShadowRay, Tracer};
+use crate::integrator::{LightPass, MediaStack};
+
+impl Tracer<'_, '_> {
+    /// Queues one shadow ray to each kind of light.
+    pub(super) fn queue_lights(&mut self, shaded: &ShadedPoint<'_, '_>) {
+        self.queue_punctual_light(shaded);
+        self.queue_environment(shaded);
+        self.queue_emitter(shaded);
+    }
+
+    /// One of the lights that rays cannot hit, chosen by the light that the surface would scatter without occlusion.
+    fn queue_punctual_light(&mut self, shaded: &ShadedPoint<'_, '_>) {
+        let context = self.context;
+        let number = |decision: Decision| shaded.sequence.number(decision.dimension(shaded.state.depth));
+        let u_point = shaded.sequence.point(Decision::LightPoint.dimension(shaded.state.depth));
+        let (mut u, mut sum) = (number(Decision::Light), 0.0_f32);
+        let mut chosen: Option<(usize, LightSample, Vec3, f32)> = None;
+        for (index, light) in context.lights.iter().enumerate() {
+            let Some(sample) = light.sample(shaded.point.position, u_point) else { continue };
+            let Some(wi) = shaded.local(sample.wi) else { continue };
+            let contribution = shaded.weight * shaded.scattering.eval_with_smooth(wi) * sample.irradiance;
+            let importance = luminance(contribution);
+            if !(importance > 0.0 && importance < f32::INFINITY) {
+                continue;
+            }
+            // Reservoir of one, which uses the number again.
+            sum += importance;
+            let probability = importance / sum;
+            if u < probability {
+                chosen = Some((index, sample, contribution, importance));
+                u /= probability;
+            } else {
+                u = (u - probability) / (1.0 - probability);
+            }
+        }
+        let Some((light, sample, contribution, importance)) = chosen else { return };
+        let wi = shaded.world_from_local.transpose() * sample.wi;
+        let end = shaded.shadow_start(wi, sample.span(shaded.point.position));
+        let media = if sample.is_distant() { self.media_towards(shaded, wi) } else { MediaStack::default() };
+        self.push_shadow(
+            shaded,
+            light,
+            sample.shadow_ray(end),
+            LightPass::Direct,
+            contribution * (sum / importance),
+            media,
+        );
+    }
+
+    fn queue_environment(&mut self, shaded: &ShadedPoint<'_, '_>) {
+        let Some(lights) = &self.context.hittable_lights else { return };
+        let u = shaded.sequence.point(Decision::Environment.dimension(shaded.state.depth));
+        let Some((wi, pdf)) = lights.sample_environment(u) else { return };
+        let Some(local) = shaded.local(wi) else { return };
+        let scattered = shaded.scattering.eval(local);
+        if scattered == Vec3::ZERO {
+            return;
+        }
+        let radiance = self.context.view.environment.radiance(wi);
+        let share = power_heuristic(pdf, shaded.scattering.pdf(local)) / pdf;
+        let ray = Ray::new(shaded.shadow_start(local, Vec3::ZERO), wi);
+        let media = self.media_towards(shaded, local);
+        let queue = self.context.lights.len();
+        self.push_shadow(
+            shaded,
+            queue,
+            ray,
+            LightPass::Environment,
+            shaded.weight * scattered * radiance * share,
+            media,
+        );
+    }
+
+    fn queue_emitter(&mut self, shaded: &ShadedPoint<'_, '_>) {
+        let Some(lights) = &self.context.hittable_lights else { return };
+        let u_emitter = shaded.sequence.number(Decision::Emitter.dimension(shaded.state.depth));
+        let u = shaded.sequence.point(Decision::EmitterPoint.dimension(shaded.state.depth));
+        let surface = (shaded.point.position, shaded.light_normal());
+        let Some(sample) = lights.sample_emitter(self.context.view, surface, (u_emitter, u)) else { return };
+        let Some(local) = shaded.local(sample.wi) else { return };
+        let scattered = shaded.scattering.eval(local);
+        if scattered == Vec3::ZERO {
+            return;
+        }
+        let share = power_heuristic(sample.pdf, shaded.scattering.pdf(local)) / sample.pdf;
+        let start = shaded.shadow_start(local, Vec3::ZERO);
+        let ray = Ray { t_max: 1.0, ..Ray::new(start, sample.end - start) };
+        let media = self.media_towards(shaded, local);
+        let queue = self.context.lights.len() + 1;
+        self.push_shadow(
+            shaded,
+            queue,
+            ray,
+            LightPass::Direct,
+            shaded.weight * scattered * sample.radiance * share,
+            media,
+        );
+    }
+
+    /// The volumes on the side of a local direction.
+    fn media_towards(&self, shaded: &ShadedPoint<'_, '_>, wi: Vec3) -> MediaStack {
+        if wi.z > 0.0 { shaded.state.media.clone() } else { shaded.transmission_side.media.clone() }
+    }
+
+    fn push_shadow(
+        &mut self,
+        shaded: &ShadedPoint<'_, '_>,
+        light: usize,
+        ray: Ray,
+        own_pass: LightPass,
+        contribution: Vec3,
+        media: MediaStack,
+    ) {
+        let contribution = self.clamped(shaded.state.depth, contribution);
+        if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
+            return;
+        }
+        self.shadows.push(ShadowRay {
+            signature: shaded.signature,
+            light,
+            ray,
+            sample: shaded.state.sample,
+            light_pass: shaded.light_pass.unwrap_or(own_pass),
+            contribution,
+            media,
+        });
+    }
+}

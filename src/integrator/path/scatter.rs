@@ -1,0 +1,102 @@
+//! The ray with which a path goes on.
+
+use glam::Vec3;
+
+use super::dimensions::Decision;
+use super::mis::LastScatter;
+use super::shaded_point::ShadedPoint;
+use crate::bsdf::{ScatterLobe, ScatterSample};
+use crate::geometry::Ray;
+use crate::integrator::whitted::Tracer;
+use crate::integrator::{LightPass, RayKind, RayState};
+use crate::interaction::RayDifferential;
+
+/// Bounces after which Russian roulette may end a path.
+const ROULETTE_DEPTH: u32 = 2;
+
+impl Tracer<'_, '_> {
+    /// Samples the ray with which a path goes on, unless the path ends.
+    pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>) {
+        let depth = shaded.state.depth;
+        let number = |decision: Decision| shaded.sequence.number(decision.dimension(depth));
+        let u = shaded.sequence.point(Decision::Direction.dimension(depth));
+        let Some(sample) = shaded.scattering.sample(number(Decision::Lobe), u) else { return };
+        let Some(direction) = world_direction(&shaded, &sample) else { return };
+        let mut weight = shaded.weight * sample.weight;
+        let largest = weight.max_element();
+        if !(largest > 0.0 && largest < f32::INFINITY) {
+            return;
+        }
+        if depth >= self.context.settings.max_depth {
+            self.statistics.dropped_weight += f64::from(largest);
+            return;
+        }
+        if depth >= ROULETTE_DEPTH && largest < 1.0 {
+            if number(Decision::Roulette) >= largest {
+                return;
+            }
+            weight /= largest;
+        }
+        self.push_path(shaded, sample, direction, weight);
+    }
+
+    fn push_path(
+        &mut self,
+        shaded: ShadedPoint<'_, '_>,
+        sample: ScatterSample,
+        direction: Vec3,
+        weight: Vec3,
+    ) {
+        let (state, point) = (shaded.state, shaded.point);
+        let is_reflected = sample.wi.z > 0.0;
+        let origin = if is_reflected { point.origin_outside() } else { point.origin_inside() };
+        let frame = self.context.view.frame;
+        let differential = match (sample.is_smooth, is_reflected) {
+            (false, _) => RayDifferential::ZERO,
+            (true, true) => point.reflected_differential(frame, &state.differential),
+            (true, false) => {
+                point.refracted_differential(frame, &state.differential, direction, shaded.relative_ior)
+            }
+        };
+        // A clear thin wall neither bends nor scatters: the ray is still that of the last surface.
+        let last = if sample.is_unbent {
+            shaded.last
+        } else {
+            let (position, normal) = (point.position, shaded.light_normal());
+            (sample.pdf > 0.0).then_some(LastScatter { pdf: sample.pdf, position, normal })
+        };
+        let own_pass = match sample.lobe {
+            ScatterLobe::SpecularReflection => LightPass::Reflection,
+            ScatterLobe::Transmission => LightPass::Refraction,
+            ScatterLobe::Diffuse | ScatterLobe::DiffuseTransmission => LightPass::Indirect,
+        };
+        let kind = if is_reflected { RayKind::Reflection } else { RayKind::Refraction };
+        let side = shaded.transmission_side;
+        let (media, touching) = if is_reflected {
+            (state.media.clone(), None)
+        } else {
+            (side.media, side.touching.map(Box::new))
+        };
+        let child = RayState {
+            differential,
+            media,
+            touching,
+            weight,
+            kind,
+            channels: shaded.channels,
+            light_pass: shaded.light_pass.or(Some(own_pass)),
+            depth: state.depth + 1,
+            ..*state
+        };
+        self.children.push_scattered(shaded.signature.then(kind), Ray::new(origin, direction), child, last);
+    }
+}
+
+/// The world-space direction of a sample; `None` where the normals disagree about its side.
+fn world_direction(shaded: &ShadedPoint<'_, '_>, sample: &ScatterSample) -> Option<Vec3> {
+    if sample.is_unbent {
+        return Some(-shaded.point.wo);
+    }
+    let direction = (shaded.world_from_local * sample.wi).normalize();
+    (direction.dot(shaded.point.geometric_normal) * sample.wi.z > 0.0).then_some(direction)
+}

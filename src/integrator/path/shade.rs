@@ -1,0 +1,84 @@
+//! Shading of a surface of a path.
+
+use super::dimensions::Decision;
+use super::shaded_point::ShadedPoint;
+use crate::bsdf::{Bsdf, Coat, Scattering};
+use crate::integrator::whitted::{
+    SurfaceHit, Tracer, Wavefront, frame_along, ior_outside, ior_transmission_side, local_frame,
+};
+use crate::integrator::{ColorChannels, LightPass};
+use crate::interaction::{MaterialSample, SurfacePoint};
+
+impl Tracer<'_, '_> {
+    /// Adds the light of a surface to its path, and sends the ray that goes on.
+    pub(in crate::integrator) fn shade_path(
+        &mut self,
+        wavefront: &Wavefront,
+        surface_hit: &SurfaceHit,
+        (index, point): (usize, &SurfacePoint<'_>),
+        material: &MaterialSample,
+    ) {
+        let SurfaceHit { slot, hit, share, light_pass } = *surface_hit;
+        let (_, state) = wavefront.ray(slot);
+        let last = wavefront.last_scatter(slot).copied();
+        let mut weight = state.weight * state.media.transmittance(hit.t) * share;
+
+        // Emission
+        if material.unlit {
+            let radiance = weight * material.base_color;
+            return self.add_to_path(state, light_pass.unwrap_or(LightPass::Emission), radiance);
+        }
+        let coat = material.clear_coat.map(|sample| {
+            let world_from_coat = local_frame(sample.normal);
+            (Coat::new(sample.factor, sample.roughness), world_from_coat, point.wo.dot(sample.normal))
+        });
+        let below = coat.as_ref().map_or(1.0, |(coat, _, cosine)| coat.transmittance(*cosine));
+        let emitted = weight * material.emission * below;
+        self.add_path_emission(state, (&hit, point), (light_pass, last.as_ref()), emitted);
+
+        // One colour channel of three where the surface disperses light
+        let transmission_side = self.transmission_side(state, (index, point));
+        let own_medium = self.context.interiors.medium(point.instance);
+        let is_dispersive = state.channels == ColorChannels::White
+            && !material.thin
+            && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
+                || state.media.disperses()
+                || transmission_side.media.disperses());
+        let sequence = self.sequences[state.sample as usize];
+        let mut channels = state.channels;
+        if is_dispersive {
+            let u = sequence.number(Decision::Channel.dimension(state.depth));
+            channels = ColorChannels::SINGLE[((u * 3.0) as usize).min(2)];
+            weight *= channels.mask() * 3.0;
+        }
+
+        // Lobes
+        let outside = ior_outside(state, own_medium, point.facing, channels);
+        let inside = ior_transmission_side(material, &transmission_side.media, channels);
+        let bsdf = Bsdf::new(material, outside, inside);
+        let normal = point.shading_normal;
+        let along_lobe =
+            |anisotropy: crate::interaction::AnisotropySample| frame_along(normal, anisotropy.direction);
+        let world_from_local = material.anisotropy.map_or_else(|| local_frame(normal), along_lobe);
+        let local_from_world = world_from_local.transpose();
+        let coat =
+            coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat.transpose() * world_from_local));
+        let shaded = ShadedPoint {
+            signature: slot.signature,
+            state,
+            light_pass,
+            point,
+            scattering: Scattering::new(bsdf, local_from_world * point.wo, coat),
+            world_from_local,
+            weight,
+            channels,
+            transmission_side,
+            relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
+            transmits: material.transmission > 0.0 || material.diffuse_transmission > 0.0,
+            sequence,
+            last,
+        };
+        self.queue_lights(&shaded);
+        self.send_path(shaded);
+    }
+}

@@ -10,7 +10,6 @@ mod color_channels;
 mod context;
 mod interiors;
 mod light_pass;
-mod light_sampling;
 mod lights;
 mod media;
 mod opaque_materials;
@@ -22,7 +21,6 @@ mod shadow;
 mod statistics;
 mod transparent_hits;
 pub mod whitted;
-mod zsobol;
 
 pub use camera::{CameraRays, ThinLens};
 pub use camera_samples::CameraSamples;

@@ -10,6 +10,9 @@ mod color_channels;
 mod context;
 mod interiors;
 mod light_pass;
+#[cfg_attr(not(test), expect(dead_code, reason = "used by the path integrator"))]
+#[expect(unused_imports, reason = "used by the path integrator")]
+mod light_sampling;
 mod lights;
 mod media;
 mod opaque_materials;
@@ -21,6 +24,8 @@ mod shadow;
 mod statistics;
 mod transparent_hits;
 pub mod whitted;
+#[cfg_attr(not(test), expect(dead_code, reason = "used by the path integrator"))]
+mod zsobol;
 
 pub use camera::{CameraRays, ThinLens};
 pub use camera_samples::CameraSamples;

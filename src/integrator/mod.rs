@@ -1,8 +1,8 @@
 //! Radiance and coverage of camera samples.
 //!
 //! An integrator takes the camera rays of a batch of samples and returns each sample's radiance and coverage. A sample is a
-//! pure function of (frame, settings, pixel, sample): it does not depend on the batch that holds it. [`whitted`] is the only
-//! integrator. Pixels, films and files are not known here.
+//! pure function of (frame, settings, pixel, sample): it does not depend on the batch that holds it. [`whitted`] and [`path`] are
+//! the integrators. Pixels, films and files are not known here.
 
 mod camera;
 mod camera_samples;
@@ -10,8 +10,6 @@ mod color_channels;
 mod context;
 mod interiors;
 mod light_pass;
-#[cfg_attr(not(test), expect(dead_code, reason = "used by the path integrator"))]
-#[expect(unused_imports, reason = "used by the path integrator")]
 mod light_sampling;
 mod lights;
 mod media;
@@ -24,7 +22,6 @@ mod shadow;
 mod statistics;
 mod transparent_hits;
 pub mod whitted;
-#[cfg_attr(not(test), expect(dead_code, reason = "used by the path integrator"))]
 mod zsobol;
 
 pub use camera::{CameraRays, ThinLens};

@@ -7,7 +7,7 @@ use super::mis::{LastScatter, power_heuristic};
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::{Facing, Ray, Triangle};
-use crate::integrator::light_sampling::{EnvironmentDistribution, LightTree, triangle};
+use crate::integrator::light_sampling::{EnvironmentDistribution, LightTree, sample_triangle, triangle_pdf};
 use crate::interaction::{RayDifferential, SurfacePoint};
 use crate::scene::Environment;
 use crate::scene_view::SceneView;
@@ -68,7 +68,7 @@ impl HittableLights {
         let (emitter, probability) = self.tree.sample(position, normal, u_emitter)?;
         let triangle = self.triangles[emitter as usize];
         let Triangle { vertices } = view.frame.triangles[triangle as usize];
-        let sample = triangle::sample(vertices, position, u)?;
+        let sample = sample_triangle(vertices, position, u)?;
         let [a, b, c] = vertices;
         let is_front = (b - a).cross(c - a).dot(sample.direction) < 0.0;
         let facing = if is_front { Facing::Front } else { Facing::Back };
@@ -97,9 +97,8 @@ impl HittableLights {
         let Ok(emitter) = self.triangles.binary_search(&hit.triangle) else { return 1.0 };
         let Triangle { vertices } = view.frame.triangles[hit.triangle as usize];
         let span = point.position - last.position;
-        let distance = span.length();
         let pdf = self.tree.probability(last.position, last.normal, emitter as u32)
-            * triangle::pdf(vertices, last.position, span / distance, distance);
+            * triangle_pdf(vertices, last.position, span.normalize());
         power_heuristic(last.pdf, pdf)
     }
 }

@@ -48,10 +48,11 @@ impl<'a> IntegratorContext<'a> {
         let volume_bounds = interiors.bounds(view.frame);
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
-        let on_ground = settings.ground.map(|ground| view.environment.irradiance(ground.up));
+        let is_path = settings.integrator == Integrator::Path;
+        // Paths find the light of the environment on the ground by shadow rays.
+        let on_ground = settings.ground.filter(|_| !is_path).map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
-        let is_path = settings.integrator == Integrator::Path;
         Self {
             view,
             lights,

@@ -14,21 +14,18 @@ pub enum LightPass {
     Reflection,
     /// Found by refraction rays of the first surface, whatever they hit.
     Refraction,
-    /// Found by rays that the diffuse lobes of the first surface scattered, beyond what reaches it directly. Path tracing alone has it.
-    Indirect,
     /// From everything beyond a transparent first surface (by alpha, not by transmission).
     Transparency,
 }
 
 impl LightPass {
     /// All passes, in the order of their indices.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 6] = [
         Self::Emission,
         Self::Direct,
         Self::Environment,
         Self::Reflection,
         Self::Refraction,
-        Self::Indirect,
         Self::Transparency,
     ];
 
@@ -45,7 +42,6 @@ impl LightPass {
             Self::Environment => "environment",
             Self::Reflection => "reflection",
             Self::Refraction => "refraction",
-            Self::Indirect => "indirect",
             Self::Transparency => "pass_through",
         }
     }

@@ -20,4 +20,4 @@ mod triangle;
 pub(crate) use emitter::Emitter;
 pub(crate) use environment::EnvironmentDistribution;
 pub(crate) use light_tree::LightTree;
-pub(crate) use triangle::{TriangleSample, sample_triangle, triangle_pdf};
+pub(crate) use triangle::{sample_triangle, triangle_pdf};

@@ -23,7 +23,7 @@ impl Tracer<'_, '_> {
         let Some(lights) = &self.context.hittable_lights else { return };
         let share = lights.emission_weight(self.context.view, hit, point, last);
         let light_pass =
-            light_pass.map_or(LightPass::Emission, |pass| found_after(state, pass, LightPass::Direct));
+            light_pass.map_or(LightPass::Emission, |pass| found_by(state, last, pass, LightPass::Direct));
         self.add_to_path(state, light_pass, weighted * share);
     }
 
@@ -37,7 +37,7 @@ impl Tracer<'_, '_> {
         let lights = self.context.hittable_lights.as_ref();
         let share = lights.map_or(1.0, |lights| lights.environment_weight(direction, last));
         let pass = light_pass
-            .map_or(LightPass::Environment, |pass| found_after(state, pass, LightPass::Environment));
+            .map_or(LightPass::Environment, |pass| found_by(state, last, pass, LightPass::Environment));
         (share, pass)
     }
 
@@ -60,8 +60,9 @@ impl Tracer<'_, '_> {
     }
 }
 
-/// The light pass of a light that a ray finds whose light belongs to `pass`: light that reached the first surface without a detour is that
-/// surface's own, whichever way found it.
-fn found_after(state: &RayState, pass: LightPass, own: LightPass) -> LightPass {
-    if pass == LightPass::Indirect && state.depth == 1 { own } else { pass }
+/// The light pass of a light that a ray finds whose light belongs to `pass`. A light that a rough lobe of the first surface finds by its sampled
+/// ray is in the pass of its shadow ray.
+fn found_by(state: &RayState, last: Option<&LastScatter>, pass: LightPass, own: LightPass) -> LightPass {
+    let is_first = state.depth == 1 && last.is_some() && pass != LightPass::Transparency;
+    if is_first { own } else { pass }
 }

@@ -48,6 +48,11 @@ impl HittableLights {
         self.environment.as_ref()?.sample(u)
     }
 
+    /// The density with which [`Self::sample_environment`] samples a direction.
+    pub(super) fn environment_pdf(&self, direction: Vec3) -> f32 {
+        self.environment.as_ref().map_or(0.0, |environment| environment.pdf(direction))
+    }
+
     /// Weight of the environment that a sampled ray sees.
     pub(super) fn environment_weight(&self, direction: Vec3, last: Option<&LastScatter>) -> f32 {
         let (Some(last), Some(environment)) = (last, &self.environment) else { return 1.0 };

@@ -12,6 +12,7 @@
 //!
 //! A sample's numbers are points of one sequence ([`super::zsobol`]), by (pixel, sample, dimension): they do not depend on batches and threads.
 
+mod catcher;
 mod coverage;
 mod dimensions;
 mod emission;

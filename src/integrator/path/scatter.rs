@@ -66,9 +66,8 @@ impl Tracer<'_, '_> {
             (sample.pdf > 0.0).then_some(LastScatter { pdf: sample.pdf, position, normal })
         };
         let own_pass = match sample.lobe {
-            ScatterLobe::SpecularReflection => LightPass::Reflection,
-            ScatterLobe::Transmission => LightPass::Refraction,
-            ScatterLobe::Diffuse | ScatterLobe::DiffuseTransmission => LightPass::Indirect,
+            ScatterLobe::SpecularReflection | ScatterLobe::Diffuse => LightPass::Reflection,
+            ScatterLobe::Transmission | ScatterLobe::DiffuseTransmission => LightPass::Refraction,
         };
         let kind = if is_reflected { RayKind::Reflection } else { RayKind::Refraction };
         let side = shaded.transmission_side;

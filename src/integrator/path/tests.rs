@@ -1,1 +1,37 @@
+//! A path does not depend on its batch.
 
+use glam::Vec2;
+
+use crate::integrator::whitted::tests::with_context;
+use crate::integrator::whitted::{SampleValue, Tracer};
+use crate::integrator::{CameraRays, CameraSamples, Integrator, IntegratorContext, IntegratorSettings};
+use crate::scene::{BuiltInLight, Environment};
+
+const SIZE: (u32, u32) = (16, 12);
+
+fn trace(tracer: &mut Tracer<'_, '_>, camera: &CameraRays, pixels: &[(u32, u32)]) -> Vec<SampleValue> {
+    let offsets = [Vec2::new(0.25, 0.5), Vec2::new(0.75, 0.5)];
+    let samples = CameraSamples { pixels, offsets: &offsets, first_index: 0, may_hit: true };
+    tracer.trace(camera, &samples).to_vec()
+}
+
+#[test]
+fn paths_are_the_same_alone_and_in_batches() {
+    for (scene, environment) in [
+        ("demo/whitted_1980", Environment::None),
+        ("material/nested_glass", Environment::BuiltIn(BuiltInLight::Studio)),
+        ("material/alpha_blend_stack", Environment::BuiltIn(BuiltInLight::Outdoor)),
+        ("light/two_lights_shadows", Environment::None),
+    ] {
+        with_context(scene, &environment, |context, camera| {
+            let settings = IntegratorSettings { integrator: Integrator::Path, ..context.settings };
+            let context = IntegratorContext::new(context.view, settings);
+            let tracer = &mut Tracer::new(&context);
+            let pixels: Vec<_> = (0..SIZE.1).flat_map(|y| (0..SIZE.0).map(move |x| (x, y))).collect();
+            let together = trace(tracer, camera, &pixels);
+            assert!(together.iter().any(|value| value.radiance != together[0].radiance), "{scene} is empty");
+            let alone: Vec<_> = pixels.iter().flat_map(|&pixel| trace(tracer, camera, &[pixel])).collect();
+            assert!(together == alone, "{scene}: one by one");
+        });
+    }
+}

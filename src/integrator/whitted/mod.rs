@@ -37,6 +37,7 @@ mod wavefront;
 
 pub(super) use local_frame::{frame_along, local_frame};
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
+pub(super) use shadow_catcher::Receiver;
 pub(super) use shadow_queue::ShadowRay;
 pub(super) use surface_hit::SurfaceHit;
 pub use tracer::{SampleValue, Tracer};

@@ -2,7 +2,7 @@
 //!
 //! The opacity of a catcher is the occluded share of its direct light, by luminance; its colour is black. The opacity must be known
 //! before the ray goes on beyond the catcher, so its shadow rays are traced at once and not with those of the wavefront.
-//! Light of the environment is never occluded and does not count. Catchers occlude nothing.
+//! In Whitted's tree, light of the environment is never occluded and does not count; on paths it is and does. Catchers occlude nothing.
 
 use glam::Vec3;
 
@@ -15,11 +15,11 @@ use crate::interaction::{RayDifferential, SurfacePoint};
 
 /// A point that receives light.
 #[derive(Clone, Copy)]
-pub(super) struct Receiver {
-    pub(super) position: Vec3,
+pub(in crate::integrator) struct Receiver {
+    pub(in crate::integrator) position: Vec3,
     /// Unit normal on the lit side.
-    pub(super) normal: Vec3,
-    pub(super) seed: Seed,
+    pub(in crate::integrator) normal: Vec3,
+    pub(in crate::integrator) seed: Seed,
 }
 
 impl Tracer<'_, '_> {
@@ -50,6 +50,10 @@ impl Tracer<'_, '_> {
                 let ray = batch.push(shadow_ray, MediaStack::default());
                 lit.push((ray, incidence.irradiance * cosine));
             }
+        }
+        if let Some(wi) = self.environment_direction(receiver) {
+            let ray = batch.push(Ray::new(shadow_end(Vec3::ZERO), wi), MediaStack::default());
+            lit.push((ray, context.view.environment.irradiance(receiver.normal)));
         }
         batch.trace(context, &mut self.counters);
         self.statistics.shadow_rays += lit.len() as u64;

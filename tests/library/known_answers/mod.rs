@@ -11,5 +11,6 @@ mod light;
 mod light_passes;
 mod material_extensions;
 mod normals;
+mod path;
 mod reflection;
 mod surface;

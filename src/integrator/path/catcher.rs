@@ -1,0 +1,59 @@
+//! Light of the environment on shadow catchers and the ground.
+
+use std::f32::consts::{FRAC_1_PI, TAU};
+
+use glam::{Vec2, Vec3};
+
+use crate::color::luminance;
+use crate::integrator::random::Purpose;
+use crate::integrator::whitted::{Receiver, Tracer, local_frame};
+
+/// Directions of each kind among which one is chosen.
+const CANDIDATES: u32 = 4;
+
+impl Tracer<'_, '_> {
+    /// A direction from which light of the environment reaches a receiver; `None` where none does. Its density is nearly that of the light: one of
+    /// several candidates is chosen by their light (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005), half of them
+    /// sampled by the environment, half by the cosine.
+    pub(in crate::integrator) fn environment_direction(&self, receiver: &Receiver) -> Option<Vec3> {
+        let lights = self.context.hittable_lights.as_ref()?;
+        let world_from_local = local_frame(receiver.normal);
+        let purpose = |number: u32| Purpose::Light(self.context.lights.len() as u32 + number);
+        let (mut u, mut sum, mut chosen) = (receiver.seed.point(purpose(0)).x, 0.0_f32, None);
+        for number in 1..=2 * CANDIDATES {
+            let point = receiver.seed.point(purpose(number));
+            let wi = if number % 2 == 0 {
+                world_from_local * cosine_direction(point)
+            } else if let Some((wi, _)) = lights.sample_environment(point) {
+                wi
+            } else {
+                continue;
+            };
+            let cosine = wi.dot(receiver.normal);
+            let pdf = cosine * FRAC_1_PI + lights.environment_pdf(wi);
+            if cosine <= 0.0 {
+                continue;
+            }
+            let weight = luminance(self.context.view.environment.radiance(wi)) * cosine / pdf;
+            if !(weight > 0.0 && weight < f32::INFINITY) {
+                continue;
+            }
+            sum += weight;
+            let probability = weight / sum;
+            if u < probability {
+                chosen = Some(wi);
+                u /= probability;
+            } else {
+                u = (u - probability) / (1.0 - probability);
+            }
+        }
+        chosen
+    }
+}
+
+/// A direction with density cos θ / π.
+fn cosine_direction(u: Vec2) -> Vec3 {
+    let (sin, cos) = libm::sincosf(u.y * TAU);
+    let radius = libm::sqrtf(u.x);
+    Vec3::new(cos * radius, sin * radius, libm::sqrtf(1.0 - u.x))
+}

@@ -1,0 +1,209 @@
+//! Light that bounces, environments that cast shadows, and emissive surfaces, by the path integrator.
+
+use std::f32::consts::{FRAC_1_PI, PI};
+
+use glam::Vec3;
+use rayframe::render::{Integrator, LightSize};
+use rayframe::scene::{
+    AlphaMode, BuiltInLight, Environment, LightKind, Material, Primitive, Projection, Transmission,
+};
+
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
+
+/// A stage of one narrow pixel with `samples` samples for the path integrator.
+fn stage(samples: u32) -> Stage {
+    let mut stage = Stage::new();
+    stage.settings.integrator = Integrator::Path;
+    stage.settings.samples = samples;
+    stage.projection =
+        Projection::Perspective { fov_y_radians: 1e-4, aspect_ratio: None, z_near: 0.0, z_far: None };
+    stage
+}
+
+fn floor(half_width: f32) -> Primitive {
+    rectangle(Vec3::ZERO, Vec3::Z * half_width, Vec3::X * half_width)
+}
+
+/// A black material of radiance `emission`.
+fn lamp(emission: f32) -> Material {
+    Material { emissive: Vec3::splat(emission), ..lambert(Vec3::ZERO) }
+}
+
+/// The radiance of the floor's middle, seen aslant.
+fn middle(stage: &Stage) -> glam::Vec4 {
+    stage.look(Vec3::new(0.0, 0.5, 2.0), Vec3::ZERO)
+}
+
+/// Form factor of a square of half width `a`, parallel to the receiver and at height `h` above it.
+fn square_form_factor(a: f32, h: f32) -> f32 {
+    // Four times that of a quarter, whose corner is above the receiver.
+    let x = a / h;
+    let root = (1.0 + x * x).sqrt();
+    4.0 * FRAC_1_PI * (x / root) * (x / root).atan()
+}
+
+#[test]
+fn a_lambertian_floor_in_uniform_light_shows_its_albedo() {
+    let mut stage = stage(64);
+    stage.environment = Environment::Constant(Vec3::splat(2.0));
+    stage.add(floor(5.0), lambert(Vec3::new(0.8, 0.5, 0.2)));
+    assert_close(middle(&stage), Vec3::new(1.6, 1.0, 0.4), 1e-5);
+}
+
+#[test]
+fn environments_cast_shadows() {
+    // A black square above the floor hides its form factor of the uniform light.
+    for half_width in [0.2, 1.0, 5.0] {
+        let mut stage = stage(4096);
+        stage.environment = Environment::Constant(Vec3::ONE);
+        stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
+        let above = rectangle(Vec3::Y, Vec3::Z * half_width, Vec3::X * half_width);
+        stage.add(above, Material { double_sided: true, ..lambert(Vec3::ZERO) });
+        let eye = Vec3::new(0.0, 0.5, 2.0);
+        let expected = 0.5 * (1.0 - square_form_factor(half_width, 1.0));
+        assert_close(stage.look(eye, Vec3::ZERO), Vec3::splat(expected), 0.004);
+    }
+}
+
+#[test]
+fn emissive_squares_light_by_their_form_factor() {
+    // From tiny, where shadow rays find the light, to large, where sampled rays do.
+    for (half_width, radiance) in [(0.01, 1e4), (0.1, 100.0), (1.0, 3.0), (8.0, 1.0)] {
+        let mut stage = stage(4096);
+        stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+        // The front faces down.
+        stage.add(rectangle(Vec3::Y, Vec3::X * half_width, Vec3::Z * half_width), lamp(radiance));
+        let expected = 0.5 * radiance * square_form_factor(half_width, 1.0);
+        let seen = middle(&stage);
+        assert_close(seen, Vec3::splat(expected), 0.01 * expected);
+    }
+}
+
+#[test]
+fn single_sided_lamps_are_dark_behind() {
+    let mut stage = stage(256);
+    stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+    let up = rectangle(Vec3::Y, Vec3::Z, Vec3::X);
+    stage.add(up.clone(), lamp(10.0));
+    assert_close(middle(&stage), Vec3::ZERO, 0.0);
+    let mut both = self::stage(1024);
+    both.add(floor(9.0), lambert(Vec3::splat(0.5)));
+    both.add(up, Material { double_sided: true, ..lamp(10.0) });
+    let expected = 5.0 * square_form_factor(1.0, 1.0);
+    assert_close(middle(&both), Vec3::splat(expected), 0.02 * expected);
+}
+
+#[test]
+fn lamps_behind_transparent_texels_light_by_their_coverage() {
+    // Half the lamp is there, and half of its light passes what is there.
+    let mut stage = stage(4096);
+    stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+    let half = Material { alpha_mode: AlphaMode::Blend, ..lamp(3.0) };
+    let half = Material { base_color: half.base_color.truncate().extend(0.5), ..half };
+    stage.add(rectangle(Vec3::Y, Vec3::X, Vec3::Z), half);
+    let expected = 0.5 * 1.5 * square_form_factor(1.0, 1.0);
+    assert_close(middle(&stage), Vec3::splat(expected), 0.01 * expected);
+}
+
+#[test]
+fn light_bounces_in_a_closed_box() {
+    // All walls emit L and reflect a: the radiance is L (1 + a + a² + …), here cut off after the ninth surface.
+    let (emission, albedo) = (0.5_f32, 0.6_f32);
+    let mut stage = stage(16_384);
+    let mut inside = cuboid(Vec3::ZERO, Vec3::new(1.0, 0.7, 1.3));
+    for triangle in &mut inside.triangles {
+        triangle.swap(1, 2);
+    }
+    stage.add(inside, Material { emissive: Vec3::splat(emission), ..lambert(Vec3::splat(albedo)) });
+    let surfaces = stage.settings.max_depth as i32 + 1;
+    // Light of lamps is found one surface farther than the deepest ray.
+    let expected = emission * (1.0 - albedo.powi(surfaces + 1)) / (1.0 - albedo);
+    let seen = stage.look(Vec3::new(0.1, 0.2, -0.3), Vec3::new(1.0, 0.3, 0.4));
+    assert_close(seen, Vec3::splat(expected), 0.01 * expected);
+}
+
+#[test]
+fn spheres_of_light_and_suns_light_as_points_do() {
+    // A sphere above the horizon of the receiver: I cos θ / d², whatever its radius (Lambert).
+    for radius in [0.0, 0.1, 0.45] {
+        let mut stage = stage(4096);
+        stage.settings.light_size = LightSize { radius, sun_angle_radians: 0.0 };
+        stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+        stage.add_light(LightKind::Point, 8.0, Vec3::new(1.0, 1.0, 0.0), Vec3::NEG_Y);
+        let expected = 0.5 * FRAC_1_PI * 8.0 * 0.5_f32.sqrt() / 2.0;
+        assert_close(middle(&stage), Vec3::splat(expected), 0.002 * expected);
+    }
+    for sun_angle_radians in [0.0, 0.5] {
+        let mut stage = stage(4096);
+        stage.settings.light_size = LightSize { radius: 0.0, sun_angle_radians };
+        stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+        stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::new(-3_f32.sqrt(), -1.0, 0.0));
+        let expected = 0.5 * FRAC_1_PI * 1.5;
+        assert_close(middle(&stage), Vec3::splat(expected), 0.002 * expected);
+    }
+}
+
+#[test]
+fn one_of_many_lights_is_chosen_without_bias() {
+    let mut stage = stage(4096);
+    stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+    let mut expected = 0.0;
+    for index in 0..7 {
+        let (x, intensity) = (index as f32 - 2.0, 1.0 + index as f32);
+        stage.add_light(LightKind::Point, intensity, Vec3::new(x, 1.0, 0.0), Vec3::NEG_Y);
+        expected += 0.5 * FRAC_1_PI * intensity / (1.0 + x * x).powf(1.5);
+    }
+    assert_close(middle(&stage), Vec3::splat(expected), 0.005 * expected);
+}
+
+#[test]
+fn clear_panes_pass_the_light_of_lamps_and_environments() {
+    // An index of 1 reflects nothing: the pane colours light by 0.5 once, for shadow rays and sampled rays alike.
+    let pane = Material {
+        transmission: Some(Transmission { factor: 1.0, texture: None }),
+        roughness: 0.0,
+        double_sided: true,
+        ..lambert(Vec3::splat(0.5))
+    };
+    let above = |half_width: f32| rectangle(Vec3::Y * 0.4, Vec3::X * half_width, Vec3::Z * half_width);
+    let mut lit = stage(4096);
+    lit.add(floor(2.0), lambert(Vec3::splat(0.5)));
+    lit.add(above(400.0), pane.clone());
+    lit.add(rectangle(Vec3::Y, Vec3::X * 0.3, Vec3::Z * 0.3), lamp(20.0));
+    let expected = 0.5 * 0.5 * 20.0 * square_form_factor(0.3, 1.0);
+    let look = |stage: &Stage| stage.look(Vec3::new(0.0, 0.2, 0.8), Vec3::ZERO);
+    assert_close(look(&lit), Vec3::splat(expected), 0.01 * expected);
+
+    let mut outdoors = stage(4096);
+    outdoors.environment = Environment::BuiltIn(BuiltInLight::Studio);
+    outdoors.add(floor(2.0), lambert(Vec3::splat(0.5)));
+    let open = look(&outdoors);
+    outdoors.add(above(400.0), pane);
+    let behind = look(&outdoors);
+    assert_close(behind, open.truncate() * 0.5, 0.02 * open.x);
+}
+
+#[test]
+fn the_clamp_limits_what_paths_bring() {
+    // A mirror shows a lamp of 100; with the clamp no more than 10.
+    let mut stage = stage(4);
+    let mirror = Material { metallic: 1.0, roughness: 0.0, ..Material::default() };
+    stage.add(floor(5.0), mirror);
+    stage.add(rectangle(Vec3::new(0.0, 0.5, -2.0), Vec3::X, Vec3::Y * 0.4), lamp(100.0));
+    assert_close(middle(&stage), Vec3::splat(100.0), 1.0);
+    stage.settings.path.clamp_indirect = 10.0;
+    assert_close(middle(&stage), Vec3::splat(10.0), 1e-3);
+}
+
+#[test]
+fn seeds_change_the_noise_and_not_the_mean() {
+    let render = |seed| {
+        let mut stage = stage(256);
+        stage.settings.path.seed = seed;
+        stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
+        stage.add(rectangle(Vec3::Y, Vec3::X * 2.0, Vec3::Z * 2.0), lamp(PI));
+        middle(&stage).x
+    };
+    let (first, second) = (render(0), render(1));
+    assert!(first != second && (first - second).abs() < 0.03 * first, "{first} {second}");
+}

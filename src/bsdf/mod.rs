@@ -24,7 +24,6 @@ mod internal_albedo;
 mod isotropic_albedo;
 mod microfacets;
 mod mixture_sampling;
-mod scattering;
 mod sheen;
 mod specular_lobe;
 mod specular_sampling;
@@ -44,7 +43,6 @@ pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
-pub use scattering::{ScatterLobe, ScatterSample, Scattering};
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;

@@ -79,27 +79,30 @@ impl Bsdf {
         self.albedos(wo).transmission
     }
 
-    /// Specular albedos of the dielectric and of the metal. Without a dielectric the first is 1, without a metal the second is 0.
+    /// Specular albedos of the dielectric and of the metal, compensated. Without a dielectric the first is 1, without a metal the second
+    /// is 0.
     #[inline(always)]
-    fn lobe_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> (Vec3, Vec3) {
+    pub(super) fn lobe_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> (Vec3, Vec3) {
+        let film = self.film_reflectances(wo.z);
+        let scale = self.compensation(film.as_ref(), terms);
         let dielectric = if self.metallic < 1.0 {
             let shaped = match self.dielectric.curve {
                 FresnelCurve::Exact => terms.exact,
                 FresnelCurve::Schlick => terms.schlick,
             };
-            self.dielectric.albedo(terms.total, shaped)
+            let bare = self.dielectric.albedo(terms.total, shaped);
+            let single = film.map_or(bare, |film| film.over(bare, film.dielectric * terms.total));
+            single * scale.dielectric
         } else {
             Vec3::ONE
         };
-        let metal =
-            if self.metallic > 0.0 { self.metal_albedo(terms.total, terms.schlick) } else { Vec3::ZERO };
-        let Some(film) = &self.thin_film else { return (dielectric, metal) };
-        let cosine = self.cosine_outside_film(wo.z);
-        let under = |albedo: Vec3, base_f0| {
-            let own = film.over(Vec3::ZERO, base_f0, cosine) * terms.total;
-            albedo * (1.0 - film.factor) + own
+        let metal = if self.metallic > 0.0 {
+            let bare = self.metal_albedo(terms.total, terms.schlick);
+            film.map_or(bare, |film| film.over(bare, film.metal * terms.total)) * scale.metal
+        } else {
+            Vec3::ZERO
         };
-        (under(dielectric, self.dielectric.along_normal()), under(metal, self.base_color))
+        (dielectric, metal)
     }
 
     /// The albedo terms that the material needs.

@@ -21,6 +21,20 @@ pub struct Albedos {
     pub sheen: Vec3,
 }
 
+impl std::ops::Mul<f32> for Albedos {
+    type Output = Self;
+
+    fn mul(self, scale: f32) -> Self {
+        Self {
+            specular: self.specular * scale,
+            diffuse: self.diffuse * scale,
+            transmission: self.transmission * scale,
+            diffuse_transmission: self.diffuse_transmission * scale,
+            sheen: self.sheen * scale,
+        }
+    }
+}
+
 impl Bsdf {
     /// All albedos at once, since they share terms.
     pub fn albedos(&self, wo: Vec3) -> Albedos {
@@ -30,6 +44,14 @@ impl Bsdf {
     /// [`Bsdf::albedos`] with the terms of [`Bsdf::albedo_terms`]. For loops over lanes.
     #[inline(always)]
     pub(crate) fn albedos_by(&self, wo: Vec3, terms: AlbedoTerms) -> Albedos {
+        let albedos = self.facet_albedos(wo, terms);
+        let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
+        Albedos { transmission: if total_reflection { Vec3::ZERO } else { albedos.transmission }, ..albedos }
+    }
+
+    /// The same, with the light that facets transmit where the smooth surface would reflect totally.
+    #[inline(always)]
+    pub(super) fn facet_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> Albedos {
         let (dielectric, metal) = self.lobe_albedos(wo, terms);
         let mut specular = Vec3::ZERO;
         if self.metallic < 1.0 {
@@ -39,15 +61,10 @@ impl Bsdf {
             specular += metal * self.metallic;
         }
         let entering = share_below(dielectric);
-        let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
         let mut albedos = Albedos {
             specular,
             diffuse: self.base_below(entering, (1.0 - self.metallic) * self.diffuse_share()),
-            transmission: if total_reflection {
-                Vec3::ZERO
-            } else {
-                self.base_below(entering, (1.0 - self.metallic) * self.transmission)
-            },
+            transmission: self.base_below(entering, (1.0 - self.metallic) * self.transmission),
             diffuse_transmission: self.diffusely_transmitted((1.0 - self.metallic) * entering),
             sheen: Vec3::ZERO,
         };

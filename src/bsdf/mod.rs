@@ -24,8 +24,10 @@ mod index_planes;
 mod internal_albedo;
 mod isotropic_albedo;
 mod microfacets;
-mod mixture_sampling;
 mod multiple_scattering;
+mod rough_transmission;
+mod scattering;
+mod scattering_sampling;
 mod sheen;
 mod specular_lobe;
 mod specular_sampling;
@@ -45,6 +47,8 @@ pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
+pub use scattering::Scattering;
+pub use scattering_sampling::{ScatterLobe, ScatterSample};
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;
@@ -69,17 +73,6 @@ pub struct Bsdf {
     transmission_lobe: SpecularLobe,
     thin_film: Option<ThinFilm>,
     sheen: Option<Sheen>,
-}
-
-/// A direction sampled by [`Bsdf::sample`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BsdfSample {
-    /// Direction of the incident light.
-    pub wi: Vec3,
-    /// `f(wo, wi) · |cos θ_i| / pdf`.
-    pub weight: Vec3,
-    /// Density with respect to solid angle.
-    pub pdf: f32,
 }
 
 impl Bsdf {
@@ -251,6 +244,21 @@ impl Bsdf {
         let metal = fresnel::schlick(facet_cosine, self.base_color);
         let Some(film) = film else { return (dielectric, metal) };
         (film.over(dielectric, film.dielectric), film.over(metal, film.metal))
+    }
+
+    /// What multiple scattering adds to the specular lobe for a view.
+    #[inline(always)]
+    fn compensation(&self, film: Option<&FilmReflectances>, terms: AlbedoTerms) -> Compensation {
+        let dielectric = if self.dielectric.relative_ior < 1.0 {
+            self.dielectric.reflectance_by(terms.exact / terms.total)
+        } else {
+            self.dielectric.along_normal()
+        };
+        let mut f0 = (dielectric, self.base_color);
+        if let Some(film) = film {
+            f0 = (film.over(dielectric, film.dielectric), film.over(self.base_color, film.metal));
+        }
+        Compensation::new(f0, terms.total)
     }
 
     /// Factor of the specular lobe for a microfacet: Fresnel's of both parts, compensated.

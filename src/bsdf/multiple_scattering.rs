@@ -8,9 +8,6 @@
 
 use glam::Vec3;
 
-use super::isotropic_albedo::AlbedoTerms;
-use super::{Bsdf, FilmReflectances};
-
 /// Factors of a specular lobe; at least 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Compensation {
@@ -18,22 +15,12 @@ pub(super) struct Compensation {
     pub(super) metal: Vec3,
 }
 
-impl Bsdf {
-    /// The factors for one view.
+impl Compensation {
+    /// The factors by F0 of both parts and the lobe's albedo for F = 1.
     #[inline(always)]
-    pub(super) fn compensation(&self, film: Option<&FilmReflectances>, terms: AlbedoTerms) -> Compensation {
-        let dielectric = if self.dielectric.relative_ior < 1.0 {
-            self.dielectric.reflectance_by(terms.exact / terms.total)
-        } else {
-            self.dielectric.along_normal()
-        };
-        let mut mean = (dielectric, self.base_color);
-        if let Some(film) = film {
-            mean = (film.over(dielectric, film.dielectric), film.over(self.base_color, film.metal));
-        }
-        // A table's value may be 0 only for lobes that nothing sees.
-        let lost = if terms.total > 0.0 { 1.0 / terms.total - 1.0 } else { 0.0 };
+    pub(super) fn new((dielectric, metal): (Vec3, Vec3), total: f32) -> Self {
+        let lost = if total > 0.0 { 1.0 / total - 1.0 } else { 0.0 };
         let factor = |f0: Vec3| f0.map(|f0| 1.0 + lost * if f0 < 1.0 { f0 } else { 1.0 });
-        Compensation { dielectric: factor(mean.0), metal: factor(mean.1) }
+        Self { dielectric: factor(dielectric), metal: factor(metal) }
     }
 }

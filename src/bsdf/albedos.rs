@@ -21,6 +21,20 @@ pub struct Albedos {
     pub sheen: Vec3,
 }
 
+impl std::ops::Mul<f32> for Albedos {
+    type Output = Self;
+
+    fn mul(self, scale: f32) -> Self {
+        Self {
+            specular: self.specular * scale,
+            diffuse: self.diffuse * scale,
+            transmission: self.transmission * scale,
+            diffuse_transmission: self.diffuse_transmission * scale,
+            sheen: self.sheen * scale,
+        }
+    }
+}
+
 impl Bsdf {
     /// All albedos at once, since they share terms.
     pub fn albedos(&self, wo: Vec3) -> Albedos {
@@ -30,6 +44,14 @@ impl Bsdf {
     /// [`Bsdf::albedos`] with the terms of [`Bsdf::albedo_terms`]. For loops over lanes.
     #[inline(always)]
     pub(crate) fn albedos_by(&self, wo: Vec3, terms: AlbedoTerms) -> Albedos {
+        let albedos = self.facet_albedos(wo, terms);
+        let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
+        Albedos { transmission: if total_reflection { Vec3::ZERO } else { albedos.transmission }, ..albedos }
+    }
+
+    /// The same, with the light that facets transmit where the smooth surface would reflect totally.
+    #[inline(always)]
+    pub(super) fn facet_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> Albedos {
         let (dielectric, metal) = self.lobe_albedos(wo, terms);
         let mut specular = Vec3::ZERO;
         if self.metallic < 1.0 {
@@ -39,15 +61,10 @@ impl Bsdf {
             specular += metal * self.metallic;
         }
         let entering = share_below(dielectric);
-        let total_reflection = !self.thin && self.refracted_cosine(wo.z).is_none();
         let mut albedos = Albedos {
             specular,
             diffuse: self.base_below(entering, (1.0 - self.metallic) * self.diffuse_share()),
-            transmission: if total_reflection {
-                Vec3::ZERO
-            } else {
-                self.base_below(entering, (1.0 - self.metallic) * self.transmission)
-            },
+            transmission: self.base_below(entering, (1.0 - self.metallic) * self.transmission),
             diffuse_transmission: self.diffusely_transmitted((1.0 - self.metallic) * entering),
             sheen: Vec3::ZERO,
         };
@@ -79,27 +96,30 @@ impl Bsdf {
         self.albedos(wo).transmission
     }
 
-    /// Specular albedos of the dielectric and of the metal. Without a dielectric the first is 1, without a metal the second is 0.
+    /// Specular albedos of the dielectric and of the metal, compensated. Without a dielectric the first is 1, without a metal the second
+    /// is 0.
     #[inline(always)]
-    fn lobe_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> (Vec3, Vec3) {
+    pub(super) fn lobe_albedos(&self, wo: Vec3, terms: AlbedoTerms) -> (Vec3, Vec3) {
+        let film = self.film_reflectances(wo.z);
+        let scale = self.compensation(film.as_ref(), terms);
         let dielectric = if self.metallic < 1.0 {
             let shaped = match self.dielectric.curve {
                 FresnelCurve::Exact => terms.exact,
                 FresnelCurve::Schlick => terms.schlick,
             };
-            self.dielectric.albedo(terms.total, shaped)
+            let bare = self.dielectric.albedo(terms.total, shaped);
+            let single = film.map_or(bare, |film| film.over(bare, film.dielectric * terms.total));
+            single * scale.dielectric
         } else {
             Vec3::ONE
         };
-        let metal =
-            if self.metallic > 0.0 { self.metal_albedo(terms.total, terms.schlick) } else { Vec3::ZERO };
-        let Some(film) = &self.thin_film else { return (dielectric, metal) };
-        let cosine = self.cosine_outside_film(wo.z);
-        let under = |albedo: Vec3, base_f0| {
-            let own = film.over(Vec3::ZERO, base_f0, cosine) * terms.total;
-            albedo * (1.0 - film.factor) + own
+        let metal = if self.metallic > 0.0 {
+            let bare = self.metal_albedo(terms.total, terms.schlick);
+            film.map_or(bare, |film| film.over(bare, film.metal * terms.total)) * scale.metal
+        } else {
+            Vec3::ZERO
         };
-        (under(dielectric, self.dielectric.along_normal()), under(metal, self.base_color))
+        (dielectric, metal)
     }
 
     /// The albedo terms that the material needs.

@@ -1,7 +1,8 @@
 //! The clear coat: a layer of index 1.5 on top of all other lobes.
 //!
 //! Source: `KHR_materials_clearcoat`: coated = mix(base, lobe, share · F(n_c·v)), the base's emission included. The transmittance of
-//! the coat is 1 − share · F, whatever lies below. F is the exact Fresnel curve, which runs from 0.04 to 1 like Schlick's.
+//! the coat is 1 − share · F, whatever lies below. F is the exact Fresnel curve, which runs from 0.04 to 1 like Schlick's. The lobe is
+//! divided by its albedo for F = 1, so that coat and transmittance sum to 1: it keeps the light of multiple scattering.
 //! Directions are local to the coat's own normal.
 
 use glam::Vec3;
@@ -36,7 +37,7 @@ impl Coat {
         }
         let half = (wo + wi).normalize_or(Vec3::Z);
         let lobe = ggx::distribution(half, self.alpha) * ggx::visibility(wo.z, wi.z, self.alpha);
-        self.reflectance(wo.z) * lobe
+        self.lobe_scale(wo.z) * lobe
     }
 
     /// Share of the light from below the coat that leaves towards a view.
@@ -44,9 +45,14 @@ impl Coat {
         1.0 - self.reflectance(cos_o)
     }
 
-    /// Share of uniform light that the coat reflects; `share · F` where it is smooth.
+    /// Share of uniform light that the coat reflects: `share · F`.
     pub fn albedo(&self, cos_o: f32) -> f32 {
-        self.reflectance(cos_o) * isotropic_albedo::total(cos_o, self.roughness)
+        self.reflectance(cos_o)
+    }
+
+    /// Factor of the lobe, F included, for one view.
+    pub(super) fn lobe_scale(&self, cos_o: f32) -> f32 {
+        self.reflectance(cos_o) / isotropic_albedo::total(cos_o, self.roughness)
     }
 
     pub(super) fn reflectance(&self, cos_o: f32) -> f32 {

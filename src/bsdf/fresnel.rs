@@ -79,7 +79,13 @@ impl Dielectric {
     /// F at an angle to the normal, or to the half vector of a rough lobe.
     #[inline(always)]
     pub(super) fn reflectance(&self, cosine: f32) -> Vec3 {
-        self.offset + self.scale * self.curve_at(cosine)
+        self.reflectance_by(self.curve_at(cosine))
+    }
+
+    /// F by the value of the unscaled curve.
+    #[inline(always)]
+    pub(super) fn reflectance_by(&self, curve: f32) -> Vec3 {
+        self.offset + self.scale * curve
     }
 
     /// F along the normal.

@@ -20,7 +20,7 @@ pub(super) fn distribution(half: Vec3, alpha: f32) -> f32 {
 
 /// √(α² + (1 − α²) cos²), the common part of masking and shadowing.
 #[inline(always)]
-fn masking_root(cosine: f32, alpha: f32) -> f32 {
+pub(super) fn masking_root(cosine: f32, alpha: f32) -> f32 {
     let alpha_squared = alpha * alpha;
     (alpha_squared + (1.0 - alpha_squared) * cosine * cosine).sqrt()
 }

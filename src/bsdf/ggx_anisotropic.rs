@@ -57,6 +57,11 @@ impl AnisotropicGgx {
         0.5 / (wi.z * length(self.scaled_by_alpha(wo)) + wo.z * length(self.scaled_by_alpha(wi)))
     }
 
+    /// See [`ggx::masking_root`].
+    pub(super) fn masking_root(self, direction: Vec3) -> f32 {
+        length(self.scaled_by_alpha(direction))
+    }
+
     /// See [`ggx::reflection_pdf`].
     pub(super) fn reflection_pdf(self, wo: Vec3, half: Vec3) -> f32 {
         0.5 * self.distribution(half) / (wo.z + length(self.scaled_by_alpha(wo)))

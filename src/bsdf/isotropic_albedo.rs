@@ -3,7 +3,7 @@
 //! Source: the integrals of [`super::microfacets`], tabulated. As in the split sum of Karis, "Real Shading in Unreal Engine 4", 2013,
 //! equation 8, both give the albedo of every Schlick curve. [`super::albedo_slice`] adds the exact curves.
 //!
-//! Single scattering only, as in glTF: rough lobes lose a little light.
+//! Single scattering only; [`super::multiple_scattering`] adds the light that rough lobes lose.
 
 use super::albedo_grid::{Cell, grid_points, roughness_of, view_of};
 use super::fresnel;

@@ -4,7 +4,8 @@
 //! `diffuse_transmission`, `anisotropy`, `iridescence` and `sheen`. The clear coat on top of all is [`Coat`].
 //! material = sheen over mix(dielectric, metal, metallic); dielectric = mix(mix(diffuse, transmission), specular, F(o·h)), where
 //! diffuse = mix(reflected, transmitted). Departures: dielectrics follow the exact Fresnel curve, and the albedos of lower lobes are
-//! scaled by what the whole specular lobe leaves, 1 − E(θ_o), so that no surface returns more light than it receives.
+//! scaled by what the whole specular lobe leaves, 1 − E(θ_o), so that no surface returns more light than it receives. Rough specular
+//! lobes keep the light of multiple scattering ([`multiple_scattering`]).
 //!
 //! Directions are unit vectors in the local shading frame, with +Z along the shading normal on the side of `wo`. Both point away from
 //! the surface. Media and absorption are not known here.
@@ -23,7 +24,10 @@ mod index_planes;
 mod internal_albedo;
 mod isotropic_albedo;
 mod microfacets;
-mod mixture_sampling;
+mod multiple_scattering;
+mod rough_transmission;
+mod scattering;
+mod scattering_sampling;
 mod sheen;
 mod specular_lobe;
 mod specular_sampling;
@@ -43,12 +47,15 @@ pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
+pub use scattering::Scattering;
+pub use scattering_sampling::{ScatterLobe, ScatterSample};
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;
+use multiple_scattering::Compensation;
 use sheen::Sheen;
 use specular_lobe::SpecularLobe;
-use thin_film::ThinFilm;
+use thin_film::{FilmReflectances, ThinFilm};
 
 /// The lobes of one material at one point, seen from one side.
 #[derive(Clone, Copy, Debug)]
@@ -66,17 +73,6 @@ pub struct Bsdf {
     transmission_lobe: SpecularLobe,
     thin_film: Option<ThinFilm>,
     sheen: Option<Sheen>,
-}
-
-/// A direction sampled by [`Bsdf::sample`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BsdfSample {
-    /// Direction of the incident light.
-    pub wi: Vec3,
-    /// `f(wo, wi) · |cos θ_i| / pdf`.
-    pub weight: Vec3,
-    /// Density with respect to solid angle.
-    pub pdf: f32,
 }
 
 impl Bsdf {
@@ -142,12 +138,12 @@ impl Bsdf {
     /// around the straight direction. Light passes the surface of a volume by refracted rays, and that of punctual lights by the
     /// straight shadow rays of the integrator, never by this lobe.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
-        self.eval_in_lane(wo, wi)
+        self.eval_by(wo, wi, self.albedo_terms(wo))
     }
 
-    /// [`Bsdf::eval`], for loops over lanes.
+    /// [`Bsdf::eval`] with the terms of [`Bsdf::albedo_terms`]. For loops over lanes.
     #[inline(always)]
-    pub(crate) fn eval_in_lane(&self, wo: Vec3, wi: Vec3) -> Vec3 {
+    pub(crate) fn eval_by(&self, wo: Vec3, wi: Vec3, terms: AlbedoTerms) -> Vec3 {
         if wo.z <= 0.0 || wi.z == 0.0 {
             return Vec3::ZERO;
         }
@@ -158,14 +154,16 @@ impl Bsdf {
         // A thin wall transmits as it would reflect the mirrored direction.
         let mirrored = Vec3::new(wi.x, wi.y, wi.z.abs());
         let half = normalized_or(wo + mirrored, Vec3::Z);
-        let (dielectric, metal) = self.reflectances(wo.z, wo.dot(half));
+        let film = self.film_reflectances(wo.z);
+        let (dielectric, metal) = self.reflectances(film.as_ref(), wo.dot(half));
         let entering = (1.0 - self.metallic) * share_below(dielectric);
         let below = if through {
             let lobe = if self.thin { self.transmission_lobe.eval(wo, mirrored, half) } else { 0.0 };
             self.diffusely_transmitted(entering) * FRAC_1_PI
                 + self.base_color * entering * (self.transmission * lobe)
         } else {
-            let reflected = dielectric * (1.0 - self.metallic) + metal * self.metallic;
+            let scale = self.compensation(film.as_ref(), terms);
+            let reflected = self.specular_factor((dielectric, metal), &scale);
             let diffuse = (1.0 - self.transmission) * (1.0 - self.diffuse_transmission);
             let lobe = self.lobe.eval(wo, mirrored, half);
             reflected * lobe + self.base_color * entering * (diffuse * FRAC_1_PI)
@@ -205,12 +203,19 @@ impl Bsdf {
 
     /// Directions of an anisotropic specular lobe with their shares, which sum to [`Albedos::specular`] within about a thousandth; none
     /// for isotropic lobes.
-    pub fn anisotropic_reflections(&self, wo: Vec3) -> impl Iterator<Item = (Vec3, Vec3)> {
+    pub(crate) fn anisotropic_reflections(
+        &self,
+        wo: Vec3,
+        terms: AlbedoTerms,
+    ) -> impl Iterator<Item = (Vec3, Vec3)> {
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
-        let reflected = self.lobe.anisotropic.into_iter().flat_map(move |ggx| ggx.reflected(wo));
-        reflected.map(move |ReflectedDirection { wi, facet_cosine, weight }| {
-            let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
-            let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
+        let film = self.film_reflectances(wo.z);
+        let reflected = self.lobe.anisotropic.into_iter().flat_map(move |ggx| {
+            let scale = self.compensation(film.as_ref(), terms);
+            ggx.reflected(wo).map(move |reflected| (reflected, scale))
+        });
+        reflected.map(move |(ReflectedDirection { wi, facet_cosine, weight }, scale)| {
+            let factor = self.specular_factor(self.reflectances(film.as_ref(), facet_cosine), &scale);
             (wi, factor * (weight * below))
         })
     }
@@ -224,15 +229,42 @@ impl Bsdf {
         (cosine_squared > 0.0).then(|| cosine_squared.sqrt())
     }
 
-    /// Fresnel factors of the dielectric and of the metal, for a view and a microfacet.
+    /// Reflectances where a thin film covers the surface, for a view.
     #[inline(always)]
-    fn reflectances(&self, cos_o: f32, facet_cosine: f32) -> (Vec3, Vec3) {
+    fn film_reflectances(&self, cos_o: f32) -> Option<FilmReflectances> {
+        let film = self.thin_film.as_ref()?;
+        let cosine = self.cosine_outside_film(cos_o);
+        Some(film.reflectances(cosine, [self.dielectric.along_normal(), self.base_color]))
+    }
+
+    /// Fresnel factors of the dielectric and of the metal, for a microfacet.
+    #[inline(always)]
+    fn reflectances(&self, film: Option<&FilmReflectances>, facet_cosine: f32) -> (Vec3, Vec3) {
         let dielectric = self.dielectric.reflectance(facet_cosine);
         let metal = fresnel::schlick(facet_cosine, self.base_color);
-        let Some(film) = &self.thin_film else { return (dielectric, metal) };
-        let cosine = self.cosine_outside_film(cos_o);
-        let over = |reflectance, base_f0| film.over(reflectance, base_f0, cosine);
-        (over(dielectric, self.dielectric.along_normal()), over(metal, self.base_color))
+        let Some(film) = film else { return (dielectric, metal) };
+        (film.over(dielectric, film.dielectric), film.over(metal, film.metal))
+    }
+
+    /// What multiple scattering adds to the specular lobe for a view.
+    #[inline(always)]
+    fn compensation(&self, film: Option<&FilmReflectances>, terms: AlbedoTerms) -> Compensation {
+        let dielectric = if self.dielectric.relative_ior < 1.0 {
+            self.dielectric.reflectance_by(terms.exact / terms.total)
+        } else {
+            self.dielectric.along_normal()
+        };
+        let mut f0 = (dielectric, self.base_color);
+        if let Some(film) = film {
+            f0 = (film.over(dielectric, film.dielectric), film.over(self.base_color, film.metal));
+        }
+        Compensation::new(f0, terms.total)
+    }
+
+    /// Factor of the specular lobe for a microfacet: Fresnel's of both parts, compensated.
+    #[inline(always)]
+    fn specular_factor(&self, (dielectric, metal): (Vec3, Vec3), scale: &Compensation) -> Vec3 {
+        dielectric * scale.dielectric * (1.0 - self.metallic) + metal * scale.metal * self.metallic
     }
 
     /// The cosine of the view on the outer side of a thin film; from within a volume that is the far side.
@@ -261,7 +293,7 @@ fn transmission_roughness_scale(relative_ior: f32) -> f32 {
     (2.0 * ior - 2.0).clamp(0.0, 1.0)
 }
 
-/// The share of light below a lobe, the same for all colour channels. A thin film's reflectance may exceed 1.
+/// The share of light below a lobe, the same for all colour channels.
 #[inline(always)]
 fn share_below(reflectance: Vec3) -> f32 {
     let left = 1.0 - reflectance.max_element();

@@ -14,6 +14,9 @@ use super::cubic_table::CubicTable;
 /// Lowest roughness; smoother sheen would be invisible.
 const MIN_ROUGHNESS: f32 = 0.05;
 
+/// Lowest cosine of a view; the lobe diverges along the surface.
+const MIN_COSINE: f64 = 1e-4;
+
 /// The sheen lobe of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sheen {
@@ -29,7 +32,9 @@ impl Sheen {
     /// f(wo, wi), both above the surface.
     pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Vec3 {
         let roughness = f64::from(self.roughness);
-        self.color * lobe(wo.as_dvec3(), wi.as_dvec3(), roughness * roughness) as f32
+        let value = lobe(wo.as_dvec3(), wi.as_dvec3(), roughness * roughness) as f32;
+        let unlimited = unlimited_albedo(wo.z, self.roughness);
+        self.color * if unlimited > 1.0 { value / unlimited } else { value }
     }
 
     /// Share of uniform light that the sheen reflects towards a view.
@@ -46,7 +51,7 @@ impl Sheen {
 /// D V of the sheen; in f64, because the exponent, up to 400, multiplies the rounding of the sine.
 fn lobe(wo: DVec3, wi: DVec3, alpha: f64) -> f64 {
     let shadowing = 1.0 + masking(wo.z, alpha) + masking(wi.z, alpha);
-    distribution(wo, wi, alpha) / (shadowing * (4.0 * wo.z * wi.z))
+    distribution(wo, wi, alpha) / (shadowing * (4.0 * wo.z.max(MIN_COSINE) * wi.z))
 }
 
 /// (2 + 1/α) sin^(1/α) θ_h / 2π
@@ -90,8 +95,13 @@ const VIEW_STEPS: usize = 48;
 /// Number of quadrature points along each axis of half the hemisphere.
 const HEMISPHERE_STEPS: usize = 72;
 
-/// The lobe's directional albedo; at most 1, which the fit exceeds where both directions graze.
+/// The lobe's directional albedo, at most 1.
 fn albedo(cosine: f32, roughness: f32) -> f32 {
+    unlimited_albedo(cosine, roughness).clamp(0.0, 1.0)
+}
+
+/// The albedo that the fit has, which may exceed 1 where both directions graze.
+fn unlimited_albedo(cosine: f32, roughness: f32) -> f32 {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
         let cubic = CubicTable::new(ROUGHNESS_STEPS, VIEW_STEPS, |x, y| {
@@ -99,7 +109,7 @@ fn albedo(cosine: f32, roughness: f32) -> f32 {
             [by_quadrature(y * y, MIN_ROUGHNESS + (1.0 - MIN_ROUGHNESS) * x * x, HEMISPHERE_STEPS)]
         });
         let step = |index: usize, steps: usize| index as f32 / (steps - 1) as f32;
-        grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0].clamp(0.0, 1.0))
+        grid_points(|row, column| cubic.at(step(row, ROWS), step(column, COLUMNS))[0])
     });
     let row = (roughness - MIN_ROUGHNESS) / (1.0 - MIN_ROUGHNESS);
     let [albedo] = Cell::at(row, cosine.clamp(0.0, 1.0).sqrt()).interpolate(table, |value| [*value]);
@@ -109,7 +119,7 @@ fn albedo(cosine: f32, roughness: f32) -> f32 {
 /// ∫ f cos θ_i dω_i for F = 1, by midpoints over half the hemisphere: it is symmetric about the plane of the view.
 fn by_quadrature(cos_o: f32, roughness: f32, steps: usize) -> f32 {
     // Along the surface the limit is close to the value a little above it.
-    let cos_o = f64::from(if cos_o > 1e-4 { cos_o } else { 1e-4 });
+    let cos_o = f64::from(cos_o).max(MIN_COSINE);
     let alpha = f64::from(roughness) * f64::from(roughness);
     let wo = DVec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
     let masking_o = masking(cos_o, alpha);

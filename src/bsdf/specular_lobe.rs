@@ -42,6 +42,22 @@ impl SpecularLobe {
         }
     }
 
+    /// G1 of a direction on either side.
+    pub(super) fn masking(&self, direction: Vec3) -> f32 {
+        let cosine = direction.z.abs();
+        let root = match &self.anisotropic {
+            Some(anisotropic) => anisotropic.masking_root(direction),
+            None => ggx::masking_root(cosine, self.alpha),
+        };
+        2.0 * cosine / (cosine + root)
+    }
+
+    /// The density over solid angle of normals from [`SpecularLobe::visible_normal`].
+    pub(super) fn visible_normal_pdf(&self, wo: Vec3, half: Vec3) -> f32 {
+        // A mirror spreads normals by 4 o·h.
+        self.reflection_pdf(wo, half) * (4.0 * wo.dot(half))
+    }
+
     /// Samples a microfacet normal that `wo` sees; `disk` is a point of the unit disk.
     pub(super) fn visible_normal(&self, wo: Vec3, disk: Vec2) -> Vec3 {
         match &self.anisotropic {

@@ -7,7 +7,7 @@
 use glam::{Vec2, Vec3};
 
 use super::ggx::MIN_ALPHA;
-use super::{Bsdf, Coat, ggx};
+use super::{AlbedoTerms, Bsdf, Coat, ggx};
 
 impl Bsdf {
     /// Whether the reflection lobe is a mirror.
@@ -20,8 +20,9 @@ impl Bsdf {
         self.transmission_lobe.is_smooth()
     }
 
-    /// Samples a direction of the specular lobe and its weight; `None` where the sample is masked.
-    pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<(Vec3, Vec3)> {
+    /// Samples a direction of the specular lobe and its weight; `None` where the sample is masked. `terms` are those of
+    /// [`Bsdf::albedo_terms`].
+    pub(crate) fn sample_reflection(&self, wo: Vec3, terms: AlbedoTerms, u: Vec2) -> Option<(Vec3, Vec3)> {
         if wo.z <= 0.0 {
             return None;
         }
@@ -32,8 +33,9 @@ impl Bsdf {
             return None;
         }
         let pdf = self.lobe.reflection_pdf(wo, half);
-        let (dielectric, metal) = self.reflectances(wo.z, facet_cosine);
-        let factor = dielectric * (1.0 - self.metallic) + metal * self.metallic;
+        let film = self.film_reflectances(wo.z);
+        let scale = self.compensation(film.as_ref(), terms);
+        let factor = self.specular_factor(self.reflectances(film.as_ref(), facet_cosine), &scale);
         let below = self.sheen.map_or(1.0, |sheen| sheen.below(wo.z));
         let masking = self.lobe.eval(wo, wi, half) * wi.z / pdf;
         (pdf > 0.0).then(|| (wi, factor * (masking * below)))
@@ -79,7 +81,8 @@ impl Coat {
         }
         let half = ggx::visible_normal(wo, self.alpha, ggx::disk_point(u));
         let wi = half * (2.0 * wo.dot(half).clamp(0.0, 1.0)) - wo;
-        (wi.z > 0.0).then(|| (wi, self.reflectance(wo.z) * ggx::shadowing_of_visible(wo.z, wi.z, self.alpha)))
+        let weight = || self.lobe_scale(wo.z) * ggx::shadowing_of_visible(wo.z, wi.z, self.alpha);
+        (wi.z > 0.0).then(|| (wi, weight()))
     }
 }
 
@@ -103,7 +106,7 @@ mod tests {
             let bsdf = Bsdf::new(&material, 1.0, 1.5);
             for cosine in [0.2_f32, 0.6, 1.0] {
                 let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
-                let sampled = grid(128).filter_map(|u| bsdf.sample_reflection(wo, u));
+                let sampled = grid(128).filter_map(|u| bsdf.sample_reflection(wo, bsdf.albedo_terms(wo), u));
                 let mean = sampled.map(|(_, share)| share).sum::<Vec3>() / (128.0 * 128.0);
                 let albedo = bsdf.specular_albedo(wo);
                 assert!((mean - albedo).abs().max_element() < 3e-3, "{roughness} {cosine}: {mean} {albedo}");

@@ -32,12 +32,30 @@ pub(super) struct ThinFilm {
     pub(super) ior_outside: f32,
 }
 
+/// Reflectances of a thin film towards one view.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FilmReflectances {
+    /// Share of the surface that the film covers.
+    pub(super) factor: f32,
+    pub(super) dielectric: Vec3,
+    pub(super) metal: Vec3,
+}
+
+impl FilmReflectances {
+    /// Reflectance of a partially covered surface: `bare` where it is bare and `own` where it is covered.
+    #[inline(always)]
+    pub(super) fn over(&self, bare: Vec3, own: Vec3) -> Vec3 {
+        bare + (own - bare) * self.factor
+    }
+}
+
 impl ThinFilm {
-    /// Reflectance of a partially covered surface: `reflectance` where it is bare, that of the film over a base of `base_f0` where it is
-    /// covered. `cosine` is that of the view on the film's outer side; `None` where light is totally reflected from within.
-    pub(super) fn over(&self, reflectance: Vec3, base_f0: Vec3, cosine: Option<f32>) -> Vec3 {
-        let own = cosine.map_or(Vec3::ONE, |cosine| self.reflectance(cosine, base_f0));
-        reflectance + (own - reflectance) * self.factor
+    /// The reflectances over a dielectric and over a metal, by their F0. `cosine` is that of the view on the film's outer side; `None`
+    /// where light is totally reflected from within.
+    pub(super) fn reflectances(&self, cosine: Option<f32>, base_f0: [Vec3; 2]) -> FilmReflectances {
+        let [dielectric, metal] =
+            base_f0.map(|f0| cosine.map_or(Vec3::ONE, |cosine| self.reflectance(cosine, f0)));
+        FilmReflectances { factor: self.factor, dielectric, metal }
     }
 
     fn reflectance(&self, cosine: f32, base_f0: Vec3) -> Vec3 {
@@ -73,8 +91,8 @@ impl ThinFilm {
             amplitude *= root;
             sum += amplitude * sensitivity(order * path_difference, phi * order) * 2.0;
         }
-        // Colours outside of the gamut
-        sum.map(|value| if value > 0.0 { value } else { 0.0 }).as_vec3()
+        // Colours outside of the gamut; the truncated series may exceed 1.
+        sum.map(|value| if value > 0.0 { value.min(1.0) } else { 0.0 }).as_vec3()
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::Mutex;
 use glam::{DVec3, Vec3};
 
 use super::quadrature::albedos;
-use super::{Bsdf, direction};
+use super::{Bsdf, direction, single_scattering};
 use crate::bsdf::Coat;
 use crate::interaction::{AnisotropySample, IridescenceSample, MaterialSample, SheenSample};
 
@@ -161,7 +161,7 @@ fn iridescent(film: &IridescenceSample, f0: DVec3, cos1: f64) -> DVec3 {
         let rgb = |xyz: [f64; 3]| row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2];
         let cm = (rs - t) * r123.sqrt();
         let sum = r12 + rs + cm * 2.0 * rgb(first) + cm * r123.sqrt() * 2.0 * rgb(second);
-        f[c] = sum.max(0.0);
+        f[c] = sum.clamp(0.0, 1.0);
     }
     f
 }
@@ -188,8 +188,7 @@ fn material(m: &MaterialSample, v: DVec3, l: DVec3) -> DVec3 {
         base_color / PI * (1.0 - d) * (1.0 - t)
     };
     let reflection = if through { 0.0 } else { specular_brdf };
-    // The reflectance of a film may slightly exceed 1; the base then receives nothing.
-    let dielectric = base * (1.0 - dielectric_f.max_element()).max(0.0) + dielectric_f * reflection;
+    let dielectric = base * (1.0 - dielectric_f.max_element()) + dielectric_f * reflection;
     let metallic = f64::from(m.metallic);
     let below = dielectric * (1.0 - metallic) + metal_f * reflection * metallic;
     let Some(sheen) = &m.sheen else { return below };
@@ -218,7 +217,7 @@ fn directions() -> Vec<(Vec3, Vec3)> {
 fn assert_agrees(m: &MaterialSample, relative: f64, floor: f64) {
     let bsdf = Bsdf::new(m, 1.0, m.ior);
     for (v, l) in directions() {
-        let found = bsdf.eval(v, l).as_dvec3();
+        let found = single_scattering(&bsdf, v, l).as_dvec3();
         let expected = material(m, v.as_dvec3(), l.as_dvec3());
         let difference = (found - expected).abs();
         let allowed = expected.abs() * relative + floor;
@@ -344,9 +343,11 @@ fn coats() {
             let h = (vd + ld).normalize();
             let blend = 0.7 * fresnel(vd.z, 1.5);
             let lobe = d_ggx_anisotropic(h, alpha, alpha) * v_ggx_anisotropic(vd, ld, alpha, alpha);
-            let expected = if l.z > 0.0 { blend * lobe } else { 0.0 };
+            // Divided by the albedo, which is within 1e-3
+            let [total, ..] = albedos(vd, alpha, alpha, 1.5);
+            let expected = if l.z > 0.0 { blend * lobe / total } else { 0.0 };
             let found = f64::from(coat.eval(v, l));
-            assert!((found - expected).abs() <= 2e-5 * expected + 1e-9, "{roughness} {v} {l}");
+            assert!((found - expected).abs() <= 3e-3 * expected + 1e-9, "{roughness} {v} {l}");
             assert!((f64::from(coat.transmittance(v.z)) - (1.0 - blend)).abs() < 1e-6);
         }
     }
@@ -359,8 +360,9 @@ fn thin_films_scale_the_lobes_albedo() {
         let m = MaterialSample { iridescence: Some(film), ..plain(1.0, roughness) };
         let v = direction(cos, 0.4);
         let alpha = f64::from(roughness).powi(2);
-        let expected = iridescent(&film, m.base_color.as_dvec3(), f64::from(v.z))
-            * albedos(v.as_dvec3().normalize(), alpha, alpha, 1.5)[0];
+        let total = albedos(v.as_dvec3().normalize(), alpha, alpha, 1.5)[0];
+        let reflectance = iridescent(&film, m.base_color.as_dvec3(), f64::from(v.z));
+        let expected = reflectance * total * (1.0 + reflectance * (1.0 / total - 1.0));
         let found = Bsdf::new(&m, 1.0, 1.5).specular_albedo(v).as_dvec3();
         assert!((found - expected).abs().max_element() < 1e-3, "{found} {expected}");
     }

@@ -15,7 +15,7 @@ impl Tracer<'_, '_> {
         for (index, light) in self.context.lights.iter().enumerate() {
             let Some(incidence) = light.incidence(shading.point.position) else { continue };
             let wi = shading.world_from_local.transpose() * incidence.wi;
-            let scattered = shading.bsdf.eval(shading.wo, wi) * wi.z.abs();
+            let scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms) * wi.z.abs();
             let mut contribution = shading.weight_below * scattered * incidence.irradiance;
             let by_coat = shading.coat.as_ref().map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {

@@ -63,7 +63,7 @@ impl Tracer<'_, '_> {
             return shading.albedos.specular * environment.prefiltered(mirrored, roughness);
         }
         let (mut seen, mut shares) = (Vec3::ZERO, Vec3::ZERO);
-        for (wi, share) in shading.bsdf.anisotropic_reflections(shading.wo) {
+        for (wi, share) in shading.bsdf.anisotropic_reflections(shading.wo, shading.terms) {
             seen += share * environment.prefiltered(shading.world_from_local * wi, roughness);
             shares += share;
         }

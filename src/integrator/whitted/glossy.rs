@@ -27,7 +27,8 @@ impl Tracer<'_, '_> {
             return false;
         }
         for seed in seeds(shading.state, Purpose::Reflection, rays) {
-            let sampled = shading.bsdf.sample_reflection(shading.wo, seed.point(Purpose::Reflection));
+            let u = seed.point(Purpose::Reflection);
+            let sampled = shading.bsdf.sample_reflection(shading.wo, shading.terms, u);
             let Some((wi, lobe_weight)) = sampled else { continue };
             let direction = (shading.world_from_local * wi).normalize();
             let weight = shading.weight_below * lobe_weight / rays as f32;

@@ -205,9 +205,7 @@ impl ReflectedLanes {
     fn reflect(&mut self, materials: &MaterialLanes, material: BlockMaterial<'_>) {
         for lane in 0..LANES {
             let bsdf = material.bsdf(materials, lane);
-            let terms =
-                AlbedoTerms { total: self.total[lane], schlick: self.schlick[lane], exact: self.exact[lane] };
-            let albedos = bsdf.albedos_by(self.wo.get(lane), terms);
+            let albedos = bsdf.albedos_by(self.wo.get(lane), self.terms(lane));
             let prefiltered_share = 1.0 - self.traced_share[lane];
             let diffuse = albedos.diffuse * self.environment.get(lane) * FRAC_1_PI;
             let specular = albedos.specular * self.prefiltered.get(lane) * prefiltered_share;
@@ -216,6 +214,11 @@ impl ReflectedLanes {
             self.environment.set(lane, weight * radiance * materials.occlusion[lane]);
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
         }
+    }
+
+    #[inline(always)]
+    fn terms(&self, lane: usize) -> AlbedoTerms {
+        AlbedoTerms { total: self.total[lane], schlick: self.schlick[lane], exact: self.exact[lane] }
     }
 
     /// The local frame of a lane; its columns are tangent, bitangent and normal.
@@ -239,7 +242,7 @@ impl DirectLanes {
             let Incidence { wi, irradiance, .. } = incidences.get(lane);
             let bsdf = material.bsdf(materials, lane);
             let wi = reflected.world_from_local(lane).transpose() * wi;
-            let scattered = bsdf.eval_in_lane(reflected.wo.get(lane), wi) * wi.z.abs();
+            let scattered = bsdf.eval_by(reflected.wo.get(lane), wi, reflected.terms(lane)) * wi.z.abs();
             let contribution = materials.weight.get(lane) * scattered * irradiance;
             let is_lit = irradiance.max_element() > 0.0;
             self.contribution.set(lane, if is_lit { contribution } else { Vec3::ZERO });

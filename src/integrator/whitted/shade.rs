@@ -110,15 +110,19 @@ impl Tracer<'_, '_> {
         let along_lobe = |anisotropy: AnisotropySample| frame_along(normal, anisotropy.direction);
         let world_from_local = material.anisotropy.map_or_else(|| local_frame(normal), along_lobe);
         let wo = world_from_local.transpose() * point.wo;
+        let terms = bsdf.albedo_terms(wo);
         let traced_share_of = |roughness| if traces_lobes { 1.0 } else { traced_share(roughness) };
         let shading = Shading {
             signature: slot.signature,
             state,
             light_pass: *light_pass,
             point,
-            albedos: dispersed.as_ref().map_or_else(|| bsdf.albedos(wo), |lobes| channel_albedos(lobes, wo)),
+            albedos: dispersed
+                .as_ref()
+                .map_or_else(|| bsdf.albedos_by(wo, terms), |lobes| channel_albedos(lobes, wo)),
             material,
             bsdf,
+            terms,
             world_from_local,
             wo,
             weight,

@@ -5,7 +5,7 @@ use glam::{Mat3, Vec3};
 use super::coat::CoatShading;
 use super::transmission_side::TransmissionSide;
 use super::wavefront::RaySignature;
-use crate::bsdf::{Albedos, Bsdf};
+use crate::bsdf::{AlbedoTerms, Albedos, Bsdf};
 use crate::integrator::{ColorChannels, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
@@ -30,6 +30,8 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) point: &'p SurfacePoint<'a>,
     pub(super) material: MaterialSample,
     pub(super) bsdf: Bsdf,
+    /// Albedo terms of the lobes.
+    pub(super) terms: AlbedoTerms,
     /// Directional albedos of the lobes.
     pub(super) albedos: Albedos,
     /// Columns are tangent, bitangent and normal.

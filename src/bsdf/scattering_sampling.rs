@@ -1,0 +1,177 @@
+//! Sampling of the lobes of [`Scattering`].
+//!
+//! A lobe is chosen by the luminance of its albedo, then a direction by the lobe: visible normals of GGX (Heitz 2018) for reflection,
+//! thin walls and volumes, whose facets reflect or refract by chance; the cosine for diffuse light; uniform directions for sheen. Densities and
+//! weights are those of the whole mixture, as in multiple importance sampling with one sample (Veach, "Robust Monte Carlo Methods for
+//! Light Transport Simulation", 1997, section 9.2.4). Smooth lobes are weighted by the probability of their choice.
+
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
+
+use super::scattering::{LobeProbabilities, Scattering, TransmissionLobe};
+use super::specular_lobe::SpecularLobe;
+use super::{ggx, rough_transmission};
+
+/// The lobe that a direction was sampled by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ScatterLobe {
+    /// Specular reflection, of the coat or below it.
+    SpecularReflection,
+    /// Diffuse reflection or sheen.
+    Diffuse,
+    /// Specular transmission, of a thin wall or into a volume.
+    Transmission,
+    /// Diffuse transmission.
+    DiffuseTransmission,
+}
+
+/// A direction sampled by [`Scattering::sample`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScatterSample {
+    /// Direction of the incident light, in the local shading frame.
+    pub wi: Vec3,
+    /// `f · |cos θ_i| / pdf`. Without η²: radiance counts as if media did not compress it.
+    pub weight: Vec3,
+    /// Density of the whole mixture over solid angle; 0 for smooth lobes.
+    pub pdf: f32,
+    /// The lobe.
+    pub lobe: ScatterLobe,
+    /// Whether the lobe is a mirror or clear glass.
+    pub is_smooth: bool,
+    /// Whether light passes in exactly its direction, `wi = -wo`.
+    pub is_unbent: bool,
+}
+
+/// The lobes that are chosen by their probability.
+#[derive(Clone, Copy)]
+enum Choice {
+    Coat,
+    Specular,
+    Transmission,
+    Diffuse,
+    Sheen,
+    DiffuseTransmission,
+}
+
+impl Scattering {
+    /// Samples `wi` with a density close to `f · |cos θ_i|`. `u_lobe` and `u` are uniform in the unit interval and square. `None` where
+    /// nothing is scattered or the sample is masked; its value is zero.
+    pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<ScatterSample> {
+        let Chosen { choice, probability, rest } = self.choose(u_lobe)?;
+        let (wi, lobe) = match choice {
+            Choice::Coat => {
+                let lobe = self.coat?;
+                let local_from_coat = lobe.coat_from_local.transpose();
+                if lobe.coat.is_smooth() {
+                    let wi = local_from_coat * mirrored_at_normal(lobe.wo);
+                    let weight = Vec3::splat(lobe.albedo / probability);
+                    return Some(smooth(wi, weight, ScatterLobe::SpecularReflection));
+                }
+                let half = ggx::visible_normal(lobe.wo, lobe.coat.alpha, ggx::disk_point(u));
+                (local_from_coat * reflected_at(half, lobe.wo)?, ScatterLobe::SpecularReflection)
+            }
+            Choice::Specular if self.bsdf.lobe.is_smooth() => {
+                let weight = self.albedos.specular / probability;
+                return Some(smooth(mirrored_at_normal(self.wo), weight, ScatterLobe::SpecularReflection));
+            }
+            Choice::Specular => self.sample_facet(rest, u)?,
+            Choice::Transmission => {
+                if let TransmissionLobe::Smooth { wi, is_unbent } = self.transmission {
+                    let weight = self.albedos.transmission / probability;
+                    return Some(ScatterSample {
+                        is_unbent,
+                        ..smooth(wi, weight, ScatterLobe::Transmission)
+                    });
+                }
+                let wi = self.sampled_reflection(&self.bsdf.transmission_lobe, u)?;
+                (Vec3::new(wi.x, wi.y, -wi.z), ScatterLobe::Transmission)
+            }
+            Choice::Diffuse => (cosine_direction(u), ScatterLobe::Diffuse),
+            Choice::Sheen => (uniform_direction(u), ScatterLobe::Diffuse),
+            Choice::DiffuseTransmission => (-cosine_direction(u), ScatterLobe::DiffuseTransmission),
+        };
+        let (value, pdf) = self.eval_and_pdf(wi);
+        if pdf <= 0.0 || value == Vec3::ZERO {
+            return None;
+        }
+        Some(ScatterSample { wi, weight: value / pdf, pdf, lobe, is_smooth: false, is_unbent: false })
+    }
+
+    /// Samples a facet that the view sees; where the lobe transmits, too, `u_facet` decides between both.
+    fn sample_facet(&self, u_facet: f32, u: Vec2) -> Option<(Vec3, ScatterLobe)> {
+        let Self { bsdf, wo, .. } = self;
+        let half = bsdf.lobe.visible_normal(*wo, ggx::disk_point(u));
+        let facet_cosine = wo.dot(half);
+        if u_facet < self.reflection_probability(self.reflected_at(facet_cosine), facet_cosine) {
+            return Some((reflected_at(half, *wo)?, ScatterLobe::SpecularReflection));
+        }
+        let wi = rough_transmission::refracted_at(half, *wo, bsdf.dielectric.relative_ior)?;
+        Some((wi, ScatterLobe::Transmission))
+    }
+
+    fn sampled_reflection(&self, lobe: &SpecularLobe, u: Vec2) -> Option<Vec3> {
+        reflected_at(lobe.visible_normal(self.wo, ggx::disk_point(u)), self.wo)
+    }
+
+    fn choose(&self, u_lobe: f32) -> Option<Chosen> {
+        let LobeProbabilities { coat, specular, transmission, diffuse, sheen, diffuse_transmission } =
+            self.probabilities;
+        let lobes = [
+            (Choice::Coat, coat),
+            (Choice::Specular, specular),
+            (Choice::Transmission, transmission),
+            (Choice::Diffuse, diffuse),
+            (Choice::Sheen, sheen),
+            (Choice::DiffuseTransmission, diffuse_transmission),
+        ];
+        let mut left = u_lobe;
+        let mut chosen = None;
+        for (choice, probability) in lobes {
+            if probability > 0.0 {
+                // The last lobe takes what rounding leaves.
+                chosen = Some(Chosen { choice, probability, rest: left / probability });
+                if left < probability {
+                    break;
+                }
+                left -= probability;
+            }
+        }
+        chosen
+    }
+}
+
+struct Chosen {
+    choice: Choice,
+    probability: f32,
+    /// Position of the sample within the lobe, from 0 to 1.
+    rest: f32,
+}
+
+fn smooth(wi: Vec3, weight: Vec3, lobe: ScatterLobe) -> ScatterSample {
+    ScatterSample { wi, weight, pdf: 0.0, lobe, is_smooth: true, is_unbent: false }
+}
+
+fn mirrored_at_normal(wo: Vec3) -> Vec3 {
+    Vec3::new(-wo.x, -wo.y, wo.z)
+}
+
+/// The direction mirrored at a facet; `None` below the surface.
+fn reflected_at(half: Vec3, wo: Vec3) -> Option<Vec3> {
+    let wi = half * (2.0 * wo.dot(half)) - wo;
+    (wi.z > 0.0).then(|| wi.normalize())
+}
+
+/// A direction with density cos θ / π.
+fn cosine_direction(u: Vec2) -> Vec3 {
+    let disk = ggx::disk_point(u);
+    // 1 − |disk|² is 1 − u.x, which cannot be negative.
+    Vec3::new(disk.x, disk.y, (1.0 - u.x).sqrt())
+}
+
+/// A direction with density 1 / 2π.
+fn uniform_direction(u: Vec2) -> Vec3 {
+    let sine = (1.0 - u.x * u.x).sqrt();
+    let (sin, cos) = libm::sincosf(2.0 * PI * u.y);
+    Vec3::new(sine * cos, sine * sin, u.x)
+}

@@ -50,7 +50,8 @@ impl<'a> IntegratorContext<'a> {
         let lights = lights::gather(view.frame, view.environment, &settings);
         let is_path = settings.integrator == Integrator::Path;
         // Paths find the light of the environment on the ground by shadow rays.
-        let on_ground = settings.ground.filter(|_| !is_path).map(|ground| view.environment.irradiance(ground.up));
+        let on_ground =
+            settings.ground.filter(|_| !is_path).map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         Self {

@@ -110,11 +110,10 @@ impl HittableLights {
 
 fn distribution(environment: &Environment) -> Option<EnvironmentDistribution> {
     let rows = match environment {
-        Environment::None | Environment::Constant(_) => return None,
         Environment::BuiltIn(_) => BUILT_IN_ROWS,
         Environment::Map(_) => MAP_ROWS,
         Environment::Composed(composed) if composed.intensity > 0.0 => return distribution(&composed.light),
-        Environment::Composed(_) => return None,
+        Environment::None | Environment::Constant(_) | Environment::Composed(_) => return None,
     };
     Some(EnvironmentDistribution::new(rows, 2 * rows, |direction| luminance(environment.radiance(direction))))
 }

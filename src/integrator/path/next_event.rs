@@ -15,8 +15,11 @@ impl Tracer<'_, '_> {
     /// Queues one shadow ray to each kind of light.
     pub(super) fn queue_lights(&mut self, shaded: &ShadedPoint<'_, '_>) {
         self.queue_punctual_light(shaded);
-        self.queue_environment(shaded);
-        self.queue_emitter(shaded);
+        // Smooth lobes find the other lights by their sampled rays alone.
+        if !shaded.scattering.is_smooth() {
+            self.queue_environment(shaded);
+            self.queue_emitter(shaded);
+        }
     }
 
     /// One of the lights that rays cannot hit, chosen by the light that the surface would scatter without occlusion.
@@ -47,14 +50,12 @@ impl Tracer<'_, '_> {
         let Some((light, sample, contribution, importance)) = chosen else { return };
         let wi = shaded.world_from_local.transpose() * sample.wi;
         let end = shaded.shadow_start(wi, sample.span(shaded.point.position));
-        let media = if sample.is_distant() { self.media_towards(shaded, wi) } else { MediaStack::default() };
+        let media = if sample.is_distant() { media_towards(shaded, wi) } else { MediaStack::default() };
         self.push_shadow(
             shaded,
-            light,
-            sample.shadow_ray(end),
-            LightPass::Direct,
+            (light, LightPass::Direct),
+            (sample.shadow_ray(end), media),
             contribution * (sum / importance),
-            media,
         );
     }
 
@@ -63,22 +64,20 @@ impl Tracer<'_, '_> {
         let u = shaded.sequence.point(Decision::Environment.dimension(shaded.state.depth));
         let Some((wi, pdf)) = lights.sample_environment(u) else { return };
         let Some(local) = shaded.local(wi) else { return };
-        let scattered = shaded.scattering.eval(local);
+        let (scattered, scattered_pdf) = shaded.scattering.eval_and_pdf(local);
         if scattered == Vec3::ZERO {
             return;
         }
         let radiance = self.context.view.environment.radiance(wi);
-        let share = power_heuristic(pdf, shaded.scattering.pdf(local)) / pdf;
+        let share = power_heuristic(pdf, scattered_pdf) / pdf;
         let ray = Ray::new(shaded.shadow_start(local, Vec3::ZERO), wi);
-        let media = self.media_towards(shaded, local);
+        let media = media_towards(shaded, local);
         let queue = self.context.lights.len();
         self.push_shadow(
             shaded,
-            queue,
-            ray,
-            LightPass::Environment,
+            (queue, LightPass::Environment),
+            (ray, media),
             shaded.weight * scattered * radiance * share,
-            media,
         );
     }
 
@@ -89,38 +88,29 @@ impl Tracer<'_, '_> {
         let surface = (shaded.point.position, shaded.light_normal());
         let Some(sample) = lights.sample_emitter(self.context.view, surface, (u_emitter, u)) else { return };
         let Some(local) = shaded.local(sample.wi) else { return };
-        let scattered = shaded.scattering.eval(local);
+        let (scattered, scattered_pdf) = shaded.scattering.eval_and_pdf(local);
         if scattered == Vec3::ZERO {
             return;
         }
-        let share = power_heuristic(sample.pdf, shaded.scattering.pdf(local)) / sample.pdf;
+        let share = power_heuristic(sample.pdf, scattered_pdf) / sample.pdf;
         let start = shaded.shadow_start(local, Vec3::ZERO);
         let ray = Ray { t_max: 1.0, ..Ray::new(start, sample.end - start) };
-        let media = self.media_towards(shaded, local);
+        let media = media_towards(shaded, local);
         let queue = self.context.lights.len() + 1;
         self.push_shadow(
             shaded,
-            queue,
-            ray,
-            LightPass::Direct,
+            (queue, LightPass::Direct),
+            (ray, media),
             shaded.weight * scattered * sample.radiance * share,
-            media,
         );
-    }
-
-    /// The volumes on the side of a local direction.
-    fn media_towards(&self, shaded: &ShadedPoint<'_, '_>, wi: Vec3) -> MediaStack {
-        if wi.z > 0.0 { shaded.state.media.clone() } else { shaded.transmission_side.media.clone() }
     }
 
     fn push_shadow(
         &mut self,
         shaded: &ShadedPoint<'_, '_>,
-        light: usize,
-        ray: Ray,
-        own_pass: LightPass,
+        (light, own_pass): (usize, LightPass),
+        (ray, media): (Ray, MediaStack),
         contribution: Vec3,
-        media: MediaStack,
     ) {
         let contribution = self.clamped(shaded.state.depth, contribution);
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
@@ -136,4 +126,9 @@ impl Tracer<'_, '_> {
             media,
         });
     }
+}
+
+/// The volumes on the side of a local direction.
+fn media_towards(shaded: &ShadedPoint<'_, '_>, wi: Vec3) -> MediaStack {
+    if wi.z > 0.0 { shaded.state.media.clone() } else { shaded.transmission_side.media.clone() }
 }

@@ -27,10 +27,6 @@ impl Tracer<'_, '_> {
         if !(largest > 0.0 && largest < f32::INFINITY) {
             return;
         }
-        if depth >= self.context.settings.max_depth {
-            self.statistics.dropped_weight += f64::from(largest);
-            return;
-        }
         if depth >= ROULETTE_DEPTH && largest < 1.0 {
             if number(Decision::Roulette) >= largest {
                 return;

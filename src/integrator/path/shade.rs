@@ -35,6 +35,11 @@ impl Tracer<'_, '_> {
         let below = coat.as_ref().map_or(1.0, |(coat, _, cosine)| coat.transmittance(*cosine));
         let emitted = weight * material.emission * below;
         self.add_path_emission(state, (&hit, point), (light_pass, last.as_ref()), emitted);
+        // The ray that the deepest surface sent finds lights alone, so that both ways to find them go equally far.
+        if state.depth > self.context.settings.max_depth {
+            self.statistics.dropped_weight += f64::from(weight.max_element());
+            return;
+        }
 
         // One colour channel of three where the surface disperses light
         let transmission_side = self.transmission_side(state, (index, point));

@@ -20,6 +20,8 @@ pub struct PathSettings {
     pub seed: u32,
     /// Whether every frame has sample points of its own.
     pub seed_per_frame: bool,
+    /// Noise, as the standard error of display values from 0 to 1, at which a pixel takes no more samples.
+    pub noise: Option<f32>,
     /// Largest radiance that a path brings from beyond its first surface, in the largest channel; infinite for no limit. A limit
     /// removes fireflies and some light.
     pub clamp_indirect: f32,
@@ -27,7 +29,7 @@ pub struct PathSettings {
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { seed: 0, seed_per_frame: false, clamp_indirect: f32::INFINITY }
+        Self { seed: 0, seed_per_frame: false, noise: None, clamp_indirect: f32::INFINITY }
     }
 }
 

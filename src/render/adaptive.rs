@@ -45,11 +45,13 @@ impl SampleRange {
 
 /// Approximate display values of linear values: the square root of Reinhard's curve, and coverage as it is.
 fn displayed([red, green, blue, coverage]: [f32; 4]) -> [f32; 4] {
-    let shown = |x: f32| {
-        let x = if x > 0.0 { x } else { 0.0 };
-        if x < 1.0e30 { (x / (1.0 + x)).sqrt() } else { 1.0 }
-    };
-    [shown(red), shown(green), shown(blue), coverage]
+    [display_value(red), display_value(green), display_value(blue), coverage]
+}
+
+/// Approximate display value of a linear value.
+pub(super) fn display_value(x: f32) -> f32 {
+    let x = if x > 0.0 { x } else { 0.0 };
+    if x < 1.0e30 { (x / (1.0 + x)).sqrt() } else { 1.0 }
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ mod filter;
 mod frame;
 mod lens;
 mod pixel_centers;
+mod pixel_noise;
 mod pixel_offsets;
 mod projector;
 mod sample_plan;

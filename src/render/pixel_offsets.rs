@@ -17,6 +17,28 @@ pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
 
+/// `count` positions in the unit square of which the first of any number fill it evenly: Sobol's points, by their first two dimensions. `set` rotates
+/// them as in [`pixel_offsets`].
+pub(super) fn progressive_offsets(count: u32, set: u32) -> Vec<Vec2> {
+    let half_step = 0.5 / count.next_power_of_two() as f32;
+    let shift = Vec2::new(fraction(set.wrapping_mul(R2[0])), fraction(set.wrapping_mul(R2[1]))) + half_step;
+    let point = |i: u32| Vec2::new(radical_inverse(i), fraction(sobol_second(i))) + shift;
+    (0..count).map(|i| point(i)).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
+}
+
+/// The second dimension of Sobol's sequence, whose generator matrix is Pascal's triangle modulo 2.
+fn sobol_second(mut index: u32) -> u32 {
+    let (mut value, mut column) = (0, 1 << 31);
+    while index > 0 {
+        if index & 1 == 1 {
+            value ^= column;
+        }
+        column ^= column >> 1;
+        index >>= 1;
+    }
+    value
+}
+
 /// Wraps a number in [0, 2) to [0, 1).
 fn wrapped(x: f32) -> f32 {
     if x < 1.0 { x } else { x - 1.0 }
@@ -56,10 +78,23 @@ mod tests {
     }
 
     #[test]
+    fn every_power_of_two_of_progressive_positions_is_even() {
+        let offsets = progressive_offsets(256, 0);
+        for count in [4, 16, 64, 256] {
+            // One position in each cell of a square grid.
+            let side = (count as f32).sqrt();
+            let cell = |p: &Vec2| (p.x * side) as usize * side as usize + (p.y * side) as usize;
+            let mut cells: Vec<_> = offsets[..count].iter().map(cell).collect();
+            cells.sort_unstable();
+            assert_eq!(cells, (0..count).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
     fn positions_of_any_count_and_set_stay_inside_the_pixel() {
         for count in 1..70 {
             for set in [0, 1, 2, 77] {
-                let offsets = pixel_offsets(count, set);
+                let offsets = [pixel_offsets(count, set), progressive_offsets(count, set)].concat();
                 assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
             }
         }

@@ -1,8 +1,9 @@
 //! The samples that the pixels of an image take.
 
 use super::filter::PixelSample;
-use super::pixel_offsets::pixel_offsets;
+use super::pixel_offsets::{pixel_offsets, progressive_offsets};
 use super::settings::RenderSettings;
+use crate::integrator::Integrator;
 
 /// Index of the first set of extra samples; the sets of base samples have lower ones.
 const EXTRA_SET: u32 = 1 << 16;
@@ -30,6 +31,8 @@ pub(super) struct SamplePlan {
     pub(super) extra: Vec<PixelSample>,
     /// See [`super::Adaptive::threshold`].
     pub(super) threshold: f32,
+    /// Noise at which a pixel takes no more samples.
+    pub(super) noise: Option<f32>,
     /// Index of the first sample among those of all shutter samples.
     pub(super) first_index: u32,
 }
@@ -43,7 +46,11 @@ impl SamplePlan {
         let set = |count: u32, family: u32| match count {
             0 => Vec::new(),
             count => {
-                let offsets = pixel_offsets(count, shutter_sample.index + family * EXTRA_SET);
+                let index = shutter_sample.index + family * EXTRA_SET;
+                let offsets = match settings.integrator {
+                    Integrator::Path => progressive_offsets(count, index),
+                    _ => pixel_offsets(count, index),
+                };
                 settings.filter.samples(&offsets)
             }
         };
@@ -51,6 +58,7 @@ impl SamplePlan {
             base: set(base, 0),
             extra: set(max.saturating_sub(base), 1),
             threshold: settings.adaptive.map_or(0.0, |adaptive| adaptive.threshold),
+            noise: settings.path.noise,
             first_index: shutter_sample.index.wrapping_mul(base.max(max)),
         }
     }

@@ -4,6 +4,7 @@ use glam::Vec2;
 
 use super::adaptive::SampleRange;
 use super::filter::PixelSample;
+use super::pixel_noise::{FIRST_PASS, PixelNoise};
 use super::sample_plan::SamplePlan;
 use super::screen_bounds::ScreenBounds;
 use super::tile_aovs::TileAovs;
@@ -77,7 +78,9 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         pixels.clear();
         pixels.extend(pixels_in_morton_order(tile).map(PixelSum::new));
         let inside = pixels.len();
-        if plan.is_adaptive() {
+        if let Some(noise) = plan.noise {
+            self.add_samples_until_quiet(&mut pixels, noise, cancel)?;
+        } else if plan.is_adaptive() {
             self.add_adaptive_samples(tile, &mut pixels, cancel)?;
         } else {
             self.add_samples(&mut pixels, &plan.base, 0, cancel, |_, _| ())?;
@@ -95,6 +98,33 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         self.pixels = pixels;
         let aovs = std::mem::take(&mut self.aovs).finish();
         Ok(RenderedTile { pixels: &self.rows, aovs, statistics: self.tracer.take_statistics() })
+    }
+
+    /// Adds base samples to the pixels of a tile, pass by pass, and leaves out those whose noise is low enough. The decision depends on a pixel's
+    /// own samples alone, so crops decide alike.
+    fn add_samples_until_quiet(
+        &mut self,
+        pixels: &mut [PixelSum],
+        noise: f32,
+        cancel: &CancelFlag,
+    ) -> Result<(), Cancelled> {
+        let base = &self.settings.plan.base;
+        let mut noisy: Vec<usize> = (0..pixels.len()).collect();
+        let mut noises = vec![PixelNoise::default(); pixels.len()];
+        let mut taken = 0;
+        while taken < base.len() && !noisy.is_empty() {
+            let end = base.len().min(FIRST_PASS.max(2 * taken));
+            let mut sums: Vec<PixelSum> = noisy.iter().map(|&index| pixels[index]).collect();
+            self.add_samples(&mut sums, &base[taken..end], taken as u32, cancel, |pixel, values| {
+                noises[noisy[pixel]].add(values);
+            })?;
+            for (&index, sum) in noisy.iter().zip(sums) {
+                pixels[index] = sum;
+            }
+            noisy.retain(|&index| noises[index].display_error() > noise);
+            taken = end;
+        }
+        Ok(())
     }
 
     /// Adds the base samples to the pixels of a tile, and extra samples to those on edges.

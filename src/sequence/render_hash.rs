@@ -120,9 +120,11 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
 }
 
 fn integrator_key(integrator: Integrator, path: &PathSettings) -> serde_json::Value {
-    let PathSettings { seed, seed_per_frame, clamp_indirect } = *path;
+    let PathSettings { seed, seed_per_frame, noise, clamp_indirect } = *path;
     match integrator {
-        Integrator::Path => json!(["path", seed, seed_per_frame, clamp_indirect.to_bits()]),
+        Integrator::Path => {
+            json!(["path", seed, seed_per_frame, noise.map(f32::to_bits), clamp_indirect.to_bits()])
+        }
         _ => json!("whitted"),
     }
 }

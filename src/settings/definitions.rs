@@ -152,6 +152,9 @@ settings! {
     /// Noise of the path integrator that differs from frame to frame
     /// . Without it the noise stands still
     seed_per_frame: Flag = false, Image {}
+    /// Noise of display values, 0 to 1, at which a pixel of the path integrator is done
+    /// : the standard error of its mean, such as 0.01. `samples` is then the most that a pixel takes
+    noise: Share, Image { value_name: "X", excludes: &["max_samples"] }
     /// Largest radiance that a path brings from beyond its first surface
     /// . Removes fireflies, and with them light: off by default
     clamp_indirect: Factor, Image { value_name: "RADIANCE" }

@@ -35,6 +35,7 @@ pub(crate) fn render_settings(
         path: PathSettings {
             seed: args.seed,
             seed_per_frame: args.seed_per_frame,
+            noise: args.noise,
             clamp_indirect: args.clamp_indirect.unwrap_or(f32::INFINITY),
         },
         max_depth: args.depth,
@@ -56,6 +57,7 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
     let of_path = [
         ("seed", args.seed != 0),
         ("seed_per_frame", args.seed_per_frame),
+        ("noise", args.noise.is_some()),
         ("clamp_indirect", args.clamp_indirect.is_some()),
     ];
     let other = match args.integrator {

@@ -23,7 +23,7 @@ pub(super) fn progressive_offsets(count: u32, set: u32) -> Vec<Vec2> {
     let half_step = 0.5 / count.next_power_of_two() as f32;
     let shift = Vec2::new(fraction(set.wrapping_mul(R2[0])), fraction(set.wrapping_mul(R2[1]))) + half_step;
     let point = |i: u32| Vec2::new(radical_inverse(i), fraction(sobol_second(i))) + shift;
-    (0..count).map(|i| point(i)).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
+    (0..count).map(point).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
 }
 
 /// The second dimension of Sobol's sequence, whose generator matrix is Pascal's triangle modulo 2.

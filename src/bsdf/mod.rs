@@ -11,6 +11,7 @@
 
 mod albedo_grid;
 mod albedo_slice;
+mod albedo_table;
 mod albedo_tables;
 mod albedos;
 mod coat;
@@ -38,11 +39,11 @@ use crate::geometry::normalized_or;
 use crate::interaction::MaterialSample;
 
 pub use albedo_slice::AlbedoSlice;
+pub(crate) use albedo_table::{AlbedoTable, AlbedoTermLanes};
 pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
-pub(crate) use isotropic_albedo::AlbedoTerms;
 
 use fresnel::{Dielectric, Tint};
 use ggx_anisotropic::ReflectedDirection;

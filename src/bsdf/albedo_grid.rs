@@ -4,6 +4,10 @@
 //! Fresnel curve, the second masking, whose scale is α. So albedos bend little within a cell, and looking one up takes two roots and
 //! a division.
 
+use glam::Vec4;
+
+use crate::geometry::{F32Lanes, LANES};
+
 /// Rows of roughness.
 pub(super) const ROWS: usize = 49;
 /// Columns of the view's elevation; an odd number has a middle column.
@@ -17,21 +21,26 @@ const EVEN: f32 = 0.5;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cell {
     /// The grid point of the lowest row and column.
-    first: usize,
+    first: i32,
     /// Weights of that point, the next in its row, and both in the next row.
     weights: [f32; 4],
 }
 
 impl Cell {
     /// The cell of a lobe of `roughness` and a column from 0 to 1.
+    #[inline(always)]
     pub(super) fn at(roughness: f32, column: f32) -> Self {
         let (row, down) = interval(roughness.sqrt(), ROWS);
         let (column, right) = interval(column, COLUMNS);
         let (up, left) = (1.0 - down, 1.0 - right);
-        Self { first: row * COLUMNS + column, weights: [up * left, up * right, down * left, down * right] }
+        Self {
+            first: row * COLUMNS as i32 + column,
+            weights: [up * left, up * right, down * left, down * right],
+        }
     }
 
     /// The cell of a view.
+    #[inline(always)]
     pub(super) fn of_view(cos_o: f32, roughness: f32) -> Self {
         Self::at(roughness, column(cos_o, roughness))
     }
@@ -43,13 +52,48 @@ impl Cell {
         points: &[T],
         values: impl Fn(&T) -> [f32; N],
     ) -> [f32; N] {
-        let Self { first, weights } = *self;
+        let (first, weights) = (self.first as usize, self.weights);
         let (upper, lower) = (&points[first..first + 2], &points[first + COLUMNS..first + COLUMNS + 2]);
         let taps = [&upper[0], &upper[1], &lower[0], &lower[1]].map(values);
         std::array::from_fn(|at| {
             (taps[0][at] * weights[0] + taps[1][at] * weights[1])
                 + (taps[2][at] * weights[2] + taps[3][at] * weights[3])
         })
+    }
+}
+
+/// The cells of a block of views.
+#[derive(Debug, Default)]
+pub(super) struct CellLanes {
+    first: [i32; LANES],
+    weights: [F32Lanes; 4],
+}
+
+impl CellLanes {
+    /// The cells of [`Cell::of_view`].
+    #[inline(always)]
+    pub(super) fn locate(&mut self, cos_o: &F32Lanes, roughness: &F32Lanes) {
+        for lane in 0..LANES {
+            let Cell { first, weights } = Cell::of_view(cos_o[lane].clamp(0.0, 1.0), roughness[lane]);
+            self.first[lane] = first;
+            for (lanes, weight) in self.weights.iter_mut().zip(weights) {
+                lanes[lane] = weight;
+            }
+        }
+    }
+
+    /// Interpolates the four grid points around a lane's position.
+    #[inline(always)]
+    pub(super) fn interpolate(&self, lane: usize, points: &[Vec4]) -> Vec4 {
+        let first = self.first[lane] as usize;
+        let (Some([a, b]), Some([c, d])) =
+            (points.get(first..first + 2), points.get(first + COLUMNS..first + COLUMNS + 2))
+        else {
+            return Vec4::ZERO;
+        };
+        let [upper_left, upper_right, lower_left, lower_right] =
+            [0, 1, 2, 3].map(|at| self.weights[at][lane]);
+        (*a * upper_left + *b * upper_right) + (*c * lower_left + *d * lower_right)
     }
 }
 
@@ -61,6 +105,7 @@ pub(super) fn roughness_of(row: usize) -> f32 {
 }
 
 /// Column of a view, 0 to 1.
+#[inline(always)]
 fn column(cos_o: f32, roughness: f32) -> f32 {
     let root = cos_o.sqrt();
     root * EVEN + root * (1.0 + roughness) / (root + roughness) * (1.0 - EVEN)
@@ -87,8 +132,9 @@ pub(super) fn grid_points<T>(value: impl Fn(usize, usize) -> T) -> Vec<T> {
 }
 
 /// The interval of `x`, from 0 to 1, between even steps, and the position in it.
-pub(super) fn interval(x: f32, steps: usize) -> (usize, f32) {
-    let position = x * (steps - 1) as f32;
-    let below = (position as usize).min(steps - 2);
+#[inline(always)]
+fn interval(x: f32, steps: usize) -> (i32, f32) {
+    let (last, position) = (steps as i32 - 1, x * (steps - 1) as f32);
+    let below = (position as i32).clamp(0, last - 1);
     (below, position - below as f32)
 }

@@ -104,8 +104,26 @@ impl AlbedoSlice {
             return total - (rough * self.beyond + mirrored * (1.0 - reflectance));
         }
         let rough = self.position.interpolate(external_albedo::STORED, cell);
+        self.exact_beyond(rough, mirrored, total) + mirrored * reflectance
+    }
+
+    /// The position between the planes of the index, for views from the thinner side and an index that the tables reach.
+    pub(super) fn thinner_side(&self) -> Option<&IndexPosition> {
+        (self.side == Side::Thinner && self.zoom == 1.0).then_some(&self.position)
+    }
+
+    /// F of a mirror.
+    #[inline(always)]
+    pub(super) fn reflectance(&self, cos_o: f32) -> f32 {
+        fresnel::exact(cos_o, self.relative_ior)
+    }
+
+    /// The albedo with the exact F from the thinner side, without the mirror's part: `rough` in the tables, whose last index may be below
+    /// that of the slice. `mirrored` is the part of `total` that a mirror reflects.
+    #[inline(always)]
+    pub(super) fn exact_beyond(&self, rough: f32, mirrored: f32, total: f32) -> f32 {
         let all = total - mirrored;
-        all + (rough - all) * self.beyond + mirrored * reflectance
+        all + (rough - all) * self.beyond
     }
 
     fn zoomed(&self, cosine: f32) -> f32 {

@@ -59,8 +59,15 @@ fn interpolated(cell: &Cell) -> [f32; 2] {
     [if total < 1.0 { total } else { 1.0 }, rest]
 }
 
+/// The table's values at a grid point.
+pub(super) fn at_point(point: usize) -> [f32; 2] {
+    let (points, _) = STORED.as_chunks::<4>();
+    decoded(&points[point]).map(|value: f32| value * UNIT)
+}
+
 /// Share of a mirror's reflectance that the tables leave out, so that they hold small differences for smooth lobes, although the
 /// reflectance is steep.
+#[inline(always)]
 pub(super) fn mirror_share(roughness: f32) -> f32 {
     let share = 1.0 - roughness / ROUGH;
     if share > 0.0 { share * share } else { 0.0 }

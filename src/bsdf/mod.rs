@@ -12,6 +12,7 @@
 
 mod albedo_grid;
 mod albedo_slice;
+mod albedo_table;
 mod albedo_tables;
 mod albedos;
 mod coat;
@@ -42,6 +43,7 @@ use crate::geometry::normalized_or;
 use crate::interaction::MaterialSample;
 
 pub use albedo_slice::AlbedoSlice;
+pub(crate) use albedo_table::{AlbedoTable, AlbedoTermLanes};
 pub use albedo_tables::integrated_albedo_tables;
 pub use albedos::Albedos;
 pub use coat::Coat;

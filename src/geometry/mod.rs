@@ -4,6 +4,7 @@
 //! function uses an approximate reciprocal or a fused multiply-add.
 
 mod aabb;
+mod active_lanes;
 mod clip;
 mod disk;
 mod hit;
@@ -14,6 +15,7 @@ mod unit;
 mod watertight;
 
 pub use aabb::Aabb;
+pub(crate) use active_lanes::ActiveLanes;
 pub(crate) use clip::{TrianglePart, rounded_down, rounded_up};
 pub(crate) use disk::concentric_disk_point;
 pub use hit::{Facing, TriangleHit};

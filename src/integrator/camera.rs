@@ -21,8 +21,25 @@ pub struct CameraRays {
     half_size: Vec2,
     /// World-space steps from one sample to the next along rows and columns, at distance one or in metres.
     sample_steps: [Vec3; 2],
-    time_seconds: f32,
+    /// See [`Seed::hashed_time`].
+    hashed_time: u32,
     lens: Option<ThinLens>,
+}
+
+/// The differentials of several rays.
+#[derive(Debug, Default)]
+pub(super) struct DifferentialLanes {
+    pub(super) origin: [Vec3Lanes; 2],
+    pub(super) direction: [Vec3Lanes; 2],
+}
+
+impl DifferentialLanes {
+    /// The differential of a lane.
+    #[inline(always)]
+    pub(super) fn get(&self, lane: usize) -> RayDifferential {
+        let pair = |lanes: &[Vec3Lanes; 2]| [lanes[0].get(lane), lanes[1].get(lane)];
+        RayDifferential { origin: pair(&self.origin), direction: pair(&self.direction) }
+    }
 }
 
 /// A thin, round, ideal lens.
@@ -48,7 +65,14 @@ impl CameraRays {
         let world_from_camera = &camera.world_from_camera;
         let sample_steps =
             [Vec3::X * step.x, Vec3::NEG_Y * step.y].map(|step| world_from_camera.transform_vector3(step));
-        Self { camera: *camera, resolution, half_size, sample_steps, time_seconds, lens }
+        Self {
+            camera: *camera,
+            resolution,
+            half_size,
+            sample_steps,
+            hashed_time: Seed::hashed_time(time_seconds),
+            lens,
+        }
     }
 
     /// The same rays with the spacing of `samples` samples per pixel.
@@ -123,24 +147,53 @@ impl CameraRays {
 
     /// The differential of a camera ray: the steps to the neighbouring samples.
     pub fn differential(&self, ray: &Ray) -> RayDifferential {
+        self.differential_along(ray.direction)
+    }
+
+    /// [`CameraRays::differential`] of several rays.
+    #[inline(always)]
+    pub(super) fn differentials(&self, directions: &Vec3Lanes, out: &mut DifferentialLanes) {
+        for lane in 0..LANES {
+            let RayDifferential { origin, direction } = self.differential_along(directions.get(lane));
+            for axis in 0..2 {
+                out.origin[axis].set(lane, origin[axis]);
+                out.direction[axis].set(lane, direction[axis]);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn differential_along(&self, direction: Vec3) -> RayDifferential {
         match self.camera.projection {
             Projection::Orthographic { .. } => {
                 RayDifferential { origin: self.sample_steps, direction: [Vec3::ZERO; 2] }
             }
             Projection::Perspective { .. } => {
-                // D = d / |d| for the d that reaches distance one along the axis: D' = (d' − D (D·d')) / |d|.
-                let direction = ray.direction;
-                let per_length = -direction.dot(self.camera.world_from_camera.z_axis.truncate());
-                let derivative = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
-                RayDifferential { origin: [Vec3::ZERO; 2], direction: self.sample_steps.map(derivative) }
+                RayDifferential { origin: [Vec3::ZERO; 2], direction: self.turned(direction) }
             }
         }
     }
 
-    /// The state of the camera ray `ray`, which starts in `media`, for sample `sample` of a batch.
-    pub(super) fn ray_state(&self, ray: &Ray, media: MediaStack, sample: u32, seed: Seed) -> RayState {
+    /// Changes of the direction of a perspective ray to the neighbouring samples.
+    #[inline(always)]
+    fn turned(&self, direction: Vec3) -> [Vec3; 2] {
+        // D = d / |d| for the d that reaches distance one along the axis: D' = (d' − D (D·d')) / |d|.
+        let per_length = -direction.dot(self.camera.world_from_camera.z_axis.truncate());
+        let turned = |step: Vec3| (step - direction * direction.dot(step)) * per_length;
+        let [row, column] = self.sample_steps;
+        [turned(row), turned(column)]
+    }
+
+    /// The state of a camera ray that starts in `media`, for sample `sample` of a batch.
+    #[inline]
+    pub(super) fn ray_state(
+        differential: RayDifferential,
+        media: MediaStack,
+        sample: u32,
+        seed: Seed,
+    ) -> RayState {
         RayState {
-            differential: self.differential(ray),
+            differential,
             media,
             touching: None,
             weight: Vec3::ONE,
@@ -155,7 +208,7 @@ impl CameraRays {
 
     /// The seed of sample `index` of a pixel.
     pub fn seed(&self, pixel: (u32, u32), index: u32) -> Seed {
-        Seed::new(pixel, self.time_seconds, index)
+        Seed::of_hashed_time(self.hashed_time, pixel, index)
     }
 }
 

@@ -42,8 +42,10 @@ impl CameraSamples<'_> {
 
     /// The seed of a sample.
     pub(super) fn seed(&self, camera: &CameraRays, sample: usize) -> Seed {
-        let index = self.first_index.wrapping_add((sample % self.offsets.len()) as u32);
-        camera.seed(self.pixels[sample / self.offsets.len()], index)
+        // Divisions of 32 bits take a fraction of the time of those of 64.
+        let (sample, per_pixel) = (sample as u32, self.offsets.len() as u32);
+        let index = self.first_index.wrapping_add(sample % per_pixel);
+        camera.seed(self.pixels[(sample / per_pixel) as usize], index)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
-use super::opaque_materials::is_opaque;
+use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::HittableLights;
 use super::random::hash;
 use super::settings::{Integrator, IntegratorSettings, PathSettings};
@@ -26,6 +26,7 @@ pub struct IntegratorContext<'a> {
     pub(super) interiors: Interiors,
     /// Whether blocks can shade a material, by its index.
     pub(super) opaque_materials: Vec<bool>,
+    pub(super) opaque_albedos: OpaqueAlbedos,
     /// Bounds of the surfaces of all volumes.
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
@@ -54,11 +55,13 @@ impl<'a> IntegratorContext<'a> {
             settings.ground.filter(|_| !is_path).map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
+        let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
         Self {
             view,
             lights,
             interiors,
             opaque_materials,
+            opaque_albedos,
             volume_bounds,
             camera_media,
             hittable_lights: is_path.then(|| HittableLights::new(view)),

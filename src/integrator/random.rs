@@ -47,8 +47,19 @@ impl Purpose {
 
 impl Seed {
     /// The seed of sample `index` of a pixel at a time.
-    pub fn new((x, y): (u32, u32), time_seconds: f32, index: u32) -> Self {
-        Self { stream: hash(hash(hash(time_seconds.to_bits()) ^ x) ^ y), index }
+    pub fn new(pixel: (u32, u32), time_seconds: f32, index: u32) -> Self {
+        Self::of_hashed_time(Self::hashed_time(time_seconds), pixel, index)
+    }
+
+    /// The part of [`Seed::new`] that a frame's samples share.
+    pub(super) fn hashed_time(time_seconds: f32) -> u32 {
+        hash(time_seconds.to_bits())
+    }
+
+    /// [`Seed::new`] from [`Seed::hashed_time`].
+    #[inline]
+    pub(super) fn of_hashed_time(hashed_time: u32, (x, y): (u32, u32), index: u32) -> Self {
+        Self { stream: hash(hash(hashed_time ^ x) ^ y), index }
     }
 
     /// The seed of child ray `number` of `count` for a purpose.

@@ -43,10 +43,10 @@ pub use camera_curve::{CurveKind, KeyTimes, KeyedPoint, KeyedValue};
 pub use camera_path::{CameraKeys, CameraMotion, CameraPath};
 pub use camera_placement::{look_along, rolled};
 pub use content::{Scene, SceneRoots};
-pub(crate) use environment::columns_for_cube;
 pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };
+pub(crate) use environment::{LookupLanes, columns_for_cube};
 pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{

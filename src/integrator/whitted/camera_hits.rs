@@ -7,9 +7,11 @@ use glam::Vec3;
 
 use super::tracer::{SampleValue, Tracer, seconds_since};
 use super::wavefront::{RaySignature, Wavefront};
-use crate::geometry::Ray;
+use crate::geometry::{ActiveLanes, LANES, Ray, Vec3Lanes, vectorized};
+use crate::integrator::camera::DifferentialLanes;
 use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, LightPass, MediaStack};
 use crate::interaction::alpha_at;
+use crate::scene::LookupLanes;
 
 impl Tracer<'_, '_> {
     /// Finds all surfaces that the camera rays of a batch see, in the order of its samples and along each ray. `wavefront` receives
@@ -50,16 +52,36 @@ impl Tracer<'_, '_> {
         }
         self.add_background(&background, camera, rays, first..rays.len());
 
-        // Surfaces
-        for &sample in &followed {
-            let ray = &rays[sample as usize];
-            let media = media.clone().unwrap_or_else(|| self.context.media_around_start(ray));
-            let state = camera.ray_state(ray, media, sample, samples.seed(camera, sample as usize));
-            let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
-            let (ray, state) = wavefront.ray(slot);
-            self.follow(slot, (ray, state, None), self.camera_hits[sample as usize]);
-        }
+        self.follow_camera_rays((camera, samples), media.as_ref(), (rays, &followed), wavefront);
         (self.camera_rays, self.followed) = (batch, followed);
+    }
+
+    /// Follows the `followed` ones of the camera rays to the surfaces that they see.
+    fn follow_camera_rays(
+        &mut self,
+        (camera, samples): (&CameraRays, &CameraSamples<'_>),
+        media: Option<&MediaStack>,
+        (rays, followed): (&[Ray], &[u32]),
+        wavefront: &mut Wavefront,
+    ) {
+        let level = self.context.view.bvh.simd_level();
+        let mut directions = Vec3Lanes::default();
+        let mut differentials = DifferentialLanes::default();
+        for followed in followed.chunks(LANES) {
+            for (lane, &sample) in followed.iter().enumerate() {
+                directions.set(lane, rays[sample as usize].direction);
+            }
+            vectorized!(level, camera.differentials(&directions, &mut differentials));
+            for (lane, &sample) in followed.iter().enumerate() {
+                let ray = &rays[sample as usize];
+                let media = media.cloned().unwrap_or_else(|| self.context.media_around_start(ray));
+                let seed = samples.seed(camera, sample as usize);
+                let state = CameraRays::ray_state(differentials.get(lane), media, sample, seed);
+                let slot = wavefront.push(RaySignature::CAMERA, *ray, state);
+                let (ray, state) = wavefront.ray(slot);
+                self.follow(slot, (ray, state, None), self.camera_hits[sample as usize]);
+            }
+        }
     }
 
     /// Finds the closest hit of each camera ray.
@@ -109,14 +131,23 @@ impl Tracer<'_, '_> {
             for value in values {
                 add(value, radiance);
             }
-        } else if background.is_filtered {
-            for (value, ray) in values.iter_mut().zip(&rays[span.clone()]) {
-                let differential = camera.differential(ray).direction;
-                add(value, environment.background_over(ray.direction, differential));
-            }
         } else {
-            for (value, ray) in values.iter_mut().zip(&rays[span.clone()]) {
-                add(value, environment.background_over(ray.direction, [Vec3::ZERO; 2]));
+            let level = self.context.view.bvh.simd_level();
+            let (mut directions, mut radiances) = (Vec3Lanes::default(), Vec3Lanes::default());
+            let mut differentials = DifferentialLanes::default();
+            for (values, rays) in values.chunks_mut(LANES).zip(rays[span.clone()].chunks(LANES)) {
+                for (lane, ray) in rays.iter().enumerate() {
+                    directions.set(lane, ray.direction);
+                }
+                if background.is_filtered {
+                    vectorized!(level, camera.differentials(&directions, &mut differentials));
+                }
+                let lanes = ActiveLanes::first(rays.len());
+                let lookups = LookupLanes { level, directions: &directions, lanes };
+                environment.backgrounds(&lookups, &differentials.direction, &mut radiances);
+                for (lane, value) in values.iter_mut().enumerate() {
+                    add(value, radiances.get(lane));
+                }
             }
         }
         if self.aovs.records_light() {

@@ -5,18 +5,19 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use fearless_simd::Level;
 use glam::{Mat3, Vec3};
 
 use super::local_frame::{local_frame, mirror_direction};
 use super::surface_hit::SurfaceHit;
 use super::traced_share::traced_share;
 use super::wavefront::Wavefront;
-use crate::bsdf::{AlbedoSlice, AlbedoTerms, Bsdf};
-use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
+use crate::bsdf::{AlbedoSlice, AlbedoTable, AlbedoTermLanes, Bsdf};
+use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec3Lanes, vectorized};
 use crate::integrator::IntegratorContext;
 use crate::integrator::lights::{Incidence, IncidenceLanes};
 use crate::interaction::{MaterialSample, SurfaceBlock};
-use crate::scene::{Environment, Material};
+use crate::scene::{Environment, LookupLanes, Material};
 
 /// The material of a block.
 #[derive(Clone, Copy)]
@@ -76,12 +77,12 @@ pub(super) struct ReflectedLanes {
     axes: [Vec3Lanes; 3],
     /// Direction to the viewer in the local frame.
     wo: Vec3Lanes,
+    cos_o: F32Lanes,
     pub(super) mirrored: Vec3Lanes,
+    lobe_roughness: F32Lanes,
     /// Share of the specular lobe that rays follow.
     traced_share: F32Lanes,
-    total: F32Lanes,
-    schlick: F32Lanes,
-    exact: F32Lanes,
+    albedos: AlbedoTermLanes,
     /// Weight of the mirror ray.
     pub(super) specular: Vec3Lanes,
     /// Irradiance of the environment, then the light of the environment that leaves the surface.
@@ -113,24 +114,24 @@ impl<'a> OpaqueBlock<'a> {
         wavefront: &Wavefront,
         (material, hits): (&Material, &[SurfaceHit]),
     ) {
+        let Some(table) = context.opaque_albedos.table(material) else { return };
         let view = context.view;
-        let block_material = BlockMaterial { material, albedos: AlbedoSlice::between(1.0, material.ior) };
+        let block_material = BlockMaterial { material, albedos: table.slice() };
         self.surfaces.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
 
         // Material values
         let is_textured = material.texture_refs().next().is_some();
-        let mut constant = None;
+        let mut constant: Option<MaterialSample> = None;
         for (lane, surface_hit) in hits.iter().enumerate() {
-            let is_constant = !is_textured && !self.surfaces.has_vertex_colors(view, lane);
-            let sample = match constant {
-                Some(sample) if is_constant => sample,
-                _ => self.surfaces.material(view, lane),
-            };
-            if is_constant {
-                constant = Some(sample);
-            }
             let weight = wavefront.ray(surface_hit.slot).1.weight * surface_hit.share;
-            self.materials.set(lane, &sample, weight);
+            let is_constant = !is_textured && !self.surfaces.has_vertex_colors(view, lane);
+            if is_constant && let Some(sample) = &constant {
+                self.materials.set(lane, sample, weight);
+            } else {
+                let sample = self.surfaces.material(view, lane);
+                self.materials.set(lane, &sample, weight);
+                constant = is_constant.then_some(sample);
+            }
         }
 
         // Directions, albedos and the environment
@@ -138,14 +139,12 @@ impl<'a> OpaqueBlock<'a> {
         let points = &surfaces.points;
         let level = view.bvh.simd_level();
         vectorized!(level, reflected.orient(surfaces.normals(), surfaces.viewers(), materials));
-        for (lane, point) in points.iter().enumerate() {
-            let bsdf = block_material.bsdf(materials, lane);
-            let AlbedoTerms { total, schlick, exact } = bsdf.albedo_terms(reflected.wo.get(lane));
-            reflected.total[lane] = total;
-            reflected.schlick[lane] = schlick;
-            reflected.exact[lane] = exact;
-            reflected.look_up(lane, view.environment, point.shading_normal, materials.roughness[lane]);
-        }
+        reflected.look_up(
+            (level, ActiveLanes::first(hits.len())),
+            view.environment,
+            surfaces.normals(),
+            (table, materials),
+        );
         vectorized!(level, reflected.reflect(materials, block_material));
 
         // Lights
@@ -186,17 +185,31 @@ impl ReflectedLanes {
             self.axes[0].set(lane, world_from_local.x_axis);
             self.axes[1].set(lane, world_from_local.y_axis);
             self.axes[2].set(lane, normal);
-            self.wo.set(lane, world_from_local.transpose() * wo);
+            let local_wo = world_from_local.transpose() * wo;
+            self.wo.set(lane, local_wo);
+            self.cos_o[lane] = local_wo.z;
             self.mirrored.set(lane, mirror_direction(wo, normal));
-            self.traced_share[lane] = traced_share(materials.roughness[lane].clamp(0.0, 1.0));
+            let roughness = materials.roughness[lane].clamp(0.0, 1.0);
+            self.lobe_roughness[lane] = roughness;
+            self.traced_share[lane] = traced_share(roughness);
         }
     }
 
-    /// Looks up the environment.
-    fn look_up(&mut self, lane: usize, environment: &Environment, normal: Vec3, roughness: f32) {
-        self.environment.set(lane, environment.irradiance(normal));
-        if self.traced_share[lane] < 1.0 {
-            self.prefiltered.set(lane, environment.prefiltered(self.mirrored.get(lane), roughness));
+    /// Looks up albedos and the environment.
+    fn look_up(
+        &mut self,
+        (level, lanes): (Level, ActiveLanes),
+        environment: &Environment,
+        normals: &Vec3Lanes,
+        (table, materials): (&AlbedoTable, &MaterialLanes),
+    ) {
+        table.terms((level, lanes), &self.cos_o, &self.lobe_roughness, &mut self.albedos);
+        let normals = LookupLanes { level, directions: normals, lanes };
+        environment.irradiances(&normals, &mut self.environment);
+        let lanes = lanes.filtered(|lane| self.traced_share[lane] < 1.0);
+        if !lanes.is_empty() {
+            let directions = LookupLanes { level, directions: &self.mirrored, lanes };
+            environment.prefiltered_lanes(&directions, &materials.roughness, &mut self.prefiltered);
         }
     }
 
@@ -205,7 +218,7 @@ impl ReflectedLanes {
     fn reflect(&mut self, materials: &MaterialLanes, material: BlockMaterial<'_>) {
         for lane in 0..LANES {
             let bsdf = material.bsdf(materials, lane);
-            let albedos = bsdf.albedos_by(self.wo.get(lane), self.terms(lane));
+            let albedos = bsdf.albedos_by(self.wo.get(lane), self.albedos.get(lane));
             let prefiltered_share = 1.0 - self.traced_share[lane];
             let diffuse = albedos.diffuse * self.environment.get(lane) * FRAC_1_PI;
             let specular = albedos.specular * self.prefiltered.get(lane) * prefiltered_share;
@@ -214,11 +227,6 @@ impl ReflectedLanes {
             self.environment.set(lane, weight * radiance * materials.occlusion[lane]);
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
         }
-    }
-
-    #[inline(always)]
-    fn terms(&self, lane: usize) -> AlbedoTerms {
-        AlbedoTerms { total: self.total[lane], schlick: self.schlick[lane], exact: self.exact[lane] }
     }
 
     /// The local frame of a lane; its columns are tangent, bitangent and normal.
@@ -242,7 +250,8 @@ impl DirectLanes {
             let Incidence { wi, irradiance, .. } = incidences.get(lane);
             let bsdf = material.bsdf(materials, lane);
             let wi = reflected.world_from_local(lane).transpose() * wi;
-            let scattered = bsdf.eval_by(reflected.wo.get(lane), wi, reflected.terms(lane)) * wi.z.abs();
+            let scattered =
+                bsdf.eval_by(reflected.wo.get(lane), wi, reflected.albedos.get(lane)) * wi.z.abs();
             let contribution = materials.weight.get(lane) * scattered * irradiance;
             let is_lit = irradiance.max_element() > 0.0;
             self.contribution.set(lane, if is_lit { contribution } else { Vec3::ZERO });

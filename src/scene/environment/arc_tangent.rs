@@ -29,21 +29,55 @@ static REDUCTIONS: [Reduction; 8] = [
 ];
 const INFINITE: Reduction = reduction([0.0, -1.0], [1.0, 0.0], f32::from_bits(0x3fc9_0fda), 7.549_789_4e-8);
 
+/// Lower ends of the intervals of q after the first.
+const LIMITS: [f32; 4] = [0.4375, 0.6875, 1.1875, 2.4375];
 /// Quotients beyond this power of two, and below its inverse, are left to `libm`.
 const MAX_QUOTIENT: f32 = (1 << 24) as f32;
 
 /// [`libm::atan2f`].
 #[inline(always)]
 pub(super) fn atan2(y: f32, x: f32) -> f32 {
-    const PI_LOW: f32 = -8.742_278e-8;
-    let q = (y / x).abs();
-    // Not a number fails too.
-    if !(1.0 / MAX_QUOTIENT..=MAX_QUOTIENT).contains(&q) {
+    if !is_reducible(y, x) {
         return libm::atan2f(y, x);
     }
+    let q = (y / x).abs();
     let reaches = |limit: f32| usize::from(q >= limit);
-    let interval = reaches(0.4375) + reaches(0.6875) + reaches(1.1875) + reaches(2.4375);
-    let Reduction { numerator, denominator, high, low } = &REDUCTIONS[interval & 7];
+    let interval = LIMITS.into_iter().map(reaches).sum::<usize>();
+    by_reduction((y, x), q, &REDUCTIONS[interval & 7])
+}
+
+/// Whether [`atan2_reducible`] has the bits of [`atan2`]; not for coordinates that are almost zero beside the other one.
+#[inline(always)]
+pub(super) fn is_reducible(y: f32, x: f32) -> bool {
+    // Not a number fails too.
+    (1.0 / MAX_QUOTIENT..=MAX_QUOTIENT).contains(&(y / x).abs())
+}
+
+/// [`atan2`] where [`is_reducible`] is true, for loops over lanes: selections take the place of the table.
+#[inline(always)]
+pub(super) fn atan2_reducible(y: f32, x: f32) -> f32 {
+    let q = (y / x).abs();
+    let [zero, half, one, three_halves, infinite, ..] = &REDUCTIONS;
+    let value = |of: fn(&Reduction) -> f32| {
+        let below = if q >= LIMITS[0] { of(half) } else { of(zero) };
+        let middle = if q >= LIMITS[1] { of(one) } else { below };
+        let above = if q >= LIMITS[2] { of(three_halves) } else { middle };
+        if q >= LIMITS[3] { of(infinite) } else { above }
+    };
+    let selected = Reduction {
+        numerator: [value(|of| of.numerator[0]), value(|of| of.numerator[1])],
+        denominator: [value(|of| of.denominator[0]), value(|of| of.denominator[1])],
+        high: value(|of| of.high),
+        low: value(|of| of.low),
+    };
+    by_reduction((y, x), q, &selected)
+}
+
+/// The arc tangent by the reduction of the interval of `q`.
+#[inline(always)]
+fn by_reduction((y, x): (f32, f32), q: f32, reduction: &Reduction) -> f32 {
+    const PI_LOW: f32 = -8.742_278e-8;
+    let Reduction { numerator, denominator, high, low } = reduction;
     let t = (numerator[0] * q + numerator[1]) / (denominator[0] * q + denominator[1]);
     let z = t * t;
     let w = z * z;
@@ -66,6 +100,9 @@ mod tests {
                 found.to_bits() == expected.to_bits() || expected.is_nan(),
                 "{y} {x}: {found} {expected}"
             );
+            if is_reducible(y, x) {
+                assert_eq!(atan2_reducible(y, x).to_bits(), found.to_bits(), "{y} {x}");
+            }
         };
         let special =
             [0.0, 1.0, 1e-40, 1e-30, 1e-7, 0.4375, 0.6875, 1.1875, 2.4375, 1e7, 1e30, f32::INFINITY];

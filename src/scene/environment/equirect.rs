@@ -5,9 +5,12 @@
 
 use std::f32::consts::PI;
 
+use fearless_simd::Level;
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
-use super::arc_tangent::atan2;
+use super::arc_tangent::{atan2, atan2_reducible, is_reducible};
+use crate::geometry::{ActiveLanes, F32Lanes, Vec2Lanes, Vec3Lanes, vectorized};
 
 /// Radiance on an equirectangular grid, row-major from the top.
 #[derive(Clone, Debug)]
@@ -19,9 +22,40 @@ pub(super) struct EquirectImage {
 
 /// Image coordinates of a unit direction, in the unit square with the origin at the top left.
 pub(super) fn uv_from_direction(direction: Vec3) -> Vec2 {
-    let azimuth = atan2(direction.x, -direction.z);
-    let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-    let polar = atan2(horizontal, direction.y);
+    uv_of_angles(atan2(direction.x, -direction.z), atan2(horizontal(direction), direction.y))
+}
+
+/// [`uv_from_direction`] of the directions of a block, by the instruction set `level`.
+pub(super) fn uvs_from_directions(
+    level: Level,
+    directions: &Vec3Lanes,
+    lanes: ActiveLanes,
+    uvs: &mut Vec2Lanes,
+) {
+    let mut is_done = F32Lanes::default();
+    vectorized!(level, {
+        for (lane, is_done) in is_done.iter_mut().enumerate() {
+            let direction = directions.get(lane);
+            let horizontal = horizontal(direction);
+            let azimuth = atan2_reducible(direction.x, -direction.z);
+            uvs.set(lane, uv_of_angles(azimuth, atan2_reducible(horizontal, direction.y)));
+            let done = is_reducible(direction.x, -direction.z) & is_reducible(horizontal, direction.y);
+            *is_done = if done { 1.0 } else { 0.0 };
+        }
+    });
+    for lane in lanes.filtered(|lane| is_done[lane] == 0.0) {
+        uvs.set(lane, uv_from_direction(directions.get(lane)));
+    }
+}
+
+/// Length of the part of a direction across the axis.
+#[inline(always)]
+fn horizontal(direction: Vec3) -> f32 {
+    (direction.x * direction.x + direction.z * direction.z).sqrt()
+}
+
+#[inline(always)]
+fn uv_of_angles(azimuth: f32, polar: f32) -> Vec2 {
     Vec2::new(0.5 + azimuth / (2.0 * PI), polar / PI)
 }
 
@@ -34,7 +68,7 @@ pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
 
 /// The largest integer that is not above `value`; 0 for not a number.
 #[inline(always)]
-fn floor(value: f32) -> i32 {
+pub(super) fn floor(value: f32) -> i32 {
     let whole = value as i32;
     if whole as f32 > value { whole - 1 } else { whole }
 }
@@ -95,19 +129,19 @@ impl EquirectImage {
         let columns = overlaps(self.width, width, |edge| edge);
         // The area of a band between two polar angles is proportional to the difference of their cosines.
         let rows = overlaps(self.height, height, |edge| -libm::cos(edge * std::f64::consts::PI));
-        let mut pixels = Vec::with_capacity(width * height);
-        for (first_row, row_shares) in &rows {
+        let mut pixels = vec![[0.0; 3]; width * height];
+        pixels.par_chunks_exact_mut(width).zip(&rows).for_each(|(pixels, (first_row, row_shares))| {
             let band = self.mean_of_rows(*first_row, row_shares);
-            for (first_column, column_shares) in &columns {
+            for (pixel, (first_column, column_shares)) in pixels.iter_mut().zip(&columns) {
                 let mut sum = [0.0_f64; 3];
                 for (pixel, share) in band[*first_column..].iter().zip(column_shares) {
                     for (total, channel) in sum.iter_mut().zip(pixel) {
                         *total += channel * share;
                     }
                 }
-                pixels.push(sum.map(|channel| channel as f32));
+                *pixel = sum.map(|channel| channel as f32);
             }
-        }
+        });
         Self { width, height, pixels }
     }
 

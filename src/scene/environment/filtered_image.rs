@@ -6,7 +6,7 @@
 
 use std::f32::consts::PI;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::equirect::{EquirectImage, uv_from_direction};
 
@@ -40,20 +40,26 @@ impl FilteredImage {
 
     /// Mean radiance over the parallelogram around a unit direction that the `differentials` span.
     pub(super) fn radiance(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        self.radiance_around(uv_from_direction(direction), direction, differentials)
+    }
+
+    /// [`FilteredImage::radiance`] around a direction whose image coordinates are known.
+    #[inline]
+    pub(super) fn radiance_around(&self, uv: Vec2, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         let full = self.image();
         let row = PI / full.height as f32;
         let [a, b] = differentials;
         let (aa, bb, ab) = (a.dot(a), b.dot(b), a.dot(b));
         // The squares of both axes of the ellipse have the same sum.
         if aa + bb <= row * row {
-            return full.bilinear(uv_from_direction(direction));
+            return full.bilinear(uv);
         }
         let half_difference = (aa - bb) * 0.5;
         let root = libm::sqrtf(half_difference * half_difference + ab * ab);
         let long = libm::sqrtf((aa + bb) * 0.5 + root);
         // A half-space and more, or not a number.
         if !long.is_finite() || long >= PI {
-            return self.trilinear(direction, f32::INFINITY);
+            return self.trilinear(uv, f32::INFINITY);
         }
         let axis = if half_difference >= 0.0 {
             a * (half_difference + root) + b * ab
@@ -63,20 +69,19 @@ impl FilteredImage {
         let short = larger(larger(a.cross(b).length() / long, long / MAX_PROBES), row);
         let count = libm::ceilf(long / short - 0.1);
         if count <= 1.0 {
-            return self.trilinear(direction, short / row);
+            return self.trilinear(uv, short / row);
         }
         let along = axis.normalize_or_zero() * long;
         let mut sum = Vec3::ZERO;
         for index in 0..count as u32 {
             let towards = direction + along * ((index as f32 + 0.5) / count - 0.5);
-            sum += self.trilinear(towards.normalize_or(direction), short / row);
+            sum += self.trilinear(uv_from_direction(towards.normalize_or(direction)), short / row);
         }
         sum / count
     }
 
     /// Interpolates between the two levels whose row heights enclose `width`, in rows of the full image; at least one.
-    fn trilinear(&self, direction: Vec3, width: f32) -> Vec3 {
-        let uv = uv_from_direction(direction);
+    fn trilinear(&self, uv: Vec2, width: f32) -> Vec3 {
         let last = self.levels.len() - 1;
         let bits = width.to_bits();
         let level = (bits >> 23).saturating_sub(127) as usize;

@@ -18,24 +18,29 @@ const HEIGHT: usize = WIDTH / 2;
 /// The sum of the kernel is scaled to π for each normal, so that uniform light is exact.
 pub(super) fn irradiance_image(source: &EquirectImage) -> EquirectImage {
     let cosines = azimuth_cosines(source.width);
+    let columns: Vec<ColumnRow> = source.pixels.chunks_exact(source.width).map(ColumnRow::new).collect();
     let rows: Vec<Vec<[f32; 3]>> = (0..HEIGHT)
         .into_par_iter()
-        .map(|row| irradiance_row(source, &cosines, (row as f64 + 0.5) / HEIGHT as f64 * PI))
+        .map(|row| irradiance_row((source, &columns), &cosines, (row as f64 + 0.5) / HEIGHT as f64 * PI))
         .collect();
     EquirectImage { width: WIDTH, height: HEIGHT, pixels: rows.concat() }
 }
 
-fn irradiance_row(source: &EquirectImage, azimuth_cosines: &[f64], normal_polar: f64) -> Vec<[f32; 3]> {
-    let mut sums = vec![[0.0_f64; 3]; WIDTH];
+fn irradiance_row(
+    (source, columns): (&EquirectImage, &[ColumnRow]),
+    azimuth_cosines: &[f64],
+    normal_polar: f64,
+) -> Vec<[f32; 3]> {
+    let mut sums = [[0.0_f64; 3]; WIDTH];
     let mut kernel_sum = 0.0;
-    for (row, pixels) in source.pixels.chunks_exact(source.width).enumerate() {
+    for (row, columns) in columns.iter().enumerate() {
         let kernel = row_kernel(source.height, row, azimuth_cosines, normal_polar);
         let row_sum: f64 = kernel.iter().map(|&weight| f64::from(weight)).sum();
         if row_sum == 0.0 {
             continue;
         }
         kernel_sum += row_sum;
-        add_row(&mut sums, pixels, &kernel);
+        columns.add(&kernel, &mut sums);
     }
     sums.iter().map(|sum| sum.map(|channel| (channel * PI / kernel_sum) as f32)).collect()
 }
@@ -67,19 +72,38 @@ fn first_texel_offset(source_width: usize) -> f64 {
     centre.floor() + 0.5 - centre
 }
 
-fn add_row(sums: &mut [[f64; 3]], pixels: &[[f32; 3]], kernel: &[f32]) {
-    let stride = pixels.len() / WIDTH;
-    for (column, sum) in sums.iter_mut().enumerate() {
-        let start = column * stride + stride / 2;
-        let (tail, head) = (&pixels[start..], &pixels[..start]);
-        let mut row_sum = [0.0_f32; 3];
-        for (pixel, weight) in tail.iter().chain(head).zip(kernel) {
-            row_sum[0] += pixel[0] * weight;
-            row_sum[1] += pixel[1] * weight;
-            row_sum[2] += pixel[2] * weight;
-        }
-        for (total, channel) in sum.iter_mut().zip(row_sum) {
-            *total += f64::from(channel);
+/// A row of the source by its distance from the columns of the result, so that one weight multiplies consecutive values.
+struct ColumnRow {
+    /// For each channel: every texel at the first distance from a column, for two turns, then those at the next distance.
+    channels: [Vec<f32>; 3],
+    /// Texels from one column to the next.
+    stride: usize,
+}
+
+impl ColumnRow {
+    fn new(pixels: &[[f32; 3]]) -> Self {
+        let stride = pixels.len() / WIDTH;
+        let channels = [0, 1, 2].map(|channel| {
+            let turns = |phase: usize| (0..2 * WIDTH).map(move |column| (column % WIDTH) * stride + phase);
+            (0..stride).flat_map(turns).map(|texel| pixels[texel][channel]).collect()
+        });
+        Self { channels, stride }
+    }
+
+    /// Adds the row, weighted by the texels' distances from each column.
+    fn add(&self, kernel: &[f32], sums: &mut [[f64; 3]; WIDTH]) {
+        for (channel, texels) in self.channels.iter().enumerate() {
+            let mut row_sums = [0.0_f32; WIDTH];
+            for (distance, weight) in kernel.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                let position = distance + self.stride / 2;
+                let first = position % self.stride * (2 * WIDTH) + position / self.stride;
+                for (sum, texel) in row_sums.iter_mut().zip(&texels[first..first + WIDTH]) {
+                    *sum += texel * weight;
+                }
+            }
+            for (total, row_sum) in sums.iter_mut().zip(row_sums) {
+                total[channel] += f64::from(row_sum);
+            }
         }
     }
 }

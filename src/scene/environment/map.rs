@@ -3,13 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
-use super::equirect::{EquirectImage, uv_from_direction};
+use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
 use super::irradiance::irradiance_image;
+use super::lookup_lanes::LookupLanes;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use crate::error::{Error, Result};
+use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 use crate::scene::ImageLightIndex;
 
 /// Limit of the pixels of an environment image: 16384x8192.
@@ -146,7 +148,11 @@ impl EnvironmentMap {
     }
 
     pub(super) fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
-        let uv = uv_from_direction(self.map_from_world(direction));
+        self.prefiltered_at(uv_from_direction(self.map_from_world(direction)), roughness)
+    }
+
+    #[inline]
+    fn prefiltered_at(&self, uv: Vec2, roughness: f32) -> Vec3 {
         let step = roughness.clamp(0.0, 1.0) * STEPS as f32;
         let below = (step as usize).min(STEPS - 1);
         let share = step - below as f32;
@@ -158,7 +164,58 @@ impl EnvironmentMap {
         sharper.bilinear(uv) * (1.0 - share) + rougher.bilinear(uv) * share
     }
 
+    /// See [`super::Environment::irradiances`].
+    pub(super) fn irradiances(&self, lookups: &LookupLanes<'_>, out: &mut Vec3Lanes) {
+        let (_, uvs) = self.positions(lookups);
+        for lane in lookups.lanes {
+            out.set(lane, self.tables.irradiance.bilinear(uvs.get(lane)));
+        }
+    }
+
+    /// See [`super::Environment::prefiltered_lanes`].
+    pub(super) fn prefiltered_lanes(
+        &self,
+        lookups: &LookupLanes<'_>,
+        roughness: &F32Lanes,
+        out: &mut Vec3Lanes,
+    ) {
+        let (_, uvs) = self.positions(lookups);
+        for lane in lookups.lanes {
+            out.set(lane, self.prefiltered_at(uvs.get(lane), roughness[lane]));
+        }
+    }
+
+    /// See [`super::Environment::backgrounds`].
+    pub(super) fn radiances_over(
+        &self,
+        lookups: &LookupLanes<'_>,
+        differentials: &[Vec3Lanes; 2],
+        out: &mut Vec3Lanes,
+    ) {
+        let (directions, uvs) = self.positions(lookups);
+        for lane in lookups.lanes {
+            let differentials = [0, 1].map(|axis| self.map_from_world(differentials[axis].get(lane)));
+            let (uv, direction) = (uvs.get(lane), directions.get(lane));
+            out.set(lane, self.tables.filtered.radiance_around(uv, direction, differentials));
+        }
+    }
+
+    /// Directions in the map, and their image coordinates.
+    #[inline(always)]
+    fn positions(&self, lookups: &LookupLanes<'_>) -> (Vec3Lanes, Vec2Lanes) {
+        let LookupLanes { level, directions, lanes } = *lookups;
+        let (mut in_map, mut uvs) = (Vec3Lanes::default(), Vec2Lanes::default());
+        vectorized!(level, {
+            for lane in 0..LANES {
+                in_map.set(lane, self.map_from_world(directions.get(lane)));
+            }
+        });
+        uvs_from_directions(level, &in_map, lanes, &mut uvs);
+        (in_map, uvs)
+    }
+
     /// Rotates a world direction into the map.
+    #[inline(always)]
     fn map_from_world(&self, direction: Vec3) -> Vec3 {
         let direction = self.animated_rotation.map_or(direction, |rotation| rotation.inverse() * direction);
         let Vec3 { x, y, z } = direction;

@@ -5,12 +5,15 @@
 
 mod arc_tangent;
 mod background;
+mod blocks;
 mod built_in;
 mod cube_map;
 mod equirect;
 mod filtered_image;
 mod irradiance;
 mod key_light;
+mod lobe_level;
+mod lookup_lanes;
 mod map;
 mod octahedral;
 mod prefilter;
@@ -24,6 +27,7 @@ use super::{ImageLight, ImageLightIndex, ImageLightPose};
 pub use built_in::BuiltInLight;
 pub(crate) use cube_map::columns_for_cube;
 pub use key_light::KeyLight;
+pub(crate) use lookup_lanes::LookupLanes;
 pub use map::{EnvironmentImage, EnvironmentMap};
 
 /// Light from outside the scene.

@@ -4,7 +4,9 @@
 //! upper half of the sphere fills the inner diamond. Texels lie on the nodes of the grid, its border included, so that directions
 //! on both sides of a fold have the same value and need no border texels.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3, Vec4};
+
+use crate::geometry::{LANES, Vec2Lanes, Vec3Lanes};
 
 /// Values on a square grid of directions.
 #[derive(Debug)]
@@ -12,7 +14,7 @@ pub(super) struct OctahedralImage {
     /// Cells an edge, one less than nodes.
     cells: usize,
     /// Radiance and a zero, so that a node is one load.
-    nodes: Vec<[f32; 4]>,
+    nodes: Vec<Vec4>,
 }
 
 impl OctahedralImage {
@@ -21,7 +23,7 @@ impl OctahedralImage {
         let side = cells + 1;
         let position = |index: usize| index as f32 / cells as f32 * 2.0 - 1.0;
         let nodes = (0..side * side)
-            .map(|i| value(direction_of(position(i % side), position(i / side))).extend(0.0).to_array())
+            .map(|i| value(direction_of(position(i % side), position(i / side))).extend(0.0))
             .collect();
         Self { cells, nodes }
     }
@@ -29,11 +31,16 @@ impl OctahedralImage {
     /// Bilinear interpolation between the nodes around a direction.
     #[inline]
     pub(super) fn bilinear(&self, direction: Vec3) -> Vec3 {
-        let (right, down) = position_of(direction);
-        let x = (right + 1.0) * 0.5 * self.cells as f32;
-        let y = (down + 1.0) * 0.5 * self.cells as f32;
-        let (column, row) = ((x as usize).min(self.cells - 1), (y as usize).min(self.cells - 1));
-        let (right_share, bottom_share) = (x - column as f32, y - row as f32);
+        self.at(uv_from_direction(direction))
+    }
+
+    /// Bilinear interpolation between the nodes around a position in the unit square.
+    #[inline(always)]
+    pub(super) fn at(&self, uv: Vec2) -> Vec3 {
+        let position = uv * self.cells as f32;
+        let inside = |position: f32| (position as i32 as usize).min(self.cells - 1);
+        let (column, row) = (inside(position.x), inside(position.y));
+        let (right_share, bottom_share) = (position.x - column as f32, position.y - row as f32);
         let side = self.cells + 1;
         let node = row * side + column;
         let (Some([a, b]), Some([c, d])) =
@@ -41,25 +48,35 @@ impl OctahedralImage {
         else {
             return Vec3::ZERO;
         };
-        let top = between(a, b, right_share);
-        let bottom = between(c, d, right_share);
-        let [red, green, blue, _] = between(&top, &bottom, bottom_share);
-        Vec3::new(red, green, blue)
+        let top = *a + (*b - *a) * right_share;
+        let bottom = *c + (*d - *c) * right_share;
+        (top + (bottom - top) * bottom_share).truncate()
     }
 }
 
+/// Positions of directions in the unit square, as [`OctahedralImage::at`] takes them.
 #[inline(always)]
-fn between(from: &[f32; 4], to: &[f32; 4], share: f32) -> [f32; 4] {
-    std::array::from_fn(|channel| from[channel] + (to[channel] - from[channel]) * share)
+pub(super) fn uvs_from_directions(directions: &Vec3Lanes, uvs: &mut Vec2Lanes) {
+    for lane in 0..LANES {
+        uvs.set(lane, uv_from_direction(directions.get(lane)));
+    }
+}
+
+/// Position in the unit square of a direction.
+#[inline(always)]
+fn uv_from_direction(direction: Vec3) -> Vec2 {
+    let (right, down) = position_of(direction);
+    Vec2::new((right + 1.0) * 0.5, (down + 1.0) * 0.5)
 }
 
 /// Position in the square from −1 to 1 of a direction.
-#[inline]
+#[inline(always)]
 fn position_of(direction: Vec3) -> (f32, f32) {
     let Vec3 { x, y, z } = direction;
     let sum = x.abs() + y.abs() + z.abs();
     let (right, down) = (x / sum, z / sum);
-    if y >= 0.0 { (right, down) } else { folded(right, down) }
+    let below = folded(right, down);
+    if y >= 0.0 { (right, down) } else { below }
 }
 
 /// Unit vector of a position in the square from −1 to 1.
@@ -70,6 +87,7 @@ fn direction_of(right: f32, down: f32) -> Vec3 {
 }
 
 /// Reflects a position at the side of the diamond nearest to it.
+#[inline(always)]
 fn folded(right: f32, down: f32) -> (f32, f32) {
     let sign = |value: f32| if value >= 0.0 { 1.0 } else { -1.0 };
     ((1.0 - down.abs()) * sign(right), (1.0 - right.abs()) * sign(down))

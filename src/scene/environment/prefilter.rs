@@ -7,10 +7,11 @@
 
 use std::f32::consts::PI;
 
-use glam::{Vec2, Vec3};
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::equirect::{EquirectImage, direction_from_uv, uv_from_direction};
+use super::lobe_level::LobeLevel;
 
 /// Steps of roughness from 0 (the full image, which is not stored here) to 1.
 pub(super) const STEPS: usize = 8;
@@ -39,17 +40,6 @@ impl Pyramid {
         self.levels.iter().find(|level| level.width <= width).unwrap_or(last)
     }
 
-    /// Interpolates between two levels. Integers are the levels, and 0 is the finest.
-    fn trilinear(&self, uv: Vec2, level: f32) -> Vec3 {
-        let finer = level as usize;
-        let share = level - finer as f32;
-        let sharp = self.levels[finer].bilinear(uv);
-        match self.levels.get(finer + 1) {
-            Some(coarser) if share > 0.0 => sharp * (1.0 - share) + coarser.bilinear(uv) * share,
-            _ => sharp,
-        }
-    }
-
     /// The level whose texels at the equator cover `solid_angle`.
     fn level_of(&self, solid_angle: f32) -> f32 {
         let finest = &self.levels[0];
@@ -68,6 +58,7 @@ struct LobeSample {
 
 /// Means of the image under lobes of roughness 1/8, 2/8, … 1.
 pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
+    let levels: Vec<LobeLevel> = pyramid.levels.iter().map(LobeLevel::new).collect();
     (1..=STEPS)
         .map(|step| {
             // Narrow lobes need more texels and fewer samples for the same quality.
@@ -77,7 +68,7 @@ pub(super) fn prefiltered_images(pyramid: &Pyramid) -> Vec<EquirectImage> {
                 _ => (64, 512),
             };
             let roughness = step as f32 / STEPS as f32;
-            lobe_image(pyramid, width, &lobe_samples(pyramid, roughness * roughness, samples))
+            lobe_image(&levels, width, &lobe_samples(pyramid, roughness * roughness, samples))
         })
         .collect()
 }
@@ -118,28 +109,40 @@ fn radical_inverse(index: u32) -> f32 {
     (index.reverse_bits() >> 8) as f32 / (1_u32 << 24) as f32
 }
 
-fn lobe_image(pyramid: &Pyramid, width: usize, samples: &[LobeSample]) -> EquirectImage {
+fn lobe_image(levels: &[LobeLevel], width: usize, samples: &[LobeSample]) -> EquirectImage {
     let mut image = EquirectImage { width, height: width / 2, pixels: Vec::new() };
-    image.pixels = (0..width * width / 2)
+    image.pixels = (0..width / 2)
         .into_par_iter()
-        .map(|index| {
-            let direction = direction_from_uv(image.texel_uv(index % width, index / width));
-            lobe_mean(pyramid, direction, samples).to_array()
+        .flat_map_iter(|row| {
+            let direction = direction_from_uv(image.texel_uv(0, row));
+            let sums = lobe_row(levels, direction, width, samples);
+            sums.into_iter().map(|sum| sum.truncate().to_array())
         })
         .collect();
     image
 }
 
-fn lobe_mean(pyramid: &Pyramid, direction: Vec3, samples: &[LobeSample]) -> Vec3 {
-    // Texel centres are never at the poles; a frame that follows the grid leaves no seam elsewhere.
+/// Means under the lobes of a row of `width` texels, the first of which looks along `direction`.
+fn lobe_row(levels: &[LobeLevel], direction: Vec3, width: usize, samples: &[LobeSample]) -> Vec<Vec4> {
+    // Texel centres are never at the poles; a frame that follows the grid leaves no seam elsewhere. It also gives all texels of a row the
+    // same lobe, moved along the rows of the levels.
     let east = Vec3::new(-direction.z, 0.0, direction.x).normalize();
     let north = east.cross(direction);
-    let mut sum = Vec3::ZERO;
+    let mut sums = vec![Vec4::ZERO; width];
+    let mut line = Vec::new();
     for sample in samples {
         let towards = east * sample.direction.x + north * sample.direction.y + direction * sample.direction.z;
-        sum += pyramid.trilinear(uv_from_direction(towards), sample.level) * sample.weight;
+        let uv = uv_from_direction(towards);
+        let finer = sample.level as usize;
+        let share = sample.level - finer as f32;
+        levels[finer].add(uv, sample.weight * (1.0 - share), &mut line, &mut sums);
+        if share > 0.0
+            && let Some(coarser) = levels.get(finer + 1)
+        {
+            coarser.add(uv, sample.weight * share, &mut line, &mut sums);
+        }
     }
-    sum
+    sums
 }
 
 #[cfg(test)]

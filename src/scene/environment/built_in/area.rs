@@ -147,7 +147,7 @@ fn cover(position: f32, half: f32, edge: f32) -> f32 {
 }
 
 /// Hermite smoothstep from 0 at 0 to 1 at 1.
-#[inline]
+#[inline(always)]
 pub(super) fn smooth_step(value: f32) -> f32 {
     let t = value.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -15,12 +15,13 @@ pub(super) struct Gradient {
 }
 
 impl Gradient {
-    #[inline]
+    #[inline(always)]
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
-        let (end, share) = match direction.y {
-            height if height < 0.0 => (self.floor, smooth_step(height / self.floor_height)),
-            height => (self.ceiling, smooth_step(height)),
-        };
+        let height = direction.y;
+        let is_below = height < 0.0;
+        let (below, above) = (smooth_step(height / self.floor_height), smooth_step(height));
+        let share = if is_below { below } else { above };
+        let end = if is_below { self.floor } else { self.ceiling };
         self.horizon + (end - self.horizon) * share
     }
 }

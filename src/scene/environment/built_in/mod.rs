@@ -15,7 +15,9 @@ use std::sync::OnceLock;
 use glam::Vec3;
 
 use super::key_light::KeyLight;
+use super::lookup_lanes::LookupLanes;
 use super::octahedral::OctahedralImage;
+use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
 use area::{Area, Parallelogram, direction};
 use designs::Design;
 use gradient::Gradient;
@@ -65,25 +67,46 @@ impl BuiltInLight {
 
     /// See [`super::Environment::irradiance`].
     pub(super) fn irradiance(self, normal: Vec3) -> Vec3 {
-        let prepared = self.prepared();
-        let lookup = prepared
-            .irradiance
-            .get_or_init(|| irradiance_image(|towards, width| prepared.radiance_over_square(towards, width)));
-        lookup.bilinear(normal)
+        self.prepared().irradiance_image().bilinear(normal)
     }
 
     /// See [`super::Environment::prefiltered`].
     pub(super) fn prefiltered(self, direction: Vec3, roughness: f32) -> Vec3 {
+        self.prepared().prefiltered((direction, roughness), |image| image.bilinear(direction))
+    }
+
+    /// See [`super::Environment::irradiances`].
+    pub(super) fn irradiances(self, lookups: &LookupLanes<'_>, out: &mut Vec3Lanes) {
+        let image = self.prepared().irradiance_image();
+        let uvs = lookups.octahedral_positions();
+        for lane in lookups.lanes {
+            out.set(lane, image.at(uvs.get(lane)));
+        }
+    }
+
+    /// See [`super::Environment::prefiltered_lanes`].
+    pub(super) fn prefiltered_lanes(
+        self,
+        lookups: &LookupLanes<'_>,
+        roughness: &F32Lanes,
+        out: &mut Vec3Lanes,
+    ) {
         let prepared = self.prepared();
-        let step = roughness.clamp(0.0, 1.0) * STEPS as f32;
-        let below = (step as usize).min(STEPS - 1);
-        let share = step - below as f32;
-        let sharper = match below {
-            0 if share <= 0.0 => return prepared.radiance(direction),
-            0 => prepared.radiance(direction),
-            _ => prepared.lobe_image(below).bilinear(direction),
-        };
-        sharper * (1.0 - share) + prepared.lobe_image(below + 1).bilinear(direction) * share
+        let uvs = lookups.octahedral_positions();
+        for lane in lookups.lanes {
+            let lookup = (lookups.directions.get(lane), roughness[lane]);
+            out.set(lane, prepared.prefiltered(lookup, |image| image.at(uvs.get(lane))));
+        }
+    }
+
+    /// See [`super::Environment::backgrounds`].
+    pub(super) fn backdrops(self, lookups: &LookupLanes<'_>, out: &mut Vec3Lanes) {
+        let backdrop = &self.design().backdrop;
+        vectorized!(lookups.level, {
+            for lane in 0..LANES {
+                out.set(lane, backdrop.radiance(lookups.directions.get(lane)));
+            }
+        });
     }
 
     /// The directional light, which is not part of the radiance.
@@ -135,6 +158,29 @@ impl Prepared {
             irradiance: OnceLock::new(),
             lobes: std::array::from_fn(|_| OnceLock::new()),
         }
+    }
+
+    fn irradiance_image(&self) -> &OctahedralImage {
+        self.irradiance
+            .get_or_init(|| irradiance_image(|towards, width| self.radiance_over_square(towards, width)))
+    }
+
+    /// See [`super::Environment::prefiltered`]; `lookup` looks up the direction in the image of a lobe.
+    #[inline(always)]
+    fn prefiltered(
+        &self,
+        (direction, roughness): (Vec3, f32),
+        lookup: impl Fn(&OctahedralImage) -> Vec3,
+    ) -> Vec3 {
+        let step = roughness.clamp(0.0, 1.0) * STEPS as f32;
+        let below = (step as usize).min(STEPS - 1);
+        let share = step - below as f32;
+        let sharper = match below {
+            0 if share <= 0.0 => return self.radiance(direction),
+            0 => self.radiance(direction),
+            _ => lookup(self.lobe_image(below)),
+        };
+        sharper * (1.0 - share) + lookup(self.lobe_image(below + 1)) * share
     }
 
     fn radiance(&self, direction: Vec3) -> Vec3 {

@@ -7,6 +7,7 @@ use super::opaque_materials::is_opaque;
 use super::settings::IntegratorSettings;
 use crate::color::luminance;
 use crate::geometry::{Aabb, Ray};
+use crate::interaction::is_constant;
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
 
@@ -21,6 +22,8 @@ pub struct IntegratorContext<'a> {
     pub(super) interiors: Interiors,
     /// Whether blocks can shade a material, by its index.
     pub(super) opaque_materials: Vec<bool>,
+    /// Whether a material has the same values at all points without vertex colours, by its index.
+    pub(super) constant_materials: Vec<bool>,
     /// Bounds of the surfaces of all volumes.
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
@@ -47,6 +50,7 @@ impl<'a> IntegratorContext<'a> {
             lights,
             interiors,
             opaque_materials,
+            constant_materials: view.frame.materials.iter().map(is_constant).collect(),
             volume_bounds,
             camera_media,
             ground_irradiance,
@@ -57,7 +61,7 @@ impl<'a> IntegratorContext<'a> {
     /// The volumes in which all camera rays start; `None` where they are found for each ray.
     pub(super) fn camera_media(&self) -> Option<MediaStack> {
         match self.view.frame.camera.projection {
-            Projection::Perspective { .. } => Some(MediaStack::new(self.camera_media.clone())),
+            Projection::Perspective { .. } => Some(MediaStack::new(&self.camera_media)),
             Projection::Orthographic { .. } => self.volume_bounds.is_empty().then(MediaStack::default),
         }
     }
@@ -66,10 +70,10 @@ impl<'a> IntegratorContext<'a> {
     /// are found for each start.
     pub(super) fn media_around_start(&self, ray: &Ray) -> MediaStack {
         match self.view.frame.camera.projection {
-            Projection::Perspective { .. } => MediaStack::new(self.camera_media.clone()),
+            Projection::Perspective { .. } => MediaStack::new(&self.camera_media),
             Projection::Orthographic { .. } => {
                 let start = ray.at(ray.t_min);
-                MediaStack::new(self.interiors.media_around(self.view, &self.volume_bounds, start))
+                MediaStack::new(&self.interiors.media_around(self.view, &self.volume_bounds, start))
             }
         }
     }

@@ -16,6 +16,8 @@ const MAX_HITS: usize = 1 << 16;
 pub(super) struct TransparentHits {
     /// By index of the ray and, once sorted, in order along each ray.
     hits: RefCell<Vec<(u32, Hit)>>,
+    /// Index of the first hit of each ray, once sorted, and the number of hits in the end.
+    first: Vec<u32>,
     is_overfull: Cell<bool>,
 }
 
@@ -37,23 +39,27 @@ impl TransparentHits {
         if hits.len() < MAX_HITS { hits.push((ray as u32, *hit)) } else { self.is_overfull.set(true) }
     }
 
-    /// Sorts the hits of the rays that `keeps` accepts and removes the others.
-    pub(super) fn sort(&mut self, keeps: impl Fn(usize) -> bool) {
+    /// Sorts the hits of those of `rays` rays that `keeps` accepts, and removes the others.
+    pub(super) fn sort(&mut self, rays: usize, keeps: impl Fn(usize) -> bool) {
         let hits = self.hits.get_mut();
         hits.retain(|(ray, _)| keeps(*ray as usize));
         hits.sort_unstable_by(|(ray_a, a), (ray_b, b)| {
             ray_a.cmp(ray_b).then(a.order().partial_cmp(&b.order()).unwrap_or(Ordering::Equal))
         });
+        self.first.clear();
+        for (index, (ray, _)) in (0..).zip(hits.iter()) {
+            self.first.resize(*ray as usize + 1, index);
+        }
+        self.first.resize(rays + 1, hits.len() as u32);
     }
 
     /// Steps along one ray of the sorted hits: each call returns the first hit after the given one.
     pub(super) fn along(&self, ray: u32) -> impl FnMut(Option<HitOrder>) -> Option<Hit> + '_ {
-        let mut next = self.hits.borrow().partition_point(|(other, _)| *other < ray);
+        let (mut next, end) = (self.first[ray as usize] as usize, self.first[ray as usize + 1] as usize);
         move |after| {
             let hits = self.hits.borrow();
-            while let Some((other, hit)) = hits.get(next)
-                && *other == ray
-            {
+            while next < end {
+                let (_, hit) = &hits[next];
                 next += 1;
                 // A triangle in several leaves is listed several times.
                 if after.is_none_or(|after| hit.order() > after) {
@@ -89,7 +95,7 @@ mod tests {
         for (ray, hit) in all {
             hits.add(ray, &hit);
         }
-        hits.sort(|ray| ray != 1);
+        hits.sort(4, |ray| ray != 1);
         let steps = |ray| {
             let mut next = hits.along(ray);
             let mut after = None;

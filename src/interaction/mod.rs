@@ -14,7 +14,7 @@ mod surface_differentials;
 mod surface_point;
 mod texture_lookup;
 
-pub use material::{alpha_at, catches_shadows, surface_at};
+pub use material::{alpha_at, catches_shadows, is_constant, material_values, surface_at, untextured_color};
 pub use material_sample::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample,
 };

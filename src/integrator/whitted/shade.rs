@@ -14,10 +14,16 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, LightPass};
-use crate::interaction::{AnisotropySample, MaterialSample, SurfacePoint};
+use crate::interaction::{AnisotropySample, MaterialSample, SurfacePoint, untextured_color};
 use crate::scene::Material;
 
-impl Tracer<'_, '_> {
+/// Hits on layered materials that are prepared together: rays of a packet, and few enough for their points to stay in the cache.
+const PROBED_HITS: usize = 4 * LANES;
+
+/// Points with the values of their materials.
+pub(super) type LayeredPoints<'a> = Vec<(SurfacePoint<'a>, MaterialSample)>;
+
+impl<'a> Tracer<'_, 'a> {
     /// Shades all surfaces that a wavefront sees.
     pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
         let (frame, opaque) = (self.context.view.frame, &self.context.opaque_materials);
@@ -31,10 +37,16 @@ impl Tracer<'_, '_> {
         });
         for (RunKey { is_layered, material }, hits) in order.runs() {
             let material = &frame.materials[material as usize];
-            for hits in hits.chunks(LANES) {
-                if is_layered {
+            if material.unlit && material.texture_refs().next().is_none() {
+                self.shade_unlit(wavefront, hits);
+                continue;
+            }
+            if is_layered {
+                for hits in hits.chunks(PROBED_HITS) {
                     self.shade_one_by_one(wavefront, material, hits);
-                } else {
+                }
+            } else {
+                for hits in hits.chunks(LANES) {
                     self.shade_opaque_block(wavefront, material, hits);
                 }
             }
@@ -43,20 +55,50 @@ impl Tracer<'_, '_> {
         self.surface_hits.clear();
     }
 
-    /// Shades up to [`LANES`] hits on one material, after their points were computed together.
-    fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
-        let view = self.context.view;
-        let mut block = std::mem::take(&mut self.surface_block);
-        block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
-        let mut materials = std::mem::take(&mut self.block_materials);
-        materials.clear();
-        materials.extend((0..hits.len()).map(|lane| block.material(view, lane)));
-        self.probe_transmission_sides(&block.points, &materials);
-        for (index, surface_hit) in hits.iter().enumerate() {
-            self.shade(wavefront, surface_hit, (index, &block.points[index]), materials[index]);
+    /// Shades hits on a surface without light and textures.
+    fn shade_unlit(&mut self, wavefront: &Wavefront, hits: &[SurfaceHit]) {
+        for SurfaceHit { slot, hit, share, light_pass } in hits {
+            let (_, state) = wavefront.ray(*slot);
+            let weight = state.weight * state.media.transmittance(hit.t) * *share;
+            let radiance = weight * untextured_color(self.context.view, hit);
+            self.add(state.sample, light_pass.unwrap_or(LightPass::Emission), radiance);
         }
-        self.block_materials = materials;
-        self.surface_block = block;
+    }
+
+    /// Shades up to [`PROBED_HITS`] hits on one material, after their points were computed together.
+    fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
+        let mut points = std::mem::take(&mut self.layered_points);
+        self.find_points(wavefront, material, hits, &mut points);
+        self.probe_transmission_sides(&points);
+        for (index, (surface_hit, (point, material))) in hits.iter().zip(&points).enumerate() {
+            self.shade(wavefront, surface_hit, (index, point), material);
+        }
+        self.layered_points = points;
+    }
+
+    /// Replaces `points` by those of hits on one material, and their values.
+    fn find_points(
+        &mut self,
+        wavefront: &Wavefront,
+        material: &Material,
+        hits: &[SurfaceHit],
+        points: &mut LayeredPoints<'a>,
+    ) {
+        let view = self.context.view;
+        let block = &mut self.surface_block;
+        points.clear();
+        let mut constant = None;
+        for hits in hits.chunks(LANES) {
+            block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
+            block.compute_normal_steps(view, material);
+            for (lane, point) in block.points.iter().enumerate() {
+                let is_constant = self.context.constant_materials[point.instance.material.index()]
+                    && !block.has_vertex_colors(view, lane);
+                let sample = constant.filter(|_| is_constant).unwrap_or_else(|| block.material(view, lane));
+                constant = is_constant.then_some(sample);
+                points.push((*point, sample));
+            }
+        }
     }
 
     fn shade(
@@ -64,7 +106,7 @@ impl Tracer<'_, '_> {
         wavefront: &Wavefront,
         surface_hit: &SurfaceHit,
         (index, point): (usize, &SurfacePoint<'_>),
-        material: MaterialSample,
+        material: &MaterialSample,
     ) {
         let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
         let (_, state) = wavefront.ray(*slot);
@@ -86,13 +128,15 @@ impl Tracer<'_, '_> {
         let own_medium = self.context.interiors.medium(point.instance);
         let iors = |channels| {
             let outside = ior_outside(state, own_medium, point.facing, channels);
-            (outside, ior_transmission_side(&material, &transmission_side.media, channels))
+            (outside, ior_transmission_side(material, &transmission_side.media, channels))
         };
         let lobes_of = |channels| {
             let (outside, inside) = iors(channels);
-            Bsdf::new(&material, outside, inside)
+            Bsdf::new(material, outside, inside)
         };
-        let ((outside, inside), bsdf) = (iors(state.channels), lobes_of(state.channels));
+        let (outside, inside) = iors(state.channels);
+        let albedo_slice = self.albedo_slices.between(outside, inside);
+        let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
         let is_dispersive = state.channels == ColorChannels::White
             && !material.thin
             && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
@@ -113,14 +157,14 @@ impl Tracer<'_, '_> {
             point,
             albedos: dispersed.as_ref().map_or_else(|| bsdf.albedos(wo), |lobes| channel_albedos(lobes, wo)),
             material,
-            bsdf,
+            bsdf: &bsdf,
             world_from_local,
             wo,
             weight,
             weight_below,
-            coat,
-            dispersed,
-            transmission_side,
+            coat: coat.as_ref(),
+            dispersed: dispersed.as_ref(),
+            transmission_side: &transmission_side,
             // An index of 0 bends nothing.
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             traced_share: traced_share_of(bsdf.widest_roughness()),

@@ -4,8 +4,10 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::albedo_slices::AlbedoSlices;
 use super::opaque_block::OpaqueBlock;
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
+use super::shade::LayeredPoints;
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
 use super::surface_hit::SurfaceHit;
@@ -13,11 +15,12 @@ use super::transmission_probes::TransmissionProbes;
 use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::camera_samples::CameraRayBatch;
+use crate::integrator::media::MediaCache;
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::{
     CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
-use crate::interaction::{MaterialSample, SurfaceBlock};
+use crate::interaction::SurfaceBlock;
 
 /// Rays of a lower weight are not followed and count as black.
 pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
@@ -57,8 +60,10 @@ pub struct Tracer<'w, 'a> {
     pub(super) surface_hits: Vec<SurfaceHit>,
     /// Order in which the hits are shaded.
     pub(super) shading_order: ShadingOrder,
-    /// The points of hits that are shaded one by one.
-    pub(super) surface_block: SurfaceBlock<'a>,
+    /// Computes the points of hits that are shaded one by one.
+    pub(super) surface_block: Box<SurfaceBlock<'a>>,
+    /// Those points. Taken out while they are shaded.
+    pub(super) layered_points: LayeredPoints<'a>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(super) shadows: ShadowQueue,
@@ -66,8 +71,8 @@ pub struct Tracer<'w, 'a> {
     pub(super) catcher_shadows: ShadowBatch,
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
-    /// Material values of the shaded block.
-    pub(super) block_materials: Vec<MaterialSample>,
+    pub(super) albedo_slices: AlbedoSlices,
+    pub(super) media_cache: MediaCache,
     pub(super) aovs: SampleAovs,
     pub(super) counters: TraversalCounters,
     pub(super) statistics: IntegratorStatistics,
@@ -86,12 +91,14 @@ impl<'w, 'a> Tracer<'w, 'a> {
             children: Wavefront::default(),
             surface_hits: Vec::new(),
             shading_order: ShadingOrder::default(),
-            surface_block: SurfaceBlock::default(),
+            surface_block: Box::default(),
+            layered_points: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.lights.len()),
             catcher_shadows: ShadowBatch::default(),
             probes: TransmissionProbes::default(),
-            block_materials: Vec::new(),
+            albedo_slices: AlbedoSlices::default(),
+            media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),

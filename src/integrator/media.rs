@@ -51,8 +51,8 @@ impl Medium {
 
 /// The volumes that contain a point. The last entered one fills the space.
 ///
-/// Every ray has a stack. Stacks share their volumes, also by [`MediaCache`], so that most crossings allocate nothing and read
-/// memory that is in the cache.
+/// Every ray has a stack. Stacks share their volumes, also by [`MediaCache`], so that rays rarely allocate where they enter one, and
+/// read memory that is in the cache.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MediaStack(Option<Rc<Entered>>);
 

@@ -11,7 +11,9 @@ use crate::bsdf::{Bsdf, Coat};
 use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::transmits;
 use crate::geometry::{Facing, Ray};
-use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows, material_values};
+use crate::interaction::{
+    MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values,
+};
 use crate::scene::MaterialIndex;
 
 /// Transparent surfaces that one ray passes at most.
@@ -58,6 +60,7 @@ pub(super) struct ShadowBatch {
 struct ShadowCache {
     glass: Option<ConstantGlass>,
     media: MediaCache,
+    probes: RefCell<TextureProbes>,
 }
 
 /// The lobes of the last constant material.
@@ -185,8 +188,8 @@ fn through_surfaces(
             return ShadowTransmittance { transmittance, limit_reached: false };
         };
         after = Some(hit.order());
-        transmittance *= media.transmittance((hit.t - reached_t) * length)
-            * through_surface(context, ray, &hit, &mut cache.glass);
+        transmittance *=
+            media.transmittance((hit.t - reached_t) * length) * through_surface(context, ray, &hit, cache);
         if let Some(medium) = clear_medium(context, &hit) {
             // A ray that started inside a volume unknowingly reveals it where it leaves.
             if hit.facing == Facing::Back && !media.holds(medium.volume) {
@@ -209,17 +212,12 @@ fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit) -> Option<Medium> {
 }
 
 /// Transmittance of one surface: (1 − α) + α · transmission · (1 − F) · base colour, times the transmittance of its coat.
-fn through_surface(
-    context: &IntegratorContext<'_>,
-    ray: &Ray,
-    hit: &Hit,
-    last: &mut Option<ConstantGlass>,
-) -> Vec3 {
+fn through_surface(context: &IntegratorContext<'_>, ray: &Ray, hit: &Hit, cache: &mut ShadowCache) -> Vec3 {
     let alpha = alpha_at(context.view, hit);
     let frame = context.view.frame;
     let straight = context.settings.glass_shadows == GlassShadows::Straight;
     let glass = if straight && transmits(&frame.materials[frame.instance(hit.triangle).material.index()]) {
-        glass_transmittance(context, ray, hit, last)
+        glass_transmittance(context, ray, hit, cache)
     } else {
         Vec3::ZERO
     };
@@ -232,21 +230,21 @@ fn glass_transmittance(
     context: &IntegratorContext<'_>,
     ray: &Ray,
     hit: &Hit,
-    last: &mut Option<ConstantGlass>,
+    cache: &mut ShadowCache,
 ) -> Vec3 {
     let view = context.view;
-    let point = SurfacePoint::orientation(view, ray, hit);
+    let point = SurfacePoint::orientation(view, ray, hit, &cache.probes);
     let cosine = point.wo.dot(point.shading_normal);
     let wo = Vec3::new(libm::sqrtf((1.0 - cosine * cosine).abs()), 0.0, cosine);
     let index = point.instance.material;
     if context.constant_materials[index.index()] && !point.instance.has_colors(view.scene) {
-        if last.as_ref().is_none_or(|known| known.material != index) {
-            let bsdf = straight_lobes(&material_values(view, &point));
-            *last = Some(ConstantGlass { material: index, bsdf });
+        if cache.glass.as_ref().is_none_or(|known| known.material != index) {
+            let bsdf = straight_lobes(&material_values(view, &point, &cache.probes));
+            cache.glass = Some(ConstantGlass { material: index, bsdf });
         }
-        return last.as_ref().map_or(Vec3::ZERO, |glass| glass.bsdf.transmission_albedo(wo));
+        return cache.glass.as_ref().map_or(Vec3::ZERO, |glass| glass.bsdf.transmission_albedo(wo));
     }
-    let material = material_values(view, &point);
+    let material = material_values(view, &point, &cache.probes);
     if material.transmission > 0.0 {
         straight_lobes(&material).transmission_albedo(wo) * coat_transmittance(&material, &point)
     } else {

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
-use super::texture_lookup::{self, Lookups};
+use super::texture_lookup::{self, Lookups, TextureProbes};
 use super::{MaterialSample, RayDifferential, SurfacePoint, material_extensions};
 use crate::bvh::Hit;
 use crate::frame::{MeshInstance, is_volume, transmits};
@@ -28,8 +28,12 @@ pub fn surface_at<'a>(
 }
 
 /// All material values at a point.
-pub fn material_values(view: SceneView<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
-    material_at(&Lookups::new(view, &RefCell::default()), point)
+pub fn material_values(
+    view: SceneView<'_>,
+    point: &SurfacePoint<'_>,
+    probes: &RefCell<TextureProbes>,
+) -> MaterialSample {
+    material_at(&Lookups::new(view, probes), point)
 }
 
 /// Whether a material has the same values at all points without vertex colours.

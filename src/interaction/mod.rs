@@ -21,3 +21,4 @@ pub use material_sample::{
 pub use ray_differential::RayDifferential;
 pub use surface_block::{RayHit, SurfaceBlock};
 pub use surface_point::SurfacePoint;
+pub use texture_lookup::TextureProbes;

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::normal;
 use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface_point::{SurfacePoint, plane_error};
-use super::texture_lookup::Lookups;
+use super::texture_lookup::{Lookups, TextureProbes};
 use crate::bvh::Hit;
 use crate::frame::MeshInstance;
 use crate::geometry::{Facing, Ray, unit_or};
@@ -20,9 +20,9 @@ impl<'a> SurfacePoint<'a> {
     }
 
     /// The directions and normals alone of [`SurfacePoint::new`], for a ray without extent. Positions and steps are zero.
-    pub fn orientation(view: SceneView<'a>, ray: &Ray, hit: &Hit) -> Self {
+    pub fn orientation(view: SceneView<'a>, ray: &Ray, hit: &Hit, probes: &RefCell<TextureProbes>) -> Self {
         let mut point = Self::unshaded(view, ray, hit);
-        point.shading_normal = point.mapped_normal(&Lookups::new(view, &RefCell::default()));
+        point.shading_normal = point.mapped_normal(&Lookups::new(view, probes));
         point
     }
 

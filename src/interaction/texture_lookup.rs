@@ -113,9 +113,9 @@ struct Layout {
     levels: usize,
 }
 
-/// The probes of all textures that share a layout, at one point.
+/// The probes of all textures that share a layout, at one point. Keeps its memory from point to point.
 #[derive(Debug, Default)]
-pub(super) struct TextureProbes {
+pub struct TextureProbes {
     layout: Layout,
     /// None before the first lookup.
     fine: LevelProbes,

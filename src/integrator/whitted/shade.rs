@@ -14,14 +14,8 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, LightPass};
-use crate::interaction::{AnisotropySample, MaterialSample, SurfacePoint, untextured_color};
+use crate::interaction::{AnisotropySample, MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;
-
-/// Hits on layered materials that are prepared together: rays of a packet, and few enough for their points to stay in the cache.
-const PROBED_HITS: usize = 4 * LANES;
-
-/// Points with the values of their materials.
-pub(super) type LayeredPoints<'a> = Vec<(SurfacePoint<'a>, MaterialSample)>;
 
 impl<'a> Tracer<'_, 'a> {
     /// Shades all surfaces that a wavefront sees.
@@ -41,12 +35,10 @@ impl<'a> Tracer<'_, 'a> {
                 self.shade_unlit(wavefront, hits);
                 continue;
             }
-            if is_layered {
-                for hits in hits.chunks(PROBED_HITS) {
+            for hits in hits.chunks(LANES) {
+                if is_layered {
                     self.shade_one_by_one(wavefront, material, hits);
-                }
-            } else {
-                for hits in hits.chunks(LANES) {
+                } else {
                     self.shade_opaque_block(wavefront, material, hits);
                 }
             }
@@ -65,39 +57,33 @@ impl<'a> Tracer<'_, 'a> {
         }
     }
 
-    /// Shades up to [`PROBED_HITS`] hits on one material, after their points were computed together.
+    /// Shades up to [`LANES`] hits on one material, after their points were computed together.
     fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
-        let mut points = std::mem::take(&mut self.layered_points);
-        self.find_points(wavefront, material, hits, &mut points);
-        self.probe_transmission_sides(&points);
-        for (index, (surface_hit, (point, material))) in hits.iter().zip(&points).enumerate() {
-            self.shade(wavefront, surface_hit, (index, point), material);
+        let Some(mut block) = self.surface_block.take() else { return };
+        let view = self.context.view;
+        block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
+        block.compute_normal_steps(view, material);
+        let mut materials = std::mem::take(&mut self.block_materials);
+        self.find_materials(&block, &mut materials);
+        self.probe_transmission_sides(&block.points, &materials);
+        for (index, surface_hit) in hits.iter().enumerate() {
+            self.shade(wavefront, surface_hit, (index, &block.points[index]), &materials[index]);
         }
-        self.layered_points = points;
+        self.block_materials = materials;
+        self.surface_block = Some(block);
     }
 
-    /// Replaces `points` by those of hits on one material, and their values.
-    fn find_points(
-        &mut self,
-        wavefront: &Wavefront,
-        material: &Material,
-        hits: &[SurfaceHit],
-        points: &mut LayeredPoints<'a>,
-    ) {
+    /// Replaces `materials` by the material values at the points of a block.
+    fn find_materials(&self, block: &SurfaceBlock<'a>, materials: &mut Vec<MaterialSample>) {
         let view = self.context.view;
-        let block = &mut self.surface_block;
-        points.clear();
+        materials.clear();
         let mut constant = None;
-        for hits in hits.chunks(LANES) {
-            block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
-            block.compute_normal_steps(view, material);
-            for (lane, point) in block.points.iter().enumerate() {
-                let is_constant = self.context.constant_materials[point.instance.material.index()]
-                    && !block.has_vertex_colors(view, lane);
-                let sample = constant.filter(|_| is_constant).unwrap_or_else(|| block.material(view, lane));
-                constant = is_constant.then_some(sample);
-                points.push((*point, sample));
-            }
+        for (lane, point) in block.points.iter().enumerate() {
+            let is_constant = self.context.constant_materials[point.instance.material.index()]
+                && !block.has_vertex_colors(view, lane);
+            let sample = constant.filter(|_| is_constant).unwrap_or_else(|| block.material(view, lane));
+            constant = is_constant.then_some(sample);
+            materials.push(sample);
         }
     }
 

@@ -7,7 +7,6 @@ use glam::Vec3;
 use super::albedo_slices::AlbedoSlices;
 use super::opaque_block::OpaqueBlock;
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
-use super::shade::LayeredPoints;
 use super::shading_order::ShadingOrder;
 use super::shadow_queue::ShadowQueue;
 use super::surface_hit::SurfaceHit;
@@ -20,7 +19,7 @@ use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::{
     CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
-use crate::interaction::SurfaceBlock;
+use crate::interaction::{MaterialSample, SurfaceBlock};
 
 /// Rays of a lower weight are not followed and count as black.
 pub(super) const MIN_WEIGHT: f32 = 1.0 / 1024.0;
@@ -60,10 +59,10 @@ pub struct Tracer<'w, 'a> {
     pub(super) surface_hits: Vec<SurfaceHit>,
     /// Order in which the hits are shaded.
     pub(super) shading_order: ShadingOrder,
-    /// Computes the points of hits that are shaded one by one.
-    pub(super) surface_block: Box<SurfaceBlock<'a>>,
-    /// Those points. Taken out while they are shaded.
-    pub(super) layered_points: LayeredPoints<'a>,
+    /// The points of hits that are shaded one by one. Taken out while they are shaded.
+    pub(super) surface_block: Option<Box<SurfaceBlock<'a>>>,
+    /// Material values at those points.
+    pub(super) block_materials: Vec<MaterialSample>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(super) shadows: ShadowQueue,
@@ -91,8 +90,8 @@ impl<'w, 'a> Tracer<'w, 'a> {
             children: Wavefront::default(),
             surface_hits: Vec::new(),
             shading_order: ShadingOrder::default(),
-            surface_block: Box::default(),
-            layered_points: Vec::new(),
+            surface_block: Some(Box::default()),
+            block_materials: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.lights.len()),
             catcher_shadows: ShadowBatch::default(),

@@ -21,11 +21,15 @@ pub(super) struct TransmissionSide {
 
 impl Tracer<'_, '_> {
     /// Probes the transmission sides of a block of points, for [`Tracer::transmission_side`].
-    pub(super) fn probe_transmission_sides(&mut self, points: &[(SurfacePoint<'_>, MaterialSample)]) {
+    pub(super) fn probe_transmission_sides(
+        &mut self,
+        points: &[SurfacePoint<'_>],
+        materials: &[MaterialSample],
+    ) {
         let TransmissionProbes { rays, of_point, is_occluded, touching } = &mut self.probes;
         rays.clear();
         of_point.clear();
-        for (point, material) in points {
+        for (point, material) in points.iter().zip(materials) {
             let transmits =
                 material.transmission > 0.0 || self.context.interiors.medium(point.instance).is_some();
             of_point.push(transmits.then_some(rays.len() as u32));

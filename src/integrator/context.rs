@@ -12,6 +12,7 @@ use super::zsobol::ZSobol;
 use crate::color::luminance;
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray};
+use crate::interaction::is_constant;
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
 
@@ -27,6 +28,8 @@ pub struct IntegratorContext<'a> {
     /// Whether blocks can shade a material, by its index.
     pub(super) opaque_materials: Vec<bool>,
     pub(super) opaque_albedos: OpaqueAlbedos,
+    /// Whether a material has the same values at all points without vertex colours, by its index.
+    pub(super) constant_materials: Vec<bool>,
     /// Bounds of the surfaces of all volumes.
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
@@ -62,6 +65,7 @@ impl<'a> IntegratorContext<'a> {
             interiors,
             opaque_materials,
             opaque_albedos,
+            constant_materials: view.frame.materials.iter().map(is_constant).collect(),
             volume_bounds,
             camera_media,
             hittable_lights: is_path.then(|| HittableLights::new(view)),
@@ -84,7 +88,7 @@ impl<'a> IntegratorContext<'a> {
     /// The volumes in which all camera rays start; `None` where they are found for each ray.
     pub(super) fn camera_media(&self) -> Option<MediaStack> {
         match self.view.frame.camera.projection {
-            Projection::Perspective { .. } => Some(MediaStack::new(self.camera_media.clone())),
+            Projection::Perspective { .. } => Some(MediaStack::new(&self.camera_media)),
             Projection::Orthographic { .. } => self.volume_bounds.is_empty().then(MediaStack::default),
         }
     }
@@ -93,10 +97,10 @@ impl<'a> IntegratorContext<'a> {
     /// are found for each start.
     pub(super) fn media_around_start(&self, ray: &Ray) -> MediaStack {
         match self.view.frame.camera.projection {
-            Projection::Perspective { .. } => MediaStack::new(self.camera_media.clone()),
+            Projection::Perspective { .. } => MediaStack::new(&self.camera_media),
             Projection::Orthographic { .. } => {
                 let start = ray.at(ray.t_min);
-                MediaStack::new(self.interiors.media_around(self.view, &self.volume_bounds, start))
+                MediaStack::new(&self.interiors.media_around(self.view, &self.volume_bounds, start))
             }
         }
     }

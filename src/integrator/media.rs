@@ -51,18 +51,77 @@ impl Medium {
 
 /// The volumes that contain a point. The last entered one fills the space.
 ///
-/// Every ray has a stack and nearly all are empty: empty stacks allocate nothing, others are shared.
+/// Every ray has a stack. Stacks share their volumes, also by [`MediaCache`], so that rays rarely allocate where they enter one, and
+/// read memory that is in the cache.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct MediaStack(Option<Rc<Vec<Medium>>>);
+pub struct MediaStack(Option<Rc<Entered>>);
+
+/// The volume that was entered last, and the ones around it.
+#[derive(Debug, PartialEq)]
+struct Entered {
+    medium: Medium,
+    around: MediaStack,
+}
+
+impl Drop for Entered {
+    /// Drops one volume after the other: thousands may be nested.
+    fn drop(&mut self) {
+        let mut next = self.around.0.take();
+        while let Some(mut entered) = next.and_then(Rc::into_inner) {
+            next = entered.around.0.take();
+        }
+    }
+}
+
+/// The stacks that were made last, for all rays that enter the same volumes.
+#[derive(Debug, Default)]
+pub(super) struct MediaCache {
+    entered: [MediaStack; 4],
+    /// Index of the one that is replaced next.
+    oldest: usize,
+}
+
+impl MediaCache {
+    fn entering(&mut self, around: MediaStack, medium: Medium) -> MediaStack {
+        let is_it = |entered: &Entered| entered.medium == medium && entered.around.shares(&around);
+        let mut known = self.entered.iter();
+        if let Some(known) = known.find(|known| known.0.as_deref().is_some_and(is_it)) {
+            return known.clone();
+        }
+        let entered = around.entering(medium);
+        self.entered[self.oldest] = entered.clone();
+        self.oldest = (self.oldest + 1) % self.entered.len();
+        entered
+    }
+}
 
 impl MediaStack {
     /// A stack of `volumes`, the last entered one last.
-    pub(super) fn new(volumes: Vec<Medium>) -> Self {
-        Self((!volumes.is_empty()).then(|| Rc::new(volumes)))
+    pub(super) fn new(volumes: &[Medium]) -> Self {
+        volumes.iter().fold(Self::default(), |around, medium| around.entering(*medium))
     }
 
-    fn volumes(&self) -> &[Medium] {
-        self.0.as_deref().map(Vec::as_slice).unwrap_or_default()
+    fn entering(self, medium: Medium) -> Self {
+        Self(Some(Rc::new(Entered { medium, around: self })))
+    }
+
+    /// The volumes, the last entered one first.
+    fn volumes(&self) -> impl Iterator<Item = &Medium> {
+        let mut next = self.0.as_deref();
+        std::iter::from_fn(move || {
+            let entered = next?;
+            next = entered.around.0.as_deref();
+            Some(&entered.medium)
+        })
+    }
+
+    /// Whether both stacks are the same memory.
+    fn shares(&self, other: &Self) -> bool {
+        match (&self.0, &other.0) {
+            (None, None) => true,
+            (Some(a), Some(b)) => Rc::ptr_eq(a, b),
+            _ => false,
+        }
     }
 
     /// Whether there are no volumes.
@@ -72,7 +131,7 @@ impl MediaStack {
 
     /// The medium that fills the space; `None` is vacuum.
     pub fn current(&self) -> Option<&Medium> {
-        self.volumes().last()
+        self.0.as_deref().map(|entered| &entered.medium)
     }
 
     /// Index of refraction of the space; 1 in vacuum.
@@ -92,21 +151,31 @@ impl MediaStack {
 
     /// Whether the stack contains this volume.
     pub fn holds(&self, volume: VolumeId) -> bool {
-        self.volumes().iter().any(|medium| medium.volume == volume)
+        self.volumes().any(|medium| medium.volume == volume)
     }
 
     /// Crosses the surface of `medium`: a front face enters, a back face leaves.
-    pub fn cross(&mut self, medium: Medium, facing: Facing) {
-        let mut volumes = self.volumes().to_vec();
+    pub(super) fn cross(&mut self, medium: Medium, facing: Facing, cache: &mut MediaCache) {
         match facing {
-            Facing::Front => volumes.push(medium),
-            Facing::Back => {
-                if let Some(last) = volumes.iter().rposition(|held| held.volume == medium.volume) {
-                    volumes.remove(last);
-                }
-            }
+            Facing::Front => *self = cache.entering(std::mem::take(self), medium),
+            Facing::Back if self.holds(medium.volume) => *self = self.left(medium.volume),
+            Facing::Back => {}
         }
-        *self = Self::new(volumes);
+    }
+
+    /// The stack without the last entered part of `volume`.
+    fn left(&self, volume: VolumeId) -> Self {
+        let mut kept = Vec::new();
+        let mut next = &self.0;
+        while let Some(entered) = next {
+            if entered.medium.volume == volume {
+                break;
+            }
+            kept.push(entered.medium);
+            next = &entered.around.0;
+        }
+        let around = next.as_ref().map_or_else(Self::default, |entered| entered.around.clone());
+        kept.iter().rev().fold(around, |around, medium| around.entering(*medium))
     }
 }
 
@@ -122,17 +191,43 @@ mod tests {
     #[test]
     fn leaving_restores_the_volume_below() {
         let (glass, water) = (medium(0, 1.5), medium(1, 1.33));
-        let mut stack = MediaStack::default();
-        stack.cross(glass, Facing::Front);
-        stack.cross(water, Facing::Front);
+        let (mut stack, mut cache) = (MediaStack::default(), MediaCache::default());
+        stack.cross(glass, Facing::Front, &mut cache);
+        stack.cross(water, Facing::Front, &mut cache);
         assert_eq!(stack.ior(ColorChannels::White), 1.33);
         // Leaving the outer volume first keeps the inner one.
         let mut overlapping = stack.clone();
-        overlapping.cross(glass, Facing::Back);
+        overlapping.cross(glass, Facing::Back, &mut cache);
         assert_eq!(overlapping.ior(ColorChannels::White), 1.33);
-        stack.cross(water, Facing::Back);
+        stack.cross(water, Facing::Back, &mut cache);
         assert_eq!(stack.ior(ColorChannels::White), 1.5);
-        stack.cross(glass, Facing::Back);
+        stack.cross(glass, Facing::Back, &mut cache);
         assert_eq!(stack, MediaStack::default());
+    }
+    #[test]
+    fn rays_in_the_same_volumes_share_a_stack() {
+        let (glass, water) = (medium(0, 1.5), medium(1, 1.33));
+        let mut cache = MediaCache::default();
+        let mut entered = |volumes: &[Medium]| {
+            let mut stack = MediaStack::default();
+            volumes.iter().for_each(|volume| stack.cross(*volume, Facing::Front, &mut cache));
+            stack
+        };
+        let first = entered(&[glass, water]);
+        assert!(first.shares(&entered(&[glass, water])));
+        assert!(!first.shares(&entered(&[water, glass])));
+        // More stacks than the cache holds
+        for material in 2..20 {
+            assert_eq!(entered(&[medium(material, 1.2), glass]).ior(ColorChannels::White), 1.5);
+        }
+        assert_eq!(entered(&[glass, water]), first);
+    }
+
+    #[test]
+    fn thousands_of_nested_volumes_are_dropped() {
+        let volumes: Vec<_> = (0..200_000).map(|material| medium(material, 1.5)).collect();
+        let mut stack = MediaStack::new(&volumes);
+        stack.cross(volumes[0], Facing::Back, &mut MediaCache::default());
+        assert_eq!(stack.volumes().count(), volumes.len() - 1);
     }
 }

@@ -1,9 +1,10 @@
 //! Transmittance of shadow rays: opaque surfaces, transparent surfaces, and the media in between.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 
 use glam::Vec3;
 
+use super::media::MediaCache;
 use super::transparent_hits::TransparentHits;
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
 use crate::bsdf::{Bsdf, Coat};
@@ -11,8 +12,9 @@ use crate::bvh::{Hit, HitOrder, TraversalCounters};
 use crate::frame::{is_volume, transmits};
 use crate::geometry::{Facing, Ray};
 use crate::interaction::{
-    MaterialSample, RayDifferential, SurfacePoint, alpha_at, catches_shadows, surface_at,
+    MaterialSample, SurfacePoint, TextureProbes, alpha_at, catches_shadows, material_values,
 };
+use crate::scene::{Material, MaterialIndex};
 
 /// Transparent surfaces that one ray passes at most.
 pub const TRANSPARENCY_LIMIT: u32 = 256;
@@ -33,6 +35,22 @@ pub(super) enum GlassPassage {
     Straight,
     /// That of lights that rays can hit: clear thin walls alone. Sampled rays bring the light that other glass bends or scatters.
     ThinWalls,
+}
+
+impl GlassPassage {
+    /// Whether light passes glass of a material.
+    fn passes(self, context: &IntegratorContext<'_>, material: &Material) -> bool {
+        match self {
+            Self::Straight => context.settings.glass_shadows == GlassShadows::Straight,
+            Self::ThinWalls => !is_volume(material),
+        }
+    }
+
+    /// The share of light that passes lobes straight.
+    fn transmittance(self, lobes: &Bsdf, wo: Vec3) -> Vec3 {
+        let is_clear = self == Self::Straight || lobes.is_transmission_smooth();
+        if is_clear { lobes.transmission_albedo(wo) } else { Vec3::ZERO }
+    }
 }
 
 /// The light that a shadow ray lets through.
@@ -59,8 +77,24 @@ pub(super) struct ShadowBatch {
     is_tinted: Vec<Cell<bool>>,
     /// The transparent surfaces of those rays.
     transparent_hits: TransparentHits,
-    /// The volumes in which rays start, in the order of the rays, as far as there are any.
-    media: Vec<(u32, MediaStack)>,
+    /// The volumes in which the rays start.
+    media: Vec<MediaStack>,
+    cache: RefCell<ShadowCache>,
+}
+
+/// What shadow rays found last.
+#[derive(Debug, Default)]
+struct ShadowCache {
+    glass: Option<ConstantGlass>,
+    media: MediaCache,
+    probes: RefCell<TextureProbes>,
+}
+
+/// The lobes of the last constant material.
+#[derive(Debug)]
+struct ConstantGlass {
+    material: MaterialIndex,
+    bsdf: Bsdf,
 }
 
 impl ShadowBatch {
@@ -74,9 +108,7 @@ impl ShadowBatch {
     pub(super) fn push(&mut self, ray: Ray, media: MediaStack) -> u32 {
         let index = self.rays.len() as u32;
         self.rays.push(ray);
-        if !media.is_empty() {
-            self.media.push((index, media));
-        }
+        self.media.push(media);
         index
     }
 
@@ -103,7 +135,7 @@ impl ShadowBatch {
             Occlusion::Absent => false,
         };
         context.view.bvh.occluded_rays(rays, solid, is_occluded, counters);
-        transparent_hits.sort(|index| !is_occluded[index]);
+        transparent_hits.sort(rays.len(), |index| !is_occluded[index]);
     }
 
     /// The transmittance of a ray.
@@ -131,16 +163,14 @@ impl ShadowBatch {
         counters: &mut TraversalCounters,
     ) -> ShadowTransmittance {
         let ray = &self.rays[index as usize];
-        let media = match self.media.binary_search_by_key(&index, |&(ray, _)| ray) {
-            Ok(found) => self.media[found].1.clone(),
-            Err(_) => MediaStack::default(),
-        };
+        let media = self.media[index as usize].clone();
+        let mut cache = self.cache.borrow_mut();
         if self.transparent_hits.is_overfull() {
-            through_surfaces(context, (ray, self.glass), media, |after| {
-                next_surface(context, (ray, self.glass), after, counters)
-            })
+            let next = |after| next_surface(context, (ray, self.glass), after, counters);
+            through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
         } else {
-            through_surfaces(context, (ray, self.glass), media, self.transparent_hits.along(index))
+            let next = self.transparent_hits.along(index);
+            through_surfaces(context, (ray, self.glass), (media, &mut *cache), next)
         }
     }
 
@@ -158,11 +188,7 @@ fn occlusion(context: &IntegratorContext<'_>, hit: &Hit, passage: GlassPassage) 
     }
     let instance = context.view.frame.instance(hit.triangle);
     let material = &context.view.frame.materials[instance.material.index()];
-    let clear_glass = transmits(material)
-        && match passage {
-            GlassPassage::Straight => context.settings.glass_shadows == GlassShadows::Straight,
-            GlassPassage::ThinWalls => !is_volume(material),
-        };
+    let clear_glass = transmits(material) && passage.passes(context, material);
     if alpha < 1.0 || clear_glass { Occlusion::Transparent } else { Occlusion::Opaque }
 }
 
@@ -183,7 +209,7 @@ fn next_surface(
 fn through_surfaces(
     context: &IntegratorContext<'_>,
     (ray, glass): (&Ray, GlassPassage),
-    mut media: MediaStack,
+    (mut media, cache): (MediaStack, &mut ShadowCache),
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) -> ShadowTransmittance {
     let length = libm::sqrtf(ray.direction.dot(ray.direction));
@@ -196,14 +222,14 @@ fn through_surfaces(
             return ShadowTransmittance { transmittance, limit_reached: false };
         };
         after = Some(hit.order());
-        transmittance *=
-            media.transmittance((hit.t - reached_t) * length) * through_surface(context, (ray, glass), &hit);
+        transmittance *= media.transmittance((hit.t - reached_t) * length)
+            * through_surface(context, (ray, glass), &hit, cache);
         if let Some(medium) = clear_medium(context, &hit, glass) {
             // A ray that started inside a volume unknowingly reveals it where it leaves.
             if hit.facing == Facing::Back && !media.holds(medium.volume) {
                 transmittance *= medium.transmittance((hit.t - ray.t_min) * length);
             }
-            media.cross(medium, hit.facing);
+            media.cross(medium, hit.facing, &mut cache.media);
         }
         reached_t = hit.t;
         if transmittance == Vec3::ZERO {
@@ -221,32 +247,54 @@ fn clear_medium(context: &IntegratorContext<'_>, hit: &Hit, glass: GlassPassage)
 }
 
 /// Transmittance of one surface: (1 − α) + α · transmission · (1 − F) · base colour, times the transmittance of its coat.
-///
-/// The ray is not bent, so F is always that of a ray that enters. This is F of the same path backwards, and there is no total
-/// reflection.
-fn through_surface(context: &IntegratorContext<'_>, (ray, passage): (&Ray, GlassPassage), hit: &Hit) -> Vec3 {
+fn through_surface(
+    context: &IntegratorContext<'_>,
+    (ray, passage): (&Ray, GlassPassage),
+    hit: &Hit,
+    cache: &mut ShadowCache,
+) -> Vec3 {
     let alpha = alpha_at(context.view, hit);
-    let (point, material) = surface_at(context.view, ray, hit, &RayDifferential::ZERO);
-    let passes = match passage {
-        GlassPassage::Straight => context.settings.glass_shadows == GlassShadows::Straight,
-        GlassPassage::ThinWalls => material.thin,
-    };
-    let glass = if passes && material.transmission > 0.0 {
-        // The direction of anisotropy hardly changes how much light passes.
-        let material = MaterialSample { anisotropy: None, ..material };
-        let bsdf = Bsdf::new(&material, 1.0, material.ior);
-        let cosine = point.wo.dot(point.shading_normal);
-        let wo = Vec3::new(libm::sqrtf((1.0 - cosine * cosine).abs()), 0.0, cosine);
-        let is_clear = passage == GlassPassage::Straight || bsdf.is_transmission_smooth();
-        if is_clear {
-            bsdf.transmission_albedo(wo) * coat_transmittance(&material, &point)
-        } else {
-            Vec3::ZERO
-        }
+    let frame = context.view.frame;
+    let material = &frame.materials[frame.instance(hit.triangle).material.index()];
+    let glass = if transmits(material) && passage.passes(context, material) {
+        glass_transmittance(context, (ray, passage), hit, cache)
     } else {
         Vec3::ZERO
     };
     Vec3::splat(1.0 - alpha) + glass * alpha
+}
+
+/// The ray is not bent, so F is always that of a ray that enters. This is F of the same path backwards, and there is no total
+/// reflection.
+fn glass_transmittance(
+    context: &IntegratorContext<'_>,
+    (ray, passage): (&Ray, GlassPassage),
+    hit: &Hit,
+    cache: &mut ShadowCache,
+) -> Vec3 {
+    let view = context.view;
+    let point = SurfacePoint::orientation(view, ray, hit, &cache.probes);
+    let cosine = point.wo.dot(point.shading_normal);
+    let wo = Vec3::new(libm::sqrtf((1.0 - cosine * cosine).abs()), 0.0, cosine);
+    let index = point.instance.material;
+    if context.constant_materials[index.index()] && !point.instance.has_colors(view.scene) {
+        if cache.glass.as_ref().is_none_or(|known| known.material != index) {
+            let bsdf = straight_lobes(&material_values(view, &point, &cache.probes));
+            cache.glass = Some(ConstantGlass { material: index, bsdf });
+        }
+        return cache.glass.as_ref().map_or(Vec3::ZERO, |glass| passage.transmittance(&glass.bsdf, wo));
+    }
+    let material = material_values(view, &point, &cache.probes);
+    if material.transmission > 0.0 {
+        passage.transmittance(&straight_lobes(&material), wo) * coat_transmittance(&material, &point)
+    } else {
+        Vec3::ZERO
+    }
+}
+
+/// The lobes that straight light passes, from vacuum. The direction of anisotropy hardly changes how much light passes.
+fn straight_lobes(material: &MaterialSample) -> Bsdf {
+    Bsdf::new(&MaterialSample { anisotropy: None, ..*material }, 1.0, material.ior)
 }
 
 fn coat_transmittance(material: &MaterialSample, point: &SurfacePoint<'_>) -> f32 {
@@ -276,7 +324,7 @@ mod tests {
                     batch.push(Ray { t_max: 1.0 + (index % 7) as f32, ..ray }, MediaStack::default());
                 }
                 batch.trace(context, &mut counters);
-                let mut tinted = 0;
+                let (mut tinted, mut cache) = (0, ShadowCache::default());
                 for index in 0..768_u32 {
                     let ray = batch.rays[index as usize];
                     let found = batch.transmittance(context, index, &mut counters).transmittance;
@@ -287,7 +335,8 @@ mod tests {
                     let ray = (&ray, GlassPassage::Straight);
                     let one_by_one = |after| next_surface(context, ray, after, &mut counters);
                     let reference =
-                        through_surfaces(context, ray, MediaStack::default(), one_by_one).transmittance;
+                        through_surfaces(context, ray, (MediaStack::default(), &mut cache), one_by_one)
+                            .transmittance;
                     assert_eq!(found, reference, "{scene}: ray {index}");
                     tinted += u32::from(found != Vec3::ONE);
                 }

@@ -14,8 +14,12 @@ const MAX_HITS: usize = 1 << 16;
 /// Transparent hits of several rays.
 #[derive(Debug, Default)]
 pub(super) struct TransparentHits {
-    /// By index of the ray and, once sorted, in order along each ray.
+    /// With the index of the ray, in the order in which they were added.
     hits: RefCell<Vec<(u32, Hit)>>,
+    /// By ray, in order along each ray.
+    sorted: Vec<Hit>,
+    /// For each ray the index after its last hit.
+    ends: Vec<u32>,
     is_overfull: Cell<bool>,
 }
 
@@ -37,31 +41,46 @@ impl TransparentHits {
         if hits.len() < MAX_HITS { hits.push((ray as u32, *hit)) } else { self.is_overfull.set(true) }
     }
 
-    /// Sorts the hits of the rays that `keeps` accepts and removes the others.
-    pub(super) fn sort(&mut self, keeps: impl Fn(usize) -> bool) {
-        let hits = self.hits.get_mut();
+    /// Sorts the hits of those of `rays` rays that `keeps` accepts, and removes the others.
+    pub(super) fn sort(&mut self, rays: usize, keeps: impl Fn(usize) -> bool) {
+        let Self { hits, sorted, ends, .. } = self;
+        let hits = hits.get_mut();
         hits.retain(|(ray, _)| keeps(*ray as usize));
-        hits.sort_unstable_by(|(ray_a, a), (ray_b, b)| {
-            ray_a.cmp(ray_b).then(a.order().partial_cmp(&b.order()).unwrap_or(Ordering::Equal))
-        });
+
+        // The index of the first hit of each ray, which becomes the end as hits are copied
+        ends.clear();
+        ends.resize(rays, 0);
+        for (ray, _) in hits.iter() {
+            ends[*ray as usize] += 1;
+        }
+        let mut first = 0;
+        for end in ends.iter_mut() {
+            first += std::mem::replace(end, first);
+        }
+        sorted.clear();
+        sorted.extend(hits.iter().map(|(_, hit)| *hit));
+        for (ray, hit) in hits.iter() {
+            let end = &mut ends[*ray as usize];
+            sorted[*end as usize] = *hit;
+            *end += 1;
+        }
+
+        // Along each ray
+        let mut first = 0;
+        for end in ends.iter() {
+            let along = &mut sorted[first..*end as usize];
+            along.sort_unstable_by(|a, b| a.order().partial_cmp(&b.order()).unwrap_or(Ordering::Equal));
+            first = *end as usize;
+        }
     }
 
     /// Steps along one ray of the sorted hits: each call returns the first hit after the given one.
     pub(super) fn along(&self, ray: u32) -> impl FnMut(Option<HitOrder>) -> Option<Hit> + '_ {
-        let mut next = self.hits.borrow().partition_point(|(other, _)| *other < ray);
-        move |after| {
-            let hits = self.hits.borrow();
-            while let Some((other, hit)) = hits.get(next)
-                && *other == ray
-            {
-                next += 1;
-                // A triangle in several leaves is listed several times.
-                if after.is_none_or(|after| hit.order() > after) {
-                    return Some(*hit);
-                }
-            }
-            None
-        }
+        let ray = ray as usize;
+        let first = ray.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let mut hits = self.sorted[first as usize..self.ends[ray] as usize].iter();
+        // A triangle in several leaves is listed several times.
+        move |after| hits.find(|hit| after.is_none_or(|after| hit.order() > after)).copied()
     }
 }
 
@@ -89,7 +108,7 @@ mod tests {
         for (ray, hit) in all {
             hits.add(ray, &hit);
         }
-        hits.sort(|ray| ray != 1);
+        hits.sort(4, |ray| ray != 1);
         let steps = |ray| {
             let mut next = hits.along(ray);
             let mut after = None;

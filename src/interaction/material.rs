@@ -1,9 +1,11 @@
 //! Material values at a hit: factors times textures times vertex colours (glTF 2.0, section 3.9).
 
+use std::cell::RefCell;
+
 use glam::{Vec3, Vec4};
 
 use super::surface::corner_indices;
-use super::texture_lookup::{self, Lookups};
+use super::texture_lookup::{self, Lookups, TextureProbes};
 use super::{ClearCoatSample, MaterialSample, RayDifferential, SurfacePoint, material_extensions};
 use crate::bvh::Hit;
 use crate::frame::{MeshInstance, is_volume, transmits};
@@ -18,13 +20,38 @@ pub fn surface_at<'a>(
     hit: &Hit,
     differential: &RayDifferential,
 ) -> (SurfacePoint<'a>, MaterialSample) {
-    let textures = Lookups::new(view);
+    let probes = RefCell::default();
+    let textures = Lookups::new(view, &probes);
     let point = SurfacePoint::with_lookups(&textures, ray, hit, differential);
     let material = material_at(&textures, &point);
     (point, material)
 }
 
-pub(super) fn material_at(textures: &Lookups<'_>, point: &SurfacePoint<'_>) -> MaterialSample {
+/// All material values at a point.
+pub fn material_values(
+    view: SceneView<'_>,
+    point: &SurfacePoint<'_>,
+    probes: &RefCell<TextureProbes>,
+) -> MaterialSample {
+    material_at(&Lookups::new(view, probes), point)
+}
+
+/// Whether a material has the same values at all points without vertex colours.
+pub fn is_constant(material: &Material) -> bool {
+    let is_untextured = material.texture_refs().next().is_none();
+    is_untextured && material.anisotropy.is_none() && material.clear_coat.is_none()
+}
+
+/// Base colour of a hit on a material without textures.
+pub fn untextured_color(view: SceneView<'_>, hit: &Hit) -> Vec3 {
+    let instance = view.frame.instance(hit.triangle);
+    let material = &view.frame.materials[instance.material.index()];
+    let corners = corner_indices(view, instance, hit.triangle);
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    (material.base_color * vertex_color(view, instance, corners, weights)).truncate()
+}
+
+pub(super) fn material_at(textures: &Lookups<'_, '_>, point: &SurfacePoint<'_>) -> MaterialSample {
     let view = textures.view();
     let material = &view.frame.materials[point.instance.material.index()];
     let lookup =
@@ -89,7 +116,7 @@ pub fn emission_at(view: SceneView<'_>, hit: &Hit) -> Vec3 {
 pub fn clear_coat_at(view: SceneView<'_>, point: &SurfacePoint<'_>) -> Option<ClearCoatSample> {
     let material = &view.frame.materials[point.instance.material.index()];
     material.clear_coat.as_ref()?;
-    material_at(&Lookups::new(view), point).clear_coat
+    material_values(view, point, &RefCell::default()).clear_coat
 }
 
 /// Whether a hit is on a shadow catcher.

@@ -13,7 +13,7 @@ use crate::scene_view::SceneView;
 
 /// Sets the values of the extensions that `material` has; other values stay as they are.
 pub(super) fn add(
-    textures: &Lookups<'_>,
+    textures: &Lookups<'_, '_>,
     point: &SurfacePoint<'_>,
     material: &Material,
     sample: &mut MaterialSample,
@@ -88,7 +88,7 @@ fn anisotropy_at(
 
 /// The clear coat at a point. Volumes are coated on their outside only.
 fn clear_coat(
-    textures: &Lookups<'_>,
+    textures: &Lookups<'_, '_>,
     point: &SurfacePoint<'_>,
     (material, coat): (&Material, &ClearCoat),
     factor: f32,

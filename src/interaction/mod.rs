@@ -14,10 +14,14 @@ mod surface_differentials;
 mod surface_point;
 mod texture_lookup;
 
-pub use material::{alpha_at, catches_shadows, clear_coat_at, emission_at, surface_at};
+pub use material::{
+    alpha_at, catches_shadows, clear_coat_at, emission_at, is_constant, material_values, surface_at,
+    untextured_color,
+};
 pub use material_sample::{
     AnisotropySample, ClearCoatSample, IridescenceSample, MaterialSample, SheenSample,
 };
 pub use ray_differential::RayDifferential;
 pub use surface_block::{RayHit, SurfaceBlock};
 pub use surface_point::SurfacePoint;
+pub use texture_lookup::TextureProbes;

@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 use super::surface_point::SurfacePoint;
 use super::texture_lookup::Lookups;
 use crate::frame::PosedVertex;
-use crate::geometry::{Facing, Triangle, unit};
+use crate::geometry::{Triangle, unit};
 use crate::scene::{Encoding, NormalTexture};
 use crate::scene_view::SceneView;
 
@@ -27,24 +27,13 @@ pub(super) fn of_corners(corners: [Vec3; 3]) -> Vec3 {
     if length > 0.0 { unit } else { Vec3::Y }
 }
 
-/// The shading normal of the front face: interpolated where vertices have normals, with the normal map applied.
-pub(super) fn shading_normal(
-    textures: &Lookups<'_>,
-    point: &SurfacePoint<'_>,
-    front_normal: Vec3,
-    vertices: &[&PosedVertex; 3],
-) -> Vec3 {
-    let map = textures.view().frame.materials[point.instance.material.index()].normal_texture.as_ref();
-    front_normal_by(textures, point, map, (front_normal, vertices))
-}
-
-/// The shading normal on the viewer's side with `map` instead of the material's normal map, bent into view.
+/// The shading normal on the viewer's side: interpolated where vertices have normals, with a normal map applied, bent into view.
 pub(super) fn mapped_by(
-    textures: &Lookups<'_>,
+    textures: &Lookups<'_, '_>,
     point: &SurfacePoint<'_>,
     map: Option<&NormalTexture>,
 ) -> Vec3 {
-    let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
+    let side = point.side();
     let front = (point.geometric_normal * side, &vertices_of(textures.view(), point));
     let authored = front_normal_by(textures, point, map, front);
     bent_into_view(point.geometric_normal, authored * side, point.wo)
@@ -57,7 +46,7 @@ pub(super) fn tangent_frame(
     point: &SurfacePoint<'_>,
     uv_set: u32,
 ) -> Option<(Vec3, Vec3)> {
-    let side = if point.facing == Facing::Front { 1.0 } else { -1.0 };
+    let side = point.side();
     let vertices = vertices_of(view, point);
     let normal = interpolated_normal(point, point.geometric_normal * side, &vertices);
     frame_around(view, point, uv_set, normal, interpolated_tangent(point, &vertices))
@@ -70,7 +59,7 @@ fn vertices_of<'a>(view: SceneView<'a>, point: &SurfacePoint<'_>) -> [&'a PosedV
 }
 
 fn front_normal_by(
-    textures: &Lookups<'_>,
+    textures: &Lookups<'_, '_>,
     point: &SurfacePoint<'_>,
     map: Option<&NormalTexture>,
     (front_normal, vertices): (Vec3, &[&PosedVertex; 3]),
@@ -115,7 +104,7 @@ fn interpolated_tangent(point: &SurfacePoint<'_>, vertices: &[&PosedVertex; 3]) 
 
 /// N' = T·x + B·y + N·z with B = (N × T)·w (glTF 2.0, section 3.9.3).
 fn mapped(
-    textures: &Lookups<'_>,
+    textures: &Lookups<'_, '_>,
     point: &SurfacePoint<'_>,
     map: &NormalTexture,
     normal: Vec3,

@@ -1,11 +1,13 @@
 //! Construction of surface points from hits.
 
-use glam::{Vec2, Vec3};
+use std::cell::RefCell;
+
+use glam::Vec3;
 
 use super::normal;
 use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface_point::{SurfacePoint, plane_error};
-use super::texture_lookup::Lookups;
+use super::texture_lookup::{Lookups, TextureProbes};
 use crate::bvh::Hit;
 use crate::frame::MeshInstance;
 use crate::geometry::{Facing, Ray, unit_or};
@@ -14,59 +16,72 @@ use crate::scene_view::SceneView;
 impl<'a> SurfacePoint<'a> {
     /// The point where `ray` hits a surface. A ray with a non-zero differential has a direction of unit length.
     pub fn new(view: SceneView<'a>, ray: &Ray, hit: &Hit, differential: &RayDifferential) -> Self {
-        Self::with_lookups(&Lookups::new(view), ray, hit, differential)
+        Self::with_lookups(&Lookups::new(view, &RefCell::default()), ray, hit, differential)
+    }
+
+    /// The directions and normals alone of [`SurfacePoint::new`], for a ray without extent. Positions and steps are zero.
+    pub fn orientation(view: SceneView<'a>, ray: &Ray, hit: &Hit, probes: &RefCell<TextureProbes>) -> Self {
+        let mut point = Self::unshaded(view, ray, hit);
+        point.shading_normal = point.mapped_normal(&Lookups::new(view, probes));
+        point
     }
 
     pub(super) fn with_lookups(
-        textures: &Lookups<'a>,
+        textures: &Lookups<'_, 'a>,
         ray: &Ray,
         hit: &Hit,
         differential: &RayDifferential,
     ) -> Self {
         let view = textures.view();
         let frame = view.frame;
-        let instance = frame.instance(hit.triangle);
+        let mut point = Self::unshaded(view, ray, hit);
         let triangle = &frame.triangles[hit.triangle as usize];
-        let [a, b, c] = triangle.vertices;
-        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let position = position_of([a, b, c], [hit.u, hit.v]);
-        let wo = -unit_or(ray.direction, Vec3::Y);
-        let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
-        let front_normal = normal::of_triangle(triangle);
-        let corners = corner_indices(view, instance, hit.triangle);
-        let vertex = |corner: usize| &frame.vertices[instance.first_vertex + corners[corner] as usize];
-        let vertices = [vertex(0), vertex(1), vertex(2)];
-        let (position_steps, weight_steps) = if *differential == RayDifferential::ZERO {
-            ([Vec3::ZERO; 2], [Vec2::ZERO; 2])
-        } else {
-            let steps = differential.on_surface(ray.direction, hit.t, front_normal);
-            let has_uvs = !instance.primitive(view.scene).uvs.is_empty();
-            (steps, if has_uvs { weight_steps(triangle.vertices, steps) } else { [Vec2::ZERO; 2] })
-        };
+        let front_normal = point.geometric_normal * point.side();
+        point.position = position_of(triangle.vertices, [hit.u, hit.v]);
+        point.offset_distance = offset_distance(front_normal, point.position, triangle.vertices);
 
-        let mut point = Self {
-            instance,
-            triangle: hit.triangle,
-            position,
-            wo,
-            facing: hit.facing,
-            geometric_normal: front_normal * side,
-            shading_normal: front_normal * side,
-            offset_distance: offset_distance(front_normal, position, triangle.vertices),
-            shadow_position: position,
-            corners,
-            weights,
-            position_steps,
-            weight_steps,
-        };
-        let normals = [vertices[0].normal, vertices[1].normal, vertices[2].normal];
-        if is_smooth(normals) {
-            point.shadow_position =
-                terminator_free_point(position, point.geometric_normal, [a, b, c], normals, weights);
+        // Steps to the hits of the neighbouring rays
+        if *differential != RayDifferential::ZERO {
+            point.position_steps = differential.on_surface(ray.direction, hit.t, front_normal);
+            if !point.instance.primitive(view.scene).uvs.is_empty() {
+                point.weight_steps = weight_steps(triangle.vertices, point.position_steps);
+            }
         }
-        let authored = normal::shading_normal(textures, &point, front_normal, &vertices);
-        point.shading_normal = normal::bent_into_view(point.geometric_normal, authored * side, wo);
+
+        // Vertex normals
+        let vertices = &frame.vertices[point.instance.first_vertex..];
+        let normals = point.corners.map(|corner| vertices[corner as usize].normal);
+        point.shadow_position = if is_smooth(normals) {
+            let up = point.geometric_normal;
+            terminator_free_point(point.position, up, triangle.vertices, normals, point.weights)
+        } else {
+            point.position
+        };
+        point.shading_normal = point.mapped_normal(textures);
         point
+    }
+
+    /// The directions and the geometric normal, which is the shading normal too.
+    fn unshaded(view: SceneView<'a>, ray: &Ray, hit: &Hit) -> Self {
+        let instance = view.frame.instance(hit.triangle);
+        let side = if hit.facing == Facing::Front { 1.0 } else { -1.0 };
+        let normal = normal::of_triangle(&view.frame.triangles[hit.triangle as usize]) * side;
+        Self {
+            triangle: hit.triangle,
+            wo: -unit_or(ray.direction, Vec3::Y),
+            facing: hit.facing,
+            geometric_normal: normal,
+            shading_normal: normal,
+            corners: corner_indices(view, instance, hit.triangle),
+            weights: [1.0 - hit.u - hit.v, hit.u, hit.v],
+            ..Self::unplaced(instance)
+        }
+    }
+
+    /// The shading normal by the normal map of the material.
+    fn mapped_normal(&self, textures: &Lookups<'_, '_>) -> Vec3 {
+        let material = &textures.view().frame.materials[self.instance.material.index()];
+        normal::mapped_by(textures, self, material.normal_texture.as_ref())
     }
 }
 

@@ -3,13 +3,16 @@
 //! The values are those of [`SurfacePoint::new`], by the same functions. Loops over lanes are vectorised; only normal maps, and the rare normals
 //! that have to be bent into view, are left to each point.
 
-use glam::{Vec2, Vec3};
+use std::cell::RefCell;
+
+use glam::Vec3;
 
 use super::material::material_at;
 use super::normal;
 use super::ray_differential::{RayDifferential, weight_steps};
 use super::surface::{corner_indices, is_smooth, offset_distance, position_of, terminator_free_point};
-use super::texture_lookup::Lookups;
+use super::surface_differentials::normal_steps;
+use super::texture_lookup::{Lookups, TextureProbes};
 use super::{MaterialSample, SurfacePoint};
 use crate::bvh::Hit;
 use crate::geometry::{F32Lanes, Facing, LANES, Ray, Vec2Lanes, Vec3Lanes, unit_or, vectorized};
@@ -34,6 +37,7 @@ pub struct SurfaceBlock<'a> {
     pub points: Vec<SurfacePoint<'a>>,
     hits: HitLanes,
     surfaces: SurfaceLanes,
+    probes: RefCell<TextureProbes>,
 }
 
 /// Hits and the triangles that they lie on.
@@ -70,7 +74,9 @@ struct SurfaceLanes {
     /// 1 where the interpolated normal needs no bending.
     is_in_view: F32Lanes,
     position_steps: [Vec3Lanes; 2],
+    /// Not zero for rays without an extent on degenerate triangles.
     weight_steps: [Vec2Lanes; 2],
+    normal_steps: [Vec3Lanes; 2],
 }
 
 impl<'a> SurfaceBlock<'a> {
@@ -91,9 +97,24 @@ impl<'a> SurfaceBlock<'a> {
         self.finish(view, material, is_textured);
     }
 
+    /// Computes the derivatives of normals that child rays need. `material` is that of [`SurfaceBlock::fill`].
+    pub fn compute_normal_steps(&mut self, view: SceneView<'a>, material: &Material) {
+        let is_textured = material.texture_refs().next().is_some();
+        let Self { points, surfaces, hits, .. } = self;
+        vectorized!(view.bvh.simd_level(), {
+            if !is_textured {
+                surfaces.extend_weights(hits);
+            }
+            surfaces.extend_normals(hits);
+        });
+        for (lane, point) in points.iter_mut().enumerate() {
+            point.normal_steps = Some(pair(&surfaces.normal_steps, lane));
+        }
+    }
+
     /// Material values at a point.
     pub fn material(&self, view: SceneView<'a>, lane: usize) -> MaterialSample {
-        material_at(&Lookups::new(view), &self.points[lane])
+        material_at(&Lookups::new(view, &self.probes), &self.points[lane])
     }
 
     /// Whether the instance of a point has vertex colours.
@@ -157,13 +178,14 @@ impl<'a> SurfaceBlock<'a> {
             point.offset_distance = lanes.offset_distance[lane];
             point.shadow_position = lanes.shadow_position.get(lane);
             point.position_steps = pair(&lanes.position_steps, lane);
-            if is_textured && !point.instance.primitive(view.scene).uvs.is_empty() {
+            let has_extent = self.hits.has_extent[lane] == 1.0;
+            if is_textured && has_extent && !point.instance.primitive(view.scene).uvs.is_empty() {
                 let [row, column] = &lanes.weight_steps;
                 point.weight_steps = [row.get(lane), column.get(lane)];
             }
             if material.normal_texture.is_some() {
                 point.shading_normal = point.geometric_normal;
-                let textures = Lookups::new(view);
+                let textures = Lookups::new(view, &self.probes);
                 point.shading_normal = normal::mapped_by(&textures, point, material.normal_texture.as_ref());
                 lanes.shading_normal.set(lane, point.shading_normal);
             } else {
@@ -270,12 +292,24 @@ impl SurfaceLanes {
     #[inline(always)]
     fn extend_weights(&mut self, hits: &HitLanes) {
         for lane in 0..LANES {
-            let steps = pair(&self.position_steps, lane);
-            let steps = weight_steps(hits.corners(lane), steps);
-            let has_extent = hits.has_extent[lane] == 1.0;
+            let steps = weight_steps(hits.corners(lane), pair(&self.position_steps, lane));
             let [row, column] = &mut self.weight_steps;
-            row.set(lane, if has_extent { steps[0] } else { Vec2::ZERO });
-            column.set(lane, if has_extent { steps[1] } else { Vec2::ZERO });
+            row.set(lane, steps[0]);
+            column.set(lane, steps[1]);
+        }
+    }
+
+    /// Derivatives of the interpolated normals.
+    #[inline(always)]
+    fn extend_normals(&mut self, hits: &HitLanes) {
+        for lane in 0..LANES {
+            let [row, column] = &self.weight_steps;
+            let weight_steps = [row.get(lane), column.get(lane)];
+            let (normals, up) = (triple(&hits.normals, lane), self.geometric_normal.get(lane));
+            let steps = normal_steps(normals, hits.weights(lane), weight_steps, up);
+            let [row, column] = &mut self.normal_steps;
+            row.set(lane, steps[0]);
+            column.set(lane, steps[1]);
         }
     }
 }

@@ -4,7 +4,9 @@
 
 use glam::{Vec2, Vec3};
 
+use super::normal::weighted_sum;
 use super::ray_differential::{RayDifferential, weight_steps};
+use super::surface::is_smooth;
 use super::surface_point::SurfacePoint;
 use crate::frame::Frame;
 
@@ -51,28 +53,38 @@ impl SurfacePoint<'_> {
 
     /// Derivatives of the interpolated normal on the viewer's side over the steps on the surface; zero on flat faces.
     fn normal_steps(&self, frame: &Frame) -> [Vec3; 2] {
-        let vertices = &frame.vertices[self.instance.first_vertex..];
-        let normal = |corner: usize| vertices[self.corners[corner] as usize].normal;
-        let [a, b, c] = [normal(0), normal(1), normal(2)];
-        if a == Vec3::ZERO || b == Vec3::ZERO || c == Vec3::ZERO {
-            return [Vec3::ZERO; 2];
-        }
-        let sum = a * self.weights[0] + b * self.weights[1] + c * self.weights[2];
-        let length = libm::sqrtf(sum.dot(sum));
-        if length == 0.0 {
-            return [Vec3::ZERO; 2];
-        }
-        let normal = sum / length;
-        let side = if normal.dot(self.geometric_normal) < 0.0 { -1.0 } else { 1.0 };
-        let scale = side / length;
-        let [row, column] =
-            weight_steps(frame.triangles[self.triangle as usize].vertices, self.position_steps);
-        let derivative = |step: Vec2| {
-            let change = (b - a) * step.x + (c - a) * step.y;
-            (change - normal * normal.dot(change)) * scale
-        };
-        [derivative(row), derivative(column)]
+        self.normal_steps.unwrap_or_else(|| {
+            let vertices = &frame.vertices[self.instance.first_vertex..];
+            let normals = self.corners.map(|corner| vertices[corner as usize].normal);
+            let corners = frame.triangles[self.triangle as usize].vertices;
+            let weight_steps = weight_steps(corners, self.position_steps);
+            normal_steps(normals, self.weights, weight_steps, self.geometric_normal)
+        })
     }
+}
+
+/// Derivatives of an interpolated normal on the side of `up` by two steps of the barycentric weights; zero unless all vertices have
+/// normals. For loops over lanes.
+#[inline(always)]
+pub(super) fn normal_steps(
+    normals: [Vec3; 3],
+    weights: [f32; 3],
+    weight_steps: [Vec2; 2],
+    up: Vec3,
+) -> [Vec3; 2] {
+    let [a, b, c] = normals;
+    let sum = weighted_sum(normals, weights);
+    let length = sum.dot(sum).sqrt();
+    let normal = sum / length;
+    let side = if normal.dot(up) < 0.0 { -1.0 } else { 1.0 };
+    let scale = side / length;
+    let is_curved = is_smooth(normals) && length != 0.0;
+    let derivative = |step: Vec2| {
+        let change = (b - a) * step.x + (c - a) * step.y;
+        let derivative = (change - normal * normal.dot(change)) * scale;
+        if is_curved { derivative } else { Vec3::ZERO }
+    };
+    [derivative(weight_steps[0]), derivative(weight_steps[1])]
 }
 
 #[cfg(test)]

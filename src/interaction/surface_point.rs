@@ -38,6 +38,8 @@ pub struct SurfacePoint<'a> {
     pub(super) position_steps: [Vec3; 2],
     /// Changes of the second and third barycentric weight over these steps; zero on instances without texture coordinates.
     pub(super) weight_steps: [Vec2; 2],
+    /// Derivatives of the interpolated normal over these steps, where they are known beforehand.
+    pub(super) normal_steps: Option<[Vec3; 2]>,
 }
 
 impl<'a> SurfacePoint<'a> {
@@ -57,11 +59,18 @@ impl<'a> SurfacePoint<'a> {
             weights: [0.0; 3],
             position_steps: [Vec3::ZERO; 2],
             weight_steps: [Vec2::ZERO; 2],
+            normal_steps: None,
         }
     }
 }
 
 impl SurfacePoint<'_> {
+    /// 1 on front faces, −1 on back faces.
+    #[inline(always)]
+    pub(super) fn side(&self) -> f32 {
+        if self.facing == Facing::Front { 1.0 } else { -1.0 }
+    }
+
     /// Texture coordinates of a texture reference, and their change to the neighbouring rays.
     pub(super) fn uv(&self, view: SceneView<'_>, reference: &TextureRef) -> (Vec2, UvDifferential) {
         let [a, b, c] = self.instance.uvs(view.scene, reference.uv_set as usize, self.corners);

@@ -8,8 +8,8 @@
 //!
 //! The sampler selects the filter of a single probe. A sampler without mip maps gets one probe.
 //!
-//! The textures of a material mostly share their layout on the surface, so a [`ProbeLayout`] with the texels and the weights of all probes
-//! is computed once and reused.
+//! The textures of a material mostly share their layout on the surface, so a [`TextureProbes`] with the texels and the weights of all
+//! probes is computed once and reused.
 
 mod ellipse;
 mod level_lookup;
@@ -29,14 +29,16 @@ use texels::Probes;
 
 /// Texture lookups at one point.
 #[derive(Debug)]
-pub(super) struct Lookups<'a> {
+pub(super) struct Lookups<'l, 'a> {
     view: SceneView<'a>,
-    last: RefCell<Option<ProbeLayout>>,
+    last: &'l RefCell<TextureProbes>,
 }
 
-impl<'a> Lookups<'a> {
-    pub(super) fn new(view: SceneView<'a>) -> Self {
-        Self { view, last: RefCell::new(None) }
+impl<'l, 'a> Lookups<'l, 'a> {
+    /// Lookups at another point than the last ones. `probes` holds nothing that counts but its memory.
+    pub(super) fn new(view: SceneView<'a>, probes: &'l RefCell<TextureProbes>) -> Self {
+        probes.borrow_mut().fine.count = 0;
+        Self { view, last: probes }
     }
 
     pub(super) fn view(&self) -> SceneView<'a> {
@@ -44,27 +46,29 @@ impl<'a> Lookups<'a> {
     }
 
     /// The value of a texture over the area of a sample at `point`, the same at every call; 1 without a texture.
+    #[inline(always)]
     pub(super) fn value(
         &self,
         point: &SurfacePoint<'_>,
         reference: Option<&TextureRef>,
         encoding: Encoding,
     ) -> Vec4 {
-        let Some(reference) = reference else {
-            return Vec4::ONE;
-        };
+        reference.map_or(Vec4::ONE, |reference| self.sample(point, reference, encoding))
+    }
+
+    fn sample(&self, point: &SurfacePoint<'_>, reference: &TextureRef, encoding: Encoding) -> Vec4 {
         let coordinate = || point.uv(self.view, reference);
         sample(self.view.scene, reference, encoding, &mut self.last.borrow_mut(), coordinate)
     }
 }
 
-/// The value of a texture at `coordinate()`, in the set of `reference`. Reuses `last`, the probes of another texture at the same
+/// The value of a texture at `coordinate()`, in the set of `reference`. Reuses `probes`, those of another texture at the same
 /// point, if both share their layout.
 fn sample(
     scene: &Scene,
     reference: &TextureRef,
     encoding: Encoding,
-    last: &mut Option<ProbeLayout>,
+    probes: &mut TextureProbes,
     coordinate: impl FnOnce() -> (Vec2, UvDifferential),
 ) -> Vec4 {
     let texture = &scene.textures[reference.texture.index()];
@@ -77,8 +81,7 @@ fn sample(
         size: [image.width, image.height],
         levels: levels.len(),
     };
-    let probes = last.get_or_insert_with(|| ProbeLayout::new(layout));
-    if probes.layout != layout || probes.fine.count == 0 {
+    if probes.fine.count == 0 || probes.layout != layout {
         probes.layout = layout;
         let (uv, differential) = coordinate();
         probes.fill(levels, uv, differential);
@@ -93,13 +96,13 @@ pub(super) fn sample_at(scene: &Scene, reference: &TextureRef, encoding: Encodin
     let (sampler, size) = (texture.sampler, [image.width, image.height]);
     let line = ProbeLine { center: reference.transform.of_point(uv), along: Vec2::ZERO, count: 1 };
     let lookup = LevelLookup::new(size, &line, sampler, sampler.magnify);
-    let mut probes = [WeightedTexels::EMPTY];
+    let mut probes = [WeightedTexels::default()];
     lookup.fill(&mut probes);
     Probes { probes: &probes, is_linear: lookup.is_linear() }.mean(&image.texels, encoding)
 }
 
 /// What decides the probes of a texture besides the point.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Layout {
     uv_set: u32,
     transform: UvTransform,
@@ -110,10 +113,11 @@ struct Layout {
     levels: usize,
 }
 
-/// The probes of all textures that share a layout, at one point.
-#[derive(Clone, Copy, Debug)]
-struct ProbeLayout {
+/// The probes of all textures that share a layout, at one point. Keeps its memory from point to point.
+#[derive(Debug, Default)]
+pub struct TextureProbes {
     layout: Layout,
+    /// None before the first lookup.
     fine: LevelProbes,
     /// Probes of the next coarser level; none if its share is 0.
     coarse: LevelProbes,
@@ -121,7 +125,7 @@ struct ProbeLayout {
 }
 
 /// The probes of one level.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug, Default)]
 struct LevelProbes {
     /// Mip level; 0 is the full image.
     level: usize,
@@ -131,9 +135,6 @@ struct LevelProbes {
 }
 
 impl LevelProbes {
-    const NONE: Self =
-        Self { level: 0, count: 0, is_linear: true, probes: [WeightedTexels::EMPTY; MAX_PROBES] };
-
     /// Replaces the probes by those of a line.
     fn fill(&mut self, size: [u32; 2], level: usize, line: &ProbeLine, (sampler, filter): (Sampler, Filter)) {
         let lookup = LevelLookup::new(size, line, sampler, filter);
@@ -147,12 +148,7 @@ impl LevelProbes {
     }
 }
 
-impl ProbeLayout {
-    /// A layout without probes.
-    fn new(layout: Layout) -> Self {
-        Self { layout, fine: LevelProbes::NONE, coarse: LevelProbes::NONE, coarse_share: 0.0 }
-    }
-
+impl TextureProbes {
     fn fill(&mut self, levels: &[MipLevel], uv: Vec2, differential: UvDifferential) {
         let Layout { sampler, transform, size: full_size, .. } = self.layout;
         let uv = transform.of_point(uv);

@@ -17,7 +17,7 @@ impl Tracer<'_, '_> {
             let wi = shading.world_from_local.transpose() * incidence.wi;
             let scattered = shading.bsdf.eval_by(shading.wo, wi, shading.terms) * wi.z.abs();
             let mut contribution = shading.weight_below * scattered * incidence.irradiance;
-            let by_coat = shading.coat.as_ref().map_or(0.0, |coat| coat.scattered(incidence.wi));
+            let by_coat = shading.coat.map_or(0.0, |coat| coat.scattered(incidence.wi));
             if by_coat > 0.0 {
                 contribution += shading.weight * by_coat * incidence.irradiance;
             }

@@ -15,7 +15,10 @@ impl Tracer<'_, '_> {
 
         // Diffuse lobes and sheen
         let normal = point.shading_normal;
-        let mut diffuse = albedos.diffuse * environment.irradiance(normal);
+        let mut diffuse = Vec3::ZERO;
+        if albedos.diffuse != Vec3::ZERO {
+            diffuse += albedos.diffuse * environment.irradiance(normal);
+        }
         if albedos.sheen != Vec3::ZERO {
             diffuse += albedos.sheen * environment.irradiance(normal);
         }

@@ -44,7 +44,7 @@ impl Tracer<'_, '_> {
     /// Sends sampled rays along the lobe of a rough coat. Returns whether it did.
     pub(super) fn scatter_coat(&mut self, shading: &Shading<'_, '_>) -> bool {
         let rays = self.glossy_rays(shading.state);
-        let Some(coat) = shading.coat.as_ref().filter(|coat| rays > 0 && !coat.is_smooth()) else {
+        let Some(coat) = shading.coat.filter(|coat| rays > 0 && !coat.is_smooth()) else {
             return false;
         };
         for seed in seeds(shading.state, Purpose::Coat, rays) {

@@ -11,6 +11,7 @@
 //! followed by mirror and refraction rays, rough lobes look up the prefiltered environment, and in between both are blended
 //! by roughness.
 
+mod albedo_slices;
 mod camera_hits;
 mod coat;
 mod direct_light;

@@ -14,10 +14,10 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, Integrator, LightPass};
-use crate::interaction::{AnisotropySample, MaterialSample, SurfacePoint};
+use crate::interaction::{AnisotropySample, MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;
 
-impl Tracer<'_, '_> {
+impl<'a> Tracer<'_, 'a> {
     /// Shades all surfaces that a wavefront sees.
     pub(super) fn shade_surface_hits(&mut self, wavefront: &Wavefront) {
         let (frame, opaque) = (self.context.view.frame, &self.context.opaque_materials);
@@ -32,6 +32,10 @@ impl Tracer<'_, '_> {
         });
         for (RunKey { is_layered, material }, hits) in order.runs() {
             let material = &frame.materials[material as usize];
+            if material.unlit && material.texture_refs().next().is_none() {
+                self.shade_unlit(wavefront, hits);
+                continue;
+            }
             for hits in hits.chunks(LANES) {
                 if is_layered {
                     self.shade_one_by_one(wavefront, material, hits);
@@ -44,24 +48,48 @@ impl Tracer<'_, '_> {
         self.surface_hits.clear();
     }
 
+    /// Shades hits on a surface without light and textures.
+    fn shade_unlit(&mut self, wavefront: &Wavefront, hits: &[SurfaceHit]) {
+        for SurfaceHit { slot, hit, share, light_pass } in hits {
+            let (_, state) = wavefront.ray(*slot);
+            let weight = state.weight * state.media.transmittance(hit.t) * *share;
+            let radiance = weight * untextured_color(self.context.view, hit);
+            self.add(state.sample, light_pass.unwrap_or(LightPass::Emission), radiance);
+        }
+    }
+
     /// Shades up to [`LANES`] hits on one material, after their points were computed together.
     fn shade_one_by_one(&mut self, wavefront: &Wavefront, material: &Material, hits: &[SurfaceHit]) {
+        let Some(mut block) = self.surface_block.take() else { return };
         let view = self.context.view;
-        let mut block = std::mem::take(&mut self.surface_block);
         block.fill(view, material, hits.iter().map(|hit| hit.ray_hit(wavefront)));
+        block.compute_normal_steps(view, material);
         let mut materials = std::mem::take(&mut self.block_materials);
-        materials.clear();
-        materials.extend((0..hits.len()).map(|lane| block.material(view, lane)));
+        self.find_materials(&block, &mut materials);
         self.probe_transmission_sides(&block.points, &materials);
         for (index, surface_hit) in hits.iter().enumerate() {
             let point = (index, &block.points[index]);
             match self.context.settings.integrator {
-                Integrator::Whitted => self.shade(wavefront, surface_hit, point, materials[index]),
+                Integrator::Whitted => self.shade(wavefront, surface_hit, point, &materials[index]),
                 Integrator::Path => self.shade_path(wavefront, surface_hit, point, &materials[index]),
             }
         }
         self.block_materials = materials;
-        self.surface_block = block;
+        self.surface_block = Some(block);
+    }
+
+    /// Replaces `materials` by the material values at the points of a block.
+    fn find_materials(&self, block: &SurfaceBlock<'a>, materials: &mut Vec<MaterialSample>) {
+        let view = self.context.view;
+        materials.clear();
+        let mut constant = None;
+        for (lane, point) in block.points.iter().enumerate() {
+            let is_constant = self.context.constant_materials[point.instance.material.index()]
+                && !block.has_vertex_colors(view, lane);
+            let sample = constant.filter(|_| is_constant).unwrap_or_else(|| block.material(view, lane));
+            constant = is_constant.then_some(sample);
+            materials.push(sample);
+        }
     }
 
     fn shade(
@@ -69,7 +97,7 @@ impl Tracer<'_, '_> {
         wavefront: &Wavefront,
         surface_hit: &SurfaceHit,
         (index, point): (usize, &SurfacePoint<'_>),
-        material: MaterialSample,
+        material: &MaterialSample,
     ) {
         let SurfaceHit { slot, hit, share, light_pass } = surface_hit;
         let (_, state) = wavefront.ray(*slot);
@@ -91,13 +119,15 @@ impl Tracer<'_, '_> {
         let own_medium = self.context.interiors.medium(point.instance);
         let iors = |channels| {
             let outside = ior_outside(state, own_medium, point.facing, channels);
-            (outside, ior_transmission_side(&material, &transmission_side.media, channels))
+            (outside, ior_transmission_side(material, &transmission_side.media, channels))
         };
         let lobes_of = |channels| {
             let (outside, inside) = iors(channels);
-            Bsdf::new(&material, outside, inside)
+            Bsdf::new(material, outside, inside)
         };
-        let ((outside, inside), bsdf) = (iors(state.channels), lobes_of(state.channels));
+        let (outside, inside) = iors(state.channels);
+        let albedo_slice = self.albedo_slices.between(outside, inside);
+        let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
         let is_dispersive = state.channels == ColorChannels::White
             && !material.thin
             && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
@@ -121,15 +151,15 @@ impl Tracer<'_, '_> {
                 .as_ref()
                 .map_or_else(|| bsdf.albedos_by(wo, terms), |lobes| channel_albedos(lobes, wo)),
             material,
-            bsdf,
+            bsdf: &bsdf,
             terms,
             world_from_local,
             wo,
             weight,
             weight_below,
-            coat,
-            dispersed,
-            transmission_side,
+            coat: coat.as_ref(),
+            dispersed: dispersed.as_ref(),
+            transmission_side: &transmission_side,
             // An index of 0 bends nothing.
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
             traced_share: traced_share_of(bsdf.widest_roughness()),

@@ -28,8 +28,8 @@ pub(super) struct Shading<'p, 'a> {
     /// See [`super::surface_hit::SurfaceHit::light_pass`].
     pub(super) light_pass: Option<LightPass>,
     pub(super) point: &'p SurfacePoint<'a>,
-    pub(super) material: MaterialSample,
-    pub(super) bsdf: Bsdf,
+    pub(super) material: &'p MaterialSample,
+    pub(super) bsdf: &'p Bsdf,
     /// Albedo terms of the lobes.
     pub(super) terms: AlbedoTerms,
     /// Directional albedos of the lobes.
@@ -42,11 +42,11 @@ pub(super) struct Shading<'p, 'a> {
     pub(super) weight: Vec3,
     /// Multiplies radiance that leaves from below the coat.
     pub(super) weight_below: Vec3,
-    pub(super) coat: Option<CoatShading>,
+    pub(super) coat: Option<&'p CoatShading>,
     /// The lobes of the single colour channels, where the surface is dispersive.
-    pub(super) dispersed: Option<[Bsdf; 3]>,
+    pub(super) dispersed: Option<&'p [Bsdf; 3]>,
     /// The other side of the surface.
-    pub(super) transmission_side: TransmissionSide,
+    pub(super) transmission_side: &'p TransmissionSide,
     /// Index of refraction on the other side over the one on this side.
     pub(super) relative_ior: f32,
     /// Share of the reflected lobe that rays follow; the prefiltered environment has the rest.
@@ -64,9 +64,9 @@ impl<'p, 'a> Shading<'p, 'a> {
 
     /// The lobes that transmit light, each with its colour channels.
     pub(super) fn transmission_lobes(&self) -> impl Iterator<Item = (ColorChannels, &Bsdf)> {
-        let together = self.dispersed.is_none().then_some((self.state.channels, &self.bsdf));
+        let together = self.dispersed.is_none().then_some((self.state.channels, self.bsdf));
         let apart =
-            self.dispersed.iter().flat_map(|dispersed| ColorChannels::SINGLE.into_iter().zip(dispersed));
+            self.dispersed.into_iter().flat_map(|dispersed| ColorChannels::SINGLE.into_iter().zip(dispersed));
         together.into_iter().chain(apart)
     }
 }

@@ -5,12 +5,13 @@ use std::path::Path;
 use glam::Vec2;
 
 use super::{SampleValue, Tracer};
-use crate::bvh::{BuildSettings, Builder};
+use crate::bvh::{BuildSettings, Builder, TraversalCounters};
 use crate::cancel::CancelFlag;
 use crate::frame::Frame;
 use crate::framing::resolve_camera;
 use crate::gltf::{ImportOptions, import};
-use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, IntegratorSettings};
+use crate::integrator::{CameraRays, CameraSamples, IntegratorContext, IntegratorSettings, Seed};
+use crate::interaction::{RayHit, SurfaceBlock, SurfacePoint};
 use crate::scene::{BuiltInLight, Environment, Selection, SelectionRequest, ViewRequest};
 use crate::scene_view::SceneView;
 
@@ -128,6 +129,63 @@ fn blocks_of_opaque_surfaces_give_the_values_of_single_hits() {
             context.opaque_materials.fill(false);
             let one_by_one = trace(&mut Tracer::new(&context), camera, &all);
             assert!(in_blocks == one_by_one, "{scene}");
+        });
+    }
+}
+
+#[test]
+fn points_of_blocks_reflect_and_refract_as_single_points() {
+    for scene in [
+        "demo/whitted_1980",
+        "material/nested_glass",
+        "texture/normal_map_mirrored_uv",
+        "skin/two_bone_strip",
+    ] {
+        with_context(scene, &Environment::None, |context, camera| {
+            let (view, mut block) = (context.view, SurfaceBlock::default());
+            let mut seen = 0;
+            for pixel in 0..SAMPLES {
+                let ray = camera
+                    .ray(Vec2::new((pixel % 16) as f32 + 0.5, (pixel / 16) as f32 + 0.5), Seed::default());
+                let differential = camera.differential(&ray);
+                let Some(hit) = view.bvh.closest_hit(&ray, None, |_| true, &mut TraversalCounters::default())
+                else {
+                    continue;
+                };
+                let material = &view.frame.materials[view.frame.instance(hit.triangle).material.index()];
+                let hits = [RayHit { ray: &ray, differential: &differential, hit: &hit }];
+                block.fill(view, material, hits.into_iter());
+                block.compute_normal_steps(view, material);
+                let in_block = &block.points[0];
+                let alone = SurfacePoint::new(view, &ray, &hit, &differential);
+                assert_eq!(in_block.shading_normal, alone.shading_normal, "{scene}");
+                let reflected = alone.reflected_differential(view.frame, &differential);
+                assert_eq!(in_block.reflected_differential(view.frame, &differential), reflected, "{scene}");
+                let refracted = |point: &SurfacePoint<'_>| {
+                    let direction = (ray.direction - point.shading_normal * 0.1).normalize();
+                    point.refracted_differential(view.frame, &differential, direction, 1.25)
+                };
+                assert_eq!(refracted(in_block), refracted(&alone), "{scene}");
+                seen += 1;
+            }
+            assert!(seen > 10, "{scene}: {seen}");
+        });
+    }
+}
+
+#[test]
+fn values_of_constant_materials_are_those_of_single_hits() {
+    for scene in
+        ["demo/whitted_1980", "material/nested_glass", "material/glass_shadow", "material/alpha_blend_stack"]
+    {
+        with_context(scene, &Environment::BuiltIn(BuiltInLight::Studio), |context, camera| {
+            assert!(context.constant_materials.iter().any(|is_constant| *is_constant), "{scene}");
+            let all: Vec<usize> = (0..SAMPLES).collect();
+            let by_material = trace(&mut Tracer::new(context), camera, &all);
+            let mut context = context.clone();
+            context.constant_materials.fill(false);
+            let one_by_one = trace(&mut Tracer::new(&context), camera, &all);
+            assert!(by_material == one_by_one, "{scene}");
         });
     }
 }

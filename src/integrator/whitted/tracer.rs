@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
+use super::albedo_slices::AlbedoSlices;
 use super::opaque_block::OpaqueBlock;
 use super::sample_aovs::{InstanceCoverage, SampleAovFlags, SampleAovs};
 use super::shading_order::ShadingOrder;
@@ -13,6 +14,7 @@ use super::transmission_probes::TransmissionProbes;
 use super::wavefront::Wavefront;
 use crate::bvh::{Hit, TraversalCounters};
 use crate::integrator::camera_samples::CameraRayBatch;
+use crate::integrator::media::MediaCache;
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
@@ -58,8 +60,10 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) surface_hits: Vec<SurfaceHit>,
     /// Order in which the hits are shaded.
     pub(super) shading_order: ShadingOrder,
-    /// The points of hits that are shaded one by one.
-    pub(in crate::integrator) surface_block: SurfaceBlock<'a>,
+    /// The points of hits that are shaded one by one. Taken out while they are shaded.
+    pub(super) surface_block: Option<Box<SurfaceBlock<'a>>>,
+    /// Material values at those points.
+    pub(super) block_materials: Vec<MaterialSample>,
     /// Taken out while a block is shaded.
     pub(super) opaque_block: Option<Box<OpaqueBlock<'a>>>,
     pub(in crate::integrator) shadows: ShadowQueue,
@@ -69,8 +73,8 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
-    /// Material values of the shaded block.
-    pub(in crate::integrator) block_materials: Vec<MaterialSample>,
+    pub(super) albedo_slices: AlbedoSlices,
+    pub(super) media_cache: MediaCache,
     pub(super) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
     pub(in crate::integrator) statistics: IntegratorStatistics,
@@ -89,13 +93,15 @@ impl<'w, 'a> Tracer<'w, 'a> {
             children: Wavefront::default(),
             surface_hits: Vec::new(),
             shading_order: ShadingOrder::default(),
-            surface_block: SurfaceBlock::default(),
+            surface_block: Some(Box::default()),
+            block_materials: Vec::new(),
             opaque_block: Some(Box::new(OpaqueBlock::new(context.lights.len()))),
             shadows: ShadowQueue::new(context.shadow_passages()),
             catcher_shadows: ShadowBatch::default(),
             sequences: Vec::new(),
             probes: TransmissionProbes::default(),
-            block_materials: Vec::new(),
+            albedo_slices: AlbedoSlices::default(),
+            media_cache: MediaCache::default(),
             aovs: SampleAovs::default(),
             counters: TraversalCounters::default(),
             statistics: IntegratorStatistics::default(),

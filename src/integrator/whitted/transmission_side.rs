@@ -6,6 +6,7 @@ use super::tracer::{Tracer, seconds_since};
 use super::transmission_probes::TransmissionProbes;
 use crate::bvh::{Hit, HitOrder, TriangleFlags};
 use crate::geometry::{Facing, Ray};
+use crate::integrator::media::MediaCache;
 use crate::integrator::{ColorChannels, IntegratorContext, MediaStack, Medium, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint, alpha_at, catches_shadows};
 use crate::scene_view::SceneView;
@@ -53,7 +54,7 @@ impl Tracer<'_, '_> {
         };
         view.bvh.occluded_rays(rays, collect, is_occluded, &mut self.counters);
         self.statistics.query_seconds += seconds_since(start);
-        touching.sort(|probe| !is_occluded[probe]);
+        touching.sort(rays.len(), |probe| !is_occluded[probe]);
     }
 
     /// The transmission side of the point with index `index` of the probed block. A refracted ray starts beyond every face that touches
@@ -66,7 +67,7 @@ impl Tracer<'_, '_> {
         let mut side = TransmissionSide { media: state.media.clone(), touching: None };
         let Some(probe) = self.probes.of_point[index] else { return side };
         if let Some(medium) = self.context.interiors.medium(point.instance) {
-            side.media.cross(medium, point.facing);
+            side.media.cross(medium, point.facing, &mut self.media_cache);
         }
         let view = self.context.view;
         let TransmissionProbes { rays, is_occluded, touching, .. } = &self.probes;
@@ -77,9 +78,9 @@ impl Tracer<'_, '_> {
                 let is_surface = |hit: &Hit| is_surface(view, hit);
                 view.bvh.closest_hit_of_any_side(ray, after, is_surface, &mut self.counters)
             };
-            cross_touching(self.context, &mut side, point, next);
+            cross_touching(self.context, (&mut side, &mut self.media_cache), point, next);
         } else {
-            cross_touching(self.context, &mut side, point, touching.along(probe));
+            cross_touching(self.context, (&mut side, &mut self.media_cache), point, touching.along(probe));
         }
         side
     }
@@ -93,7 +94,7 @@ fn is_surface(view: SceneView<'_>, hit: &Hit) -> bool {
 /// the next surface of the probe after a given hit.
 fn cross_touching(
     context: &IntegratorContext<'_>,
-    side: &mut TransmissionSide,
+    (side, cache): (&mut TransmissionSide, &mut MediaCache),
     point: &SurfacePoint<'_>,
     mut next: impl FnMut(Option<HitOrder>) -> Option<Hit>,
 ) {
@@ -108,7 +109,7 @@ fn cross_touching(
         }
         let flags = frame.flags[hit.triangle as usize];
         match context.interiors.medium(instance) {
-            Some(medium) => side.media.cross(medium, hit.facing),
+            Some(medium) => side.media.cross(medium, hit.facing, cache),
             None if hit.facing == Facing::Back && flags.has(TriangleFlags::SINGLE_SIDED) => {}
             None => {
                 side.touching = Some(Hit { t: 0.0, ..hit });

@@ -27,17 +27,12 @@ impl ProbeLine {
 const FRACTION_BITS: u32 = 24;
 
 /// The texels around a probe and their weights. The nearest texel alone is the first.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct WeightedTexels {
     /// Indices in the row-major level: upper left, upper right, lower left, lower right.
     pub(super) texels: [usize; 4],
     /// Their sum is one.
     pub(super) weights: [f32; 4],
-}
-
-impl WeightedTexels {
-    /// Texels that are not filled in yet.
-    pub(super) const EMPTY: Self = Self { texels: [0; 4], weights: [0.0; 4] };
 }
 
 /// The probes of a line in one level. Positions are fixed-point texels; those beyond 2³⁸ texels saturate.

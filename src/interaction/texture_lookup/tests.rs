@@ -13,7 +13,7 @@ fn look_up(
     differential: UvDifferential,
     encoding: Encoding,
 ) -> Vec4 {
-    sample(scene, reference, encoding, &mut None, || (uv, differential))
+    sample(scene, reference, encoding, &mut TextureProbes::default(), || (uv, differential))
 }
 
 /// Four texels in a row with red 0, 1, 2, 3 (times 1/255).

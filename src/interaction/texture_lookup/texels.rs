@@ -1,7 +1,5 @@
 //! Decoding of texels and their mean over the probes of a lookup.
 
-use std::array;
-
 use glam::Vec4;
 
 use super::level_lookup::WeightedTexels;
@@ -36,30 +34,33 @@ impl Probes<'_> {
     }
 
     /// Mean of the decoded texels over all probes. In this form, with references to texels and all channels of a
-    /// sum in one expression, the compiler keeps four channels in one register.
+    /// sum in one expression, the compiler keeps four channels in one register. `map` of arrays is a call for each probe.
     #[inline(always)]
     fn mean_of<T>(self, texels: &[T], decode: impl Fn(&T) -> [f32; 4]) -> [f32; 4] {
         let mut sum = [0.0; 4];
         if self.is_linear {
             for WeightedTexels { texels: [a, b, c, d], weights } in self.probes {
-                let [a, b, c, d] = [a, b, c, d].map(|index| decode(&texels[*index]));
-                sum = array::from_fn(|channel| {
+                let (a, b) = (decode(&texels[*a]), decode(&texels[*b]));
+                let (c, d) = (decode(&texels[*c]), decode(&texels[*d]));
+                let channel = |channel: usize| {
                     sum[channel]
                         + a[channel] * weights[0]
                         + b[channel] * weights[1]
                         + c[channel] * weights[2]
                         + d[channel] * weights[3]
-                });
+                };
+                sum = [channel(0), channel(1), channel(2), channel(3)];
             }
         } else {
             for probe in self.probes {
                 let texel = decode(&texels[probe.texels[0]]);
-                sum = array::from_fn(|channel| sum[channel] + texel[channel]);
+                sum = [sum[0] + texel[0], sum[1] + texel[1], sum[2] + texel[2], sum[3] + texel[3]];
             }
         }
         let count = self.probes.len();
         if count > 1 {
-            sum = sum.map(|sum| sum * (1.0 / count as f32));
+            let share = 1.0 / count as f32;
+            sum = [sum[0] * share, sum[1] * share, sum[2] * share, sum[3] * share];
         }
         sum
     }

@@ -23,9 +23,9 @@ import numpy
 import OpenEXR
 from scipy import stats
 
-mitsuba.set_variant("scalar_rgb" if "llvm_ad_rgb" not in mitsuba.variants() else "llvm_ad_rgb")
+mitsuba.set_variant("scalar_rgb")
 
-SIZE = 48, 36
+SIZE = 40, 30
 RUNS = 6
 SAMPLES = 256
 DEPTH = 6

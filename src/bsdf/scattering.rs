@@ -126,7 +126,7 @@ impl Scattering {
         self.values(wi, SmoothLobes::Without).0
     }
 
-    /// The same with smooth reflection and smooth thin walls drawn with α = 0.002, for lights that rays cannot hit.
+    /// The same with smooth reflection and smooth thin walls evaluated with α = 0.002, for lights that rays cannot hit.
     pub fn eval_with_smooth(&self, wi: Vec3) -> Vec3 {
         self.values(wi, SmoothLobes::Sharpest).0
     }

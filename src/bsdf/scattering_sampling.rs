@@ -45,7 +45,7 @@ pub struct ScatterSample {
 
 /// The lobes that are chosen by their probability.
 #[derive(Clone, Copy)]
-enum Choice {
+enum LobeKind {
     Coat,
     Specular,
     Transmission,
@@ -60,7 +60,7 @@ impl Scattering {
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<ScatterSample> {
         let Chosen { choice, probability, rest } = self.choose(u_lobe)?;
         let (wi, lobe) = match choice {
-            Choice::Coat => {
+            LobeKind::Coat => {
                 let lobe = self.coat?;
                 let local_from_coat = lobe.coat_from_local.transpose();
                 if lobe.coat.is_smooth() {
@@ -71,12 +71,12 @@ impl Scattering {
                 let half = ggx::visible_normal(lobe.wo, lobe.coat.alpha, ggx::disk_point(u));
                 (local_from_coat * reflected_at(half, lobe.wo)?, ScatterLobe::SpecularReflection)
             }
-            Choice::Specular if self.bsdf.lobe.is_smooth() => {
+            LobeKind::Specular if self.bsdf.lobe.is_smooth() => {
                 let weight = self.albedos.specular / probability;
                 return Some(smooth(mirrored_at_normal(self.wo), weight, ScatterLobe::SpecularReflection));
             }
-            Choice::Specular => self.sample_facet(rest, u)?,
-            Choice::Transmission => {
+            LobeKind::Specular => self.sample_facet(rest, u)?,
+            LobeKind::Transmission => {
                 if let TransmissionLobe::Smooth { wi, is_unbent } = self.transmission {
                     let weight = self.albedos.transmission / probability;
                     return Some(ScatterSample {
@@ -87,9 +87,9 @@ impl Scattering {
                 let wi = self.sampled_reflection(&self.bsdf.transmission_lobe, u)?;
                 (Vec3::new(wi.x, wi.y, -wi.z), ScatterLobe::Transmission)
             }
-            Choice::Diffuse => (cosine_direction(u), ScatterLobe::Diffuse),
-            Choice::Sheen => (uniform_direction(u), ScatterLobe::Diffuse),
-            Choice::DiffuseTransmission => (-cosine_direction(u), ScatterLobe::DiffuseTransmission),
+            LobeKind::Diffuse => (cosine_direction(u), ScatterLobe::Diffuse),
+            LobeKind::Sheen => (uniform_direction(u), ScatterLobe::Diffuse),
+            LobeKind::DiffuseTransmission => (-cosine_direction(u), ScatterLobe::DiffuseTransmission),
         };
         let (value, pdf) = self.eval_and_pdf(wi);
         if pdf <= 0.0 || value == Vec3::ZERO {
@@ -118,12 +118,12 @@ impl Scattering {
         let LobeProbabilities { coat, specular, transmission, diffuse, sheen, diffuse_transmission } =
             self.probabilities;
         let lobes = [
-            (Choice::Coat, coat),
-            (Choice::Specular, specular),
-            (Choice::Transmission, transmission),
-            (Choice::Diffuse, diffuse),
-            (Choice::Sheen, sheen),
-            (Choice::DiffuseTransmission, diffuse_transmission),
+            (LobeKind::Coat, coat),
+            (LobeKind::Specular, specular),
+            (LobeKind::Transmission, transmission),
+            (LobeKind::Diffuse, diffuse),
+            (LobeKind::Sheen, sheen),
+            (LobeKind::DiffuseTransmission, diffuse_transmission),
         ];
         let mut left = u_lobe;
         let mut chosen = None;
@@ -142,7 +142,7 @@ impl Scattering {
 }
 
 struct Chosen {
-    choice: Choice,
+    choice: LobeKind,
     probability: f32,
     /// Position of the sample within the lobe, from 0 to 1.
     rest: f32,

@@ -1,5 +1,6 @@
 //! One frame prepared for an integrator: the view, its lights and its volumes.
 
+use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
@@ -7,7 +8,6 @@ use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::HittableLights;
 use super::random::hash;
 use super::settings::{Integrator, IntegratorSettings, PathSettings};
-use super::shadow::GlassPassage;
 use super::zsobol::ZSobol;
 use crate::color::luminance;
 use crate::frame::Frame;

@@ -8,6 +8,7 @@ mod camera;
 mod camera_samples;
 mod color_channels;
 mod context;
+mod glass_passage;
 mod interiors;
 mod light_pass;
 mod light_sampling;

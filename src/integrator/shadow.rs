@@ -4,6 +4,7 @@ use std::cell::{Cell, RefCell};
 
 use glam::Vec3;
 
+use super::glass_passage::GlassPassage;
 use super::media::MediaCache;
 use super::transparent_hits::TransparentHits;
 use super::{GlassShadows, IntegratorContext, MediaStack, Medium};
@@ -25,16 +26,6 @@ enum Occlusion {
     Opaque,
     Transparent,
     Absent,
-}
-
-/// What light passes glass along a straight shadow ray.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum GlassPassage {
-    /// That of lights that rays cannot hit, as far as [`GlassShadows`] allows.
-    #[default]
-    Straight,
-    /// That of lights that rays can hit: clear thin walls alone. Sampled rays bring the light that other glass bends or scatters.
-    ThinWalls,
 }
 
 impl GlassPassage {

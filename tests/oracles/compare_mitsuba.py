@@ -71,7 +71,7 @@ def lamp(radiance):
     return material("diffuse", BLACK, emission=radiance)
 
 
-def room():
+def box():
     return [
         (quad((0, 0, 0), (0, 0, 1.2), (1.2, 0, 0)), GREY), (quad((0, 2, 0), (1.2, 0, 0), (0, 0, 1.2)), GREY),
         (quad((0, 1, -1.2), (1.2, 0, 0), (0, 1, 0)), GREY), (quad((-1.2, 1, 0), (0, 1, 0), (0, 0, 1.2)), RED),
@@ -101,18 +101,18 @@ def with_ball(ball, *others):
 
 GLASS = material("dielectric")
 SCENES = {
-    "diffuse_room": {"objects": [*with_ball(GREY, *room()), CEILING]},
+    "diffuse_box": {"objects": [*with_ball(GREY, *box()), CEILING]},
     "sky_on_diffuse": {"objects": with_ball(GREY, FLOOR), "sky": "image"},
     "uniform_light": {"objects": with_ball(RED, FLOOR), "sky": "uniform"},
-    "point_light": {"objects": with_ball(GREY, *room()), "point": ((0.3, 1.6, 0.5), 3.0)},
-    "many_lamps": {"objects": [*with_ball(GREY, *room()), *many_lamps()]},
-    "mirror": {"objects": [*with_ball(material("conductor"), *room()), CEILING]},
-    "brushed_metal": {"objects": [*with_ball(material("conductor", alpha=0.04), *room()), CEILING]},
+    "point_light": {"objects": with_ball(GREY, *box()), "point": ((0.3, 1.6, 0.5), 3.0)},
+    "many_lamps": {"objects": [*with_ball(GREY, *box()), *many_lamps()]},
+    "mirror": {"objects": [*with_ball(material("conductor"), *box()), CEILING]},
+    "brushed_metal": {"objects": [*with_ball(material("conductor", alpha=0.04), *box()), CEILING]},
     "metal_in_sky": {"objects": with_ball(material("conductor", alpha=0.02), FLOOR), "sky": "image"},
-    "glass": {"objects": with_ball(GLASS, *room()), "sky": "uniform"},
+    "glass": {"objects": with_ball(GLASS, *box()), "sky": "uniform"},
     "glass_in_sky": {"objects": with_ball(GLASS, FLOOR), "sky": "image"},
     "frosted_glass": {"objects": with_ball(material("dielectric", alpha=0.01), FLOOR), "sky": "uniform"},
-    "lamp_in_glass": {"objects": [*with_ball(GLASS, *room()), (sphere((0.0, 0.6, 0.0), 0.25), lamp(6.0))]},
+    "lamp_in_glass": {"objects": [*with_ball(GLASS, *box()), (sphere((0.0, 0.6, 0.0), 0.25), lamp(6.0))]},
 }
 
 

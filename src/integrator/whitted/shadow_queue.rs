@@ -4,7 +4,8 @@ use glam::Vec3;
 
 use super::wavefront::RaySignature;
 use crate::geometry::Ray;
-use crate::integrator::shadow::{GlassPassage, ShadowBatch};
+use crate::integrator::glass_passage::GlassPassage;
+use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::{LightPass, MediaStack};
 
 /// The shadow rays of a wavefront.

@@ -112,13 +112,13 @@ mod tests {
         let mut differentials = [Vec3Lanes::default(); 2];
         let mut roughness = F32Lanes::default();
         let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
-        for lane in 0..LANES {
+        for (lane, roughness) in roughness.iter_mut().enumerate() {
             let (sin, cos) = libm::sincosf(lane as f32 * 2.4);
             let height = 1.0 - lane as f32 / 7.5;
             let across = Vec2::new(cos, sin) * (1.0 - height * height).sqrt();
             let between = Vec3::new(across.x, height, across.y);
             directions.set(lane, axes.get(lane).copied().unwrap_or(between));
-            roughness[lane] = lane as f32 / 15.0;
+            *roughness = lane as f32 / 15.0;
             differentials[0].set(lane, Vec3::new(0.03, 0.0, 0.01) * lane as f32);
             differentials[1].set(lane, Vec3::new(0.0, 0.02, 0.001));
         }

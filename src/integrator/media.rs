@@ -210,7 +210,9 @@ mod tests {
         let mut cache = MediaCache::default();
         let mut entered = |volumes: &[Medium]| {
             let mut stack = MediaStack::default();
-            volumes.iter().for_each(|volume| stack.cross(*volume, Facing::Front, &mut cache));
+            for volume in volumes {
+                stack.cross(*volume, Facing::Front, &mut cache);
+            }
             stack
         };
         let first = entered(&[glass, water]);

@@ -3,14 +3,15 @@
 //! `cargo run --release -p oracles --bin albedo_tables` writes the files beside this one; a test compares them. Integrating when a program
 //! starts would take seconds.
 
-use super::{external_albedo, internal_albedo, isotropic_albedo};
+use super::{external_albedo, internal_albedo, isotropic_albedo, rough_volume_albedo};
 
 /// Names and bytes of the files.
-pub fn integrated_albedo_tables() -> [(&'static str, Vec<u8>); 3] {
+pub fn integrated_albedo_tables() -> [(&'static str, Vec<u8>); 4] {
     [
         ("lobe_albedo.bin", isotropic_albedo::integrated()),
         ("external_albedo.bin", external_albedo::integrated()),
         ("internal_albedo.bin", internal_albedo::integrated()),
+        ("rough_volume_albedo.bin", rough_volume_albedo::integrated()),
     ]
 }
 
@@ -20,7 +21,12 @@ mod tests {
 
     #[test]
     fn stored_tables_are_their_integrals() {
-        let stored = [isotropic_albedo::STORED, external_albedo::STORED, internal_albedo::STORED];
+        let stored = [
+            isotropic_albedo::STORED,
+            external_albedo::STORED,
+            internal_albedo::STORED,
+            rough_volume_albedo::STORED,
+        ];
         for ((name, integrated), stored) in integrated_albedo_tables().into_iter().zip(stored) {
             assert!(integrated == stored, "{name}: run `cargo run --release -p oracles --bin albedo_tables`");
         }

@@ -111,20 +111,20 @@ fn length(vector: Vec3) -> f32 {
     libm::sqrtf(vector.dot(vector))
 }
 
-/// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the long tail of the lobe is.
-fn disk_pattern() -> &'static [(Vec2, f32)] {
+/// [`disk_spiral`] of a fixed number of points.
+pub(super) fn disk_pattern() -> &'static [(Vec2, f32)] {
     static POINTS: OnceLock<Vec<(Vec2, f32)>> = OnceLock::new();
-    POINTS.get_or_init(|| {
-        let point = |index: usize| {
-            // Area 1 − s² for uniform s.
-            let position = index as f32 + 0.5;
-            let s = position / NORMALS as f32;
-            let revolutions = position * REVOLUTIONS;
-            (
-                ggx::disk_point(Vec2::new(1.0 - s * s, revolutions - revolutions.floor())),
-                2.0 * s / NORMALS as f32,
-            )
-        };
-        (0..NORMALS).map(point).collect()
-    })
+    POINTS.get_or_init(|| disk_spiral(NORMALS))
+}
+
+/// Points of the unit disk and their shares of it, on a spiral that is denser towards the edge, where the long tail of the lobe is.
+pub(super) fn disk_spiral(count: usize) -> Vec<(Vec2, f32)> {
+    let point = |index: usize| {
+        // Area 1 − s² for uniform s.
+        let position = index as f32 + 0.5;
+        let s = position / count as f32;
+        let revolutions = position * REVOLUTIONS;
+        (ggx::disk_point(Vec2::new(1.0 - s * s, revolutions - revolutions.floor())), 2.0 * s / count as f32)
+    };
+    (0..count).map(point).collect()
 }

@@ -27,6 +27,7 @@ mod isotropic_albedo;
 mod microfacets;
 mod multiple_scattering;
 mod rough_transmission;
+mod rough_volume_albedo;
 mod scattering;
 mod scattering_sampling;
 mod sheen;

@@ -3,22 +3,12 @@
 //! Source: Walter et al., "Microfacet Models for Refraction through Rough Surfaces", 2007, equations 16, 17 and 21, with the masking of
 //! each side on its own. Each facet transmits what it does not reflect. There is no factor η²: radiance counts as it does along the
 //! refracted rays of smooth surfaces. What single scattering loses is given back to both lobes in proportion, as in Turquin,
-//! "Practical Multiple Scattering Compensation for Microfacet Models", 2019.
+//! "Practical Multiple Scattering Compensation for Microfacet Models", 2019; [`super::rough_volume_albedo`] tabulates it.
 
-use std::sync::OnceLock;
+use glam::Vec3;
 
-use glam::{Vec2, Vec3};
-
-use super::ggx;
 use super::specular_lobe::SpecularLobe;
 use crate::geometry::normalized_or;
-
-/// Number of visible normals that integrate the albedo of single scattering within 1e-3.
-const NORMALS: usize = 64;
-/// The same from the denser side, where total reflection cuts the lobe: within 1.6e-2 for the roughest lobes.
-const NORMALS_DENSER: usize = 256;
-/// Revolutions from one normal to the next along their spiral: the golden section.
-const REVOLUTIONS: f32 = 0.618_034;
 
 /// A direction through the surface with the facet that bends light there.
 #[derive(Clone, Copy, Debug)]
@@ -58,43 +48,4 @@ pub(super) fn refracted_at(half: Vec3, wo: Vec3, relative_ior: f32) -> Option<Ve
     }
     let wi = half * (bend * facet_cosine - cosine_squared.sqrt()) - wo * bend;
     (wi.z < 0.0).then(|| wi.normalize())
-}
-
-/// Albedo of single scattering through the surface. `transmitted(cosine)` is the share that passes a facet.
-pub(super) fn single_scattering_albedo(
-    lobe: &SpecularLobe,
-    (wo, relative_ior): (Vec3, f32),
-    transmitted: impl Fn(f32) -> f32,
-) -> f32 {
-    let transmitted_at = |(point, share): &(Vec2, f32)| {
-        let half = lobe.visible_normal(wo, *point);
-        let wi = refracted_at(half, wo, relative_ior)?;
-        Some(share * transmitted(wo.dot(half)) * lobe.masking(wi))
-    };
-    disk_pattern(relative_ior).iter().filter_map(transmitted_at).sum()
-}
-
-/// Points of the unit disk and their shares of it, denser towards the edge.
-type DiskPattern = Vec<(Vec2, f32)>;
-
-fn disk_pattern(relative_ior: f32) -> &'static DiskPattern {
-    static THINNER: OnceLock<DiskPattern> = OnceLock::new();
-    static DENSER: OnceLock<DiskPattern> = OnceLock::new();
-    if relative_ior < 1.0 {
-        DENSER.get_or_init(|| spiral(NORMALS_DENSER))
-    } else {
-        THINNER.get_or_init(|| spiral(NORMALS))
-    }
-}
-
-fn spiral(count: usize) -> DiskPattern {
-    let point = |index: usize| {
-        // Area 1 − s² for uniform s
-        let position = index as f32 + 0.5;
-        let s = position / count as f32;
-        let revolutions = position * REVOLUTIONS;
-        let u = Vec2::new(1.0 - s * s, revolutions - revolutions.floor());
-        (ggx::disk_point(u), 2.0 * s / count as f32)
-    };
-    (0..count).map(point).collect()
 }

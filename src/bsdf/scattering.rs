@@ -12,6 +12,7 @@ use glam::{Mat3, Vec3};
 
 use super::multiple_scattering::Compensation;
 use super::rough_transmission::{self, RefractingFacet};
+use super::rough_volume_albedo;
 use super::thin_film::FilmReflectances;
 use super::{AlbedoTerms, Albedos, Bsdf, Coat, fresnel, ggx, isotropic_albedo, share_below};
 use crate::color::luminance;
@@ -187,10 +188,13 @@ impl Scattering {
     /// The lobe of facets that refract; reflection shares its compensation.
     fn refracted_lobe(&mut self, terms: AlbedoTerms) -> TransmissionLobe {
         let Self { bsdf, wo, .. } = *self;
-        let view = (wo, bsdf.dielectric.relative_ior);
-        let transmitted = |facet_cosine| share_below(self.facet_reflectances(facet_cosine).0);
-        let transmitted = rough_transmission::single_scattering_albedo(&bsdf.lobe, view, transmitted);
         let reflected = bsdf.lobe_albedos(wo, terms).0 / self.compensation.dielectric;
+        let both =
+            rough_volume_albedo::reflected_and_transmitted(&bsdf.lobe, wo, bsdf.dielectric.relative_ior);
+        // Tints and films change what facets transmit by the share that the whole lobe leaves.
+        let (bare, tinted) = (terms.total - terms.exact, terms.total - reflected.max_element());
+        let share = if bare > 1e-3 { (tinted / bare).clamp(0.0, 1.0 / bare) } else { 1.0 };
+        let transmitted = positive(both - terms.exact) * share;
         let conserving = 1.0 / (reflected.max_element() + transmitted);
         // The dielectric is a mix of a transmitting and an opaque one.
         let factor = self.compensation.dielectric.lerp(Vec3::splat(conserving), bsdf.transmission);
@@ -359,6 +363,10 @@ impl Bsdf {
         let roughness = bent * self.lobe.widest_roughness();
         self.lobe.is_smooth() || roughness * roughness <= ggx::MIN_ALPHA
     }
+}
+
+fn positive(value: f32) -> f32 {
+    if value > 0.0 { value } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -85,14 +85,8 @@ FLOOR = (quad((0, 0, 0), (0, 0, 3), (3, 0, 0)), GREY)
 
 def many_lamps():
     random = numpy.random.default_rng(7)
-    lamps = []
-    for _ in range(200):
-        center = random.uniform((-1.1, 0.2, -1.1), (1.1, 1.9, 0.6))
-        u, v = random.normal(size=3), random.normal(size=3)
-        scale = random.uniform(0.01, 0.06)
-        lamps.append((quad(center, u / numpy.linalg.norm(u) * scale, v / numpy.linalg.norm(v) * scale),
-                      lamp(float(random.uniform(1, 30)))))
-    return lamps
+    return [(sphere(random.uniform((-1.1, 0.2, -1.1), (1.1, 1.9, 0.6)), random.uniform(0.01, 0.05), rings=3),
+             lamp(float(random.uniform(1, 30)))) for _ in range(100)]
 
 
 def with_ball(ball, *others):
@@ -112,7 +106,7 @@ SCENES = {
     "glass": {"objects": with_ball(GLASS, *box()), "sky": "uniform"},
     "glass_in_sky": {"objects": with_ball(GLASS, FLOOR), "sky": "image"},
     "frosted_glass": {"objects": with_ball(material("dielectric", alpha=0.01), FLOOR), "sky": "uniform"},
-    "lamp_in_glass": {"objects": [*with_ball(GLASS, *box()), (sphere((0.0, 0.6, 0.0), 0.25), lamp(6.0))]},
+    "ball_in_glass": {"objects": [*with_ball(GLASS, *box(), (sphere((0.0, 0.6, 0.0), 0.25), RED)), CEILING]},
 }
 
 
@@ -172,7 +166,7 @@ def write_gltf(scene, folder):
 
 def write_sky(folder):
     """A gradient with a warm, soft sun."""
-    height, width = 64, 128
+    height, width = 512, 1024
     v, u = numpy.meshgrid((numpy.arange(height) + 0.5) / height, (numpy.arange(width) + 0.5) / width, indexing="ij")
     sky = numpy.stack([0.3 + 0.2 * v, 0.4 + 0.1 * v, 0.9 - 0.4 * v], axis=-1)
     sun = numpy.exp(-((u - 0.7) ** 2 + (0.5 * (v - 0.25)) ** 2) / 0.0008)

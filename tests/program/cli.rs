@@ -78,7 +78,7 @@ fn what_makes_no_sense_is_a_usage_error_before_the_scene_is_opened() {
         (&["--light-scale", "-1"], "light-scale"),
         (&["--resume", "--overwrite"], "--overwrite"),
         (&["-q", "-v"], "--verbose"),
-        (&["--integrator", "path"], "whitted"),
+        (&["--integrator", "bidirectional"], "whitted"),
         (&["-t", "many"], "write a whole number from 1 to 65535"),
         (&["-s", "x"], "--start"),
         (&["--layers", "depht"], "did you mean \"depth\"? There are beauty, depth,"),

@@ -4,7 +4,7 @@ use super::dimensions::Decision;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, Scattering};
 use crate::integrator::whitted::{
-    SurfaceHit, Tracer, Wavefront, frame_along, ior_outside, ior_transmission_side, local_frame,
+    SurfaceHit, Tracer, Wavefront, ior_outside, ior_transmission_side, local_frame, shading_frame,
 };
 use crate::integrator::{ColorChannels, LightPass};
 use crate::interaction::{MaterialSample, SurfacePoint};
@@ -44,11 +44,7 @@ impl Tracer<'_, '_> {
         // One colour channel of three where the surface disperses light
         let transmission_side = self.transmission_side(state, (index, point));
         let own_medium = self.context.interiors.medium(point.instance);
-        let is_dispersive = state.channels == ColorChannels::White
-            && !material.thin
-            && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
-                || state.media.disperses()
-                || transmission_side.media.disperses());
+        let is_dispersive = transmission_side.disperses(state, own_medium, material);
         let sequence = self.sequences[state.sample as usize];
         let mut channels = state.channels;
         if is_dispersive {
@@ -61,10 +57,7 @@ impl Tracer<'_, '_> {
         let outside = ior_outside(state, own_medium, point.facing, channels);
         let inside = ior_transmission_side(material, &transmission_side.media, channels);
         let bsdf = Bsdf::new(material, outside, inside);
-        let normal = point.shading_normal;
-        let along_lobe =
-            |anisotropy: crate::interaction::AnisotropySample| frame_along(normal, anisotropy.direction);
-        let world_from_local = material.anisotropy.map_or_else(|| local_frame(normal), along_lobe);
+        let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
         let local_from_world = world_from_local.transpose();
         let coat =
             coat.map(|(coat, world_from_coat, _)| (coat, world_from_coat.transpose() * world_from_local));

@@ -3,6 +3,7 @@
 use glam::{Mat3, Vec3};
 
 use crate::geometry::unit;
+use crate::interaction::AnisotropySample;
 
 /// Direction of the mirror ray. It leaves the surface because the shading normal is bent towards the viewer.
 #[inline(always)]
@@ -19,8 +20,13 @@ pub(in crate::integrator) fn local_frame(normal: Vec3) -> Mat3 {
     Mat3::from_cols(tangent, bitangent, normal)
 }
 
+/// The frame in which the lobes of a surface are evaluated: along its anisotropy, where it has any.
+pub(in crate::integrator) fn shading_frame(normal: Vec3, anisotropy: Option<&AnisotropySample>) -> Mat3 {
+    anisotropy.map_or_else(|| local_frame(normal), |anisotropy| frame_along(normal, anisotropy.direction))
+}
+
 /// Orthonormal frame around a unit normal whose tangent is the projection of `direction` onto the tangent plane.
-pub(in crate::integrator) fn frame_along(normal: Vec3, direction: Vec3) -> Mat3 {
+fn frame_along(normal: Vec3, direction: Vec3) -> Mat3 {
     match unit(direction - normal * normal.dot(direction)) {
         Some(tangent) => Mat3::from_cols(tangent, normal.cross(tangent), normal),
         None => local_frame(normal),

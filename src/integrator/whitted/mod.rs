@@ -36,7 +36,7 @@ mod transmission_side;
 mod visibility;
 mod wavefront;
 
-pub(super) use local_frame::{frame_along, local_frame};
+pub(super) use local_frame::{local_frame, shading_frame};
 pub use sample_aovs::{InstanceCoverage, SampleAovFlags};
 pub(super) use shadow_catcher::Receiver;
 pub(super) use shadow_queue::ShadowRay;

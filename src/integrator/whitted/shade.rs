@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::coat::CoatShading;
-use super::local_frame::{frame_along, local_frame};
+use super::local_frame::shading_frame;
 use super::shading::Shading;
 use super::shading_order::RunKey;
 use super::surface_hit::SurfaceHit;
@@ -14,7 +14,7 @@ use super::wavefront::Wavefront;
 use crate::bsdf::{Albedos, Bsdf};
 use crate::geometry::LANES;
 use crate::integrator::{ColorChannels, Integrator, LightPass};
-use crate::interaction::{AnisotropySample, MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
+use crate::interaction::{MaterialSample, SurfaceBlock, SurfacePoint, untextured_color};
 use crate::scene::Material;
 
 impl<'a> Tracer<'_, 'a> {
@@ -128,17 +128,11 @@ impl<'a> Tracer<'_, 'a> {
         let (outside, inside) = iors(state.channels);
         let albedo_slice = self.albedo_slices.between(outside, inside);
         let bsdf = Bsdf::with_albedos(material, outside, inside, albedo_slice);
-        let is_dispersive = state.channels == ColorChannels::White
-            && !material.thin
-            && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
-                || state.media.disperses()
-                || transmission_side.media.disperses());
+        let is_dispersive = transmission_side.disperses(state, own_medium, material);
         let dispersed = is_dispersive.then(|| ColorChannels::SINGLE.map(lobes_of));
 
         // Local frame
-        let normal = point.shading_normal;
-        let along_lobe = |anisotropy: AnisotropySample| frame_along(normal, anisotropy.direction);
-        let world_from_local = material.anisotropy.map_or_else(|| local_frame(normal), along_lobe);
+        let world_from_local = shading_frame(point.shading_normal, material.anisotropy.as_ref());
         let wo = world_from_local.transpose() * point.wo;
         let terms = bsdf.albedo_terms(wo);
         let traced_share_of = |roughness| if traces_lobes { 1.0 } else { traced_share(roughness) };

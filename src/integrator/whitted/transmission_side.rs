@@ -19,6 +19,23 @@ pub(in crate::integrator) struct TransmissionSide {
     pub(in crate::integrator) touching: Option<Hit>,
 }
 
+impl TransmissionSide {
+    /// Whether light of different colours is bent differently between the viewer's side of a surface, whose own medium is `own_medium`, and this
+    /// one.
+    pub(in crate::integrator) fn disperses(
+        &self,
+        state: &RayState,
+        own_medium: Option<Medium>,
+        material: &MaterialSample,
+    ) -> bool {
+        state.channels == ColorChannels::White
+            && !material.thin
+            && (own_medium.is_some_and(|medium| medium.half_spread > 0.0)
+                || state.media.disperses()
+                || self.media.disperses())
+    }
+}
+
 impl Tracer<'_, '_> {
     /// Probes the transmission sides of a block of points, for [`Tracer::transmission_side`].
     pub(in crate::integrator) fn probe_transmission_sides(

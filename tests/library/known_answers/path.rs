@@ -129,7 +129,7 @@ fn spheres_of_light_and_suns_light_as_points_do() {
         let mut stage = stage(4096);
         stage.settings.light_size = LightSize { radius, sun_angle_radians: 0.0 };
         stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
-        stage.add_light(LightKind::Point, 8.0, Vec3::new(1.0, 1.0, 0.0), Vec3::NEG_Y);
+        stage.add_light(LightKind::Point, 8.0, Vec3::new(0.8, 1.0, 0.6), Vec3::NEG_Y);
         let expected = 0.5 * FRAC_1_PI * 8.0 * 0.5_f32.sqrt() / 2.0;
         assert_close(middle(&stage), Vec3::splat(expected), 0.002 * expected);
     }
@@ -137,7 +137,12 @@ fn spheres_of_light_and_suns_light_as_points_do() {
         let mut stage = stage(4096);
         stage.settings.light_size = LightSize { radius: 0.0, sun_angle_radians };
         stage.add(floor(9.0), lambert(Vec3::splat(0.5)));
-        stage.add_light(LightKind::Directional, 3.0, Vec3::ZERO, Vec3::new(-3_f32.sqrt(), -1.0, 0.0));
+        stage.add_light(
+            LightKind::Directional,
+            3.0,
+            Vec3::ZERO,
+            Vec3::new(-0.8 * 3_f32.sqrt(), -1.0, -0.6 * 3_f32.sqrt()),
+        );
         let expected = 0.5 * FRAC_1_PI * 1.5;
         assert_close(middle(&stage), Vec3::splat(expected), 0.002 * expected);
     }

@@ -1,7 +1,7 @@
 //! Albedos of GGX lobes at one index of refraction, over roughness and view: a slice whose cubic over the index is evaluated once.
 //!
-//! The values are those of [`AlbedoSlice`] but for rounding. A lookup reads four grid points, and the arithmetic around it is done for
-//! the lanes of a block together.
+//! The values are those of [`AlbedoSlice`]. A lookup reads four grid points, and the arithmetic around it is done for the lanes of a block
+//! together.
 
 use fearless_simd::Level;
 use glam::Vec4;
@@ -9,6 +9,7 @@ use glam::Vec4;
 use super::albedo_grid::{COLUMNS, CellLanes, ROWS};
 use super::albedo_slice::AlbedoSlice;
 use super::isotropic_albedo::{self, AlbedoTerms, SMOOTH, mirror_share};
+use super::stored_values::UNIT;
 use super::{external_albedo, fresnel};
 use crate::geometry::{ActiveLanes, F32Lanes, LANES, vectorized};
 
@@ -16,8 +17,8 @@ use crate::geometry::{ActiveLanes, F32Lanes, LANES, vectorized};
 #[derive(Clone, Debug)]
 pub(crate) struct AlbedoTable {
     slice: AlbedoSlice,
-    /// Values of the grid points: the albedo with F = 1, and those with Schlick's and with the exact F without the mirror's part. Empty
-    /// where the slice has no such table.
+    /// Values of the grid points: the albedo with F = 1 and that with Schlick's F without the mirror's part, both in multiples of [`UNIT`],
+    /// and that with the exact F without the mirror's part. Empty where the slice has no such table.
     points: Vec<Vec4>,
 }
 
@@ -92,11 +93,12 @@ impl AlbedoTable {
         for lane in 0..LANES {
             let (cos_o, roughness) = (cos_o[lane].clamp(0.0, 1.0), roughness[lane]);
             let terms = out.get(lane);
-            let total = if terms.total < 1.0 { terms.total } else { 1.0 };
+            let (total, rest) = (terms.total * UNIT, terms.schlick * UNIT);
+            let total = if total < 1.0 { total } else { 1.0 };
             let mirrored = mirror_share(roughness) * total;
             let weight = fresnel::schlick_weight(cos_o);
             let reflectance = self.slice.reflectance(cos_o);
-            let schlick = (terms.schlick + mirrored * weight).clamp(0.0, total);
+            let schlick = (rest + mirrored * weight).clamp(0.0, total);
             let exact = self.slice.exact_beyond(terms.exact, mirrored, total) + mirrored * reflectance;
             let is_mirror = roughness < SMOOTH;
             out.set(
@@ -129,15 +131,7 @@ mod tests {
                     table.terms((level, lanes), &cos_o, &roughness, &mut out);
                     for lane in lanes {
                         let (found, expected) = (out.get(lane), slice.terms(cos_o[lane], roughness[lane]));
-                        let close = |a: f32, b: f32| (a - b).abs() < 2e-6;
-                        assert!(
-                            close(found.total, expected.total)
-                                && close(found.schlick, expected.schlick)
-                                && close(found.exact, expected.exact),
-                            "{ior} {} {}: {found:?} {expected:?}",
-                            cos_o[lane],
-                            roughness[lane]
-                        );
+                        assert_eq!(found, expected, "{ior} {} {}", cos_o[lane], roughness[lane]);
                     }
                 }
             }

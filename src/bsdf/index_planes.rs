@@ -39,24 +39,20 @@ impl IndexPosition {
     /// Interpolates a stored table at a cell.
     pub(super) fn interpolate(&self, stored: &[u8], cell: &Cell) -> f32 {
         let (points, _) = stored.as_chunks::<{ 2 * PLANES }>();
-        let values = cell.interpolate(points, |point| self.planes(point));
-        self.weighted(values)
+        let [value] = cell.interpolate(points, |point| [self.weighted(point)]);
+        value
     }
 
     /// The value of a stored table at a grid point.
     pub(super) fn at_point(&self, stored: &[u8], point: usize) -> f32 {
         let (points, _) = stored.as_chunks::<{ 2 * PLANES }>();
-        self.weighted(self.planes(&points[point]))
+        self.weighted(&points[point])
     }
 
-    /// The values of the four planes.
+    /// The cubic through the values of four planes.
     #[inline(always)]
-    fn planes(&self, point: &[u8; 2 * PLANES]) -> [f32; 4] {
-        point[2 * self.plane..].first_chunk::<8>().map_or([0.0; 4], decoded)
-    }
-
-    #[inline(always)]
-    fn weighted(&self, values: [f32; 4]) -> f32 {
+    fn weighted(&self, point: &[u8; 2 * PLANES]) -> f32 {
+        let values: [f32; 4] = point[2 * self.plane..].first_chunk::<8>().map_or([0.0; 4], decoded);
         let [a, b, c, d] = self.weights;
         (values[0] * a + values[1] * b) + (values[2] * c + values[3] * d)
     }

@@ -59,10 +59,10 @@ fn interpolated(cell: &Cell) -> [f32; 2] {
     [if total < 1.0 { total } else { 1.0 }, rest]
 }
 
-/// The table's values at a grid point.
+/// The table's values at a grid point, in multiples of [`UNIT`].
 pub(super) fn at_point(point: usize) -> [f32; 2] {
     let (points, _) = STORED.as_chunks::<4>();
-    decoded(&points[point]).map(|value: f32| value * UNIT)
+    decoded(&points[point])
 }
 
 /// Share of a mirror's reflectance that the tables leave out, so that they hold small differences for smooth lobes, although the

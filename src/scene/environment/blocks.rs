@@ -55,13 +55,14 @@ impl Environment {
             Self::Constant(radiance) => fill(out, *radiance),
             Self::BuiltIn(light) => light.backdrops(directions, out),
             Self::Map(map) => map.radiances_over(directions, differentials, out),
-            Self::Composed(composed) => match &composed.background {
-                Some(background) => background.backgrounds(directions, differentials, out),
-                None => {
+            Self::Composed(composed) => {
+                if let Some(background) = &composed.background {
+                    background.backgrounds(directions, differentials, out);
+                } else {
                     composed.light.backgrounds(directions, differentials, out);
                     scale(out, composed.intensity);
                 }
-            },
+            }
         }
     }
 }
@@ -112,13 +113,13 @@ mod tests {
         let mut differentials = [Vec3Lanes::default(); 2];
         let mut roughness = F32Lanes::default();
         let axes = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
-        for lane in 0..LANES {
+        for (lane, roughness) in roughness.iter_mut().enumerate() {
             let (sin, cos) = libm::sincosf(lane as f32 * 2.4);
             let height = 1.0 - lane as f32 / 7.5;
             let across = Vec2::new(cos, sin) * (1.0 - height * height).sqrt();
             let between = Vec3::new(across.x, height, across.y);
             directions.set(lane, axes.get(lane).copied().unwrap_or(between));
-            roughness[lane] = lane as f32 / 15.0;
+            *roughness = lane as f32 / 15.0;
             differentials[0].set(lane, Vec3::new(0.03, 0.0, 0.01) * lane as f32);
             differentials[1].set(lane, Vec3::new(0.0, 0.02, 0.001));
         }

@@ -10,7 +10,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::arc_tangent::{atan2, atan2_reducible, is_reducible};
-use crate::geometry::{ActiveLanes, F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
+use crate::geometry::{ActiveLanes, F32Lanes, Vec2Lanes, Vec3Lanes, vectorized};
 
 /// Radiance on an equirectangular grid, row-major from the top.
 #[derive(Clone, Debug)]
@@ -34,13 +34,13 @@ pub(super) fn uvs_from_directions(
 ) {
     let mut is_done = F32Lanes::default();
     vectorized!(level, {
-        for lane in 0..LANES {
+        for (lane, is_done) in is_done.iter_mut().enumerate() {
             let direction = directions.get(lane);
             let horizontal = horizontal(direction);
             let azimuth = atan2_reducible(direction.x, -direction.z);
             uvs.set(lane, uv_of_angles(azimuth, atan2_reducible(horizontal, direction.y)));
             let done = is_reducible(direction.x, -direction.z) & is_reducible(horizontal, direction.y);
-            is_done[lane] = if done { 1.0 } else { 0.0 };
+            *is_done = if done { 1.0 } else { 0.0 };
         }
     });
     for lane in lanes.filtered(|lane| is_done[lane] == 0.0) {

@@ -5,7 +5,7 @@
 //! material = sheen over mix(dielectric, metal, metallic); dielectric = mix(mix(diffuse, transmission), specular, F(o·h)), where
 //! diffuse = mix(reflected, transmitted). Departures: dielectrics follow the exact Fresnel curve, and the albedos of lower lobes are
 //! scaled by what the whole specular lobe leaves, 1 − E(θ_o), so that no surface returns more light than it receives. Rough specular
-//! lobes keep the light of multiple scattering ([`multiple_scattering`]).
+//! lobes keep the light of multiple scattering (`multiple_scattering`).
 //!
 //! Directions are unit vectors in the local shading frame, with +Z along the shading normal on the side of `wo`. Both point away from
 //! the surface. Media and absorption are not known here.

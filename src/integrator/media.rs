@@ -51,7 +51,7 @@ impl Medium {
 
 /// The volumes that contain a point. The last entered one fills the space.
 ///
-/// Every ray has a stack. Stacks share their volumes, also by [`MediaCache`], so that rays rarely allocate where they enter one, and
+/// Every ray has a stack. Stacks share their volumes, also by `MediaCache`, so that rays rarely allocate where they enter one, and
 /// read memory that is in the cache.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MediaStack(Option<Rc<Entered>>);

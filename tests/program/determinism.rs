@@ -2,7 +2,7 @@
 //!
 //! Runs the program itself: each scene is rendered plainly, and again in another way that must give the same file to the
 //! last byte. The scenes are those where something could go another way: many ties in depth, boxes that are split,
-//! stacked surfaces that are passed through in order, deformed meshes, and the studio's light.
+//! stacked surfaces that are passed through in order, deformed meshes, the studio's light, and paths.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -18,7 +18,7 @@ struct Shot {
     options: &'static [&'static str],
 }
 
-const SHOTS: [Shot; 10] = [
+const SHOTS: [Shot; 13] = [
     shot("demo/whitted_1980", 5, &[]),
     shot("bvh/slivers", 0, &[]),
     shot("bvh/long_diagonals", 0, &[]),
@@ -29,6 +29,9 @@ const SHOTS: [Shot; 10] = [
     shot("skin/two_bone_strip", 5, &[]),
     shot("morph/morph_then_skin", 5, &[]),
     shot("light/environment_only", 0, &["--env", "studio"]),
+    shot("material/nested_glass", 0, &["--env", "outdoor", "--integrator", "path"]),
+    shot("material/alpha_blend_stack", 0, &["--env", "studio", "--integrator", "path", "--seed-per-frame"]),
+    shot("texture/emissive", 0, &["--integrator", "path", "--noise", "0.02"]),
 ];
 
 const SIZE: &[&str] = &["-r", "96x54", "--samples", "2"];

@@ -10,7 +10,7 @@
 //!   Whitted's tree. Shadow rays to the other lights end at glass, except at clear thin walls; the sampled rays bring the light that glass bends.
 //! * Paths end by Russian roulette on their weight, so that the mean stays what it is.
 //!
-//! A sample's numbers are points of one sequence ([`super::zsobol`]), by (pixel, sample, dimension): they do not depend on batches and threads.
+//! A sample's numbers are points of one sequence (`zsobol`), by (pixel, sample, dimension): they do not depend on batches and threads.
 
 mod catcher;
 mod coverage;

@@ -253,6 +253,10 @@ impl Scattering {
     fn coated(&self, wi: Vec3, smooth: SmoothLobes) -> (f32, f32) {
         let Some(CoatLobe { coat, coat_from_local, wo, scale, .. }) = self.coat else { return (0.0, 0.0) };
         let is_smooth = coat.is_smooth();
+        // A coat's own normal may lean so far that it faces light from below the surface.
+        if wi.z <= 0.0 {
+            return (0.0, 0.0);
+        }
         let wi = coat_from_local * wi;
         if wo.z <= 0.0 || wi.z <= 0.0 || (is_smooth && smooth == SmoothLobes::Without) {
             return (0.0, 0.0);

@@ -140,10 +140,19 @@ impl ShadowBatch {
         if self.is_occluded[index as usize] {
             ShadowTransmittance::NONE
         } else if !self.is_tinted[index as usize].get() {
-            ShadowTransmittance { transmittance: Vec3::ONE, limit_reached: false }
+            ShadowTransmittance { transmittance: self.unhindered(index), limit_reached: false }
         } else {
             self.tinted_transmittance(context, index, counters)
         }
+    }
+
+    /// The transmittance of a ray that hits nothing: that of the volume in which it starts. Lights that rays cannot hit are taken to be outside.
+    fn unhindered(&self, index: u32) -> Vec3 {
+        let (ray, media) = (&self.rays[index as usize], &self.media[index as usize]);
+        if self.glass == GlassPassage::Straight || media.is_empty() {
+            return Vec3::ONE;
+        }
+        media.transmittance((ray.t_max - ray.t_min) * libm::sqrtf(ray.direction.dot(ray.direction)))
     }
 
     /// The transmittance of a ray that hits transparent surfaces alone.
@@ -276,7 +285,9 @@ fn glass_transmittance(
         return cache.glass.as_ref().map_or(Vec3::ZERO, |glass| passage.transmittance(&glass.bsdf, wo));
     }
     let material = material_values(view, &point, &cache.probes);
-    if material.transmission > 0.0 {
+    // An anisotropic wall is rough along one direction at least.
+    let is_clear = passage == GlassPassage::Straight || material.anisotropy.is_none();
+    if material.transmission > 0.0 && is_clear {
         passage.transmittance(&straight_lobes(&material), wo) * coat_transmittance(&material, &point)
     } else {
         Vec3::ZERO

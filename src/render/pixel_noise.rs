@@ -11,27 +11,36 @@ pub(super) const FIRST_PASS: usize = 32;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct PixelNoise {
     count: f64,
-    sum: f64,
-    squares: f64,
+    /// Sums of luminance and coverage.
+    sums: [f64; 2],
+    squares: [f64; 2],
 }
 
 impl PixelNoise {
     /// Adds samples.
     pub(super) fn add(&mut self, values: &[SampleValue]) {
         for value in values {
-            let light = f64::from(luminance(value.radiance));
             self.count += 1.0;
-            self.sum += light;
-            self.squares += light * light;
+            for (channel, value) in [luminance(value.radiance), value.coverage].into_iter().enumerate() {
+                let value = f64::from(value);
+                self.sums[channel] += value;
+                self.squares[channel] += value * value;
+            }
         }
     }
 
-    /// The standard error of the mean luminance, as a difference of display values. Samples that are spread evenly err less than this.
+    /// The larger of the standard errors of the mean luminance, as a difference of display values, and of the mean coverage. Samples that are
+    /// spread evenly err less than this.
     pub(super) fn display_error(&self) -> f32 {
-        let mean = self.sum / self.count;
-        let variance = (self.squares / self.count - mean * mean) / (self.count - 1.0);
-        let error = if variance > 0.0 { variance.sqrt() } else { 0.0 };
-        display_value((mean + error) as f32) - display_value(mean as f32)
+        let [(light, light_error), (_, coverage_error)] = [0, 1].map(|channel| self.mean_and_error(channel));
+        let error = display_value((light + light_error) as f32) - display_value(light as f32);
+        error.max(coverage_error as f32)
+    }
+
+    fn mean_and_error(&self, channel: usize) -> (f64, f64) {
+        let mean = self.sums[channel] / self.count;
+        let variance = (self.squares[channel] / self.count - mean * mean) / (self.count - 1.0);
+        (mean, if variance > 0.0 { variance.sqrt() } else { 0.0 })
     }
 }
 

@@ -49,7 +49,7 @@ impl SamplePlan {
                 let index = shutter_sample.index + family * EXTRA_SET;
                 let offsets = match settings.integrator {
                     Integrator::Path => progressive_offsets(count, index),
-                    _ => pixel_offsets(count, index),
+                    Integrator::Whitted => pixel_offsets(count, index),
                 };
                 settings.filter.samples(&offsets)
             }

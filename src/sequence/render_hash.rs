@@ -125,7 +125,7 @@ fn integrator_key(integrator: Integrator, path: &PathSettings) -> serde_json::Va
         Integrator::Path => {
             json!(["path", seed, seed_per_frame, noise.map(f32::to_bits), clamp_indirect.to_bits()])
         }
-        _ => json!("whitted"),
+        Integrator::Whitted => json!("whitted"),
     }
 }
 

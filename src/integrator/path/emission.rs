@@ -56,7 +56,11 @@ impl Tracer<'_, '_> {
     pub(in crate::integrator) fn clamped(&self, depth: u32, radiance: Vec3) -> Vec3 {
         let limit = self.context.settings.path.clamp_indirect;
         let largest = radiance.max_element();
-        if depth > 0 && largest > limit { radiance * (limit / largest) } else { radiance }
+        if depth > 0 && largest > limit && largest < f32::INFINITY {
+            radiance * (limit / largest)
+        } else {
+            radiance
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::lights::LightSample;
 use crate::integrator::whitted::{ShadowRay, Tracer};
-use crate::integrator::{LightPass, MediaStack};
+use crate::integrator::{GlassShadows, LightPass, MediaStack};
 
 impl Tracer<'_, '_> {
     /// Queues one shadow ray to each kind of light.
@@ -32,6 +32,9 @@ impl Tracer<'_, '_> {
         for (index, light) in context.lights.iter().enumerate() {
             let Some(sample) = light.sample(shaded.point.position, u_point) else { continue };
             let Some(wi) = shaded.local(sample.wi) else { continue };
+            if shaded.has_passed_straight(wi) && context.settings.glass_shadows == GlassShadows::Straight {
+                continue;
+            }
             let contribution = shaded.weight * shaded.scattering.eval_with_smooth(wi) * sample.irradiance;
             let importance = luminance(contribution);
             if !(importance > 0.0 && importance < f32::INFINITY) {

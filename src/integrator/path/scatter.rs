@@ -55,7 +55,7 @@ impl Tracer<'_, '_> {
             }
         };
         // A clear thin wall neither bends nor scatters: the ray is still that of the last surface.
-        let last = if sample.is_unbent {
+        let last = if sample.is_unbent && shaded.is_thin {
             shaded.last
         } else {
             let (position, normal) = (point.position, shaded.light_normal());

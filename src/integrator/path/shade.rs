@@ -72,6 +72,8 @@ impl Tracer<'_, '_> {
             channels,
             transmission_side,
             relative_ior: if outside > 0.0 && inside > 0.0 { inside / outside } else { 1.0 },
+            is_glass: material.transmission > 0.0,
+            is_thin: material.thin,
             transmits: material.transmission > 0.0 || material.diffuse_transmission > 0.0,
             sequence,
             last,

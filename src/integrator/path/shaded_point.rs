@@ -30,6 +30,10 @@ pub(super) struct ShadedPoint<'p, 'a> {
     pub(super) relative_ior: f32,
     /// Whether the surface scatters light from its other side.
     pub(super) transmits: bool,
+    /// Whether the surface is glass.
+    pub(super) is_glass: bool,
+    /// Whether the surface is a thin wall.
+    pub(super) is_thin: bool,
     pub(super) sequence: SampleSequence,
     /// The surface that sampled the ray.
     pub(super) last: Option<LastScatter>,
@@ -41,10 +45,17 @@ impl ShadedPoint<'_, '_> {
         (!self.transmits).then_some(self.point.shading_normal)
     }
 
-    /// The local direction of light from the world-space direction `wi`; `None` where normals disagree about its side.
+    /// The local direction of light from the world-space direction `wi`; `None` where normals disagree about its side, and where another surface
+    /// touches this one on that side.
     pub(super) fn local(&self, wi: Vec3) -> Option<Vec3> {
         let local = self.world_from_local.transpose() * wi;
-        (local.z * self.point.geometric_normal.dot(wi) > 0.0).then_some(local)
+        let is_covered = local.z < 0.0 && self.transmission_side.touching.is_some();
+        (local.z * self.point.geometric_normal.dot(wi) > 0.0 && !is_covered).then_some(local)
+    }
+
+    /// Whether the light of a lamp that rays cannot hit reached the last surface straight through this one, from the local direction `wi`.
+    pub(super) fn has_passed_straight(&self, wi: Vec3) -> bool {
+        wi.z < 0.0 && self.is_glass && self.last.is_some()
     }
 
     /// Start of shadow rays towards light from the local direction `wi`.

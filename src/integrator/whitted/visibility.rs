@@ -68,7 +68,8 @@ impl Tracer<'_, '_> {
         let mut light_pass = state.light_pass;
         let mut passes = 0;
         let mut next = first;
-        let ground = self.context.settings.ground;
+        // Shadow rays pass the ground and shadow catchers, and so do the sampled rays that are weighed against them.
+        let ground = self.context.settings.ground.filter(|_| last.is_none());
         let mut ground_hit =
             ground.and_then(|ground| Some(GroundHit { ground, slot, ray, state, t: ground.hit(ray)? }));
         for _ in 0..TRANSPARENCY_LIMIT {
@@ -85,7 +86,7 @@ impl Tracer<'_, '_> {
             let alpha = if catches_shadows(view, &hit) {
                 // A catcher stands for a solid surface, which hides the ground.
                 ground_hit = None;
-                self.caught_shadow(ray, state, &hit)
+                if last.is_none() { self.caught_shadow(ray, state, &hit) } else { 0.0 }
             } else {
                 let alpha = self.covered_share(state, alpha_at(view, &hit), &mut passes);
                 let surface_hit = SurfaceHit { slot, hit, share: through * alpha, light_pass };
@@ -109,7 +110,9 @@ impl Tracer<'_, '_> {
 
     /// Ends a ray of which too little is left.
     fn ends(&mut self, state: &RayState, left: f32) -> bool {
-        let ends = left < MIN_WEIGHT;
+        // Beyond the first surface of a path, Russian roulette alone decides.
+        let is_path = self.context.settings.integrator == Integrator::Path && state.depth > 0;
+        let ends = if is_path { left <= 0.0 } else { left < MIN_WEIGHT };
         if ends {
             self.statistics.dropped_weight += f64::from(left);
             self.set_coverage(state, 1.0);

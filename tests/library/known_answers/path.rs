@@ -212,3 +212,24 @@ fn seeds_change_the_noise_and_not_the_mean() {
     let (first, second) = (render(0), render(1));
     assert!(first != second && (first - second).abs() < 0.03 * first, "{first} {second}");
 }
+
+#[test]
+fn lamps_shine_through_frosted_glass_once() {
+    // Shadow rays pass the pane straight, as in Whitted's tree; the rays that it scatters find the lamp no second time.
+    let frosted = Material {
+        transmission: Some(Transmission { factor: 1.0, texture: None }),
+        roughness: 0.5,
+        metallic: 0.0,
+        double_sided: true,
+        ..Material::default()
+    };
+    let mut stage = stage(4096);
+    stage.add(floor(9.0), lambert(Vec3::splat(0.1)));
+    stage.add(rectangle(Vec3::Y * 0.6, Vec3::X * 40.0, Vec3::Z * 40.0), frosted);
+    stage.add_light(LightKind::Point, 8.0, Vec3::new(0.1, 1.5, 0.2), Vec3::NEG_Y);
+    let look = |stage: &Stage| stage.look(Vec3::new(0.0, 0.2, 0.8), Vec3::ZERO);
+    let bounced = look(&stage);
+    stage.settings.integrator = Integrator::Whitted;
+    let straight = look(&stage);
+    assert_close(bounced, straight.truncate(), 0.06 * straight.x);
+}

@@ -51,6 +51,7 @@ pub use coat::Coat;
 pub(crate) use fresnel::exact as dielectric_reflectance;
 pub(crate) use isotropic_albedo::AlbedoTerms;
 pub use scattering::Scattering;
+pub(crate) use scattering_sampling::cosine_direction;
 pub use scattering_sampling::{ScatterLobe, ScatterSample};
 
 use fresnel::{Dielectric, Tint};

@@ -163,7 +163,7 @@ fn reflected_at(half: Vec3, wo: Vec3) -> Option<Vec3> {
 }
 
 /// A direction with density cos θ / π.
-fn cosine_direction(u: Vec2) -> Vec3 {
+pub(crate) fn cosine_direction(u: Vec2) -> Vec3 {
     let disk = ggx::disk_point(u);
     // 1 − |disk|² is 1 − u.x, which cannot be negative.
     Vec3::new(disk.x, disk.y, (1.0 - u.x).sqrt())

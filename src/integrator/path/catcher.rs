@@ -1,9 +1,10 @@
 //! Light of the environment on shadow catchers and the ground.
 
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::FRAC_1_PI;
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
+use crate::bsdf::cosine_direction;
 use crate::color::luminance;
 use crate::integrator::random::Purpose;
 use crate::integrator::whitted::{Receiver, Tracer, local_frame};
@@ -49,11 +50,4 @@ impl Tracer<'_, '_> {
         }
         chosen
     }
-}
-
-/// A direction with density cos θ / π.
-fn cosine_direction(u: Vec2) -> Vec3 {
-    let (sin, cos) = libm::sincosf(u.y * TAU);
-    let radius = libm::sqrtf(u.x);
-    Vec3::new(cos * radius, sin * radius, libm::sqrtf(1.0 - u.x))
 }

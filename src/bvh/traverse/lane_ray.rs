@@ -14,6 +14,7 @@ use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
 use super::edge_functions::{Corner, EdgeFunctions};
+use super::visitor::lower_or_zero;
 use crate::bvh::wide_tree::{Triangles, WIDTH, WideNode};
 use crate::geometry::{BOX_PADDING, Ray, dominant_axes};
 
@@ -74,7 +75,7 @@ impl LaneRay {
             near_reciprocal: (reciprocal * (1.0 - SLACK)).to_array(),
             far_reciprocal: (reciprocal * (1.0 + SLACK)).to_array(),
             scale,
-            lower: if lower > 0.0 { lower * scale } else { 0.0 },
+            lower: lower_or_zero(lower) * scale,
             axes,
             origin: ray.origin.to_array(),
             shear: [ray.direction[axes[0]] / depth, ray.direction[axes[1]] / depth],

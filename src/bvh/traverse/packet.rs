@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f32x16, prelude::*};
 
-use super::visitor::{TriangleSlot, positive_lower};
+use super::visitor::{TriangleSlot, lower_or_zero};
 use crate::bvh::wide_tree::Leaf;
 use crate::geometry::{Ray, dominant_axes};
 
@@ -34,7 +34,7 @@ pub(super) struct Packet {
     pub(super) reciprocal: [Row; 3],
     /// The two lateral components over the one along the depth axis.
     pub(super) shear: [Row; 2],
-    /// Exclusive lower limit of `t`.
+    /// Exclusive lower limit of `t`; zero stands for [`LEAST_LOWER`](super::visitor::LEAST_LOWER).
     pub(super) lower: Row,
     /// Lower bound of the closest hit so far; the end of the ray while there is none. Unused lanes have −∞.
     pub(super) near: Row,
@@ -110,7 +110,7 @@ impl Packet {
         (self.origin[0][v][i], self.origin[1][v][i], self.origin[2][v][i]) = (x, y, z);
         let [x, y, z] = ray.direction.to_array();
         (self.direction[0][v][i], self.direction[1][v][i], self.direction[2][v][i]) = (x, y, z);
-        self.lower[v][i] = positive_lower(ray.t_min);
+        self.lower[v][i] = lower_or_zero(ray.t_min);
         self.near[v][i] = end;
         self.far[v][i] = end;
     }

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f32x16, prelude::*, u32x16};
 use super::exact_hits::ExactHits;
 use super::packet::{LANES, Packet, VECTORS};
 use super::packet_walk::{PacketCandidate, PacketVisitor, lane_mask};
-use super::visitor::{BatchFilter, LeafIntersector, TriangleSlot};
+use super::visitor::{BatchFilter, LEAST_LOWER, LeafIntersector, TriangleSlot};
 use crate::bvh::hit::Hit;
 use crate::bvh::triangle_flags::TriangleFlags;
 use crate::bvh::wide_tree::{Tag, WideTree};
@@ -90,7 +90,7 @@ impl PacketVisitor for PacketClosestHit<'_> {
         let (near, far) = (candidate.bounds.near, candidate.bounds.far);
         let best_near = f32x16::load_array_ref(simd, &packet.near[v]);
         let best_far = f32x16::load_array_ref(simd, &packet.far[v]);
-        let lower = f32x16::load_array_ref(simd, &packet.lower[v]);
+        let lower = f32x16::load_array_ref(simd, &packet.lower[v]).max(LEAST_LOWER);
 
         // Certain rays that have a closer hit, start beyond the triangle, or hit an invisible back.
         let mut rejected = (near.simd_gt(best_far) | far.simd_lt(lower)).to_bitmask() as u32;
@@ -158,7 +158,7 @@ impl PacketVisitor for PacketAnyHit<'_> {
     fn test<S: Simd>(&mut self, simd: S, packet: &mut Packet, candidate: &PacketCandidate<S>) -> bool {
         let PacketCandidate { vector: v, slot, tag, .. } = *candidate;
         let (near, far) = (candidate.bounds.near, candidate.bounds.far);
-        let lower = f32x16::load_array_ref(simd, &packet.lower[v]);
+        let lower = f32x16::load_array_ref(simd, &packet.lower[v]).max(LEAST_LOWER);
         let upper = f32x16::load_array_ref(simd, &packet.far[v]);
 
         // Certain rays with the hit beyond their limits, and with the hit within them.

@@ -54,7 +54,7 @@ const NARROW_SPREAD: f32 = 0.06;
 /// Binned rays that spread more than this per unit of depth have little in common unless they are [`MANY_RAYS`].
 const SCATTERED_SPREAD: f32 = 1.0;
 /// See [`SCATTERED_SPREAD`].
-const MANY_RAYS: usize = 24;
+const MANY_RAYS: usize = 48;
 
 /// Batch of rays for one tree.
 #[derive(Clone, Copy)]

@@ -114,9 +114,9 @@ impl LaneRay {
     #[inline(always)]
     pub(super) fn enter<S: Simd>(&self, simd: S, node: &WideNode, upper: f32) -> Entered {
         let [x, y, z] = [self.near(simd, node, 0), self.near(simd, node, 1), self.near(simd, node, 2)];
-        let entry = x.max(y).max(z).max(self.lower);
+        let entry = x.max(y).max(z.max(self.lower));
         let [x, y, z] = [self.far(simd, node, 0), self.far(simd, node, 1), self.far(simd, node, 2)];
-        let exit = x.min(y).min(z).min(upper);
+        let exit = x.min(y).min(z.min(upper));
         let mask = entry.simd_le(exit).to_bitmask() as u32;
         Entered { mask, distances: entry.into() }
     }

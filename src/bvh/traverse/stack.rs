@@ -1,12 +1,15 @@
 //! Traversal stack of a single ray, nearest entry on top.
 //!
-//! A fixed array covers ordinary trees. Deeper trees continue on the heap, so that no node is ever lost.
+//! An array of fixed capacity covers ordinary trees. Deeper trees continue on the heap, so that no node is ever lost. The
+//! array is not initialised, which would cost as much as two nodes of each ray.
+
+use arrayvec::ArrayVec;
 
 use super::lane_ray::Entered;
 use super::visitor::Visitor;
 use crate::bvh::wide_tree::{WIDTH, WideNode};
 
-/// Entries of the fixed array.
+/// Capacity of the array.
 const SHALLOW: usize = 64;
 
 /// Entry distance in the upper bits, child word in the lower. The bits of a distance sort like the number because it is not
@@ -16,8 +19,7 @@ pub(super) struct Pending(u64);
 
 /// Stack of pending children.
 pub(super) struct Stack {
-    shallow: [Pending; SHALLOW],
-    len: usize,
+    shallow: ArrayVec<Pending, SHALLOW>,
     deep: Vec<Pending>,
 }
 
@@ -41,7 +43,7 @@ impl Pending {
 impl Stack {
     #[inline(always)]
     pub(super) fn new() -> Self {
-        Self { shallow: [Pending(0); SHALLOW], len: 0, deep: Vec::new() }
+        Self { shallow: ArrayVec::new_const(), deep: Vec::new() }
     }
 
     /// Pushes the entered children, farthest first if the visitor is ordered, and returns the nearest instead of pushing it.
@@ -79,24 +81,24 @@ impl Stack {
     /// Pushes an entry and returns its position.
     #[inline(always)]
     fn push(&mut self, pending: Pending) -> usize {
-        if self.len < SHALLOW {
-            self.shallow[self.len] = pending;
-            self.len += 1;
-        } else {
-            self.deep.push(pending);
+        if let Err(full) = self.shallow.try_push(pending) {
+            self.deep.push(full.element());
         }
-        self.len - 1
+        self.shallow.len() - 1
     }
 
     /// Inserts an entry among those from `bottom` up, farthest first if the visitor is ordered.
     #[inline(always)]
     fn insert<V: Visitor>(&mut self, bottom: usize, pending: Pending) {
         let mut position = self.push(pending);
-        while V::ORDERED && position > bottom && self.deep.is_empty() && self.shallow[position - 1] < pending
-        {
-            self.shallow[position] = self.shallow[position - 1];
+        if !V::ORDERED || !self.deep.is_empty() {
+            return;
+        }
+        let entries = self.shallow.as_mut_slice();
+        while position > bottom && entries[position - 1] < pending {
+            entries[position] = entries[position - 1];
             position -= 1;
-            self.shallow[position] = pending;
+            entries[position] = pending;
         }
     }
 
@@ -113,13 +115,12 @@ impl Stack {
 
     #[inline(always)]
     fn pop(&mut self) -> Option<Pending> {
-        if self.len == SHALLOW
+        if self.shallow.is_full()
             && let Some(pending) = self.deep.pop()
         {
             return Some(pending);
         }
-        self.len = self.len.checked_sub(1)?;
-        Some(self.shallow[self.len])
+        self.shallow.pop()
     }
 }
 

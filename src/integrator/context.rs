@@ -1,5 +1,8 @@
 //! One frame prepared for an integrator: the view, its lights and its volumes.
 
+use std::sync::Arc;
+
+use super::environment_directions::EnvironmentDirections;
 use super::glass_passage::GlassPassage;
 use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
@@ -7,14 +10,24 @@ use super::media::{MediaStack, Medium};
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
 use super::path::HittableLights;
 use super::random::hash;
-use super::settings::{Integrator, IntegratorSettings, PathSettings};
+use super::settings::{EnvSamples, Integrator, IntegratorSettings, PathSettings};
 use super::zsobol::ZSobol;
+use glam::Vec3;
+
+use crate::bvh::TraversalCounters;
 use crate::color::luminance;
 use crate::frame::Frame;
 use crate::geometry::{Aabb, Ray};
 use crate::interaction::is_constant;
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
+
+/// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
+const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
+/// Rays that find how much of the environment a camera sees.
+const OPENNESS_RAYS: u32 = 512;
+/// Azimuth from one of these rays to the next, radians.
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// Everything that light interacts with in one frame.
 #[derive(Clone, Debug)]
@@ -36,8 +49,12 @@ pub struct IntegratorContext<'a> {
     camera_media: Vec<Medium>,
     /// Lights that rays can hit, for [`Integrator::Path`].
     pub(super) hittable_lights: Option<HittableLights>,
-    /// Sample points of paths.
-    pub(super) path_points: Option<ZSobol>,
+    /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
+    pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
+    /// Share of the environment's light that these rays decide about.
+    pub(super) occluded_share: f32,
+    /// Sample points of paths and of shadow rays to the environment.
+    pub(super) sample_points: Option<ZSobol>,
     /// Luminance of the environment's irradiance on the ground.
     pub(super) ground_irradiance: f32,
     /// Settings.
@@ -53,9 +70,13 @@ impl<'a> IntegratorContext<'a> {
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
         let is_path = settings.integrator == Integrator::Path;
-        // Paths find the light of the environment on the ground by shadow rays.
-        let on_ground =
-            settings.ground.filter(|_| !is_path).map(|ground| view.environment.irradiance(ground.up));
+        let occluded_share = if is_path { 0.0 } else { occluded_share(view, settings.env_samples) };
+        let traces_environment = occluded_share > 0.0 && view.environment.is_lit();
+        // Shadow rays find the light of the environment on the ground.
+        let on_ground = settings
+            .ground
+            .filter(|_| !is_path && !traces_environment)
+            .map(|ground| view.environment.irradiance(ground.up));
         let ground_irradiance = on_ground.map_or(0.0, luminance);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
@@ -69,20 +90,31 @@ impl<'a> IntegratorContext<'a> {
             volume_bounds,
             camera_media,
             hittable_lights: is_path.then(|| HittableLights::new(view)),
-            path_points: is_path.then(|| path_points(view.frame, &settings)),
+            environment_directions: traces_environment
+                .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
+            occluded_share,
+            sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
             ground_irradiance,
             settings,
         }
     }
 
-    /// Kinds of shadow rays, by how light passes glass: one kind for each light, then for paths one to the environment and one to emissive
-    /// triangles.
+    /// Kinds of shadow rays, by how light passes glass: one kind for each light, then one to the environment, then for paths one to
+    /// emissive triangles.
     pub(super) fn shadow_passages(&self) -> Vec<GlassPassage> {
         let mut passages = vec![GlassPassage::Straight; self.lights.len()];
         if self.hittable_lights.is_some() {
             passages.extend([GlassPassage::ThinWalls; 2]);
+        } else if self.environment_directions.is_some() {
+            passages.push(GlassPassage::Straight);
         }
         passages
+    }
+
+    /// Factor on light of the environment, by that of an occlusion map, which stands for what shadow rays do not decide about.
+    #[inline]
+    pub(super) fn untraced_occlusion(&self, occlusion: f32) -> f32 {
+        1.0 + (occlusion - 1.0) * (1.0 - self.occluded_share)
     }
 
     /// The volumes in which all camera rays start; `None` where they are found for each ray.
@@ -106,8 +138,35 @@ impl<'a> IntegratorContext<'a> {
     }
 }
 
-/// The sample points of a frame's paths.
-fn path_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
+/// Share of the environment's light that shadow rays decide about. Automatic shadows fade out as the camera enters a closed space: by the share of
+/// directions in which nothing is between camera and environment.
+fn occluded_share(view: SceneView<'_>, env_samples: EnvSamples) -> f32 {
+    match env_samples {
+        EnvSamples::Fixed(rays) => f32::from(rays > 0),
+        EnvSamples::Auto => {
+            let [closed, open] = OPEN_SHARES;
+            let share = ((open_share(view) - closed) / (open - closed)).clamp(0.0, 1.0);
+            share * share * (3.0 - 2.0 * share)
+        }
+    }
+}
+
+/// Share of all directions in which the camera sees the environment, past transparent surfaces.
+fn open_share(view: SceneView<'_>) -> f32 {
+    let origin = view.frame.camera.world_from_camera.w_axis.truncate();
+    let mut counters = TraversalCounters::default();
+    let directions = (0..OPENNESS_RAYS).map(|index| {
+        let height = 1.0 - (2.0 * index as f32 + 1.0) / OPENNESS_RAYS as f32;
+        let (sine, cosine) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
+        let across = (1.0 - height * height).sqrt();
+        Vec3::new(across * cosine, height, across * sine)
+    });
+    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), |_| false, &mut counters);
+    directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
+}
+
+/// The sample points of a frame.
+fn sample_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
     let PathSettings { seed, seed_per_frame, .. } = settings.path;
     let time = if seed_per_frame { frame.time_seconds.to_bits() } else { 0 };
     ZSobol::new(settings.max_samples, seed ^ hash(hash(time as u32) ^ (time >> 32) as u32))

@@ -66,6 +66,8 @@ pub struct IntegratorSettings {
     pub light_size: LightSize,
     /// Rays that follow a rough lobe of the first surface; 0 looks up the prefiltered environment instead.
     pub glossy_samples: u32,
+    /// Shadow rays of [`Integrator::Whitted`] to the environment.
+    pub env_samples: EnvSamples,
 }
 
 impl Default for IntegratorSettings {
@@ -82,8 +84,19 @@ impl Default for IntegratorSettings {
             light_scale: 1.0,
             light_size: LightSize::default(),
             glossy_samples: 0,
+            env_samples: EnvSamples::Auto,
         }
     }
+}
+
+/// Shadow rays for each lookup of the environment at the first surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum EnvSamples {
+    /// One. Shadows fade out where the camera is inside a closed space, which would be black without bounces of light.
+    #[default]
+    Auto,
+    /// So many; 0 leaves the light of the environment unoccluded.
+    Fixed(u32),
 }
 
 /// Size of the lights. Lights of size 0 cast hard shadows.

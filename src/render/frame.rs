@@ -109,5 +109,6 @@ fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
         light_scale: settings.light_scale,
         light_size: settings.light_size,
         glossy_samples: settings.glossy_samples,
+        env_samples: settings.env_samples,
     }
 }

@@ -20,7 +20,7 @@ mod tile_aovs;
 mod tile_grid;
 mod tile_pixels;
 
-pub use crate::integrator::{GlassShadows, Integrator, LightSize, PathSettings};
+pub use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings};
 pub use crate::scene_view::SceneView;
 pub use adaptive::Adaptive;
 pub use filter::PixelFilter;

@@ -4,7 +4,7 @@ use super::adaptive::Adaptive;
 use super::filter::PixelFilter;
 use super::lens::Lens;
 use crate::film::{AovFlags, PixelWindow};
-use crate::integrator::{GlassShadows, Integrator, LightSize, PathSettings};
+use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings};
 use crate::scene::Ground;
 
 /// What decides an image besides the frame itself.
@@ -36,6 +36,8 @@ pub struct RenderSettings {
     pub light_size: LightSize,
     /// Rays that follow a rough lobe of the first surface; 0 looks up the prefiltered environment instead.
     pub glossy_samples: u32,
+    /// Shadow rays of [`Integrator::Whitted`] to the environment.
+    pub env_samples: EnvSamples,
     /// Whether camera rays that leave the scene see the environment; otherwise they are transparent.
     pub show_background: bool,
     /// The plane that shows shadows below the scene.
@@ -61,6 +63,7 @@ impl Default for RenderSettings {
             light_scale: 1.0,
             light_size: LightSize::default(),
             glossy_samples: 0,
+            env_samples: EnvSamples::Auto,
             show_background: true,
             ground: None,
             aovs: AovFlags::NONE,

@@ -46,7 +46,7 @@ pub use content::{Scene, SceneRoots};
 pub use environment::{
     BuiltInLight, ComposedEnvironment, Environment, EnvironmentImage, EnvironmentMap, KeyLight,
 };
-pub(crate) use environment::{LookupLanes, columns_for_cube};
+pub(crate) use environment::{LookupLanes, LuminanceImage, columns_for_cube};
 pub use ground::Ground;
 pub use image_light::{CubeLevel, ImageLight, ImageLightPose};
 pub use index::{

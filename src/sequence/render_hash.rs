@@ -13,7 +13,8 @@ use crate::color::ToneCurve;
 use crate::film::PixelWindow;
 use crate::output::{ExrOutput, SOFTWARE};
 use crate::render::{
-    Adaptive, Aperture, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings, RenderSettings,
+    Adaptive, Aperture, EnvSamples, Focus, GlassShadows, Integrator, Lens, LightSize, PathSettings,
+    RenderSettings,
 };
 use crate::scene::{CameraChanges, Ground, Scene, SelectedCamera, Selection, Turntable, VariantIndex};
 
@@ -99,6 +100,7 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
         light_scale,
         light_size: _,
         glossy_samples: _,
+        env_samples: _,
         show_background,
         ground,
         aovs: _,
@@ -185,7 +187,7 @@ fn shadow_catchers(scene: &Scene, variant: Option<VariantIndex>) -> Vec<[usize; 
 
 /// Sampling of the image, its lens, its lights and its shutter. Floats are given by their bits.
 fn sampling_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value {
-    let RenderSettings { adaptive, filter, lens, light_size, glossy_samples, .. } = render;
+    let RenderSettings { adaptive, filter, lens, light_size, glossy_samples, env_samples, .. } = render;
     let LightSize { radius, sun_angle_radians } = light_size;
     let Shutter { open, time_samples } = shutter;
     let adaptive =
@@ -195,10 +197,18 @@ fn sampling_key(render: &RenderSettings, shutter: Shutter) -> serde_json::Value 
         "adaptive": adaptive,
         "lens": lens.map(lens_key),
         "glossy": glossy_samples,
+        "env_samples": env_samples_key(*env_samples),
         "light_radius": radius.to_bits(),
         "sun_angle": sun_angle_radians.to_bits(),
         "shutter": (open.to_bits(), time_samples),
     })
+}
+
+fn env_samples_key(env_samples: EnvSamples) -> serde_json::Value {
+    match env_samples {
+        EnvSamples::Auto => json!("auto"),
+        EnvSamples::Fixed(rays) => json!(rays),
+    }
 }
 
 fn lens_key(Lens { aperture, focus }: Lens) -> serde_json::Value {

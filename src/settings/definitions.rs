@@ -4,7 +4,7 @@ use crate::bvh::{BuilderKind, Refit, Split};
 use crate::color::ToneCurve;
 use crate::framing::NamedView;
 use crate::image::PlateFit;
-use crate::render::{GlassShadows, Integrator, PixelFilter};
+use crate::render::{EnvSamples, GlassShadows, Integrator, PixelFilter};
 use crate::scene::ClipSelection;
 
 use super::choices::{FocusRequest, GroundKind, PreviewFormat, ProgressStyle};
@@ -16,10 +16,10 @@ use super::frame_rate::FrameRate;
 use super::setting_type::SettingType;
 use super::table::{default_texts, settings, value_of, value_type};
 use super::types::{
-    Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, ExposureType, ExrEncoding, Factor,
-    FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType, MemorySize, NameOrIndexType,
-    Names, OneOf, OrbitType, Point, Rate, ReferenceBudget, RefitType, Resolution, Scale, Share,
-    ShutterFrames, Simd, SplitType, SunAngle, Whole,
+    Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, EnvSamplesType, ExposureType,
+    ExrEncoding, Factor, FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType,
+    MemorySize, NameOrIndexType, Names, OneOf, OrbitType, Point, Rate, ReferenceBudget, RefitType,
+    Resolution, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle, Whole,
 };
 
 /// One setting.
@@ -161,6 +161,10 @@ settings! {
     /// Rays traced for the first rough reflection or transmission; later ones trace one
     /// . 0 uses the prefiltered environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
+    /// Shadow rays of the whitted integrator towards the environment at each rough surface
+    /// . 0 lights surfaces as if nothing stood around them. auto is 1, but where the camera is inside a closed space
+    /// the shadows fade out: without bounces of light it would be black
+    env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass
     glass_shadows: OneOf<GlassShadows> = GlassShadows::Straight, Image { value_name: "KIND" }
     /// Exposure of previews and PNGs in stops, or auto

@@ -2,7 +2,7 @@
 
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
-use crate::render::Aperture;
+use crate::render::{Aperture, EnvSamples};
 
 use super::choices::FocusRequest;
 use super::exposure::Exposure;
@@ -192,6 +192,16 @@ pub fn exposure(text: &str) -> Result<Exposure, String> {
             Ok(ev) if ev.abs() <= 64.0 => Ok(Exposure::Ev(ev)),
             _ => Err("write auto, or stops from -64 to 64".to_owned()),
         },
+    }
+}
+
+/// `auto`, or a number of rays.
+pub fn env_samples(text: &str) -> Result<EnvSamples, String> {
+    match text {
+        "auto" => Ok(EnvSamples::Auto),
+        _ => whole(text, 0, 4096)
+            .map(EnvSamples::Fixed)
+            .map_err(|_| "write auto, or a whole number from 0 to 4096".to_owned()),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::bvh::{Refit, SimdLevel, Split};
 use crate::film::PixelWindow;
 use crate::image_file::ExrCompression;
 use crate::output::{AovSet, LightSamples};
-use crate::render::Aperture;
+use crate::render::{Aperture, EnvSamples};
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Orbit};
 
 use super::choices::{FocusRequest, GroundKind, LookAt};
@@ -115,6 +115,11 @@ setting_types! {
     ExposureType: Exposure, ValueForm::NUMBER_OR_TEXT, parse::exposure, |exposure| match exposure {
         Exposure::Auto => "auto".to_owned(),
         Exposure::Ev(stops) => stops.to_string(),
+    };
+    /// Number of shadow rays to the environment.
+    EnvSamplesType: EnvSamples, ValueForm::NUMBER_OR_TEXT, parse::env_samples, |samples| match samples {
+        EnvSamples::Auto => "auto".to_owned(),
+        EnvSamples::Fixed(rays) => rays.to_string(),
     };
     /// Frame numbers.
     Frames: FrameSpec, ValueForm::NUMBER_OR_TEXT.or_list(","), FrameSpec::parse, |frames| match frames {

@@ -3,7 +3,9 @@
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
 use crate::output::ExrOutput;
-use crate::render::{Adaptive, Aperture, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings};
+use crate::render::{
+    Adaptive, Aperture, EnvSamples, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings,
+};
 use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
 use crate::settings::{FocusRequest, SettingValues};
 
@@ -46,6 +48,7 @@ pub(crate) fn render_settings(
         filter: args.filter,
         lens: lens(args, scene, selection)?,
         glossy_samples: args.glossy,
+        env_samples: args.env_samples,
         show_background: true,
         ground: None,
         aovs: exr_output(args).aov_flags(),
@@ -61,7 +64,11 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
         ("clamp_indirect", args.clamp_indirect.is_some()),
     ];
     let other = match args.integrator {
-        Integrator::Path => (args.glossy > 0).then_some(("glossy", "whitted")),
+        Integrator::Path => {
+            let of_whitted =
+                [("glossy", args.glossy > 0), ("env_samples", args.env_samples != EnvSamples::Auto)];
+            of_whitted.into_iter().find(|(_, is_set)| *is_set).map(|(name, _)| (name, "whitted"))
+        }
         Integrator::Whitted => of_path.iter().find(|(_, is_set)| *is_set).map(|(name, _)| (*name, "path")),
     };
     match other {

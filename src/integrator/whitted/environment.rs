@@ -1,36 +1,58 @@
-//! Light of the environment that a surface scatters, by lookups instead of rays.
+//! Light of the environment that a surface scatters, by lookups instead of rays. [`super::environment_shadows`] finds what occludes it.
+
+use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLobe};
 use super::local_frame::mirror_direction;
 use super::shading::Shading;
 use super::tracer::Tracer;
-use crate::integrator::LightPass;
 
 impl Tracer<'_, '_> {
-    /// Adds diffuse light of the environment and the prefiltered share of rough lobes. Nothing but the occlusion map occludes it.
+    /// Adds diffuse light of the environment and the prefiltered share of rough lobes.
     pub(super) fn add_environment_light(&mut self, shading: &Shading<'_, '_>) {
+        let occlusion = self.context.untraced_occlusion(shading.material.occlusion);
+        let reached = shading.weight_below * occlusion;
+        let mut lookups = EnvironmentLookups::new();
+        self.look_up_diffuse(shading, reached, &mut lookups);
+        self.look_up_specular(shading, reached, &mut lookups);
+        if let Some(coat) = &shading.coat
+            && coat.traced_share < 1.0
+        {
+            let seen = self.context.view.environment.prefiltered(coat.mirrored, coat.roughness);
+            let weight = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
+            let lobe = LookupLobe::Glossy { direction: coat.mirrored, roughness: coat.roughness };
+            lookups.push(EnvironmentLookup { radiance: weight * seen, lobe });
+        }
+        self.add_lookups(&shading.arrival(), &shading.transmission_side.media, lookups);
+    }
+
+    /// Diffuse lobes and sheen. `reached` multiplies light that leaves from below the coat.
+    fn look_up_diffuse(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
         let environment = self.context.view.environment;
-        let Shading { point, material, albedos, .. } = shading;
-
-        // Diffuse lobes and sheen
+        let Shading { point, albedos, .. } = shading;
         let normal = point.shading_normal;
-        let mut diffuse = Vec3::ZERO;
-        if albedos.diffuse != Vec3::ZERO {
-            diffuse += albedos.diffuse * environment.irradiance(normal);
+        for (albedo, normal) in
+            [(albedos.diffuse + albedos.sheen, normal), (albedos.diffuse_transmission, -normal)]
+        {
+            if albedo != Vec3::ZERO {
+                let radiance = reached * (albedo * environment.irradiance(normal) * FRAC_1_PI);
+                lookups.push(EnvironmentLookup { radiance, lobe: LookupLobe::Diffuse { normal } });
+            }
         }
-        if albedos.sheen != Vec3::ZERO {
-            diffuse += albedos.sheen * environment.irradiance(normal);
-        }
-        if albedos.diffuse_transmission != Vec3::ZERO {
-            diffuse += albedos.diffuse_transmission * environment.irradiance(-normal);
-        }
-        let mut radiance = diffuse * std::f32::consts::FRAC_1_PI;
+    }
 
-        // Specular lobes
+    /// Reflected and transmitted specular lobes.
+    fn look_up_specular(&self, shading: &Shading<'_, '_>, reached: Vec3, lookups: &mut EnvironmentLookups) {
+        let environment = self.context.view.environment;
+        let Shading { point, albedos, .. } = shading;
         let prefiltered_share = 1.0 - shading.traced_share;
         if prefiltered_share > 0.0 {
-            radiance += self.prefiltered_reflection(shading) * prefiltered_share;
+            let radiance = reached * (self.prefiltered_reflection(shading) * prefiltered_share);
+            let direction = mirror_direction(point.wo, point.shading_normal);
+            let lobe = LookupLobe::Glossy { direction, roughness: shading.material.roughness };
+            lookups.push(EnvironmentLookup { radiance, lobe });
         }
         let prefiltered_share = 1.0 - shading.traced_share_transmitted;
         if prefiltered_share > 0.0 && albedos.transmission != Vec3::ZERO {
@@ -41,20 +63,12 @@ impl Tracer<'_, '_> {
                     && let Some(direction) = bsdf.refract(shading.wo)
                 {
                     let direction = shading.world_from_local * direction;
-                    radiance += albedo * environment.prefiltered(direction, roughness) * prefiltered_share;
+                    let seen = environment.prefiltered(direction, roughness);
+                    let radiance = reached * (albedo * seen * prefiltered_share);
+                    let lobe = LookupLobe::Glossy { direction, roughness };
+                    lookups.push(EnvironmentLookup { radiance, lobe });
                 }
             }
-        }
-        let light_pass = shading.light_pass.unwrap_or(LightPass::Environment);
-        self.add(shading.state.sample, light_pass, shading.weight_below * radiance * material.occlusion);
-
-        // Coat
-        if let Some(coat) = &shading.coat
-            && coat.traced_share < 1.0
-        {
-            let seen = environment.prefiltered(coat.mirrored, coat.roughness);
-            let weight = coat.albedo * (1.0 - coat.traced_share) * material.occlusion;
-            self.add(shading.state.sample, light_pass, shading.weight * seen * weight);
         }
     }
 

@@ -16,6 +16,7 @@ mod camera_hits;
 mod coat;
 mod direct_light;
 mod environment;
+mod environment_shadows;
 mod glossy;
 mod ground;
 mod local_frame;

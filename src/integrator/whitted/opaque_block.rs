@@ -79,16 +79,16 @@ pub(super) struct ReflectedLanes {
     wo: Vec3Lanes,
     cos_o: F32Lanes,
     pub(super) mirrored: Vec3Lanes,
-    lobe_roughness: F32Lanes,
+    pub(super) lobe_roughness: F32Lanes,
     /// Share of the specular lobe that rays follow.
     traced_share: F32Lanes,
     albedos: AlbedoTermLanes,
     /// Weight of the mirror ray.
     pub(super) specular: Vec3Lanes,
-    /// Irradiance of the environment, then the light of the environment that leaves the surface.
-    pub(super) environment: Vec3Lanes,
-    /// Prefiltered radiance of the specular lobe.
-    prefiltered: Vec3Lanes,
+    /// Irradiance of the environment, then the light of it that leaves the surface.
+    pub(super) diffuse: Vec3Lanes,
+    /// Prefiltered radiance of the specular lobe, then the light of it that leaves the surface.
+    pub(super) prefiltered: Vec3Lanes,
 }
 
 /// Light of one light that leaves the surfaces, and the ends of the shadow rays that decide about it.
@@ -132,6 +132,10 @@ impl<'a> OpaqueBlock<'a> {
                 self.materials.set(lane, &sample, weight);
                 constant = is_constant.then_some(sample);
             }
+        }
+        // An occlusion map stands for what is not traced.
+        for occlusion in &mut self.materials.occlusion {
+            *occlusion = context.untraced_occlusion(*occlusion);
         }
 
         // Directions, albedos and the environment
@@ -205,7 +209,7 @@ impl ReflectedLanes {
     ) {
         table.terms((level, lanes), &self.cos_o, &self.lobe_roughness, &mut self.albedos);
         let normals = LookupLanes { level, directions: normals, lanes };
-        environment.irradiances(&normals, &mut self.environment);
+        environment.irradiances(&normals, &mut self.diffuse);
         let lanes = lanes.filtered(|lane| self.traced_share[lane] < 1.0);
         if !lanes.is_empty() {
             let directions = LookupLanes { level, directions: &self.mirrored, lanes };
@@ -220,11 +224,13 @@ impl ReflectedLanes {
             let bsdf = material.bsdf(materials, lane);
             let albedos = bsdf.albedos_by(self.wo.get(lane), self.albedos.get(lane));
             let prefiltered_share = 1.0 - self.traced_share[lane];
-            let diffuse = albedos.diffuse * self.environment.get(lane) * FRAC_1_PI;
-            let specular = albedos.specular * self.prefiltered.get(lane) * prefiltered_share;
-            let radiance = if prefiltered_share > 0.0 { diffuse + specular } else { diffuse };
             let weight = materials.weight.get(lane);
-            self.environment.set(lane, weight * radiance * materials.occlusion[lane]);
+            let reached = weight * materials.occlusion[lane];
+            let diffuse = albedos.diffuse * self.diffuse.get(lane) * FRAC_1_PI;
+            let specular = albedos.specular * self.prefiltered.get(lane) * prefiltered_share;
+            let has_prefiltered = prefiltered_share > 0.0;
+            self.diffuse.set(lane, reached * diffuse);
+            self.prefiltered.set(lane, if has_prefiltered { reached * specular } else { Vec3::ZERO });
             self.specular.set(lane, weight * albedos.specular * self.traced_share[lane]);
         }
     }

@@ -1,5 +1,6 @@
 //! Shading of hits on opaque surfaces, block by block.
 
+use super::environment_shadows::{EnvironmentLookup, LookupLobe};
 use super::opaque_block::OpaqueBlock;
 use super::shading::Arrival;
 use super::shadow_queue::ShadowRay;
@@ -52,11 +53,22 @@ impl Tracer<'_, '_> {
                 });
             }
         }
-        let radiance = block.reflected.environment.get(lane);
-        self.add(state.sample, light_pass.unwrap_or(LightPass::Environment), radiance);
         let point = &block.surfaces.points[lane];
         let arrival = Arrival { signature: slot.signature, state, light_pass, point };
+        let direction = block.reflected.mirrored.get(lane);
+        let roughness = block.reflected.lobe_roughness[lane];
+        let lookups = [
+            EnvironmentLookup {
+                radiance: block.reflected.diffuse.get(lane),
+                lobe: LookupLobe::Diffuse { normal: point.shading_normal },
+            },
+            EnvironmentLookup {
+                radiance: block.reflected.prefiltered.get(lane),
+                lobe: LookupLobe::Glossy { direction, roughness },
+            },
+        ];
+        self.add_lookups(&arrival, &MediaStack::default(), lookups.into_iter().collect());
         let weight = block.reflected.specular.get(lane);
-        self.send_mirror_ray(&arrival, block.reflected.mirrored.get(lane), weight);
+        self.send_mirror_ray(&arrival, direction, weight);
     }
 }

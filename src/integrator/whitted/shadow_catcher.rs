@@ -2,7 +2,7 @@
 //!
 //! The opacity of a catcher is the occluded share of its direct light, by luminance; its colour is black. The opacity must be known
 //! before the ray goes on beyond the catcher, so its shadow rays are traced at once and not with those of the wavefront.
-//! In Whitted's tree, light of the environment is never occluded and does not count; on paths it is and does. Catchers occlude nothing.
+//! Light of the environment counts where shadow rays find what occludes it. Catchers occlude nothing.
 
 use glam::Vec3;
 
@@ -10,6 +10,7 @@ use super::tracer::Tracer;
 use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
+use crate::integrator::random::Purpose;
 use crate::integrator::{MediaStack, RayState, Seed};
 use crate::interaction::{RayDifferential, SurfacePoint};
 
@@ -51,7 +52,15 @@ impl Tracer<'_, '_> {
                 lit.push((ray, incidence.irradiance * cosine));
             }
         }
-        if let Some(wi) = self.environment_direction(receiver) {
+        let direction = match &context.environment_directions {
+            Some(directions) => {
+                let purpose = |number: u32| Purpose::Light(context.lights.len() as u32 + number);
+                let u = receiver.seed.point(purpose(0));
+                directions.diffuse(receiver.normal, u, receiver.seed.point(purpose(1)).x)
+            }
+            None => self.environment_direction(receiver),
+        };
+        if let Some(wi) = direction {
             let ray = batch.push(Ray::new(shadow_end(Vec3::ZERO), wi), MediaStack::default());
             lit.push((ray, context.view.environment.irradiance(receiver.normal)));
         }

@@ -69,7 +69,7 @@ pub struct Tracer<'w, 'a> {
     pub(in crate::integrator) shadows: ShadowQueue,
     /// The shadow rays of one point of a shadow catcher or the ground.
     pub(in crate::integrator) catcher_shadows: ShadowBatch,
-    /// The sample points of each path; empty for Whitted's tree.
+    /// The sample points of each sample; empty where none are needed.
     pub(in crate::integrator) sequences: Vec<SampleSequence>,
     /// Surfaces that touch those of the shaded block.
     pub(super) probes: TransmissionProbes,
@@ -131,7 +131,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         self.values.resize(samples.len(), SampleValue::default());
         self.aovs.clear(samples.len());
         self.sequences.clear();
-        if let Some(points) = &self.context.path_points {
+        if let Some(points) = &self.context.sample_points {
             self.sequences.extend((0..samples.len()).map(|sample| samples.sequence(points, sample)));
         }
         let mut wavefront = std::mem::take(&mut self.wavefront);

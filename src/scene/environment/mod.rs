@@ -14,6 +14,7 @@ mod irradiance;
 mod key_light;
 mod lobe_level;
 mod lookup_lanes;
+mod luminance_image;
 mod map;
 mod octahedral;
 mod prefilter;
@@ -28,6 +29,7 @@ pub use built_in::BuiltInLight;
 pub(crate) use cube_map::columns_for_cube;
 pub use key_light::KeyLight;
 pub(crate) use lookup_lanes::LookupLanes;
+pub(crate) use luminance_image::LuminanceImage;
 pub use map::{EnvironmentImage, EnvironmentMap};
 
 /// Light from outside the scene.

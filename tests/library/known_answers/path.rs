@@ -11,7 +11,7 @@ use rayframe::scene::{
 use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
 
 /// A stage of one narrow pixel with `samples` samples for the path integrator.
-fn stage(samples: u32) -> Stage {
+pub(super) fn stage(samples: u32) -> Stage {
     let mut stage = Stage::new();
     stage.settings.integrator = Integrator::Path;
     stage.settings.samples = samples;
@@ -20,7 +20,7 @@ fn stage(samples: u32) -> Stage {
     stage
 }
 
-fn floor(half_width: f32) -> Primitive {
+pub(super) fn floor(half_width: f32) -> Primitive {
     rectangle(Vec3::ZERO, Vec3::Z * half_width, Vec3::X * half_width)
 }
 
@@ -30,12 +30,12 @@ fn lamp(emission: f32) -> Material {
 }
 
 /// The radiance of the floor's middle, seen aslant.
-fn middle(stage: &Stage) -> glam::Vec4 {
+pub(super) fn middle(stage: &Stage) -> glam::Vec4 {
     stage.look(Vec3::new(0.0, 0.5, 2.0), Vec3::ZERO)
 }
 
 /// Form factor of a square of half width `a`, parallel to the receiver and at height `h` above it.
-fn square_form_factor(a: f32, h: f32) -> f32 {
+pub(super) fn square_form_factor(a: f32, h: f32) -> f32 {
     // Four times that of a quarter, whose corner is above the receiver.
     let x = a / h;
     let root = (1.0 + x * x).sqrt();

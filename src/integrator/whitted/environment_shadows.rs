@@ -1,0 +1,165 @@
+//! Shadows of the environment: what surfaces look up is multiplied by the light that sampled shadow rays let through.
+
+use arrayvec::ArrayVec;
+use glam::Vec3;
+
+use super::shading::Arrival;
+use super::shadow_queue::ShadowRay;
+use super::tracer::Tracer;
+use crate::color::luminance;
+use crate::geometry::Ray;
+use crate::integrator::environment_directions::{EnvironmentDirections, glossy};
+use crate::integrator::zsobol::SampleSequence;
+use crate::integrator::{EnvSamples, LightPass, MediaStack};
+
+/// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
+const MAX_LOOKUPS: usize = 8;
+
+/// A lookup shares the rays of the brightest one on its side unless it has more than this share of its luminance.
+const MIN_SHARE: f32 = 0.125;
+
+/// Dimensions of the sample points of one lookup.
+const DIMENSIONS: u32 = 2;
+
+/// Light of the environment that one lobe scatters towards the camera, without occlusion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EnvironmentLookup {
+    pub(super) radiance: Vec3,
+    pub(super) lobe: LookupLobe,
+}
+
+/// Directions that a lookup averages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LookupLobe {
+    /// The cosine lobe around a normal.
+    Diffuse { normal: Vec3 },
+    /// The lobe around a direction.
+    Glossy { direction: Vec3, roughness: f32 },
+}
+
+/// The lookups of one surface.
+pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
+
+impl LookupLobe {
+    fn axis(&self) -> Vec3 {
+        match *self {
+            Self::Diffuse { normal } => normal,
+            Self::Glossy { direction, .. } => direction,
+        }
+    }
+
+    /// A direction of the lobe.
+    fn sample(
+        &self,
+        directions: &EnvironmentDirections,
+        (sequence, dimension): (&SampleSequence, u32),
+    ) -> Vec3 {
+        let u = sequence.point(dimension);
+        match *self {
+            Self::Diffuse { normal } => {
+                let sampled = directions.diffuse(normal, u, sequence.number(dimension + 1));
+                sampled.unwrap_or(normal)
+            }
+            Self::Glossy { direction, roughness } => glossy(direction, roughness, u),
+        }
+    }
+}
+
+impl Tracer<'_, '_> {
+    /// Adds the looked-up light of a surface: at once, or behind shadow rays. `beyond` holds the volumes on the other side.
+    pub(super) fn add_lookups(
+        &mut self,
+        arrival: &Arrival<'_, '_>,
+        beyond: &MediaStack,
+        mut lookups: EnvironmentLookups,
+    ) {
+        let Arrival { signature, state, light_pass, point } = *arrival;
+        let light_pass = light_pass.unwrap_or(LightPass::Environment);
+        let context = self.context;
+        let Some(directions) = &context.environment_directions else {
+            for lookup in lookups {
+                self.add(state.sample, light_pass, lookup.radiance);
+            }
+            return;
+        };
+        let is_outside = |lobe: &LookupLobe| lobe.axis().dot(point.shading_normal) > 0.0;
+        join_faint(&mut lookups, is_outside);
+        lookups.retain(|lookup| lookup.radiance.max_element() > 0.0);
+        let rays = match context.settings.env_samples {
+            EnvSamples::Fixed(rays) if state.depth == 0 => rays,
+            EnvSamples::Fixed(_) | EnvSamples::Auto => 1,
+        };
+        let sequence = self.sequences[state.sample as usize];
+        let first = (signature.index() * MAX_LOOKUPS) as u32 * rays;
+        for (index, EnvironmentLookup { radiance, lobe }) in lookups.iter().enumerate() {
+            if context.occluded_share < 1.0 {
+                self.add(state.sample, light_pass, *radiance * (1.0 - context.occluded_share));
+            }
+            let outside = is_outside(lobe);
+            let end = if outside {
+                point.shadow_end_outside(Vec3::ZERO)
+            } else {
+                point.shadow_end_inside(Vec3::ZERO)
+            };
+            for ray in 0..rays {
+                let dimension = (first + index as u32 * rays + ray) * DIMENSIONS;
+                let sampled = lobe.sample(directions, (&sequence, dimension));
+                // Directions beyond the surface are mirrored by it.
+                let height = sampled.dot(point.geometric_normal);
+                let wi = if (height > 0.0) == outside {
+                    sampled
+                } else {
+                    sampled - point.geometric_normal * (2.0 * height)
+                };
+                self.shadows.push(ShadowRay {
+                    signature,
+                    light: context.lights.len(),
+                    ray: Ray::new(end, wi),
+                    sample: state.sample,
+                    light_pass,
+                    contribution: *radiance * (context.occluded_share / rays as f32),
+                    media: if outside { state.media.clone() } else { beyond.clone() },
+                });
+            }
+        }
+    }
+}
+
+/// Adds faint lookups to the brightest one of their side.
+fn join_faint(lookups: &mut EnvironmentLookups, is_outside: impl Fn(&LookupLobe) -> bool) {
+    for outside in [true, false] {
+        let on_side = |lookup: &EnvironmentLookup| is_outside(&lookup.lobe) == outside;
+        let brightness = |lookup: &EnvironmentLookup| luminance(lookup.radiance);
+        let candidates = lookups.iter().enumerate().filter(|(_, lookup)| on_side(lookup));
+        let brightest = candidates.max_by(|(_, a), (_, b)| brightness(a).total_cmp(&brightness(b)));
+        let Some((index, &EnvironmentLookup { radiance, .. })) = brightest else { continue };
+        let limit = luminance(radiance) * MIN_SHARE;
+        let mut joined = Vec3::ZERO;
+        for (other, lookup) in lookups.iter_mut().enumerate() {
+            if other != index && is_outside(&lookup.lobe) == outside && luminance(lookup.radiance) <= limit {
+                joined += std::mem::take(&mut lookup.radiance);
+            }
+        }
+        lookups[index].radiance += joined;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faint_lookups_join_the_brightest_of_their_side() {
+        let lookup = |radiance: f32, normal: Vec3| EnvironmentLookup {
+            radiance: Vec3::splat(radiance),
+            lobe: LookupLobe::Diffuse { normal },
+        };
+        let mut lookups: EnvironmentLookups =
+            [lookup(0.1, Vec3::Y), lookup(1.0, Vec3::Y), lookup(0.5, Vec3::Y), lookup(0.05, Vec3::NEG_Y)]
+                .into_iter()
+                .collect();
+        join_faint(&mut lookups, |lobe| lobe.axis().y > 0.0);
+        let left: Vec<f32> = lookups.iter().map(|lookup| lookup.radiance.x).collect();
+        assert_eq!(left, [0.0, 1.1, 0.5, 0.05]);
+    }
+}

@@ -1,0 +1,31 @@
+//! Luminance of an environment on a coarse grid of directions, to choose directions by.
+
+use glam::Vec3;
+
+use super::Environment;
+use super::octahedral::OctahedralImage;
+use crate::color::luminance;
+
+/// Cells along an edge of the grid: 6° to 9° each.
+const CELLS: usize = 32;
+
+/// Roughness of the lobe that the radiance is averaged over. Its width is about that of a cell, so that no lamp falls between.
+const ROUGHNESS: f32 = 0.3;
+
+/// Luminance by direction.
+#[derive(Debug)]
+pub(crate) struct LuminanceImage(OctahedralImage);
+
+impl LuminanceImage {
+    /// The luminance of an environment.
+    pub(crate) fn new(environment: &Environment) -> Self {
+        let value = |direction: Vec3| Vec3::splat(luminance(environment.prefiltered(direction, ROUGHNESS)));
+        Self(OctahedralImage::new(CELLS, value))
+    }
+
+    /// Luminance from a direction.
+    #[inline]
+    pub(crate) fn at(&self, direction: Vec3) -> f32 {
+        self.0.bilinear(direction).x
+    }
+}

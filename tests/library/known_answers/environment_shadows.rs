@@ -1,0 +1,88 @@
+//! Shadows of the environment in Whitted's tree.
+
+use glam::Vec3;
+use rayframe::render::{EnvSamples, Integrator};
+use rayframe::scene::{Environment, Ground, Material};
+
+use super::path::{floor, middle, square_form_factor};
+use crate::stage::{Stage, assert_close, cuboid, lambert, rectangle};
+
+/// A stage in uniform light, of one narrow pixel with `samples` samples.
+fn stage(samples: u32) -> Stage {
+    let mut stage = super::path::stage(samples);
+    stage.settings.integrator = Integrator::Whitted;
+    stage.environment = Environment::Constant(Vec3::ONE);
+    stage
+}
+
+#[test]
+fn a_square_hides_its_form_factor() {
+    for half_width in [0.2, 1.0, 5.0] {
+        let mut stage = stage(4096);
+        stage.settings.env_samples = EnvSamples::Fixed(1);
+        stage.add(floor(5.0), lambert(Vec3::splat(0.5)));
+        let above = rectangle(Vec3::Y, Vec3::Z * half_width, Vec3::X * half_width);
+        stage.add(above, lambert(Vec3::ZERO));
+        let expected = 0.5 * (1.0 - square_form_factor(half_width, 1.0));
+        assert_close(middle(&stage), Vec3::splat(expected), 0.004);
+        // Several rays at once, and none.
+        stage.settings.samples = 256;
+        stage.settings.env_samples = EnvSamples::Fixed(16);
+        assert_close(middle(&stage), Vec3::splat(expected), 0.004);
+        stage.settings.env_samples = EnvSamples::Fixed(0);
+        assert_close(middle(&stage), Vec3::splat(0.5), 1e-6);
+    }
+}
+
+#[test]
+fn light_that_nothing_hides_has_no_noise() {
+    let mut stage = stage(1);
+    stage.add(cuboid(Vec3::ZERO, Vec3::ONE), lambert(Vec3::new(0.8, 0.5, 0.2)));
+    for env_samples in [EnvSamples::Auto, EnvSamples::Fixed(3)] {
+        stage.settings.env_samples = env_samples;
+        assert_close(middle(&stage), Vec3::new(0.8, 0.5, 0.2), 1e-6);
+    }
+}
+
+#[test]
+fn walls_hide_what_rough_metals_mirror() {
+    // The wall stands beyond the point that is seen. A few directions of the lobe lead away from it.
+    let metal = Material { metallic: 1.0, roughness: 0.5, ..lambert(Vec3::ONE) };
+    let seen = |has_wall: bool| {
+        let mut stage = stage(1024);
+        stage.add(floor(5.0), metal.clone());
+        if has_wall {
+            let wall = rectangle(Vec3::new(0.0, 0.0, -0.5), Vec3::X * 50.0, Vec3::Y * 50.0);
+            stage.add(wall, lambert(Vec3::ZERO));
+        }
+        middle(&stage).x
+    };
+    let (open, walled) = (seen(false), seen(true));
+    assert!((open - 1.0).abs() < 0.02, "{open}");
+    assert!(walled < 0.1, "{walled}");
+}
+
+#[test]
+fn the_ground_and_its_shadow_follow_the_same_form_factor() {
+    let mut stage = stage(4096);
+    stage.settings.show_background = false;
+    stage.settings.ground = Some(Ground { up: Vec3::Y, height: 0.0, is_mirror: false });
+    stage.add(rectangle(Vec3::Y, Vec3::Z, Vec3::X), lambert(Vec3::ONE));
+    let seen = middle(&stage);
+    let expected = square_form_factor(1.0, 1.0);
+    assert!((seen.w - expected).abs() < 0.02, "{seen} for {expected}");
+    assert_eq!(seen.truncate(), Vec3::ZERO);
+}
+
+#[test]
+fn automatic_shadows_leave_closed_spaces_lit() {
+    let mut stage = stage(16);
+    let mut inside = cuboid(Vec3::ZERO, Vec3::splat(3.0));
+    for triangle in &mut inside.triangles {
+        triangle.swap(1, 2);
+    }
+    stage.add(inside, lambert(Vec3::splat(0.5)));
+    assert_close(middle(&stage), Vec3::splat(0.5), 1e-6);
+    stage.settings.env_samples = EnvSamples::Fixed(1);
+    assert_close(middle(&stage), Vec3::ZERO, 1e-6);
+}

@@ -51,7 +51,7 @@ pub struct IntegratorContext<'a> {
     pub(super) hittable_lights: Option<HittableLights>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
     pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
-    /// Share of the environment's light that these rays decide about.
+    /// Share of the environment's light that shadow rays decide about.
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
@@ -70,8 +70,8 @@ impl<'a> IntegratorContext<'a> {
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
         let is_path = settings.integrator == Integrator::Path;
-        let occluded_share = if is_path { 0.0 } else { occluded_share(view, settings.env_samples) };
-        let traces_environment = occluded_share > 0.0 && view.environment.is_lit();
+        let occluded_share = if is_path { 1.0 } else { occluded_share(view, settings.env_samples) };
+        let traces_environment = !is_path && occluded_share > 0.0 && view.environment.is_lit();
         // Shadow rays find the light of the environment on the ground.
         let on_ground = settings
             .ground

@@ -2,6 +2,7 @@
 
 use crate::error::Warning;
 use crate::image::PlateFit;
+use crate::render::{EnvSamples, Integrator};
 use crate::scene::{Environment, LightKind, SelectedCamera};
 use crate::sequence::{Exposure, OutputFormat, SequenceJob};
 
@@ -27,6 +28,11 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
             "the scene places no point or spot light",
         ),
         (values.sun_angle != 0.0 && !has_sun, "sun_angle", "the scene places no directional light"),
+        (
+            values.env_samples != EnvSamples::Auto && !job.environment.is_lit(),
+            "env_samples",
+            "no environment lights the scene",
+        ),
         (values.shutter.is_some() && !moves(job), "shutter", "nothing moves"),
         (
             values.background_fit != PlateFit::Fill && job.plates.is_none(),
@@ -57,10 +63,14 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
 /// Note that no light casts a shadow on the ground.
 fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<Warning> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
-    let casts_shadows = has_lamps || job.environment.key_light().is_some();
+    let traces_environment =
+        job.render.integrator == Integrator::Path || job.render.env_samples != EnvSamples::Fixed(0);
+    let casts_shadows =
+        has_lamps || job.environment.key_light().is_some() || traces_environment && job.environment.is_lit();
     (values.ground != GroundKind::None && !casts_shadows).then(|| Warning {
         pointer: String::new(),
-        message: "`ground` shows no shadow: an environment alone casts none; add a light to the scene, or light it with `env` studio"
+        message: "`ground` shows no shadow: no light casts one; add a light to the scene, light it with `env` studio, or leave out \
+                  `env_samples`"
             .to_owned(),
     })
 }

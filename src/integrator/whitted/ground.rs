@@ -1,8 +1,8 @@
 //! The ground: shadows as on a shadow catcher, and the mirror image of a polished floor.
 //!
-//! A shadow is black; its opacity is the share of the ground's light that is occluded, by luminance. Unlike that of a shadow catcher it
-//! counts the light of the environment, which is never occluded, so that the studio's shadows are as dark as on a diffuse
-//! floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
+//! A shadow is black; its opacity is the share of the ground's light that is occluded, by luminance. It counts
+//! the light of the environment even where no shadow rays decide about it, unlike that of a shadow catcher, so that shadows are as
+//! dark as on a diffuse floor. The mirror image lies over the shadow: it adds F times the premultiplied colour and coverage of the objects that the
 //! mirror ray sees, and nothing of the environment.
 
 use super::shadow_catcher::Receiver;

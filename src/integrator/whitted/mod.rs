@@ -7,9 +7,9 @@
 //! Each batch query of the hierarchy holds rays of one kind: closest hits by ray signature, shadow rays by signature and light.
 //! Neighbours in a batch are neighbours on screen as far as the camera rays were.
 //!
-//! There is no ambient term, and no random numbers unless a lens, a light size or glossy samples ask for them. Smooth lobes are
-//! followed by mirror and refraction rays, rough lobes look up the prefiltered environment, and in between both are blended
-//! by roughness.
+//! There is no ambient term. Smooth lobes are followed by mirror and refraction rays, rough lobes look up the prefiltered
+//! environment, and in between both are blended by roughness. Shadow rays towards the environment take sampled directions, as do
+//! lenses, sized lights and glossy samples; nothing else is random.
 
 mod albedo_slices;
 mod camera_hits;

@@ -49,7 +49,7 @@ impl Tracer<'_, '_> {
                 let end = shadow_end(incidence.span);
                 let shadow_ray = light.shadow_ray(end, receiver.seed, index);
                 let ray = batch.push(shadow_ray, MediaStack::default());
-                lit.push((ray, incidence.irradiance * cosine));
+                lit.push((ray, incidence.irradiance * cosine, 1.0));
             }
         }
         let direction = match &context.environment_directions {
@@ -62,16 +62,16 @@ impl Tracer<'_, '_> {
         };
         if let Some(wi) = direction {
             let ray = batch.push(Ray::new(shadow_end(Vec3::ZERO), wi), MediaStack::default());
-            lit.push((ray, context.view.environment.irradiance(receiver.normal)));
+            lit.push((ray, context.view.environment.irradiance(receiver.normal), context.occluded_share));
         }
         batch.trace(context, &mut self.counters);
         self.statistics.shadow_rays += lit.len() as u64;
         let (mut all, mut arriving) = (0.0, 0.0);
-        for (index, irradiance) in lit {
+        for (index, irradiance, share) in lit {
             let shadow = batch.transmittance(context, index, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
             all += luminance(irradiance);
-            arriving += luminance(irradiance * shadow.transmittance);
+            arriving += luminance(irradiance * (Vec3::splat(1.0 - share) + shadow.transmittance * share));
         }
         self.catcher_shadows = batch;
         (all, arriving)

@@ -14,18 +14,18 @@ use super::settings::{EnvSamples, Integrator, IntegratorSettings, PathSettings};
 use super::zsobol::ZSobol;
 use glam::Vec3;
 
-use crate::bvh::TraversalCounters;
+use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
-use crate::frame::Frame;
+use crate::frame::{Frame, transmits};
 use crate::geometry::{Aabb, Ray};
-use crate::interaction::is_constant;
+use crate::interaction::{alpha_at, catches_shadows, is_constant};
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
 
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Rays that find how much of the environment a camera sees.
-const OPENNESS_RAYS: u32 = 512;
+const OPENNESS_RAYS: u32 = 2048;
 /// Azimuth from one of these rays to the next, radians.
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
@@ -55,7 +55,7 @@ pub struct IntegratorContext<'a> {
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
-    /// Luminance of the environment's irradiance on the ground.
+    /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
     /// Settings.
     pub settings: IntegratorSettings,
@@ -72,12 +72,10 @@ impl<'a> IntegratorContext<'a> {
         let is_path = settings.integrator == Integrator::Path;
         let occluded_share = if is_path { 1.0 } else { occluded_share(view, settings.env_samples) };
         let traces_environment = !is_path && occluded_share > 0.0 && view.environment.is_lit();
-        // Shadow rays find the light of the environment on the ground.
-        let on_ground = settings
-            .ground
-            .filter(|_| !is_path && !traces_environment)
-            .map(|ground| view.environment.irradiance(ground.up));
-        let ground_irradiance = on_ground.map_or(0.0, luminance);
+        // Shadow rays find the rest of the light of the environment on the ground.
+        let on_ground =
+            settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
+        let ground_irradiance = on_ground * (1.0 - occluded_share);
         let opaque_materials = view.frame.materials.iter().map(is_opaque).collect();
         let opaque_albedos = OpaqueAlbedos::of(&view.frame.materials);
         Self {
@@ -151,7 +149,7 @@ fn occluded_share(view: SceneView<'_>, env_samples: EnvSamples) -> f32 {
     }
 }
 
-/// Share of all directions in which the camera sees the environment, past transparent surfaces.
+/// Share of all directions in which the camera sees the environment, past glass and surfaces that are more than half transparent.
 fn open_share(view: SceneView<'_>) -> f32 {
     let origin = view.frame.camera.world_from_camera.w_axis.truncate();
     let mut counters = TraversalCounters::default();
@@ -161,13 +159,20 @@ fn open_share(view: SceneView<'_>) -> f32 {
         let across = (1.0 - height * height).sqrt();
         Vec3::new(across * cosine, height, across * sine)
     });
-    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), |_| false, &mut counters);
+    let is_wall = |hit: &Hit| {
+        let material = &view.frame.materials[view.frame.instance(hit.triangle).material.index()];
+        alpha_at(view, hit) >= 0.5 && !transmits(material) && !catches_shadows(view, hit)
+    };
+    let is_open = |direction| !view.bvh.occluded(&Ray::new(origin, direction), is_wall, &mut counters);
     directions.map(is_open).filter(|is_open| *is_open).count() as f32 / OPENNESS_RAYS as f32
 }
 
 /// The sample points of a frame.
 fn sample_points(frame: &Frame, settings: &IntegratorSettings) -> ZSobol {
-    let PathSettings { seed, seed_per_frame, .. } = settings.path;
+    // Whitted's tree has no seed.
+    let is_path = settings.integrator == Integrator::Path;
+    let PathSettings { seed, seed_per_frame, .. } =
+        if is_path { settings.path } else { PathSettings::default() };
     let time = if seed_per_frame { frame.time_seconds.to_bits() } else { 0 };
     ZSobol::new(settings.max_samples, seed ^ hash(hash(time as u32) ^ (time >> 32) as u32))
 }

@@ -51,10 +51,12 @@ impl EnvironmentDirections {
     }
 }
 
-/// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around the mirror direction, for a view along the normal.
+/// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around the mirror direction, for a view along the normal, as far
+/// as it is within 90° of that direction.
 pub(super) fn glossy(mirrored: Vec3, roughness: f32, u: Vec2) -> Vec3 {
     let alpha = roughness * roughness;
-    let tangent_squared = alpha * alpha * u.x / (1.0 - u.x);
+    let u_x = u.x / (1.0 + alpha * alpha);
+    let tangent_squared = alpha * alpha * u_x / (1.0 - u_x);
     let cosine = 1.0 / (1.0 + tangent_squared).sqrt();
     let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
     let (sin_azimuth, cos_azimuth) = libm::sincosf(u.y * TAU);
@@ -109,8 +111,10 @@ mod tests {
             let wi = directions.diffuse(axis, u, choice).unwrap();
             assert!((wi.length() - 1.0).abs() < 1e-5 && wi.dot(axis) >= 0.0);
             assert!((glossy(axis, 0.0, u) - axis).length() < 1e-6);
-            let wide = glossy(axis, 0.7, u);
-            assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) >= -1.0);
+            for roughness in [0.5, 0.8, 1.0] {
+                let wide = glossy(axis, roughness, u);
+                assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) > -1e-5, "{wide}");
+            }
         }
     }
 

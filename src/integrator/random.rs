@@ -2,7 +2,7 @@
 //!
 //! The samples of a pixel are points of one low-discrepancy sequence (R₂ of Roberts, "The Unreasonable Effectiveness of Quasirandom
 //! Sequences", 2018). The sequence is rotated around the unit square by a hash of pixel and purpose (Cranley and Patterson,
-//! "Randomization of Number Theoretic Methods for Multiple Integration", 1976). Plain Whitted images use no random numbers.
+//! "Randomization of Number Theoretic Methods for Multiple Integration", 1976).
 
 use glam::Vec2;
 

@@ -11,7 +11,7 @@ pub struct MaterialSample {
     pub metallic: f32,
     /// 0 mirror to 1 fully rough; the GGX α is its square.
     pub roughness: f32,
-    /// Share of the environment's light that reaches the point, from the occlusion map.
+    /// Share of the environment's light that reaches the point, from the occlusion map; for where no shadow rays decide about it.
     pub occlusion: f32,
     /// Emitted radiance.
     pub emission: Vec3,

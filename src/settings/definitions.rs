@@ -161,8 +161,8 @@ settings! {
     /// Rays traced for the first rough reflection or transmission; later ones trace one
     /// . 0 uses the prefiltered environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }
-    /// Shadow rays of the whitted integrator towards the environment at each rough surface
-    /// . 0 lights surfaces as if nothing stood around them. auto is 1, but where the camera is inside a closed space
+    /// Shadow rays of the whitted integrator towards the environment
+    /// for each lookup at the first surface; surfaces in mirrors and behind glass send one. 0 lights surfaces as if nothing stood around them. auto is 1, but where the camera is inside a closed space
     /// the shadows fade out: without bounces of light it would be black
     env_samples: EnvSamplesType = EnvSamples::Auto, Image { value_name: "N|auto" }
     /// Shadows of glass

@@ -39,7 +39,7 @@ named! {
     }
     Integrator {
         Whitted = "whitted", "Whitted's tree of reflections, refractions and shadows";
-        Path = "path", "Path tracing: light that bounces, and shadows of environments; use 64 samples or more";
+        Path = "path", "Path tracing: light that bounces, and emissive surfaces as lamps; use 64 samples or more";
     }
     GlassShadows {
         Straight = "straight", "Light passes straight through, coloured by the glass";

@@ -23,7 +23,7 @@ impl Tracer<'_, '_> {
             let seen = self.context.view.environment.prefiltered(coat.mirrored, coat.roughness);
             let weight = shading.weight * (coat.albedo * (1.0 - coat.traced_share) * occlusion);
             let lobe = LookupLobe::Glossy { direction: coat.mirrored, roughness: coat.roughness };
-            lookups.push(EnvironmentLookup { radiance: weight * seen, lobe });
+            lookups.push(EnvironmentLookup { radiance: weight * seen, lobe, is_outside: true });
         }
         self.add_lookups(&shading.arrival(), &shading.transmission_side.media, lookups);
     }
@@ -33,12 +33,16 @@ impl Tracer<'_, '_> {
         let environment = self.context.view.environment;
         let Shading { point, albedos, .. } = shading;
         let normal = point.shading_normal;
-        for (albedo, normal) in
-            [(albedos.diffuse + albedos.sheen, normal), (albedos.diffuse_transmission, -normal)]
+        for (albedo, normal, is_outside) in
+            [(albedos.diffuse + albedos.sheen, normal, true), (albedos.diffuse_transmission, -normal, false)]
         {
             if albedo != Vec3::ZERO {
                 let radiance = reached * (albedo * environment.irradiance(normal) * FRAC_1_PI);
-                lookups.push(EnvironmentLookup { radiance, lobe: LookupLobe::Diffuse { normal } });
+                lookups.push(EnvironmentLookup {
+                    radiance,
+                    lobe: LookupLobe::Diffuse { normal },
+                    is_outside,
+                });
             }
         }
     }
@@ -51,8 +55,12 @@ impl Tracer<'_, '_> {
         if prefiltered_share > 0.0 {
             let radiance = reached * (self.prefiltered_reflection(shading) * prefiltered_share);
             let direction = mirror_direction(point.wo, point.shading_normal);
-            let lobe = LookupLobe::Glossy { direction, roughness: shading.material.roughness };
-            lookups.push(EnvironmentLookup { radiance, lobe });
+            // One lobe as wide as the widest stands for an anisotropic one.
+            let is_anisotropic = shading.material.anisotropy.is_some();
+            let roughness =
+                if is_anisotropic { shading.bsdf.widest_roughness() } else { shading.material.roughness };
+            let lobe = LookupLobe::Glossy { direction, roughness };
+            lookups.push(EnvironmentLookup { radiance, lobe, is_outside: true });
         }
         let prefiltered_share = 1.0 - shading.traced_share_transmitted;
         if prefiltered_share > 0.0 && albedos.transmission != Vec3::ZERO {
@@ -66,7 +74,7 @@ impl Tracer<'_, '_> {
                     let seen = environment.prefiltered(direction, roughness);
                     let radiance = reached * (albedo * seen * prefiltered_share);
                     let lobe = LookupLobe::Glossy { direction, roughness };
-                    lookups.push(EnvironmentLookup { radiance, lobe });
+                    lookups.push(EnvironmentLookup { radiance, lobe, is_outside: false });
                 }
             }
         }

@@ -10,7 +10,7 @@ use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::environment_directions::{EnvironmentDirections, glossy};
 use crate::integrator::zsobol::SampleSequence;
-use crate::integrator::{EnvSamples, LightPass, MediaStack};
+use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
 
 /// Lookups of one surface: two lobes of each side, three of dispersed glass, and a coat.
 const MAX_LOOKUPS: usize = 8;
@@ -18,14 +18,19 @@ const MAX_LOOKUPS: usize = 8;
 /// A lookup shares the rays of the brightest one on its side unless it has more than this share of its luminance.
 const MIN_SHARE: f32 = 0.125;
 
-/// Dimensions of the sample points of one lookup.
+/// Dimensions of the sample points of one ray.
 const DIMENSIONS: u32 = 2;
+
+/// Rays of one lookup at most.
+const MAX_RAYS: u32 = 4096;
 
 /// Light of the environment that one lobe scatters towards the camera, without occlusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct EnvironmentLookup {
     pub(super) radiance: Vec3,
     pub(super) lobe: LookupLobe,
+    /// Whether the light comes from the side of the viewer.
+    pub(super) is_outside: bool,
 }
 
 /// Directions that a lookup averages.
@@ -41,13 +46,6 @@ pub(super) enum LookupLobe {
 pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
 
 impl LookupLobe {
-    fn axis(&self) -> Vec3 {
-        match *self {
-            Self::Diffuse { normal } => normal,
-            Self::Glossy { direction, .. } => direction,
-        }
-    }
-
     /// A direction of the lobe.
     fn sample(
         &self,
@@ -82,31 +80,35 @@ impl Tracer<'_, '_> {
             }
             return;
         };
-        let is_outside = |lobe: &LookupLobe| lobe.axis().dot(point.shading_normal) > 0.0;
-        join_faint(&mut lookups, is_outside);
+        join_faint(&mut lookups);
         lookups.retain(|lookup| lookup.radiance.max_element() > 0.0);
         let rays = match context.settings.env_samples {
             EnvSamples::Fixed(rays) if state.depth == 0 => rays,
             EnvSamples::Fixed(_) | EnvSamples::Auto => 1,
         };
         let sequence = self.sequences[state.sample as usize];
-        let first = (signature.index() * MAX_LOOKUPS) as u32 * rays;
-        for (index, EnvironmentLookup { radiance, lobe }) in lookups.iter().enumerate() {
-            if context.occluded_share < 1.0 {
-                self.add(state.sample, light_pass, *radiance * (1.0 - context.occluded_share));
+        let passes_inside = context.settings.glass_shadows == GlassShadows::Straight;
+        for (index, &EnvironmentLookup { radiance, lobe, is_outside }) in lookups.iter().enumerate() {
+            // The far side of glass that casts full shadows would hide everything.
+            if !is_outside && !passes_inside {
+                self.add(state.sample, light_pass, radiance);
+                continue;
             }
-            let outside = is_outside(lobe);
-            let end = if outside {
+            if context.occluded_share < 1.0 {
+                self.add(state.sample, light_pass, radiance * (1.0 - context.occluded_share));
+            }
+            let lookup = (signature.index() * MAX_LOOKUPS + index) as u32;
+            let end = if is_outside {
                 point.shadow_end_outside(Vec3::ZERO)
             } else {
                 point.shadow_end_inside(Vec3::ZERO)
             };
             for ray in 0..rays {
-                let dimension = (first + index as u32 * rays + ray) * DIMENSIONS;
+                let dimension = (lookup * MAX_RAYS + ray) * DIMENSIONS;
                 let sampled = lobe.sample(directions, (&sequence, dimension));
                 // Directions beyond the surface are mirrored by it.
                 let height = sampled.dot(point.geometric_normal);
-                let wi = if (height > 0.0) == outside {
+                let wi = if (height > 0.0) == is_outside {
                     sampled
                 } else {
                     sampled - point.geometric_normal * (2.0 * height)
@@ -117,8 +119,8 @@ impl Tracer<'_, '_> {
                     ray: Ray::new(end, wi),
                     sample: state.sample,
                     light_pass,
-                    contribution: *radiance * (context.occluded_share / rays as f32),
-                    media: if outside { state.media.clone() } else { beyond.clone() },
+                    contribution: radiance * (context.occluded_share / rays as f32),
+                    media: if is_outside { state.media.clone() } else { beyond.clone() },
                 });
             }
         }
@@ -126,17 +128,16 @@ impl Tracer<'_, '_> {
 }
 
 /// Adds faint lookups to the brightest one of their side.
-fn join_faint(lookups: &mut EnvironmentLookups, is_outside: impl Fn(&LookupLobe) -> bool) {
-    for outside in [true, false] {
-        let on_side = |lookup: &EnvironmentLookup| is_outside(&lookup.lobe) == outside;
+fn join_faint(lookups: &mut EnvironmentLookups) {
+    for side in [true, false] {
         let brightness = |lookup: &EnvironmentLookup| luminance(lookup.radiance);
-        let candidates = lookups.iter().enumerate().filter(|(_, lookup)| on_side(lookup));
-        let brightest = candidates.max_by(|(_, a), (_, b)| brightness(a).total_cmp(&brightness(b)));
+        let on_side = lookups.iter().enumerate().filter(|(_, lookup)| lookup.is_outside == side);
+        let brightest = on_side.max_by(|(_, a), (_, b)| brightness(a).total_cmp(&brightness(b)));
         let Some((index, &EnvironmentLookup { radiance, .. })) = brightest else { continue };
         let limit = luminance(radiance) * MIN_SHARE;
         let mut joined = Vec3::ZERO;
         for (other, lookup) in lookups.iter_mut().enumerate() {
-            if other != index && is_outside(&lookup.lobe) == outside && luminance(lookup.radiance) <= limit {
+            if other != index && lookup.is_outside == side && luminance(lookup.radiance) <= limit {
                 joined += std::mem::take(&mut lookup.radiance);
             }
         }
@@ -153,12 +154,13 @@ mod tests {
         let lookup = |radiance: f32, normal: Vec3| EnvironmentLookup {
             radiance: Vec3::splat(radiance),
             lobe: LookupLobe::Diffuse { normal },
+            is_outside: normal == Vec3::Y,
         };
         let mut lookups: EnvironmentLookups =
             [lookup(0.1, Vec3::Y), lookup(1.0, Vec3::Y), lookup(0.5, Vec3::Y), lookup(0.05, Vec3::NEG_Y)]
                 .into_iter()
                 .collect();
-        join_faint(&mut lookups, |lobe| lobe.axis().y > 0.0);
+        join_faint(&mut lookups);
         let left: Vec<f32> = lookups.iter().map(|lookup| lookup.radiance.x).collect();
         assert_eq!(left, [0.0, 1.1, 0.5, 0.05]);
     }

@@ -61,10 +61,12 @@ impl Tracer<'_, '_> {
             EnvironmentLookup {
                 radiance: block.reflected.diffuse.get(lane),
                 lobe: LookupLobe::Diffuse { normal: point.shading_normal },
+                is_outside: true,
             },
             EnvironmentLookup {
                 radiance: block.reflected.prefiltered.get(lane),
                 lobe: LookupLobe::Glossy { direction, roughness },
+                is_outside: true,
             },
         ];
         self.add_lookups(&arrival, &MediaStack::default(), lookups.into_iter().collect());

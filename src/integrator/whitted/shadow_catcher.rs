@@ -11,7 +11,7 @@ use crate::bvh::Hit;
 use crate::color::luminance;
 use crate::geometry::Ray;
 use crate::integrator::random::Purpose;
-use crate::integrator::{MediaStack, RayState, Seed};
+use crate::integrator::{EnvSamples, MediaStack, RayState, Seed};
 use crate::interaction::{RayDifferential, SurfacePoint};
 
 /// A point that receives light.
@@ -49,31 +49,40 @@ impl Tracer<'_, '_> {
                 let end = shadow_end(incidence.span);
                 let shadow_ray = light.shadow_ray(end, receiver.seed, index);
                 let ray = batch.push(shadow_ray, MediaStack::default());
-                lit.push((ray, incidence.irradiance * cosine, 1.0));
+                lit.push((ray, incidence.irradiance * cosine));
             }
         }
-        let direction = match &context.environment_directions {
-            Some(directions) => {
-                let purpose = |number: u32| Purpose::Light(context.lights.len() as u32 + number);
-                let u = receiver.seed.point(purpose(0));
-                directions.diffuse(receiver.normal, u, receiver.seed.point(purpose(1)).x)
-            }
-            None => self.environment_direction(receiver),
+        let (rays, share) = match context.settings.env_samples {
+            EnvSamples::Fixed(rays) if context.environment_directions.is_some() => (rays, 1.0 / rays as f32),
+            _ => (1, context.occluded_share),
         };
-        if let Some(wi) = direction {
-            let ray = batch.push(Ray::new(shadow_end(Vec3::ZERO), wi), MediaStack::default());
-            lit.push((ray, context.view.environment.irradiance(receiver.normal), context.occluded_share));
+        for number in 0..rays {
+            if let Some(wi) = self.light_direction(receiver, number) {
+                let ray = batch.push(Ray::new(shadow_end(Vec3::ZERO), wi), MediaStack::default());
+                lit.push((ray, context.view.environment.irradiance(receiver.normal) * share));
+            }
         }
         batch.trace(context, &mut self.counters);
         self.statistics.shadow_rays += lit.len() as u64;
         let (mut all, mut arriving) = (0.0, 0.0);
-        for (index, irradiance, share) in lit {
+        for (index, irradiance) in lit {
             let shadow = batch.transmittance(context, index, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
             all += luminance(irradiance);
-            arriving += luminance(irradiance * (Vec3::splat(1.0 - share) + shadow.transmittance * share));
+            arriving += luminance(irradiance * shadow.transmittance);
         }
         self.catcher_shadows = batch;
         (all, arriving)
+    }
+
+    /// A direction from which light of the environment reaches a receiver, for the shadow ray of this number.
+    fn light_direction(&self, receiver: &Receiver, number: u32) -> Option<Vec3> {
+        let Some(directions) = &self.context.environment_directions else {
+            return self.environment_direction(receiver);
+        };
+        let purpose =
+            |dimension: u32| Purpose::Light(self.context.lights.len() as u32 + 2 * number + dimension);
+        let u_choice = receiver.seed.point(purpose(1)).x;
+        directions.diffuse(receiver.normal, receiver.seed.point(purpose(0)), u_choice)
     }
 }

@@ -12,12 +12,10 @@ use super::path::HittableLights;
 use super::random::hash;
 use super::settings::{EnvSamples, Integrator, IntegratorSettings, PathSettings};
 use super::zsobol::ZSobol;
-use glam::Vec3;
-
 use crate::bvh::{Hit, TraversalCounters};
 use crate::color::luminance;
 use crate::frame::{Frame, transmits};
-use crate::geometry::{Aabb, Ray};
+use crate::geometry::{Aabb, Ray, spiral_direction};
 use crate::interaction::{alpha_at, catches_shadows, is_constant};
 use crate::scene::Projection;
 use crate::scene_view::SceneView;
@@ -26,8 +24,6 @@ use crate::scene_view::SceneView;
 const OPEN_SHARES: [f32; 2] = [0.05, 0.15];
 /// Rays that find how much of the environment a camera sees.
 const OPENNESS_RAYS: u32 = 2048;
-/// Azimuth from one of these rays to the next, radians.
-const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// Everything that light interacts with in one frame.
 #[derive(Clone, Debug)]
@@ -70,8 +66,12 @@ impl<'a> IntegratorContext<'a> {
         let camera_media = interiors.media_around(view, &volume_bounds, camera_position);
         let lights = lights::gather(view.frame, view.environment, &settings);
         let is_path = settings.integrator == Integrator::Path;
-        let occluded_share = if is_path { 1.0 } else { occluded_share(view, settings.env_samples) };
-        let traces_environment = !is_path && occluded_share > 0.0 && view.environment.is_lit();
+        let occluded_share = match settings.integrator {
+            Integrator::Path => 1.0,
+            Integrator::Whitted if view.environment.is_lit() => occluded_share(view, settings.env_samples),
+            Integrator::Whitted => 0.0,
+        };
+        let traces_environment = !is_path && occluded_share > 0.0;
         // Shadow rays find the rest of the light of the environment on the ground.
         let on_ground =
             settings.ground.map_or(0.0, |ground| luminance(view.environment.irradiance(ground.up)));
@@ -153,12 +153,7 @@ fn occluded_share(view: SceneView<'_>, env_samples: EnvSamples) -> f32 {
 fn open_share(view: SceneView<'_>) -> f32 {
     let origin = view.frame.camera.world_from_camera.w_axis.truncate();
     let mut counters = TraversalCounters::default();
-    let directions = (0..OPENNESS_RAYS).map(|index| {
-        let height = 1.0 - (2.0 * index as f32 + 1.0) / OPENNESS_RAYS as f32;
-        let (sine, cosine) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
-        let across = (1.0 - height * height).sqrt();
-        Vec3::new(across * cosine, height, across * sine)
-    });
+    let directions = (0..OPENNESS_RAYS).map(|index| spiral_direction(index, OPENNESS_RAYS));
     let is_wall = |hit: &Hit| {
         let material = &view.frame.materials[view.frame.instance(hit.triangle).material.index()];
         alpha_at(view, hit) >= 0.5 && !transmits(material) && !catches_shadows(view, hit)

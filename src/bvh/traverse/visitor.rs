@@ -71,7 +71,7 @@ pub(super) fn positive_lower(lower: f32) -> f32 {
 }
 
 /// `lower`, or zero where it is at most [`LEAST_LOWER`]. Limits of box distances are scaled, and a subnormal product costs
-/// some processors as much as ten box tests.
+/// some processors more than a hundred cycles.
 #[inline(always)]
 pub(super) fn lower_or_zero(lower: f32) -> f32 {
     if lower > LEAST_LOWER { lower } else { 0.0 }

@@ -8,12 +8,10 @@ use std::f32::consts::PI;
 use glam::Vec3;
 
 use super::super::octahedral::OctahedralImage;
+use crate::geometry::{GOLDEN_ANGLE, spiral_direction};
 
 /// Steps of roughness from 0 (the radiance itself) to 1.
 pub(super) const STEPS: usize = 8;
-
-/// Azimuth between successive points of a spiral that covers a lobe evenly.
-const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// Directions around +Z with the squares that they stand for.
 pub(super) struct Lobe {
@@ -96,10 +94,7 @@ pub(super) fn irradiance_image(radiance: impl Fn(Vec3, f32) -> Vec3) -> Octahedr
     let width = (4.0 * PI / COUNT as f32).sqrt();
     let seen: Vec<(Vec3, Vec3)> = (0..COUNT)
         .map(|index| {
-            let height = 1.0 - (2.0 * index as f32 + 1.0) / COUNT as f32;
-            let (sin_azimuth, cos_azimuth) = libm::sincosf(index as f32 * GOLDEN_ANGLE);
-            let sine = (1.0 - height * height).sqrt();
-            let direction = Vec3::new(sine * cos_azimuth, height, sine * sin_azimuth);
+            let direction = spiral_direction(index, COUNT);
             (direction, radiance(direction, width))
         })
         .collect();

@@ -1,4 +1,4 @@
-//! `rayframe merge`: merges crops into whole frames.
+//! `rayframe merge`: merges crops, or sample ranges, into whole frames.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -18,10 +18,10 @@ use super::summary::counted;
 use rayframe::settings::parse as options;
 use rayframe::shot::memory_limit::default_max_memory_bytes;
 
-/// Options of `rayframe merge`: merges crops into whole frames.
+/// Options of `rayframe merge`: merges crops, or sample ranges, into whole frames.
 #[derive(Clone, Debug, Args)]
 pub(super) struct MergeArgs {
-    /// Crops in any order that cover each image exactly once
+    /// Crops that cover each image exactly once, or sample ranges that have each sample exactly once, in any order
     #[arg(required = true, value_name = "TILES")]
     tiles: Vec<PathBuf>,
     /// Output name; with ####, %04d or {frame:04} tiles are merged frame by frame
@@ -82,7 +82,8 @@ fn done_text(frame: &MergedFrame) -> String {
     let what = if frame.is_done {
         "was there already".to_owned()
     } else {
-        format!("{} merged", counted(frame.tiles.len() as u64, "tile"))
+        let parts = if frame.are_sample_ranges { "sample range" } else { "tile" };
+        format!("{} merged", counted(frame.tiles.len() as u64, parts))
     };
     format!("{}: {what}", frame.path.display())
 }

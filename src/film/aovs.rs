@@ -6,6 +6,7 @@ pub use crate::integrator::{LightPass, LightPasses};
 
 /// Which AOVs a film records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a list of its own")]
 pub struct AovFlags {
     /// Light passes: [`FilmAovs::light`].
     pub light: bool,
@@ -13,11 +14,13 @@ pub struct AovFlags {
     pub centers: bool,
     /// Mesh instances that cover each pixel: [`FilmAovs::coverage`].
     pub coverage: bool,
+    /// Noise of each pixel: [`FilmAovs::noise`]. Only the path integrator records it.
+    pub noise: bool,
 }
 
 impl AovFlags {
     /// Colour and coverage alone.
-    pub const NONE: Self = Self { light: false, centers: false, coverage: false };
+    pub const NONE: Self = Self { light: false, centers: false, coverage: false, noise: false };
 }
 
 /// Surface at a pixel's centre, at the frame's own time and without a lens.
@@ -66,6 +69,15 @@ impl Default for PixelCenterSample {
     }
 }
 
+/// Noise of a pixel's colour, estimated from its samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NoiseSample {
+    /// Variance of the mean, by colour channel; 0 for fewer than two samples. Samples that are spread evenly vary less than this.
+    pub variance: [f32; 3],
+    /// Number of samples.
+    pub samples: u32,
+}
+
 /// Coverage of a pixel by mesh instances, filtered like its colour: increasing indices into
 /// [`crate::frame::Frame::instances`], each once, with their shares of the pixel.
 ///
@@ -90,6 +102,8 @@ pub struct FilmAovs {
     pub centers: Option<Vec<PixelCenterSample>>,
     /// Coverage by mesh instances.
     pub coverage: Option<Vec<CoverageSample>>,
+    /// Noise of the colours.
+    pub noise: Option<Vec<NoiseSample>>,
 }
 
 impl FilmAovs {
@@ -99,10 +113,11 @@ impl FilmAovs {
             light: flags.light.then(|| vec![LightPasses::default(); count]),
             centers: flags.centers.then(|| vec![PixelCenterSample::default(); count]),
             coverage: flags.coverage.then(|| vec![CoverageSample::new(); count]),
+            noise: flags.noise.then(|| vec![NoiseSample::default(); count]),
         }
     }
 
-    /// Adds light passes and coverage of the same pixels. Pixel-centre samples are no sums and stay.
+    /// Adds light passes and coverage of the same pixels. Pixel-centre samples and noise are no sums and stay.
     pub fn add(&mut self, other: &Self) {
         if let (Some(light), Some(other)) = (&mut self.light, &other.light) {
             let channels = other.as_flattened().as_flattened();
@@ -136,6 +151,7 @@ impl FilmAovs {
             light: self.light.is_some(),
             centers: self.centers.is_some(),
             coverage: self.coverage.is_some(),
+            noise: self.noise.is_some(),
         }
     }
 }
@@ -146,7 +162,7 @@ mod tests {
 
     #[test]
     fn shares_are_summed_by_instance() {
-        let all = AovFlags { light: true, centers: true, coverage: true };
+        let all = AovFlags { light: true, centers: true, coverage: true, noise: false };
         let (mut sum, mut other) = (FilmAovs::new(1, all), FilmAovs::new(1, all));
         sum.coverage = Some(vec![vec![(2, 0.5), (7, 0.25)]]);
         other.coverage = Some(vec![vec![(1, 1.0), (7, 0.5), (9, 0.125)]]);

@@ -4,6 +4,8 @@
 //! known here; [`crate::output`] makes them from a film.
 
 mod aovs;
+mod exact_sum;
+mod sample_sums;
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -11,7 +13,11 @@ use std::sync::Arc;
 use crate::image::{ColorEncoding, Image, Plate};
 
 pub use crate::image::PixelWindow;
-pub use aovs::{AovFlags, CoverageSample, FilmAovs, LightPass, LightPasses, PixelCenterSample, add_share};
+pub use aovs::{
+    AovFlags, CoverageSample, FilmAovs, LightPass, LightPasses, NoiseSample, PixelCenterSample, add_share,
+};
+pub use exact_sum::ExactSum;
+pub use sample_sums::{LightSums, PixelMoments, PixelSums, SampleSums, SumFlags, add_exact_share};
 
 /// Linear Rec.709 radiance with premultiplied coverage, and AOVs of the same pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +32,8 @@ pub struct Film {
     pub aovs: FilmAovs,
     /// The plate behind the pixels, which do not contain it.
     pub plate: Option<Arc<Plate>>,
+    /// The sums of some of the samples, where others are rendered apart.
+    pub sums: Option<Box<SampleSums>>,
 }
 
 impl Film {
@@ -43,6 +51,7 @@ impl Film {
             pixels: vec![[0.0; 4]; count],
             aovs: FilmAovs::new(count, flags),
             plate: None,
+            sums: None,
         }
     }
 

@@ -8,6 +8,8 @@ use crate::color::REC709;
 
 /// Name of the attribute of [`FrameAttributes::render_hash`].
 pub(super) const RENDER_HASH: &str = "renderHash";
+/// Name of the text attribute of the samples that a file holds, where these are not all.
+pub const SAMPLE_RANGE: &str = "sampleRange";
 /// Names of the attributes of [`FrameAttributes::stamp`].
 pub(super) const STAMPS: [&str; 4] = ["capDate", "utcOffset", "renderSeconds", "hostComputer"];
 

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read as _};
 use std::path::Path;
 
-use super::exr_attributes::{RENDER_HASH, STAMPS};
+use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE, STAMPS};
 use crate::error::Error;
 use crate::image::PixelWindow;
 
@@ -19,8 +19,8 @@ const LONG_NAMES: u32 = 0x400;
 const LONGEST_NAME: usize = 255;
 /// Most bytes of a header. Cryptomatte manifests stay far below.
 const MOST_BYTES: usize = 1 << 28;
-/// Attributes of the layout of the file, which differ between tiles of one image.
-const LAYOUT: [&str; 4] = ["dataWindow", "lineOrder", "chunkCount", "type"];
+/// Attributes of the layout of the file and of its samples, which differ between tiles of one image.
+const LAYOUT: [&str; 5] = ["dataWindow", "lineOrder", "chunkCount", "type", SAMPLE_RANGE];
 
 /// Type of the samples of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,9 +93,21 @@ impl ExrHeader {
         attributes.map(|(name, value)| (name.as_str(), value.as_slice())).collect()
     }
 
+    /// [`ExrHeader::shared`] without the list of channels, which those of sums belong to.
+    pub fn shared_without_sums(&self) -> SharedAttributes<'_> {
+        let mut shared = self.shared();
+        shared.remove("channels");
+        shared
+    }
+
     /// Hash of the scene, the settings and the version that the image was rendered from.
     pub fn render_hash(&self) -> Option<String> {
-        let value = self.attributes.get(RENDER_HASH)?.strip_prefix(b"string\0")?;
+        self.text(RENDER_HASH)
+    }
+
+    /// The text attribute `name`.
+    pub fn text(&self, name: &str) -> Option<String> {
+        let value = self.attributes.get(name)?.strip_prefix(b"string\0")?;
         Some(String::from_utf8_lossy(value).into_owned())
     }
 

@@ -5,15 +5,16 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use exr::image::read::read;
-use exr::image::{AnyChannels, Encoding, FlatSamples, Image, Layer};
+use exr::image::{AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer};
+use exr::meta::header::LayerAttributes;
 use exr::prelude::{Blocks, LineOrder, ReadChannels as _, ReadLayers as _, Vec2};
 use rayon::prelude::*;
 
 use super::ExrHeader;
-use super::exr_attributes::STAMPS;
-use super::exr_write::{sort_attributes, write_compressing_in_parallel};
+use super::exr_attributes::{SAMPLE_RANGE, STAMPS};
+use super::exr_write::{exr_channels, sort_attributes, write_compressing_in_parallel};
 use crate::error::{Error, Result};
-use crate::image::PixelWindow;
+use crate::image::{Image, PixelWindow};
 
 /// An EXR file that holds a rectangle of an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,7 +25,7 @@ pub struct ExrTile {
     pub header: ExrHeader,
 }
 
-type TileImage = Image<Layer<AnyChannels<FlatSamples>>>;
+type TileImage = ExrImage<Layer<AnyChannels<FlatSamples>>>;
 
 /// Joins `tiles` into the EXR file of the whole image, with the compression and the attributes that they share. Stamps are
 /// left out, because several runs rendered the image.
@@ -60,18 +61,41 @@ pub fn join_exr_tiles(tiles: &[ExrTile]) -> Result<Vec<u8>> {
     // Encode it like the tiles.
     let mut attributes = first_image.layer_data.attributes.clone();
     attributes.layer_position = Vec2(window.x0 as i32, window.y0 as i32);
-    attributes.capture_date = None;
-    attributes.utc_offset = None;
-    attributes.other.retain(|name, _| !STAMPS.contains(&name.to_string().as_str()));
+    remove_run_attributes(&mut attributes);
     let encoding = Encoding {
         compression: first_image.layer_data.encoding.compression,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
     let layer = Layer::new((width, height), attributes, encoding, channels);
-    let image = Image::new(first_image.attributes.clone(), layer);
+    let image = ExrImage::new(first_image.attributes.clone(), layer);
     drop(decoded);
     encode(&image, first)
+}
+
+/// Encodes `image` with the compression and the attributes of `tile`, but for stamps and its sample range.
+///
+/// # Errors
+/// Those of [`join_exr_tiles`].
+pub fn encode_exr_like(tile: &ExrTile, image: Image) -> Result<Vec<u8>> {
+    let decoded = decode_tile(tile)?;
+    let mut attributes = decoded.layer_data.attributes;
+    remove_run_attributes(&mut attributes);
+    let encoding = Encoding {
+        compression: decoded.layer_data.encoding.compression,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let layer = Layer::new(decoded.layer_data.size, attributes, encoding, exr_channels(image.channels));
+    encode(&ExrImage::new(decoded.attributes, layer), tile)
+}
+
+/// Removes what the runs that rendered parts of an image do not share.
+fn remove_run_attributes(attributes: &mut LayerAttributes) {
+    attributes.capture_date = None;
+    attributes.utc_offset = None;
+    let is_of_run = |name: &str| name == SAMPLE_RANGE || STAMPS.contains(&name);
+    attributes.other.retain(|name, _| !is_of_run(name.to_string().as_str()));
 }
 
 /// Encodes the joined image. Its attributes come from `tile`, so that encoder errors are errors of that file.
@@ -165,7 +189,7 @@ fn empty_like(samples: &FlatSamples, length: usize) -> FlatSamples {
 /// Refuses a joined file in which the encoder dropped or changed an attribute.
 fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
     let joined = ExrHeader::parse(&mut &*joined).map_err(|why| cannot_merge(tile, &why))?;
-    let (expected, kept) = (tile.header.shared(), joined.shared());
+    let (expected, kept) = (tile.header.shared_without_sums(), joined.shared());
     match expected.iter().find(|(name, value)| kept.get(*name) != Some(*value)) {
         None => Ok(()),
         Some((name, _)) => {

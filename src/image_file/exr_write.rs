@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use super::exr_attributes::byte_text;
 use super::{ExrCompression, FrameAttributes};
 use crate::error::{Error, Result};
-use crate::image::{Image, Samples};
+use crate::image::{Channel, Image, Samples};
 
 /// Encodes an image as an OpenEXR file, the channels in the order of their names. Samples are stored in their own type.
 ///
@@ -30,11 +30,6 @@ pub fn encode_exr(
 ) -> Result<Vec<u8>> {
     check_channels(&image)?;
     let (window, display_size) = (image.data_window, image.display_window.size());
-    let list = image
-        .channels
-        .into_iter()
-        .map(|channel| AnyChannel::new(byte_text(&channel.name), flat_samples(channel.samples)))
-        .collect();
     let encoding = Encoding {
         compression: compression.for_exr(),
         blocks: Blocks::ScanLines,
@@ -42,7 +37,7 @@ pub fn encode_exr(
     };
     let size = (window.width() as usize, window.height() as usize);
     let layer_attributes = attributes.of_layer((window.x0, window.y0));
-    let layer = Layer::new(size, layer_attributes, encoding, AnyChannels::sort(list));
+    let layer = Layer::new(size, layer_attributes, encoding, exr_channels(image.channels));
     let image = ExrImage::new(attributes.of_image(display_size), layer);
 
     let mut bytes = Vec::new();
@@ -50,6 +45,12 @@ pub fn encode_exr(
     sort_attributes(&mut bytes)
         .ok_or_else(|| internal("the encoder wrote a header that cannot be parsed"))?;
     Ok(bytes)
+}
+
+/// Channels in the order of their names.
+pub(super) fn exr_channels(channels: Vec<Channel>) -> AnyChannels<FlatSamples> {
+    let channel = |channel: Channel| AnyChannel::new(byte_text(&channel.name), flat_samples(channel.samples));
+    AnyChannels::sort(channels.into_iter().map(channel).collect())
 }
 
 /// Refuses images that the encoder would panic over or write wrongly.

@@ -40,7 +40,7 @@ pub fn inspect_png(path: &Path) -> Result<StoredFrame, String> {
             render_hash = String::from_utf8(value.to_vec()).ok();
         } else if typed == b"IEND" {
             let data_window = PixelWindow::full(size.0, size.1).into();
-            return Ok(StoredFrame { render_hash, size, data_window });
+            return Ok(StoredFrame { render_hash, sample_range: None, size, data_window });
         }
         rest = after;
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::Header;
 
-use super::exr_attributes::RENDER_HASH;
+use super::exr_attributes::{RENDER_HASH, SAMPLE_RANGE};
 use crate::image::PixelWindow;
 
 /// Facts about a complete frame on disk.
@@ -17,6 +17,8 @@ pub struct StoredFrame {
     pub render_hash: Option<String>,
     /// Columns and rows of the whole image.
     pub size: (u32, u32),
+    /// The samples that the file holds, where these are not all: `0-63/256`.
+    pub sample_range: Option<String>,
     /// The pixels that the file holds, relative to the whole image.
     pub data_window: PixelWindow<i64>,
 }
@@ -45,6 +47,7 @@ fn stored_frame(header: &Header) -> StoredFrame {
     let (width, height) = (header.layer_size.0 as i64, header.layer_size.1 as i64);
     StoredFrame {
         render_hash: hash.and_then(text),
+        sample_range: header.own_attributes.other.get(&Text::from(SAMPLE_RANGE)).and_then(text),
         size: (display.size.0 as u32, display.size.1 as u32),
         data_window: PixelWindow { x0, y0, x1: x0 + width, y1: y0 + height },
     }

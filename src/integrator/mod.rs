@@ -34,6 +34,8 @@ pub use light_pass::{LightPass, LightPasses};
 pub use media::{MediaStack, Medium, VolumeId};
 pub use random::{R2, Seed};
 pub use ray_state::{RayKind, RayState};
-pub use settings::{EnvSamples, GlassShadows, Integrator, IntegratorSettings, LightSize, PathSettings};
+pub use settings::{
+    EnvSamples, GlassShadows, Integrator, IntegratorSettings, LightSize, PathSettings, SampleRange,
+};
 pub use shadow::TRANSPARENCY_LIMIT;
 pub use statistics::IntegratorStatistics;

@@ -25,11 +25,31 @@ pub struct PathSettings {
     /// Largest radiance that a path brings from beyond its first surface, in the largest channel; infinite for no limit. A limit
     /// removes fireflies and some light.
     pub clamp_indirect: f32,
+    /// The samples that are rendered; `None` for all.
+    pub sample_range: Option<SampleRange>,
+    /// Time after which a frame takes no more samples; the image depends on the machine's speed.
+    pub time_limit_seconds: Option<f32>,
+}
+
+/// Some of the samples of every pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SampleRange {
+    /// Index of the first one.
+    pub first: u32,
+    /// Index of the last one.
+    pub last: u32,
 }
 
 impl Default for PathSettings {
     fn default() -> Self {
-        Self { seed: 0, seed_per_frame: false, noise: None, clamp_indirect: f32::INFINITY }
+        Self {
+            seed: 0,
+            seed_per_frame: false,
+            noise: None,
+            clamp_indirect: f32::INFINITY,
+            sample_range: None,
+            time_limit_seconds: None,
+        }
     }
 }
 

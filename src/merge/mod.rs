@@ -1,10 +1,11 @@
-//! Merging of rendered crops into whole images, equal to those that one machine would have written.
+//! Merging of rendered crops, or of sample ranges, into whole images, equal to those that one machine would have written.
 //!
 //! [`MergePlan::new`] checks the headers of all tiles before anything is written. [`merge_frame`] joins and writes one frame.
 //! Nothing is printed here, and the caller lists the files.
 
 mod coverage;
 mod foreign;
+mod sample_ranges;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,13 +15,14 @@ use rayon::prelude::*;
 use crate::error::{Error, Result, readable_bytes};
 use crate::image::PixelWindow;
 use crate::image_file::{
-    ExrHeader, ExrTile, check_name, inspect_exr, join_exr_tiles, probe_folder, remove_stale_temporaries,
-    write_atomically,
+    ExrHeader, ExrTile, SAMPLE_RANGE, check_name, inspect_exr, join_exr_tiles, probe_folder,
+    remove_stale_temporaries, write_atomically,
 };
 use crate::sequence::{OutputFormat, OutputPattern};
 
 use coverage::{CoverageError, first_error};
 use foreign::refuse_foreign_tiles;
+use sample_ranges::{are_sample_ranges, join_sample_ranges};
 
 /// Copies of an image's pixels in memory: the tiles, the whole image, and the data being compressed.
 const COPIES: u64 = 3;
@@ -28,8 +30,12 @@ const COPIES: u64 = 3;
 /// A frame that is merged from tiles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MergedFrame {
-    /// Tiles that cover the frame.
+    /// Tiles that cover the frame, or sample ranges of it.
     pub tiles: Vec<ExrTile>,
+    /// Whether the files hold some of the samples of the same pixels each, not all samples of some pixels.
+    pub are_sample_ranges: bool,
+    /// Memory limit, bytes.
+    pub max_memory_bytes: u64,
     /// Path of the merged file.
     pub path: PathBuf,
     /// Whether the merged file exists and is complete.
@@ -65,7 +71,10 @@ impl MergePlan {
         for (frame, tiles) in by_frame(tiles, output)? {
             let path = output.path(frame);
             refuse_foreign_tiles(&tiles, !output.is_numbered())?;
-            check_coverage(&tiles, &path)?;
+            let are_sample_ranges = are_sample_ranges(&tiles)?;
+            if !are_sample_ranges {
+                check_coverage(&tiles, &path)?;
+            }
             check_memory(&tiles, max_memory_bytes)?;
             if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
                 return Err(Error::usage(format!(
@@ -74,8 +83,8 @@ impl MergePlan {
                 )));
             }
             check_name(&path)?;
-            let is_done = !may_replace && is_merged(&path, &tiles)?;
-            frames.push(MergedFrame { tiles, path, is_done });
+            let is_done = !may_replace && is_merged(&path, &tiles, are_sample_ranges)?;
+            frames.push(MergedFrame { tiles, are_sample_ranges, max_memory_bytes, path, is_done });
         }
         Ok(Self { frames })
     }
@@ -100,9 +109,14 @@ impl MergePlan {
 /// Joins the tiles of a frame and writes it.
 ///
 /// # Errors
-/// Those of [`join_exr_tiles`] and of [`write_atomically`].
+/// Those of reading the tiles, and of [`write_atomically`].
 pub fn merge_frame(frame: &MergedFrame) -> Result<()> {
-    write_atomically(&frame.path, &join_exr_tiles(&frame.tiles)?)
+    let joined = if frame.are_sample_ranges {
+        join_sample_ranges(&frame.tiles, frame.max_memory_bytes)?
+    } else {
+        join_exr_tiles(&frame.tiles)?
+    };
+    write_atomically(&frame.path, &joined)
 }
 
 fn check_output(output: &OutputPattern) -> Result<()> {
@@ -202,14 +216,16 @@ fn check_memory(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<()> {
 }
 
 /// Whether the merged file exists and is complete; an error when another file has its name.
-fn is_merged(path: &Path, tiles: &[ExrTile]) -> Result<bool> {
+fn is_merged(path: &Path, tiles: &[ExrTile], are_sample_ranges: bool) -> Result<bool> {
     let (true, Some(tile)) = (path.exists(), tiles.first()) else {
         return Ok(false);
     };
+    let window = if are_sample_ranges { tile.header.data_window } else { tile.header.display_window };
     let is_this_image = ExrHeader::read(path).is_ok_and(|header| {
-        header.data_window == header.display_window
+        header.data_window == window
+            && header.text(SAMPLE_RANGE).is_none()
             && header.render_hash().is_some()
-            && header.shared() == tile.header.shared()
+            && header.shared_without_sums() == tile.header.shared_without_sums()
     });
     if is_this_image && inspect_exr(path).is_ok() {
         return Ok(true);

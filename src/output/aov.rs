@@ -34,11 +34,15 @@ pub enum Aov {
     CryptoObject,
     /// Cryptomatte by names of materials: `crypto_material00.R` and so on.
     CryptoMaterial,
+    /// Variance of the pixel's mean, of the path integrator: `variance.R`, `.G`, `.B`.
+    Variance,
+    /// Number of samples of the pixel, of the path integrator: `sample_count`.
+    SampleCount,
 }
 
 impl Aov {
     /// All AOVs, in the order of listings.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 21] = [
         Self::Beauty,
         Self::Depth,
         Self::Position,
@@ -58,6 +62,8 @@ impl Aov {
         Self::Motion,
         Self::CryptoObject,
         Self::CryptoMaterial,
+        Self::Variance,
+        Self::SampleCount,
     ];
 
     /// Name on the command line and in names of split files.
@@ -77,12 +83,19 @@ impl Aov {
             Self::Motion => "motion",
             Self::CryptoObject => "crypto_object",
             Self::CryptoMaterial => "crypto_material",
+            Self::Variance => "variance",
+            Self::SampleCount => "sample_count",
         }
     }
 
     /// Whether it holds light, which lossy compression may change; data must stay exact.
     pub fn is_light(self) -> bool {
         matches!(self, Self::Beauty | Self::Light(_))
+    }
+
+    /// Whether only the path integrator records it.
+    pub fn is_noise(self) -> bool {
+        matches!(self, Self::Variance | Self::SampleCount)
     }
 
     /// Whether it identifies surfaces by name or number.
@@ -96,9 +109,14 @@ impl Aov {
     /// Most bytes a pixel over its channels.
     pub(super) fn bytes_a_pixel(self) -> u64 {
         match self {
-            Self::Depth | Self::ObjectId | Self::MaterialId | Self::NodeId => 4,
+            Self::Depth | Self::ObjectId | Self::MaterialId | Self::NodeId | Self::SampleCount => 4,
             Self::Uv => 8,
-            Self::Position | Self::Normal | Self::GeometricNormal | Self::Albedo | Self::Light(_) => 12,
+            Self::Position
+            | Self::Normal
+            | Self::GeometricNormal
+            | Self::Albedo
+            | Self::Light(_)
+            | Self::Variance => 12,
             Self::Beauty | Self::Motion => 16,
             Self::CryptoObject | Self::CryptoMaterial => 48,
         }
@@ -135,6 +153,7 @@ impl AovSet {
                 Aov::Beauty => {}
                 Aov::Light(_) => flags.light = true,
                 Aov::CryptoObject | Aov::CryptoMaterial => flags.coverage = true,
+                Aov::Variance | Aov::SampleCount => flags.noise = true,
                 _ => flags.centers = true,
             }
         }
@@ -159,6 +178,7 @@ mod tests {
         assert_eq!(AovSet::default().flags(), AovFlags::NONE);
         assert_eq!(request(Aov::Light(LightPass::Direct)), AovFlags { light: true, ..AovFlags::NONE });
         assert_eq!(request(Aov::Uv), AovFlags { centers: true, ..AovFlags::NONE });
+        assert_eq!(request(Aov::SampleCount), AovFlags { noise: true, ..AovFlags::NONE });
         assert_eq!(request(Aov::CryptoMaterial), AovFlags { coverage: true, ..AovFlags::NONE });
     }
 

@@ -51,6 +51,19 @@ pub(super) fn aov_channels(
             let coverage = film.aovs.coverage.as_deref().ok_or_else(|| unrecorded(aov))?;
             ids.matte(aov).ok_or_else(|| unrecorded(aov))?.channels(coverage)
         }
+        Aov::Variance => {
+            let noise = film.aovs.noise.as_deref().ok_or_else(|| unrecorded(aov))?;
+            let channel = |(c, name): (usize, &str)| Channel {
+                name: format!("variance.{name}"),
+                samples: Samples::Float(noise.iter().map(|noise| finite_f32(noise.variance[c])).collect()),
+            };
+            ["R", "G", "B"].into_iter().enumerate().map(channel).collect()
+        }
+        Aov::SampleCount => {
+            let noise = film.aovs.noise.as_deref().ok_or_else(|| unrecorded(aov))?;
+            let samples = Samples::Uint(noise.iter().map(|noise| noise.samples).collect());
+            vec![Channel { name: aov.name().to_owned(), samples }]
+        }
         Aov::ObjectId | Aov::MaterialId | Aov::NodeId => {
             let numbers = ids.numbers(aov);
             let number = |sample: &PixelCenterSample| {
@@ -69,6 +82,26 @@ pub(super) fn aov_channels(
             data_channels(aov).iter().map(channel).collect()
         }
     })
+}
+
+/// Channels of all AOVs that sums give and `film` has recorded.
+///
+/// # Errors
+/// None, for a film of such AOVs.
+pub fn summed_channels(film: &Film, samples: LightSamples) -> Result<Vec<Channel>> {
+    let mut channels = Vec::new();
+    for aov in Aov::ALL {
+        let is_recorded = match aov {
+            Aov::Beauty => true,
+            Aov::Light(_) => film.aovs.light.is_some(),
+            Aov::Variance | Aov::SampleCount => film.aovs.noise.is_some(),
+            _ => false,
+        };
+        if is_recorded {
+            channels.extend(aov_channels(aov, film, samples, &InstanceIds::default())?);
+        }
+    }
+    Ok(channels)
 }
 
 /// Value of a channel for a pixel-centre sample.
@@ -169,7 +202,7 @@ mod tests {
 
     /// Two pixels: the first hits instance 0, the second nothing.
     fn film() -> Film {
-        let all = AovFlags { light: true, centers: true, coverage: true };
+        let all = AovFlags { light: true, centers: true, coverage: true, noise: true };
         let mut film = Film::with_aovs((2, 1), PixelWindow::full(2, 1), all);
         film.pixels = vec![[1.0, 2.0, 70000.0, 1.0], [0.0; 4]];
         film.aovs.light.as_mut().unwrap()[0][LightPass::Direct as usize] = [0.25, 0.5, 0.75];

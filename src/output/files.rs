@@ -11,7 +11,7 @@ use crate::image_file::{DisplayImage, ExrCompression, FrameAttributes, encode_ex
 
 use super::channels::aov_channels;
 use super::cryptomatte::Matte;
-use super::{Aov, ExrOutput, InstanceIds, LightSamples};
+use super::{Aov, ExrOutput, InstanceIds, LightSamples, sum_channels};
 
 /// Tone mapping from scene-linear light to display values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -58,7 +58,7 @@ pub fn exr_image(film: &Film, output: &ExrOutput, instances: &InstanceIds) -> Re
 }
 
 fn aovs_image(film: &Film, output: &ExrOutput, aovs: &[Aov], instances: &InstanceIds) -> Result<Image> {
-    let mut channels = Vec::new();
+    let mut channels = film.sums.as_deref().map(sum_channels).unwrap_or_default();
     for &aov in aovs {
         channels.extend(aov_channels(aov, film, output.samples, instances)?);
     }
@@ -214,7 +214,7 @@ mod tests {
 
     /// A film with all AOVs.
     fn film() -> Film {
-        let all = AovFlags { light: true, centers: true, coverage: true };
+        let all = AovFlags { light: true, centers: true, coverage: true, noise: true };
         let mut film = Film::with_aovs((5, 4), PixelWindow { x0: 1, y0: 2, x1: 4, y1: 4 }, all);
         film.pixels = (0..6).map(|i| [i as f32, 0.5, -0.0, 1.0]).collect();
         film
@@ -248,7 +248,7 @@ mod tests {
         // Cryptomatte attributes are in the files of their channels.
         let names = |file: &[u8]| file.windows(12).filter(|window| window == b"cryptomatte/").count();
         assert_eq!(names(&together.main), 8);
-        assert_eq!(split.aovs.iter().map(|file| names(file)).collect::<Vec<_>>()[16..], [4, 4]);
+        assert_eq!(split.aovs.iter().map(|file| names(file)).collect::<Vec<_>>()[16..18], [4, 4]);
         assert_eq!(names(&split.main), 0);
     }
 

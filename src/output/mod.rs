@@ -14,9 +14,11 @@ mod files;
 mod instance_ids;
 mod labelled_sheet;
 mod stamp;
+mod sum_channels;
 
 pub use aov::{Aov, AovSet};
 pub use attributes::{SOFTWARE, frame_attributes, ndc_from_camera};
+pub use channels::summed_channels;
 pub use channels::{DEPTH_WITHOUT_HIT, SCENE_CHANNELS};
 pub use contact_sheet::ContactSheet;
 pub use cryptomatte::matte_collisions;
@@ -26,3 +28,4 @@ pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, exr_i
 pub use instance_ids::InstanceIds;
 pub use labelled_sheet::{LabelledSheet, LabelledTile};
 pub use stamp::run_stamp;
+pub use sum_channels::{SUM_LAYER, sum_channels, sum_flags, sums_of_image};

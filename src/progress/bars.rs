@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use rayframe::sequence::SequenceEvent;
+use rayframe::render::PathProgress;
+use rayframe::sequence::{FrameProgress, SequenceEvent};
 
 use super::Verbosity;
 use super::eta::{Eta, duration_text};
@@ -42,14 +43,17 @@ impl Bars {
         let all = MultiProgress::with_draw_target(ProgressDrawTarget::stderr());
         let sequence = all.add(ProgressBar::new(0).with_style(style("frames {bar:40} {pos}/{len} {msg}")));
         let frame =
-            all.add(ProgressBar::new(FRAME_STEPS).with_style(style("{prefix:6} {bar:40} {percent} %")));
+            all.add(ProgressBar::new(FRAME_STEPS).with_style(style("{prefix:6} {bar:40} {percent} % {msg}")));
         Self { verbosity, all, sequence, frame, reported: reported.clone(), times: Mutex::default() }
     }
 
     pub(super) fn print(&self, event: SequenceEvent<'_>) {
         // Called from many threads. Only the estimate locks, and rarely.
-        if let SequenceEvent::FrameProgress(_, share) = event {
+        if let SequenceEvent::FrameProgress(_, FrameProgress { share, path }) = event {
             self.frame.set_position((share * FRAME_STEPS as f32) as u64);
+            if let Some(path) = path {
+                self.frame.set_message(path_text(&path));
+            }
             self.estimate(share);
             return;
         }
@@ -147,6 +151,12 @@ impl Bars {
     fn line(&self, text: &str) {
         let _ = self.all.println(one_line(text));
     }
+}
+
+/// `64 of 256 samples, noise 0.012`.
+fn path_text(path: &PathProgress) -> String {
+    let noise = path.noise.map_or(String::new(), |noise| format!(", noise {noise:.4}"));
+    format!("{} of {} samples{noise}", path.samples, path.most_samples)
 }
 
 /// Style of a template, or the default style if the template is invalid.

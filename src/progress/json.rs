@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-use rayframe::sequence::{PlannedFrame, SequenceEvent, Summary};
+use rayframe::render::PathProgress;
+use rayframe::sequence::{FrameProgress, PlannedFrame, SequenceEvent, Summary};
 
 use super::percent_path::add_percent_path;
 use super::reported::ReportedSequence;
@@ -73,8 +74,15 @@ fn json_line(event: SequenceEvent<'_>) -> Value {
         }
         SequenceEvent::FrameKept(frame) => ("frame_skipped", frame_json(frame)),
         SequenceEvent::FrameStarted(frame) => ("frame_start", frame_json(frame)),
-        SequenceEvent::FrameProgress(frame, share) => {
-            ("progress", json!({"frame": frame.frame, "share": share}))
+        SequenceEvent::FrameProgress(frame, FrameProgress { share, path }) => {
+            let mut line = json!({"frame": frame.frame, "share": share});
+            if let Some(PathProgress { samples, most_samples, finished_share, noise }) = path {
+                line["samples"] = json!(samples);
+                line["most_samples"] = json!(most_samples);
+                line["finished_share"] = json!(finished_share);
+                line["noise"] = json!(noise);
+            }
+            ("progress", line)
         }
         SequenceEvent::FrameWritten(report) => {
             let mut line = serde_json::to_value(report).unwrap_or_default();
@@ -152,7 +160,7 @@ mod tests {
     #[test]
     fn progress_names_its_frame() {
         let frame = planned("a.exr".into());
-        let line = json_line(SequenceEvent::FrameProgress(&frame, 0.5));
+        let line = json_line(SequenceEvent::FrameProgress(&frame, FrameProgress { share: 0.5, path: None }));
         assert_eq!(line.to_string(), r#"{"event":"progress","frame":7,"schema":1,"share":0.5}"#);
     }
 

@@ -7,7 +7,7 @@ use std::io::Write as _;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use rayframe::sequence::SequenceEvent;
+use rayframe::sequence::{FrameProgress, SequenceEvent};
 
 use super::eta::Eta;
 use super::one_line;
@@ -45,7 +45,7 @@ impl OpenJdLines {
 
     pub(super) fn print(&self, event: SequenceEvent<'_>) {
         // Called from many threads. Skipped where it would wait for a lock.
-        if let SequenceEvent::FrameProgress(_, share) = event {
+        if let SequenceEvent::FrameProgress(_, FrameProgress { share, .. }) = event {
             if let Ok(mut state) = self.state.try_lock()
                 && state.printed.is_none_or(|printed| printed.elapsed() >= INTERVAL)
             {

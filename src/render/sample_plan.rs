@@ -1,9 +1,10 @@
 //! The samples that the pixels of an image take.
+//!
+//! [`SamplePlan`] is that of Whitted's tree, [`path_samples`] gives those of paths.
 
 use super::filter::PixelSample;
 use super::pixel_offsets::{pixel_offsets, progressive_offsets};
 use super::settings::RenderSettings;
-use crate::integrator::Integrator;
 
 /// Index of the first set of extra samples; the sets of base samples have lower ones.
 const EXTRA_SET: u32 = 1 << 16;
@@ -20,9 +21,20 @@ pub struct ShutterSample {
 impl ShutterSample {
     /// The only shutter sample of a frame without motion blur.
     pub const ONLY: Self = Self { index: 0, count: 1 };
+
+    /// Samples of this shutter sample, at least one, where the frame has `samples` of them.
+    pub(super) fn share_of(self, samples: u32) -> u32 {
+        samples.div_ceil(self.count)
+    }
 }
 
-/// The samples of every pixel in one shutter sample.
+/// The samples of every pixel that paths have in one shutter sample. The first of any number fill the pixel evenly.
+pub(super) fn path_samples(settings: &RenderSettings, shutter_sample: ShutterSample) -> Vec<PixelSample> {
+    let count = shutter_sample.share_of(settings.samples);
+    settings.filter.samples(&progressive_offsets(count, shutter_sample.index))
+}
+
+/// The samples of every pixel that Whitted's tree has in one shutter sample.
 #[derive(Clone, Debug)]
 pub(super) struct SamplePlan {
     /// Samples of all pixels.
@@ -31,8 +43,6 @@ pub(super) struct SamplePlan {
     pub(super) extra: Vec<PixelSample>,
     /// See [`super::Adaptive::threshold`].
     pub(super) threshold: f32,
-    /// Noise at which a pixel takes no more samples.
-    pub(super) noise: Option<f32>,
     /// Index of the first sample among those of all shutter samples.
     pub(super) first_index: u32,
 }
@@ -40,25 +50,19 @@ pub(super) struct SamplePlan {
 impl SamplePlan {
     /// Divides the samples of a frame among its shutter samples; each has at least one.
     pub(super) fn new(settings: &RenderSettings, shutter_sample: ShutterSample) -> Self {
-        let share = |samples: u32| samples.div_ceil(shutter_sample.count);
-        let base = share(settings.samples);
-        let max = settings.adaptive.map_or(base, |adaptive| share(adaptive.max_samples));
+        let base = shutter_sample.share_of(settings.samples);
+        let max = settings.adaptive.map_or(base, |adaptive| shutter_sample.share_of(adaptive.max_samples));
         let set = |count: u32, family: u32| match count {
             0 => Vec::new(),
             count => {
                 let index = shutter_sample.index + family * EXTRA_SET;
-                let offsets = match settings.integrator {
-                    Integrator::Path => progressive_offsets(count, index),
-                    Integrator::Whitted => pixel_offsets(count, index),
-                };
-                settings.filter.samples(&offsets)
+                settings.filter.samples(&pixel_offsets(count, index))
             }
         };
         Self {
             base: set(base, 0),
             extra: set(max.saturating_sub(base), 1),
             threshold: settings.adaptive.map_or(0.0, |adaptive| adaptive.threshold),
-            noise: settings.path.noise,
             first_index: shutter_sample.index.wrapping_mul(base.max(max)),
         }
     }

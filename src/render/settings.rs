@@ -4,7 +4,7 @@ use super::adaptive::Adaptive;
 use super::filter::PixelFilter;
 use super::lens::Lens;
 use crate::film::{AovFlags, PixelWindow};
-use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings};
+use crate::integrator::{EnvSamples, GlassShadows, Integrator, LightSize, PathSettings, SampleRange};
 use crate::scene::Ground;
 
 /// What decides an image besides the frame itself.
@@ -44,6 +44,14 @@ pub struct RenderSettings {
     pub ground: Option<Ground>,
     /// AOVs besides colour and coverage. They change neither of these.
     pub aovs: AovFlags,
+}
+
+impl RenderSettings {
+    /// The rendered samples and the number of all, such as `0-63/256`; `None` where all are rendered.
+    pub fn sample_range_text(&self) -> Option<String> {
+        let SampleRange { first, last } = self.path.sample_range?;
+        Some(format!("{first}-{last}/{}", self.samples))
+    }
 }
 
 impl Default for RenderSettings {

@@ -9,15 +9,18 @@ pub struct RenderStatistics {
     pub integrator: IntegratorStatistics,
     /// Pixels that were infinite or not a number, and were set to black.
     pub non_finite_pixels: u64,
+    /// Samples of paths that were infinite or not a number, and are left out.
+    pub non_finite_samples: u64,
     /// Seconds of tracing and shading.
     pub trace_seconds: f64,
 }
 
 impl RenderStatistics {
-    /// Adds another shutter sample of the same frame.
+    /// Adds another part of the same frame: a tile, a pass or a shutter sample.
     pub fn add(&mut self, other: &Self) {
         self.integrator.add(&other.integrator);
         self.non_finite_pixels += other.non_finite_pixels;
+        self.non_finite_samples += other.non_finite_samples;
         self.trace_seconds += other.trace_seconds;
     }
 }

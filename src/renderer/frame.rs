@@ -28,7 +28,7 @@ impl RenderedFrame {
     pub(super) fn render(job: Arc<SequenceJob>, frame: i64, cancel: &CancelFlag) -> Result<Self> {
         let mut film = FrameTracer::empty_film(&job);
         let mut tracer = FrameTracer::new(&job, cancel);
-        tracer.render(frame, &mut film, &|_| ())?;
+        tracer.render(frame, &mut film, None, &|_| ())?;
         let attributes = tracer.attributes(frame, &render_hash(&job, frame));
         let instance_ids = tracer.instance_ids();
         drop(tracer);

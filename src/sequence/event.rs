@@ -2,8 +2,18 @@
 
 use crate::error::{Error, Warning};
 use crate::image_file::DisplayImage;
+use crate::render::PathProgress;
 
 use super::{FrameReport, PlannedFrame, Summary};
+
+/// How far a frame is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameProgress {
+    /// Finished share of its samples, 0 to 1.
+    pub share: f32,
+    /// Samples and noise after the last pass of paths.
+    pub path: Option<PathProgress>,
+}
 
 /// Event of a run.
 ///
@@ -30,8 +40,8 @@ pub enum SequenceEvent<'a> {
     FrameKept(&'a PlannedFrame),
     /// A frame starts.
     FrameStarted(&'a PlannedFrame),
-    /// Finished share of a frame's pixels, 0 to 1. Comes from worker threads.
-    FrameProgress(&'a PlannedFrame, f32),
+    /// A part of a frame is finished. Comes from worker threads.
+    FrameProgress(&'a PlannedFrame, FrameProgress),
     /// A frame is on disk, or part of the movie.
     FrameWritten(&'a FrameReport),
     /// A frame of a movie is rendered. Sent before it is written, where frames are shown.

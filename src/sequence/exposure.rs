@@ -5,7 +5,7 @@ use crate::cancel::{CancelFlag, Cancelled};
 use crate::film::{AovFlags, Film, PixelWindow};
 use crate::frame::Frame;
 use crate::output::{auto_exposure_ev, covers_enough};
-use crate::render::RenderSettings;
+use crate::render::{PathSettings, RenderSettings};
 use crate::scene::Selection;
 
 use super::job::duration_seconds;
@@ -56,10 +56,11 @@ fn small_renders(
         window: PixelWindow::full(SIZE.0, SIZE.1),
         samples: 1,
         // Base colours and emission, which a background does not have.
-        aovs: AovFlags { centers: !show_background, light: !show_background, coverage: false },
+        aovs: AovFlags { centers: !show_background, light: !show_background, ..AovFlags::NONE },
         show_background,
         // Shadows alone tell nothing about the light.
         ground: None,
+        path: PathSettings { sample_range: None, ..job.render.path },
         ..job.render.clone()
     };
     let mut films = Vec::new();

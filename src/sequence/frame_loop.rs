@@ -15,6 +15,7 @@ use crate::error::{Error, Result};
 use crate::film::Film;
 use crate::output::{PreviewLook, run_stamp};
 
+use super::checkpoint::Checkpoint;
 use super::exposure::exposure_ev;
 use super::frame_tracer::{FrameStatistics, FrameTracer};
 use super::frame_warnings::{FrameWarnings, depth_warning};
@@ -232,8 +233,9 @@ impl<'a: 'p, 'p> FrameLoop<'a, '_, 'p> {
     /// Renders a frame and sends its warnings.
     fn render(&mut self, planned: &PlannedFrame, film: &mut Film) -> Result<FrameStatistics> {
         let on_event = self.on_event;
-        let on_progress = |share: f32| on_event(SequenceEvent::FrameProgress(planned, share));
-        let rendered = self.tracer.render(planned.frame, film, &on_progress)?;
+        let on_progress = |progress| on_event(SequenceEvent::FrameProgress(planned, progress));
+        let checkpoint = Checkpoint::of(self.job, planned);
+        let rendered = self.tracer.render(planned.frame, film, checkpoint.as_ref(), &on_progress)?;
         let warnings = self.warnings.of_frame(self.job, planned, &rendered.tree, &rendered.rays)?;
         let hint = self.warnings.studio_hint(self.job, film, &rendered.rays, self.look.exposure_ev);
         for warning in warnings.iter().chain(&hint) {

@@ -7,12 +7,17 @@ use crate::cancel::CancelFlag;
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film};
 use crate::image::Plate;
-use crate::image_file::FrameAttributes;
+use crate::image_file::{FrameAttributes, SAMPLE_RANGE};
 use crate::output::{InstanceIds, frame_attributes};
-use crate::render::{RenderStatistics, SceneView, ShutterSample, render_frame_into};
+use crate::render::{Integrator, PathFrame, RenderStatistics, SceneView, ShutterSample, render_frame_into};
 
+use super::checkpoint::Checkpoint;
+use super::pass_clock::PassClock;
 use super::posed_frames::PosedFrames;
-use super::{Phases, SequenceJob};
+use super::{FrameProgress, Phases, SequenceJob};
+
+/// Receiver of a frame's progress.
+pub(crate) type OnProgress<'a> = &'a (dyn Fn(FrameProgress) + Sync);
 
 /// Traces frames of one job. Poses, BVHs and memory of a frame serve the next.
 pub(crate) struct FrameTracer<'a> {
@@ -54,25 +59,42 @@ impl<'a> FrameTracer<'a> {
         Film::with_aovs(settings.resolution, settings.window, settings.aovs)
     }
 
-    /// Renders a frame into `film`: the mean of its shutter samples, then the pixel centres. `on_progress` receives the
-    /// finished share, 0 to 1, from worker threads.
+    /// Renders a frame into `film`: the mean of its shutter samples, then the pixel centres. Passes of paths are kept in `checkpoint`.
+    /// `on_progress` is called from worker threads.
     pub(crate) fn render(
         &mut self,
         frame: i64,
         film: &mut Film,
-        on_progress: &(dyn Fn(f32) + Sync),
+        checkpoint: Option<&Checkpoint<'_>>,
+        on_progress: OnProgress<'_>,
     ) -> Result<FrameStatistics> {
         let time_seconds = self.job.rate.time_seconds(frame);
         let times = self.job.shutter.times(time_seconds, self.job.rate);
+        let mut rendered = match self.job.render.integrator {
+            Integrator::Whitted => self.render_trees(&times, film, on_progress)?,
+            Integrator::Path => self.render_paths(&times, film, checkpoint, on_progress)?,
+        };
+        if film.aovs.centers.is_some() {
+            let phases = self.posed.record_pixel_centers(self.job, frame, film, self.cancel)?;
+            rendered.phases.add(&phases);
+            rendered.rays.trace_seconds += phases.trace;
+        }
+        film.plate = self.plate(frame)?;
+        Ok(rendered)
+    }
+
+    /// Renders the mean of the shutter samples at `times` by Whitted's tree.
+    fn render_trees(
+        &mut self,
+        times: &[f64],
+        film: &mut Film,
+        on_progress: OnProgress<'_>,
+    ) -> Result<FrameStatistics> {
         let mut rendered = FrameStatistics { is_reused: true, ..FrameStatistics::default() };
         for (index, &time_seconds) in times.iter().enumerate() {
-            // Pose the scene and build its BVH, unless no triangle moved.
-            let mut phases = Phases::default();
-            rendered.is_reused &= self.posed.advance(self.job, time_seconds, self.cancel, &mut phases)?;
-            rendered.phases.add(&phases);
-
+            self.pose(time_seconds, &mut rendered)?;
             let sample = ShutterSample { index: index as u32, count: times.len() as u32 };
-            let (tree, rays) = if index == 0 {
+            let rays = if index == 0 {
                 self.trace(film, sample, on_progress)?
             } else {
                 let mut scratch = self.scratch.take().unwrap_or_else(|| {
@@ -84,19 +106,73 @@ impl<'a> FrameTracer<'a> {
                 self.scratch = Some(scratch);
                 traced?
             };
-            rendered.tree = tree;
             rendered.rays.add(&rays);
         }
         if times.len() > 1 {
             film.scale(1.0 / times.len() as f32);
         }
-        if film.aovs.centers.is_some() {
-            let phases = self.posed.record_pixel_centers(self.job, frame, film, self.cancel)?;
-            rendered.phases.add(&phases);
-            rendered.rays.trace_seconds += phases.trace;
-        }
-        film.plate = self.plate(frame)?;
         Ok(rendered)
+    }
+
+    /// Renders the samples of the shutter samples at `times` by paths, pass by pass.
+    fn render_paths(
+        &mut self,
+        times: &[f64],
+        film: &mut Film,
+        checkpoint: Option<&Checkpoint<'_>>,
+        on_progress: OnProgress<'_>,
+    ) -> Result<FrameStatistics> {
+        let (job, cancel, settings) = (self.job, self.cancel, &self.job.render);
+        let count = times.len() as u32;
+        let new = || PathFrame::new(settings, count);
+        let mut frame =
+            checkpoint.and_then(|checkpoint| checkpoint.load(settings, count)).unwrap_or_else(new);
+        let mut clock = PassClock::new(job);
+        let mut rendered = FrameStatistics { is_reused: true, ..FrameStatistics::default() };
+        while let Some(most) = clock.most_samples()
+            && let Some(pass) = frame.next_pass(most)
+        {
+            let before = frame.progress();
+            let after = before.samples + pass.samples() * count;
+            for (index, &time_seconds) in times.iter().enumerate() {
+                self.pose(time_seconds, &mut rendered)?;
+                let view = self.view()?;
+                let sample = ShutterSample { index: index as u32, count };
+                let share = |share: f32| {
+                    let of_pass = (index as f32 + share) / count as f32;
+                    let samples = before.samples as f32 + of_pass * (after - before.samples) as f32;
+                    on_progress(FrameProgress {
+                        share: samples / before.most_samples as f32,
+                        path: Some(before),
+                    });
+                };
+                let rays = frame.add(&view, settings, (&pass, sample), cancel, &share)?;
+                rendered.rays.add(&rays);
+            }
+            frame.finish(&pass);
+            clock.finish(&pass);
+            if let Some(checkpoint) = checkpoint {
+                checkpoint.save(&frame)?;
+            }
+        }
+        // A complete checkpoint leaves no pass that poses the scene.
+        if let (None, Some(&time_seconds)) = (&self.posed.bvh, times.last()) {
+            self.pose(time_seconds, &mut rendered)?;
+        }
+        frame.sums().resolve_into(film);
+        film.sums = settings.path.sample_range.is_some().then(|| Box::new(frame.into_sums()));
+        Ok(rendered)
+    }
+
+    /// Poses the scene and builds its BVH, unless no triangle moved.
+    fn pose(&mut self, time_seconds: f64, rendered: &mut FrameStatistics) -> Result<()> {
+        let mut phases = Phases::default();
+        rendered.is_reused &= self.posed.advance(self.job, time_seconds, self.cancel, &mut phases)?;
+        rendered.phases.add(&phases);
+        if let Some(bvh) = &self.posed.bvh {
+            rendered.tree = bvh.statistics();
+        }
+        Ok(())
     }
 
     /// The plate behind a frame.
@@ -113,25 +189,27 @@ impl<'a> FrameTracer<'a> {
         Ok(Some(plate))
     }
 
+    /// The posed scene.
+    fn view(&self) -> Result<SceneView<'_>> {
+        let Some(bvh) = &self.posed.bvh else {
+            return Err(Error::Internal { message: "there is no BVH to trace".to_owned() });
+        };
+        let SequenceJob { scene, environment, .. } = self.job;
+        Ok(SceneView { scene, frame: &self.posed.current, bvh, environment })
+    }
+
     /// Traces the posed scene.
     fn trace(
         &self,
         film: &mut Film,
         sample: ShutterSample,
-        on_progress: &(dyn Fn(f32) + Sync),
-    ) -> Result<(BuildStatistics, RenderStatistics)> {
-        let Some(bvh) = &self.posed.bvh else {
-            return Err(Error::Internal { message: "there is no BVH to trace".to_owned() });
+        on_progress: OnProgress<'_>,
+    ) -> Result<RenderStatistics> {
+        let on_share = |share: f32| {
+            let share = (sample.index as f32 + share) / sample.count as f32;
+            on_progress(FrameProgress { share, path: None });
         };
-        let view = SceneView {
-            scene: &self.job.scene,
-            frame: &self.posed.current,
-            bvh,
-            environment: &self.job.environment,
-        };
-        let on_share = |share: f32| on_progress((sample.index as f32 + share) / sample.count as f32);
-        let rays = render_frame_into(film, &view, &self.job.render, sample, self.cancel, &on_share)?;
-        Ok((bvh.statistics(), rays))
+        Ok(render_frame_into(film, &self.view()?, &self.job.render, sample, self.cancel, &on_share)?)
     }
 
     /// EXR attributes of a frame, without a stamp.
@@ -139,13 +217,16 @@ impl<'a> FrameTracer<'a> {
         let time_seconds = self.job.rate.time_seconds(frame);
         let camera = &self.posed.camera_at(self.job, time_seconds);
         let resolution = self.job.render.resolution;
-        frame_attributes(
+        let mut attributes = frame_attributes(
             frame,
             time_seconds,
             self.job.rate.as_exr_rational(),
             render_hash,
             (camera, resolution),
-        )
+        );
+        let range = self.job.render.sample_range_text();
+        attributes.texts.extend(range.map(|range| (SAMPLE_RANGE.to_owned(), range)));
+        attributes
     }
 
     /// Ids and names of the mesh instances, computed once and only for AOVs that need them.

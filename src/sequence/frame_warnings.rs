@@ -50,6 +50,16 @@ impl FrameWarnings {
                 "frame {frame}: {count} pixels were infinite or not a number and are black; this is a bug worth reporting"
             )),
         }
+        match rays.non_finite_samples {
+            0 => {}
+            count if job.strict => {
+                let message = format!("frame {frame}: {count} samples are infinite or not a number");
+                return Err(Error::Internal { message });
+            }
+            count => messages.push(format!(
+                "frame {frame}: {count} samples were infinite or not a number and are left out; this is a bug worth reporting"
+            )),
+        }
         let window = job.render.window;
         let is_whole = window.size() == job.render.resolution;
         if rays.integrator.camera_hits == 0 && tree.triangles > 0 && is_whole && !self.warned_of_empty_view {

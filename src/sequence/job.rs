@@ -58,6 +58,8 @@ pub struct SequenceJob {
     pub keep_going: bool,
     /// Whether a pixel that is infinite or NaN fails its frame.
     pub strict: bool,
+    /// Whether finished passes of a frame of paths are kept beside it until it is done.
+    pub checkpoint: bool,
     /// Memory limit, bytes.
     pub max_memory_bytes: u64,
 }

@@ -4,8 +4,12 @@ use std::path::Path;
 
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
-use crate::film::{AovFlags, CoverageSample, LightPasses, PixelCenterSample, PixelWindow};
+use crate::film::{
+    AovFlags, CoverageSample, ExactSum, LightPasses, LightSums, PixelCenterSample, PixelMoments, PixelSums,
+    PixelWindow, SumFlags,
+};
 use crate::output::ExrOutput;
+use crate::render::PathFrame;
 
 use super::job::triangle_count;
 use super::{SequenceJob, Shutter};
@@ -18,6 +22,8 @@ const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
 /// its channels without the plate before and after compression (8 each).
 const BYTES_A_PLATE_PIXEL: u128 = 64;
+/// Copies of the exact sums of a frame: its own, and in checkpoints and files of sample ranges the channels and the encoded file.
+const SUM_COPIES: u128 = 3;
 /// Instances that cover a pixel: most pixels have one or two, edges and foliage more.
 const SHARES_A_PIXEL: usize = 4;
 /// A posed triangle of this frame and of the previous one: corners, flags and attributes; and its leaf's data for refitting.
@@ -38,7 +44,8 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
-    pixel_bytes(window, job.shutter, &job.exr)
+    let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.exr.aov_flags());
+    pixel_bytes(window, job.shutter, &job.exr, sums)
         + plate
         + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
 }
@@ -51,13 +58,15 @@ pub(super) fn reference_budget(job: &SequenceJob) -> f32 {
     f64::from(job.build.reference_budget).min(affordable) as f32
 }
 
-fn pixel_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput) -> u128 {
+fn pixel_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput, sums: Option<SumFlags>) -> u128 {
     let aovs = exr.aov_flags();
     // Channels of AOVs, before and after compression.
     let channels = 2 * u128::from(exr.bytes_a_pixel() - ExrOutput::default().bytes_a_pixel());
     // AOVs of the film being traced and of the film being written.
     let mut bytes_a_pixel = BYTES_A_PIXEL + 2 * aov_bytes(aovs) + channels;
-    if shutter.time_samples > 1 {
+    if let Some(sums) = sums {
+        bytes_a_pixel += SUM_COPIES * sum_bytes(sums);
+    } else if shutter.time_samples > 1 {
         bytes_a_pixel += BYTES_A_TIME_PIXEL + aov_bytes(AovFlags { centers: false, ..aovs });
     }
     u128::from(window.width()) * u128::from(window.height()) * bytes_a_pixel
@@ -78,7 +87,22 @@ fn aov_bytes(aovs: AovFlags) -> u128 {
     bytes as u128
 }
 
-/// Refuses an image whose pixels alone need more than `max_memory_bytes`, before the scene is loaded.
+/// Bytes of the exact sums of one pixel.
+fn sum_bytes(sums: SumFlags) -> u128 {
+    let mut bytes = size_of::<PixelSums>() + 1;
+    if sums.moments {
+        bytes += size_of::<PixelMoments>();
+    }
+    if sums.light {
+        bytes += size_of::<LightSums>();
+    }
+    if sums.coverage {
+        bytes += size_of::<Vec<(u32, ExactSum)>>() + SHARES_A_PIXEL * size_of::<(u32, ExactSum)>();
+    }
+    bytes as u128
+}
+
+/// Refuses an image whose pixels alone need more than `max_memory_bytes`, before the scene is loaded. `sums` are those of paths.
 ///
 /// # Errors
 /// [`Error::Refused`], which names the file `scene`.
@@ -87,9 +111,10 @@ pub fn check_image_memory(
     window: PixelWindow,
     shutter: Shutter,
     exr: &ExrOutput,
+    sums: Option<SumFlags>,
     max_memory_bytes: u64,
 ) -> Result<()> {
-    let needed = pixel_bytes(window, shutter, exr);
+    let needed = pixel_bytes(window, shutter, exr, sums);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
     }

@@ -4,6 +4,7 @@
 //! renders. Progress leaves as [`SequenceEvent`]s; nothing is printed here.
 
 mod assemble;
+mod checkpoint;
 mod collisions;
 mod event;
 mod exposure;
@@ -16,6 +17,7 @@ mod memory;
 mod movie_output;
 mod movie_settings;
 mod panic;
+mod pass_clock;
 mod plan;
 mod plates;
 mod posed_frames;
@@ -30,7 +32,7 @@ mod writer;
 
 pub use assemble::{display_frame, write_sequence_outputs};
 pub use collisions::canonical;
-pub use event::SequenceEvent;
+pub use event::{FrameProgress, SequenceEvent};
 pub use exposure::exposure_ev;
 pub use frame_loop::run;
 pub(crate) use frame_tracer::FrameTracer;

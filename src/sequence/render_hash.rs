@@ -1,7 +1,7 @@
 //! Hash of everything that a frame is made from: equal exactly for equal images.
 //!
 //! It covers the version, the content of the scene and of the environment, the selection, every setting that changes a pixel, the
-//! AOVs, sample types and compression of the files, and the time. It does not cover threads, SIMD, builder, splits, crop, other
+//! AOVs, sample types and compression of the files, and the time. It does not cover threads, SIMD, builder, splits, crop, sample range, other
 //! frames, names, stamps and progress: none of them changes a pixel. For tone-mapped files it also covers the look and, as
 //! they have no data window, the crop.
 
@@ -46,6 +46,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         existing: _,
         keep_going: _,
         strict: _,
+        checkpoint: _,
         max_memory_bytes: _,
     } = job;
     let Selection { roots, clips, camera, camera_changes, image_light: _, variant } = selection;
@@ -122,10 +123,13 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
 }
 
 fn integrator_key(integrator: Integrator, path: &PathSettings) -> serde_json::Value {
-    let PathSettings { seed, seed_per_frame, noise, clamp_indirect } = *path;
+    let PathSettings { seed, seed_per_frame, noise, clamp_indirect, sample_range: _, time_limit_seconds } =
+        *path;
     match integrator {
         Integrator::Path => {
-            json!(["path", seed, seed_per_frame, noise.map(f32::to_bits), clamp_indirect.to_bits()])
+            let [noise, time_limit_seconds] =
+                [noise, time_limit_seconds].map(|limit| limit.map(f32::to_bits));
+            json!(["path", seed, seed_per_frame, noise, clamp_indirect.to_bits(), time_limit_seconds])
         }
         Integrator::Whitted => json!("whitted"),
     }

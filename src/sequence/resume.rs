@@ -71,5 +71,8 @@ fn mismatch(job: &SequenceJob, stored: &StoredFrame, render_hash: &str) -> Optio
         OutputFormat::Exr => stored.size == job.render.resolution && stored.data_window == window.into(),
         OutputFormat::Png | OutputFormat::Movie(_) => stored.size == window.size(),
     };
-    other_render(stored, render_hash).or((!same_window).then_some("another crop of the image"))
+    let same_samples = stored.sample_range == job.render.sample_range_text();
+    other_render(stored, render_hash)
+        .or((!same_window).then_some("another crop of the image"))
+        .or((!same_samples).then_some("made from other samples of the image"))
 }

@@ -111,6 +111,8 @@ pub struct RayReport {
     pub transparency_limit_reached: u64,
     /// Pixels that were not finite and are black.
     pub non_finite_pixels: u64,
+    /// Samples of paths that were not finite and are left out.
+    pub non_finite_samples: u64,
 }
 
 /// Written file of a split AOV.
@@ -291,6 +293,7 @@ impl RayReport {
             dropped_weight: statistics.integrator.dropped_weight,
             transparency_limit_reached: statistics.integrator.transparency_limit_reached,
             non_finite_pixels: statistics.non_finite_pixels,
+            non_finite_samples: statistics.non_finite_samples,
         }
     }
 }

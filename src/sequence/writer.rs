@@ -18,6 +18,7 @@ use crate::film::Film;
 use crate::image_file::{DisplayImage, FrameAttributes, encode_png, write_atomically};
 use crate::output::{ExrFiles, ExrOutput, InstanceIds, PreviewLook, display_image, exr_files, png_file};
 
+use super::checkpoint::Checkpoint;
 use super::frame_tracer::FrameTracer;
 use super::movie_output::MovieOutput;
 use super::panic::catch_panic;
@@ -207,7 +208,11 @@ impl Writer<'_> {
                 for (path, file) in planned.aov_paths.iter().zip(&files.aovs) {
                     write_atomically(path, file)?;
                 }
-                write_atomically(&planned.path, &files.main)
+                write_atomically(&planned.path, &files.main)?;
+                if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
+                    checkpoint.remove();
+                }
+                Ok(())
             })
         });
         let _ = self.free_films.send(film);

@@ -19,7 +19,7 @@ use super::types::{
     Aovs, ApertureType, CameraType, Clips, Crop, Degrees, Elevation, EnvSamplesType, ExposureType,
     ExrEncoding, Factor, FieldOfView, Flag, FocalLength, FocusType, Frames, GroundType, LookAtType,
     MemorySize, NameOrIndexType, Names, OneOf, OrbitType, Point, Rate, ReferenceBudget, RefitType,
-    Resolution, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle, Whole,
+    Resolution, SampleRangeType, Scale, Share, ShutterFrames, Simd, SplitType, SunAngle, TimeSpan, Whole,
 };
 
 /// One setting.
@@ -79,6 +79,8 @@ settings! {
     /// Keep finished frames, render the rest
     /// : a frame is kept if its hash matches the scene, the settings and the version
     resume: Flag = false, Output { excludes: &["overwrite"], is_common: true, is_for_runs: true }
+    /// Keep finished passes of the path integrator beside a frame until it is done, and continue from them
+    checkpoint: Flag = false, Output { is_for_runs: true }
     /// Render every frame and replace existing files
     overwrite: Flag = false, Output { is_common: true, is_for_runs: true }
     /// Statistics of each frame as JSON
@@ -155,6 +157,12 @@ settings! {
     /// Noise of display values, 0 to 1, at which a pixel of the path integrator is done
     /// : the standard error of its mean, such as 0.01. `samples` is then the most that a pixel takes
     noise: Share, Image { value_name: "X", excludes: &["max_samples"] }
+    /// Render only these samples of the path integrator, such as 0-63
+    /// . Their EXR files hold the sums that `rayframe merge` adds up to what one run gives
+    sample_range: SampleRangeType, Image { value_name: "FIRST-LAST" }
+    /// Time after which a frame of the path integrator takes no more samples: 30s, 5m or 1h
+    /// . Images then depend on the machine's speed
+    time_limit: TimeSpan, Image { value_name: "TIME" }
     /// Largest radiance that a path brings from beyond its first surface
     /// . Removes fireflies, and with them light: off by default
     clamp_indirect: Factor, Image { value_name: "RADIANCE" }

@@ -10,11 +10,13 @@ use super::synonyms::choice_synonym;
 type Holds = fn(Aov) -> bool;
 
 /// Groups of AOVs.
-const GROUPS: [(&str, Holds); 4] = [
+const GROUPS: [(&str, Holds); 5] = [
     ("light", |aov| matches!(aov, Aov::Light(_))),
-    ("data", |aov| !aov.is_light() && !is_crypto(aov)),
+    ("data", |aov| !aov.is_light() && !is_crypto(aov) && !aov.is_noise()),
     ("crypto", is_crypto),
-    ("all", |_| true),
+    ("noise", Aov::is_noise),
+    // Those of every integrator.
+    ("all", |aov| !aov.is_noise()),
 ];
 
 /// `depth,normal,light`.
@@ -113,7 +115,9 @@ mod tests {
         assert_eq!(names("crypto"), "beauty crypto_object crypto_material");
         assert_eq!(names("light").split(' ').count(), 1 + LightPass::ALL.len());
         assert_eq!(aovs("data,light,crypto"), aovs("all"));
-        assert_eq!(aovs("all").unwrap().as_slice(), Aov::ALL);
+        let all = aovs("all,noise").unwrap();
+        assert_eq!(all.as_slice(), Aov::ALL);
+        assert!(aovs("all").unwrap().as_slice().iter().all(|aov| !aov.is_noise()));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::bvh::{Refit, Split};
 use crate::film::PixelWindow;
-use crate::render::{Aperture, EnvSamples};
+use crate::render::{Aperture, EnvSamples, SampleRange};
 
 use super::choices::FocusRequest;
 use super::exposure::Exposure;
@@ -202,6 +202,31 @@ pub fn env_samples(text: &str) -> Result<EnvSamples, String> {
         _ => whole(text, 0, 4096)
             .map(EnvSamples::Fixed)
             .map_err(|_| "write auto, or a whole number from 0 to 4096".to_owned()),
+    }
+}
+
+/// Indices of the first and of the last sample, such as `0-63`.
+pub fn sample_range(text: &str) -> Result<SampleRange, String> {
+    let index = |text: &str| text.trim().parse::<u32>().ok();
+    let range = text.split_once('-').and_then(|(first, last)| Some((index(first)?, index(last)?)));
+    match range {
+        Some((first, last)) if first <= last => Ok(SampleRange { first, last }),
+        _ => Err("write the first and the last sample, such as 0-63".to_owned()),
+    }
+}
+
+/// A time above 0 in seconds, or with the unit s, m or h.
+pub fn time_span(text: &str) -> Result<f32, String> {
+    let text = text.trim();
+    let (number, unit) = match text.strip_suffix(['s', 'm', 'h']) {
+        Some(number) if text.ends_with('m') => (number, 60.0),
+        Some(number) if text.ends_with('h') => (number, 3600.0),
+        Some(number) => (number, 1.0),
+        None => (text, 1.0),
+    };
+    match number.trim().parse::<f32>() {
+        Ok(number) if number > 0.0 && (number * unit).is_finite() => Ok(number * unit),
+        _ => Err("write a time such as 30s, 5m or 1h".to_owned()),
     }
 }
 

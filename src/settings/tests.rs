@@ -18,6 +18,7 @@ fn example(definition: &Definition) -> String {
         "METRES|f/N" => "f/2.8",
         "SIZE" => "8000000000",
         "EV" => "-1.5",
+        "FIRST-LAST" => "0-63",
         "AZ,EL[,DIST]" => "30,20,1",
         "X,Y,Z" | "X,Y,Z|NODE" => "1,-2,0.5",
         "LIST" => "beauty,depth,uv",

@@ -10,7 +10,7 @@ use crate::bvh::{Refit, SimdLevel, Split};
 use crate::film::PixelWindow;
 use crate::image_file::ExrCompression;
 use crate::output::{AovSet, LightSamples};
-use crate::render::{Aperture, EnvSamples};
+use crate::render::{Aperture, EnvSamples, SampleRange};
 use crate::scene::{CameraRequest, ClipSelection, NameOrIndex, Orbit};
 
 use super::choices::{FocusRequest, GroundKind, LookAt};
@@ -121,6 +121,11 @@ setting_types! {
         EnvSamples::Auto => "auto".to_owned(),
         EnvSamples::Fixed(rays) => rays.to_string(),
     };
+    /// Indices of samples.
+    SampleRangeType: SampleRange, ValueForm::TEXT, parse::sample_range,
+        |range| format!("{}-{}", range.first, range.last);
+    /// Seconds.
+    TimeSpan: f32, ValueForm::NUMBER_OR_TEXT, parse::time_span, f32::to_string;
     /// Frame numbers.
     Frames: FrameSpec, ValueForm::NUMBER_OR_TEXT.or_list(","), FrameSpec::parse, |frames| match frames {
         FrameSpec::Listed(frames) => {

@@ -2,12 +2,13 @@
 
 use crate::error::{Error, Result};
 use crate::film::PixelWindow;
-use crate::output::ExrOutput;
+use crate::output::{Aov, ExrOutput};
 use crate::render::{
     Adaptive, Aperture, EnvSamples, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings,
+    SampleRange,
 };
 use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
-use crate::settings::{FocusRequest, SettingValues};
+use crate::settings::{BackgroundSource, FocusRequest, OutputFormat, SettingValues};
 
 use super::view::named_node;
 
@@ -34,12 +35,7 @@ pub(crate) fn render_settings(
         window,
         samples: args.samples,
         integrator: args.integrator,
-        path: PathSettings {
-            seed: args.seed,
-            seed_per_frame: args.seed_per_frame,
-            noise: args.noise,
-            clamp_indirect: args.clamp_indirect.unwrap_or(f32::INFINITY),
-        },
+        path: path_settings(args)?,
         max_depth: args.depth,
         glass_shadows: args.glass_shadows,
         light_scale: args.light_scale,
@@ -55,6 +51,18 @@ pub(crate) fn render_settings(
     })
 }
 
+/// Settings of paths.
+pub(super) fn path_settings(args: &SettingValues) -> Result<PathSettings> {
+    Ok(PathSettings {
+        seed: args.seed,
+        seed_per_frame: args.seed_per_frame,
+        noise: args.noise,
+        clamp_indirect: args.clamp_indirect.unwrap_or(f32::INFINITY),
+        sample_range: sample_range(args)?,
+        time_limit_seconds: args.time_limit,
+    })
+}
+
 /// Refuses settings of one integrator beside another.
 fn check_path_settings(args: &SettingValues) -> Result<()> {
     let of_path = [
@@ -62,12 +70,21 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
         ("seed_per_frame", args.seed_per_frame),
         ("noise", args.noise.is_some()),
         ("clamp_indirect", args.clamp_indirect.is_some()),
+        ("sample_range", args.sample_range.is_some()),
+        ("time_limit", args.time_limit.is_some()),
+        ("checkpoint", args.checkpoint),
     ];
     let other = match args.integrator {
         Integrator::Path => {
-            let of_whitted =
-                [("glossy", args.glossy > 0), ("env_samples", args.env_samples != EnvSamples::Auto)];
+            let of_whitted = [
+                ("glossy", args.glossy > 0),
+                ("env_samples", args.env_samples != EnvSamples::Auto),
+                ("max_samples", args.max_samples.is_some()),
+            ];
             of_whitted.into_iter().find(|(_, is_set)| *is_set).map(|(name, _)| (name, "whitted"))
+        }
+        Integrator::Whitted if exr_output(args).aovs.as_slice().iter().any(|aov| aov.is_noise()) => {
+            return Err(Error::setting("aovs", "variance and sample_count need `integrator = \"path\"`"));
         }
         Integrator::Whitted => of_path.iter().find(|(_, is_set)| *is_set).map(|(name, _)| (*name, "path")),
     };
@@ -76,6 +93,43 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
             Err(Error::setting(name, format!("applies to `integrator = \"{integrator}\"` only")))
         }
         None => Ok(()),
+    }
+}
+
+/// The samples that are rendered, where they are not all.
+fn sample_range(args: &SettingValues) -> Result<Option<SampleRange>> {
+    let Some(range) = args.sample_range else { return Ok(None) };
+    let refuse = |why: String| Err(Error::setting("sample_range", why));
+    if range.last >= args.samples {
+        let SampleRange { last, .. } = range;
+        return refuse(format!(
+            "ends at {last}, but `samples` {} are 0 to {}",
+            args.samples,
+            args.samples - 1
+        ));
+    }
+    let exr = exr_output(args);
+    let has_mattes =
+        exr.aovs.as_slice().iter().any(|aov| matches!(aov, Aov::CryptoObject | Aov::CryptoMaterial));
+    let beside = [
+        (
+            args.shutter.is_some() && !args.samples.is_multiple_of(args.time_samples),
+            "`samples` must be a multiple of `time_samples`",
+        ),
+        (args.noise.is_some(), "`noise` decides by all samples of a pixel"),
+        (args.time_limit.is_some(), "`time_limit` ends at any sample"),
+        (
+            args.output.as_ref().is_some_and(|output| output.format() != OutputFormat::Exr),
+            "only EXR files hold sums; end `output` with .exr",
+        ),
+        (matches!(args.background, BackgroundSource::Plate(_)), "a plate can only be put behind all samples"),
+        (exr.is_split, "the sums are in one file; leave out `split_aovs`"),
+        (has_mattes, "Cryptomattes cannot be added up; render them without a range"),
+        (exr.compression.is_lossy(), "sums need a lossless compression such as zip"),
+    ];
+    match beside.into_iter().find(|(is_there, _)| *is_there) {
+        Some((_, why)) => refuse(format!("cannot be used here: {why}")),
+        None => Ok(Some(range)),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::error::{Error, Result, Warning};
 use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera};
 use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
-use crate::render::RenderSettings;
+use crate::render::{PathFrame, RenderSettings};
 use crate::scene::{
     CameraRequest, ClipSelection, Environment, Ground, NameOrIndex, Scene, Selection, mark_shadow_catchers,
     mark_shadow_catching_node,
@@ -22,7 +22,7 @@ use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_requ
 use super::ineffective::ineffective_settings;
 use super::memory_limit::max_memory_bytes;
 use super::outline::{SequenceOutline, ShotOutline, plate_files};
-use super::render_settings::{exr_output, known_window};
+use super::render_settings::{exr_output, known_window, path_settings};
 use super::shot_settings::ShotSettings;
 
 /// A job with its warnings.
@@ -108,7 +108,11 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
     match known_window(values)? {
         Some(window) => {
             let limit = max_memory_bytes(values);
-            check_image_memory(&shot.scene, window, shutter(values), &exr_output(values), limit)
+            {
+                let exr = exr_output(values);
+                let sums = PathFrame::sum_flags(values.integrator, &path_settings(values)?, exr.aov_flags());
+                check_image_memory(&shot.scene, window, shutter(values), &exr, sums, limit)
+            }
         }
         None => Ok(()),
     }
@@ -248,6 +252,7 @@ fn sequence_job(
         display_background: environment_request(args).display_background(),
         plates: None,
         existing: existing_files(args),
+        checkpoint: args.checkpoint,
         // Of a movie all frames are needed; other scenes may go on.
         keep_going: args.keep_going && !outline.output.is_movie(),
         strict: args.strict,

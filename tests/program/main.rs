@@ -13,6 +13,7 @@ mod films;
 mod killed;
 mod many;
 mod merge;
+mod passes;
 mod plates;
 mod presentation;
 mod progress;

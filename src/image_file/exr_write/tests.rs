@@ -231,6 +231,7 @@ fn truncated_files_are_refused() {
     let bytes = encode((61, 37));
     std::fs::write(&path, &bytes).unwrap();
     let expected = StoredFrame {
+        sample_range: None,
         render_hash: Some("00ff".to_owned()),
         size: (100, 90),
         data_window: PixelWindow { x0: 3, y0: 5, x1: 64, y1: 42 },

@@ -31,6 +31,7 @@ pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<R
     job.preview = false;
     job.sequence_outputs = SequenceOutputs::default();
     job.exr.is_split = false;
+    job.checkpoint = false;
     job.exr.is_stamped = false;
     job.existing = ExistingFiles::Overwrite;
     job.keep_going = true;
@@ -50,10 +51,14 @@ fn pattern_in(folder: &Path) -> Result<OutputPattern> {
 
 fn frames(summary: Summary) -> Vec<(i64, Result<PathBuf>)> {
     let written = summary.written.into_iter().map(|report| {
-        // Files hold 0 in place of these values; only the report counts them.
-        let file = match report.rays.non_finite_pixels {
-            0 => Ok(report.path),
-            count => {
+        // Files do not show these values; only the report counts them.
+        let rays = &report.rays;
+        let file = match (rays.non_finite_pixels, rays.non_finite_samples) {
+            (0, 0) => Ok(report.path),
+            (0, count) => {
+                Err(Error::Different { message: format!("{count} samples are infinite or not a number") })
+            }
+            (count, _) => {
                 Err(Error::Different { message: format!("{count} pixels are infinite or not a number") })
             }
         };

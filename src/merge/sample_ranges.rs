@@ -1,0 +1,132 @@
+//! Merging of sample ranges: files whose exact sums add up to the image that one run gives.
+
+use std::ops::RangeInclusive;
+
+use crate::error::{Error, Result};
+use crate::film::{AovFlags, Film, PixelWindow, SampleSums, SumFlags};
+use crate::image::{Image, Samples};
+use crate::image_file::{ExrTile, SAMPLE_RANGE, decode_exr, encode_exr_like};
+use crate::output::{LightSamples, SUM_LAYER, sum_flags, summed_channels, sums_of_image};
+
+/// The samples that a file holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Part {
+    samples: RangeInclusive<u32>,
+    of: u32,
+}
+
+/// Whether the files are sample ranges of one image, each sample once. Files without ranges are not.
+///
+/// # Errors
+/// [`Error::Invalid`], which names the file: one without a range or of another crop among others, samples that are missing or
+/// there twice.
+pub(super) fn are_sample_ranges(tiles: &[ExrTile]) -> Result<bool> {
+    let mut parts = Vec::new();
+    for tile in tiles {
+        match tile.header.text(SAMPLE_RANGE) {
+            Some(text) => parts.push((parse(tile, &text)?, tile)),
+            None if parts.is_empty() => {}
+            None => return Err(invalid(tile, "has all samples, but others hold only some".to_owned())),
+        }
+    }
+    let Some((_, first)) = parts.first() else { return Ok(false) };
+    if parts.len() < tiles.len() {
+        return Err(invalid(first, "holds only some samples, but others have all".to_owned()));
+    }
+    let window = first.header.data_window;
+    if let Some((_, other)) = parts.iter().find(|(_, tile)| tile.header.data_window != window) {
+        let why = "is another crop; merge the sample ranges of each crop first, and then the crops";
+        return Err(invalid(other, why.to_owned()));
+    }
+
+    // Every sample once
+    parts.sort_by_key(|(part, _)| *part.samples.start());
+    let mut next = 0;
+    for (part, tile) in &parts {
+        let (first, last) = (*part.samples.start(), *part.samples.end());
+        if first > next {
+            let missing =
+                format!("no file has the samples {next} to {}; --sample-range renders them", first - 1);
+            return Err(invalid(tile, format!("cannot be merged: {missing}")));
+        }
+        if first < next {
+            return Err(invalid(tile, format!("has sample {first}, which another file has as well")));
+        }
+        next = last + 1;
+    }
+    match parts.last() {
+        Some((part, tile)) if next < part.of => {
+            let missing =
+                format!("no file has the samples {next} to {}; --sample-range renders them", part.of - 1);
+            Err(invalid(tile, format!("cannot be merged: {missing}")))
+        }
+        _ => Ok(true),
+    }
+}
+
+/// Adds up sample ranges and encodes the image as a run of all samples does.
+///
+/// # Errors
+/// Those of reading the files; [`Error::Invalid`] for a file without sums.
+pub(super) fn join_sample_ranges(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<Vec<u8>> {
+    let mut joined: Option<(Image, SampleSums)> = None;
+    for tile in tiles {
+        let (image, sums) = read_sums(tile, max_memory_bytes)?;
+        match &mut joined {
+            None => joined = Some((image, sums)),
+            Some((_, all)) => all.merge(&sums),
+        }
+    }
+    let (Some((image, sums)), Some(first)) = (joined, tiles.first()) else {
+        return Err(Error::Internal { message: "there are no sample ranges to merge".to_owned() });
+    };
+    encode_exr_like(first, resolved(image, &sums)?)
+}
+
+/// The image with means of all samples.
+fn resolved(mut image: Image, sums: &SampleSums) -> Result<Image> {
+    let SumFlags { light, moments: noise, .. } = sums.flags();
+    let aovs = AovFlags { light, noise, ..AovFlags::NONE };
+    let mut film = Film::with_aovs(image.display_window.size(), image.data_window, aovs);
+    sums.resolve_into(&mut film);
+    let samples = match image.channel("R").map(|channel| &channel.samples) {
+        Some(Samples::Half(_)) => LightSamples::Half,
+        _ => LightSamples::Float,
+    };
+    image.channels.retain(|channel| !channel.name.starts_with(SUM_LAYER));
+    for summed in summed_channels(&film, samples)? {
+        if let Some(channel) = image.channels.iter_mut().find(|channel| channel.name == summed.name) {
+            channel.samples = summed.samples;
+        }
+    }
+    Ok(image)
+}
+
+fn read_sums(tile: &ExrTile, max_memory_bytes: u64) -> Result<(Image, SampleSums)> {
+    let bytes = std::fs::read(&tile.path).map_err(Error::missing(&tile.path))?;
+    let image = decode_exr(&tile.path, &bytes, max_memory_bytes)?;
+    let flags = sum_flags(image.channels.iter().map(|channel| channel.name.as_str()));
+    let sums = flags.and_then(|flags| sums_of_image(&image, flags));
+    // A file that was changed since planning may be of another crop.
+    let expected: Option<PixelWindow> =
+        tile.header.data_window.relative_to(&tile.header.display_window).to_unsigned();
+    let sums = sums.filter(|sums| Some(sums.window) == expected);
+    let sums = sums.ok_or_else(|| invalid(tile, "has a sample range, but not its sums".to_owned()))?;
+    Ok((image, sums))
+}
+
+/// Parses `0-63/256`.
+fn parse(tile: &ExrTile, text: &str) -> Result<Part> {
+    let parsed = || {
+        let (samples, of) = text.split_once('/')?;
+        let (first, last) = samples.split_once('-')?;
+        let (first, last, of) = (first.parse().ok()?, last.parse().ok()?, of.parse().ok()?);
+        (first <= last && last < of).then_some(Part { samples: first..=last, of })
+    };
+    parsed()
+        .ok_or_else(|| invalid(tile, format!("has no readable sample range: \"{}\"", text.escape_debug())))
+}
+
+fn invalid(tile: &ExrTile, why: String) -> Error {
+    Error::invalid(&tile.path, "", why)
+}

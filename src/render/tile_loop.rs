@@ -1,0 +1,80 @@
+//! The loop over the tiles of an image, in parallel.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::screen_bounds::ScreenBounds;
+use super::settings::RenderSettings;
+use super::statistics::RenderStatistics;
+use super::tile::{TileRenderer, TileSettings};
+use super::tile_grid::tiles;
+use crate::cancel::Cancelled;
+use crate::film::{AovFlags, PixelWindow};
+use crate::integrator::{CameraRays, IntegratorContext, IntegratorSettings};
+use crate::scene_view::SceneView;
+
+/// Calls `render` for every tile of the settings' window, in parallel, and adds up the statistics in the order of the tiles.
+pub(super) fn render_tiles(
+    view: &SceneView<'_>,
+    settings: &RenderSettings,
+    aovs: AovFlags,
+    on_progress: &(dyn Fn(f32) + Sync),
+    render: impl Fn(&mut TileRenderer<'_, '_>, PixelWindow) -> Result<RenderStatistics, Cancelled> + Sync,
+) -> Result<RenderStatistics, Cancelled> {
+    let start = Instant::now();
+
+    // Integrator and camera
+    let posed_environment = view.frame.image_light.as_ref().and_then(|pose| view.environment.posed(pose));
+    let environment = posed_environment.as_ref().unwrap_or(view.environment);
+    let context = IntegratorContext::new(SceneView { environment, ..*view }, integrator_settings(settings));
+    let lens = settings.lens.and_then(|lens| lens.at(view, settings.resolution));
+    let time_seconds = view.frame.time_seconds as f32;
+    let camera = CameraRays::new(&view.frame.camera, settings.resolution, time_seconds, lens)
+        .sharing_pixels(settings.samples);
+    let screen = match lens {
+        Some(_) => ScreenBounds::EVERYWHERE,
+        None => ScreenBounds::new(view, settings.resolution),
+    };
+
+    // Tiles, each by one task
+    let tile_settings =
+        TileSettings { camera: &camera, resolution: settings.resolution, screen: &screen, aovs };
+    let renderer = || TileRenderer::new(&context, tile_settings);
+    let tiles = tiles(settings.window);
+    let finished = AtomicUsize::new(0);
+    let counters: Vec<RenderStatistics> = tiles
+        .par_iter()
+        .map_init(renderer, |renderer, tile| {
+            let statistics = render(renderer, *tile)?;
+            let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
+            on_progress(done as f32 / tiles.len() as f32);
+            Ok(statistics)
+        })
+        .collect::<Result<_, Cancelled>>()?;
+
+    // Statistics, in tile order
+    let mut statistics = RenderStatistics::default();
+    for tile in &counters {
+        statistics.add(tile);
+    }
+    statistics.trace_seconds = start.elapsed().as_secs_f64();
+    Ok(statistics)
+}
+
+fn integrator_settings(settings: &RenderSettings) -> IntegratorSettings {
+    IntegratorSettings {
+        integrator: settings.integrator,
+        path: settings.path,
+        max_samples: settings.adaptive.map_or(settings.samples, |adaptive| adaptive.max_samples),
+        max_depth: settings.max_depth,
+        glass_shadows: settings.glass_shadows,
+        show_background: settings.show_background,
+        ground: settings.ground,
+        light_scale: settings.light_scale,
+        light_size: settings.light_size,
+        glossy_samples: settings.glossy_samples,
+        env_samples: settings.env_samples,
+    }
+}

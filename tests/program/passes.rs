@@ -206,7 +206,6 @@ fn a_killed_frame_continues_from_its_checkpoint() {
 }
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn foreign_and_damaged_checkpoints_are_ignored() {
     let stage = Stage::new(SCENE);
     let options = ["--samples", "64", "--checkpoint"];

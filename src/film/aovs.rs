@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-pub use crate::integrator::{LightPass, LightPasses};
+pub use crate::integrator::{GuideSample, LightPass, LightPasses};
 
 /// Which AOVs a film records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,11 +16,14 @@ pub struct AovFlags {
     pub coverage: bool,
     /// Noise of each pixel: [`FilmAovs::noise`]. Only the path integrator records it.
     pub noise: bool,
+    /// Guides of denoising: [`FilmAovs::guides`]. Only the path integrator records them.
+    pub guides: bool,
 }
 
 impl AovFlags {
     /// Colour and coverage alone.
-    pub const NONE: Self = Self { light: false, centers: false, coverage: false, noise: false };
+    pub const NONE: Self =
+        Self { light: false, centers: false, coverage: false, noise: false, guides: false };
 }
 
 /// Surface at a pixel's centre, at the frame's own time and without a lens.
@@ -104,6 +107,8 @@ pub struct FilmAovs {
     pub coverage: Option<Vec<CoverageSample>>,
     /// Noise of the colours.
     pub noise: Option<Vec<NoiseSample>>,
+    /// Guides of denoising.
+    pub guides: Option<Vec<GuideSample>>,
 }
 
 impl FilmAovs {
@@ -114,10 +119,11 @@ impl FilmAovs {
             centers: flags.centers.then(|| vec![PixelCenterSample::default(); count]),
             coverage: flags.coverage.then(|| vec![CoverageSample::new(); count]),
             noise: flags.noise.then(|| vec![NoiseSample::default(); count]),
+            guides: flags.guides.then(|| vec![GuideSample::default(); count]),
         }
     }
 
-    /// Adds light passes and coverage of the same pixels. Pixel-centre samples and noise are no sums and stay.
+    /// Adds light passes and coverage of the same pixels. Pixel-centre samples stay, and so does what only paths record.
     pub fn add(&mut self, other: &Self) {
         if let (Some(light), Some(other)) = (&mut self.light, &other.light) {
             let channels = other.as_flattened().as_flattened();
@@ -152,6 +158,7 @@ impl FilmAovs {
             centers: self.centers.is_some(),
             coverage: self.coverage.is_some(),
             noise: self.noise.is_some(),
+            guides: self.guides.is_some(),
         }
     }
 }
@@ -162,7 +169,7 @@ mod tests {
 
     #[test]
     fn shares_are_summed_by_instance() {
-        let all = AovFlags { light: true, centers: true, coverage: true, noise: false };
+        let all = AovFlags { light: true, centers: true, coverage: true, ..AovFlags::NONE };
         let (mut sum, mut other) = (FilmAovs::new(1, all), FilmAovs::new(1, all));
         sum.coverage = Some(vec![vec![(2, 0.5), (7, 0.25)]]);
         other.coverage = Some(vec![vec![(1, 1.0), (7, 0.5), (9, 0.125)]]);

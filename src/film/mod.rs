@@ -14,10 +14,11 @@ use crate::image::{ColorEncoding, Image, Plate};
 
 pub use crate::image::PixelWindow;
 pub use aovs::{
-    AovFlags, CoverageSample, FilmAovs, LightPass, LightPasses, NoiseSample, PixelCenterSample, add_share,
+    AovFlags, CoverageSample, FilmAovs, GuideSample, LightPass, LightPasses, NoiseSample, PixelCenterSample,
+    add_share,
 };
 pub use exact_sum::ExactSum;
-pub use sample_sums::{LightSums, PixelMoments, PixelSums, SampleSums, SumFlags, add_exact_share};
+pub use sample_sums::{GuideSums, LightSums, PixelMoments, PixelSums, SampleSums, SumFlags, add_exact_share};
 
 /// Linear Rec.709 radiance with premultiplied coverage, and AOVs of the same pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +33,8 @@ pub struct Film {
     pub aovs: FilmAovs,
     /// The plate behind the pixels, which do not contain it.
     pub plate: Option<Arc<Plate>>,
+    /// The colours before they were denoised.
+    pub noisy: Option<Vec<[f32; 3]>>,
     /// The sums of some of the samples, where others are rendered apart.
     pub sums: Option<Box<SampleSums>>,
 }
@@ -51,6 +54,7 @@ impl Film {
             pixels: vec![[0.0; 4]; count],
             aovs: FilmAovs::new(count, flags),
             plate: None,
+            noisy: None,
             sums: None,
         }
     }

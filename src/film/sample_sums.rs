@@ -1,6 +1,8 @@
 //! Sums over the samples of each pixel, exact, so that samples may be rendered apart and in any order.
 
-use super::aovs::{CoverageSample, FilmAovs, LightPasses, NoiseSample, add_share};
+use glam::Vec3;
+
+use super::aovs::{CoverageSample, FilmAovs, GuideSample, LightPasses, NoiseSample, add_share};
 use super::exact_sum::ExactSum;
 use super::{Film, PixelWindow};
 
@@ -27,8 +29,12 @@ pub struct PixelMoments {
 /// Light passes times filter weights.
 pub type LightSums = [[ExactSum; 3]; 6];
 
+/// Albedo and normal, times filter weights.
+pub type GuideSums = [[ExactSum; 3]; 2];
+
 /// Which sums are recorded besides those of colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a list of its own")]
 pub struct SumFlags {
     /// [`SampleSums::moments`].
     pub moments: bool,
@@ -36,6 +42,8 @@ pub struct SumFlags {
     pub light: bool,
     /// [`SampleSums::coverage`].
     pub coverage: bool,
+    /// [`SampleSums::guides`].
+    pub guides: bool,
 }
 
 /// Sums of the pixels of a window, row-major.
@@ -51,6 +59,8 @@ pub struct SampleSums {
     pub light: Option<Vec<LightSums>>,
     /// Shares of mesh instances: increasing indices with the sums of their shares times filter weights.
     pub coverage: Option<Vec<Vec<(u32, ExactSum)>>>,
+    /// Guides of denoising.
+    pub guides: Option<Vec<GuideSums>>,
 }
 
 impl PixelMoments {
@@ -75,6 +85,7 @@ impl SampleSums {
             moments: flags.moments.then(|| vec![PixelMoments::default(); count]),
             light: flags.light.then(|| vec![LightSums::default(); count]),
             coverage: flags.coverage.then(|| vec![Vec::new(); count]),
+            guides: flags.guides.then(|| vec![GuideSums::default(); count]),
         }
     }
 
@@ -84,6 +95,7 @@ impl SampleSums {
             moments: self.moments.is_some(),
             light: self.light.is_some(),
             coverage: self.coverage.is_some(),
+            guides: self.guides.is_some(),
         }
     }
 
@@ -114,6 +126,12 @@ impl SampleSums {
                     others[from.clone()].as_flattened().as_flattened(),
                 );
             }
+            if let (Some(sums), Some(others)) = (&mut self.guides, &part.guides) {
+                merge_all(
+                    sums[to.clone()].as_flattened_mut().as_flattened_mut(),
+                    others[from.clone()].as_flattened().as_flattened(),
+                );
+            }
             if let (Some(sums), Some(others)) = (&mut self.coverage, &part.coverage) {
                 for (sum, other) in sums[to.clone()].iter_mut().zip(&others[from.clone()]) {
                     for &(instance, share) in other {
@@ -131,10 +149,15 @@ impl SampleSums {
         for (pixel, sums) in film.pixels.iter_mut().zip(&self.pixels) {
             *pixel = sums.mean();
         }
-        let FilmAovs { light, coverage, noise, centers: _ } = &mut film.aovs;
+        let FilmAovs { light, coverage, noise, guides, centers: _ } = &mut film.aovs;
         if let (Some(pixels), Some(sums)) = (light, &self.light) {
             for ((passes, sums), pixel) in pixels.iter_mut().zip(sums).zip(&self.pixels) {
                 *passes = mean_passes(sums, pixel.weight);
+            }
+        }
+        if let (Some(pixels), Some(sums)) = (guides, &self.guides) {
+            for ((guides, sums), pixel) in pixels.iter_mut().zip(sums).zip(&self.pixels) {
+                *guides = mean_guides(sums, pixel.weight);
             }
         }
         if let (Some(pixels), Some(sums)) = (coverage, &self.coverage) {
@@ -199,6 +222,13 @@ fn scale(weight: i32) -> f64 {
 fn mean_passes(sums: &LightSums, weight: i32) -> LightPasses {
     let scale = scale(weight);
     sums.map(|pass| pass.map(|sum| (sum.to_f64() * scale) as f32))
+}
+
+/// Negative lobes of a filter leave albedos from 0 to 1.
+fn mean_guides(sums: &GuideSums, weight: i32) -> GuideSample {
+    let scale = scale(weight);
+    let [albedo, normal] = sums.map(|guide| Vec3::from_array(guide.map(|sum| (sum.to_f64() * scale) as f32)));
+    GuideSample { albedo: albedo.clamp(Vec3::ZERO, Vec3::ONE), normal }
 }
 
 fn mean_shares(sums: &[(u32, ExactSum)], weight: i32) -> CoverageSample {

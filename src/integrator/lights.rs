@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::random::{Purpose, Seed};
-use super::settings::{IntegratorSettings, LightSize};
+use super::settings::{Integrator, IntegratorSettings, LightSize};
 use crate::frame::{Frame, PosedLight};
 use crate::geometry::{LANES, Ray, Vec3Lanes, concentric_disk_point};
 use crate::scene::{Environment, LightKind};
@@ -102,20 +102,26 @@ impl IncidenceLanes {
     }
 }
 
-/// The frame's lights, scaled, then the environment's key light.
+/// The frame's lights, scaled, then the environment's key light. Whitted's tree also gets the environment's peaks, which its lookups do not
+/// contain; rays of paths find them.
 pub(super) fn gather(
     frame: &Frame,
     environment: &Environment,
     settings: &IntegratorSettings,
 ) -> Vec<PreparedLight> {
     let scaled = frame.lights.iter().map(|light| PreparedLight::new(light, settings));
-    let key = environment.key_light().map(|key| PreparedLight {
+    let peaks = match settings.integrator {
+        Integrator::Whitted => environment.peaks(),
+        Integrator::Path => Vec::new(),
+    };
+    let keys = environment.key_light().into_iter().chain(peaks);
+    let keys = keys.map(|key| PreparedLight {
         color: key.irradiance,
         intensity: 1.0,
         emitter: Emitter::Distant { wi: key.direction_to_light },
         size: settings.light_size,
     });
-    scaled.chain(key).collect()
+    scaled.chain(keys).collect()
 }
 
 impl PreparedLight {

@@ -85,8 +85,8 @@ pub(super) fn join_sample_ranges(tiles: &[ExrTile], max_memory_bytes: u64) -> Re
 
 /// The image with means of all samples.
 fn resolved(mut image: Image, sums: &SampleSums) -> Result<Image> {
-    let SumFlags { light, moments: noise, .. } = sums.flags();
-    let aovs = AovFlags { light, noise, ..AovFlags::NONE };
+    let SumFlags { light, moments: noise, guides, .. } = sums.flags();
+    let aovs = AovFlags { light, noise, guides, ..AovFlags::NONE };
     let mut film = Film::with_aovs(image.display_window.size(), image.data_window, aovs);
     sums.resolve_into(&mut film);
     let samples = match image.channel("R").map(|channel| &channel.samples) {

@@ -38,11 +38,15 @@ pub enum Aov {
     Variance,
     /// Number of samples of the pixel, of the path integrator: `sample_count`.
     SampleCount,
+    /// Albedo that guides denoising, of the path integrator: `denoising_albedo.R`, `.G`, `.B`.
+    DenoisingAlbedo,
+    /// Normal that guides denoising, of the path integrator: `denoising_normal.X`, `.Y`, `.Z`.
+    DenoisingNormal,
 }
 
 impl Aov {
     /// All AOVs, in the order of listings.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::Beauty,
         Self::Depth,
         Self::Position,
@@ -64,6 +68,8 @@ impl Aov {
         Self::CryptoMaterial,
         Self::Variance,
         Self::SampleCount,
+        Self::DenoisingAlbedo,
+        Self::DenoisingNormal,
     ];
 
     /// Name on the command line and in names of split files.
@@ -85,6 +91,8 @@ impl Aov {
             Self::CryptoMaterial => "crypto_material",
             Self::Variance => "variance",
             Self::SampleCount => "sample_count",
+            Self::DenoisingAlbedo => "denoising_albedo",
+            Self::DenoisingNormal => "denoising_normal",
         }
     }
 
@@ -94,6 +102,16 @@ impl Aov {
     }
 
     /// Whether only the path integrator records it.
+    pub fn is_of_paths(self) -> bool {
+        self.is_noise() || self.is_guide()
+    }
+
+    /// Whether it guides denoising.
+    pub fn is_guide(self) -> bool {
+        matches!(self, Self::DenoisingAlbedo | Self::DenoisingNormal)
+    }
+
+    /// Whether it tells about the samples of a pixel.
     pub fn is_noise(self) -> bool {
         matches!(self, Self::Variance | Self::SampleCount)
     }
@@ -116,7 +134,9 @@ impl Aov {
             | Self::GeometricNormal
             | Self::Albedo
             | Self::Light(_)
-            | Self::Variance => 12,
+            | Self::Variance
+            | Self::DenoisingAlbedo
+            | Self::DenoisingNormal => 12,
             Self::Beauty | Self::Motion => 16,
             Self::CryptoObject | Self::CryptoMaterial => 48,
         }
@@ -154,6 +174,7 @@ impl AovSet {
                 Aov::Light(_) => flags.light = true,
                 Aov::CryptoObject | Aov::CryptoMaterial => flags.coverage = true,
                 Aov::Variance | Aov::SampleCount => flags.noise = true,
+                Aov::DenoisingAlbedo | Aov::DenoisingNormal => flags.guides = true,
                 _ => flags.centers = true,
             }
         }

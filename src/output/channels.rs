@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 
+use glam::Vec3;
 use half::f16;
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
-use crate::film::{Film, LightPass, LightPasses, PixelCenterSample};
+use crate::film::{Film, GuideSample, LightPass, LightPasses, PixelCenterSample};
 use crate::image::{Channel, Samples, finite_f32, halves_from_f32};
 
 use super::instance_ids::InstanceIds;
@@ -18,6 +19,9 @@ pub const DEPTH_WITHOUT_HIT: f32 = 1e10;
 /// Channels of the scene without the plate behind it. Files have them over display-referred plates, so that the scene can be
 /// tone-mapped alone.
 pub const SCENE_CHANNELS: [&str; 4] = ["scene.R", "scene.G", "scene.B", "scene.A"];
+
+/// Channels of the colours before they were denoised.
+const NOISY_CHANNELS: [&str; 3] = ["noisy.R", "noisy.G", "noisy.B"];
 
 /// Pixels that are rounded to halves together.
 const PIXELS_AT_ONCE: usize = 1024;
@@ -37,6 +41,10 @@ pub(super) fn aov_channels(
             let mut channels = rgba_channels(["R", "G", "B", "A"], samples, &film.pixels_over_plate());
             if film.plate.as_ref().is_some_and(|plate| plate.is_display_referred) {
                 channels.extend(rgba_channels(SCENE_CHANNELS, samples, &film.pixels));
+            }
+            for (c, name) in NOISY_CHANNELS.into_iter().enumerate() {
+                let noisy = film.noisy.as_deref();
+                channels.extend(noisy.map(|noisy| light(name.to_owned(), samples, noisy, |color| color[c])));
             }
             channels
         }
@@ -58,6 +66,18 @@ pub(super) fn aov_channels(
                 samples: Samples::Float(noise.iter().map(|noise| finite_f32(noise.variance[c])).collect()),
             };
             ["R", "G", "B"].into_iter().enumerate().map(channel).collect()
+        }
+        Aov::DenoisingAlbedo | Aov::DenoisingNormal => {
+            let guides = film.aovs.guides.as_deref().ok_or_else(|| unrecorded(aov))?;
+            let (channels, guide): (_, fn(&GuideSample) -> Vec3) = match aov {
+                Aov::DenoisingAlbedo => (["R", "G", "B"], |guide| guide.albedo),
+                _ => (["X", "Y", "Z"], |guide| guide.normal),
+            };
+            let channel = |(c, name): (usize, &str)| Channel {
+                name: format!("{}.{name}", aov.name()),
+                samples: Samples::Float(guides.iter().map(|sample| finite_f32(guide(sample)[c])).collect()),
+            };
+            channels.into_iter().enumerate().map(channel).collect()
         }
         Aov::SampleCount => {
             let noise = film.aovs.noise.as_deref().ok_or_else(|| unrecorded(aov))?;
@@ -95,6 +115,7 @@ pub fn summed_channels(film: &Film, samples: LightSamples) -> Result<Vec<Channel
             Aov::Beauty => true,
             Aov::Light(_) => film.aovs.light.is_some(),
             Aov::Variance | Aov::SampleCount => film.aovs.noise.is_some(),
+            Aov::DenoisingAlbedo | Aov::DenoisingNormal => film.aovs.guides.is_some(),
             _ => false,
         };
         if is_recorded {
@@ -198,11 +219,11 @@ fn unrecorded(aov: Aov) -> Error {
 mod tests {
     use super::*;
     use crate::film::{AovFlags, PixelWindow};
-    use glam::{Vec2, Vec3};
+    use glam::Vec2;
 
     /// Two pixels: the first hits instance 0, the second nothing.
     fn film() -> Film {
-        let all = AovFlags { light: true, centers: true, coverage: true, noise: true };
+        let all = AovFlags { light: true, centers: true, coverage: true, noise: true, guides: true };
         let mut film = Film::with_aovs((2, 1), PixelWindow::full(2, 1), all);
         film.pixels = vec![[1.0, 2.0, 70000.0, 1.0], [0.0; 4]];
         film.aovs.light.as_mut().unwrap()[0][LightPass::Direct as usize] = [0.25, 0.5, 0.75];

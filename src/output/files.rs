@@ -214,7 +214,7 @@ mod tests {
 
     /// A film with all AOVs.
     fn film() -> Film {
-        let all = AovFlags { light: true, centers: true, coverage: true, noise: true };
+        let all = AovFlags { light: true, centers: true, coverage: true, noise: true, guides: true };
         let mut film = Film::with_aovs((5, 4), PixelWindow { x0: 1, y0: 2, x1: 4, y1: 4 }, all);
         film.pixels = (0..6).map(|i| [i as f32, 0.5, -0.0, 1.0]).collect();
         film

@@ -3,12 +3,14 @@
 //! All channels are in the layer `sums`. The first of four words is the lowest one; together they are a fixed-point number as in
 //! [`ExactSum`].
 
-use crate::film::{ExactSum, LightPass, LightSums, PixelMoments, PixelSums, SampleSums, SumFlags};
+use crate::film::{ExactSum, GuideSums, LightPass, LightSums, PixelMoments, PixelSums, SampleSums, SumFlags};
 use crate::image::{Channel, Image, Samples};
 
 /// Beginning of the names of all channels of sums.
 pub const SUM_LAYER: &str = "sums.";
 
+/// Names of the sums of guides.
+const GUIDES: [[&str; 3]; 2] = [["albedo_R", "albedo_G", "albedo_B"], ["normal_X", "normal_Y", "normal_Z"]];
 const RGBA: [&str; 4] = ["R", "G", "B", "A"];
 
 /// The channels of the sums of colours, and of light passes and moments where they are recorded.
@@ -31,6 +33,13 @@ pub fn sum_channels(sums: &SampleSums) -> Vec<Channel> {
             for (c, name) in RGBA[..3].iter().enumerate() {
                 let name = format!("{}_{name}", pass.name());
                 add_words(&mut channels, &name, light, |light| light[pass.index()][c]);
+            }
+        }
+    }
+    if let Some(guides) = &sums.guides {
+        for (guide, names) in GUIDES.into_iter().enumerate() {
+            for (c, name) in names.into_iter().enumerate() {
+                add_words(&mut channels, name, guides, |guides| guides[guide][c]);
             }
         }
     }
@@ -70,6 +79,12 @@ pub fn sums_of_image(image: &Image, flags: SumFlags) -> Option<SampleSums> {
             set_sums(light, image, &name, |light: &mut LightSums| &mut light[pass.index()][c])?;
         }
     }
+    for (guide, names) in GUIDES.into_iter().enumerate() {
+        let Some(guides) = &mut sums.guides else { break };
+        for (c, name) in names.into_iter().enumerate() {
+            set_sums(guides, image, name, |guides: &mut GuideSums| &mut guides[guide][c])?;
+        }
+    }
     if let Some(coverage) = &mut sums.coverage {
         for rank in 0.. {
             let Some(instances) = words(image, &format!("instance{rank}")) else { break };
@@ -86,7 +101,12 @@ pub fn sums_of_image(image: &Image, flags: SumFlags) -> Option<SampleSums> {
 /// Which sums the channels of an image hold, besides those of colours and coverage; `None` for an image without sums.
 pub fn sum_flags<'n>(mut channels: impl Iterator<Item = &'n str> + Clone) -> Option<SumFlags> {
     let has = |name: &str| channels.clone().any(|channel| channel.strip_prefix(SUM_LAYER) == Some(name));
-    let flags = SumFlags { moments: has("first_R0"), light: has("direct_R0"), coverage: false };
+    let flags = SumFlags {
+        moments: has("first_R0"),
+        light: has("direct_R0"),
+        guides: has("albedo_R0"),
+        coverage: false,
+    };
     channels.any(|channel| channel.starts_with(SUM_LAYER)).then_some(flags)
 }
 
@@ -140,7 +160,7 @@ mod tests {
     #[test]
     fn channels_hold_every_sum() {
         let window = PixelWindow { x0: 3, y0: 1, x1: 5, y1: 2 };
-        let flags = SumFlags { moments: true, light: true, coverage: true };
+        let flags = SumFlags { moments: true, light: true, coverage: true, guides: true };
         let mut sums = SampleSums::new(window, flags);
         let pixel = PixelSums { light: [1.5, -2e6, 1e-9, 3.0].map(exact), weight: -3, count: 7 };
         sums.pixels[1] = pixel;

@@ -62,7 +62,7 @@ impl PathFrame {
     pub fn sum_flags(integrator: Integrator, path: &PathSettings, aovs: AovFlags) -> Option<SumFlags> {
         // The noise is also shown while a time limit runs.
         let moments = aovs.noise || path.noise.is_some() || path.time_limit_seconds.is_some();
-        let flags = SumFlags { moments, light: aovs.light, coverage: aovs.coverage };
+        let flags = SumFlags { moments, light: aovs.light, coverage: aovs.coverage, guides: aovs.guides };
         (integrator == Integrator::Path).then_some(flags)
     }
 

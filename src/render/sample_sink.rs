@@ -4,7 +4,7 @@ use super::adaptive::SampleRange;
 use super::filter::PixelSample;
 use super::tile_aovs::TileAovs;
 use super::tile_pixels::PixelSum;
-use crate::film::{ExactSum, LightPasses, SampleSums, add_exact_share};
+use crate::film::{ExactSum, GuideSample, LightPasses, SampleSums, add_exact_share};
 use crate::integrator::whitted::{InstanceCoverage, SampleValue};
 
 /// Receiver of traced samples.
@@ -14,6 +14,9 @@ pub(super) trait SampleSink {
 
     /// Adds the light passes of one sample.
     fn add_light(&mut self, position: (u32, u32), weight: f32, light: &LightPasses);
+
+    /// Adds the guides of one sample.
+    fn add_guide(&mut self, position: (u32, u32), weight: f32, guide: &GuideSample);
 
     /// Adds an instance that a sample sees.
     fn add_coverage(&mut self, position: (u32, u32), weight: f32, seen: &InstanceCoverage);
@@ -40,6 +43,8 @@ impl SampleSink for FloatSink<'_> {
     fn add_light(&mut self, position: (u32, u32), weight: f32, light: &LightPasses) {
         self.aovs.add_light(position, weight, light);
     }
+
+    fn add_guide(&mut self, _: (u32, u32), _: f32, _: &GuideSample) {}
 
     fn add_coverage(&mut self, position: (u32, u32), weight: f32, seen: &InstanceCoverage) {
         self.aovs.add_coverage(position, weight, seen);
@@ -88,6 +93,17 @@ impl SampleSink for ExactSink<'_> {
         if let (Some(sums), true) = (&mut self.sums.light, is_finite) {
             let sums = sums[index].as_flattened_mut().iter_mut();
             sums.zip(light.as_flattened()).for_each(|(sum, channel)| sum.add(channel * weight));
+        }
+    }
+
+    fn add_guide(&mut self, position: (u32, u32), weight: f32, guide: &GuideSample) {
+        let index = self.sums.index(position);
+        if let Some(sums) = &mut self.sums.guides {
+            for (sums, guide) in sums[index].iter_mut().zip([guide.albedo, guide.normal]) {
+                for (sum, value) in sums.iter_mut().zip(guide.to_array()) {
+                    sum.add(value * weight);
+                }
+            }
         }
     }
 

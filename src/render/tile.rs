@@ -52,10 +52,13 @@ pub(super) struct TileRenderer<'w, 'a> {
 impl<'w, 'a> TileRenderer<'w, 'a> {
     /// A renderer that has rendered nothing.
     pub(super) fn new(context: &'w IntegratorContext<'a>, settings: TileSettings<'w>) -> Self {
-        let AovFlags { light, coverage, .. } = settings.aovs;
+        let AovFlags { light, coverage, guides, .. } = settings.aovs;
         Self {
-            settings: TileSettings { aovs: AovFlags { light, coverage, ..AovFlags::NONE }, ..settings },
-            tracer: Tracer::new(context).recording(SampleAovFlags { light, coverage }),
+            settings: TileSettings {
+                aovs: AovFlags { light, coverage, guides, ..AovFlags::NONE },
+                ..settings
+            },
+            tracer: Tracer::new(context).recording(SampleAovFlags { light, coverage, guides }),
             aovs: TileAovs::default(),
             pixels: Vec::new(),
             rows: Vec::new(),
@@ -201,6 +204,11 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
         for (&position, light) in positions.iter().zip(self.tracer.light_passes().chunks_exact(set.len())) {
             for (sample, light) in set.iter().zip(light) {
                 sink.add_light(position, sample.weight, light);
+            }
+        }
+        for (&position, guides) in positions.iter().zip(self.tracer.guides().chunks_exact(set.len())) {
+            for (sample, guide) in set.iter().zip(guides) {
+                sink.add_guide(position, sample.weight, guide);
             }
         }
         for coverage in self.tracer.coverage() {

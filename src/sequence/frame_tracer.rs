@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::bvh::BuildStatistics;
 use crate::cancel::CancelFlag;
+use crate::denoise::{Denoiser, NoisyImage};
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film};
 use crate::image::Plate;
@@ -15,6 +16,23 @@ use super::checkpoint::Checkpoint;
 use super::pass_clock::PassClock;
 use super::posed_frames::PosedFrames;
 use super::{FrameProgress, Phases, SequenceJob};
+
+/// Denoises the colours of a film. Returns those before.
+fn denoise_film(denoiser: &Denoiser, film: &mut Film) -> Result<Vec<[f32; 3]>> {
+    let Some(guides) = &film.aovs.guides else {
+        return Err(Error::Internal { message: "the guides of denoising were not recorded".to_owned() });
+    };
+    let noisy: Vec<_> = film.pixels.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
+    let albedos: Vec<_> = guides.iter().map(|guide| guide.albedo.to_array()).collect();
+    let normals: Vec<_> = guides.iter().map(|guide| guide.normal.to_array()).collect();
+    let size = film.window.size();
+    let image = NoisyImage { size, colors: &noisy, albedos: &albedos, normals: &normals };
+    for (pixel, denoised) in film.pixels.iter_mut().zip(denoiser.denoise(image)?) {
+        // Filters may overshoot.
+        pixel[..3].copy_from_slice(&denoised.map(|channel| if channel > 0.0 { channel } else { 0.0 }));
+    }
+    Ok(noisy)
+}
 
 /// Receiver of a frame's progress.
 pub(crate) type OnProgress<'a> = &'a (dyn Fn(FrameProgress) + Sync);
@@ -79,6 +97,10 @@ impl<'a> FrameTracer<'a> {
             rendered.phases.add(&phases);
             rendered.rays.trace_seconds += phases.trace;
         }
+        film.noisy = match &self.job.denoiser {
+            Some(denoiser) => Some(denoise_film(denoiser, film)?),
+            None => None,
+        };
         film.plate = self.plate(frame)?;
         Ok(rendered)
     }

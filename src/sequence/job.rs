@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::bvh::BuildSettings;
 use crate::color::ToneCurve;
+use crate::denoise::Denoiser;
 use crate::output::{ExrOutput, PreviewLook};
 use crate::render::RenderSettings;
 use crate::scene::{Environment, NodeIndex, Scene, Selection};
@@ -58,6 +59,8 @@ pub struct SequenceJob {
     pub keep_going: bool,
     /// Whether a pixel that is infinite or NaN fails its frame.
     pub strict: bool,
+    /// Denoiser of the frames.
+    pub denoiser: Option<Denoiser>,
     /// Whether finished passes of a frame of paths are kept beside it until it is done.
     pub checkpoint: bool,
     /// Memory limit, bytes.

@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::bvh::MAX_TRIANGLES;
 use crate::error::{Error, Result, over_limit};
 use crate::film::{
-    AovFlags, CoverageSample, ExactSum, LightPasses, LightSums, PixelCenterSample, PixelMoments, PixelSums,
-    PixelWindow, SumFlags,
+    AovFlags, CoverageSample, ExactSum, GuideSample, GuideSums, LightPasses, LightSums, NoiseSample,
+    PixelCenterSample, PixelMoments, PixelSums, PixelWindow, SumFlags,
 };
 use crate::output::ExrOutput;
 use crate::render::PathFrame;
@@ -44,7 +44,7 @@ fn estimated_bytes(job: &SequenceJob) -> u128 {
     let pixels = u128::from(window.width()) * u128::from(window.height());
     let plate =
         job.plates.as_ref().map_or(0, |plates| plates.working_bytes(window) + pixels * BYTES_A_PLATE_PIXEL);
-    let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.exr.aov_flags());
+    let sums = PathFrame::sum_flags(job.render.integrator, &job.render.path, job.render.aovs);
     pixel_bytes(window, job.shutter, &job.exr, sums)
         + plate
         + triangles * (BYTES_A_TRIANGLE + motion + BYTES_A_REFERENCE)
@@ -78,6 +78,12 @@ fn aov_bytes(aovs: AovFlags) -> u128 {
     if aovs.light {
         bytes += size_of::<LightPasses>();
     }
+    if aovs.noise {
+        bytes += size_of::<NoiseSample>();
+    }
+    if aovs.guides {
+        bytes += size_of::<GuideSample>();
+    }
     if aovs.centers {
         bytes += size_of::<PixelCenterSample>();
     }
@@ -95,6 +101,9 @@ fn sum_bytes(sums: SumFlags) -> u128 {
     }
     if sums.light {
         bytes += size_of::<LightSums>();
+    }
+    if sums.guides {
+        bytes += size_of::<GuideSums>();
     }
     if sums.coverage {
         bytes += size_of::<Vec<(u32, ExactSum)>>() + SHARES_A_PIXEL * size_of::<(u32, ExactSum)>();

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use crate::error::{Error, Result};
+use crate::film::AovFlags;
 use crate::image_file::{check_name, probe_folder, remove_stale_temporaries};
 use crate::output::ExrOutput;
 
@@ -158,7 +159,10 @@ fn check_aovs(job: &SequenceJob) -> Result<()> {
             "{layer} is the name of an AOV with a file of its own; add `split_aovs` or leave {layer} out",
         ));
     }
-    if job.render.aovs != job.exr.aov_flags() {
+    // Guides may be recorded for the denoiser alone.
+    let written = job.exr.aov_flags();
+    let guides = written.guides || job.denoiser.is_some();
+    if (AovFlags { guides, ..job.render.aovs }) != (AovFlags { guides, ..written }) {
         return Err(Error::Internal { message: "other AOVs are rendered than are written".to_owned() });
     }
     job.exr.contradiction().map_or(Ok(()), |why| Err(Error::setting("exr", why)))

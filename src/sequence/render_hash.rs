@@ -46,6 +46,7 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
         existing: _,
         keep_going: _,
         strict: _,
+        denoiser,
         checkpoint: _,
         max_memory_bytes: _,
     } = job;
@@ -77,6 +78,11 @@ pub fn render_hash(job: &SequenceJob, frame: i64) -> String {
     if let Some(plates) = plates {
         let (content_hash, fit) = plates.content_key(frame);
         content["plate"] = json!([content_hash.map(|hash| hex(&hash)), fit]);
+    }
+    // Pixels depend on their neighbours, and so on the crop.
+    if let Some(denoiser) = denoiser {
+        let PixelWindow { x0, y0, x1, y1 } = render.window;
+        content["denoiser"] = json!(["oidn", denoiser.version, x0, y0, x1, y1]);
     }
     // Automatic exposure of several sequences depends on all of them.
     let is_measured = output.format() != OutputFormat::Exr && *exposure == Exposure::Auto;

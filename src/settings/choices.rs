@@ -25,6 +25,17 @@ pub enum GroundKind {
     Reflection,
 }
 
+/// Denoiser.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum DenoiserKind {
+    /// None.
+    #[default]
+    None,
+    /// Intel's Open Image Denoise.
+    Oidn,
+}
+
 /// Progress output style.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ProgressStyle {

@@ -7,7 +7,7 @@ use crate::image::PlateFit;
 use crate::render::{EnvSamples, GlassShadows, Integrator, PixelFilter};
 use crate::scene::ClipSelection;
 
-use super::choices::{FocusRequest, GroundKind, PreviewFormat, ProgressStyle};
+use super::choices::{DenoiserKind, FocusRequest, GroundKind, PreviewFormat, ProgressStyle};
 use super::definition::{Access, Assigned, DefinitionOf, Group, set};
 use super::environment_source::BackgroundSource;
 use super::exposure::Exposure;
@@ -163,6 +163,11 @@ settings! {
     /// Time after which a frame of the path integrator takes no more samples: 30s, 5m or 1h
     /// . Images then depend on the machine's speed
     time_limit: TimeSpan, Image { value_name: "TIME" }
+    /// Denoiser of the path integrator: oidn is Intel's Open Image Denoise, where its program oidnDenoise is installed
+    /// . EXR files then hold the noisy colours in the layer noisy
+    denoise: OneOf<DenoiserKind> = DenoiserKind::None, Image { value_name: "NAME" }
+    /// The program oidnDenoise, or the folder that it is in
+    oidn: FilePath, Run { value_name: "PATH", requires: Some("denoise") }
     /// Largest radiance that a path brings from beyond its first surface
     /// . Removes fireflies, and with them light: off by default
     clamp_indirect: Factor, Image { value_name: "RADIANCE" }

@@ -10,13 +10,14 @@ use super::synonyms::choice_synonym;
 type Holds = fn(Aov) -> bool;
 
 /// Groups of AOVs.
-const GROUPS: [(&str, Holds); 5] = [
+const GROUPS: [(&str, Holds); 6] = [
     ("light", |aov| matches!(aov, Aov::Light(_))),
-    ("data", |aov| !aov.is_light() && !is_crypto(aov) && !aov.is_noise()),
+    ("data", |aov| !aov.is_light() && !is_crypto(aov) && !aov.is_of_paths()),
     ("crypto", is_crypto),
     ("noise", Aov::is_noise),
+    ("denoising", Aov::is_guide),
     // Those of every integrator.
-    ("all", |aov| !aov.is_noise()),
+    ("all", |aov| !aov.is_of_paths()),
 ];
 
 /// `depth,normal,light`.
@@ -115,9 +116,9 @@ mod tests {
         assert_eq!(names("crypto"), "beauty crypto_object crypto_material");
         assert_eq!(names("light").split(' ').count(), 1 + LightPass::ALL.len());
         assert_eq!(aovs("data,light,crypto"), aovs("all"));
-        let all = aovs("all,noise").unwrap();
+        let all = aovs("all,noise,denoising").unwrap();
         assert_eq!(all.as_slice(), Aov::ALL);
-        assert!(aovs("all").unwrap().as_slice().iter().all(|aov| !aov.is_noise()));
+        assert!(aovs("all").unwrap().as_slice().iter().all(|aov| !aov.is_of_paths()));
     }
 
     #[test]

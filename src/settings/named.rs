@@ -6,7 +6,7 @@ use crate::framing::NamedView;
 use crate::image::PlateFit;
 use crate::render::{GlassShadows, Integrator, PixelFilter};
 
-use super::choices::{GroundKind, PreviewFormat, ProgressStyle};
+use super::choices::{DenoiserKind, GroundKind, PreviewFormat, ProgressStyle};
 
 /// An enum whose values have names.
 pub trait Named: Copy + std::fmt::Debug + PartialEq + 'static {
@@ -44,6 +44,10 @@ named! {
     GlassShadows {
         Straight = "straight", "Light passes straight through, coloured by the glass";
         Opaque = "opaque", "Glass casts full shadows";
+    }
+    DenoiserKind {
+        None = "none", "No denoiser";
+        Oidn = "oidn", "Open Image Denoise, guided by albedo and normals; with 16 samples or more";
     }
     GroundKind {
         None = "none", "No ground";

@@ -12,7 +12,7 @@ use crate::settings::{GroundKind, SettingValues};
 pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) -> Vec<Warning> {
     let lights = job.selection.light_kinds(&job.scene);
     let is_sun = |kind: &LightKind| matches!(kind, LightKind::Directional);
-    let has_sun = lights.iter().any(is_sun) || job.environment.key_light().is_some();
+    let has_sun = lights.iter().any(is_sun) || has_key_light(job);
     let is_seen =
         job.preview || job.output.format() != OutputFormat::Exr || job.sequence_outputs.needs_tone_mapping();
     let ineffective = [
@@ -60,13 +60,18 @@ pub(crate) fn ineffective_settings(values: &SettingValues, job: &SequenceJob) ->
     ineffective.chain(stage).chain(equal_frames(job)).collect()
 }
 
+/// Whether the environment brings a directional light.
+fn has_key_light(job: &SequenceJob) -> bool {
+    let has_peaks = job.render.integrator == Integrator::Whitted && !job.environment.peaks().is_empty();
+    has_peaks || job.environment.key_light().is_some()
+}
+
 /// Note that no light casts a shadow on the ground.
 fn ground_without_shadows(values: &SettingValues, job: &SequenceJob) -> Option<Warning> {
     let has_lamps = job.render.light_scale > 0.0 && job.selection.has_lights(&job.scene);
     let traces_environment =
         job.render.integrator == Integrator::Path || job.render.env_samples != EnvSamples::Fixed(0);
-    let casts_shadows =
-        has_lamps || job.environment.key_light().is_some() || traces_environment && job.environment.is_lit();
+    let casts_shadows = has_lamps || has_key_light(job) || traces_environment && job.environment.is_lit();
     (values.ground != GroundKind::None && !casts_shadows).then(|| Warning {
         pointer: String::new(),
         message: "`ground` shows no shadow: no light casts one; add a light to the scene, light it with `env` studio, or leave out \

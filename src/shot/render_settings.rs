@@ -1,14 +1,14 @@
 //! Render settings: size, samples, lens, lights.
 
 use crate::error::{Error, Result};
-use crate::film::PixelWindow;
+use crate::film::{AovFlags, PixelWindow};
 use crate::output::{Aov, ExrOutput};
 use crate::render::{
     Adaptive, Aperture, EnvSamples, Focus, Integrator, Lens, LightSize, PathSettings, RenderSettings,
     SampleRange,
 };
 use crate::scene::{Camera, CameraMotion, NodeIndex, Projection, Scene, SelectedCamera, Selection};
-use crate::settings::{BackgroundSource, FocusRequest, OutputFormat, SettingValues};
+use crate::settings::{BackgroundSource, DenoiserKind, FocusRequest, OutputFormat, SettingValues};
 
 use super::view::named_node;
 
@@ -30,6 +30,8 @@ pub(crate) fn render_settings(
         ));
     }
     check_path_settings(args)?;
+    let aovs = exr_output(args).aov_flags();
+    let guides = args.denoise != DenoiserKind::None;
     Ok(RenderSettings {
         resolution,
         window,
@@ -47,7 +49,7 @@ pub(crate) fn render_settings(
         env_samples: args.env_samples,
         show_background: true,
         ground: None,
-        aovs: exr_output(args).aov_flags(),
+        aovs: AovFlags { guides: guides || aovs.guides, ..aovs },
     })
 }
 
@@ -72,6 +74,7 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
         ("clamp_indirect", args.clamp_indirect.is_some()),
         ("sample_range", args.sample_range.is_some()),
         ("time_limit", args.time_limit.is_some()),
+        ("denoise", args.denoise != DenoiserKind::None),
         ("checkpoint", args.checkpoint),
     ];
     let other = match args.integrator {
@@ -83,8 +86,11 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
             ];
             of_whitted.into_iter().find(|(_, is_set)| *is_set).map(|(name, _)| (name, "whitted"))
         }
-        Integrator::Whitted if exr_output(args).aovs.as_slice().iter().any(|aov| aov.is_noise()) => {
-            return Err(Error::setting("aovs", "variance and sample_count need `integrator = \"path\"`"));
+        Integrator::Whitted if exr_output(args).aovs.as_slice().iter().any(|aov| aov.is_of_paths()) => {
+            return Err(Error::setting(
+                "aovs",
+                "the groups noise and denoising need `integrator = \"path\"`",
+            ));
         }
         Integrator::Whitted => of_path.iter().find(|(_, is_set)| *is_set).map(|(name, _)| (*name, "path")),
     };
@@ -118,6 +124,7 @@ fn sample_range(args: &SettingValues) -> Result<Option<SampleRange>> {
         ),
         (args.noise.is_some(), "`noise` decides by all samples of a pixel"),
         (args.time_limit.is_some(), "`time_limit` ends at any sample"),
+        (args.denoise != DenoiserKind::None, "`denoise` needs all samples"),
         (
             args.output.as_ref().is_some_and(|output| output.format() != OutputFormat::Exr),
             "only EXR files hold sums; end `output` with .exr",

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::bvh::{BuildSettings, SimdLevel};
+use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warning};
 use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera};
 use crate::gltf::{self, ImageLoading, ImportOptions};
@@ -16,7 +17,7 @@ use crate::scene::{
 use crate::sequence::{
     ExistingFiles, Plan, Plates, SequenceJob, SequenceOutputs, SharedExposure, Shutter, check_image_memory,
 };
-use crate::settings::{BackgroundSource, GroundKind, SettingValues, parse, suggest};
+use crate::settings::{BackgroundSource, DenoiserKind, GroundKind, SettingValues, parse, suggest};
 
 use super::environment::{LoadedEnvironment, LoadedEnvironments, environment_request};
 use super::ineffective::ineffective_settings;
@@ -86,6 +87,7 @@ fn check_scene(shot: &ShotSettings, scene: Arc<Scene>) -> Result<ShotOutline> {
     for path in plate_files(&shot.values, &outline.sequences) {
         std::fs::metadata(&path).map_err(Error::missing(&path))?;
     }
+    denoiser(&shot.values)?;
     for sequence in &outline.sequences {
         let selection = sequence.selection.clone();
         Plan::check(&sequence_job(shot, Arc::clone(&scene), sequence, selection, Environment::None))?;
@@ -187,6 +189,7 @@ fn resolve_sequences(
             resolve_camera(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
         sequence.render.ground = ground(args, &scene, &outline);
+        sequence.denoiser = denoiser(args)?;
         sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
         let mut choices = choices.clone();
         choices.extend(ineffective_settings(args, &sequence));
@@ -252,6 +255,7 @@ fn sequence_job(
         display_background: environment_request(args).display_background(),
         plates: None,
         existing: existing_files(args),
+        denoiser: None,
         checkpoint: args.checkpoint,
         // Of a movie all frames are needed; other scenes may go on.
         keep_going: args.keep_going && !outline.output.is_movie(),
@@ -264,6 +268,16 @@ fn matte_warnings(args: &SettingValues, scene: &Scene) -> Vec<Warning> {
     let layers = args.aovs.iter().flat_map(AovSet::as_slice);
     let has_mattes = layers.into_iter().any(|layer| matches!(layer, Aov::CryptoObject | Aov::CryptoMaterial));
     if has_mattes { matte_collisions(scene) } else { Vec::new() }
+}
+
+/// The denoiser, where one is asked for.
+fn denoiser(args: &SettingValues) -> Result<Option<Denoiser>> {
+    match args.denoise {
+        DenoiserKind::None => Ok(None),
+        DenoiserKind::Oidn => Denoiser::find(args.oidn.as_deref())
+            .map(Some)
+            .map_err(|why| Error::setting(if args.oidn.is_some() { "oidn" } else { "denoise" }, why)),
+    }
 }
 
 fn plates(args: &SettingValues, frames: &[i64], max_memory_bytes: u64) -> Result<Option<Plates>> {

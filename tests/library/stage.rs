@@ -216,6 +216,7 @@ pub(crate) fn sequence_job(
         plates: None,
         existing: ExistingFiles::Protect,
         keep_going: false,
+        denoiser: None,
         checkpoint: false,
         strict: false,
         max_memory_bytes: 1 << 30,

@@ -6,6 +6,7 @@ mod aovs;
 mod bad_input;
 mod camera_paths;
 mod cli;
+mod denoise;
 mod determinism;
 mod diff;
 mod environments;

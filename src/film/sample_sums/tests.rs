@@ -1,7 +1,7 @@
 use super::*;
 use crate::film::AovFlags;
 
-const ALL: SumFlags = SumFlags { moments: true, light: true, coverage: true };
+const ALL: SumFlags = SumFlags { moments: true, light: true, coverage: true, guides: true };
 
 /// Adds samples of a grey value and of instance 4, of weight 1 each.
 fn add(sums: &mut SampleSums, pixel: usize, values: &[f32]) {
@@ -22,7 +22,7 @@ fn add(sums: &mut SampleSums, pixel: usize, values: &[f32]) {
 }
 
 fn film(window: PixelWindow) -> Film {
-    let flags = AovFlags { light: true, coverage: true, noise: true, centers: false };
+    let flags = AovFlags { light: true, coverage: true, noise: true, guides: true, centers: false };
     Film::with_aovs((8, 8), window, flags)
 }
 

@@ -15,25 +15,27 @@ use crate::interaction::RayDifferential;
 const ROULETTE_DEPTH: u32 = 2;
 
 impl Tracer<'_, '_> {
-    /// Samples the ray with which a path goes on, unless the path ends.
-    pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>) {
+    /// Samples the ray with which a path goes on, unless the path ends. Returns whether a mirror or clear glass sent it.
+    pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>) -> bool {
         let depth = shaded.state.depth;
         let number = |decision: Decision| shaded.sequence.number(decision.dimension(depth));
         let u = shaded.sequence.point(Decision::Direction.dimension(depth));
-        let Some(sample) = shaded.scattering.sample(number(Decision::Lobe), u) else { return };
-        let Some(direction) = world_direction(&shaded, &sample) else { return };
+        let Some(sample) = shaded.scattering.sample(number(Decision::Lobe), u) else { return false };
+        let Some(direction) = world_direction(&shaded, &sample) else { return false };
         let mut weight = shaded.weight * sample.weight;
         let largest = weight.max_element();
         if !(largest > 0.0 && largest < f32::INFINITY) {
-            return;
+            return false;
         }
         if depth >= ROULETTE_DEPTH && largest < 1.0 {
             if number(Decision::Roulette) >= largest {
-                return;
+                return sample.is_smooth;
             }
             weight /= largest;
         }
+        let is_smooth = sample.is_smooth;
         self.push_path(shaded, sample, direction, weight);
+        is_smooth
     }
 
     fn push_path(

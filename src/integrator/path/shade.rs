@@ -1,12 +1,14 @@
 //! Shading of a surface of a path.
 
+use glam::Vec3;
+
 use super::dimensions::Decision;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, Scattering};
 use crate::integrator::whitted::{
     SurfaceHit, Tracer, Wavefront, ior_outside, ior_transmission_side, local_frame, shading_frame,
 };
-use crate::integrator::{ColorChannels, LightPass};
+use crate::integrator::{ColorChannels, GuideSample, LightPass, RayState};
 use crate::interaction::{MaterialSample, SurfacePoint};
 
 impl Tracer<'_, '_> {
@@ -26,6 +28,7 @@ impl Tracer<'_, '_> {
         // Emission
         if material.unlit {
             let radiance = weight * material.base_color;
+            self.add_guide(state, share, (material, point));
             return self.add_to_path(state, light_pass.unwrap_or(LightPass::Emission), radiance);
         }
         let coat = material.clear_coat.map(|sample| {
@@ -38,6 +41,7 @@ impl Tracer<'_, '_> {
         // The ray that the deepest surface sent finds lights alone, so that both ways to find them go equally far.
         if state.depth > self.context.settings.max_depth {
             self.statistics.dropped_weight += f64::from(weight.max_element());
+            self.add_guide(state, share, (material, point));
             return;
         }
 
@@ -79,6 +83,20 @@ impl Tracer<'_, '_> {
             last,
         };
         self.queue_lights(&shaded);
-        self.send_path(shaded);
+        // Mirrors and clear glass show what guides the denoising.
+        if !self.send_path(shaded) {
+            self.add_guide(state, share, (material, point));
+        }
+    }
+
+    fn add_guide(
+        &mut self,
+        state: &RayState,
+        share: f32,
+        (material, point): (&MaterialSample, &SurfacePoint<'_>),
+    ) {
+        let albedo = material.base_color.max(material.emission).min(Vec3::ONE);
+        let guide = GuideSample { albedo, normal: point.shading_normal };
+        self.aovs.add_guide(state.sample, share, guide);
     }
 }

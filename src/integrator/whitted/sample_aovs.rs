@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::surface_hit::SurfaceHit;
 use crate::frame::Frame;
-use crate::integrator::{LightPass, LightPasses, RayKind, RayState};
+use crate::integrator::{GuideSample, LightPass, LightPasses, RayKind, RayState};
 
 /// The AOVs that a tracer records.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -16,6 +16,8 @@ pub struct SampleAovFlags {
     pub light: bool,
     /// Instances that camera rays see: [`super::Tracer::coverage`].
     pub coverage: bool,
+    /// Guides of denoising, of paths alone: [`super::Tracer::guides`].
+    pub guides: bool,
 }
 
 /// The share of a camera ray that a mesh instance covers. Shadow catchers cover nothing.
@@ -31,11 +33,15 @@ pub struct InstanceCoverage {
 
 /// The recorded AOVs of a batch.
 #[derive(Debug, Default)]
-pub(super) struct SampleAovs {
+pub(in crate::integrator) struct SampleAovs {
     flags: SampleAovFlags,
     /// One entry for each sample, or none.
     light: Vec<LightPasses>,
     coverage: Vec<InstanceCoverage>,
+    /// One entry for each sample, or none.
+    guides: Vec<GuideSample>,
+    /// Shares of the samples that their guides have.
+    guided_shares: Vec<f32>,
 }
 
 impl SampleAovs {
@@ -47,8 +53,14 @@ impl SampleAovs {
     pub(super) fn clear(&mut self, samples: usize) {
         self.light.clear();
         self.coverage.clear();
+        self.guides.clear();
+        self.guided_shares.clear();
         if self.flags.light {
             self.light.resize(samples, LightPasses::default());
+        }
+        if self.flags.guides {
+            self.guides.resize(samples, GuideSample::default());
+            self.guided_shares.resize(samples, 0.0);
         }
     }
 
@@ -63,6 +75,21 @@ impl SampleAovs {
             let sum = &mut light[light_pass.index()];
             sum.iter_mut().zip(radiance.to_array()).for_each(|(sum, channel)| *sum += channel);
         }
+    }
+
+    /// Adds a surface that scatters light to the guides of a sample, unless earlier ones make them up.
+    pub(in crate::integrator) fn add_guide(&mut self, sample: u32, share: f32, guide: GuideSample) {
+        let sample = sample as usize;
+        if let (Some(sum), Some(guided)) = (self.guides.get_mut(sample), self.guided_shares.get_mut(sample)) {
+            let share = share.min(1.0 - *guided);
+            sum.albedo += guide.albedo * share;
+            sum.normal += guide.normal * share;
+            *guided += share;
+        }
+    }
+
+    pub(super) fn guides(&self) -> &[GuideSample] {
+        &self.guides
     }
 
     /// Adds the instance that a ray sees, if it is a camera ray.

@@ -18,7 +18,7 @@ use crate::integrator::media::MediaCache;
 use crate::integrator::shadow::ShadowBatch;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{
-    CameraRays, CameraSamples, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
+    CameraRays, CameraSamples, GuideSample, IntegratorContext, IntegratorStatistics, LightPass, LightPasses,
 };
 use crate::interaction::{MaterialSample, SurfaceBlock};
 
@@ -75,7 +75,7 @@ pub struct Tracer<'w, 'a> {
     pub(super) probes: TransmissionProbes,
     pub(super) albedo_slices: AlbedoSlices,
     pub(super) media_cache: MediaCache,
-    pub(super) aovs: SampleAovs,
+    pub(in crate::integrator) aovs: SampleAovs,
     pub(in crate::integrator) counters: TraversalCounters,
     pub(in crate::integrator) statistics: IntegratorStatistics,
 }
@@ -108,7 +108,7 @@ impl<'w, 'a> Tracer<'w, 'a> {
         }
     }
 
-    /// The same tracer, which also records light passes or instance coverage.
+    /// The same tracer, which also records light passes, instance coverage or guides.
     #[must_use]
     pub fn recording(self, flags: SampleAovFlags) -> Self {
         Self { aovs: SampleAovs::new(flags), ..self }
@@ -123,6 +123,11 @@ impl<'w, 'a> Tracer<'w, 'a> {
     /// recorded.
     pub fn coverage(&self) -> &[InstanceCoverage] {
         self.aovs.coverage()
+    }
+
+    /// The guides of each sample of the last batch; empty unless they are recorded.
+    pub fn guides(&self) -> &[GuideSample] {
+        self.aovs.guides()
     }
 
     /// Traces the camera rays of a batch of samples and all their descendants, and returns the values of the samples.

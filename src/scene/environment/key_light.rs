@@ -1,4 +1,4 @@
-//! The directional light that belongs to an environment.
+//! The directional lights that belong to an environment.
 
 use glam::Vec3;
 

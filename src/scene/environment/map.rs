@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec2, Vec3};
 
+use super::KeyLight;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
 use super::irradiance::irradiance_image;
 use super::lookup_lanes::LookupLanes;
+use super::peaks::take_peaks;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
 use crate::error::{Error, Result};
 use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
@@ -52,6 +54,10 @@ struct Tables {
     irradiance: EquirectImage,
     /// Means under GGX lobes of roughness 1/8, 2/8, … 1.
     prefiltered: Vec<EquirectImage>,
+    /// The lights that irradiance and lobes do not contain, in the space of the image.
+    peaks: Vec<KeyLight>,
+    /// The image without them, where there are any.
+    without_peaks: Option<EquirectImage>,
     is_lit: bool,
     /// See [`super::Environment::content_key`].
     content_key: String,
@@ -77,10 +83,13 @@ impl EnvironmentMap {
         }
         check_values(path, width, &mut pixels)?;
         let image = EquirectImage { width: width as usize, height: height as usize, pixels };
-        let pyramid = Pyramid::new(&image);
+        let (peaks, without_peaks) = take_peaks(&image);
+        let pyramid = Pyramid::new(without_peaks.as_ref().unwrap_or(&image));
         let tables = Tables {
             irradiance: irradiance_image(pyramid.at_most(256)),
             prefiltered: prefiltered_images(&pyramid),
+            without_peaks,
+            peaks,
             is_lit: image.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
             filtered: FilteredImage::new(image),
             content_key: format!("map {} turned {:08x}", hex(&content_hash), rotation_degrees.to_bits()),
@@ -103,7 +112,8 @@ impl EnvironmentMap {
         let is_lit = [&image, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
         let filtered = FilteredImage::new(image);
         let content_key = format!("image light {}", index.0);
-        let tables = Tables { filtered, irradiance, prefiltered, is_lit, content_key };
+        let (peaks, without_peaks) = (Vec::new(), None);
+        let tables = Tables { filtered, irradiance, prefiltered, peaks, without_peaks, is_lit, content_key };
         Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0, animated_rotation: None }
     }
 
@@ -132,6 +142,15 @@ impl EnvironmentMap {
         self.tables.is_lit
     }
 
+    /// See [`super::Environment::peaks`].
+    pub(super) fn peaks(&self) -> Vec<KeyLight> {
+        let turned = |peak: &KeyLight| {
+            let direction_to_light = self.world_from_map(peak.direction_to_light);
+            KeyLight { direction_to_light, ..*peak }
+        };
+        self.tables.peaks.iter().map(turned).collect()
+    }
+
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
         let uv = uv_from_direction(self.map_from_world(direction));
         self.tables.filtered.image().bilinear(uv)
@@ -157,6 +176,8 @@ impl EnvironmentMap {
         let below = (step as usize).min(STEPS - 1);
         let share = step - below as f32;
         let sharper = match below {
+            // A lobe of roughness 0 is a mirror, which sees the peaks.
+            0 if step > 0.0 => self.tables.without_peaks.as_ref().unwrap_or(self.tables.filtered.image()),
             0 => self.tables.filtered.image(),
             _ => &self.tables.prefiltered[below - 1],
         };
@@ -212,6 +233,17 @@ impl EnvironmentMap {
         });
         uvs_from_directions(level, &in_map, lanes, &mut uvs);
         (in_map, uvs)
+    }
+
+    /// Rotates a direction of the map into the world.
+    fn world_from_map(&self, direction: Vec3) -> Vec3 {
+        let Vec3 { x, y, z } = direction;
+        let turned = Vec3::new(
+            self.cos_rotation * x + self.sin_rotation * z,
+            y,
+            self.cos_rotation * z - self.sin_rotation * x,
+        );
+        self.animated_rotation.map_or(turned, |rotation| rotation * turned)
     }
 
     /// Rotates a world direction into the map.

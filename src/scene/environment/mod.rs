@@ -17,6 +17,7 @@ mod lookup_lanes;
 mod luminance_image;
 mod map;
 mod octahedral;
+mod peaks;
 mod prefilter;
 
 use std::f32::consts::PI;
@@ -147,7 +148,8 @@ impl Environment {
         }
     }
 
-    /// Irradiance E(n) = ∫ L cos θ dω over the hemisphere around `normal`. A diffuse surface of albedo a reflects E a / π.
+    /// Irradiance E(n) = ∫ L cos θ dω over the hemisphere around `normal`, without [`Environment::peaks`]. A diffuse surface of albedo a
+    /// reflects E a / π.
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,
@@ -160,7 +162,7 @@ impl Environment {
 
     /// Prefiltered radiance: the mean under the GGX lobe of `roughness` (α is its square) around the mirror direction, for a
     /// view along the normal (Karis 2013). Multiply it by the lobe's directional albedo. Roughness 0 is
-    /// [`Environment::radiance`].
+    /// [`Environment::radiance`]; other lobes are without [`Environment::peaks`].
     pub fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,
@@ -180,6 +182,20 @@ impl Environment {
                 .key_light()
                 .map(|key| KeyLight { irradiance: key.irradiance * composed.intensity, ..key }),
             Self::None | Self::Constant(_) | Self::Map(_) => None,
+        }
+    }
+
+    /// The suns and small lamps of an image. [`Environment::irradiance`] and the rough lobes of [`Environment::prefiltered`] do not contain
+    /// them; rays do.
+    pub fn peaks(&self) -> Vec<KeyLight> {
+        match self {
+            Self::Map(map) => map.peaks(),
+            Self::Composed(composed) => {
+                let scaled =
+                    |peak: KeyLight| KeyLight { irradiance: peak.irradiance * composed.intensity, ..peak };
+                composed.light.peaks().into_iter().map(scaled).collect()
+            }
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => Vec::new(),
         }
     }
 

@@ -10,7 +10,7 @@ use rayframe::render::{Adaptive, Aperture, Focus, Lens, PixelFilter, RenderSetti
 use rayframe::sequence::{SequenceJob, render_single_frame};
 use rayframe::shot::{ShotRequest, shot_job};
 
-const ALL: AovFlags = AovFlags { light: true, centers: true, coverage: true, noise: false };
+const ALL: AovFlags = AovFlags { light: true, centers: true, coverage: true, ..AovFlags::NONE };
 
 fn scenes() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")

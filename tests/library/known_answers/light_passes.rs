@@ -12,7 +12,7 @@ const EYE: Vec3 = Vec3::new(0.0, 0.0, 4.0);
 /// An empty stage with all AOV flags.
 fn stage() -> Stage {
     let mut stage = Stage::new();
-    stage.settings.aovs = AovFlags { light: true, centers: true, coverage: true, noise: false };
+    stage.settings.aovs = AovFlags { light: true, centers: true, coverage: true, ..AovFlags::NONE };
     stage
 }
 

@@ -1,0 +1,142 @@
+//! Denoising by Intel's Open Image Denoise (Áfra, 2019 and later), a program of its own: `oidnDenoise`, a part of every release.
+//!
+//! The program gets the colours and two guides, the albedo and the normal of the first surfaces that scatter light. Guides are noisy
+//! themselves where the camera has a lens or things move, so each is denoised first ("prefiltering"). Images go through files of
+//! a temporary folder. The filter runs on the processor, with which its results differ in the last bits.
+
+mod pfm;
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use tempfile::TempDir;
+
+use crate::error::{Error, Result};
+
+/// Name of the program.
+const PROGRAM: &str = "oidnDenoise";
+/// What the version follows in its output.
+const BEFORE_VERSION: &str = "Open Image Denoise ";
+
+/// An installed denoiser.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Denoiser {
+    program: PathBuf,
+    /// Version, such as `2.5.1`.
+    pub version: String,
+}
+
+/// Images of equal size, row by row from the top.
+#[derive(Clone, Copy, Debug)]
+pub struct NoisyImage<'i> {
+    /// Columns and rows.
+    pub size: (u32, u32),
+    /// Linear colours without an upper bound.
+    pub colors: &'i [[f32; 3]],
+    /// Albedos from 0 to 1.
+    pub albedos: &'i [[f32; 3]],
+    /// Normals in world space, 0 where nothing is hit.
+    pub normals: &'i [[f32; 3]],
+}
+
+impl Denoiser {
+    /// The program at `path`, or in it or its folder `bin` where it is a folder; the one that the system finds by name without a path.
+    ///
+    /// # Errors
+    /// Why it cannot be used, to be read after the setting's name.
+    pub fn find(path: Option<&Path>) -> std::result::Result<Self, String> {
+        let program = match path {
+            None => PathBuf::from(PROGRAM),
+            Some(path) if path.is_dir() => {
+                let places = [path.join(PROGRAM), path.join("bin").join(PROGRAM)];
+                let [first, second] =
+                    places.map(|place| place.with_extension(std::env::consts::EXE_EXTENSION));
+                if second.is_file() { second } else { first }
+            }
+            Some(path) => path.to_owned(),
+        };
+        // Without an image, the program prints its version and ends.
+        let output = Command::new(&program).args(["-d", "cpu", "-v", "2"]).stdin(Stdio::null()).output();
+        let output = output.map_err(|error| match path {
+            None => format!(
+                "{PROGRAM} is not installed; it is part of Open Image Denoise (https://www.openimagedenoise.org); put it into the \
+                 search path, or name it with `oidn`"
+            ),
+            Some(_) => format!("\"{}\" cannot be started: {error}", program.display()),
+        })?;
+        let said = String::from_utf8_lossy(&output.stdout);
+        let version = said.split_once(BEFORE_VERSION).and_then(|(_, after)| after.split_whitespace().next());
+        match version {
+            Some(version) => Ok(Self { program, version: version.to_owned() }),
+            None => Err(format!("\"{}\" is not the program {PROGRAM} of version 2", program.display())),
+        }
+    }
+
+    /// The denoised colours.
+    ///
+    /// # Errors
+    /// [`Error::WriteFailed`] with what the program says, [`Error::CannotCreate`] without a place for temporary files.
+    pub fn denoise(&self, image: NoisyImage<'_>) -> Result<Vec<[f32; 3]>> {
+        let folder = tempfile::tempdir().map_err(|source| Error::CannotCreate {
+            path: std::env::temp_dir(),
+            message: format!("a temporary folder cannot be created: {source}"),
+        })?;
+        let run = Run { denoiser: self, folder, size: image.size };
+        let colors = run.write("color", image.colors)?;
+        let noisy_albedos = run.write("noisy_albedo", image.albedos)?;
+        let noisy_normals = run.write("noisy_normal", image.normals)?;
+        let albedos = run.filter("albedo", &[("--alb", &noisy_albedos)])?;
+        let normals = run.filter("normal", &[("--nrm", &noisy_normals)])?;
+        let inputs = [("--hdr", colors.as_path()), ("--alb", &albedos), ("--nrm", &normals)];
+        run.read(&run.filter("denoised", &inputs)?)
+    }
+}
+
+/// The files of one image.
+struct Run<'d> {
+    denoiser: &'d Denoiser,
+    folder: TempDir,
+    size: (u32, u32),
+}
+
+impl Run<'_> {
+    fn write(&self, name: &str, pixels: &[[f32; 3]]) -> Result<PathBuf> {
+        let path = self.folder.path().join(name).with_extension("pfm");
+        let written = std::fs::write(&path, pfm::encode(self.size, pixels));
+        written.map_err(|source| Error::WriteFailed { path: path.clone(), source })?;
+        Ok(path)
+    }
+
+    /// Filters one image, guided by the others.
+    fn filter(&self, name: &str, inputs: &[(&str, &Path)]) -> Result<PathBuf> {
+        let path = self.folder.path().join(name).with_extension("pfm");
+        let mut command = Command::new(&self.denoiser.program);
+        for (option, input) in inputs {
+            command.arg(option).arg(input);
+        }
+        if inputs.len() > 1 {
+            command.arg("--clean_aux");
+        }
+        command.args(["-d", "cpu", "-q", "high", "-o"]).arg(&path).stdin(Stdio::null());
+        let output = command.output().map_err(|error| self.failed(&error.to_string()))?;
+        if !output.status.success() {
+            let said = [output.stderr, output.stdout].concat();
+            let said = String::from_utf8_lossy(&said);
+            let line = said.lines().find(|line| line.contains("rror")).unwrap_or("it ended with an error");
+            return Err(self.failed(line));
+        }
+        Ok(path)
+    }
+
+    fn read(&self, path: &Path) -> Result<Vec<[f32; 3]>> {
+        let bytes = std::fs::read(path).map_err(|error| self.failed(&error.to_string()))?;
+        let pixels = pfm::decode(self.size, &bytes);
+        pixels.ok_or_else(|| self.failed("it wrote no image of this size"))
+    }
+
+    /// The error of a run that ended with `why`.
+    fn failed(&self, why: &str) -> Error {
+        Error::WriteFailed { path: self.denoiser.program.clone(), source: io::Error::other(why.to_owned()) }
+    }
+}

@@ -1,0 +1,98 @@
+//! `--denoise oidn`, with a program in place of oidnDenoise: it takes its options and copies an image.
+#![cfg(unix)]
+
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+
+use rayframe::image::Image;
+use rayframe::image_file::decode_exr;
+
+use crate::rayframe;
+
+/// Copies the first input that is named to the output.
+const COPIES: &str = r#"#!/bin/sh
+echo "Open Image Denoise 2.9.9"
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --hdr|--alb|--nrm) [ -n "$input" ] || input="$2"; echo "$1" >> "$(dirname "$0")/inputs"; shift;;
+    -o) output="$2"; shift;;
+  esac
+  shift
+done
+[ -z "$output" ] || cp "$input" "$output"
+"#;
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn program(folder: &Path, text: &str) -> String {
+    let path = folder.join("oidnDenoise");
+    std::fs::write(&path, text).unwrap();
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    path.display().to_string()
+}
+
+/// Exit code and standard error stream of a render into `out.exr`.
+fn render(folder: &Path, options: &[&str]) -> (Option<i32>, String) {
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/demo/whitted_1980.gltf");
+    let output = folder.join("out.exr").display().to_string();
+    let common = ["render", scene, "-o", &output, "-r", "24x16", "-f", "5", "-q", "--integrator", "path"];
+    let ended = rayframe(&[&common, options].concat());
+    (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
+}
+
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn image(folder: &Path) -> Image {
+    let path = folder.join("out.exr");
+    decode_exr(&path, &std::fs::read(&path).unwrap(), u64::MAX).unwrap()
+}
+
+#[test]
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn files_hold_denoised_and_noisy_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    program(folder.path(), COPIES);
+    let place = folder.path().display().to_string();
+    let (code, said) = render(folder.path(), &["--aovs", "denoising", "--samples", "4"]);
+    assert_eq!(code, Some(0), "{said}");
+    let plain = image(folder.path());
+    let (code, said) =
+        render(folder.path(), &["--denoise", "oidn", "--oidn", &place, "--samples", "4", "--overwrite"]);
+    assert_eq!(code, Some(0), "{said}");
+    let denoised = image(folder.path());
+    // The program copies: both are the same.
+    for name in ["R", "G", "B"] {
+        let noisy = denoised.channel(&format!("noisy.{name}")).unwrap();
+        assert_eq!(noisy.samples, denoised.channel(name).unwrap().samples);
+        assert_eq!(noisy.samples, plain.channel(name).unwrap().samples);
+    }
+    assert!(denoised.channel("denoising_albedo.R").is_none() && plain.channel("noisy.R").is_none());
+    // Each guide is denoised, and then the colours with both.
+    let inputs = std::fs::read_to_string(folder.path().join("inputs")).unwrap();
+    assert_eq!(inputs, "--alb\n--nrm\n--hdr\n--alb\n--nrm\n");
+    // A file without denoising, or of another crop, is another image.
+    for options in [
+        &["--samples", "4"][..],
+        &["--samples", "4", "--denoise", "oidn", "--oidn", &place, "--crop", "0,0,9,9"],
+    ] {
+        let (code, said) = render(folder.path(), options);
+        assert!(code == Some(73) && said.contains("other settings"), "{said}");
+    }
+}
+
+#[test]
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
+fn a_denoiser_that_is_not_there_or_fails_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let nowhere = folder.path().join("nowhere").display().to_string();
+    let (code, said) = render(folder.path(), &["--denoise", "oidn", "--oidn", &nowhere]);
+    assert!(code == Some(2) && said.contains("--oidn") && said.contains("cannot be started"), "{said}");
+    let other = program(folder.path(), "#!/bin/sh\necho hello\n");
+    let (code, said) = render(folder.path(), &["--denoise", "oidn", "--oidn", &other]);
+    assert!(code == Some(2) && said.contains("is not the program oidnDenoise"), "{said}");
+    let failing = "#!/bin/sh\necho 'Open Image Denoise 2.0.0'\necho 'Error: out of paper' >&2\nexit 1\n";
+    let failing = program(folder.path(), failing);
+    let (code, said) = render(folder.path(), &["--denoise", "oidn", "--oidn", &failing]);
+    assert!(code == Some(74) && said.contains("out of paper"), "{said}");
+    let (code, said) = render(folder.path(), &["--denoise", "oidn", "--sample-range", "0-1"]);
+    assert!(code == Some(2) && said.contains("needs all samples"), "{said}");
+    assert!(!folder.path().join("out.exr").exists());
+}

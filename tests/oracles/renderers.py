@@ -91,7 +91,7 @@ def quiet():
 class Cycles:
     """A glTF scene in Cycles, with the camera of Rayframe and without other light than the environment's and the file's."""
 
-    def __init__(self, scene, camera, size, environment=None, frame=0, depth=8, threads=None, import_=None):
+    def __init__(self, scene, camera, size, environment=None, frame=0, depth=8, threads=None):
         import bpy
         self.bpy = bpy
         with quiet():
@@ -102,10 +102,23 @@ class Cycles:
                 bpy.ops.import_scene.gltf(filepath=str(pathlib.Path(scene).resolve()), disable_bone_shape=True,
                                           export_import_convert_lighting_mode="COMPAT")
         self.scene = bpy.context.scene
+        self._default_material()
         self.scene.frame_set(frame)
         self._camera(camera, size)
         self._environment(environment)
         self._settings(size, depth, threads)
+
+    def _default_material(self):
+        """glTF's, of rough white metal, where a mesh has none; Blender's own is grey plastic."""
+        for node in self.scene.objects:
+            if node.type == "MESH" and not any(slot.material for slot in node.material_slots):
+                material = self.bpy.data.materials.new("default")
+                material.use_nodes = True
+                bsdf = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+                bsdf.inputs["Base Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+                bsdf.inputs["Metallic"].default_value = bsdf.inputs["Roughness"].default_value = 1.0
+                node.data.materials.clear()
+                node.data.materials.append(material)
 
     def _camera(self, camera, size):
         import mathutils

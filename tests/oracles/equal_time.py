@@ -183,7 +183,7 @@ def node_matrix(node):
 class MitsubaScene:
     """Renders passes of at most `PASS` samples, since the LLVM variant holds all samples of a pass in memory."""
 
-    PASS = 64
+    PASS = 16
 
     def __init__(self, variant, scene, path, sky, camera, options, folder):
         mitsuba.set_variant(variant)

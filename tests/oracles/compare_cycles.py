@@ -9,7 +9,7 @@ linear light clipped to 0..1, averaged over pixels and channels. Columns: `whitt
 defaults, `whitted` with 256 samples, which tells the noise of its shadows from their bias, `path`, and the ratio of the second to the first. A model is convex where little of it faces itself: there shadows of the
 environment must not make the image worse; of concave models they must at least halve the difference.
 Without MODEL the models of `CONCAVE` and `CONVEX` below are taken from the folder of assets. MODEL is a file, or a file and options of
-`rayframe render` in one argument: "room.glb --camera-position 0,1,0".
+`rayframe render` in one argument: "model.glb --camera-position 0,1,0".
 """
 
 import argparse
@@ -23,7 +23,7 @@ from PIL import Image, ImageDraw
 import renderers
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
-CONCAVE = ["scenes/2CylinderEngine/2CylinderEngine.glb", "scenes/zdm2/zdm2.glb", "scenes/room/room.glb",
+CONCAVE = ["scenes/2CylinderEngine/2CylinderEngine.glb", "scenes/zdm2/zdm2.glb", "khronos/DamagedHelmet/glTF-Binary/DamagedHelmet.glb",
            "khronos/Suzanne/glTF/Suzanne.gltf"]
 CONVEX = ["khronos/Duck/glTF-Binary/Duck.glb", "khronos/Box/glTF/Box.gltf",
           "khronos/BoxTextured/glTF/BoxTextured.gltf", "khronos/ClearCoatCarPaint/glTF-Binary/ClearCoatCarPaint.glb"]

@@ -43,8 +43,8 @@ from compare_mitsuba import GLASS, GREY, GREEN, RED, CEILING, box, lamp, quad, s
 mitsuba = compare_mitsuba.mitsuba
 
 
-def window_room():
-    """A room, open at a window in the wall of -X."""
+def window_interior():
+    """An interior, open at a window in the wall of -X."""
     wall = [((-1.5, 0.4, 0), (0, 0, 1.5), (0, 0.4, 0)), ((-1.5, 2.1, 0), (0, 0, 1.5), (0, 0.3, 0)),
             ((-1.5, 1.3, -1.0), (0, 0, 0.5), (0, 0.5, 0)), ((-1.5, 1.3, 1.0), (0, 0, 0.5), (0, 0.5, 0))]
     return [
@@ -75,7 +75,7 @@ FRONT = ["--camera-position", "0,1,3.9", "--look-at", "0,0.9,0", "--fov", "40"]
 INSIDE = ["--camera-position", "0.9,1.2,1.4", "--look-at", "-0.3,0.9,-1", "--fov", "60"]
 SCENES = {
     "helmet": {"file": "khronos/DamagedHelmet/glTF-Binary/DamagedHelmet.glb", "camera": [], "sky": "hdr"},
-    "window": {"objects": window_room(), "camera": INSIDE, "sky": "sky"},
+    "window": {"objects": window_interior(), "camera": INSIDE, "sky": "sky"},
     "glass": {"objects": [*box(), (sphere((0.0, 0.6, 0.0), 0.55), GLASS), CEILING], "camera": FRONT, "sky": None},
     "lamps": {"objects": thousand_lamps(), "camera": FRONT, "sky": None},
     "motion": {"file": "khronos/CesiumMan/glTF-Binary/CesiumMan.glb", "camera": [], "sky": "hdr", "frame": 12, "shutter": 0.5},
@@ -99,7 +99,7 @@ def write_ply(path, points, faces, normals=None, uvs=None):
 
 
 def glb_shapes(path, folder):
-    """Shapes of Mitsuba for a GLB file of textured metallic-roughness materials without skins or animation."""
+    """Mitsuba's meshes for a GLB file of textured metallic-roughness materials without skins or animation."""
     data = pathlib.Path(path).read_bytes()
     length = struct.unpack_from("<I", data, 12)[0]
     document, binary = json.loads(data[20:20 + length]), data[28 + length:]

@@ -49,13 +49,14 @@ def main():
     parser.add_argument("--assets", type=pathlib.Path, default=ASSETS,
                         help="folder with khronos/, env/ and goldens/ (default: ../shared/assets beside the project)")
     parser.add_argument("--env", help="environment (default: env/studio_small_05_1k.hdr of the assets)")
+    parser.add_argument("--exposure", default="1", help="of Rayframe's images in stops, or auto (default: 1)")
     parser.add_argument("--models", help="names, separated by commas (default: all)")
     parser.add_argument("--width", type=int, default=320, help="of a cell (default: 320)")
     parser.add_argument("--samples", type=int, default=64, help="of the path integrator (default: 64)")
     options = parser.parse_args()
     if not (options.assets / "goldens").is_dir():
         parser.error(f"{options.assets} has no goldens: pass --assets")
-    light = ["--env", options.env or options.assets / "env/studio_small_05_1k.hdr", "--background", "0.3,0.3,0.3"]
+    light = ["--env", options.env or options.assets / "env/studio_small_05_1k.hdr", "--background", "#808080", "--exposure", options.exposure]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         for name in options.models.split(",") if options.models else MODELS:
@@ -75,7 +76,10 @@ def main():
             for other in OTHERS:
                 golden = options.assets / "goldens" / f"{name}.{other}.webp"
                 if golden.exists():
-                    cells.append((other, Image.open(golden).convert("RGB").resize((options.width, height), Image.LANCZOS)))
+                    thumbnail = Image.open(golden).convert("RGBA")
+                    grey = Image.new("RGBA", thumbnail.size, "#808080")
+                    flat = Image.alpha_composite(grey, thumbnail).convert("RGB")
+                    cells.append((other, flat.resize((options.width, height), Image.LANCZOS)))
                 else:
                     cells.append((f"{other}: none", None))
             rows.append((name, height, cells))

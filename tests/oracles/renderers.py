@@ -122,12 +122,12 @@ class Cycles:
 
     def _camera(self, camera, size):
         import mathutils
-        data = self.bpy.data.cameras.new("oracle")
+        self.bpy.ops.object.camera_add()
+        node = self.bpy.context.object
+        data = node.data
         data.sensor_fit, data.angle_y = "VERTICAL", camera.fov_y
         data.clip_start, data.clip_end = camera.near, camera.near * 1e7
-        node = self.bpy.data.objects.new("oracle", data)
         node.matrix_world = mathutils.Matrix((Z_UP @ camera.camera_to_world).tolist())
-        self.scene.collection.objects.link(node)
         self.scene.camera = node
 
     def _environment(self, path):

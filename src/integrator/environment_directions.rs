@@ -11,49 +11,97 @@ use glam::{Vec2, Vec3};
 use super::whitted::local_frame;
 use crate::scene::{Environment, LuminanceImage};
 
-/// Directions among which one is chosen.
-const CANDIDATES: u32 = 8;
+/// The golden ratio less one: the share of a turn from one candidate to the next.
+const GOLDEN_SHARE: f32 = 0.618_034;
 
-/// Cosine and sine of the golden angle, by which candidates are turned from one to the next.
-const GOLDEN_TURN: Vec2 = Vec2::new(-0.737_368_9, 0.675_490_3);
+/// Cells along an edge of the square of directions: 6° to 9° each.
+const CELLS: usize = 32;
+
+/// Intervals between normals along an edge of their square: 11° to 17° each.
+const NORMAL_STEPS: usize = 16;
+
+/// Directions of a rough lobe among which one is chosen.
+const CANDIDATES: u32 = 4;
 
 /// Directions by the luminance of an environment.
 #[derive(Debug)]
 pub(super) struct EnvironmentDirections {
     luminance: LuminanceImage,
+    /// For each normal, the cumulative light of the cells times their cosine.
+    cumulative: Vec<f32>,
 }
 
 impl EnvironmentDirections {
     /// Directions of an environment that is lit.
     pub(super) fn new(environment: &Environment) -> Self {
-        Self { luminance: LuminanceImage::new(environment) }
+        let luminance = LuminanceImage::new(environment);
+        let cells: Vec<(Vec3, f32)> = (0..CELLS * CELLS)
+            .map(|cell| {
+                let direction = direction_in(cell, Vec2::splat(0.5));
+                // The solid angle of a cell, but for a factor: the plane of the octahedron is nearest in the middle of a face.
+                let width = direction.abs().element_sum();
+                (direction, luminance.at(direction) * width * width * width)
+            })
+            .collect();
+        let side = NORMAL_STEPS + 1;
+        let mut cumulative = Vec::with_capacity(side * side * cells.len());
+        for node in 0..side * side {
+            let uv = Vec2::new((node % side) as f32, (node / side) as f32) / NORMAL_STEPS as f32;
+            let normal = LuminanceImage::direction_from_uv(uv);
+            let mut sum = 0.0;
+            cumulative.extend(cells.iter().map(|&(direction, light)| {
+                let cosine = normal.dot(direction);
+                sum += if cosine > 0.0 { light * cosine } else { 0.0 };
+                sum
+            }));
+        }
+        Self { luminance, cumulative }
     }
 
-    /// A direction from which light reaches a diffuse surface; `None` where none does. The density is nearly that of the light times the cosine:
-    /// of several cosine-distributed candidates, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance Resampling
-    /// for Global Illumination", 2005).
+    /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
+    /// cells, for a normal within 9° of this one.
     pub(super) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Option<Vec3> {
-        let world_from_local = local_frame(normal);
-        let (sine, cosine) = libm::sincosf(u.y * TAU);
-        let mut turn = Vec2::new(cosine, sine);
-        let mut candidates = [(Vec3::ZERO, 0.0); CANDIDATES as usize];
+        let node =
+            (LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32 + Vec2::splat(0.5)).floor();
+        let node = node.y as usize * (NORMAL_STEPS + 1) + node.x as usize;
+        let cumulative = self.cumulative.get(node * CELLS * CELLS..)?.get(..CELLS * CELLS)?;
+        let sum = *cumulative.last()?;
+        let cell = cumulative.partition_point(|&below| below <= u_choice * sum);
+        if cell == cumulative.len() {
+            return None;
+        }
+        let direction = direction_in(cell, u);
+        // A cell, or a normal, may reach a little beyond the horizon.
+        let height = direction.dot(normal);
+        Some(if height < 0.0 { direction - normal * (2.0 * height) } else { direction })
+    }
+
+    /// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around the mirror direction, for a view along the normal, as
+    /// far as it is within 90° of that direction. Of several ones, one is chosen by its luminance (Talbot, Cline and Egbert, "Importance
+    /// Resampling for Global Illumination", 2005).
+    pub(super) fn glossy(&self, mirrored: Vec3, roughness: f32, u: Vec2, u_choice: f32) -> Vec3 {
+        let mut candidates = [(mirrored, 0.0); CANDIDATES as usize];
         let mut sum = 0.0;
         for (stratum, candidate) in candidates.iter_mut().enumerate() {
-            let radius_squared = (stratum as f32 + u.x) / CANDIDATES as f32;
-            let across = turn * radius_squared.sqrt();
-            let direction = world_from_local * across.extend((1.0 - radius_squared).sqrt());
+            let azimuth = u.y + stratum as f32 * GOLDEN_SHARE;
+            let u = Vec2::new((stratum as f32 + u.x) / CANDIDATES as f32, azimuth - azimuth.floor());
+            let direction = lobe_direction(mirrored, roughness, u);
             sum += self.luminance.at(direction);
             *candidate = (direction, sum);
-            turn = GOLDEN_TURN.rotate(turn);
         }
         let chosen = candidates.iter().find(|(_, sum_to)| u_choice * sum < *sum_to);
-        chosen.map(|(direction, _)| *direction)
+        chosen.map_or(mirrored, |(direction, _)| *direction)
     }
 }
 
-/// A direction of the lobe that prefiltered lookups average: GGX of `roughness` around the mirror direction, for a view along the normal, as far
-/// as it is within 90° of that direction.
-pub(super) fn glossy(mirrored: Vec3, roughness: f32, u: Vec2) -> Vec3 {
+/// The direction at `u` in a cell.
+fn direction_in(cell: usize, u: Vec2) -> Vec3 {
+    let corner = Vec2::new((cell % CELLS) as f32, (cell / CELLS) as f32);
+    LuminanceImage::direction_from_uv((corner + u) / CELLS as f32)
+}
+
+/// A direction of a lobe of [`EnvironmentDirections::glossy`].
+fn lobe_direction(mirrored: Vec3, roughness: f32, u: Vec2) -> Vec3 {
     let alpha = roughness * roughness;
     let u_x = u.x / (1.0 + alpha * alpha);
     let tangent_squared = alpha * alpha * u_x / (1.0 - u_x);
@@ -98,8 +146,7 @@ mod tests {
             let mean: Vec3 =
                 points(count).map(|(u, choice)| directions.diffuse(normal, u, choice).unwrap()).sum::<Vec3>()
                     / count as f32;
-            // The candidates of one choice are few, so that bright directions are chosen a little too rarely.
-            assert!((mean - expected).length() < 0.07, "{normal}: {mean} for {expected}");
+            assert!((mean - expected).length() < 0.03, "{normal}: {mean} for {expected}");
         }
     }
 
@@ -110,9 +157,9 @@ mod tests {
         for (u, choice) in points(500) {
             let wi = directions.diffuse(axis, u, choice).unwrap();
             assert!((wi.length() - 1.0).abs() < 1e-5 && wi.dot(axis) >= 0.0);
-            assert!((glossy(axis, 0.0, u) - axis).length() < 1e-6);
+            assert!((directions.glossy(axis, 0.0, u, choice) - axis).length() < 1e-6);
             for roughness in [0.5, 0.8, 1.0] {
-                let wide = glossy(axis, roughness, u);
+                let wide = directions.glossy(axis, roughness, u, choice);
                 assert!((wide.length() - 1.0).abs() < 1e-4 && wide.dot(axis) > -1e-5, "{wide}");
             }
         }

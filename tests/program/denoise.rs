@@ -22,7 +22,6 @@ done
 [ -z "$output" ] || cp "$input" "$output"
 "#;
 
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn program(folder: &Path, text: &str) -> String {
     let path = folder.join("oidnDenoise");
     std::fs::write(&path, text).unwrap();
@@ -39,14 +38,12 @@ fn render(folder: &Path, options: &[&str]) -> (Option<i32>, String) {
     (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
 }
 
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn image(folder: &Path) -> Image {
     let path = folder.join("out.exr");
     decode_exr(&path, &std::fs::read(&path).unwrap(), u64::MAX).unwrap()
 }
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn files_hold_denoised_and_noisy_colours() {
     let folder = tempfile::tempdir().unwrap();
     program(folder.path(), COPIES);
@@ -79,7 +76,6 @@ fn files_hold_denoised_and_noisy_colours() {
 }
 
 #[test]
-#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn a_denoiser_that_is_not_there_or_fails_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let nowhere = folder.path().join("nowhere").display().to_string();

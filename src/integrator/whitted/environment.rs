@@ -25,7 +25,8 @@ impl Tracer<'_, '_> {
             let lobe = LookupLobe::Glossy { direction: coat.mirrored, roughness: coat.roughness };
             lookups.push(EnvironmentLookup { radiance: weight * seen, lobe, is_outside: true });
         }
-        self.add_lookups(&shading.arrival(), &shading.transmission_side.media, lookups);
+        let media = &shading.transmission_side.media;
+        self.add_lookups(&shading.arrival(), media, lookups, shading.material.base_color);
     }
 
     /// Diffuse lobes and sheen. `reached` multiplies light that leaves from below the coat.

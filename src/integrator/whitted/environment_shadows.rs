@@ -8,7 +8,7 @@ use super::shadow_queue::ShadowRay;
 use super::tracer::Tracer;
 use crate::color::luminance;
 use crate::geometry::Ray;
-use crate::integrator::environment_directions::{EnvironmentDirections, glossy};
+use crate::integrator::environment_directions::EnvironmentDirections;
 use crate::integrator::zsobol::SampleSequence;
 use crate::integrator::{EnvSamples, GlassShadows, LightPass, MediaStack};
 
@@ -46,6 +46,14 @@ pub(super) enum LookupLobe {
 pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
 
 impl LookupLobe {
+    /// 1 for a lobe that averages a hemisphere, 0 for a mirror, which would show what its surroundings really are.
+    fn width(&self) -> f32 {
+        match *self {
+            Self::Diffuse { .. } => 1.0,
+            Self::Glossy { roughness, .. } => roughness * roughness,
+        }
+    }
+
     /// A direction of the lobe.
     fn sample(
         &self,
@@ -58,18 +66,21 @@ impl LookupLobe {
                 let sampled = directions.diffuse(normal, u, sequence.number(dimension + 1));
                 sampled.unwrap_or(normal)
             }
-            Self::Glossy { direction, roughness } => glossy(direction, roughness, u),
+            Self::Glossy { direction, roughness } => {
+                directions.glossy(direction, roughness, u, sequence.number(dimension + 1))
+            }
         }
     }
 }
 
 impl Tracer<'_, '_> {
-    /// Adds the looked-up light of a surface: at once, or behind shadow rays. `beyond` holds the volumes on the other side.
+    /// Adds the looked-up light of a surface of `color`: at once, or behind shadow rays. `beyond` holds the volumes on the other side.
     pub(super) fn add_lookups(
         &mut self,
         arrival: &Arrival<'_, '_>,
         beyond: &MediaStack,
         mut lookups: EnvironmentLookups,
+        color: Vec3,
     ) {
         let Arrival { signature, state, light_pass, point } = *arrival;
         let light_pass = light_pass.unwrap_or(LightPass::Environment);
@@ -97,6 +108,12 @@ impl Tracer<'_, '_> {
             if context.occluded_share < 1.0 {
                 self.add(state.sample, light_pass, radiance * (1.0 - context.occluded_share));
             }
+            // What hides the environment reflects its light.
+            let reflected = if is_outside { surrounding_light(color) * lobe.width() } else { Vec3::ZERO };
+            if reflected != Vec3::ZERO {
+                self.add(state.sample, light_pass, radiance * reflected * context.occluded_share);
+            }
+            let radiance = radiance * (Vec3::ONE - reflected);
             let lookup = (signature.index() * MAX_LOOKUPS + index) as u32;
             let end = if is_outside {
                 point.shadow_end_outside(Vec3::ZERO)
@@ -125,6 +142,16 @@ impl Tracer<'_, '_> {
             }
         }
     }
+}
+
+/// Light that comes from what hides the environment, over that of the environment itself.
+///
+/// The surroundings are taken to have the colour of the surface and its openness V (Jiménez et al., "Practical Real-Time Strategies for Accurate
+/// Indirect Occlusion", 2016). With all bounces, V / (1 − c (1 − V)) of the light arrives at a surface of colour c. This is the straight line in V
+/// that equals it for V = 1 and V = 1/2, so that single shadow rays estimate it; deeper shadows of bright surfaces get more light.
+fn surrounding_light(color: Vec3) -> Vec3 {
+    let color = color.clamp(Vec3::ZERO, Vec3::ONE);
+    color / (Vec3::splat(2.0) - color)
 }
 
 /// Adds faint lookups to the brightest one of their side.

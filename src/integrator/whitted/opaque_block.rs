@@ -59,7 +59,7 @@ pub(super) struct OpaqueBlock<'a> {
 /// Material values and the weights of the rays.
 #[derive(Debug, Default)]
 pub(super) struct MaterialLanes {
-    base_color: Vec3Lanes,
+    pub(super) base_color: Vec3Lanes,
     metallic: F32Lanes,
     roughness: F32Lanes,
     specular: F32Lanes,

@@ -69,7 +69,8 @@ impl Tracer<'_, '_> {
                 is_outside: true,
             },
         ];
-        self.add_lookups(&arrival, &MediaStack::default(), lookups.into_iter().collect());
+        let color = block.materials.base_color.get(lane);
+        self.add_lookups(&arrival, &MediaStack::default(), lookups.into_iter().collect(), color);
         let weight = block.reflected.specular.get(lane);
         self.send_mirror_ray(&arrival, direction, weight);
     }

@@ -139,8 +139,11 @@ impl Tracer<'_, '_> {
         let weight = state.weight * state.media.transmittance(f32::INFINITY) * through;
         let environment = self.context.view.environment;
         let differential = state.differential.direction;
+        let is_path = self.context.settings.integrator == Integrator::Path;
         let radiance = match state.kind {
             RayKind::Camera => environment.background_over(ray.direction, differential),
+            // The surface that the ray comes from shows the peaks as highlights.
+            RayKind::Reflection if !is_path => environment.open_radiance_over(ray.direction, differential),
             RayKind::Reflection | RayKind::Refraction | RayKind::GroundReflection => {
                 environment.radiance_over(ray.direction, differential)
             }

@@ -1,9 +1,9 @@
 //! Luminance of an environment on a coarse grid of directions, to choose directions by.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::Environment;
-use super::octahedral::OctahedralImage;
+use super::octahedral::{OctahedralImage, direction_from_uv, uv_from_direction};
 use crate::color::luminance;
 
 /// Cells along an edge of the grid: 6° to 9° each.
@@ -21,6 +21,18 @@ impl LuminanceImage {
     pub(crate) fn new(environment: &Environment) -> Self {
         let value = |direction: Vec3| Vec3::splat(luminance(environment.prefiltered(direction, ROUGHNESS)));
         Self(OctahedralImage::new(CELLS, value))
+    }
+
+    /// Position of a direction in the unit square; neighbours in the square are neighbours on the sphere.
+    #[inline]
+    pub(crate) fn uv_from_direction(direction: Vec3) -> Vec2 {
+        uv_from_direction(direction)
+    }
+
+    /// Unit vector of a position in the unit square.
+    #[inline]
+    pub(crate) fn direction_from_uv(uv: Vec2) -> Vec3 {
+        direction_from_uv(uv)
     }
 
     /// Luminance from a direction.

@@ -57,10 +57,17 @@ struct Tables {
     /// The lights that irradiance and lobes do not contain, in the space of the image.
     peaks: Vec<KeyLight>,
     /// The image without them, where there are any.
-    without_peaks: Option<EquirectImage>,
+    without_peaks: Option<FilteredImage>,
     is_lit: bool,
     /// See [`super::Environment::content_key`].
     content_key: String,
+}
+
+impl Tables {
+    /// The image without its peaks.
+    fn open(&self) -> &FilteredImage {
+        self.without_peaks.as_ref().unwrap_or(&self.filtered)
+    }
 }
 
 impl EnvironmentMap {
@@ -88,7 +95,7 @@ impl EnvironmentMap {
         let tables = Tables {
             irradiance: irradiance_image(pyramid.at_most(256)),
             prefiltered: prefiltered_images(&pyramid),
-            without_peaks,
+            without_peaks: without_peaks.map(FilteredImage::new),
             peaks,
             is_lit: image.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
             filtered: FilteredImage::new(image),
@@ -161,6 +168,12 @@ impl EnvironmentMap {
         self.tables.filtered.radiance(self.map_from_world(direction), differentials)
     }
 
+    /// See [`super::Environment::open_radiance_over`].
+    pub(super) fn open_radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        let differentials = differentials.map(|differential| self.map_from_world(differential));
+        self.tables.open().radiance(self.map_from_world(direction), differentials)
+    }
+
     pub(super) fn irradiance(&self, normal: Vec3) -> Vec3 {
         let uv = uv_from_direction(self.map_from_world(normal));
         self.tables.irradiance.bilinear(uv)
@@ -176,9 +189,7 @@ impl EnvironmentMap {
         let below = (step as usize).min(STEPS - 1);
         let share = step - below as f32;
         let sharper = match below {
-            // A lobe of roughness 0 is a mirror, which sees the peaks.
-            0 if step > 0.0 => self.tables.without_peaks.as_ref().unwrap_or(self.tables.filtered.image()),
-            0 => self.tables.filtered.image(),
+            0 => self.tables.open().image(),
             _ => &self.tables.prefiltered[below - 1],
         };
         let rougher = &self.tables.prefiltered[below];

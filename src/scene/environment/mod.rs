@@ -136,6 +136,17 @@ impl Environment {
         }
     }
 
+    /// [`Environment::radiance_over`] without [`Environment::peaks`].
+    pub fn open_radiance_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
+        match self {
+            Self::Map(map) => map.open_radiance_over(direction, differentials),
+            Self::Composed(composed) => {
+                composed.light.open_radiance_over(direction, differentials) * composed.intensity
+            }
+            Self::None | Self::Constant(_) | Self::BuiltIn(_) => self.radiance_over(direction, differentials),
+        }
+    }
+
     /// [`Environment::radiance_over`] for camera rays, which see the background, and of a built-in light its backdrop only.
     pub fn background_over(&self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         match self {
@@ -162,7 +173,7 @@ impl Environment {
 
     /// Prefiltered radiance: the mean under the GGX lobe of `roughness` (α is its square) around the mirror direction, for a
     /// view along the normal (Karis 2013). Multiply it by the lobe's directional albedo. Roughness 0 is
-    /// [`Environment::radiance`]; other lobes are without [`Environment::peaks`].
+    /// [`Environment::radiance`]. All are without [`Environment::peaks`].
     pub fn prefiltered(&self, direction: Vec3, roughness: f32) -> Vec3 {
         match self {
             Self::None => Vec3::ZERO,
@@ -185,8 +196,8 @@ impl Environment {
         }
     }
 
-    /// The suns and small lamps of an image. [`Environment::irradiance`] and the rough lobes of [`Environment::prefiltered`] do not contain
-    /// them; rays do.
+    /// The suns and small lamps of an image. [`Environment::irradiance`], [`Environment::prefiltered`] and
+    /// [`Environment::open_radiance_over`] do not contain them; all else does.
     pub fn peaks(&self) -> Vec<KeyLight> {
         match self {
             Self::Map(map) => map.peaks(),

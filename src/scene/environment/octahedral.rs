@@ -64,7 +64,7 @@ pub(super) fn uvs_from_directions(directions: &Vec3Lanes, uvs: &mut Vec2Lanes) {
 
 /// Position in the unit square of a direction.
 #[inline(always)]
-fn uv_from_direction(direction: Vec3) -> Vec2 {
+pub(super) fn uv_from_direction(direction: Vec3) -> Vec2 {
     let (right, down) = position_of(direction);
     Vec2::new((right + 1.0) * 0.5, (down + 1.0) * 0.5)
 }
@@ -84,6 +84,11 @@ fn direction_of(right: f32, down: f32) -> Vec3 {
     let height = 1.0 - right.abs() - down.abs();
     let (x, z) = if height >= 0.0 { (right, down) } else { folded(right, down) };
     Vec3::new(x, height, z).normalize()
+}
+
+/// Unit vector of a position in the unit square.
+pub(super) fn direction_from_uv(uv: Vec2) -> Vec3 {
+    direction_of(uv.x * 2.0 - 1.0, uv.y * 2.0 - 1.0)
 }
 
 /// Reflects a position at the side of the diamond nearest to it.

@@ -4,7 +4,7 @@
 //! than a disk 10° wide and brings at least 2 % of the image's light. Its light beyond that of the texels around it is taken out of
 //! the image; the same irradiance comes from one direction instead.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 use glam::{DVec3, Vec2, Vec3};
@@ -30,32 +30,27 @@ pub(super) fn take_peaks(image: &EquirectImage) -> (Vec<KeyLight>, Option<Equire
     let grid = Grid::new(image);
     let least_light = LEAST_LIGHT * grid.light(image);
     let mut peaks = Vec::new();
-    let mut replaced = BTreeMap::new();
+    let mut without: Option<EquirectImage> = None;
     let mut seen = BTreeSet::new();
     for _ in 0..MOST_REGIONS {
-        let Some((brightest, texel)) = grid.brightest(image, &seen) else { break };
+        // A halo that is left around a peak is looked at without it.
+        let current = without.as_ref().unwrap_or(image);
+        let Some((brightest, texel)) = grid.brightest(current, &seen) else { break };
         // No region that is left can bring enough light.
         if peaks.len() == MOST_PEAKS || f64::from(brightest) * MOST_SOLID_ANGLE <= least_light {
             break;
         }
-        let region = grid.region(image, texel);
-        if let Some(peak) = grid.peak(image, &region).filter(|peak| peak.light >= least_light) {
+        let region = grid.region(current, texel);
+        if let Some(peak) = grid.peak(current, &region).filter(|peak| peak.light >= least_light) {
+            let reduced = without.get_or_insert_with(|| image.clone());
             for &texel in &region.texels {
-                let pixel = image.pixels[texel as usize];
-                let lower = std::array::from_fn(|channel| pixel[channel].min(peak.around[channel]));
-                replaced.insert(texel, lower);
+                let pixel = &mut reduced.pixels[texel as usize];
+                *pixel = std::array::from_fn(|channel| pixel[channel].min(peak.around[channel]));
             }
             peaks.push(peak.key);
         }
         seen.extend(region.texels);
     }
-    let without = (!replaced.is_empty()).then(|| {
-        let mut without = image.clone();
-        for (texel, pixel) in replaced {
-            without.pixels[texel as usize] = pixel;
-        }
-        without
-    });
     (peaks, without)
 }
 
@@ -220,6 +215,22 @@ mod tests {
             let brightest = image.pixels.iter().flatten().copied().fold(0.0, f32::max);
             assert!(brightest <= 1.01, "{brightest}");
         }
+    }
+
+    #[test]
+    fn a_sun_in_a_halo_counts_once() {
+        let toward = Vec3::new(0.36, 0.48, -0.8);
+        let image = EquirectImage::of(512, |direction| {
+            let degrees = libm::acosf(direction.dot(toward).min(1.0)).to_degrees();
+            // 100 times darker every degree beyond the disk
+            let halo = 5000.0 * libm::powf(100.0, (1.0 - degrees).min(0.0));
+            sky(direction) + Vec3::splat(halo)
+        });
+        let (peaks, without) = take_peaks(&image);
+        let taken: f32 = peaks.iter().map(|peak| luminance(peak.irradiance)).sum();
+        let grid = Grid::new(&image);
+        let (before, after) = (grid.light(&image), grid.light(&without.unwrap()));
+        assert!(((after + f64::from(taken)) / before - 1.0).abs() < 1e-4, "{before} {after} {taken}");
     }
 
     #[test]

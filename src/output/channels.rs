@@ -59,31 +59,8 @@ pub(super) fn aov_channels(
             let coverage = film.aovs.coverage.as_deref().ok_or_else(|| unrecorded(aov))?;
             ids.matte(aov).ok_or_else(|| unrecorded(aov))?.channels(coverage)
         }
-        Aov::Variance => {
-            let noise = film.aovs.noise.as_deref().ok_or_else(|| unrecorded(aov))?;
-            let channel = |(c, name): (usize, &str)| Channel {
-                name: format!("variance.{name}"),
-                samples: Samples::Float(noise.iter().map(|noise| finite_f32(noise.variance[c])).collect()),
-            };
-            ["R", "G", "B"].into_iter().enumerate().map(channel).collect()
-        }
-        Aov::DenoisingAlbedo | Aov::DenoisingNormal => {
-            let guides = film.aovs.guides.as_deref().ok_or_else(|| unrecorded(aov))?;
-            let (channels, guide): (_, fn(&GuideSample) -> Vec3) = match aov {
-                Aov::DenoisingAlbedo => (["R", "G", "B"], |guide| guide.albedo),
-                _ => (["X", "Y", "Z"], |guide| guide.normal),
-            };
-            let channel = |(c, name): (usize, &str)| Channel {
-                name: format!("{}.{name}", aov.name()),
-                samples: Samples::Float(guides.iter().map(|sample| finite_f32(guide(sample)[c])).collect()),
-            };
-            channels.into_iter().enumerate().map(channel).collect()
-        }
-        Aov::SampleCount => {
-            let noise = film.aovs.noise.as_deref().ok_or_else(|| unrecorded(aov))?;
-            let samples = Samples::Uint(noise.iter().map(|noise| noise.samples).collect());
-            vec![Channel { name: aov.name().to_owned(), samples }]
-        }
+        Aov::Variance | Aov::SampleCount => noise_channels(aov, film)?,
+        Aov::DenoisingAlbedo | Aov::DenoisingNormal => guide_channels(aov, film)?,
         Aov::ObjectId | Aov::MaterialId | Aov::NodeId => {
             let numbers = ids.numbers(aov);
             let number = |sample: &PixelCenterSample| {
@@ -102,6 +79,32 @@ pub(super) fn aov_channels(
             data_channels(aov).iter().map(channel).collect()
         }
     })
+}
+
+fn noise_channels(aov: Aov, film: &Film) -> Result<Vec<Channel>> {
+    let noise = film.aovs.noise.as_deref().ok_or_else(|| unrecorded(aov))?;
+    if aov == Aov::SampleCount {
+        let samples = Samples::Uint(noise.iter().map(|noise| noise.samples).collect());
+        return Ok(vec![Channel { name: aov.name().to_owned(), samples }]);
+    }
+    let channel = |(c, name): (usize, &str)| Channel {
+        name: format!("{}.{name}", aov.name()),
+        samples: Samples::Float(noise.iter().map(|noise| finite_f32(noise.variance[c])).collect()),
+    };
+    Ok(["R", "G", "B"].into_iter().enumerate().map(channel).collect())
+}
+
+fn guide_channels(aov: Aov, film: &Film) -> Result<Vec<Channel>> {
+    let guides = film.aovs.guides.as_deref().ok_or_else(|| unrecorded(aov))?;
+    let (channels, guide): (_, fn(&GuideSample) -> Vec3) = match aov {
+        Aov::DenoisingAlbedo => (["R", "G", "B"], |guide| guide.albedo),
+        _ => (["X", "Y", "Z"], |guide| guide.normal),
+    };
+    let channel = |(c, name): (usize, &str)| Channel {
+        name: format!("{}.{name}", aov.name()),
+        samples: Samples::Float(guides.iter().map(|sample| finite_f32(guide(sample)[c])).collect()),
+    };
+    Ok(channels.into_iter().enumerate().map(channel).collect())
 }
 
 /// Channels of all AOVs that sums give and `film` has recorded.

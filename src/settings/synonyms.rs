@@ -13,7 +13,7 @@ const SYNONYMS: &[(&[&str], &str)] = &[
         "`orbit` AZ,EL,DIST moves the camera by a multiple of the distance, `fov` DEG narrows its view",
     ),
     (&["lens"], "`focal_length` MM or `fov` DEG"),
-    (&["quality", "subsamples", "antialias", "antialiasing", "denoise"], "`samples` N takes more of a pixel"),
+    (&["quality", "subsamples", "antialias", "antialiasing"], "`samples` N takes more of a pixel"),
     (&["dof", "depth_of_field", "bokeh"], "`aperture` METRES or f/N, and `focus`"),
     (&["motion_blur", "blur"], "`shutter` 180deg blurs what moves"),
     (&["brightness", "ev"], "`exposure` EV in stops"),

@@ -46,7 +46,7 @@ pub(super) enum LookupLobe {
 pub(super) type EnvironmentLookups = ArrayVec<EnvironmentLookup, MAX_LOOKUPS>;
 
 impl LookupLobe {
-    /// 1 for a lobe that averages a hemisphere, 0 for a mirror, which would show what its surroundings really are.
+    /// 1 for a lobe that averages a hemisphere, 0 for a mirror, which would show what is really around it.
     fn width(&self) -> f32 {
         match *self {
             Self::Diffuse { .. } => 1.0,
@@ -146,7 +146,7 @@ impl Tracer<'_, '_> {
 
 /// Light that comes from what hides the environment, over that of the environment itself.
 ///
-/// The surroundings are taken to have the colour of the surface and its openness V (Jiménez et al., "Practical Real-Time Strategies for Accurate
+/// What hides it is taken to have the colour of the surface and its openness V (Jiménez et al., "Practical Real-Time Strategies for Accurate
 /// Indirect Occlusion", 2016). With all bounces, V / (1 − c (1 − V)) of the light arrives at a surface of colour c. This is the straight line in V
 /// that equals it for V = 1 and V = 1/2, so that single shadow rays estimate it; deeper shadows of bright surfaces get more light.
 fn surrounding_light(color: Vec3) -> Vec3 {

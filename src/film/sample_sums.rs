@@ -176,8 +176,9 @@ impl SampleSums {
 impl PixelSums {
     fn merge(&mut self, other: &Self) {
         merge_all(&mut self.light, &other.light);
-        self.weight += other.weight;
-        self.count += other.count;
+        // Parts may come from damaged files.
+        self.weight = self.weight.saturating_add(other.weight);
+        self.count = self.count.saturating_add(other.count);
     }
 
     fn mean(&self) -> [f32; 4] {

@@ -163,10 +163,8 @@ impl<'a> FrameTracer<'a> {
                 let share = |share: f32| {
                     let of_pass = (index as f32 + share) / count as f32;
                     let samples = before.samples as f32 + of_pass * (after - before.samples) as f32;
-                    on_progress(FrameProgress {
-                        share: samples / before.most_samples as f32,
-                        path: Some(before),
-                    });
+                    let share = (samples / before.most_samples as f32).min(1.0);
+                    on_progress(FrameProgress { share, path: Some(before) });
                 };
                 let rays = frame.add(&view, settings, (&pass, sample), cancel, &share)?;
                 rendered.rays.add(&rays);

@@ -208,15 +208,14 @@ impl Writer<'_> {
                 for (path, file) in planned.aov_paths.iter().zip(&files.aovs) {
                     write_atomically(path, file)?;
                 }
-                write_atomically(&planned.path, &files.main)?;
-                if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
-                    checkpoint.remove();
-                }
-                Ok(())
+                write_atomically(&planned.path, &files.main)
             })
         });
         let _ = self.free_films.send(film);
         written?;
+        if let Some(checkpoint) = Checkpoint::of(self.job, planned) {
+            checkpoint.remove();
+        }
 
         seconds.write = encode_seconds + writing.elapsed().as_secs_f64();
         seconds.total = started.elapsed().as_secs_f64();

@@ -22,6 +22,7 @@ done
 [ -z "$output" ] || cp "$input" "$output"
 "#;
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn program(folder: &Path, text: &str) -> String {
     let path = folder.join("oidnDenoise");
     std::fs::write(&path, text).unwrap();
@@ -38,6 +39,7 @@ fn render(folder: &Path, options: &[&str]) -> (Option<i32>, String) {
     (ended.status.code(), String::from_utf8_lossy(&ended.stderr).into_owned())
 }
 
+#[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
 fn image(folder: &Path) -> Image {
     let path = folder.join("out.exr");
     decode_exr(&path, &std::fs::read(&path).unwrap(), u64::MAX).unwrap()

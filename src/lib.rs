@@ -36,6 +36,7 @@
 //! in any version.
 
 pub mod cancel;
+mod child_process;
 pub mod denoise;
 pub mod error;
 pub mod geometry;

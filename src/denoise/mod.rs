@@ -6,16 +6,27 @@
 
 mod pfm;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
+use crate::cancel::{CancelFlag, Cancelled};
+use crate::child_process::OwnedChild;
 use crate::error::{Error, Result};
 
 /// Name of the program.
 const PROGRAM: &str = "oidnDenoise";
+/// Time in which the program tells its version, seconds.
+const VERSION_SECONDS: u64 = 30;
+/// Time between two looks at a running program.
+const NAP: Duration = Duration::from_millis(5);
+/// Most bytes of an output stream that are read.
+const MOST_OUTPUT: u64 = 1 << 16;
 /// What the version follows in its output.
 const BEFORE_VERSION: &str = "Open Image Denoise ";
 
@@ -47,6 +58,8 @@ impl Denoiser {
     /// Why it cannot be used, to be read after the setting's name.
     pub fn find(path: Option<&Path>) -> std::result::Result<Self, String> {
         let program = match path {
+            // A name alone would be searched for.
+            Some(path) if path.is_file() => path.canonicalize().unwrap_or_else(|_| path.to_owned()),
             None => PathBuf::from(PROGRAM),
             Some(path) if path.is_dir() => {
                 let places = [path.join(PROGRAM), path.join("bin").join(PROGRAM)];
@@ -57,15 +70,22 @@ impl Denoiser {
             Some(path) => path.to_owned(),
         };
         // Without an image, the program prints its version and ends.
-        let output = Command::new(&program).args(["-d", "cpu", "-v", "2"]).stdin(Stdio::null()).output();
-        let output = output.map_err(|error| match path {
-            None => format!(
-                "{PROGRAM} is not installed; it is part of Open Image Denoise (https://www.openimagedenoise.org); put it into the \
-                 search path, or name it with `oidn`"
-            ),
-            Some(_) => format!("\"{}\" cannot be started: {error}", program.display()),
-        })?;
-        let said = String::from_utf8_lossy(&output.stdout);
+        let mut command = Command::new(&program);
+        command.args(["-d", "cpu", "-v", "2"]);
+        let never = CancelFlag::new();
+        let said = match run(command, Some(VERSION_SECONDS), &never) {
+            Ok(ended) => ended.said,
+            Err(Stopped::Failed(error)) if path.is_some() => {
+                return Err(format!("\"{}\" cannot be started: {error}", program.display()));
+            }
+            Err(Stopped::Failed(_)) => {
+                return Err(format!(
+                    "{PROGRAM} is not installed; it is part of Open Image Denoise (https://www.openimagedenoise.org); put it into the \
+                     search path, or name it with `oidn`"
+                ));
+            }
+            Err(Stopped::TooLate | Stopped::Cancelled) => String::new(),
+        };
         let version = said.split_once(BEFORE_VERSION).and_then(|(_, after)| after.split_whitespace().next());
         match version {
             Some(version) => Ok(Self { program, version: version.to_owned() }),
@@ -76,13 +96,14 @@ impl Denoiser {
     /// The denoised colours.
     ///
     /// # Errors
-    /// [`Error::WriteFailed`] with what the program says, [`Error::CannotCreate`] without a place for temporary files.
-    pub fn denoise(&self, image: NoisyImage<'_>) -> Result<Vec<[f32; 3]>> {
+    /// [`Error::WriteFailed`] with what the program says, [`Error::CannotCreate`] without a place for temporary files,
+    /// [`Error::Interrupted`] when cancelled.
+    pub fn denoise(&self, image: NoisyImage<'_>, cancel: &CancelFlag) -> Result<Vec<[f32; 3]>> {
         let folder = tempfile::tempdir().map_err(|source| Error::CannotCreate {
             path: std::env::temp_dir(),
             message: format!("a temporary folder cannot be created: {source}"),
         })?;
-        let run = Run { denoiser: self, folder, size: image.size };
+        let run = Run { denoiser: self, cancel, folder, size: image.size };
         let colors = run.write("color", image.colors)?;
         let noisy_albedos = run.write("noisy_albedo", image.albedos)?;
         let noisy_normals = run.write("noisy_normal", image.normals)?;
@@ -96,6 +117,7 @@ impl Denoiser {
 /// The files of one image.
 struct Run<'d> {
     denoiser: &'d Denoiser,
+    cancel: &'d CancelFlag,
     folder: TempDir,
     size: (u32, u32),
 }
@@ -118,15 +140,16 @@ impl Run<'_> {
         if inputs.len() > 1 {
             command.arg("--clean_aux");
         }
-        command.args(["-d", "cpu", "-q", "high", "-o"]).arg(&path).stdin(Stdio::null());
-        let output = command.output().map_err(|error| self.failed(&error.to_string()))?;
-        if !output.status.success() {
-            let said = [output.stderr, output.stdout].concat();
-            let said = String::from_utf8_lossy(&said);
-            let line = said.lines().find(|line| line.contains("rror")).unwrap_or("it ended with an error");
-            return Err(self.failed(line));
+        command.args(["-d", "cpu", "-q", "high", "-o"]).arg(&path);
+        match run(command, None, self.cancel) {
+            Ok(ended) if ended.has_succeeded => Ok(path),
+            Ok(ended) => {
+                let line = ended.said.lines().find(|line| line.contains("rror"));
+                Err(self.failed(line.unwrap_or("it ended with an error")))
+            }
+            Err(Stopped::Failed(error)) => Err(self.failed(&error.to_string())),
+            Err(Stopped::TooLate | Stopped::Cancelled) => Err(Error::Interrupted(Cancelled)),
         }
-        Ok(path)
     }
 
     fn read(&self, path: &Path) -> Result<Vec<[f32; 3]>> {
@@ -139,4 +162,55 @@ impl Run<'_> {
     fn failed(&self, why: &str) -> Error {
         Error::WriteFailed { path: self.denoiser.program.clone(), source: io::Error::other(why.to_owned()) }
     }
+}
+
+/// An ended process.
+struct Ended {
+    has_succeeded: bool,
+    /// Its standard output, then its standard error stream.
+    said: String,
+}
+
+/// Why a process has not ended by itself.
+enum Stopped {
+    Failed(io::Error),
+    TooLate,
+    Cancelled,
+}
+
+/// Runs a program, which is ended when `cancel` is raised or after `limit_seconds`. Its output goes to files: a full pipe
+/// would stop it.
+fn run(
+    mut command: Command,
+    limit_seconds: Option<u64>,
+    cancel: &CancelFlag,
+) -> std::result::Result<Ended, Stopped> {
+    let mut output = tempfile::tempfile().map_err(Stopped::Failed)?;
+    let mut errors = tempfile::tempfile().map_err(Stopped::Failed)?;
+    let copy = |file: &File| file.try_clone().map_err(Stopped::Failed);
+    command.stdin(Stdio::null()).stdout(copy(&output)?).stderr(copy(&errors)?);
+    let started = Instant::now();
+    let mut process = OwnedChild(command.spawn().map_err(Stopped::Failed)?);
+    let status = loop {
+        if let Some(status) = process.0.try_wait().map_err(Stopped::Failed)? {
+            break status;
+        }
+        if cancel.is_raised() {
+            return Err(Stopped::Cancelled);
+        }
+        if limit_seconds.is_some_and(|limit| started.elapsed() > Duration::from_secs(limit)) {
+            return Err(Stopped::TooLate);
+        }
+        thread::sleep(NAP);
+    };
+    let mut said = String::new();
+    for stream in [&mut output, &mut errors] {
+        let mut bytes = Vec::new();
+        stream
+            .rewind()
+            .and_then(|()| stream.take(MOST_OUTPUT).read_to_end(&mut bytes))
+            .map_err(Stopped::Failed)?;
+        said.push_str(&String::from_utf8_lossy(&bytes));
+    }
+    Ok(Ended { has_succeeded: status.success(), said })
 }

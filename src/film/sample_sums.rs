@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::aovs::{CoverageSample, FilmAovs, GuideSample, LightPasses, NoiseSample, add_share};
 use super::exact_sum::ExactSum;
-use super::{Film, PixelWindow};
+use super::{Film, LightPass, PixelWindow};
 
 /// Sums of one pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub struct PixelMoments {
 }
 
 /// Light passes times filter weights.
-pub type LightSums = [[ExactSum; 3]; 6];
+pub type LightSums = [[ExactSum; 3]; LightPass::ALL.len()];
 
 /// Albedo and normal, times filter weights.
 pub type GuideSums = [[ExactSum; 3]; 2];
@@ -69,7 +69,7 @@ impl PixelMoments {
         let count = f64::from(count);
         std::array::from_fn(|channel| {
             let mean = self.sums[channel].to_f64() / count;
-            let variance = (self.squares[channel].to_f64() / count - mean * mean) / (count - 1.0);
+            let variance = (self.squares[channel].squares_to_f64() / count - mean * mean) / (count - 1.0);
             (mean, if variance > 0.0 { variance.sqrt() } else { 0.0 })
         })
     }

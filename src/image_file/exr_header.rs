@@ -19,6 +19,8 @@ const LONG_NAMES: u32 = 0x400;
 const LONGEST_NAME: usize = 255;
 /// Most bytes of a header. Cryptomatte manifests stay far below.
 const MOST_BYTES: usize = 1 << 28;
+/// Beginning of the names of the channels of exact sums.
+pub const SUM_LAYER: &str = "sums.";
 /// Attributes of the layout of the file and of its samples, which differ between tiles of one image.
 const LAYOUT: [&str; 5] = ["dataWindow", "lineOrder", "chunkCount", "type", SAMPLE_RANGE];
 
@@ -93,11 +95,17 @@ impl ExrHeader {
         attributes.map(|(name, value)| (name.as_str(), value.as_slice())).collect()
     }
 
-    /// [`ExrHeader::shared`] without the list of channels, which those of sums belong to.
-    pub fn shared_without_sums(&self) -> SharedAttributes<'_> {
-        let mut shared = self.shared();
-        shared.remove("channels");
-        shared
+    /// Whether the other file is of the same image: the same shared attributes and the same channels but for those of sums.
+    pub fn is_same_image(&self, other: &Self) -> bool {
+        let [mut ours, mut theirs] = [self.shared(), other.shared()];
+        ours.remove("channels");
+        theirs.remove("channels");
+        ours == theirs && self.channels_without_sums().eq(other.channels_without_sums())
+    }
+
+    /// Names and types of the channels but for those of sums, in the file's order.
+    pub fn channels_without_sums(&self) -> impl Iterator<Item = &(String, ExrSampleType)> {
+        self.channels.iter().filter(|(name, _)| !name.starts_with(SUM_LAYER))
     }
 
     /// Hash of the scene, the settings and the version that the image was rendered from.

@@ -189,7 +189,12 @@ fn empty_like(samples: &FlatSamples, length: usize) -> FlatSamples {
 /// Refuses a joined file in which the encoder dropped or changed an attribute.
 fn check_attributes(tile: &ExrTile, joined: &[u8]) -> Result<()> {
     let joined = ExrHeader::parse(&mut &*joined).map_err(|why| cannot_merge(tile, &why))?;
-    let (expected, kept) = (tile.header.shared_without_sums(), joined.shared());
+    if joined.channels_without_sums().ne(tile.header.channels_without_sums()) {
+        return Err(cannot_merge(tile, "its channels cannot be kept"));
+    }
+    let (mut expected, kept) = (tile.header.shared(), joined.shared());
+    // Those of sums are left out where they are added up.
+    expected.remove("channels");
     match expected.iter().find(|(name, value)| kept.get(*name) != Some(*value)) {
         None => Ok(()),
         Some((name, _)) => {

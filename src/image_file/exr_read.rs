@@ -1,6 +1,7 @@
 //! Decoding of OpenEXR files with all channels.
 
 use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use exr::image::read::read;
@@ -22,7 +23,11 @@ use crate::image::{Channel, ColorEncoding, Image, PixelWindow, Samples};
 /// `max_memory_bytes`.
 pub fn decode_exr(path: &Path, bytes: &[u8], max_memory_bytes: u64) -> Result<Image, Error> {
     check_memory(path, bytes, max_memory_bytes)?;
-    decode(bytes).map_err(|why| Error::invalid(path, "", why))
+    // The decoder may panic over inconsistent files.
+    let decoded = catch_unwind(AssertUnwindSafe(|| decode(bytes)));
+    let decoded = decoded
+        .unwrap_or_else(|_| Err("not a readable OpenEXR file: its content is inconsistent".to_owned()));
+    decoded.map_err(|why| Error::invalid(path, "", why))
 }
 
 fn decode(bytes: &[u8]) -> Result<Image, String> {

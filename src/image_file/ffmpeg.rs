@@ -18,16 +18,6 @@ pub fn has_ffmpeg() -> bool {
     })
 }
 
-/// The `ffmpeg` process. Dropping it ends the process, which would wait for frames otherwise.
-pub(super) struct Ffmpeg(pub(super) Child);
-
-impl Drop for Ffmpeg {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
-}
-
 pub(super) fn over_black([r, g, b, alpha]: [u8; 4]) -> [u8; 4] {
     let over = |channel: u8| ((u32::from(channel) * u32::from(alpha) + 127) / 255) as u8;
     [over(r), over(g), over(b), 255]

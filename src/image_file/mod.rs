@@ -31,7 +31,7 @@ pub use display::{DisplayImage, decode_png, decode_png_values};
 pub use environment_read::{EnvironmentPixels, read_environment};
 pub use exr_attributes::{FrameAttributes, RunStamp, SAMPLE_RANGE};
 pub use exr_compression::ExrCompression;
-pub use exr_header::{ExrHeader, ExrSampleType, SharedAttributes};
+pub use exr_header::{ExrHeader, ExrSampleType, SUM_LAYER, SharedAttributes};
 pub use exr_join::{ExrTile, encode_exr_like, join_exr_tiles};
 pub use exr_read::decode_exr;
 pub use exr_rgba::decode_exr_rgba;

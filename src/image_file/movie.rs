@@ -12,8 +12,9 @@ use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, RgbaImage};
 
 use super::atomic::{Replacement, begin_replacing};
-use super::ffmpeg::{Ffmpeg, ffmpeg, film_failed, has_ffmpeg, over_black};
+use super::ffmpeg::{ffmpeg, film_failed, has_ffmpeg, over_black};
 use super::webp_animation::{self, WebpAnimation};
+use crate::child_process::OwnedChild;
 use crate::error::{Error, Result};
 
 /// Format of a movie file.
@@ -93,7 +94,8 @@ enum Encoder {
     AnimatedPng(png::Writer<Sink>, Sink),
     WebP(WebpAnimation<Sink>),
     Gif(Box<GifEncoder<Sink>>, Sink),
-    Film(Ffmpeg),
+    /// The `ffmpeg` process, which would wait for frames if it were not ended.
+    Film(OwnedChild),
 }
 
 /// A file that an encoder owns and that can be flushed after it.
@@ -151,7 +153,7 @@ impl MovieWriter {
             }
             MovieFormat::Film { container, codec } => {
                 let command = ffmpeg(size, rate, (container, codec), replacement.path()).spawn();
-                Encoder::Film(Ffmpeg(command.map_err(|error| Error::CannotCreate {
+                Encoder::Film(OwnedChild(command.map_err(|error| Error::CannotCreate {
                     path: path.to_owned(),
                     message: format!("ffmpeg cannot be started: {error}; write {MOVIE_ENDINGS}"),
                 })?))
@@ -187,7 +189,7 @@ impl MovieWriter {
                 let frame = image::Frame::from_parts(image, 0, 0, delay);
                 gif.encode_frame(frame).map_err(|error| write_failed(&self.path, error))
             }
-            Encoder::Film(Ffmpeg(process)) => {
+            Encoder::Film(OwnedChild(process)) => {
                 let over_black: Vec<[u8; 4]> = pixels.iter().map(|pixel| over_black(*pixel)).collect();
                 let written = match &mut process.stdin {
                     Some(input) => input.write_all(over_black.as_flattened()),

@@ -200,6 +200,8 @@ impl CameraRays {
             kind: RayKind::Camera,
             channels: ColorChannels::White,
             light_pass: None,
+            guide_share: 1.0,
+            sees_peaks: true,
             depth: 0,
             sample,
             seed,

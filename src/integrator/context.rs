@@ -17,7 +17,7 @@ use crate::color::luminance;
 use crate::frame::{Frame, transmits};
 use crate::geometry::{Aabb, Ray, spiral_direction};
 use crate::interaction::{alpha_at, catches_shadows, is_constant};
-use crate::scene::Projection;
+use crate::scene::{KeyLight, Projection};
 use crate::scene_view::SceneView;
 
 /// Automatic shadows of the environment begin where a camera sees it in this share of all directions, and are full at the second share.
@@ -51,6 +51,8 @@ pub struct IntegratorContext<'a> {
     pub(super) occluded_share: f32,
     /// Sample points of paths and of shadow rays to the environment.
     pub(super) sample_points: Option<ZSobol>,
+    /// The environment's peaks, which lookups of Whitted's tree do not contain.
+    pub(super) peaks: Vec<KeyLight>,
     /// Luminance of the environment's irradiance on the ground that no shadow rays decide about.
     pub(super) ground_irradiance: f32,
     /// Settings.
@@ -92,6 +94,7 @@ impl<'a> IntegratorContext<'a> {
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
             occluded_share,
             sample_points: (is_path || traces_environment).then(|| sample_points(view.frame, &settings)),
+            peaks: view.environment.peaks(),
             ground_irradiance,
             settings,
         }

@@ -59,10 +59,11 @@ impl EnvironmentDirections {
     }
 
     /// A direction from which light reaches a diffuse surface; `None` where none does. The density is that of the light times the cosine, by
-    /// cells, and interpolated between normals.
+    /// cells, and interpolated between normals; the place in the cell depends a little on which normal was chosen.
     pub(super) fn diffuse(&self, normal: Vec3, u: Vec2, u_choice: f32) -> Option<Vec3> {
         // One of the four normals around this one, by its share in a bilinear interpolation
         let node = (LuminanceImage::uv_from_direction(normal) * NORMAL_STEPS as f32 + u).floor();
+        let node = node.min(Vec2::splat(NORMAL_STEPS as f32));
         let node = node.y as usize * (NORMAL_STEPS + 1) + node.x as usize;
         let cumulative = self.cumulative.get(node * CELLS * CELLS..)?.get(..CELLS * CELLS)?;
         let sum = *cumulative.last()?;

@@ -26,6 +26,10 @@ pub struct RayState {
     pub channels: ColorChannels,
     /// The light pass that receives whatever the ray finds; `None` for camera rays, whose first surface decides.
     pub light_pass: Option<LightPass>,
+    /// Share of a path whose guide the ray finds; 0 where an earlier surface scattered light.
+    pub guide_share: f32,
+    /// Whether a ray of Whitted's tree sees the peaks of the environment: not where its last surface shows them as highlights.
+    pub sees_peaks: bool,
     /// Number of reflections and refractions before the ray.
     pub depth: u32,
     /// Index of the sample in its batch.

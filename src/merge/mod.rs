@@ -26,6 +26,8 @@ use sample_ranges::{are_sample_ranges, join_sample_ranges};
 
 /// Copies of an image's pixels in memory: the tiles, the whole image, and the data being compressed.
 const COPIES: u64 = 3;
+/// The same of sample ranges: the first image, the sums, the next file, its image and sums, and the data being compressed.
+const RANGE_COPIES: u64 = 6;
 
 /// A frame that is merged from tiles.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,7 +77,7 @@ impl MergePlan {
             if !are_sample_ranges {
                 check_coverage(&tiles, &path)?;
             }
-            check_memory(&tiles, max_memory_bytes)?;
+            check_memory(&tiles, if are_sample_ranges { RANGE_COPIES } else { COPIES }, max_memory_bytes)?;
             if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
                 return Err(Error::usage(format!(
                     "--output: \"{}\" is one of the tiles and cannot be written to as well; choose another name",
@@ -198,12 +200,12 @@ fn crop_text(window: &PixelWindow<i64>) -> String {
     format!("{},{},{},{}", window.x0, window.y0, window.x1, window.y1)
 }
 
-fn check_memory(tiles: &[ExrTile], max_memory_bytes: u64) -> Result<()> {
+fn check_memory(tiles: &[ExrTile], copies: u64, max_memory_bytes: u64) -> Result<()> {
     let Some(tile) = tiles.first() else {
         return Ok(());
     };
     let (width, height) = tile.header.display_window.size();
-    let needed = u128::from(width) * u128::from(height) * u128::from(tile.header.pixel_bytes() * COPIES);
+    let needed = u128::from(width) * u128::from(height) * u128::from(tile.header.pixel_bytes() * copies);
     if needed <= u128::from(max_memory_bytes) {
         return Ok(());
     }
@@ -225,7 +227,7 @@ fn is_merged(path: &Path, tiles: &[ExrTile], are_sample_ranges: bool) -> Result<
         header.data_window == window
             && header.text(SAMPLE_RANGE).is_none()
             && header.render_hash().is_some()
-            && header.shared_without_sums() == tile.header.shared_without_sums()
+            && header.is_same_image(&tile.header)
     });
     if is_this_image && inspect_exr(path).is_ok() {
         return Ok(true);

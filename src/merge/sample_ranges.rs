@@ -5,8 +5,8 @@ use std::ops::RangeInclusive;
 use crate::error::{Error, Result};
 use crate::film::{AovFlags, Film, PixelWindow, SampleSums, SumFlags};
 use crate::image::{Image, Samples};
-use crate::image_file::{ExrTile, SAMPLE_RANGE, decode_exr, encode_exr_like};
-use crate::output::{LightSamples, SUM_LAYER, sum_flags, summed_channels, sums_of_image};
+use crate::image_file::{ExrTile, SAMPLE_RANGE, SUM_LAYER, decode_exr, encode_exr_like};
+use crate::output::{LightSamples, sum_flags, summed_channels, sums_of_image};
 
 /// The samples that a file holds.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,20 +80,20 @@ pub(super) fn join_sample_ranges(tiles: &[ExrTile], max_memory_bytes: u64) -> Re
     let (Some((image, sums)), Some(first)) = (joined, tiles.first()) else {
         return Err(Error::Internal { message: "there are no sample ranges to merge".to_owned() });
     };
-    encode_exr_like(first, resolved(image, &sums)?)
+    encode_exr_like(first, resolved(image, sums)?)
 }
 
 /// The image with means of all samples.
-fn resolved(mut image: Image, sums: &SampleSums) -> Result<Image> {
+fn resolved(mut image: Image, sums: SampleSums) -> Result<Image> {
     let SumFlags { light, moments: noise, guides, .. } = sums.flags();
     let aovs = AovFlags { light, noise, guides, ..AovFlags::NONE };
     let mut film = Film::with_aovs(image.display_window.size(), image.data_window, aovs);
     sums.resolve_into(&mut film);
+    drop(sums);
     let samples = match image.channel("R").map(|channel| &channel.samples) {
         Some(Samples::Half(_)) => LightSamples::Half,
         _ => LightSamples::Float,
     };
-    image.channels.retain(|channel| !channel.name.starts_with(SUM_LAYER));
     for summed in summed_channels(&film, samples)? {
         if let Some(channel) = image.channels.iter_mut().find(|channel| channel.name == summed.name) {
             channel.samples = summed.samples;
@@ -104,7 +104,8 @@ fn resolved(mut image: Image, sums: &SampleSums) -> Result<Image> {
 
 fn read_sums(tile: &ExrTile, max_memory_bytes: u64) -> Result<(Image, SampleSums)> {
     let bytes = std::fs::read(&tile.path).map_err(Error::missing(&tile.path))?;
-    let image = decode_exr(&tile.path, &bytes, max_memory_bytes)?;
+    let mut image = decode_exr(&tile.path, &bytes, max_memory_bytes)?;
+    drop(bytes);
     let flags = sum_flags(image.channels.iter().map(|channel| channel.name.as_str()));
     let sums = flags.and_then(|flags| sums_of_image(&image, flags));
     // A file that was changed since planning may be of another crop.
@@ -112,6 +113,7 @@ fn read_sums(tile: &ExrTile, max_memory_bytes: u64) -> Result<(Image, SampleSums
         tile.header.data_window.relative_to(&tile.header.display_window).to_unsigned();
     let sums = sums.filter(|sums| Some(sums.window) == expected);
     let sums = sums.ok_or_else(|| invalid(tile, "has a sample range, but not its sums".to_owned()))?;
+    image.channels.retain(|channel| !channel.name.starts_with(SUM_LAYER));
     Ok((image, sums))
 }
 

@@ -28,4 +28,4 @@ pub use files::{ExrFiles, PreviewLook, display_image, exr_file, exr_files, exr_i
 pub use instance_ids::InstanceIds;
 pub use labelled_sheet::{LabelledSheet, LabelledTile};
 pub use stamp::run_stamp;
-pub use sum_channels::{SUM_LAYER, sum_channels, sum_flags, sums_of_image};
+pub use sum_channels::{sum_channels, sum_flags, sums_of_image};

@@ -5,9 +5,7 @@
 
 use crate::film::{ExactSum, GuideSums, LightPass, LightSums, PixelMoments, PixelSums, SampleSums, SumFlags};
 use crate::image::{Channel, Image, Samples};
-
-/// Beginning of the names of all channels of sums.
-pub const SUM_LAYER: &str = "sums.";
+use crate::image_file::SUM_LAYER;
 
 /// Names of the sums of guides.
 const GUIDES: [[&str; 3]; 2] = [["albedo_R", "albedo_G", "albedo_B"], ["normal_X", "normal_Y", "normal_Z"]];

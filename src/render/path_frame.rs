@@ -98,24 +98,33 @@ impl PathFrame {
         Some(Pass(self.taken..end))
     }
 
+    /// Samples of a pass that belong to `shutter_sample`, by their indices among those of it. There are none where the frame's range has none.
+    pub fn samples_of(
+        &self,
+        settings: &RenderSettings,
+        (Pass(pass), shutter_sample): (&Pass, ShutterSample),
+    ) -> Range<u32> {
+        let count = shutter_sample.share_of(settings.samples);
+        let before = shutter_sample.index * count;
+        let first = pass.start.max(self.range.start.saturating_sub(before));
+        first..pass.end.min(self.range.end.saturating_sub(before)).min(count)
+    }
+
     /// Traces the samples of a pass that belong to `shutter_sample`. All shutter samples of a pass come before the next pass.
     pub fn add(
         &mut self,
         view: &SceneView<'_>,
         settings: &RenderSettings,
-        (Pass(pass), shutter_sample): (&Pass, ShutterSample),
+        (pass, shutter_sample): (&Pass, ShutterSample),
         cancel: &CancelFlag,
         on_progress: &(dyn Fn(f32) + Sync),
     ) -> Result<RenderStatistics, Cancelled> {
-        let set = path_samples(settings, shutter_sample);
-        let before = shutter_sample.index * set.len() as u32;
-        // The part of the pass that is in the frame's range.
-        let first = pass.start.max(self.range.start.saturating_sub(before));
-        let end = pass.end.min(self.range.end.saturating_sub(before)).min(set.len() as u32);
-        if first >= end {
+        let samples = self.samples_of(settings, (pass, shutter_sample));
+        if samples.is_empty() {
             return Ok(RenderStatistics::default());
         }
-        let set = &set[first as usize..end as usize];
+        let first_index = shutter_sample.index * shutter_sample.share_of(settings.samples) + samples.start;
+        let set = &path_samples(settings, shutter_sample, samples);
 
         let flags = self.sums.flags();
         let (window, finished) = (self.sums.window, &self.finished);
@@ -129,7 +138,7 @@ impl PathFrame {
             }
             let mut part = SampleSums::new(tile, flags);
             let (non_finite_samples, integrator) =
-                renderer.add_exact_samples(&mut part, set, before + first, is_active, cancel)?;
+                renderer.add_exact_samples(&mut part, set, first_index, is_active, cancel)?;
             sums.lock().unwrap_or_else(PoisonError::into_inner).merge(&part);
             Ok(RenderStatistics { integrator, non_finite_samples, ..RenderStatistics::default() })
         })

@@ -1,5 +1,7 @@
 //! Sample positions inside a pixel.
 
+use std::ops::Range;
+
 use glam::Vec2;
 
 use crate::integrator::R2;
@@ -17,13 +19,13 @@ pub(super) fn pixel_offsets(count: u32, set: u32) -> Vec<Vec2> {
     (0..count).map(|i| Vec2::new(wrapped(column(i) + shift.x), wrapped(row(i) + shift.y))).collect()
 }
 
-/// `count` positions in the unit square of which the first of any number fill it evenly: Sobol's points, by their first two dimensions. `set` rotates
-/// them as in [`pixel_offsets`].
-pub(super) fn progressive_offsets(count: u32, set: u32) -> Vec<Vec2> {
+/// Some of `count` positions in the unit square of which the first of any number fill it evenly: Sobol's points, by their first two
+/// dimensions. `set` rotates them as in [`pixel_offsets`].
+pub(super) fn progressive_offsets(indices: Range<u32>, count: u32, set: u32) -> Vec<Vec2> {
     let half_step = 0.5 / count.next_power_of_two() as f32;
     let shift = Vec2::new(fraction(set.wrapping_mul(R2[0])), fraction(set.wrapping_mul(R2[1]))) + half_step;
     let point = |i: u32| Vec2::new(radical_inverse(i), fraction(sobol_second(i))) + shift;
-    (0..count).map(point).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
+    indices.map(point).map(|p| Vec2::new(wrapped(p.x), wrapped(p.y))).collect()
 }
 
 /// The second dimension of Sobol's sequence, whose generator matrix is Pascal's triangle modulo 2.
@@ -79,7 +81,8 @@ mod tests {
 
     #[test]
     fn every_power_of_two_of_progressive_positions_is_even() {
-        let offsets = progressive_offsets(256, 0);
+        let offsets = progressive_offsets(0..256, 256, 0);
+        assert_eq!(progressive_offsets(17..40, 256, 0), offsets[17..40]);
         for count in [4, 16, 64, 256] {
             // One position in each cell of a square grid.
             let side = (count as f32).sqrt();
@@ -94,7 +97,7 @@ mod tests {
     fn positions_of_any_count_and_set_stay_inside_the_pixel() {
         for count in 1..70 {
             for set in [0, 1, 2, 77] {
-                let offsets = [pixel_offsets(count, set), progressive_offsets(count, set)].concat();
+                let offsets = [pixel_offsets(count, set), progressive_offsets(0..count, count, set)].concat();
                 assert!(offsets.iter().all(|p| p.min_element() >= 0.0 && p.max_element() < 1.0));
             }
         }

@@ -2,6 +2,8 @@
 //!
 //! [`SamplePlan`] is that of Whitted's tree, [`path_samples`] gives those of paths.
 
+use std::ops::Range;
+
 use super::filter::PixelSample;
 use super::pixel_offsets::{pixel_offsets, progressive_offsets};
 use super::settings::RenderSettings;
@@ -28,10 +30,14 @@ impl ShutterSample {
     }
 }
 
-/// The samples of every pixel that paths have in one shutter sample. The first of any number fill the pixel evenly.
-pub(super) fn path_samples(settings: &RenderSettings, shutter_sample: ShutterSample) -> Vec<PixelSample> {
+/// Some of the samples of every pixel that paths have in one shutter sample. The first of any number fill the pixel evenly.
+pub(super) fn path_samples(
+    settings: &RenderSettings,
+    shutter_sample: ShutterSample,
+    indices: Range<u32>,
+) -> Vec<PixelSample> {
     let count = shutter_sample.share_of(settings.samples);
-    settings.filter.samples(&progressive_offsets(count, shutter_sample.index))
+    settings.filter.samples(&progressive_offsets(indices, count, shutter_sample.index))
 }
 
 /// The samples of every pixel that Whitted's tree has in one shutter sample.

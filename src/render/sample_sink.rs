@@ -9,6 +9,9 @@ use crate::integrator::whitted::{InstanceCoverage, SampleValue};
 
 /// Receiver of traced samples.
 pub(super) trait SampleSink {
+    /// Whether a sample counts. AOVs of others are not added.
+    fn accepts(&self, value: &SampleValue) -> bool;
+
     /// Adds some samples of the pixel at `position`, number `index` of the list of pixels.
     fn add(&mut self, index: usize, position: (u32, u32), values: &[SampleValue], set: &[PixelSample]);
 
@@ -31,6 +34,10 @@ pub(super) struct FloatSink<'t> {
 }
 
 impl SampleSink for FloatSink<'_> {
+    fn accepts(&self, _: &SampleValue) -> bool {
+        true
+    }
+
     fn add(&mut self, index: usize, _: (u32, u32), values: &[SampleValue], set: &[PixelSample]) {
         self.pixels[index].add(values, set);
         if let Some(ranges) = &mut self.ranges {
@@ -65,17 +72,20 @@ impl<'t> ExactSink<'t> {
 }
 
 impl SampleSink for ExactSink<'_> {
+    fn accepts(&self, value: &SampleValue) -> bool {
+        is_finite(value)
+    }
+
     fn add(&mut self, _: usize, position: (u32, u32), values: &[SampleValue], set: &[PixelSample]) {
         let index = self.sums.index(position);
         let pixel = &mut self.sums.pixels[index];
         let mut moments = self.sums.moments.as_mut().map(|moments| &mut moments[index]);
         for (value, &PixelSample { weight, .. }) in values.iter().zip(set) {
-            let value = value.to_array();
-            if !value.iter().all(|channel| channel.is_finite()) {
+            if !is_finite(value) {
                 self.non_finite_samples += 1;
                 continue;
             }
-            for (channel, value) in value.into_iter().enumerate() {
+            for (channel, value) in value.to_array().into_iter().enumerate() {
                 pixel.light[channel].add(value * weight);
                 if let Some(moments) = &mut moments {
                     moments.sums[channel].add(value);
@@ -115,4 +125,8 @@ impl SampleSink for ExactSink<'_> {
             add_exact_share(&mut coverage[index], seen.instance, share);
         }
     }
+}
+
+fn is_finite(value: &SampleValue) -> bool {
+    value.to_array().iter().all(|channel| channel.is_finite())
 }

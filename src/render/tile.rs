@@ -201,19 +201,26 @@ impl<'w, 'a> TileRenderer<'w, 'a> {
 
     /// Passes on the AOVs of the last batch, which has the samples of `set` in each pixel.
     fn add_aovs(&mut self, positions: &[(u32, u32)], set: &[PixelSample], sink: &mut impl SampleSink) {
-        for (&position, light) in positions.iter().zip(self.tracer.light_passes().chunks_exact(set.len())) {
-            for (sample, light) in set.iter().zip(light) {
-                sink.add_light(position, sample.weight, light);
+        let (per_pixel, values) = (set.len(), self.tracer.values());
+        let place = |sample: usize| (positions[sample / per_pixel], set[sample % per_pixel].weight);
+        for (sample, light) in self.tracer.light_passes().iter().enumerate() {
+            let (position, weight) = place(sample);
+            if sink.accepts(&values[sample]) {
+                sink.add_light(position, weight, light);
             }
         }
-        for (&position, guides) in positions.iter().zip(self.tracer.guides().chunks_exact(set.len())) {
-            for (sample, guide) in set.iter().zip(guides) {
-                sink.add_guide(position, sample.weight, guide);
+        for (sample, guide) in self.tracer.guides().iter().enumerate() {
+            let (position, weight) = place(sample);
+            if sink.accepts(&values[sample]) {
+                sink.add_guide(position, weight, guide);
             }
         }
         for coverage in self.tracer.coverage() {
             let sample = coverage.sample as usize;
-            sink.add_coverage(positions[sample / set.len()], set[sample % set.len()].weight, coverage);
+            let (position, weight) = place(sample);
+            if sink.accepts(&values[sample]) {
+                sink.add_coverage(position, weight, coverage);
+            }
         }
     }
 }

@@ -8,13 +8,16 @@ use crate::image::{Channel, ColorEncoding, Image, Samples};
 use crate::image_file::{
     ExrCompression, ExrHeader, FrameAttributes, SAMPLE_RANGE, decode_exr, encode_exr, write_atomically,
 };
+use crate::integrator::IntegratorStatistics;
 use crate::output::{SOFTWARE, sum_channels, sums_of_image};
-use crate::render::{PathFrame, RenderSettings};
+use crate::render::{PathFrame, RenderSettings, RenderStatistics};
 
 use super::{PlannedFrame, SequenceJob};
 
 /// Text attribute of the samples that are done.
 const TAKEN: &str = "samplesTaken";
+/// Text attributes of the statistics that are stored.
+const COUNTS: [&str; 3] = ["nonFiniteSamples", "cameraRays", "cameraHits"];
 /// Channel of the pixels that take no more samples.
 const FINISHED: &str = "finished";
 
@@ -29,24 +32,40 @@ pub(crate) struct Checkpoint<'a> {
 impl<'a> Checkpoint<'a> {
     /// The checkpoint of a frame, where the job keeps them.
     pub(super) fn of(job: &'a SequenceJob, planned: &'a PlannedFrame) -> Option<Self> {
-        let mut name = planned.path.file_name()?.to_owned();
-        name.push(".checkpoint");
-        job.checkpoint.then(|| Self { path: planned.path.with_file_name(name), job, planned })
+        job.checkpoint.then(|| Self { path: planned.checkpoint_path(), job, planned })
     }
 
-    /// The stored passes of a frame of `shutter_samples`; `None` where there are none of this frame.
-    pub(super) fn load(&self, settings: &RenderSettings, shutter_samples: u32) -> Option<PathFrame> {
+    /// The stored passes of a frame of `shutter_samples`, and what warnings depend on of their statistics; `None` where there are none of
+    /// this frame.
+    pub(super) fn load(
+        &self,
+        settings: &RenderSettings,
+        shutter_samples: u32,
+    ) -> Option<(PathFrame, RenderStatistics)> {
         let header = ExrHeader::read(&self.path).ok()?;
         let is_same = header.render_hash().as_deref() == Some(self.planned.render_hash.as_str())
             && header.text(SAMPLE_RANGE) == settings.sample_range_text()
             && header.data_window == settings.window.into();
         let taken = header.text(TAKEN).filter(|_| is_same)?.parse().ok()?;
+        let count = |name: &str| header.text(name)?.parse::<u64>().ok();
+        let [non_finite_samples, camera_rays, camera_hits] = COUNTS.map(count);
+        let integrator = IntegratorStatistics {
+            camera_rays: camera_rays?,
+            camera_hits: camera_hits?,
+            ..IntegratorStatistics::default()
+        };
+        let statistics = RenderStatistics {
+            integrator,
+            non_finite_samples: non_finite_samples?,
+            ..RenderStatistics::default()
+        };
         let bytes = std::fs::read(&self.path).ok()?;
         let image = decode_exr(&self.path, &bytes, self.job.max_memory_bytes).ok()?;
         let frame = PathFrame::new(settings, shutter_samples);
         let sums = sums_of_image(&image, frame.sums().flags())?;
         let Samples::Uint(finished) = &image.channel(FINISHED)?.samples else { return None };
-        frame.resumed(sums, finished.iter().map(|&is_finished| is_finished != 0).collect(), taken)
+        let finished = finished.iter().map(|&is_finished| is_finished != 0).collect();
+        Some((frame.resumed(sums, finished, taken)?, statistics))
     }
 
     /// Removes the file, if it is there.
@@ -59,7 +78,7 @@ impl<'a> Checkpoint<'a> {
     ///
     /// # Errors
     /// Those of writing the file.
-    pub(super) fn save(&self, frame: &PathFrame) -> Result<()> {
+    pub(super) fn save(&self, frame: &PathFrame, statistics: &RenderStatistics) -> Result<()> {
         let (width, height) = self.job.render.resolution;
         let finished =
             Samples::Uint(frame.finished().iter().map(|&is_finished| is_finished.into()).collect());
@@ -72,6 +91,10 @@ impl<'a> Checkpoint<'a> {
             channels,
         };
         let mut texts = vec![(TAKEN.to_owned(), frame.taken().to_string())];
+        let IntegratorStatistics { camera_rays, camera_hits, .. } = statistics.integrator;
+        let counts = [statistics.non_finite_samples, camera_rays, camera_hits];
+        texts
+            .extend(COUNTS.into_iter().zip(counts).map(|(name, count)| (name.to_owned(), count.to_string())));
         texts.extend(self.job.render.sample_range_text().map(|range| (SAMPLE_RANGE.to_owned(), range)));
         let attributes = FrameAttributes {
             software: SOFTWARE.to_owned(),

@@ -18,7 +18,7 @@ use super::posed_frames::PosedFrames;
 use super::{FrameProgress, Phases, SequenceJob};
 
 /// Denoises the colours of a film. Returns those before.
-fn denoise_film(denoiser: &Denoiser, film: &mut Film) -> Result<Vec<[f32; 3]>> {
+fn denoise_film(denoiser: &Denoiser, film: &mut Film, cancel: &CancelFlag) -> Result<Vec<[f32; 3]>> {
     let Some(guides) = &film.aovs.guides else {
         return Err(Error::Internal { message: "the guides of denoising were not recorded".to_owned() });
     };
@@ -27,7 +27,7 @@ fn denoise_film(denoiser: &Denoiser, film: &mut Film) -> Result<Vec<[f32; 3]>> {
     let normals: Vec<_> = guides.iter().map(|guide| guide.normal.to_array()).collect();
     let size = film.window.size();
     let image = NoisyImage { size, colors: &noisy, albedos: &albedos, normals: &normals };
-    for (pixel, denoised) in film.pixels.iter_mut().zip(denoiser.denoise(image)?) {
+    for (pixel, denoised) in film.pixels.iter_mut().zip(denoiser.denoise(image, cancel)?) {
         // Filters may overshoot.
         pixel[..3].copy_from_slice(&denoised.map(|channel| if channel > 0.0 { channel } else { 0.0 }));
     }
@@ -98,7 +98,7 @@ impl<'a> FrameTracer<'a> {
             rendered.rays.trace_seconds += phases.trace;
         }
         film.noisy = match &self.job.denoiser {
-            Some(denoiser) => Some(denoise_film(denoiser, film)?),
+            Some(denoiser) => Some(denoise_film(denoiser, film, self.cancel)?),
             None => None,
         };
         film.plate = self.plate(frame)?;
@@ -146,20 +146,23 @@ impl<'a> FrameTracer<'a> {
     ) -> Result<FrameStatistics> {
         let (job, cancel, settings) = (self.job, self.cancel, &self.job.render);
         let count = times.len() as u32;
-        let new = || PathFrame::new(settings, count);
-        let mut frame =
-            checkpoint.and_then(|checkpoint| checkpoint.load(settings, count)).unwrap_or_else(new);
+        let stored = checkpoint.and_then(|checkpoint| checkpoint.load(settings, count));
+        let new = || (PathFrame::new(settings, count), RenderStatistics::default());
+        let (mut frame, rays) = stored.unwrap_or_else(new);
         let mut clock = PassClock::new(job);
-        let mut rendered = FrameStatistics { is_reused: true, ..FrameStatistics::default() };
+        let mut rendered = FrameStatistics { rays, is_reused: true, ..FrameStatistics::default() };
         while let Some(most) = clock.most_samples()
             && let Some(pass) = frame.next_pass(most)
         {
             let before = frame.progress();
             let after = before.samples + pass.samples() * count;
             for (index, &time_seconds) in times.iter().enumerate() {
+                let sample = ShutterSample { index: index as u32, count };
+                if frame.samples_of(settings, (&pass, sample)).is_empty() {
+                    continue;
+                }
                 self.pose(time_seconds, &mut rendered)?;
                 let view = self.view()?;
-                let sample = ShutterSample { index: index as u32, count };
                 let share = |share: f32| {
                     let of_pass = (index as f32 + share) / count as f32;
                     let samples = before.samples as f32 + of_pass * (after - before.samples) as f32;
@@ -172,7 +175,7 @@ impl<'a> FrameTracer<'a> {
             frame.finish(&pass);
             clock.finish(&pass);
             if let Some(checkpoint) = checkpoint {
-                checkpoint.save(&frame)?;
+                checkpoint.save(&frame, &rendered.rays)?;
             }
         }
         // A complete checkpoint leaves no pass that poses the scene.

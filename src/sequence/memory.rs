@@ -22,8 +22,12 @@ const BYTES_A_TIME_PIXEL: u128 = 16;
 /// A pixel of the plates behind the film being traced and the film being written (16 each), of the latter over its plate (16), and of
 /// its channels without the plate before and after compression (8 each).
 const BYTES_A_PLATE_PIXEL: u128 = 64;
-/// Copies of the exact sums of a frame: its own, and in checkpoints and files of sample ranges the channels and the encoded file.
-const SUM_COPIES: u128 = 3;
+/// Copies of the exact sums of a frame: its own, and in checkpoints and files of sample ranges those of the frame being written, the channels
+/// and the encoded file.
+const SUM_COPIES: u128 = 4;
+/// A pixel of denoising: guides of two films (24 each), noisy colours of two films (12), their channels (24), three images for the denoiser (12
+/// each) and one of its files (12).
+const BYTES_A_DENOISED_PIXEL: u128 = 2 * 24 + 2 * 12 + 24 + 3 * 12 + 12;
 /// Instances that cover a pixel: most pixels have one or two, edges and foliage more.
 const SHARES_A_PIXEL: usize = 4;
 /// A posed triangle of this frame and of the previous one: corners, flags and attributes; and its leaf's data for refitting.
@@ -65,6 +69,9 @@ fn pixel_bytes(window: PixelWindow, shutter: Shutter, exr: &ExrOutput, sums: Opt
     // AOVs of the film being traced and of the film being written.
     let mut bytes_a_pixel = BYTES_A_PIXEL + 2 * aov_bytes(aovs) + channels;
     if let Some(sums) = sums {
+        if sums.guides {
+            bytes_a_pixel += BYTES_A_DENOISED_PIXEL;
+        }
         bytes_a_pixel += SUM_COPIES * sum_bytes(sums);
     } else if shutter.time_samples > 1 {
         bytes_a_pixel += BYTES_A_TIME_PIXEL + aov_bytes(AovFlags { centers: false, ..aovs });

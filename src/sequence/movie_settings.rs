@@ -14,6 +14,12 @@ pub(super) fn check_movie(job: &SequenceJob) -> Result<()> {
     if job.sequence_outputs.movie.is_some() {
         return refused("movie", "`output` names a movie already; leave one of the two out");
     }
+    if job.checkpoint {
+        return refused(
+            "checkpoint",
+            "keeps passes of frames, but `output` names a movie, which is made as a whole",
+        );
+    }
     if job.preview {
         return refused("preview", "adds previews to EXR files, but `output` names a movie; leave it out");
     }

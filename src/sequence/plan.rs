@@ -39,6 +39,13 @@ impl PlannedFrame {
         let others = self.aov_paths.iter().chain(&self.preview_path);
         std::iter::once(&self.path).chain(others).map(PathBuf::as_path)
     }
+
+    /// Path of the frame's checkpoint.
+    pub(super) fn checkpoint_path(&self) -> PathBuf {
+        let mut name = self.path.file_name().unwrap_or_default().to_owned();
+        name.push(".checkpoint");
+        self.path.with_file_name(name)
+    }
 }
 
 /// Frames of a run in the order of rendering.
@@ -48,6 +55,8 @@ pub struct Plan {
     pub frames: Vec<PlannedFrame>,
     /// Existing files with other content that frames and previews replace.
     pub replaced: Vec<ReplacedFile>,
+    /// Whether frames have checkpoints beside them.
+    pub keeps_checkpoints: bool,
 }
 
 /// An existing file that the run replaces by other content.
@@ -81,7 +90,7 @@ impl Plan {
         if job.existing == ExistingFiles::Protect {
             refuse_to_replace(&replaced)?;
         }
-        Ok(Self { frames, replaced })
+        Ok(Self { frames, replaced, keeps_checkpoints: job.checkpoint })
     }
 
     /// The checks of [`Plan::new`] that need neither the camera nor the environment nor existing files.
@@ -103,6 +112,9 @@ impl Plan {
         let mut paths = Vec::new();
         for frame in &self.frames {
             paths.extend(frame.paths().map(Path::to_owned));
+            if self.keeps_checkpoints {
+                paths.push(frame.checkpoint_path());
+            }
         }
         for path in &paths {
             // One file probes its whole folder.
@@ -112,6 +124,10 @@ impl Plan {
             }
         }
         remove_stale_temporaries(&paths);
+        // A run may have ended between a frame and its checkpoint.
+        for frame in self.frames.iter().filter(|frame| self.keeps_checkpoints && frame.is_done) {
+            let _ = std::fs::remove_file(frame.checkpoint_path());
+        }
         Ok(())
     }
 

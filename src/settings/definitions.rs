@@ -55,7 +55,8 @@ settings! {
     /// AOVs (extra channels) of EXR files, separated by commas
     /// : depth, position, normal, geometric_normal, albedo, emission, direct, environment, reflection, refraction,
     /// pass_through, uv, object_id, material_id, node_id, motion, crypto_object, crypto_material; light, data, crypto
-    /// and all are groups
+    /// and all are groups. Of the path integrator also variance, sample_count, denoising_albedo, denoising_normal, in
+    /// the groups noise and denoising
     aovs: Aovs, Output { value_name: "LIST", hidden_aliases: &["layers"], is_common: true }
     /// Sample type and compression of EXR files
     /// : half or float for light (data is always float), and none, rle, zips, zip, piz, dwaa or dwab, in any order.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::bvh::{BuildSettings, SimdLevel};
 use crate::denoise::Denoiser;
 use crate::error::{Error, Result, Warning};
+use crate::film::AovFlags;
 use crate::framing::{CameraRule, ResolvedCamera, ground_below, resolve_camera};
 use crate::gltf::{self, ImageLoading, ImportOptions};
 use crate::output::{Aov, AovSet, matte_collisions};
@@ -112,7 +113,13 @@ fn check_image(shot: &ShotSettings) -> Result<()> {
             let limit = max_memory_bytes(values);
             {
                 let exr = exr_output(values);
-                let sums = PathFrame::sum_flags(values.integrator, &path_settings(values)?, exr.aov_flags());
+                let aovs = exr.aov_flags();
+                let guides = aovs.guides || values.denoise != DenoiserKind::None;
+                let sums = PathFrame::sum_flags(
+                    values.integrator,
+                    &path_settings(values)?,
+                    AovFlags { guides, ..aovs },
+                );
                 check_image_memory(&shot.scene, window, shutter(values), &exr, sums, limit)
             }
         }
@@ -171,6 +178,7 @@ fn resolve_sequences(
     let ShotOutline { sequences, choices, inputs } = ShotOutline::new(shot, &scene)?;
     let request = environment_request(args);
     let matte_warnings = matte_warnings(args, &scene);
+    let denoiser = denoiser(args)?;
 
     // Environment, stage and camera of each sequence. All have the environment of one, so that their exposure does not depend on which
     // of them measures it: one that moves the file's light, if any does.
@@ -189,7 +197,7 @@ fn resolve_sequences(
             resolve_camera(&scene, outline.selection.clone(), &outline.view, aspect_ratio);
         let mut sequence = sequence_job(shot, Arc::clone(&scene), &outline, selection, environment);
         sequence.render.ground = ground(args, &scene, &outline);
-        sequence.denoiser = denoiser(args)?;
+        sequence.denoiser.clone_from(&denoiser);
         sequence.plates = plates(args, &outline.frames, max_memory_bytes)?;
         let mut choices = choices.clone();
         choices.extend(ineffective_settings(args, &sequence));

@@ -113,6 +113,9 @@ fn split_aovs_are_merged_one_by_one_without_stamps() {
         assert_eq!(ended.code, Some(0), "{}", ended.said);
         assert!(stage.bytes("whole.exr") == stage.bytes(name), "{name}");
     }
+    // The merged file of another AOV is no merged file of these.
+    let ended = stage.merge(&tiles, &["-o", "whole.exr"]);
+    assert!(ended.code == Some(73) && ended.said.contains("--overwrite"), "{}", ended.said);
     // Files of different AOVs are not parts of one image.
     let ended = stage.merge(&[tiles, depths].concat(), &["-o", "both.exr"]);
     assert_eq!(ended.code, Some(65), "{}", ended.said);

@@ -180,9 +180,9 @@ fn kill_after_a_checkpoint(stage: &Stage, options: &[&str]) {
 }
 
 #[expect(clippy::unwrap_used, reason = "a test that cannot go on may panic")]
-fn camera_rays(stage: &Stage, name: &str) -> u64 {
+fn shadow_rays(stage: &Stage, name: &str) -> u64 {
     let stats: serde_json::Value = serde_json::from_slice(&stage.bytes(name)).unwrap();
-    stats["frames"][0]["rays"]["camera"].as_u64().unwrap()
+    stats["frames"][0]["rays"]["shadow"].as_u64().unwrap()
 }
 
 #[test]
@@ -199,7 +199,8 @@ fn a_killed_frame_continues_from_its_checkpoint() {
         stage.render("frame.exr", &[&options[..], &["--stats", "continued.json"]].concat());
         stage.render("expected.exr", &[&options[..], &["--stats", "whole.json"]].concat());
         assert!(stage.bytes("frame.exr") == stage.bytes("expected.exr"), "{options:?}");
-        assert!(camera_rays(&stage, "continued.json") < camera_rays(&stage, "whole.json"), "{options:?}");
+        // Shadow rays are those of this run alone.
+        assert!(shadow_rays(&stage, "continued.json") < shadow_rays(&stage, "whole.json"), "{options:?}");
         let left = ["continued.json", "expected.exr", "frame.exr", "whole.json"];
         assert_eq!(names(stage.folder.path()), left);
     }
@@ -212,11 +213,42 @@ fn foreign_and_damaged_checkpoints_are_ignored() {
     stage.render("expected.exr", &options);
     kill_after_a_checkpoint(&stage, &["--samples", "4096", "--checkpoint"]);
     let foreign = stage.bytes("frame.exr.checkpoint");
-    for bytes in [&foreign[..], &foreign[..foreign.len() / 2], b"no image"] {
+    // Bytes of the pixels and of the table of offsets are damaged behind a whole header.
+    let mut damaged = foreign.clone();
+    let middle = foreign.len() / 2;
+    damaged[middle..middle + 64].fill(0xff);
+    for bytes in [&foreign[..], &foreign[..middle], b"no image", &damaged] {
         std::fs::write(stage.path("frame.exr.checkpoint"), bytes).unwrap();
         stage.render("frame.exr", &[&options[..], &["--overwrite"]].concat());
         assert!(stage.bytes("frame.exr") == stage.bytes("expected.exr"));
     }
+}
+
+#[test]
+fn damaged_sample_ranges_are_refused_or_merged_without_a_panic() {
+    let stage = Stage::new(SCENE);
+    stage.render("b.exr", &["--samples", "8", "--sample-range", "4-7"]);
+    stage.render("a.exr", &["--samples", "8", "--sample-range", "0-3"]);
+    let whole = stage.bytes("a.exr");
+    for at in (whole.len() / 4..whole.len()).step_by(whole.len() / 40) {
+        let mut damaged = whole.clone();
+        let end = damaged.len().min(at + 9);
+        damaged[at..end].fill(0x80);
+        std::fs::write(stage.path("a.exr"), damaged).unwrap();
+        let (code, said) = stage.merge(&["a.exr", "b.exr"], &format!("{at}.exr"));
+        assert!(matches!(code, Some(0 | 65 | 77)) && said.lines().count() == 1, "{at}: {code:?} {said}");
+    }
+}
+
+#[test]
+fn leftovers_of_checkpoints_are_removed() {
+    let stage = Stage::new(SCENE);
+    stage.render("frame.exr", &["--samples", "8"]);
+    kill_after_a_checkpoint(&stage, &["--samples", "4096", "--checkpoint", "--overwrite"]);
+    stage.render("frame.exr", &["--samples", "8", "--checkpoint", "--resume"]);
+    assert_eq!(names(stage.folder.path()), ["frame.exr"]);
+    let (code, said) = stage.try_render("film.webp", &["--samples", "8", "--checkpoint"]);
+    assert!(code == Some(2) && said.contains("--checkpoint"), "{said}");
 }
 
 #[test]

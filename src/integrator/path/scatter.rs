@@ -15,14 +15,16 @@ use crate::interaction::RayDifferential;
 const ROULETTE_DEPTH: u32 = 2;
 
 impl Tracer<'_, '_> {
-    /// Samples the ray with which a path goes on, unless the path ends. Returns whether a mirror or clear glass sent it.
-    pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>) -> bool {
+    /// Samples the ray with which a path goes on, unless the path ends. Returns whether a mirror or clear glass ends the path or
+    /// sends it on.
+    pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>, share: f32) -> bool {
         let depth = shaded.state.depth;
         let number = |decision: Decision| shaded.sequence.number(decision.dimension(depth));
         let u = shaded.sequence.point(Decision::Direction.dimension(depth));
         let Some(sample) = shaded.scattering.sample(number(Decision::Lobe), u) else { return false };
         let Some(direction) = world_direction(&shaded, &sample) else { return false };
         let mut weight = shaded.weight * sample.weight;
+        let mut guide_share = if sample.is_smooth { shaded.state.guide_share * share } else { 0.0 };
         let largest = weight.max_element();
         if !(largest > 0.0 && largest < f32::INFINITY) {
             return false;
@@ -32,9 +34,10 @@ impl Tracer<'_, '_> {
                 return sample.is_smooth;
             }
             weight /= largest;
+            guide_share /= largest;
         }
         let is_smooth = sample.is_smooth;
-        self.push_path(shaded, sample, direction, weight);
+        self.push_path(shaded, sample, direction, (weight, guide_share));
         is_smooth
     }
 
@@ -43,7 +46,7 @@ impl Tracer<'_, '_> {
         shaded: ShadedPoint<'_, '_>,
         sample: ScatterSample,
         direction: Vec3,
-        weight: Vec3,
+        (weight, guide_share): (Vec3, f32),
     ) {
         let (state, point) = (shaded.state, shaded.point);
         let is_reflected = sample.wi.z > 0.0;
@@ -82,6 +85,7 @@ impl Tracer<'_, '_> {
             kind,
             channels: shaded.channels,
             light_pass: shaded.light_pass.or(Some(own_pass)),
+            guide_share,
             depth: state.depth + 1,
             ..*state
         };

@@ -84,7 +84,7 @@ impl Tracer<'_, '_> {
         };
         self.queue_lights(&shaded);
         // Mirrors and clear glass show what guides the denoising.
-        if !self.send_path(shaded) {
+        if !self.send_path(shaded, share) {
             self.add_guide(state, share, (material, point));
         }
     }
@@ -97,6 +97,6 @@ impl Tracer<'_, '_> {
     ) {
         let albedo = material.base_color.max(material.emission).min(Vec3::ONE);
         let guide = GuideSample { albedo, normal: point.shading_normal };
-        self.aovs.add_guide(state.sample, share, guide);
+        self.aovs.add_guide(state.sample, state.guide_share * share, guide);
     }
 }

@@ -8,6 +8,10 @@ use super::environment_shadows::{EnvironmentLookup, EnvironmentLookups, LookupLo
 use super::local_frame::mirror_direction;
 use super::shading::Shading;
 use super::tracer::Tracer;
+use crate::scene::KeyLight;
+
+/// Least square of the lobe's width, so that narrow lobes stay finite.
+const MIN_ALPHA_SQUARED: f32 = 1e-6;
 
 impl Tracer<'_, '_> {
     /// Adds diffuse light of the environment and the prefiltered share of rough lobes.
@@ -72,13 +76,31 @@ impl Tracer<'_, '_> {
                     && let Some(direction) = bsdf.refract(shading.wo)
                 {
                     let direction = shading.world_from_local * direction;
-                    let seen = environment.prefiltered(direction, roughness);
+                    let mut seen = environment.prefiltered(direction, roughness);
+                    // Thin walls show the peaks as highlights, volumes do not.
+                    if !shading.material.thin {
+                        seen += self.peaks_in_lobe(direction, roughness);
+                    }
                     let radiance = reached * (albedo * seen * prefiltered_share);
                     let lobe = LookupLobe::Glossy { direction, roughness };
                     lookups.push(EnvironmentLookup { radiance, lobe, is_outside: false });
                 }
             }
         }
+    }
+
+    /// Light of the environment's peaks in the lobe of a prefiltered lookup: GGX around `direction`, for a view along the normal.
+    fn peaks_in_lobe(&self, direction: Vec3, roughness: f32) -> Vec3 {
+        let alpha = roughness * roughness;
+        let alpha_squared = (alpha * alpha).max(MIN_ALPHA_SQUARED);
+        let seen = |peak: &KeyLight| {
+            // The half vector's cosine with both directions
+            let cosine_squared = (1.0 + direction.dot(peak.direction_to_light)) * 0.5;
+            let denominator = 1.0 - cosine_squared * (1.0 - alpha_squared);
+            // The density of mirrored directions is a quarter of that of normals.
+            peak.irradiance * (alpha_squared * FRAC_1_PI * 0.25 / (denominator * denominator))
+        };
+        self.context.peaks.iter().map(seen).sum()
     }
 
     /// Prefiltered radiance of the specular lobe.

@@ -40,8 +40,6 @@ pub(in crate::integrator) struct SampleAovs {
     coverage: Vec<InstanceCoverage>,
     /// One entry for each sample, or none.
     guides: Vec<GuideSample>,
-    /// Shares of the samples that their guides have.
-    guided_shares: Vec<f32>,
 }
 
 impl SampleAovs {
@@ -54,13 +52,11 @@ impl SampleAovs {
         self.light.clear();
         self.coverage.clear();
         self.guides.clear();
-        self.guided_shares.clear();
         if self.flags.light {
             self.light.resize(samples, LightPasses::default());
         }
         if self.flags.guides {
             self.guides.resize(samples, GuideSample::default());
-            self.guided_shares.resize(samples, 0.0);
         }
     }
 
@@ -77,14 +73,11 @@ impl SampleAovs {
         }
     }
 
-    /// Adds a surface that scatters light to the guides of a sample, unless earlier ones make them up.
+    /// Adds a surface that scatters light to the guide of a sample.
     pub(in crate::integrator) fn add_guide(&mut self, sample: u32, share: f32, guide: GuideSample) {
-        let sample = sample as usize;
-        if let (Some(sum), Some(guided)) = (self.guides.get_mut(sample), self.guided_shares.get_mut(sample)) {
-            let share = share.min(1.0 - *guided);
+        if let Some(sum) = self.guides.get_mut(sample as usize) {
             sum.albedo += guide.albedo * share;
             sum.normal += guide.normal * share;
-            *guided += share;
         }
     }
 

@@ -114,14 +114,17 @@ impl Tracer<'_, '_> {
             child.ray.direction,
             shading.relative_ior,
         );
-        self.push_child(&arrival, child, differential, (side.media.clone(), side.touching.map(Box::new)));
+        // Thin walls show the peaks as highlights, volumes do not.
+        let sees_peaks = !shading.material.thin;
+        let beyond = (side.media.clone(), side.touching.map(Box::new), sees_peaks);
+        self.push_child(&arrival, child, differential, beyond);
     }
 
     /// Adds a reflected ray to the next wavefront.
     pub(super) fn send_reflected(&mut self, arrival: &Arrival<'_, '_>, child: ChildRay) {
         let state = arrival.state;
         let differential = arrival.point.reflected_differential(self.context.view.frame, &state.differential);
-        self.push_child(arrival, child, differential, (state.media.clone(), None));
+        self.push_child(arrival, child, differential, (state.media.clone(), None, false));
     }
 
     fn push_child(
@@ -129,7 +132,7 @@ impl Tracer<'_, '_> {
         arrival: &Arrival<'_, '_>,
         child: ChildRay,
         differential: RayDifferential,
-        (media, touching): (MediaStack, Option<Box<Hit>>),
+        (media, touching, sees_peaks): (MediaStack, Option<Box<Hit>>, bool),
     ) {
         let ChildRay { ray, weight, kind, channels, seed } = child;
         let light_pass = arrival.light_pass.or(match kind {
@@ -146,6 +149,7 @@ impl Tracer<'_, '_> {
             kind,
             channels,
             light_pass,
+            sees_peaks,
             depth,
             seed,
             ..*arrival.state

@@ -114,6 +114,11 @@ impl<'w, 'a> Tracer<'w, 'a> {
         Self { aovs: SampleAovs::new(flags), ..self }
     }
 
+    /// The values of the samples of the last batch.
+    pub fn values(&self) -> &[SampleValue] {
+        &self.values
+    }
+
     /// The light passes of each sample of the last batch; empty unless they are recorded.
     pub fn light_passes(&self) -> &[LightPasses] {
         self.aovs.light()

@@ -142,8 +142,7 @@ impl Tracer<'_, '_> {
         let is_path = self.context.settings.integrator == Integrator::Path;
         let radiance = match state.kind {
             RayKind::Camera => environment.background_over(ray.direction, differential),
-            // The surface that the ray comes from shows the peaks as highlights.
-            RayKind::Reflection if !is_path => environment.open_radiance_over(ray.direction, differential),
+            _ if !is_path && !state.sees_peaks => environment.open_radiance_over(ray.direction, differential),
             RayKind::Reflection | RayKind::Refraction | RayKind::GroundReflection => {
                 environment.radiance_over(ray.direction, differential)
             }

@@ -6,6 +6,7 @@ use tempfile::TempDir;
 
 use crate::cancel::{CancelFlag, Cancelled};
 use crate::error::{Error, Result};
+use crate::render::PathSettings;
 use crate::sequence::{
     ExistingFiles, OutputPattern, Plan, SequenceJob, SequenceOutputs, Summary, run as run_sequence,
 };
@@ -23,6 +24,7 @@ pub(super) struct RenderedShot {
 /// # Errors
 /// Errors before the first frame; [`Error::Interrupted`] when cancelled.
 pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<RenderedShot> {
+    check_repeatable(&job)?;
     let folder = tempfile::tempdir().map_err(|source| Error::CannotCreate {
         path: std::env::temp_dir(),
         message: format!("a temporary folder cannot be created: {source}"),
@@ -42,6 +44,24 @@ pub(super) fn render_shot(mut job: SequenceJob, cancel: &CancelFlag) -> Result<R
         return Err(Error::Interrupted(Cancelled));
     }
     Ok(RenderedShot { frames: frames(summary), _folder: folder })
+}
+
+/// Refuses images that another run would not repeat, or that are not whole.
+fn check_repeatable(job: &SequenceJob) -> Result<()> {
+    let PathSettings { sample_range, time_limit_seconds, .. } = job.render.path;
+    if time_limit_seconds.is_some() {
+        return Err(Error::setting(
+            "time_limit",
+            "makes images depend on the machine's speed; set `samples` or `noise`",
+        ));
+    }
+    if sample_range.is_some() {
+        return Err(Error::setting(
+            "sample_range",
+            "makes parts of images, which are not compared; leave it out",
+        ));
+    }
+    Ok(())
 }
 
 fn pattern_in(folder: &Path) -> Result<OutputPattern> {

@@ -31,7 +31,7 @@ pub(super) fn take_peaks(image: &EquirectImage) -> (Vec<KeyLight>, Option<Equire
     let least_light = LEAST_LIGHT * grid.light(image);
     let mut peaks = Vec::new();
     let mut without: Option<EquirectImage> = None;
-    let mut seen = BTreeSet::new();
+    let mut seen = vec![false; image.pixels.len()];
     for _ in 0..MOST_REGIONS {
         // A halo that is left around a peak is looked at without it.
         let current = without.as_ref().unwrap_or(image);
@@ -40,7 +40,7 @@ pub(super) fn take_peaks(image: &EquirectImage) -> (Vec<KeyLight>, Option<Equire
         if peaks.len() == MOST_PEAKS || f64::from(brightest) * MOST_SOLID_ANGLE <= least_light {
             break;
         }
-        let region = grid.region(current, texel);
+        let region = grid.region(current, texel, &mut seen);
         if let Some(peak) = grid.peak(current, &region).filter(|peak| peak.light >= least_light) {
             let reduced = without.get_or_insert_with(|| image.clone());
             for &texel in &region.texels {
@@ -49,7 +49,6 @@ pub(super) fn take_peaks(image: &EquirectImage) -> (Vec<KeyLight>, Option<Equire
             }
             peaks.push(peak.key);
         }
-        seen.extend(region.texels);
     }
     (peaks, without)
 }
@@ -62,7 +61,7 @@ struct Grid {
 
 /// Connected texels.
 struct Region {
-    texels: BTreeSet<u32>,
+    texels: Vec<u32>,
     /// Texels next to them.
     border: BTreeSet<u32>,
     /// Whether it is no larger than a peak.
@@ -84,15 +83,17 @@ impl Grid {
     }
 
     /// Luminance and index of the brightest texel that was not seen; of equal ones the first.
-    fn brightest(&self, image: &EquirectImage, seen: &BTreeSet<u32>) -> Option<(f32, u32)> {
+    fn brightest(&self, image: &EquirectImage, seen: &[bool]) -> Option<(f32, u32)> {
         let rows = image.pixels.par_chunks(image.width.max(1)).zip(0..self.height);
         let of_row = |(row, y): (&[[f32; 3]], u32)| {
-            let texels = row.iter().zip(y * self.width..).filter(|(_, texel)| !seen.contains(texel));
-            let texels = texels.map(|(&pixel, texel)| (luminance(Vec3::from(pixel)), texel));
-            texels.fold(None, |best: Option<(f32, u32)>, texel| match best {
-                Some(best) if best.0 >= texel.0 => Some(best),
-                _ => Some(texel),
-            })
+            let mut best: Option<(f32, u32)> = None;
+            for (&pixel, texel) in row.iter().zip(y * self.width..) {
+                let light = luminance(Vec3::from(pixel));
+                if best.is_none_or(|(most, _)| light > most) && !seen[texel as usize] {
+                    best = Some((light, texel));
+                }
+            }
+            best
         };
         let brightest: Vec<_> = rows.map(of_row).collect();
         brightest.into_iter().flatten().reduce(|best, other| if other.0 > best.0 { other } else { best })
@@ -125,28 +126,32 @@ impl Grid {
         [Some(left), Some(right), above, below].into_iter().flatten()
     }
 
-    /// The region around its brightest texel, as far as it may be a peak.
-    fn region(&self, image: &EquirectImage, brightest: u32) -> Region {
+    /// The region around its brightest texel, whose texels are marked as seen. Of one that is too large to be a peak the rest is only marked.
+    fn region(&self, image: &EquirectImage, brightest: u32, seen: &mut [bool]) -> Region {
         let brightness = |texel: u32| luminance(Vec3::from(image.pixels[texel as usize]));
         let least = brightness(brightest) * LEAST_SHARE;
-        let mut region =
-            Region { texels: BTreeSet::from([brightest]), border: BTreeSet::new(), is_small: true };
-        let mut solid_angle = self.solid_angle(brightest);
+        let mut region = Region { texels: Vec::new(), border: BTreeSet::new(), is_small: true };
+        let mut solid_angle = 0.0;
         let mut pending = vec![brightest];
+        seen[brightest as usize] = true;
         while let Some(texel) = pending.pop() {
+            solid_angle += self.solid_angle(texel);
+            region.is_small = solid_angle <= MOST_SOLID_ANGLE;
+            if region.is_small {
+                region.texels.push(texel);
+            }
             for neighbour in self.neighbours(texel) {
-                if brightness(neighbour) < least {
+                if brightness(neighbour) >= least {
+                    if !std::mem::replace(&mut seen[neighbour as usize], true) {
+                        pending.push(neighbour);
+                    }
+                } else if region.is_small {
                     region.border.insert(neighbour);
-                } else if region.texels.insert(neighbour) {
-                    solid_angle += self.solid_angle(neighbour);
-                    pending.push(neighbour);
                 }
             }
-            if solid_angle > MOST_SOLID_ANGLE {
-                region.is_small = false;
-                break;
-            }
         }
+        // The order in which texels are summed
+        region.texels.sort_unstable();
         region
     }
 

@@ -8,7 +8,7 @@ use super::interiors::Interiors;
 use super::lights::{self, PreparedLight};
 use super::media::{MediaStack, Medium};
 use super::opaque_materials::{OpaqueAlbedos, is_opaque};
-use super::path::HittableLights;
+use super::path::EmissiveTriangles;
 use super::random::hash;
 use super::settings::{EnvSamples, Integrator, IntegratorSettings, PathSettings};
 use super::zsobol::ZSobol;
@@ -43,8 +43,8 @@ pub struct IntegratorContext<'a> {
     volume_bounds: Aabb,
     /// The volumes that contain the camera, outermost first.
     camera_media: Vec<Medium>,
-    /// Lights that rays can hit, for [`Integrator::Path`].
-    pub(super) hittable_lights: Option<HittableLights>,
+    /// For [`Integrator::Path`].
+    pub(super) emissive_triangles: Option<EmissiveTriangles>,
     /// Directions of the shadow rays of [`Integrator::Whitted`] to the environment; `None` where its light is not occluded.
     pub(super) environment_directions: Option<Arc<EnvironmentDirections>>,
     /// Share of the environment's light that shadow rays decide about.
@@ -89,7 +89,7 @@ impl<'a> IntegratorContext<'a> {
             constant_materials: view.frame.materials.iter().map(is_constant).collect(),
             volume_bounds,
             camera_media,
-            hittable_lights: is_path.then(|| HittableLights::new(view)),
+            emissive_triangles: is_path.then(|| EmissiveTriangles::new(view)),
             environment_directions: traces_environment
                 .then(|| Arc::new(EnvironmentDirections::new(view.environment))),
             occluded_share,
@@ -104,7 +104,7 @@ impl<'a> IntegratorContext<'a> {
     /// emissive triangles.
     pub(super) fn shadow_passages(&self) -> Vec<GlassPassage> {
         let mut passages = vec![GlassPassage::Straight; self.lights.len()];
-        if self.hittable_lights.is_some() {
+        if self.emissive_triangles.is_some() {
             passages.extend([GlassPassage::ThinWalls; 2]);
         } else if self.environment_directions.is_some() {
             passages.push(GlassPassage::Straight);

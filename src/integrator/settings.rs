@@ -25,6 +25,8 @@ pub struct PathSettings {
     /// Largest radiance that a path brings from beyond its first surface, in the largest channel; infinite for no limit. A limit
     /// removes fireflies and some light.
     pub clamp_indirect: f32,
+    /// Whether paths find smooth surfaces rougher that they reach after a rough one.
+    pub regularize: bool,
     /// The samples that are rendered; `None` for all.
     pub sample_range: Option<SampleRange>,
     /// Time after which a frame takes no more samples; the image depends on the machine's speed.
@@ -47,6 +49,7 @@ impl Default for PathSettings {
             seed_per_frame: false,
             noise: None,
             clamp_indirect: f32::INFINITY,
+            regularize: false,
             sample_range: None,
             time_limit_seconds: None,
         }

@@ -103,6 +103,11 @@ impl ShadowBatch {
         index
     }
 
+    /// The direction of a ray.
+    pub(super) fn direction(&self, index: u32) -> Vec3 {
+        self.rays[index as usize].direction
+    }
+
     /// Whether there are no rays.
     pub(super) fn is_empty(&self) -> bool {
         self.rays.is_empty()

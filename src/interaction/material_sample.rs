@@ -41,6 +41,21 @@ pub struct MaterialSample {
     pub clear_coat: Option<ClearCoatSample>,
 }
 
+impl MaterialSample {
+    /// The same with rougher lobes: a GGX α below 0.3 is doubled, to at least 0.1 (Pharr, Jakob and Humphreys, "Physically Based Rendering",
+    /// 2023, section 14.4.3, path regularisation).
+    pub(crate) fn regularized(&self) -> Self {
+        let clear_coat =
+            self.clear_coat.map(|coat| ClearCoatSample { roughness: regularized(coat.roughness), ..coat });
+        Self { roughness: regularized(self.roughness), clear_coat, ..*self }
+    }
+}
+
+fn regularized(roughness: f32) -> f32 {
+    let alpha = roughness * roughness;
+    if alpha < 0.3 { (2.0 * alpha).clamp(0.1, 0.3).sqrt() } else { roughness }
+}
+
 /// Anisotropy at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnisotropySample {

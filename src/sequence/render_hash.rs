@@ -129,13 +129,21 @@ fn render_settings_key(render: &RenderSettings, shutter: Shutter) -> serde_json:
 }
 
 fn integrator_key(integrator: Integrator, path: &PathSettings) -> serde_json::Value {
-    let PathSettings { seed, seed_per_frame, noise, clamp_indirect, sample_range: _, time_limit_seconds } =
-        *path;
+    let PathSettings {
+        seed,
+        seed_per_frame,
+        noise,
+        clamp_indirect,
+        regularize,
+        sample_range: _,
+        time_limit_seconds,
+    } = *path;
     match integrator {
         Integrator::Path => {
             let [noise, time_limit_seconds] =
                 [noise, time_limit_seconds].map(|limit| limit.map(f32::to_bits));
-            json!(["path", seed, seed_per_frame, noise, clamp_indirect.to_bits(), time_limit_seconds])
+            let clamp = clamp_indirect.to_bits();
+            json!(["path", seed, seed_per_frame, noise, clamp, regularize, time_limit_seconds])
         }
         Integrator::Whitted => json!("whitted"),
     }

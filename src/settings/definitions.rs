@@ -172,6 +172,9 @@ settings! {
     /// Largest radiance that a path brings from beyond its first surface
     /// . Removes fireflies, and with them light: off by default
     clamp_indirect: Factor, Image { value_name: "RADIANCE" }
+    /// Makes mirrors and glass rougher that paths reach after a rough surface
+    /// . Light that they focus, caustics, becomes soft and much less noisy: biased, and off by default
+    regularize: Flag = false, Image {}
     /// Rays traced for the first rough reflection or transmission; later ones trace one
     /// . 0 uses the prefiltered environment
     glossy: Whole<u32, 0, 4096> = 0, Image { value_name: "N" }

@@ -60,6 +60,7 @@ pub(super) fn path_settings(args: &SettingValues) -> Result<PathSettings> {
         seed_per_frame: args.seed_per_frame,
         noise: args.noise,
         clamp_indirect: args.clamp_indirect.unwrap_or(f32::INFINITY),
+        regularize: args.regularize,
         sample_range: sample_range(args)?,
         time_limit_seconds: args.time_limit,
     })
@@ -72,6 +73,7 @@ fn check_path_settings(args: &SettingValues) -> Result<()> {
         ("seed_per_frame", args.seed_per_frame),
         ("noise", args.noise.is_some()),
         ("clamp_indirect", args.clamp_indirect.is_some()),
+        ("regularize", args.regularize),
         ("sample_range", args.sample_range.is_some()),
         ("time_limit", args.time_limit.is_some()),
         ("denoise", args.denoise != DenoiserKind::None),

@@ -1,16 +1,14 @@
-//! Directions and points on lights, chosen by their expected share of the light at a point.
+//! Points on emissive triangles, chosen by their expected share of the light at a point.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `light_tree`, `light_tree_build`, `light_node`, `light_bounds`, `emitter` | the choice of one of many emissive triangles |
 //! | `triangle` | points on an emissive triangle |
-//! | `environment` | directions towards the bright parts of an environment |
 //!
 //! Every choice comes with its probability or its density, which can also be asked for the choice of another technique, for
 //! multiple importance sampling. Lights, materials and visibility are not known here.
 
 mod emitter;
-mod environment;
 mod light_bounds;
 mod light_node;
 mod light_tree;
@@ -18,6 +16,5 @@ mod light_tree_build;
 mod triangle;
 
 pub(crate) use emitter::Emitter;
-pub(crate) use environment::EnvironmentDistribution;
 pub(crate) use light_tree::LightTree;
 pub(crate) use triangle::{sample_triangle, triangle_pdf};

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use crate::bsdf::cosine_direction;
 use crate::color::luminance;
+use crate::integrator::Integrator;
 use crate::integrator::random::Purpose;
 use crate::integrator::whitted::{Receiver, Tracer, local_frame};
 
@@ -17,7 +18,10 @@ impl Tracer<'_, '_> {
     /// several candidates is chosen by their light (Talbot, Cline and Egbert, "Importance Resampling for Global Illumination", 2005), half of them
     /// sampled by the environment, half by the cosine.
     pub(in crate::integrator) fn environment_direction(&self, receiver: &Receiver) -> Option<Vec3> {
-        let lights = self.context.hittable_lights.as_ref()?;
+        if self.context.settings.integrator != Integrator::Path {
+            return None;
+        }
+        let environment = self.context.view.environment;
         let world_from_local = local_frame(receiver.normal);
         let purpose = |number: u32| Purpose::Light(self.context.lights.len() as u32 + number);
         let (mut u, mut sum, mut chosen) = (receiver.seed.point(purpose(0)).x, 0.0_f32, None);
@@ -25,17 +29,17 @@ impl Tracer<'_, '_> {
             let point = receiver.seed.point(purpose(number));
             let wi = if number % 2 == 0 {
                 world_from_local * cosine_direction(point)
-            } else if let Some((wi, _)) = lights.sample_environment(point) {
+            } else if let Some((wi, _)) = environment.sample(point) {
                 wi
             } else {
                 continue;
             };
             let cosine = wi.dot(receiver.normal);
-            let pdf = cosine * FRAC_1_PI + lights.environment_pdf(wi);
+            let pdf = cosine * FRAC_1_PI + environment.pdf(wi);
             if cosine <= 0.0 {
                 continue;
             }
-            let weight = luminance(self.context.view.environment.radiance(wi)) * cosine / pdf;
+            let weight = luminance(environment.radiance(wi)) * cosine / pdf;
             if !(weight > 0.0 && weight < f32::INFINITY) {
                 continue;
             }

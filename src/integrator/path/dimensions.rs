@@ -8,12 +8,10 @@ const OF_BOUNCE: u32 = 16;
 pub(super) enum Decision {
     /// The colour channel that goes on where a surface disperses light.
     Channel,
-    /// The lobe of the ray that goes on.
-    Lobe,
+    /// The lobe of the ray that goes on; whether the path ends.
+    LobeAndRoulette,
     /// Its direction.
     Direction,
-    /// Whether the path ends.
-    Roulette,
     /// The punctual light.
     Light,
     /// The point on that light.

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::mis::LastScatter;
+use super::mis::{LastScatter, power_heuristic};
 use crate::bvh::Hit;
 use crate::integrator::whitted::Tracer;
 use crate::integrator::{LightPass, RayState};
@@ -20,7 +20,7 @@ impl Tracer<'_, '_> {
         if weighted == Vec3::ZERO {
             return;
         }
-        let Some(lights) = &self.context.hittable_lights else { return };
+        let Some(lights) = &self.context.emissive_triangles else { return };
         let share = lights.emission_weight(self.context.view, hit, point, last);
         let light_pass =
             light_pass.map_or(LightPass::Emission, |pass| found_by(state, last, pass, LightPass::Direct));
@@ -34,8 +34,8 @@ impl Tracer<'_, '_> {
         direction: Vec3,
         (light_pass, last): (Option<LightPass>, Option<&LastScatter>),
     ) -> (f32, LightPass) {
-        let lights = self.context.hittable_lights.as_ref();
-        let share = lights.map_or(1.0, |lights| lights.environment_weight(direction, last));
+        let environment = self.context.view.environment;
+        let share = last.map_or(1.0, |last| power_heuristic(last.pdf, environment.pdf(direction)));
         let pass = light_pass
             .map_or(LightPass::Environment, |pass| found_by(state, last, pass, LightPass::Environment));
         (share, pass)
@@ -48,20 +48,20 @@ impl Tracer<'_, '_> {
         light_pass: LightPass,
         radiance: Vec3,
     ) {
-        let radiance = self.clamped(state.depth, radiance);
+        let radiance = clamped(radiance, self.clamp_at(state.depth));
         self.add(state.sample, light_pass, radiance);
     }
 
-    /// Radiance after the clamp of indirect light.
-    pub(in crate::integrator) fn clamped(&self, depth: u32, radiance: Vec3) -> Vec3 {
-        let limit = self.context.settings.path.clamp_indirect;
-        let largest = radiance.max_element();
-        if depth > 0 && largest > limit && largest < f32::INFINITY {
-            radiance * (limit / largest)
-        } else {
-            radiance
-        }
+    /// The largest component of light that a ray of a path finds.
+    pub(super) fn clamp_at(&self, depth: u32) -> f32 {
+        if depth > 0 { self.context.settings.path.clamp_indirect } else { f32::INFINITY }
     }
+}
+
+/// Light whose largest component is `limit` at most.
+pub(in crate::integrator) fn clamped(radiance: Vec3, limit: f32) -> Vec3 {
+    let largest = radiance.max_element();
+    if largest > limit && largest < f32::INFINITY { radiance * (limit / largest) } else { radiance }
 }
 
 /// The light pass of a light that a ray finds whose light belongs to `pass`. A light that a rough lobe of the first surface finds by its sampled

@@ -16,15 +16,16 @@ mod catcher;
 mod coverage;
 mod dimensions;
 mod emission;
+mod emissive_triangles;
 mod emitters;
-mod hittable_lights;
 mod mis;
 mod next_event;
 mod scatter;
 mod shade;
 mod shaded_point;
 
-pub(super) use hittable_lights::HittableLights;
+pub(super) use emission::clamped;
+pub(super) use emissive_triangles::EmissiveTriangles;
 pub(super) use mis::LastScatter;
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::dimensions::Decision;
+use super::emission::clamped;
 use super::mis::power_heuristic;
 use super::shaded_point::ShadedPoint;
 use crate::color::luminance;
@@ -63,15 +64,13 @@ impl Tracer<'_, '_> {
     }
 
     fn queue_environment(&mut self, shaded: &ShadedPoint<'_, '_>) {
-        let Some(lights) = &self.context.hittable_lights else { return };
         let u = shaded.sequence.point(Decision::Environment.dimension(shaded.state.depth));
-        let Some((wi, pdf)) = lights.sample_environment(u) else { return };
+        let Some((wi, pdf)) = self.context.view.environment.sample(u) else { return };
         let Some(local) = shaded.local(wi) else { return };
         let (scattered, scattered_pdf) = shaded.scattering.eval_and_pdf(local);
         if scattered == Vec3::ZERO {
             return;
         }
-        let radiance = self.context.view.environment.radiance(wi);
         let share = power_heuristic(pdf, scattered_pdf) / pdf;
         let ray = Ray::new(shaded.shadow_start(local, Vec3::ZERO), wi);
         let media = media_towards(shaded, local);
@@ -80,12 +79,12 @@ impl Tracer<'_, '_> {
             shaded,
             (queue, LightPass::Environment),
             (ray, media),
-            shaded.weight * scattered * radiance * share,
+            shaded.weight * scattered * share,
         );
     }
 
     fn queue_emitter(&mut self, shaded: &ShadedPoint<'_, '_>) {
-        let Some(lights) = &self.context.hittable_lights else { return };
+        let Some(lights) = &self.context.emissive_triangles else { return };
         let u_emitter = shaded.sequence.number(Decision::Emitter.dimension(shaded.state.depth));
         let u = shaded.sequence.point(Decision::EmitterPoint.dimension(shaded.state.depth));
         let surface = (shaded.point.position, shaded.light_normal());
@@ -115,7 +114,9 @@ impl Tracer<'_, '_> {
         (ray, media): (Ray, MediaStack),
         contribution: Vec3,
     ) {
-        let contribution = self.clamped(shaded.state.depth, contribution);
+        let clamp = self.clamp_at(shaded.state.depth);
+        let is_environment = own_pass == LightPass::Environment;
+        let contribution = if is_environment { contribution } else { clamped(contribution, clamp) };
         if !(contribution.max_element() > 0.0 && contribution.is_finite()) {
             return;
         }
@@ -126,6 +127,7 @@ impl Tracer<'_, '_> {
             sample: shaded.state.sample,
             light_pass: shaded.light_pass.unwrap_or(own_pass),
             contribution,
+            environment_clamp: is_environment.then_some(clamp),
             media,
         });
     }

@@ -19,9 +19,9 @@ impl Tracer<'_, '_> {
     /// sends it on.
     pub(super) fn send_path(&mut self, shaded: ShadedPoint<'_, '_>, share: f32) -> bool {
         let depth = shaded.state.depth;
-        let number = |decision: Decision| shaded.sequence.number(decision.dimension(depth));
         let u = shaded.sequence.point(Decision::Direction.dimension(depth));
-        let Some(sample) = shaded.scattering.sample(number(Decision::Lobe), u) else { return false };
+        let choices = shaded.sequence.point(Decision::LobeAndRoulette.dimension(depth));
+        let Some(sample) = shaded.scattering.sample(choices.x, u) else { return false };
         let Some(direction) = world_direction(&shaded, &sample) else { return false };
         let mut weight = shaded.weight * sample.weight;
         let mut guide_share = if sample.is_smooth { shaded.state.guide_share * share } else { 0.0 };
@@ -30,7 +30,7 @@ impl Tracer<'_, '_> {
             return false;
         }
         if depth >= ROULETTE_DEPTH && largest < 1.0 {
-            if number(Decision::Roulette) >= largest {
+            if choices.y >= largest {
                 return sample.is_smooth;
             }
             weight /= largest;

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::dimensions::Decision;
+use super::mis::LastScatter;
 use super::shaded_point::ShadedPoint;
 use crate::bsdf::{Bsdf, Coat, Scattering};
 use crate::integrator::whitted::{
@@ -45,6 +46,9 @@ impl Tracer<'_, '_> {
             return;
         }
 
+        let regularized = self.regularized(last.as_ref(), material);
+        let material = &regularized;
+
         // One colour channel of three where the surface disperses light
         let transmission_side = self.transmission_side(state, (index, point));
         let own_medium = self.context.interiors.medium(point.instance);
@@ -86,6 +90,17 @@ impl Tracer<'_, '_> {
         // Mirrors and clear glass show what guides the denoising.
         if !self.send_path(shaded, share) {
             self.add_guide(state, share, (material, point));
+        }
+    }
+
+    /// The material, rougher where a ray that a rough surface sampled finds it: such rays hardly ever find what a smooth one focuses.
+    fn regularized(&self, last: Option<&LastScatter>, material: &MaterialSample) -> MaterialSample {
+        // Shadow rays pass clear thin walls straight.
+        let is_clear_wall = material.thin && material.transmission > 0.0;
+        if self.context.settings.path.regularize && last.is_some() && !is_clear_wall {
+            material.regularized()
+        } else {
+            *material
         }
     }
 

@@ -7,6 +7,7 @@ use glam::Vec3;
 use super::shading::Shading;
 use super::shadow_queue::{ShadowQueue, ShadowRay, ShadowTask};
 use super::tracer::{Tracer, seconds_since};
+use crate::integrator::path::clamped;
 use crate::integrator::{LightPass, MediaStack};
 
 impl Tracer<'_, '_> {
@@ -38,6 +39,7 @@ impl Tracer<'_, '_> {
                     sample: shading.state.sample,
                     light_pass: shading.light_pass.unwrap_or(LightPass::Direct),
                     contribution,
+                    environment_clamp: None,
                     media,
                 });
             }
@@ -57,14 +59,19 @@ impl Tracer<'_, '_> {
 
         // Transparent surfaces and sums, in the order of tasks
         self.statistics.shadow_rays += tasks.len() as u64;
-        for ShadowTask { sample, light_pass, batch, ray, contribution } in tasks.drain(..) {
+        for task in tasks.drain(..) {
+            let ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp } = task;
             let batch = &batches[batch as usize];
             let shadow = batch.transmittance(self.context, ray, &mut self.counters);
             self.statistics.transparency_limit_reached += u64::from(shadow.limit_reached);
             if shadow.transmittance == Vec3::ZERO {
                 continue;
             }
-            let arriving = contribution * shadow.transmittance;
+            let mut arriving = contribution * shadow.transmittance;
+            if let Some(limit) = environment_clamp {
+                let radiance = self.context.view.environment.radiance(batch.direction(ray));
+                arriving = clamped(arriving * radiance, limit);
+            }
             self.values[sample as usize].radiance += arriving;
             self.aovs.add(sample, light_pass, arriving);
         }

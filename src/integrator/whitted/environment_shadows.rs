@@ -137,6 +137,7 @@ impl Tracer<'_, '_> {
                     sample: state.sample,
                     light_pass,
                     contribution: radiance * (context.occluded_share / rays as f32),
+                    environment_clamp: None,
                     media: if is_outside { state.media.clone() } else { beyond.clone() },
                 });
             }

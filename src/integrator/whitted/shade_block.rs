@@ -49,6 +49,7 @@ impl Tracer<'_, '_> {
                     sample: state.sample,
                     light_pass: light_pass.unwrap_or(LightPass::Direct),
                     contribution,
+                    environment_clamp: None,
                     media: MediaStack::default(),
                 });
             }

@@ -31,6 +31,8 @@ pub(in crate::integrator) struct ShadowTask {
     pub(in crate::integrator) ray: u32,
     /// Radiance of the sample without occlusion.
     pub(in crate::integrator) contribution: Vec3,
+    /// See [`ShadowRay::environment_clamp`].
+    pub(in crate::integrator) environment_clamp: Option<f32>,
 }
 
 /// A shadow ray and the light that it decides about.
@@ -43,6 +45,9 @@ pub(in crate::integrator) struct ShadowRay {
     pub(in crate::integrator) sample: u32,
     pub(in crate::integrator) light_pass: LightPass,
     pub(in crate::integrator) contribution: Vec3,
+    /// Where the contribution lacks the factor of the environment's radiance along the ray, which only rays that arrive look up: the
+    /// largest component of the product.
+    pub(in crate::integrator) environment_clamp: Option<f32>,
     /// The volumes in which the ray starts, as far as they are known.
     pub(in crate::integrator) media: MediaStack,
 }
@@ -56,13 +61,15 @@ impl ShadowQueue {
     /// Adds a ray after all others.
     #[inline]
     pub(in crate::integrator) fn push(&mut self, shadow: ShadowRay) {
-        let ShadowRay { signature, light, ray, sample, light_pass, contribution, media } = shadow;
+        let ShadowRay { signature, light, ray, sample, light_pass, contribution, environment_clamp, media } =
+            shadow;
         let kinds = self.passages.len();
         let batch = signature.index() * kinds + light;
         while batch >= self.batches.len() {
             self.batches.push(ShadowBatch::new(self.passages[self.batches.len() % kinds]));
         }
         let ray = self.batches[batch].push(ray, media);
-        self.tasks.push(ShadowTask { sample, light_pass, batch: batch as u32, ray, contribution });
+        let batch = batch as u32;
+        self.tasks.push(ShadowTask { sample, light_pass, batch, ray, contribution, environment_clamp });
     }
 }

@@ -145,6 +145,26 @@ impl EquirectImage {
         Self { width, height, pixels }
     }
 
+    /// Means of bilinear lookups over the cells of a grid of twice as many columns as rows.
+    pub(super) fn interpolated(&self, rows: usize) -> Self {
+        const LOOKUPS: usize = 3;
+        let columns = 2 * rows;
+        let steps = LOOKUPS as f32;
+        let mut pixels = vec![[0.0; 3]; columns * rows];
+        pixels.par_chunks_exact_mut(columns).enumerate().for_each(|(row, pixels)| {
+            for (column, pixel) in pixels.iter_mut().enumerate() {
+                let lookup = |index: usize| {
+                    let (x, y) = (column * LOOKUPS + index % LOOKUPS, row * LOOKUPS + index / LOOKUPS);
+                    let (x, y) = (x as f32 + 0.5, y as f32 + 0.5);
+                    self.bilinear(Vec2::new(x / (columns as f32 * steps), y / (rows as f32 * steps)))
+                };
+                let sum: Vec3 = (0..LOOKUPS * LOOKUPS).map(lookup).sum();
+                *pixel = (sum / (steps * steps)).to_array();
+            }
+        });
+        Self { width: columns, height: rows, pixels }
+    }
+
     fn mean_of_rows(&self, first_row: usize, shares: &[f64]) -> Vec<[f64; 3]> {
         let mut band = vec![[0.0_f64; 3]; self.width];
         for (row, share) in self.pixels[first_row * self.width..].chunks_exact(self.width).zip(shares) {

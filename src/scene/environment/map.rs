@@ -6,18 +6,23 @@ use std::sync::Arc;
 use glam::{Quat, Vec2, Vec3};
 
 use super::KeyLight;
+use super::distribution::EnvironmentDistribution;
 use super::equirect::{EquirectImage, uv_from_direction, uvs_from_directions};
 use super::filtered_image::FilteredImage;
 use super::irradiance::irradiance_image;
 use super::lookup_lanes::LookupLanes;
 use super::peaks::take_peaks;
 use super::prefilter::{Pyramid, STEPS, prefiltered_images};
+use crate::color::luminance;
 use crate::error::{Error, Result};
 use crate::geometry::{F32Lanes, LANES, Vec2Lanes, Vec3Lanes, vectorized};
 use crate::scene::ImageLightIndex;
 
 /// Limit of the pixels of an environment image: 16384x8192.
 const MAX_PIXELS: u64 = 1 << 27;
+
+/// Rows of the distribution of samples, which has twice as many columns.
+const MAX_DISTRIBUTION_ROWS: usize = 512;
 
 /// Limit of a channel's radiance: far above any light, far below the overflow of sums.
 const MAX_RADIANCE: f32 = 1e30;
@@ -58,6 +63,8 @@ struct Tables {
     peaks: Vec<KeyLight>,
     /// The image without them, where there are any.
     without_peaks: Option<FilteredImage>,
+    /// Of the radiance, in the space of the image.
+    distribution: EnvironmentDistribution,
     is_lit: bool,
     /// See [`super::Environment::content_key`].
     content_key: String,
@@ -97,6 +104,7 @@ impl EnvironmentMap {
             prefiltered: prefiltered_images(&pyramid),
             without_peaks: without_peaks.map(FilteredImage::new),
             peaks,
+            distribution: distribution(&image),
             is_lit: image.pixels.iter().any(|pixel| *pixel != [0.0; 3]),
             filtered: FilteredImage::new(image),
             content_key: format!("map {} turned {:08x}", hex(&content_hash), rotation_degrees.to_bits()),
@@ -117,10 +125,20 @@ impl EnvironmentMap {
         prefiltered: Vec<EquirectImage>,
     ) -> Self {
         let is_lit = [&image, &irradiance].iter().any(|p| p.pixels.iter().any(|pixel| *pixel != [0.0; 3]));
+        let distribution = distribution(&image);
         let filtered = FilteredImage::new(image);
         let content_key = format!("image light {}", index.0);
         let (peaks, without_peaks) = (Vec::new(), None);
-        let tables = Tables { filtered, irradiance, prefiltered, peaks, without_peaks, is_lit, content_key };
+        let tables = Tables {
+            filtered,
+            irradiance,
+            prefiltered,
+            peaks,
+            without_peaks,
+            distribution,
+            is_lit,
+            content_key,
+        };
         Self { tables: Arc::new(tables), cos_rotation: 1.0, sin_rotation: 0.0, animated_rotation: None }
     }
 
@@ -156,6 +174,17 @@ impl EnvironmentMap {
             KeyLight { direction_to_light, ..*peak }
         };
         self.tables.peaks.iter().map(turned).collect()
+    }
+
+    /// See [`super::Environment::sample`].
+    pub(super) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        let (direction, pdf) = self.tables.distribution.sample(u)?;
+        Some((self.world_from_map(direction), pdf))
+    }
+
+    /// See [`super::Environment::pdf`].
+    pub(super) fn pdf(&self, direction: Vec3) -> f32 {
+        self.tables.distribution.pdf(self.map_from_world(direction))
     }
 
     pub(super) fn radiance(&self, direction: Vec3) -> Vec3 {
@@ -268,6 +297,18 @@ impl EnvironmentMap {
             self.sin_rotation * x + self.cos_rotation * z,
         )
     }
+}
+
+/// The distribution of samples: of means over cells that are no wider than half a texel, or of one of [`MAX_DISTRIBUTION_ROWS`].
+fn distribution(image: &EquirectImage) -> EnvironmentDistribution {
+    let (rows, columns) = (MAX_DISTRIBUTION_ROWS, 2 * MAX_DISTRIBUTION_ROWS);
+    let cells = if image.height >= rows {
+        image.resampled(columns, rows)
+    } else {
+        image.interpolated((2 * image.height).min(rows))
+    };
+    let luminances = cells.pixels.iter().map(|&pixel| luminance(Vec3::from_array(pixel))).collect();
+    EnvironmentDistribution::new(cells.width as u32, luminances)
 }
 
 /// Lower-case hexadecimal digits.

@@ -8,6 +8,7 @@ mod background;
 mod blocks;
 mod built_in;
 mod cube_map;
+mod distribution;
 mod equirect;
 mod filtered_image;
 mod irradiance;
@@ -22,7 +23,7 @@ mod prefilter;
 
 use std::f32::consts::PI;
 
-use glam::{Quat, Vec3};
+use glam::{Quat, Vec2, Vec3};
 
 use super::{ImageLight, ImageLightIndex, ImageLightPose};
 
@@ -121,6 +122,27 @@ impl Environment {
             Self::BuiltIn(light) => light.radiance(direction),
             Self::Map(map) => map.radiance(direction),
             Self::Composed(composed) => composed.light.radiance(direction) * composed.intensity,
+        }
+    }
+
+    /// Samples a direction towards what is brighter than the mean by `u`, a point of the unit square: a unit vector and its density over solid
+    /// angle. `None` where nothing is brighter.
+    pub(crate) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+        match self {
+            Self::BuiltIn(light) => light.distribution().sample(u),
+            Self::Map(map) => map.sample(u),
+            Self::Composed(composed) if composed.intensity > 0.0 => composed.light.sample(u),
+            Self::None | Self::Constant(_) | Self::Composed(_) => None,
+        }
+    }
+
+    /// The density with which [`Environment::sample`] samples a direction.
+    pub(crate) fn pdf(&self, direction: Vec3) -> f32 {
+        match self {
+            Self::BuiltIn(light) => light.distribution().pdf(direction),
+            Self::Map(map) => map.pdf(direction),
+            Self::Composed(composed) if composed.intensity > 0.0 => composed.light.pdf(direction),
+            Self::None | Self::Constant(_) | Self::Composed(_) => 0.0,
         }
     }
 

@@ -201,6 +201,36 @@ fn the_clamp_limits_what_paths_bring() {
 }
 
 #[test]
+fn regularization_shows_what_mirrors_focus() {
+    // A mirror above the floor reflects a lamp that rays cannot hit: the floor gets its light by a regularised mirror alone.
+    let mut stage = stage(1024);
+    stage.add(floor(2.0), lambert(Vec3::splat(0.5)));
+    stage.add(rectangle(Vec3::Y * 2.0, Vec3::X * 20.0, Vec3::Z * 20.0), mirror_of(0.0));
+    let shade = rectangle(Vec3::new(0.0, 0.1, -0.3), Vec3::X * 4.0, Vec3::Y * 0.1);
+    stage.add(shade, lambert(Vec3::ZERO));
+    stage.add_light(LightKind::Point, 8.0, Vec3::new(0.0, 0.15, -0.6), Vec3::NEG_Y);
+    let look = |stage: &Stage| stage.look(Vec3::new(0.0, 1.0, 0.8), Vec3::ZERO).x;
+    let without = look(&stage);
+    stage.settings.path.regularize = true;
+    let with = look(&stage);
+    assert!(with > 1.5 * without, "{without} {with}");
+
+    // What the camera sees directly stays a mirror.
+    let shown = |regularize| {
+        let mut stage = self::stage(64);
+        stage.settings.path.regularize = regularize;
+        stage.add(floor(5.0), mirror_of(0.0));
+        stage.add(rectangle(Vec3::new(0.0, 0.5, -2.0), Vec3::X, Vec3::Y * 0.4), lamp(10.0));
+        middle(&stage)
+    };
+    assert_eq!(shown(true), shown(false));
+}
+
+fn mirror_of(roughness: f32) -> Material {
+    Material { metallic: 1.0, roughness, ..Material::default() }
+}
+
+#[test]
 fn seeds_change_the_noise_and_not_the_mean() {
     let render = |seed| {
         let mut stage = stage(256);

@@ -22,6 +22,7 @@ mod light;
 mod material;
 mod material_extensions;
 mod morph;
+mod path;
 mod properties;
 mod scene;
 mod showcase;
@@ -68,7 +69,7 @@ pub(crate) const fn entry(path: &'static str, build: fn() -> Built) -> Entry {
 
 /// All files of the suite: path below `scenes/` and content.
 pub fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
-    let areas: [&[Entry]; 21] = [
+    let areas: [&[Entry]; 22] = [
         &light::SCENES,
         &image_light::SCENES,
         &material::SCENES,
@@ -88,6 +89,7 @@ pub fn all_scenes() -> Result<BTreeMap<PathBuf, Vec<u8>>, Box<dyn Error>> {
         &scene::SCENES,
         &properties::SCENES,
         &storage::SCENES,
+        &path::SCENES,
         &demo::SCENES,
         &showcase::SCENES,
     ];

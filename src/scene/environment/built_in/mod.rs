@@ -14,14 +14,19 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 
+use super::distribution::EnvironmentDistribution;
 use super::key_light::KeyLight;
 use super::lookup_lanes::LookupLanes;
 use super::octahedral::OctahedralImage;
+use crate::color::luminance;
 use crate::geometry::{F32Lanes, LANES, Vec3Lanes, vectorized};
 use area::{Area, Parallelogram, direction};
 use designs::Design;
 use gradient::Gradient;
 use lobes::{Lobe, STEPS, irradiance_image};
+
+/// Rows of the distribution of samples.
+const DISTRIBUTION_ROWS: u32 = 128;
 
 /// A light that needs no file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +63,11 @@ impl BuiltInLight {
     /// Mean of the radiance over the parallelogram around `direction` that the `differentials` span.
     pub(super) fn radiance_over(self, direction: Vec3, differentials: [Vec3; 2]) -> Vec3 {
         self.prepared().radiance_over(direction, differentials)
+    }
+
+    /// The distribution of [`super::Environment::sample`].
+    pub(super) fn distribution(self) -> &'static EnvironmentDistribution {
+        self.prepared().distribution()
     }
 
     /// Radiance that camera rays see: without the areas.
@@ -140,6 +150,7 @@ struct Prepared {
     backdrop: &'static Gradient,
     areas: Vec<Area>,
     key_light: KeyLight,
+    distribution: OnceLock<EnvironmentDistribution>,
     irradiance: OnceLock<OctahedralImage>,
     /// Means under lobes of roughness 1/8, 2/8, … 1.
     lobes: [OnceLock<OctahedralImage>; STEPS],
@@ -155,9 +166,16 @@ impl Prepared {
                 direction_to_light: direction(key.azimuth, key.elevation),
                 irradiance: key.irradiance,
             },
+            distribution: OnceLock::new(),
             irradiance: OnceLock::new(),
             lobes: std::array::from_fn(|_| OnceLock::new()),
         }
+    }
+
+    fn distribution(&self) -> &EnvironmentDistribution {
+        let luminance = |direction: Vec3| luminance(self.radiance(direction));
+        self.distribution
+            .get_or_init(|| EnvironmentDistribution::of(DISTRIBUTION_ROWS, 2 * DISTRIBUTION_ROWS, luminance))
     }
 
     fn irradiance_image(&self) -> &OctahedralImage {

@@ -1,25 +1,18 @@
-//! Lights that rays can hit: the environment and emissive triangles.
+//! Emissive triangles, which rays can hit.
 
 use glam::{Vec2, Vec3};
 
 use super::emitters::{coat_transmittance, emitted, emitters};
 use super::mis::{LastScatter, power_heuristic};
 use crate::bvh::Hit;
-use crate::color::luminance;
 use crate::geometry::{Facing, Ray, Triangle};
-use crate::integrator::light_sampling::{EnvironmentDistribution, LightTree, sample_triangle, triangle_pdf};
+use crate::integrator::light_sampling::{LightTree, sample_triangle, triangle_pdf};
 use crate::interaction::{RayDifferential, SurfacePoint};
-use crate::scene::Environment;
 use crate::scene_view::SceneView;
 
-/// Rows of the distribution over an environment; it has twice as many columns.
-const MAP_ROWS: u32 = 512;
-const BUILT_IN_ROWS: u32 = 128;
-
-/// The lights of a frame that rays can hit, prepared for sampling.
+/// The emissive triangles of a frame, prepared for sampling.
 #[derive(Clone, Debug)]
-pub(in crate::integrator) struct HittableLights {
-    environment: Option<EnvironmentDistribution>,
+pub(in crate::integrator) struct EmissiveTriangles {
     /// Ids of the emissive triangles, ascending.
     triangles: Vec<u32>,
     tree: LightTree,
@@ -36,27 +29,11 @@ pub(super) struct EmitterSample {
     pub(super) pdf: f32,
 }
 
-impl HittableLights {
+impl EmissiveTriangles {
     /// The lights of a frame.
     pub(in crate::integrator) fn new(view: SceneView<'_>) -> Self {
         let (triangles, emitters) = emitters(view);
-        Self { environment: distribution(view.environment), triangles, tree: LightTree::new(&emitters) }
-    }
-
-    /// Samples a direction to the environment; its density.
-    pub(super) fn sample_environment(&self, u: Vec2) -> Option<(Vec3, f32)> {
-        self.environment.as_ref()?.sample(u)
-    }
-
-    /// The density with which [`Self::sample_environment`] samples a direction.
-    pub(super) fn environment_pdf(&self, direction: Vec3) -> f32 {
-        self.environment.as_ref().map_or(0.0, |environment| environment.pdf(direction))
-    }
-
-    /// Weight of the environment that a sampled ray sees.
-    pub(super) fn environment_weight(&self, direction: Vec3, last: Option<&LastScatter>) -> f32 {
-        let (Some(last), Some(environment)) = (last, &self.environment) else { return 1.0 };
-        power_heuristic(last.pdf, environment.pdf(direction))
+        Self { triangles, tree: LightTree::new(&emitters) }
     }
 
     /// Samples a point on an emissive triangle for a surface at `position`. `normal` is that of a surface that scatters light of its own side
@@ -106,14 +83,4 @@ impl HittableLights {
             * triangle_pdf(vertices, last.position, span.normalize());
         power_heuristic(last.pdf, pdf)
     }
-}
-
-fn distribution(environment: &Environment) -> Option<EnvironmentDistribution> {
-    let rows = match environment {
-        Environment::BuiltIn(_) => BUILT_IN_ROWS,
-        Environment::Map(_) => MAP_ROWS,
-        Environment::Composed(composed) if composed.intensity > 0.0 => return distribution(&composed.light),
-        Environment::None | Environment::Constant(_) | Environment::Composed(_) => return None,
-    };
-    Some(EnvironmentDistribution::new(rows, 2 * rows, |direction| luminance(environment.radiance(direction))))
 }

@@ -3,7 +3,8 @@
 use std::f32::consts::{PI, TAU};
 
 use glam::{Vec2, Vec3};
-use rayon::prelude::*;
+
+use super::arc_tangent::atan2;
 
 /// Cells are averaged over this many directions along each axis.
 const DIRECTIONS_PER_AXIS: u32 = 3;
@@ -21,22 +22,29 @@ const LEAST_SHARE: f64 = 1e-6;
 /// Techniques in Multiple Importance Sampling", 2019, section 5). It is zero where the radiance is at or below the mean, and
 /// everywhere if the environment is uniform: an estimator needs a second technique, one that reaches all directions.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct EnvironmentDistribution {
+pub(super) struct EnvironmentDistribution {
     columns: usize,
     /// Prefix sums of the rows' probabilities, from 0 to 1; empty if there is nothing to sample.
     row_sums: Vec<f32>,
+    row_guide: Vec<u32>,
     /// For each row, prefix sums of its cells' probabilities, from 0 to 1.
     cell_sums: Vec<f32>,
+    cell_guides: Vec<u32>,
     /// Cosines of the rows' polar angles, from 1 to -1.
     row_cosines: Vec<f64>,
 }
 
 impl EnvironmentDistribution {
     /// The distribution of `rows` × `columns` cells, at least one of each. `radiance` is the luminance from a unit direction.
-    pub(crate) fn new(rows: u32, columns: u32, radiance: impl Fn(Vec3) -> f32 + Sync) -> Self {
+    pub(super) fn of(rows: u32, columns: u32, radiance: impl Fn(Vec3) -> f32) -> Self {
         let (rows, columns) = (rows.max(1), columns.max(1));
+        Self::new(columns, mean_radiances(rows, columns, &radiance))
+    }
+
+    /// The distribution of cells of a mean luminance each, row-major from the top.
+    pub(super) fn new(columns: u32, mut cells: Vec<f32>) -> Self {
+        let rows = cells.len() as u32 / columns;
         let row_cosines: Vec<f64> = (0..=rows).map(|row| row_cosine(row, rows)).collect();
-        let mut cells = mean_radiances(rows, columns, &radiance);
 
         // Subtract the mean.
         let solid_angles: Vec<f64> =
@@ -51,14 +59,17 @@ impl EnvironmentDistribution {
                 .sum()
         };
         let mean = power(&cells);
-        cells.par_iter_mut().for_each(|cell| *cell = (*cell - mean as f32).max(0.0));
+        for cell in &mut cells {
+            *cell = (*cell - mean as f32).max(0.0);
+        }
         if !(mean > 0.0 && power(&cells) > LEAST_SHARE * mean) {
-            return Self { columns, row_sums: Vec::new(), cell_sums: Vec::new(), row_cosines };
+            let (row_sums, row_guide, cell_sums, cell_guides) = Default::default();
+            return Self { columns, row_sums, row_guide, cell_sums, cell_guides, row_cosines };
         }
 
         // Sum the cells of each row, then the rows.
         let mut cell_sums = vec![0.0; (columns + 1) * rows as usize];
-        let sums = cell_sums.par_chunks_mut(columns + 1).zip(cells.par_chunks(columns));
+        let sums = cell_sums.chunks_mut(columns + 1).zip(cells.chunks(columns));
         let totals: Vec<f64> =
             sums.map(|(sums, row)| prefix_sums(row.iter().map(|&cell| f64::from(cell)), sums)).collect();
         let mut row_sums = vec![0.0; rows as usize + 1];
@@ -66,16 +77,19 @@ impl EnvironmentDistribution {
             totals.iter().zip(&solid_angles).map(|(total, solid_angle)| total * solid_angle),
             &mut row_sums,
         );
-        Self { columns, row_sums, cell_sums, row_cosines }
+        let row_guide = guide(&row_sums).collect();
+        let cell_guides = cell_sums.chunks(columns + 1).flat_map(guide).collect();
+        Self { columns, row_sums, row_guide, cell_sums, cell_guides, row_cosines }
     }
 
     /// A unit direction and its density by solid angle; `None` if the environment is uniform or black.
-    pub(crate) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
+    pub(super) fn sample(&self, u: Vec2) -> Option<(Vec3, f32)> {
         if self.row_sums.is_empty() {
             return None;
         }
-        let (row, v) = invert(&self.row_sums, u.y);
-        let (column, u) = invert(self.cell_sums(row), u.x);
+        let (row, v) = invert(&self.row_sums, &self.row_guide, u.y);
+        let guide = &self.cell_guides[row * self.columns..][..self.columns];
+        let (column, u) = invert(self.cell_sums(row), guide, u.x);
         // A direction that is rounded into the next cell is replaced by the cell's central one.
         let sampled = self.direction(row, column, u, v);
         let is_at_border = (u - 0.5).abs().max((v - 0.5).abs()) > 0.5 - BORDER;
@@ -85,7 +99,7 @@ impl EnvironmentDistribution {
     }
 
     /// The density of a unit direction by solid angle.
-    pub(crate) fn pdf(&self, direction: Vec3) -> f32 {
+    pub(super) fn pdf(&self, direction: Vec3) -> f32 {
         if self.row_sums.is_empty() {
             return 0.0;
         }
@@ -117,8 +131,8 @@ impl EnvironmentDistribution {
     fn cell(&self, direction: Vec3) -> (usize, usize) {
         let rows = self.row_sums.len() - 1;
         let horizontal = (direction.x * direction.x + direction.z * direction.z).sqrt();
-        let polar = libm::atan2f(horizontal, direction.y) / PI;
-        let azimuth = libm::atan2f(direction.x, -direction.z) / TAU + 0.5;
+        let polar = atan2(horizontal, direction.y) / PI;
+        let azimuth = atan2(direction.x, -direction.z) / TAU + 0.5;
         let row = (polar * rows as f32) as usize;
         let column = (azimuth * self.columns as f32) as usize;
         (row.min(rows - 1), column.min(self.columns - 1))
@@ -126,11 +140,10 @@ impl EnvironmentDistribution {
 }
 
 /// Mean radiances of all cells, row by row.
-fn mean_radiances(rows: u32, columns: u32, radiance: &(impl Fn(Vec3) -> f32 + Sync)) -> Vec<f32> {
+fn mean_radiances(rows: u32, columns: u32, radiance: &impl Fn(Vec3) -> f32) -> Vec<f32> {
     let position = |index: u32| (index as f32 + 0.5) / DIRECTIONS_PER_AXIS as f32;
     let mut cells = vec![0.0; rows as usize * columns as usize];
-    cells.par_chunks_mut(columns as usize).enumerate().for_each(|(row, cells)| {
-        let row = row as u32;
+    for (row, cells) in (0..rows).zip(cells.chunks_mut(columns as usize)) {
         let (top, bottom) = (row_cosine(row, rows), row_cosine(row + 1, rows));
         for (column, cell) in cells.iter_mut().enumerate() {
             let mut sum = 0.0;
@@ -142,7 +155,7 @@ fn mean_radiances(rows: u32, columns: u32, radiance: &(impl Fn(Vec3) -> f32 + Sy
             }
             *cell = sum / (DIRECTIONS_PER_AXIS * DIRECTIONS_PER_AXIS) as f32;
         }
-    });
+    }
     cells
 }
 
@@ -172,9 +185,30 @@ fn prefix_sums(values: impl Iterator<Item = f64> + Clone, sums: &mut [f32]) -> f
     total
 }
 
+/// For as many equal parts of the unit interval as there are intervals of prefix sums: the interval that holds the part's lower end (Chen
+/// and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+fn guide(sums: &[f32]) -> impl Iterator<Item = u32> + '_ {
+    let parts = sums.len() - 1;
+    let mut index = 0;
+    (0..parts).map(move |part| {
+        while index + 1 < parts && sums[index + 1] <= part as f32 / parts as f32 {
+            index += 1;
+        }
+        index as u32
+    })
+}
+
 /// The interval of prefix sums that holds `u`, a number in [0, 1), and the position of `u` in it. It is never an empty one.
-fn invert(sums: &[f32], u: f32) -> (usize, f32) {
-    let index = sums.partition_point(|&sum| sum <= u).clamp(1, sums.len() - 1) - 1;
+fn invert(sums: &[f32], guide: &[u32], u: f32) -> (usize, f32) {
+    let last = guide.len() - 1;
+    let mut index = guide[((u * guide.len() as f32) as usize).min(last)] as usize;
+    // The part's lower end may be rounded up.
+    while index > 0 && sums[index] > u {
+        index -= 1;
+    }
+    while index < last && sums[index + 1] <= u {
+        index += 1;
+    }
     let position = (u - sums[index]) / (sums[index + 1] - sums[index]);
     (index, position)
 }

@@ -4,6 +4,7 @@ mod accept;
 mod camera_text;
 mod diff;
 mod exit_status;
+mod fail_on;
 mod info;
 mod merge;
 mod outcome;
@@ -50,9 +51,9 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Show the contents of a file, what is rendered, and what is not supported
     Info(info::InfoArgs),
-    /// Compare two images or two sequences; exit code 0: same within the preset, 1: different
+    /// Compare two images or two sequences; exit code 0: within the limits of the preset, 1: not
     Diff(diff::DiffArgs),
-    /// Render a suite of shots and compare them with their references; exit code 1: something differs
+    /// Render a suite of shots and compare them with their references; exit code 1: something fails
     Test(test::TestArgs),
     /// Accept pending images as the new references
     Accept(accept::AcceptArgs),

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::exit_status::{ExitStatus, exit_status};
+use super::fail_on::FailOnOption;
 use super::signals;
 use super::suite_options::SuiteOption;
 use super::summary::counted;
@@ -49,12 +50,14 @@ pub(super) struct TestArgs {
     /// Number of threads, and of shots at a time [default: one a core]
     #[arg(short, long, value_name = "N", value_parser = |text: &str| options::whole::<u32>(text, 1, 1024))]
     threads: Option<u32>,
+    #[command(flatten)]
+    fail_on: FailOnOption,
     /// Print failures only
     #[arg(short, long)]
     quiet: bool,
 }
 
-/// Tests and prints. The exit code is 0 when every image matches its reference, and 1 otherwise.
+/// Tests and prints. The exit code is 1 when a verdict is one that `--fail-on` names, and 0 otherwise.
 pub(super) fn run(args: &TestArgs) -> ExitStatus {
     let cancel = CancelFlag::new();
     let caught = match signals::watch(&cancel) {
@@ -91,17 +94,18 @@ fn test(args: &TestArgs, cancel: &CancelFlag) -> Result<bool> {
     }
 
     let result = tested(args, &suite, cancel)?;
-    let passes = result.passes();
+    let fail_on = args.fail_on.value();
+    let passes = !result.fails(fail_on);
     for error in result.not_kept() {
         print_warning(&format!("pending images cannot be stored: {error}"));
     }
     if let Some(file) = &args.junit {
-        write_atomically(file, junit::junit_xml(&result)?.as_bytes())?;
+        write_atomically(file, junit::junit_xml(&result, fail_on)?.as_bytes())?;
     }
     let text = if args.json {
-        report::json(&suite, &result, &page)?
+        report::json(&suite, &result, &page, fail_on)?
     } else {
-        text::text(&result, &page, &args.suite.shown(), args.quiet)
+        text::text(&result, &page, &args.suite.shown(), args.text_style())
     };
     // Print the result first, because writing the report may fail.
     if !text.is_empty() {
@@ -139,5 +143,12 @@ fn command(args: &TestArgs, suite: &Suite) -> String {
     if let Some(folder) = &args.report {
         words.extend(["--report".to_owned(), folder.display().to_string()]);
     }
+    words.extend(args.fail_on.words().iter().copied().map(str::to_owned));
     words.iter().map(|word| suite::shell_word(word)).collect::<Vec<_>>().join(" ")
+}
+
+impl TestArgs {
+    fn text_style(&self) -> text::TextStyle {
+        text::TextStyle { is_quiet: self.quiet, fail_on: self.fail_on.value() }
+    }
 }

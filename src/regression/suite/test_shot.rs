@@ -16,7 +16,7 @@ use crate::regression::compare::compare;
 use crate::regression::encoded_image::EncodedImage;
 use crate::regression::report_page::ImageBudget;
 use crate::regression::result::{FrameResult, FrameStatus, ShotResult};
-use crate::regression::{Image, Limits, pixel_hash};
+use crate::regression::{Image, Limits, Verdict, pixel_hash};
 use crate::shot::ShotJob;
 
 /// Settings shared by all shots of a run.
@@ -84,14 +84,15 @@ fn unopened(shot: &SuiteShot, message: String) -> TestedShot {
     TestedShot { frames: vec![TestedFrame { result, file: None }], warnings: Vec::new() }
 }
 
-/// Stores a pending image for a frame that differs or has no reference, and discards pending images of frames that pass. Broken
+/// Stores a pending image for a frame that differs or has no reference, and discards pending images of identical frames. Broken
 /// frames leave pending images as they are.
 fn update_pending(suite: &Suite, frame: &TestedFrame) -> Result<()> {
     let name = &frame.result.name;
+    let verdict = frame.result.verdict();
     match (frame.result.status, &frame.file) {
-        (FrameStatus::Passed, _) => discard_image(suite, name)?,
-        (FrameStatus::Missing | FrameStatus::Different, Some(bytes)) => store_image(suite, name, bytes)?,
-        _ => return Ok(()),
+        _ if verdict == Verdict::Identical => discard_image(suite, name)?,
+        (FrameStatus::Broken | FrameStatus::Orphaned, _) | (_, None) => return Ok(()),
+        (_, Some(bytes)) => store_image(suite, name, verdict, bytes)?,
     }
     discard_removal(suite, name)
 }
@@ -149,7 +150,7 @@ fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Resul
         result.status = FrameStatus::Broken;
         result.messages.insert(0, message);
     }
-    if !result.passes() {
+    if result.verdict() != Verdict::Identical {
         let errors = result.comparison.as_mut().and_then(|comparison| comparison.flip_map.take());
         result.actual = EncodedImage::new(&actual).map(|packed| match &errors {
             Some(map) => packed.with_errors(map),
@@ -163,11 +164,16 @@ fn test_frame(suite: &Suite, limits: &Limits, id: FrameId, file: &Path) -> Resul
 fn compare_frame(id: FrameId, actual: &Image, expected: &Image, limits: &Limits) -> FrameResult {
     let mut comparison = compare(actual, expected, limits);
     let mut result = id.result(FrameStatus::Passed, String::new());
-    result.messages = comparison.failures();
-    if comparison.passes() {
-        comparison.flip_map = None;
-    } else {
-        result.status = FrameStatus::Different;
+    result.messages.clear();
+    match comparison.verdict() {
+        Verdict::Identical => comparison.flip_map = None,
+        Verdict::Changed => result.messages = comparison.largest_measure().into_iter().collect(),
+        Verdict::Failed => {
+            result.status = FrameStatus::Different;
+            result.messages = comparison.failures();
+        }
+    }
+    if comparison.verdict() != Verdict::Identical {
         result.expected = EncodedImage::new(expected);
     }
     result.comparison = Some(comparison);

@@ -1,10 +1,10 @@
-// Details of a failure: messages, measures, layers, commands.
+// Details of a failure or change: messages, measures, layers, commands.
 
 function showDetails() {
   const [shot, frame] = [shownShot(), shownFrame()];
   byId("shot-name").replaceChildren(...nameParts(shot.frames.length > 1 ? frame.name : shot.name));
-  byId("status").textContent = frame.status;
-  byId("status").className = "status " + frame.status;
+  byId("status").textContent = kindOf(frame) === "changed" ? "changed within limits" : kindOf(frame);
+  byId("status").className = "status " + kindOf(frame);
   byId("preset").textContent = "preset " + shot.preset;
   const indices = listed();
   byId("previous").disabled = indices.indexOf(state.shot) <= 0;
